@@ -1,0 +1,1 @@
+//! Monotonicity of one-hidden-layer ReLU networks over boxes: properties, MILP, certified bounds, verdicts

@@ -1,0 +1,1 @@
+//! Where a plant misses a cohort: innovations, free-run errors, context cells, person-level intervals

@@ -1,0 +1,1 @@
+//! Self-contained HTML reports from the pipeline's JSON outputs

@@ -1,0 +1,1 @@
+//! Glycaemic outcomes, paired equivalence tests, person-level bootstrap, multiplicity

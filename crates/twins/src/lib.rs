@@ -1,0 +1,1 @@
+//! Digital twins: the residual network of one person, its training and replay, and the ODE baselines

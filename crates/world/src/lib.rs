@@ -1,0 +1,1 @@
+//! Free-living cohorts made from people, behaviour, body, sensor and pump
