@@ -1,1 +1,41 @@
-//! The glucoregulatory ODE plant of type 1 diabetes: equations, integrators, steady state, virtual patients, scenarios, sensor and pump models
+//! The glucoregulatory ODE plant of type 1 diabetes (T1DSim_ODE): Eq. (1) of the paper, its
+//! integrators, steady state, virtual people, exercise, dosing, scenarios, sensor and pump models.
+//!
+//! Sources: Resalat et al. 2019 (virtual population and exercise), Hovorka et al. 2004 (uptake and
+//! renal clearance), Roquemen-Echeverri et al. (the *paper*). The crate touches no files.
+//!
+//! ```
+//! use ode_sim::{OdeParameters, OdePlant, steady_state};
+//! use physiology::{Grams, Kilograms, MgPerDl, OpenLoop, StepInput, simulate};
+//!
+//! let plant = OdePlant::reproduction(OdeParameters::nominal(), Kilograms(76.3));
+//! let start = steady_state::at_glucose(&plant.parameters, plant.weight, MgPerDl(120.0))?;
+//! let mut inputs = vec![StepInput { basal: start.basal, ..StepInput::default() }; 72];
+//! inputs[12].carbs = Grams(40.0);
+//! let run = simulate(&plant, start.state, &mut OpenLoop::new(&inputs), 72)?;
+//! let glucose = run.glucose(&plant);
+//! assert!((glucose[12].0 - 120.0).abs() < 1e-6);
+//! assert!(glucose.iter().any(|g| g.0 > 180.0));
+//! # Ok::<(), ode_sim::OdeError>(())
+//! ```
+
+pub mod equations;
+mod error;
+pub mod exercise;
+pub mod gut;
+mod integrator;
+mod linearised;
+mod parameters;
+mod plant;
+mod state;
+pub mod steady_state;
+
+pub use equations::EgpMode;
+pub use error::OdeError;
+pub use exercise::ExerciseMemory;
+pub use gut::GutPair;
+pub use integrator::Integrator;
+pub use parameters::{OdeParameters, T1D_SENSITIVITY_FACTOR};
+pub use plant::OdePlant;
+pub use state::{OdeMatrix, OdeState, OdeVector, slot};
+pub use steady_state::SteadyState;

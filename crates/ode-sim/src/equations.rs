@@ -1,0 +1,140 @@
+//! The model equations, term by term: Eq. (1) of the paper, completed from Resalat et al. 2019.
+//!
+//! The paper leaves F01c and F_R undefined; they follow Hovorka et al. 2004 with the constants of
+//! the authors' simulator. All functions are pure and work on bare `f64` in the units named.
+
+use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
+
+use crate::exercise::Multipliers;
+use crate::parameters::OdeParameters;
+use crate::state::{OdeMatrix, OdeVector};
+
+/// Glucose below which non-insulin uptake falls in proportion, mmol/L (Hovorka et al. 2004).
+pub const UPTAKE_SATURATION: f64 = 4.5;
+/// Glucose above which the kidneys clear glucose, mmol/L (Hovorka et al. 2004).
+pub const RENAL_THRESHOLD: f64 = 9.0;
+/// Renal clearance rate above the threshold, 1/min (Hovorka et al. 2004).
+pub const RENAL_RATE: f64 = 0.003;
+
+/// What to do where insulin effect on the liver exceeds one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EgpMode {
+    /// EGP0 (1 - X3) as it stands in Eq. (1g): may go negative, as in the authors' code.
+    Reproduction,
+    /// EGP0 max(0, 1 - X3): production never takes glucose up.
+    NonNegative,
+}
+
+/// What acts on the compartments at one moment.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Forcing {
+    /// Insulin infusion u_I, mU/kg/min.
+    pub insulin: f64,
+    /// Glucose flux into Q1 besides C2 (rescue carbohydrate, a disturbance), mmol/kg/min.
+    pub glucose_flux: f64,
+    /// Exercise multipliers.
+    pub exercise: Multipliers,
+}
+
+/// Non-insulin-mediated uptake F01c, mmol/kg/min: F01 from 4.5 mmol/L on, F01 G/4.5 below.
+///
+/// `g` glucose in mmol/L, `f_01` in mmol/kg/min.
+#[must_use]
+pub fn non_insulin_uptake(g: f64, f_01: f64) -> f64 {
+    if g >= UPTAKE_SATURATION { f_01 } else { f_01 * g / UPTAKE_SATURATION }
+}
+
+/// Renal clearance F_R, mmol/kg/min: 0.003 (G - 9) V_G from 9 mmol/L on, 0 below.
+///
+/// `g` glucose in mmol/L, `v_g` in L/kg.
+#[must_use]
+pub fn renal_clearance(g: f64, v_g: f64) -> f64 {
+    if g >= RENAL_THRESHOLD { RENAL_RATE * (g - RENAL_THRESHOLD) * v_g } else { 0.0 }
+}
+
+/// Endogenous-glucose-production term EGP0 (1 - X3) of Eq. (1g), mmol/kg/min.
+///
+/// `x3` is unitless. Negative only in [`EgpMode::Reproduction`].
+#[must_use]
+pub fn endogenous_production(x3: f64, egp_0: f64, mode: EgpMode) -> f64 {
+    match mode {
+        EgpMode::Reproduction => egp_0 * (1.0 - x3),
+        EgpMode::NonNegative => egp_0 * (1.0 - x3).max(0.0),
+    }
+}
+
+/// Insulin infusion u_I of Eq. (1a), mU/kg/min, from a rate in U/h and a weight in kg.
+#[must_use]
+pub fn infusion(units_per_hour: f64, weight: f64) -> f64 {
+    units_per_hour * 1000.0 / 60.0 / weight
+}
+
+/// Rate of change of the ten compartments, per minute.
+///
+/// Eqs. (1a) to (1h), and dC1 = -C1/t_max,G, dC2 = (C1 - C2)/t_max,G with U_G = C2/t_max,G (Eq. U_G;
+/// eating is a jump of C1 and not part of the derivative). `x` in the units of
+/// [`OdeState`](crate::OdeState).
+#[must_use]
+pub fn derivative(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMode) -> OdeVector {
+    let g = x[Q1] / p.v_g;
+    let (periphery, liver) = (forcing.exercise.on_periphery(), forcing.exercise.on_liver());
+    let mut dx = OdeVector::default();
+    dx[S1] = forcing.insulin - x[S1] / p.t_max_i; // (1a)
+    dx[S2] = (x[S1] - x[S2]) / p.t_max_i; // (1b)
+    dx[I] = x[S2] / (p.t_max_i * p.v_i) - p.k_e * x[I]; // (1c)
+    dx[X1] = p.k_a1 * (periphery * p.s_f1 * x[I] - x[X1]); // (1d)
+    dx[X2] = p.k_a2 * (periphery * p.s_f2 * x[I] - x[X2]); // (1e)
+    dx[X3] = p.k_a3 * (liver * p.s_f3 * x[I] - x[X3]); // (1f)
+    dx[Q1] = -x[X1] * x[Q1] - non_insulin_uptake(g, p.f_01) - renal_clearance(g, p.v_g)
+        + p.k_12 * x[Q2]
+        + x[C2] / p.t_max_g
+        + forcing.glucose_flux
+        + endogenous_production(x[X3], p.egp_0, egp); // (1g)
+    dx[Q2] = x[X1] * x[Q1] - (p.k_12 + x[X2]) * x[Q2]; // (1h)
+    dx[C1] = -x[C1] / p.t_max_g; // (U_G)
+    dx[C2] = (x[C1] - x[C2]) / p.t_max_g; // (U_G)
+    dx
+}
+
+/// Jacobian of [`derivative`] by the ten compartments: `j[(Q1, X1)]` is d(dQ1/dt)/dX1, 1/min in
+/// matching units.
+///
+/// At the kinks (4.5 and 9 mmol/L, X3 = 1 in [`EgpMode::NonNegative`]) the slope from above for
+/// glucose and from below for X3.
+#[must_use]
+pub fn jacobian(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMode) -> OdeMatrix {
+    let g = x[Q1] / p.v_g;
+    let (periphery, liver) = (forcing.exercise.on_periphery(), forcing.exercise.on_liver());
+    let mut j = OdeMatrix::ZERO;
+    j[(S1, S1)] = -1.0 / p.t_max_i;
+    j[(S2, S1)] = 1.0 / p.t_max_i;
+    j[(S2, S2)] = -1.0 / p.t_max_i;
+    j[(I, S2)] = 1.0 / (p.t_max_i * p.v_i);
+    j[(I, I)] = -p.k_e;
+    j[(X1, I)] = p.k_a1 * periphery * p.s_f1;
+    j[(X1, X1)] = -p.k_a1;
+    j[(X2, I)] = p.k_a2 * periphery * p.s_f2;
+    j[(X2, X2)] = -p.k_a2;
+    j[(X3, I)] = p.k_a3 * liver * p.s_f3;
+    j[(X3, X3)] = -p.k_a3;
+    let uptake_slope =
+        if g >= UPTAKE_SATURATION { 0.0 } else { p.f_01 / (UPTAKE_SATURATION * p.v_g) };
+    let renal_slope = if g >= RENAL_THRESHOLD { RENAL_RATE } else { 0.0 };
+    let production_slope = match egp {
+        EgpMode::NonNegative if x[X3] > 1.0 => 0.0,
+        EgpMode::Reproduction | EgpMode::NonNegative => -p.egp_0,
+    };
+    j[(Q1, X1)] = -x[Q1];
+    j[(Q1, X3)] = production_slope;
+    j[(Q1, Q1)] = -x[X1] - uptake_slope - renal_slope;
+    j[(Q1, Q2)] = p.k_12;
+    j[(Q1, C2)] = 1.0 / p.t_max_g;
+    j[(Q2, X1)] = x[Q1];
+    j[(Q2, X2)] = -x[Q2];
+    j[(Q2, Q1)] = x[X1];
+    j[(Q2, Q2)] = -(p.k_12 + x[X2]);
+    j[(C1, C1)] = -1.0 / p.t_max_g;
+    j[(C2, C1)] = 1.0 / p.t_max_g;
+    j[(C2, C2)] = -1.0 / p.t_max_g;
+    j
+}
