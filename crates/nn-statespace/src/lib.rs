@@ -1,1 +1,26 @@
-//! The physiologically wired neural state-space model: networks, scaler, roll-out, training, weight files
+//! The neural state-space population model of glucose dynamics.
+//!
+//! Ten small networks, one a compartment, give the rates of the ten states (Roquemen-Echeverri et
+//! al., section "Population-level model", Eq. 2; the *paper* in this workspace). Each network sees
+//! only the signals that the corresponding differential equation sees, so that every state keeps
+//! its physiological meaning. The crate holds the networks and their wiring, the robust scaler,
+//! the plant that rolls them out, the loss and the training loop, the weight files, and the reader
+//! of the weights that the paper's authors published.
+
+mod card;
+mod error;
+mod network;
+mod per_compartment;
+mod population;
+mod scaler;
+mod widths;
+mod wiring;
+
+pub use card::ModelCard;
+pub use error::ModelError;
+pub use network::HiddenLayerNetwork;
+pub use per_compartment::PerCompartment;
+pub use population::{GLUCOSE_RANGE, GlucoseClamp, PopulationModel};
+pub use scaler::{CentreAndScale, ScaledInputs, ScaledRates, ScaledStates, Scaler};
+pub use widths::Widths;
+pub use wiring::{Signal, Wiring};

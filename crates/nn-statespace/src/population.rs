@@ -1,0 +1,200 @@
+//! The population model: ten networks, their wiring and scaler, as a plant.
+
+use physiology::{Compartment, MgPerDl, NonFinite, Plant, STEP, States, StepInput};
+use serde::{Deserialize, Serialize};
+
+use crate::card::ModelCard;
+use crate::error::ModelError;
+use crate::network::HiddenLayerNetwork;
+use crate::per_compartment::PerCompartment;
+use crate::scaler::{ScaledInputs, ScaledRates, ScaledStates, Scaler};
+use crate::widths::Widths;
+use crate::wiring::{Signal, Wiring};
+
+/// Range of a continuous glucose monitor, to which the authors' code confines Q1, mg/dL.
+pub const GLUCOSE_RANGE: (MgPerDl, MgPerDl) = (MgPerDl(40.0), MgPerDl(400.0));
+
+/// More inputs than this no network can have: ten states, insulin and carbohydrate.
+const MOST_INPUTS: usize = 12;
+
+/// Whether Q1 is confined after each step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GlucoseClamp {
+    /// Q1 is confined to [`GLUCOSE_RANGE`] after every step, as in the authors' published code
+    /// (the paper does not mention it). Needed to reproduce their figures.
+    Reproduction,
+    /// Q1 runs free.
+    Off,
+}
+
+/// The population-level model of paper Eq. 2, a plant over scaled states.
+///
+/// A step is Forward Euler in scaled space, `x += 5 dx` with `dx` in scaled units per minute,
+/// followed by the clamp of Q1 if that is on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PopulationModel {
+    wiring: Wiring,
+    networks: PerCompartment<HiddenLayerNetwork>,
+    scaler: Scaler,
+    clamp: GlucoseClamp,
+    card: ModelCard,
+}
+
+impl PopulationModel {
+    /// A model from its parts; each network's inputs are those that `wiring` names, in its order.
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`] if a network does not have as many inputs as its wiring.
+    pub fn new(
+        wiring: Wiring,
+        networks: PerCompartment<HiddenLayerNetwork>,
+        scaler: Scaler,
+        clamp: GlucoseClamp,
+        card: ModelCard,
+    ) -> Result<Self, ModelError> {
+        for (compartment, network) in networks.iter() {
+            let inputs = wiring.inputs(compartment).len();
+            if network.inputs() != inputs {
+                return Err(ModelError::Shape {
+                    tensor: format!("{compartment}.hidden.weight"),
+                    expected: vec![network.hidden(), inputs],
+                    found: vec![network.hidden(), network.inputs()],
+                });
+            }
+        }
+        Ok(Self { wiring, networks, scaler, clamp, card })
+    }
+
+    /// The same model with Q1 confined or free.
+    #[must_use]
+    pub fn with_clamp(self, clamp: GlucoseClamp) -> Self {
+        Self { clamp, ..self }
+    }
+
+    /// The network of one compartment.
+    #[must_use]
+    pub fn network(&self, compartment: Compartment) -> &HiddenLayerNetwork {
+        &self.networks[compartment]
+    }
+
+    /// Which signals each network sees.
+    #[must_use]
+    pub fn wiring(&self) -> &Wiring {
+        &self.wiring
+    }
+
+    /// The scaler the model was trained with.
+    #[must_use]
+    pub fn scaler(&self) -> &Scaler {
+        &self.scaler
+    }
+
+    /// Whether Q1 is confined after each step.
+    #[must_use]
+    pub fn clamp(&self) -> GlucoseClamp {
+        self.clamp
+    }
+
+    /// Where the weights came from.
+    #[must_use]
+    pub fn card(&self) -> &ModelCard {
+        &self.card
+    }
+
+    /// Hidden units of each network.
+    #[must_use]
+    pub fn widths(&self) -> Widths {
+        Widths::new(PerCompartment::from_fn(|c| self.networks[c].hidden()))
+            .expect("a network with no hidden unit cannot be built")
+    }
+
+    /// The rates of all states, scaled units per minute (paper Eq. 2).
+    #[must_use]
+    pub fn derivative(&self, x: &ScaledStates, u: ScaledInputs) -> ScaledRates {
+        let mut rates = ScaledRates::default();
+        for compartment in Compartment::ALL {
+            rates[compartment] = self.rate(compartment, x, u);
+        }
+        rates
+    }
+
+    /// The rate of one state, scaled units per minute.
+    #[must_use]
+    pub fn rate(&self, compartment: Compartment, x: &ScaledStates, u: ScaledInputs) -> f64 {
+        let signals = self.wiring.inputs(compartment);
+        let mut gathered = [0.0; MOST_INPUTS];
+        for (slot, signal) in gathered.iter_mut().zip(signals) {
+            *slot = value_of(*signal, x, u);
+        }
+        self.networks[compartment].evaluate(&gathered[..signals.len()])
+    }
+
+    /// A step in which `residual`, in scaled units of Q1 per minute, is added to the rate of Q1
+    /// before the clamp: the place of the individual-level network (paper Eq. for y_Ind).
+    ///
+    /// # Errors
+    /// If a compartment leaves the finite numbers.
+    pub fn step_with_residual(
+        &self,
+        state: &ScaledStates,
+        input: &StepInput,
+        residual: f64,
+    ) -> Result<ScaledStates, NonFinite> {
+        let mut rates = self.derivative(state, self.scaler.scale_input(input));
+        rates[Compartment::Q1] += residual;
+        let mut next = *state;
+        for (compartment, rate) in rates.iter() {
+            next[compartment] += STEP.0 * rate;
+            if !next[compartment].is_finite() {
+                return Err(NonFinite { compartment });
+            }
+        }
+        Ok(match self.clamp {
+            GlucoseClamp::Reproduction => self.confine_glucose(next),
+            GlucoseClamp::Off => next,
+        })
+    }
+
+    /// The clamp of the authors' code: Q1 within [`GLUCOSE_RANGE`], everything else as it is.
+    #[must_use]
+    pub fn confine_glucose(&self, mut state: ScaledStates) -> ScaledStates {
+        let (lowest, highest) = self.scaled_glucose_range();
+        // The state was checked to be finite, so that clamp cannot hide a NaN.
+        state[Compartment::Q1] = state[Compartment::Q1].clamp(lowest, highest);
+        state
+    }
+
+    /// [`GLUCOSE_RANGE`] in scaled units of Q1.
+    #[must_use]
+    pub fn scaled_glucose_range(&self) -> (f64, f64) {
+        let glucose = self.scaler.of(Signal::State(Compartment::Q1));
+        let scaled = |level: MgPerDl| (level.0 - glucose.centre) / glucose.scale;
+        (scaled(GLUCOSE_RANGE.0), scaled(GLUCOSE_RANGE.1))
+    }
+}
+
+impl Plant for PopulationModel {
+    type State = ScaledStates;
+
+    fn step(&self, state: &ScaledStates, input: &StepInput) -> Result<ScaledStates, NonFinite> {
+        self.step_with_residual(state, input, 0.0)
+    }
+
+    fn glucose(&self, state: &ScaledStates) -> MgPerDl {
+        MgPerDl(self.scaler.unscale(state)[Compartment::Q1])
+    }
+
+    fn report(&self, state: &ScaledStates) -> States {
+        self.scaler.unscale(state)
+    }
+}
+
+/// The value of a signal among states and inputs.
+pub(crate) fn value_of(signal: Signal, x: &ScaledStates, u: ScaledInputs) -> f64 {
+    match signal {
+        Signal::State(compartment) => x[compartment],
+        Signal::Insulin => u.insulin,
+        Signal::Carbs => u.carbs,
+    }
+}
