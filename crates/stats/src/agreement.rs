@@ -1,0 +1,110 @@
+//! Error of a simulated trace against its reference, by person and over people.
+
+use serde::Serialize;
+
+use crate::error::finite;
+use crate::{StatsError, Summary};
+
+/// Errors of one person's simulated values against the reference, in the unit of the values.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Agreement {
+    /// Number of compared samples.
+    pub n: usize,
+    /// Root mean squared error.
+    pub rmse: f64,
+    /// Mean absolute error.
+    pub mae: f64,
+    /// Mean of simulated minus reference.
+    pub bias: f64,
+}
+
+/// RMSE, MAE and bias of `simulated` against `reference`, sample by sample; samples that are
+/// missing in either are left out by the caller.
+///
+/// # Errors
+///
+/// [`StatsError::Unpaired`], [`StatsError::TooFew`] for no sample, [`StatsError::NonFinite`].
+pub fn agreement(reference: &[f64], simulated: &[f64]) -> Result<Agreement, StatsError> {
+    if reference.len() != simulated.len() {
+        return Err(StatsError::Unpaired { left: reference.len(), right: simulated.len() });
+    }
+    if reference.is_empty() {
+        return Err(StatsError::TooFew { what: "samples", n: 0, needed: 1 });
+    }
+    finite("reference", reference)?;
+    finite("simulated", simulated)?;
+    let n = reference.len() as f64;
+    let (mut squares, mut absolutes, mut sum) = (0.0, 0.0, 0.0);
+    for (r, s) in reference.iter().zip(simulated) {
+        let error = s - r;
+        squares += error * error;
+        absolutes += error.abs();
+        sum += error;
+    }
+    Ok(Agreement {
+        n: reference.len(),
+        rmse: (squares / n).sqrt(),
+        mae: absolutes / n,
+        bias: sum / n,
+    })
+}
+
+/// Agreement over people: mean and SD of each person's figures, every person counting once.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AgreementOverPeople {
+    /// Of the root mean squared errors.
+    pub rmse: Summary,
+    /// Of the mean absolute errors.
+    pub mae: Summary,
+    /// Of the mean errors.
+    pub bias: Summary,
+}
+
+/// Summarises one [`Agreement`] a person.
+///
+/// # Errors
+///
+/// [`StatsError::TooFew`] where there is nobody.
+pub fn over_people(people: &[Agreement]) -> Result<AgreementOverPeople, StatsError> {
+    let summary =
+        |field: fn(&Agreement) -> f64| Summary::of(&people.iter().map(field).collect::<Vec<f64>>());
+    Ok(AgreementOverPeople {
+        rmse: summary(|a| a.rmse)?,
+        mae: summary(|a| a.mae)?,
+        bias: summary(|a| a.bias)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_a_small_trace() {
+        let person = agreement(&[100.0, 110.0, 120.0], &[103.0, 106.0, 120.0]).expect("valid");
+        assert_eq!(person.n, 3);
+        // sqrt(25/3), 7/3, -1/3 to rounding.
+        assert!((person.rmse - (25.0_f64 / 3.0).sqrt()).abs() < 1e-14);
+        assert!((person.mae - 7.0 / 3.0).abs() < 1e-14);
+        assert!((person.bias + 1.0 / 3.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn people_count_once_however_many_samples_they_have() {
+        let long = agreement(&[0.0; 100], &[1.0; 100]).expect("valid");
+        let short = agreement(&[0.0], &[3.0]).expect("valid");
+        let both = over_people(&[long, short]).expect("two people");
+        assert_eq!((both.rmse.mean, both.mae.mean), (2.0, 2.0));
+        // SD of 1 and 3 is sqrt(2).
+        assert!((both.rmse.sd.expect("two people") - 2.0_f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        assert!(matches!(agreement(&[1.0], &[]), Err(StatsError::Unpaired { .. })));
+        assert!(matches!(agreement(&[], &[]), Err(StatsError::TooFew { .. })));
+        let nan = agreement(&[1.0, 2.0], &[1.0, f64::NAN]);
+        assert!(matches!(nan, Err(StatsError::NonFinite { what: "simulated", index: 1, .. })));
+        assert!(over_people(&[]).is_err());
+    }
+}

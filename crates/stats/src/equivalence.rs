@@ -1,0 +1,98 @@
+//! The paper's table: six outcomes of one method against the real ones, over people.
+
+use serde::Serialize;
+
+use crate::{Outcome, Outcomes, StatsError, Summary, tost};
+
+/// A difference with its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Difference {
+    /// Mean of simulated minus actual, in the outcome's unit.
+    pub value: f64,
+    /// Lower end of the (1 - 2 alpha) interval.
+    pub lower: f64,
+    /// Upper end of the (1 - 2 alpha) interval.
+    pub upper: f64,
+}
+
+/// One row of the outcomes table; serialises as a row of `outcomes.json`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OutcomeEquivalence {
+    /// Which outcome.
+    pub metric: Outcome,
+    /// Its unit, empty where dimensionless.
+    pub unit: &'static str,
+    /// Equivalence margin in that unit.
+    pub margin: f64,
+    /// Mean and SD over people of the real outcome.
+    pub actual: Summary,
+    /// Mean and SD over people of the simulated outcome.
+    pub simulated: Summary,
+    /// Mean paired difference and its interval.
+    pub difference: Difference,
+    /// The larger one-sided p-value.
+    pub p: f64,
+    /// Whether `p < alpha`.
+    pub equivalent: bool,
+}
+
+/// Tests the six outcomes with the paper's margins; one entry a person, the same order in both.
+///
+/// # Errors
+///
+/// As [`tost::paired`].
+pub fn compare_outcomes(
+    actual: &[Outcomes],
+    simulated: &[Outcomes],
+    alpha: f64,
+) -> Result<Vec<OutcomeEquivalence>, StatsError> {
+    Outcome::ALL
+        .into_iter()
+        .map(|metric| {
+            let column = |people: &[Outcomes]| -> Vec<f64> {
+                people.iter().map(|person| person.get(metric)).collect()
+            };
+            let (real, model) = (column(actual), column(simulated));
+            let test = tost::paired(&real, &model, metric.margin(), alpha)?;
+            Ok(OutcomeEquivalence {
+                metric,
+                unit: metric.unit(),
+                margin: metric.margin(),
+                actual: Summary::of(&real)?,
+                simulated: Summary::of(&model)?,
+                difference: Difference {
+                    value: test.difference,
+                    lower: test.interval.lower,
+                    upper: test.interval.upper,
+                },
+                p: test.p,
+                equivalent: test.equivalent,
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use physiology::MgPerDl;
+
+    use super::*;
+
+    #[test]
+    fn rows_follow_the_papers_order_and_margins() {
+        let person = |base: f64| {
+            let trace = (0..60).map(|k| MgPerDl(base + f64::from(k)));
+            Outcomes::of(trace).expect("a valid trace")
+        };
+        let actual = [person(80.0), person(120.0), person(140.0)];
+        let shifted = [person(83.0), person(122.0), person(144.0)];
+        let rows = compare_outcomes(&actual, &shifted, 0.05).expect("three people");
+        let metrics: Vec<Outcome> = rows.iter().map(|row| row.metric).collect();
+        assert_eq!(metrics, Outcome::ALL);
+        let mg = rows[5];
+        // Shifts 3, 2 and 4 mg/dL: the mean is 3 up to rounding of sums of 60 values.
+        assert!((mg.difference.value - 3.0).abs() < 1e-12);
+        assert!(mg.equivalent && mg.difference.upper < mg.margin);
+        assert!(compare_outcomes(&actual, &shifted[..2], 0.05).is_err());
+    }
+}

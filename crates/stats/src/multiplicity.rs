@@ -1,0 +1,142 @@
+//! Adjustment for asking several questions: Holm, Benjamini-Hochberg, and max-T step-down.
+
+use serde::Serialize;
+
+use crate::bootstrap::ReplicateMatrix;
+use crate::error::open_unit;
+use crate::moments::mean_and_sd;
+use crate::{Interval, StatsError};
+
+/// Holm (1979) adjusted p-values, in the order given; controls the family-wise error under any
+/// dependence.
+///
+/// # Errors
+///
+/// [`StatsError::OutOfDomain`] for a p-value outside [0, 1] (NaN included).
+pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatsError> {
+    let ascending = ranked(p)?;
+    let mut adjusted = vec![0.0; p.len()];
+    let mut so_far: f64 = 0.0;
+    for (rank, index) in ascending.into_iter().enumerate() {
+        so_far = so_far.max((p.len() - rank) as f64 * p[index]).min(1.0);
+        adjusted[index] = so_far;
+    }
+    Ok(adjusted)
+}
+
+/// Benjamini and Hochberg (1995) adjusted p-values, in the order given; controls the false
+/// discovery rate under independence or positive regression dependence.
+///
+/// # Errors
+///
+/// [`StatsError::OutOfDomain`] for a p-value outside [0, 1] (NaN included).
+pub fn benjamini_hochberg(p: &[f64]) -> Result<Vec<f64>, StatsError> {
+    let ascending = ranked(p)?;
+    let mut adjusted = vec![0.0; p.len()];
+    let mut so_far: f64 = 1.0;
+    for (rank, index) in ascending.into_iter().enumerate().rev() {
+        so_far = so_far.min(p.len() as f64 / (rank + 1) as f64 * p[index]);
+        adjusted[index] = so_far;
+    }
+    Ok(adjusted)
+}
+
+/// Indices by ascending p, the earlier first among equals.
+fn ranked(p: &[f64]) -> Result<Vec<usize>, StatsError> {
+    if let Some(value) = p.iter().find(|p| !(0.0..=1.0).contains(*p)) {
+        let expected = "a p-value between 0 and 1";
+        return Err(StatsError::OutOfDomain { name: "p", value: *value, expected });
+    }
+    let mut ascending: Vec<usize> = (0..p.len()).collect();
+    ascending.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
+    Ok(ascending)
+}
+
+/// One statistic of a family tested against zero.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MaxTRow {
+    /// The statistic on the full sample.
+    pub value: f64,
+    /// Its bootstrap standard error.
+    pub standard_error: f64,
+    /// `value / standard_error`.
+    pub t: f64,
+    /// Two-sided p-value, adjusted for the family by the step-down max-T.
+    pub p_adjusted: f64,
+    /// Simultaneous interval: all intervals of the family cover together at the level.
+    pub interval: Interval,
+}
+
+/// A family of statistics tested jointly against zero.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MaxT {
+    /// Quantile of the maximum |t|; the intervals are value +- critical x standard error.
+    pub critical: f64,
+    /// Joint coverage of the intervals.
+    pub level: f64,
+    /// One row a statistic, in the order of the matrix.
+    pub rows: Vec<MaxTRow>,
+}
+
+/// Step-down max-T of Westfall and Young (1993), with simultaneous intervals.
+///
+/// The null distribution of `t_j` is taken from replicates centred at their estimate,
+/// `t*_j = (theta*_j - theta_j) / se_j`, drawn jointly so that the dependence between statistics is
+/// kept. In the order of falling |t|, the adjusted p of a statistic is the share of replicates
+/// (counting the sample itself) whose maximum |t*| over it and all weaker ones reaches |t|, made
+/// monotone. The intervals are single-step (the quantile of the maximum over all).
+///
+/// # Errors
+///
+/// [`StatsError::OutOfDomain`] for a level outside (0, 1), [`StatsError::ConstantReplicates`] for
+/// a statistic without spread.
+pub fn max_t(matrix: &ReplicateMatrix, level: f64) -> Result<MaxT, StatsError> {
+    open_unit("level", level)?;
+    let estimates = matrix.estimates();
+    let errors: Vec<f64> = (0..estimates.len())
+        .map(|column| {
+            let values: Vec<f64> = matrix.rows().iter().map(|row| row[column]).collect();
+            let (_, sd) = mean_and_sd(&values);
+            if sd > 0.0 { Ok(sd) } else { Err(StatsError::ConstantReplicates { column }) }
+        })
+        .collect::<Result<_, _>>()?;
+    let t: Vec<f64> = estimates.iter().zip(&errors).map(|(value, se)| value / se).collect();
+    let mut falling: Vec<usize> = (0..t.len()).collect();
+    falling.sort_by(|a, b| t[*b].abs().total_cmp(&t[*a].abs()));
+
+    let mut reached = vec![1_usize; t.len()];
+    let mut maxima = Vec::with_capacity(matrix.rows().len());
+    for row in matrix.rows() {
+        let mut maximum: f64 = 0.0;
+        for column in falling.iter().rev().copied() {
+            maximum = maximum.max(((row[column] - estimates[column]) / errors[column]).abs());
+            if maximum >= t[column].abs() {
+                reached[column] += 1;
+            }
+        }
+        maxima.push(maximum);
+    }
+    let mut p_adjusted = vec![0.0; t.len()];
+    let mut so_far: f64 = 0.0;
+    for column in falling {
+        so_far = so_far.max(reached[column] as f64 / (maxima.len() + 1) as f64);
+        p_adjusted[column] = so_far;
+    }
+
+    maxima.sort_by(f64::total_cmp);
+    let rank = (level * (maxima.len() + 1) as f64).ceil() as usize;
+    let critical = maxima[rank.min(maxima.len()) - 1];
+    let rows = (0..t.len())
+        .map(|j| MaxTRow {
+            value: estimates[j],
+            standard_error: errors[j],
+            t: t[j],
+            p_adjusted: p_adjusted[j],
+            interval: Interval {
+                lower: estimates[j] - critical * errors[j],
+                upper: estimates[j] + critical * errors[j],
+            },
+        })
+        .collect();
+    Ok(MaxT { critical, level, rows })
+}
