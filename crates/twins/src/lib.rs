@@ -1,1 +1,24 @@
 //! Digital twins: the residual network of one person, its training and replay, and the ODE baselines
+
+mod error;
+mod gradient;
+mod graph;
+mod heart_rate;
+mod inputs;
+mod loss;
+mod prepared;
+mod residual;
+mod training;
+mod twin;
+
+pub use error::TwinError;
+pub use graph::{ResidualVariables, graph_loss};
+pub use heart_rate::HeartRateScaler;
+pub use inputs::{INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
+pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
+pub use prepared::PreparedWindow;
+pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
+pub use training::{
+    Epoch, KeptEpoch, Trained, TrainingPlan, batch_gradient, train, window_loss,
+};
+pub use twin::{Twin, TwinCard};

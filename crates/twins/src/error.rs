@@ -1,0 +1,143 @@
+//! What can go wrong in this crate.
+
+use std::path::PathBuf;
+
+use nn_statespace::ModelError;
+use ode_sim::OdeError;
+use physiology::{Compartment, SimulationError};
+
+/// Errors of twins, their training, files and evaluation.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TwinError {
+    /// A value that must be a finite number is not.
+    #[error("{what} is not a finite number; check the record it came from")]
+    NotFinite {
+        /// The quantity at fault.
+        what: &'static str,
+    },
+    /// A weight is not a finite number.
+    #[error("tensor {tensor} holds a value that is not a finite number; train or import it anew")]
+    NotFiniteWeight {
+        /// The tensor's name in the file.
+        tensor: String,
+    },
+    /// A tensor has the wrong number of values.
+    #[error("tensor {tensor} has {found} values, {expected} expected for 10-128-64-32-1")]
+    Shape {
+        /// The tensor's name in the file.
+        tensor: String,
+        /// Values found.
+        found: usize,
+        /// Values expected.
+        expected: usize,
+    },
+    /// A tensor is absent.
+    #[error("tensor {tensor} is missing; is this the file of a twin?")]
+    MissingTensor {
+        /// The tensor's name in the file.
+        tensor: String,
+    },
+    /// The population model lets glucose reach a compartment that must not depend on it.
+    #[error(
+        "network {compartment} of the population model sees {glucose}; a twin needs a population \
+         model in which only Q1 and Q2 depend on glucose"
+    )]
+    Wiring {
+        /// The network at fault.
+        compartment: Compartment,
+        /// The glucose compartment it sees.
+        glucose: Compartment,
+    },
+    /// The parts of a window do not fit together.
+    #[error("a window of {steps} steps has {glucose} glucose values; one more than steps needed")]
+    Window {
+        /// Steps of inputs.
+        steps: usize,
+        /// Glucose values.
+        glucose: usize,
+    },
+    /// Windows of one training set differ in length.
+    #[error("training windows of {first} and {other} steps; all must have the same length")]
+    UnequalWindows {
+        /// Steps of the first window.
+        first: usize,
+        /// Steps of a window that differs.
+        other: usize,
+    },
+    /// There is nothing to train on.
+    #[error("no training windows; exclude the person or allow shorter windows")]
+    NoWindows,
+    /// A training setting cannot be.
+    #[error("training setting {setting} is {value}; it must be {requirement}")]
+    Setting {
+        /// The setting's name.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be accepted.
+        requirement: &'static str,
+    },
+    /// The loss left the finite numbers.
+    #[error("loss is not a finite number in epoch {epoch}; lower the learning rate")]
+    Diverged {
+        /// The epoch, counted from 0.
+        epoch: usize,
+    },
+    /// A weight file holds something else than a twin.
+    #[error(
+        "this is a file of kind '{found}', not a twin; give a PERSON.safetensors written by \
+         `twin` or `import-model`"
+    )]
+    WrongKind {
+        /// The kind the file names, or what it looks like.
+        found: String,
+    },
+    /// A metadata entry of a twin's file is absent or unreadable.
+    #[error("twin file: metadata '{key}' {problem}; write the file anew")]
+    Metadata {
+        /// The entry's key.
+        key: &'static str,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A twin was trained on another population model.
+    #[error(
+        "twin was trained on the population model {expected}, this one is {found}; give the \
+         population model it was trained on"
+    )]
+    OtherPopulation {
+        /// Hash the twin's file names.
+        expected: String,
+        /// Hash of the model that was given.
+        found: String,
+    },
+    /// A weight file cannot be parsed.
+    #[error("{path}: {problem}; the file may be truncated")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the parser said.
+        problem: String,
+    },
+    /// A file cannot be read or written.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The population model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A simulation stopped.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The ODE plant.
+    #[error(transparent)]
+    Ode(#[from] OdeError),
+    /// The tensor library.
+    #[error("tensor library: {0}")]
+    Candle(#[from] candle_core::Error),
+}

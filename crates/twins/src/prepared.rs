@@ -1,0 +1,136 @@
+//! A window of a person's record, made ready for training.
+//!
+//! Only Q1 and Q2 depend on glucose: the insulin chain (S1, S2, I, X1, X2, X3) follows from insulin
+//! and the gut (C1, C2) from carbohydrate. With the population model frozen, everything but Q1 and
+//! Q2 is therefore the same in every epoch and is simulated once, here; the result of a roll-out
+//! does not change by a bit.
+
+use nn_statespace::{PopulationModel, ScaledStates, Signal};
+use physiology::{Compartment, Plant, StepInput};
+
+use crate::error::TwinError;
+use crate::heart_rate::HeartRateScaler;
+use crate::inputs::{INPUTS, InputSet, PERSONAL_INPUTS};
+
+/// One window: its start, what acts on glucose in each step, and the glucose to be met.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PreparedWindow {
+    /// The population model's states at the start of each step, shape `(steps)`; Q1 and Q2 are
+    /// meaningful in the first alone.
+    states: Vec<ScaledStates>,
+    /// Inputs of each step, shape `(steps)`.
+    inputs: Vec<StepInput>,
+    /// Personal inputs of each step, shape `(steps, 5)`.
+    personal: Vec<[f64; PERSONAL_INPUTS]>,
+    /// Measured glucose in scaled units, shape `(steps + 1)`, the start first.
+    target: Vec<f64>,
+}
+
+impl PreparedWindow {
+    /// Simulates what does not depend on glucose from `start`.
+    ///
+    /// `inputs` has one entry a step and `glucose_mg_dl` one more: the start and the end of every
+    /// step. The first glucose takes the place of the start's Q1.
+    ///
+    /// # Errors
+    /// [`TwinError::Wiring`] if a compartment other than Q1 and Q2 sees glucose,
+    /// [`TwinError::Window`] if the lengths do not fit, [`TwinError::NotFinite`] for a glucose that
+    /// is not a finite number, and [`TwinError::Simulation`] if a state leaves the finite numbers.
+    pub fn new(
+        population: &PopulationModel,
+        inputs: Vec<StepInput>,
+        glucose_mg_dl: &[f64],
+        mut start: ScaledStates,
+        heart_rate: Option<&HeartRateScaler>,
+        set: InputSet,
+    ) -> Result<Self, TwinError> {
+        check_wiring(population)?;
+        if inputs.is_empty() || glucose_mg_dl.len() != inputs.len() + 1 {
+            return Err(TwinError::Window { steps: inputs.len(), glucose: glucose_mg_dl.len() });
+        }
+        let mut target = Vec::with_capacity(glucose_mg_dl.len());
+        for value in glucose_mg_dl {
+            if !value.is_finite() {
+                return Err(TwinError::NotFinite { what: "glucose of a training window" });
+            }
+            target.push(scaled_glucose(population, *value));
+        }
+        start[Compartment::Q1] = target[0];
+        let mut states = Vec::with_capacity(inputs.len());
+        states.push(start);
+        for (step, input) in inputs.iter().enumerate().take(inputs.len() - 1) {
+            let following = population.step(&states[step], input).map_err(|error| {
+                physiology::SimulationError::NonFinite { compartment: error.compartment, step }
+            })?;
+            states.push(following);
+        }
+        let personal =
+            inputs.iter().map(|input| set.personal(&input.context, heart_rate)).collect();
+        Ok(Self { states, inputs, personal, target })
+    }
+
+    /// Steps of the window.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.inputs.len()
+    }
+
+    /// Inputs of each step.
+    #[must_use]
+    pub fn inputs(&self) -> &[StepInput] {
+        &self.inputs
+    }
+
+    /// The state at the start of the window.
+    #[must_use]
+    pub fn start(&self) -> ScaledStates {
+        self.states[0]
+    }
+
+    /// Measured glucose in scaled units, the start first.
+    #[must_use]
+    pub fn target(&self) -> &[f64] {
+        &self.target
+    }
+
+    /// The states at the start of a step if Q1 and Q2 are these.
+    pub(crate) fn states_with(&self, step: usize, q1: f64, q2: f64) -> ScaledStates {
+        let mut x = self.states[step];
+        x[Compartment::Q1] = q1;
+        x[Compartment::Q2] = q2;
+        x
+    }
+
+    /// Personal inputs of a step.
+    pub(crate) fn personal(&self, step: usize) -> &[f64; PERSONAL_INPUTS] {
+        &self.personal[step]
+    }
+}
+
+/// Inputs of the residual network: Q1, Q2, X1, X3, C2, then the personal ones.
+pub(crate) fn network_input(x: &ScaledStates, personal: &[f64; PERSONAL_INPUTS]) -> [f64; INPUTS] {
+    use Compartment::{C2, Q1, Q2, X1, X3};
+    let [heart_rate, weekend, cos, sin, sleep] = *personal;
+    [x[Q1], x[Q2], x[X1], x[X3], x[C2], heart_rate, weekend, cos, sin, sleep]
+}
+
+/// Glucose in mg/dL as scaled Q1.
+pub(crate) fn scaled_glucose(population: &PopulationModel, mg_dl: f64) -> f64 {
+    let glucose = population.scaler().of(Signal::State(Compartment::Q1));
+    (mg_dl - glucose.centre) / glucose.scale
+}
+
+/// Checks that glucose reaches no compartment but Q1 and Q2.
+fn check_wiring(population: &PopulationModel) -> Result<(), TwinError> {
+    for compartment in Compartment::ALL {
+        if matches!(compartment, Compartment::Q1 | Compartment::Q2) {
+            continue;
+        }
+        for glucose in [Compartment::Q1, Compartment::Q2] {
+            if population.wiring().inputs(compartment).contains(&Signal::State(glucose)) {
+                return Err(TwinError::Wiring { compartment, glucose });
+            }
+        }
+    }
+    Ok(())
+}

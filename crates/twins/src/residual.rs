@@ -1,0 +1,235 @@
+//! The residual network of one person, evaluated in f64.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::error::TwinError;
+use crate::inputs::INPUTS;
+
+/// Widths of the hidden layers (paper, "Individual-level model").
+pub const HIDDEN: [usize; 3] = [128, 64, 32];
+/// Weights and biases of 10-128-64-32-1.
+pub const PARAMETERS: usize = INPUTS * HIDDEN[0]
+    + HIDDEN[0]
+    + HIDDEN[0] * HIDDEN[1]
+    + HIDDEN[1]
+    + HIDDEN[1] * HIDDEN[2]
+    + HIDDEN[2]
+    + HIDDEN[2]
+    + 1;
+
+/// One fully connected layer, `output = W^T input + b`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Layer {
+    /// Weights, shape `(inputs, outputs)`, row-major: the transpose of the published layout.
+    pub(crate) weight: Vec<f64>,
+    /// Biases, one an output.
+    pub(crate) bias: Vec<f64>,
+}
+
+impl Layer {
+    fn zeros(inputs: usize, outputs: usize) -> Self {
+        Self { weight: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] }
+    }
+
+    /// Adds the contribution of each non-zero input to `output`, which starts as the bias. After
+    /// a ReLU about half of the inputs are zero, and skipping them is exact.
+    pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
+        output.copy_from_slice(&self.bias);
+        for (x, row) in input.iter().zip(self.weight.chunks_exact(output.len())) {
+            if *x != 0.0 {
+                for (y, w) in output.iter_mut().zip(row) {
+                    *y += w * x;
+                }
+            }
+        }
+    }
+}
+
+/// N_Ind of the paper (Eq. `indLevelNNComp`): ten inputs, hidden layers of 128, 64 and 32 with
+/// ReLU, one output. The output is a person's addition to dQ1/dt in scaled units per minute.
+///
+/// Inputs in order: Q1, Q2, X1, X3, C2 (scaled), then [`InputSet::personal`].
+///
+/// [`InputSet::personal`]: crate::InputSet::personal
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResidualNetwork {
+    layers: [Layer; 4],
+}
+
+/// Shapes `(inputs, outputs)` of the four layers.
+pub(crate) const SHAPES: [(usize, usize); 4] =
+    [(INPUTS, HIDDEN[0]), (HIDDEN[0], HIDDEN[1]), (HIDDEN[1], HIDDEN[2]), (HIDDEN[2], 1)];
+
+impl ResidualNetwork {
+    /// The network that adds nothing: a twin with it equals the population model.
+    #[must_use]
+    pub fn zeros() -> Self {
+        Self { layers: SHAPES.map(|(inputs, outputs)| Layer::zeros(inputs, outputs)) }
+    }
+
+    /// Hidden weights and biases uniform in +-1/sqrt(inputs), the default of the library that the
+    /// authors used; the last layer zero, so that the untrained twin equals the population model.
+    #[must_use]
+    pub fn untrained(seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut network = Self::zeros();
+        for (layer, (inputs, _)) in network.layers.iter_mut().zip(SHAPES).take(3) {
+            let bound = 1.0 / (inputs as f64).sqrt();
+            for value in layer.weight.iter_mut().chain(&mut layer.bias) {
+                *value = rng.random_range(-bound..bound);
+            }
+        }
+        network
+    }
+
+    /// A network from its four weight matrices, each of shape `(outputs, inputs)` row-major as in
+    /// the published files, and its four bias vectors.
+    ///
+    /// # Errors
+    /// [`TwinError::Shape`] or [`TwinError::NotFiniteWeight`], naming the tensor.
+    pub fn from_tensors(weights: [&[f64]; 4], biases: [&[f64]; 4]) -> Result<Self, TwinError> {
+        let mut network = Self::zeros();
+        for (i, (inputs, outputs)) in SHAPES.into_iter().enumerate() {
+            let (weight, bias) = (weights[i], biases[i]);
+            for (kind, found, expected) in
+                [("weight", weight.len(), inputs * outputs), ("bias", bias.len(), outputs)]
+            {
+                if found != expected {
+                    return Err(TwinError::Shape { tensor: tensor_name(i, kind), found, expected });
+                }
+            }
+            for (kind, values) in [("weight", weight), ("bias", bias)] {
+                if values.iter().any(|v| !v.is_finite()) {
+                    return Err(TwinError::NotFiniteWeight { tensor: tensor_name(i, kind) });
+                }
+            }
+            let layer = &mut network.layers[i];
+            for o in 0..outputs {
+                for k in 0..inputs {
+                    layer.weight[k * outputs + o] = weight[o * inputs + k];
+                }
+            }
+            layer.bias.copy_from_slice(bias);
+        }
+        Ok(network)
+    }
+
+    /// Weights (shape `(outputs, inputs)`, row-major) and bias of layer `i` of four.
+    pub(crate) fn tensors(&self, i: usize) -> (Vec<f64>, &[f64]) {
+        let (inputs, outputs) = SHAPES[i];
+        let layer = &self.layers[i];
+        let mut weight = Vec::with_capacity(inputs * outputs);
+        for o in 0..outputs {
+            weight.extend((0..inputs).map(|k| layer.weight[k * outputs + o]));
+        }
+        (weight, &layer.bias)
+    }
+
+    /// The layers, weights of shape `(inputs, outputs)`.
+    pub(crate) fn layers(&self) -> &[Layer; 4] {
+        &self.layers
+    }
+
+    /// The layers, for training to write to.
+    pub(crate) fn layers_mut(&mut self) -> &mut [Layer; 4] {
+        &mut self.layers
+    }
+
+    /// A person's addition to dQ1/dt, scaled units per minute. Allocates nothing.
+    #[must_use]
+    pub fn evaluate(&self, input: &[f64; INPUTS]) -> f64 {
+        let mut first = [0.0; HIDDEN[0]];
+        let mut second = [0.0; HIDDEN[1]];
+        let mut third = [0.0; HIDDEN[2]];
+        let mut output = [0.0];
+        self.layers[0].apply(input, &mut first);
+        rectify(&mut first);
+        self.layers[1].apply(&first, &mut second);
+        rectify(&mut second);
+        self.layers[2].apply(&second, &mut third);
+        rectify(&mut third);
+        self.layers[3].apply(&third, &mut output);
+        output[0]
+    }
+}
+
+/// Name of a layer's tensor in weight files, `layers.0.weight` to `layers.3.bias`.
+pub(crate) fn tensor_name(layer: usize, kind: &str) -> String {
+    format!("layers.{layer}.{kind}")
+}
+
+/// ReLU that lets NaN through, so that a broken input cannot turn into a plausible output.
+pub(crate) fn rectify(values: &mut [f64]) {
+    for value in values {
+        if *value < 0.0 {
+            *value = 0.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parameter_count_is_the_papers() {
+        assert_eq!(PARAMETERS, 11_777);
+        let network = ResidualNetwork::zeros();
+        let held: usize = network.layers.iter().map(|l| l.weight.len() + l.bias.len()).sum();
+        assert_eq!(held, PARAMETERS);
+    }
+
+    #[test]
+    fn untrained_adds_nothing_and_depends_on_the_seed() {
+        let network = ResidualNetwork::untrained(1);
+        assert_eq!(network.evaluate(&[0.3; INPUTS]), 0.0);
+        assert_eq!(network, ResidualNetwork::untrained(1));
+        assert_ne!(network, ResidualNetwork::untrained(2));
+    }
+
+    #[test]
+    fn evaluation_follows_a_hand_worked_path_and_keeps_nan() {
+        let mut w: Vec<Vec<f64>> = SHAPES.iter().map(|(i, o)| vec![0.0; i * o]).collect();
+        let mut b: Vec<Vec<f64>> = SHAPES.iter().map(|(_, o)| vec![0.0; *o]).collect();
+        // Unit 5 of layer 0 takes 2 x input 3 - 1; unit 7 takes its negative and is cut.
+        w[0][5 * INPUTS + 3] = 2.0;
+        b[0][5] = -1.0;
+        w[0][7 * INPUTS + 3] = -2.0;
+        w[1][9 * HIDDEN[0] + 5] = 3.0;
+        w[1][9 * HIDDEN[0] + 7] = 100.0;
+        w[2][31 * HIDDEN[1] + 9] = 0.5;
+        w[3][31] = -4.0;
+        b[3][0] = 0.25;
+        let network = ResidualNetwork::from_tensors(
+            [&w[0], &w[1], &w[2], &w[3]],
+            [&b[0], &b[1], &b[2], &b[3]],
+        )
+        .expect("shapes");
+        let mut input = [0.0; INPUTS];
+        input[3] = 1.5; // 2 x 1.5 - 1 = 2, x 3 = 6, x 0.5 = 3, x -4 + 0.25 = -11.75
+        assert_eq!(network.evaluate(&input), -11.75);
+        let (weight, bias) = network.tensors(1);
+        assert_eq!((weight, bias), (w[1].clone(), b[1].as_slice()));
+        input[0] = f64::NAN;
+        assert!(network.evaluate(&input).is_nan());
+    }
+
+    #[test]
+    fn a_wrong_shape_or_nan_names_the_tensor() {
+        let zeros: Vec<Vec<f64>> = SHAPES.iter().map(|(i, o)| vec![0.0; i * o]).collect();
+        let bias: Vec<Vec<f64>> = SHAPES.iter().map(|(_, o)| vec![0.0; *o]).collect();
+        let biases = [&bias[0][..], &bias[1], &bias[2], &bias[3]];
+        let short = ResidualNetwork::from_tensors(
+            [&zeros[0], &zeros[1][1..], &zeros[2], &zeros[3]],
+            biases,
+        );
+        assert!(short.is_err_and(|e| e.to_string().contains("layers.1.weight")));
+        let mut broken = zeros[2].clone();
+        broken[3] = f64::NAN;
+        let nan =
+            ResidualNetwork::from_tensors([&zeros[0], &zeros[1], &broken, &zeros[3]], biases);
+        assert!(nan.is_err_and(|e| e.to_string().contains("layers.2.weight")));
+    }
+}

@@ -1,0 +1,74 @@
+//! A digital twin: the population model and one person's addition to it.
+
+use std::sync::Arc;
+
+use nn_statespace::{PopulationModel, ScaledStates};
+use physiology::{Compartment, MgPerDl, NonFinite, Plant, States, StepInput};
+
+use crate::heart_rate::HeartRateScaler;
+use crate::inputs::InputSet;
+use crate::prepared::network_input;
+use crate::residual::ResidualNetwork;
+
+/// Where a twin came from.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct TwinCard {
+    /// The person the twin stands for.
+    pub person_id: String,
+    /// Where the weights came from, in words.
+    pub origin: String,
+    /// Version of the software that made the file.
+    pub version: String,
+    /// SHA-256 of the training windows, hexadecimal; `None` where they are not at hand.
+    pub training_data_sha256: Option<String>,
+    /// The resolved training configuration as JSON; `None` where it is not known.
+    pub training: Option<serde_json::Value>,
+}
+
+/// One person's plant (paper, Eq. `indLevelNN`): the population model, with the output of the
+/// person's residual network added to dQ1/dt inside the loop, before the clamp.
+///
+/// Personal inputs that a step lacks are read as [`InputSet::personal`] says;
+/// [`MissingContext::count`](crate::MissingContext::count) tells how often that happens.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    /// The population model, frozen and shared between people.
+    pub population: Arc<PopulationModel>,
+    /// The person's network.
+    pub residual: ResidualNetwork,
+    /// Scaling of heart rate, from the person's training data; `None` if they held no heart rate.
+    pub heart_rate_scaler: Option<HeartRateScaler>,
+    /// Which personal inputs the network sees.
+    pub inputs: InputSet,
+    /// Where the twin came from.
+    pub card: TwinCard,
+}
+
+impl Twin {
+    /// The person's addition to dQ1/dt at a state, scaled units of Q1 per minute.
+    #[must_use]
+    pub fn residual_rate(&self, state: &ScaledStates, input: &StepInput) -> f64 {
+        let personal = self.inputs.personal(&input.context, self.heart_rate_scaler.as_ref());
+        self.residual.evaluate(&network_input(state, &personal))
+    }
+}
+
+impl Plant for Twin {
+    type State = ScaledStates;
+
+    fn step(&self, state: &ScaledStates, input: &StepInput) -> Result<ScaledStates, NonFinite> {
+        let residual = self.residual_rate(state, input);
+        if !residual.is_finite() {
+            return Err(NonFinite { compartment: Compartment::Q1 });
+        }
+        self.population.step_with_residual(state, input, residual)
+    }
+
+    fn glucose(&self, state: &ScaledStates) -> MgPerDl {
+        self.population.glucose(state)
+    }
+
+    fn report(&self, state: &ScaledStates) -> States {
+        self.population.report(state)
+    }
+}
