@@ -1,6 +1,6 @@
 //! What can go wrong with a model, its files and its training.
 
-use physiology::Compartment;
+use physiology::{Compartment, MgPerDl};
 
 use crate::wiring::Signal;
 
@@ -59,5 +59,84 @@ pub enum ModelError {
     NoRows {
         /// The signal at fault.
         signal: Signal,
+    },
+    /// A PyTorch file is not the archive it should be.
+    #[error("archive, offset {offset}: {problem}; is the file complete?")]
+    Archive {
+        /// Where in the file.
+        offset: usize,
+        /// What stands there.
+        problem: &'static str,
+    },
+    /// An archive lacks an entry.
+    #[error("archive: no entry '{entry}'; is this a PyTorch state dictionary?")]
+    MissingEntry {
+        /// Name of the entry, or how it should end.
+        entry: String,
+    },
+    /// A pickle holds something that files of this kind do not.
+    #[error(
+        "pickle, offset {offset}, opcode {opcode:#04x}: {problem}; is this the file that the \
+         authors published?"
+    )]
+    Pickle {
+        /// Where in the file the opcode stands.
+        offset: usize,
+        /// The opcode, or 0 where none could be read.
+        opcode: u8,
+        /// What is wrong there.
+        problem: &'static str,
+    },
+    /// A PyTorch file does not hold a dictionary of tensors.
+    #[error("not a state dictionary: {found}; save `model.state_dict()` and nothing around it")]
+    NotAStateDict {
+        /// What it holds instead.
+        found: &'static str,
+    },
+    /// A pickle does not hold a fitted robust scaler.
+    #[error("not a robust scaler: {found}; expected a pickled scikit-learn RobustScaler")]
+    NotAScaler {
+        /// What it holds instead.
+        found: &'static str,
+    },
+    /// A file lacks a tensor.
+    #[error("tensor {tensor}: not in the file; is this the right kind of model?")]
+    MissingTensor {
+        /// Name of the tensor.
+        tensor: String,
+    },
+    /// A tensor is not usable.
+    #[error("tensor {tensor}: {problem}")]
+    BadTensor {
+        /// Name of the tensor in its file.
+        tensor: String,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A table of initial states is not readable.
+    #[error("initial states, line {line}, column {column}: {problem}")]
+    InitialTable {
+        /// The line, counted from 1.
+        line: usize,
+        /// The column's name; empty where the line as a whole is at fault.
+        column: String,
+        /// What is wrong there.
+        problem: String,
+    },
+    /// A table of initial states has no row for a glucose value.
+    #[error("initial states: no row for {glucose}; the table goes from {lowest} to {highest}")]
+    GlucoseOutsideTable {
+        /// The value asked for.
+        glucose: MgPerDl,
+        /// The table's lowest.
+        lowest: MgPerDl,
+        /// The table's highest.
+        highest: MgPerDl,
+    },
+    /// A glucose value cannot be.
+    #[error("initial state: {glucose} is not a positive finite glucose concentration")]
+    Glucose {
+        /// The value given.
+        glucose: MgPerDl,
     },
 }

@@ -9,6 +9,8 @@
 
 mod card;
 mod error;
+pub mod import;
+pub mod initial_state;
 mod network;
 mod per_compartment;
 mod population;
