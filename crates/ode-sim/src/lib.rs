@@ -19,6 +19,7 @@
 //! # Ok::<(), ode_sim::OdeError>(())
 //! ```
 
+pub mod dosing;
 pub mod equations;
 mod error;
 pub mod exercise;
@@ -27,9 +28,14 @@ mod integrator;
 mod linearised;
 mod parameters;
 mod plant;
+pub mod population;
+mod random;
+pub mod rescue;
 mod state;
 pub mod steady_state;
+pub mod vpp_scenario;
 
+pub use dosing::BolusCalculator;
 pub use equations::EgpMode;
 pub use error::OdeError;
 pub use exercise::ExerciseMemory;
@@ -37,5 +43,7 @@ pub use gut::GutPair;
 pub use integrator::Integrator;
 pub use parameters::{OdeParameters, T1D_SENSITIVITY_FACTOR};
 pub use plant::OdePlant;
+pub use population::{VirtualPerson, population};
+pub use rescue::RescueCarbs;
 pub use state::{OdeMatrix, OdeState, OdeVector, slot};
 pub use steady_state::SteadyState;

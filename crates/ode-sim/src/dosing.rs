@@ -1,0 +1,144 @@
+//! Rules by which doses are set: total daily insulin, insulin-to-carbohydrate ratio, bolus calculator.
+
+use physiology::{Grams, GramsPerUnit, MgPerDl, Units, UnitsPerHour};
+
+use crate::error::OdeError;
+
+/// Total daily insulin over the basal part of it (Resalat et al. 2019: basal is 56 % of the total).
+pub const TOTAL_TO_BASAL: f64 = 1.78;
+/// Correction factor times total daily insulin, mg/dL: the "1700 rule" (Davidson et al. 2008).
+pub const CORRECTION_RULE: f64 = 1700.0;
+/// Rise of glucose by one gram of carbohydrate that turns the correction factor into the
+/// insulin-to-carbohydrate ratio, mg/dL/g (Resalat et al. 2019, test program).
+pub const RISE_PER_GRAM: f64 = 3.0;
+
+/// Total daily insulin of a person whom `basal` holds at target: 24 h of it times
+/// [`TOTAL_TO_BASAL`].
+#[must_use]
+pub fn total_daily_insulin(basal: UnitsPerHour) -> Units {
+    Units(basal.0 * 24.0 * TOTAL_TO_BASAL)
+}
+
+/// The basal rate that belongs to a total daily insulin; inverse of [`total_daily_insulin`].
+#[must_use]
+pub fn basal_of(total: Units) -> UnitsPerHour {
+    UnitsPerHour(total.0 / TOTAL_TO_BASAL / 24.0)
+}
+
+/// Insulin-to-carbohydrate ratio 1700 / (3 TDIR), g/U.
+#[must_use]
+pub fn insulin_to_carb_ratio(total: Units) -> GramsPerUnit {
+    GramsPerUnit(CORRECTION_RULE / (RISE_PER_GRAM * total.0))
+}
+
+/// Fall of glucose by one unit, 1700 / TDIR, mg/dL/U.
+#[must_use]
+pub fn correction_factor(total: Units) -> f64 {
+    CORRECTION_RULE / total.0
+}
+
+/// What a bolus calculator does about glucose away from target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correction {
+    /// Fall of glucose by one unit, mg/dL/U.
+    pub factor: f64,
+    /// Glucose aimed at.
+    pub target: MgPerDl,
+}
+
+/// A bolus calculator as pumps carry it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BolusCalculator {
+    ratio: GramsPerUnit,
+    correction: Option<Correction>,
+}
+
+impl BolusCalculator {
+    /// A calculator with these settings; without `correction` it doses meals only.
+    ///
+    /// # Errors
+    /// [`OdeError::Argument`] for a ratio, factor or target that is not a positive number.
+    pub fn new(ratio: GramsPerUnit, correction: Option<Correction>) -> Result<Self, OdeError> {
+        let settings = [
+            ("insulin-to-carbohydrate ratio", Some(ratio.0)),
+            ("correction factor", correction.map(|c| c.factor)),
+            ("target glucose", correction.map(|c| c.target.0)),
+        ];
+        for (name, value) in settings {
+            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
+            }
+        }
+        Ok(Self { ratio, correction })
+    }
+
+    /// The calculator of a person by the 1700 rule, correcting to `target`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), if `total` is not a positive number.
+    pub fn by_1700_rule(total: Units, target: MgPerDl) -> Result<Self, OdeError> {
+        let correction = Correction { factor: correction_factor(total), target };
+        Self::new(insulin_to_carb_ratio(total), Some(correction))
+    }
+
+    /// The meal part alone: carbohydrate over the ratio.
+    #[must_use]
+    pub fn meal_bolus(&self, carbs: Grams) -> Units {
+        Units(carbs.0 / self.ratio.0)
+    }
+
+    /// Meal part and correction together, never negative.
+    ///
+    /// Insulin still acting, `on_board`, is taken off the correction where that is positive, and
+    /// never off the meal part. Glucose below target takes insulin off the meal part.
+    #[must_use]
+    pub fn bolus(&self, carbs: Grams, glucose: MgPerDl, on_board: Units) -> Units {
+        let correction = self.correction.map_or(0.0, |c| (glucose.0 - c.target.0) / c.factor);
+        let correction =
+            if correction > 0.0 { (correction - on_board.0).max(0.0) } else { correction };
+        Units((self.meal_bolus(carbs).0 + correction).max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn basal_and_total_are_inverse() {
+        let total = total_daily_insulin(UnitsPerHour(0.9));
+        assert!((total.0 - 38.448).abs() < 1e-12); // by hand, rounding
+        assert!((basal_of(total).0 - 0.9).abs() < 1e-15); // rounding
+    }
+
+    #[test]
+    fn the_1700_rule_by_hand() {
+        assert!((insulin_to_carb_ratio(Units(42.5)).0 - 40.0 / 3.0).abs() < 1e-13); // rounding
+        assert_eq!(correction_factor(Units(42.5)), 40.0);
+    }
+
+    #[test]
+    fn boluses_by_hand() {
+        let calculator = BolusCalculator::by_1700_rule(Units(42.5), MgPerDl(120.0))
+            .expect("settings are positive");
+        // (carbs g, glucose mg/dL, on board U, bolus U)
+        let cases = [
+            (40.0, 120.0, 0.0, 3.0),
+            (40.0, 200.0, 0.0, 5.0),
+            (40.0, 200.0, 1.5, 3.5),
+            (40.0, 200.0, 9.0, 3.0),
+            (40.0, 80.0, 5.0, 2.0),
+            (0.0, 80.0, 0.0, 0.0),
+        ];
+        for (carbs, glucose, on_board, expected) in cases {
+            let bolus = calculator.bolus(Grams(carbs), MgPerDl(glucose), Units(on_board));
+            assert!((bolus.0 - expected).abs() < 1e-12, "{carbs} g at {glucose}"); // rounding
+        }
+    }
+
+    #[test]
+    fn settings_that_cannot_be_are_refused() {
+        assert!(BolusCalculator::new(GramsPerUnit(0.0), None).is_err());
+        assert!(BolusCalculator::by_1700_rule(Units(f64::NAN), MgPerDl(110.0)).is_err());
+    }
+}
