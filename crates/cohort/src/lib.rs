@@ -1,1 +1,31 @@
-//! The record schema of a type 1 diabetes cohort, its importers, windows and splits
+//! The record of a type 1 diabetes cohort: who was observed, what was given and what was read,
+//! on a five-minute grid.
+//!
+//! - [`Cohort`], [`Person`], [`Record`]: the data in memory, missing values marked as missing.
+//! - [`read_folder`], [`write_folder`]: the canonical folder (`people.csv` with `records.csv` or
+//!   `records.parquet`).
+//! - [`Person::inputs`]: a person's columns as the inputs of a plant.
+//! - [`windows`], [`split_by_time`], [`split_by_person`]: what is trained on and what is held out.
+//!
+//! The crate knows no model. It reads and writes paths because the tables demand files; it prints
+//! nothing.
+
+mod error;
+mod folder;
+mod inputs;
+mod person;
+mod range;
+mod record;
+mod resting_heart_rate;
+mod split;
+mod text_table;
+mod window;
+
+pub use error::{CohortError, Place};
+pub use folder::{RecordsFormat, read_folder, write_folder};
+pub use inputs::MissingDoses;
+pub use person::{Cohort, Person, Therapy};
+pub use record::{Channel, Record};
+pub use resting_heart_rate::{RestRule, RestingHeartRate};
+pub use split::{PersonSplit, TRAINING_DAYS, TimeSplit, split_by_person, split_by_time};
+pub use window::{DoseRule, Window, WindowRule, windows};

@@ -1,0 +1,303 @@
+//! What can be wrong with a cohort or with a foreign file, and where.
+
+use chrono::NaiveDateTime;
+
+/// Where in a table something was found.
+#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
+pub struct Place {
+    /// The file, relative to the folder that was read.
+    pub file: String,
+    /// Line in a text file (1-based, the header is line 1), or data row in a Parquet file
+    /// (1-based).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub row: Option<usize>,
+    /// The column's name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+}
+
+impl Place {
+    /// A whole file.
+    #[must_use]
+    pub fn file(file: impl Into<String>) -> Self {
+        Self { file: file.into(), row: None, column: None }
+    }
+
+    /// A row of a file.
+    #[must_use]
+    pub fn row(file: impl Into<String>, row: usize) -> Self {
+        Self { file: file.into(), row: Some(row), column: None }
+    }
+
+    /// A cell of a file.
+    #[must_use]
+    pub fn cell(file: impl Into<String>, row: usize, column: impl Into<String>) -> Self {
+        Self { file: file.into(), row: Some(row), column: Some(column.into()) }
+    }
+
+    /// A column of a file.
+    #[must_use]
+    pub fn column(file: impl Into<String>, column: impl Into<String>) -> Self {
+        Self { file: file.into(), row: None, column: Some(column.into()) }
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(row) = self.row {
+            write!(f, ", row {row}")?;
+        }
+        if let Some(column) = &self.column {
+            write!(f, ", column {column}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Every way in which reading, writing or using a cohort fails.
+#[derive(Debug, thiserror::Error)]
+pub enum CohortError {
+    /// A file that must be there is not.
+    #[error("{file}: no such file; {remedy}")]
+    MissingFile {
+        /// The file that was looked for.
+        file: String,
+        /// What would mend it.
+        remedy: String,
+    },
+    /// The operating system refused.
+    #[error("{file}: cannot be {action}: {source}")]
+    Io {
+        /// The file at fault.
+        file: String,
+        /// `read` or `written`.
+        action: &'static str,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A table could not be taken apart or put together.
+    #[error("{file}: not a readable table: {reason}")]
+    Table {
+        /// The file at fault.
+        file: String,
+        /// The table library's reason.
+        reason: String,
+    },
+    /// A file has no data row.
+    #[error("{file}: no data row; a header and at least one row are needed")]
+    Empty {
+        /// The file at fault.
+        file: String,
+    },
+    /// A folder or file belongs to another study or format.
+    #[error("{file}: not in the layout of {expected}: {reason}")]
+    WrongLayout {
+        /// The file or folder at fault.
+        file: String,
+        /// The format that was asked for.
+        expected: &'static str,
+        /// What was looked for in vain.
+        reason: String,
+    },
+    /// A column that must be there is not.
+    #[error("{file}: no column '{column}'; found {found}")]
+    MissingColumn {
+        /// The file at fault.
+        file: String,
+        /// The column that was looked for.
+        column: String,
+        /// The columns that are there.
+        found: String,
+    },
+    /// A column name occurs twice.
+    #[error("{file}: two columns named '{column}'; rename or remove one")]
+    DuplicateColumn {
+        /// The file at fault.
+        file: String,
+        /// The repeated name.
+        column: String,
+    },
+    /// A row has more or fewer fields than the header.
+    #[error(
+        "{place}: {found} fields where the header has {expected}; the row is cut off or has a stray separator"
+    )]
+    FieldCount {
+        /// The row.
+        place: Place,
+        /// Fields found.
+        found: usize,
+        /// Fields of the header.
+        expected: usize,
+    },
+    /// The bytes of a text file are not text.
+    #[error("{place}: {reason}")]
+    Text {
+        /// The line.
+        place: Place,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A cell is not what its column asks for.
+    #[error("{place}: '{value}' is not {expected}")]
+    Cell {
+        /// The cell.
+        place: Place,
+        /// Its text, shortened.
+        value: String,
+        /// What the column asks for.
+        expected: &'static str,
+    },
+    /// A number is outside what its column can hold.
+    #[error("{place}: {value} is outside {low} to {high} {unit}; {remedy}")]
+    OutOfRange {
+        /// The cell.
+        place: Place,
+        /// The number.
+        value: f64,
+        /// Smallest admitted value.
+        low: f64,
+        /// Largest admitted value.
+        high: f64,
+        /// Unit of the column.
+        unit: &'static str,
+        /// What would mend it.
+        remedy: &'static str,
+    },
+    /// A person is listed twice.
+    #[error("{place}: person '{person}' is listed twice; keep one row per person")]
+    DuplicatePerson {
+        /// The second row.
+        place: Place,
+        /// The person's identifier.
+        person: String,
+    },
+    /// A row names a person who is not in the list of people.
+    #[error("{place}: person '{person}' is not in people.csv; add a row there")]
+    UnknownPerson {
+        /// The row.
+        place: Place,
+        /// The person's identifier.
+        person: String,
+    },
+    /// A person has no record at all.
+    #[error("{file}: no row for person '{person}'; remove the person from people.csv or add rows")]
+    NoRecord {
+        /// The file of records.
+        file: String,
+        /// The person's identifier.
+        person: String,
+    },
+    /// Two rows of a person have the same time.
+    #[error("{place}: person '{person}' has two rows at {time}; keep one row per step")]
+    DuplicateStep {
+        /// The second row.
+        place: Place,
+        /// The person's identifier.
+        person: String,
+        /// The repeated time.
+        time: NaiveDateTime,
+    },
+    /// A row lies before the row above it.
+    #[error("{place}: person '{person}' at {time} comes after {previous}; sort the rows by time")]
+    OutOfOrder {
+        /// The row.
+        place: Place,
+        /// The person's identifier.
+        person: String,
+        /// Time of the row.
+        time: NaiveDateTime,
+        /// Time of the person's row above.
+        previous: NaiveDateTime,
+    },
+    /// A time is not a multiple of five minutes.
+    #[error("{place}: {time} is off the 5-minute grid; steps start at minute 0, 5, 10, ...")]
+    OffGrid {
+        /// The row.
+        place: Place,
+        /// The time.
+        time: NaiveDateTime,
+    },
+    /// A record would reach further than any study.
+    #[error(
+        "{place}: person '{person}' spans {days} days, more than {limit}; a time is probably wrong"
+    )]
+    TooLong {
+        /// The row that stretches the record.
+        place: Place,
+        /// The person's identifier.
+        person: String,
+        /// The span it would have.
+        days: i64,
+        /// The longest span admitted.
+        limit: i64,
+    },
+    /// Glucose that can only be mmol/L.
+    #[error(
+        "{place}: person '{person}' has a median of {median}: looks like mmol/L; multiply by 18 or import"
+    )]
+    LooksLikeMmol {
+        /// The column.
+        place: Place,
+        /// The person's identifier.
+        person: String,
+        /// Median of the column.
+        median: f64,
+    },
+    /// A record's grid cannot be laid.
+    #[error("record of {steps} steps from {start}: {reason}")]
+    Grid {
+        /// First step.
+        start: NaiveDateTime,
+        /// Number of steps.
+        steps: usize,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A step beyond the end of a record was asked for.
+    #[error("person '{person}': steps {start}..{end} were asked for, the record has {len}")]
+    Range {
+        /// The person's identifier.
+        person: String,
+        /// First step asked for.
+        start: usize,
+        /// One past the last step asked for.
+        end: usize,
+        /// Steps in the record.
+        len: usize,
+    },
+    /// A dose is missing where the caller refused to guess.
+    #[error(
+        "person '{person}', step {step}, column {column}: not recorded; choose steps with recorded doses or say that missing doses are zero"
+    )]
+    MissingDose {
+        /// The person's identifier.
+        person: String,
+        /// The step.
+        step: usize,
+        /// The channel's column name.
+        column: &'static str,
+    },
+    /// A value that must be a finite number is not.
+    #[error("person '{person}', step {step}, column {column}: {value} is not a finite number")]
+    NonFinite {
+        /// The person's identifier.
+        person: String,
+        /// The step.
+        step: usize,
+        /// The channel's column name.
+        column: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// A window or split rule cannot be carried out.
+    #[error("{rule} of {value}: {remedy}")]
+    Rule {
+        /// The rule's field.
+        rule: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would mend it.
+        remedy: &'static str,
+    },
+}

@@ -1,0 +1,123 @@
+//! The canonical folder of a cohort: `people.csv` with `records.csv` or `records.parquet`.
+
+use std::path::Path;
+
+use crate::error::CohortError;
+use crate::person::Cohort;
+
+mod people_table;
+mod read_records;
+mod record_table;
+mod write_records;
+
+/// The file of people.
+const PEOPLE: &str = "people.csv";
+/// The file of records as text.
+const RECORDS_CSV: &str = "records.csv";
+/// The file of records as Parquet.
+const RECORDS_PARQUET: &str = "records.parquet";
+
+/// How `write_folder` stores the records.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RecordsFormat {
+    /// `records.csv`: text, every number in the shortest form that reads back exactly.
+    Csv,
+    /// `records.parquet`: smaller and faster.
+    Parquet,
+}
+
+impl RecordsFormat {
+    const fn file(self) -> &'static str {
+        match self {
+            Self::Csv => RECORDS_CSV,
+            Self::Parquet => RECORDS_PARQUET,
+        }
+    }
+}
+
+/// Reads a cohort folder strictly: whatever is wrong is an error that names file, row and column.
+///
+/// Columns beyond the documented ones are ignored. Rows absent between a person's first and last
+/// row become steps in which nothing is recorded.
+///
+/// # Errors
+/// If a file or column is missing, a row cannot be read, a value is outside what its column can
+/// hold, rows are repeated, out of order or off the grid, or glucose is in mmol/L.
+pub fn read_folder(folder: &Path) -> Result<Cohort, CohortError> {
+    let mut people = people_table::read(folder)?;
+    let format = match (folder.join(RECORDS_CSV).exists(), folder.join(RECORDS_PARQUET).exists()) {
+        (true, true) => {
+            return Err(CohortError::WrongLayout {
+                file: folder.display().to_string(),
+                expected: "a cohort folder",
+                reason: "both records.csv and records.parquet; remove one".into(),
+            });
+        }
+        (true, false) => RecordsFormat::Csv,
+        (false, true) => RecordsFormat::Parquet,
+        (false, false) => {
+            return Err(CohortError::MissingFile {
+                file: RECORDS_CSV.into(),
+                remedy: format!(
+                    "put records.csv or records.parquet beside {}",
+                    folder.join(PEOPLE).display()
+                ),
+            });
+        }
+    };
+    let table = record_table::RecordTable::read(folder, format)?;
+    read_records::fill(&mut people, &table)?;
+    Ok(Cohort { people })
+}
+
+/// Writes a cohort folder, making the folder if need be. The same cohort gives the same bytes.
+///
+/// A step in which nothing is recorded gets no row, except the first and last of a person, which
+/// keep the grid's ends.
+///
+/// # Errors
+/// If a person has no step, an identifier is unfit or repeated, a value is not finite or outside
+/// what its column can hold, the folder already holds records in the other format, or a file
+/// cannot be written.
+pub fn write_folder(
+    cohort: &Cohort,
+    folder: &Path,
+    format: RecordsFormat,
+) -> Result<(), CohortError> {
+    let other = match format {
+        RecordsFormat::Csv => RECORDS_PARQUET,
+        RecordsFormat::Parquet => RECORDS_CSV,
+    };
+    if folder.join(other).exists() {
+        return Err(CohortError::WrongLayout {
+            file: folder.display().to_string(),
+            expected: "a folder to write a cohort into",
+            reason: format!("it already holds {other}; remove it or choose another folder"),
+        });
+    }
+    write_records::check(cohort)?;
+    std::fs::create_dir_all(folder).map_err(|source| CohortError::Io {
+        file: folder.display().to_string(),
+        action: "written",
+        source,
+    })?;
+    write_records::write(cohort, folder, format)?;
+    people_table::write(cohort, folder)
+}
+
+/// Writes `bytes` under a passing name and renames it, so that a file is whole or absent.
+fn write_whole(
+    folder: &Path,
+    name: &str,
+    write: impl FnOnce(std::fs::File) -> Result<(), CohortError>,
+) -> Result<(), CohortError> {
+    let failed = |source| CohortError::Io { file: name.into(), action: "written", source };
+    let partial = folder.join(format!(".{name}.partial"));
+    let file = std::fs::File::create(&partial).map_err(failed)?;
+    if let Err(error) = write(file) {
+        // The write's own error is the one to report, whatever becomes of the partial file.
+        drop(std::fs::remove_file(&partial));
+        return Err(error);
+    }
+    std::fs::rename(&partial, folder.join(name)).map_err(failed)
+}

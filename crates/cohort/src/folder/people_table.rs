@@ -1,0 +1,116 @@
+//! `people.csv`: a row a person.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use chrono::NaiveDateTime;
+use physiology::{BeatsPerMinute, Kilograms};
+use polars::prelude::{Column, CsvWriter, DataFrame, IntoColumn, NamedFrom, SerWriter, Series};
+
+use super::{PEOPLE, write_whole};
+use crate::error::CohortError;
+use crate::person::{Cohort, Person, Therapy, is_person_id};
+use crate::record::Record;
+use crate::text_table::{TextColumn, TextTable};
+
+const PERSON_ID: &str = "person_id";
+const WEIGHT: &str = "weight_kg";
+const THERAPY: &str = "therapy";
+const HEART_RATE_BASELINE: &str = "heart_rate_baseline_bpm";
+
+/// The people, with empty records.
+pub(super) fn read(folder: &Path) -> Result<Vec<Person>, CohortError> {
+    let path = folder.join(PEOPLE);
+    if !path.exists() {
+        return Err(CohortError::MissingFile {
+            file: PEOPLE.into(),
+            remedy: format!(
+                "{} is not a cohort folder; if it is a study's own data, import it",
+                folder.display()
+            ),
+        });
+    }
+    let table = TextTable::read(&path, PEOPLE, b',')?;
+    let ids = table.column(PERSON_ID)?;
+    let weights = table.column(WEIGHT)?;
+    let therapies = table.column(THERAPY)?;
+    let baselines = table.column(HEART_RATE_BASELINE)?;
+    let mut seen = HashSet::new();
+    (0..table.height())
+        .map(|i| {
+            let id = person_id(&ids, i)?;
+            if !seen.insert(id) {
+                return Err(CohortError::DuplicatePerson {
+                    place: ids.place(i),
+                    person: id.into(),
+                });
+            }
+            Ok(Person {
+                id: id.into(),
+                weight: bounded(&weights, i, 1.0, 500.0, "kg")?.map(Kilograms),
+                therapy: therapies
+                    .text(i)
+                    .and_then(Therapy::from_name)
+                    .ok_or_else(|| therapies.wrong(i, "open_loop_pump, aid, mdi or unknown"))?,
+                heart_rate_baseline: bounded(&baselines, i, 0.0, 250.0, "1/min")?
+                    .map(BeatsPerMinute),
+                record: Record::new(NaiveDateTime::UNIX_EPOCH, 0)?,
+            })
+        })
+        .collect()
+}
+
+/// The identifier in row `i`.
+pub(super) fn person_id<'a>(column: &TextColumn<'a>, i: usize) -> Result<&'a str, CohortError> {
+    column.text(i).filter(|id| is_person_id(id)).ok_or_else(|| {
+        column.wrong(i, "a person's identifier; use letters, digits, '_', '-' and '.'")
+    })
+}
+
+fn bounded(
+    column: &TextColumn<'_>,
+    i: usize,
+    low: f64,
+    high: f64,
+    unit: &'static str,
+) -> Result<Option<f64>, CohortError> {
+    match column.number(i)? {
+        Some(value) if !(low..=high).contains(&value) => Err(CohortError::OutOfRange {
+            place: column.place(i),
+            value,
+            low,
+            high,
+            unit,
+            remedy: "correct it or leave the cell empty",
+        }),
+        value => Ok(value),
+    }
+}
+
+/// Writes the people.
+pub(super) fn write(cohort: &Cohort, folder: &Path) -> Result<(), CohortError> {
+    let people = &cohort.people;
+    let column = |name: &str, values: Vec<Option<f64>>| -> Column {
+        Series::new(name.into(), values).into_column()
+    };
+    let ids: Vec<&str> = people.iter().map(|person| person.id.as_str()).collect();
+    let therapies: Vec<&str> = people.iter().map(|person| person.therapy.name()).collect();
+    let failed = |error: polars::prelude::PolarsError| CohortError::Table {
+        file: PEOPLE.into(),
+        reason: error.to_string(),
+    };
+    let mut frame = DataFrame::new(
+        people.len(),
+        vec![
+            Series::new(PERSON_ID.into(), ids).into_column(),
+            column(WEIGHT, people.iter().map(|person| person.weight.map(|w| w.0)).collect()),
+            Series::new(THERAPY.into(), therapies).into_column(),
+            column(
+                HEART_RATE_BASELINE,
+                people.iter().map(|person| person.heart_rate_baseline.map(|b| b.0)).collect(),
+            ),
+        ],
+    )
+    .map_err(failed)?;
+    write_whole(folder, PEOPLE, |file| CsvWriter::new(file).finish(&mut frame).map_err(failed))
+}

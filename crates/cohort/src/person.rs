@@ -1,0 +1,109 @@
+//! A cohort and its people.
+
+use physiology::{BeatsPerMinute, Kilograms};
+
+use crate::record::Record;
+
+/// People observed in one study or made by one world.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cohort {
+    /// The people, in the order of `people.csv`.
+    pub people: Vec<Person>,
+}
+
+/// One person and the record of their days.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Person {
+    /// Unique within the cohort: letters, digits, `_`, `-` and `.`, starting with a letter or
+    /// digit, because it also names files.
+    pub id: String,
+    /// Body weight; `None` if unknown.
+    pub weight: Option<Kilograms>,
+    /// How insulin is given.
+    pub therapy: Therapy,
+    /// Resting heart rate; `None` where it is to be estimated from the record
+    /// ([`Person::resting_heart_rate`]), 0 where the record holds differences from the baseline.
+    pub heart_rate_baseline: Option<BeatsPerMinute>,
+    /// The five-minute record.
+    pub record: Record,
+}
+
+/// How insulin is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Therapy {
+    /// A pump that follows a programmed basal profile.
+    OpenLoopPump,
+    /// Automated insulin delivery: the pump's rate answers to the sensor.
+    Aid,
+    /// Multiple daily injections.
+    Mdi,
+    /// Not stated by the source.
+    Unknown,
+}
+
+impl Therapy {
+    /// Every therapy.
+    pub const ALL: [Self; 4] = [Self::OpenLoopPump, Self::Aid, Self::Mdi, Self::Unknown];
+
+    /// The word that stands in the column `therapy`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::OpenLoopPump => "open_loop_pump",
+            Self::Aid => "aid",
+            Self::Mdi => "mdi",
+            Self::Unknown => "unknown",
+        }
+    }
+
+    /// The therapy of a word, `None` for a word that is none of the four.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|therapy| therapy.name() == name)
+    }
+}
+
+impl std::fmt::Display for Therapy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Cohort {
+    /// The index and the person with identifier `id`.
+    #[must_use]
+    pub fn find(&self, id: &str) -> Option<(usize, &Person)> {
+        self.people.iter().enumerate().find(|(_, person)| person.id == id)
+    }
+}
+
+/// Whether `id` may name a person (and their files).
+pub(crate) fn is_person_id(id: &str) -> bool {
+    id.len() <= 64
+        && id.starts_with(|c: char| c.is_ascii_alphanumeric())
+        && id.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn therapies_are_read_as_they_are_written() {
+        for therapy in Therapy::ALL {
+            assert_eq!(Therapy::from_name(therapy.name()), Some(therapy));
+        }
+        assert_eq!(Therapy::from_name("Pump"), None);
+    }
+
+    #[test]
+    fn identifiers_cannot_leave_a_folder_or_start_a_formula() {
+        for good in ["2301", "HUPA0002P", "world-3_a.1"] {
+            assert!(is_person_id(good), "{good}");
+        }
+        for bad in ["", "../x", ".x", "=1+1", "-2", "a/b", "a b", "x\u{0}"] {
+            assert!(!is_person_id(bad), "{bad:?}");
+        }
+    }
+}

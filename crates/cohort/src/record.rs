@@ -1,0 +1,285 @@
+//! A person's columns on a five-minute grid without gaps.
+
+use chrono::{Datelike, NaiveDateTime, TimeDelta, Timelike, Weekday};
+
+use crate::error::CohortError;
+
+/// Longest record, days: 20 years. Anything longer is a wrong date.
+pub(crate) const MAX_DAYS: i64 = 20 * 366;
+
+/// A column of the record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Channel {
+    /// Sensor glucose at the start of the step, mg/dL.
+    Cgm,
+    /// Basal rate through the step, U/h.
+    Basal,
+    /// Bolus insulin delivered within the step, U.
+    Bolus,
+    /// Carbohydrate logged in the step, g.
+    Carbs,
+    /// Mean heart rate over the step, 1/min; the difference from the baseline where
+    /// [`Person::heart_rate_baseline`](crate::Person::heart_rate_baseline) is 0.
+    HeartRate,
+    /// Steps walked within the step, a count (fractional where the source's interval is longer).
+    Steps,
+    /// Share of the step asleep, 0 to 1.
+    SleepEfficiency,
+    /// 1 if the infusion set was changed within the step, else 0.
+    SetChange,
+}
+
+impl Channel {
+    /// Every channel, in the order of the columns of `records.csv`.
+    pub const ALL: [Self; 8] = [
+        Self::Cgm,
+        Self::Basal,
+        Self::Bolus,
+        Self::Carbs,
+        Self::HeartRate,
+        Self::Steps,
+        Self::SleepEfficiency,
+        Self::SetChange,
+    ];
+
+    /// The column of `records.csv`.
+    #[must_use]
+    pub const fn column(self) -> &'static str {
+        match self {
+            Self::Cgm => "cgm_mg_dl",
+            Self::Basal => "basal_u_h",
+            Self::Bolus => "bolus_u",
+            Self::Carbs => "carbs_g",
+            Self::HeartRate => "heart_rate_bpm",
+            Self::Steps => "steps",
+            Self::SleepEfficiency => "sleep_efficiency",
+            Self::SetChange => "set_change",
+        }
+    }
+
+    /// The unit's symbol; empty for shares and flags.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Cgm => "mg/dL",
+            Self::Basal => "U/h",
+            Self::Bolus => "U",
+            Self::Carbs => "g",
+            Self::HeartRate => "1/min",
+            Self::Steps => "steps",
+            Self::SleepEfficiency | Self::SetChange => "",
+        }
+    }
+}
+
+/// A person's columns on a gap-free five-minute grid.
+///
+/// Step `k` starts at [`time(k)`](Self::time). Every channel has [`len`](Self::len) values;
+/// `None` is "not recorded" and never zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    start: NaiveDateTime,
+    len: usize,
+    channels: [Vec<Option<f64>>; Channel::ALL.len()],
+}
+
+impl Record {
+    /// A record of `len` steps from `start` in which nothing is recorded.
+    ///
+    /// # Errors
+    /// If `start` is off the five-minute grid or outside the years 1900 to 2199, or if `len`
+    /// exceeds 20 years.
+    pub fn new(start: NaiveDateTime, len: usize) -> Result<Self, CohortError> {
+        let reason = if !on_grid(start) {
+            Some("the start is off the 5-minute grid; use minute 0, 5, 10, ...")
+        } else if !(1900..2200).contains(&start.year()) {
+            Some("the start is outside the years 1900 to 2199")
+        } else if len as i64 > MAX_DAYS * physiology::STEPS_PER_DAY as i64 {
+            Some("longer than 20 years; a time is probably wrong")
+        } else {
+            None
+        };
+        match reason {
+            Some(reason) => Err(CohortError::Grid { start, steps: len, reason }),
+            None => Ok(Self { start, len, channels: std::array::from_fn(|_| vec![None; len]) }),
+        }
+    }
+
+    /// Start of the first step, local wall clock.
+    #[must_use]
+    pub const fn start(&self) -> NaiveDateTime {
+        self.start
+    }
+
+    /// Number of steps.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether the record has no step.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// A channel's values, one a step.
+    #[must_use]
+    pub fn channel(&self, channel: Channel) -> &[Option<f64>] {
+        &self.channels[channel as usize]
+    }
+
+    /// A channel's values, to be filled. Only finite values may be put here;
+    /// [`write_folder`](crate::write_folder) and [`Person::inputs`](crate::Person::inputs) refuse
+    /// others.
+    pub fn channel_mut(&mut self, channel: Channel) -> &mut [Option<f64>] {
+        &mut self.channels[channel as usize]
+    }
+
+    /// Sensor glucose, mg/dL.
+    #[must_use]
+    pub fn cgm(&self) -> &[Option<f64>] {
+        self.channel(Channel::Cgm)
+    }
+
+    /// Basal rate, U/h.
+    #[must_use]
+    pub fn basal(&self) -> &[Option<f64>] {
+        self.channel(Channel::Basal)
+    }
+
+    /// Bolus insulin, U.
+    #[must_use]
+    pub fn bolus(&self) -> &[Option<f64>] {
+        self.channel(Channel::Bolus)
+    }
+
+    /// Carbohydrate, g.
+    #[must_use]
+    pub fn carbs(&self) -> &[Option<f64>] {
+        self.channel(Channel::Carbs)
+    }
+
+    /// Heart rate, 1/min.
+    #[must_use]
+    pub fn heart_rate(&self) -> &[Option<f64>] {
+        self.channel(Channel::HeartRate)
+    }
+
+    /// Steps walked.
+    #[must_use]
+    pub fn steps(&self) -> &[Option<f64>] {
+        self.channel(Channel::Steps)
+    }
+
+    /// Share of the step asleep, 0 to 1.
+    #[must_use]
+    pub fn sleep_efficiency(&self) -> &[Option<f64>] {
+        self.channel(Channel::SleepEfficiency)
+    }
+
+    /// Infusion set changes, 0 or 1.
+    #[must_use]
+    pub fn set_change(&self) -> &[Option<f64>] {
+        self.channel(Channel::SetChange)
+    }
+
+    /// Start of step `k`, local wall clock. `k` may lie beyond the end.
+    #[must_use]
+    pub fn time(&self, k: usize) -> NaiveDateTime {
+        let minutes = i64::try_from(k).unwrap_or(i64::MAX).saturating_mul(5);
+        TimeDelta::try_minutes(minutes)
+            .and_then(|elapsed| self.start.checked_add_signed(elapsed))
+            .unwrap_or(NaiveDateTime::MAX)
+    }
+
+    /// The step whose start is `time`, or `None` off the grid or outside the record.
+    #[must_use]
+    pub fn step_at(&self, time: NaiveDateTime) -> Option<usize> {
+        let seconds = time.signed_duration_since(self.start).num_seconds();
+        let k = usize::try_from(seconds).ok()? / 300;
+        (k < self.len && self.time(k) == time).then_some(k)
+    }
+
+    /// Hour of the local day at the start of step `k`, 0 to 23.
+    #[must_use]
+    pub fn hour(&self, k: usize) -> u8 {
+        u8::try_from(self.time(k).hour()).expect("an hour is below 24")
+    }
+
+    /// Whether step `k` lies on a Saturday or Sunday.
+    #[must_use]
+    pub fn weekend(&self, k: usize) -> bool {
+        matches!(self.time(k).weekday(), Weekday::Sat | Weekday::Sun)
+    }
+
+    /// Calendar days from the date of the first step to the date of step `k`.
+    #[must_use]
+    pub fn day_index(&self, k: usize) -> usize {
+        let days = self.time(k).date().signed_duration_since(self.start.date()).num_days();
+        usize::try_from(days).expect("step k is not before the start")
+    }
+
+    /// The steps `range` as a record of its own, or `None` if the range leaves the record.
+    #[must_use]
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Option<Self> {
+        if range.start > range.end || range.end > self.len {
+            return None;
+        }
+        Some(Self {
+            start: self.time(range.start),
+            len: range.len(),
+            channels: std::array::from_fn(|c| self.channels[c][range.clone()].to_vec()),
+        })
+    }
+}
+
+/// Whether a time is a multiple of five minutes.
+pub(crate) fn on_grid(time: NaiveDateTime) -> bool {
+    time.minute() % 5 == 0 && time.second() == 0 && time.nanosecond() == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(text: &str) -> NaiveDateTime {
+        text.parse().expect("a literal time")
+    }
+
+    #[test]
+    fn clock_calendar_and_steps_agree() {
+        // Friday evening: 2024-03-08 was a Friday.
+        let record = Record::new(at("2024-03-08T23:50:00"), 300).expect("on the grid");
+        assert_eq!(record.time(2), at("2024-03-09T00:00:00"));
+        assert_eq!((record.hour(1), record.hour(2)), (23, 0));
+        assert_eq!((record.weekend(1), record.weekend(2)), (false, true));
+        assert_eq!((record.day_index(1), record.day_index(2), record.day_index(290)), (0, 1, 2));
+        assert_eq!(record.step_at(record.time(299)), Some(299));
+        assert_eq!(record.step_at(record.time(300)), None);
+        assert_eq!(record.step_at(at("2024-03-08T23:51:00")), None);
+        assert_eq!(record.step_at(at("2024-03-08T23:45:00")), None);
+    }
+
+    #[test]
+    fn a_slice_keeps_times_and_values() {
+        let mut record = Record::new(at("2024-03-08T23:50:00"), 4).expect("on the grid");
+        record.channel_mut(Channel::Cgm)[2] = Some(101.5);
+        let part = record.slice(1..4).expect("inside");
+        assert_eq!(part.start(), at("2024-03-08T23:55:00"));
+        assert_eq!(part.cgm(), &[None, Some(101.5), None]);
+        assert_eq!(record.slice(2..5), None);
+    }
+
+    #[test]
+    fn grids_that_cannot_be_laid_are_refused() {
+        for (start, len, says) in [
+            ("2024-03-08T23:51:00", 1, "off the 5-minute grid"),
+            ("0001-01-01T00:00:00", 1, "outside the years"),
+            ("2024-01-01T00:00:00", usize::MAX >> 2, "longer than 20 years"),
+        ] {
+            let message = Record::new(at(start), len).expect_err("refused").to_string();
+            assert!(message.contains(says), "{message}");
+        }
+    }
+}

@@ -1,0 +1,390 @@
+//! A delimited text file as a table of text cells that know their line.
+//!
+//! Every cell is read as text first, so that a wrong one is reported with its file, line and
+//! column. Before the table library sees the bytes, one pass checks that they are UTF-8, that
+//! quotes match and that every row has as many fields as the header.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+use polars::prelude::{
+    Column, CsvReadOptions, DataFrame, DataType, Field, PlSmallStr, Schema, SerReader,
+    StringChunked,
+};
+
+use crate::error::{CohortError, Place};
+
+/// Longest row, bytes. The longest of any study at hand (a night's sleep stages) has 30 kB.
+const LONGEST_ROW: usize = 4 << 20;
+/// Longest piece of a cell that is repeated in a message, characters.
+const SHOWN: usize = 40;
+
+/// A text file taken apart into text cells.
+pub(crate) struct TextTable {
+    file: String,
+    header: Vec<String>,
+    frame: DataFrame,
+    /// Line of each row, 1-based.
+    lines: Vec<u32>,
+}
+
+/// A column of a [`TextTable`].
+#[derive(Clone, Copy)]
+pub(crate) struct TextColumn<'a> {
+    file: &'a str,
+    pub(crate) name: &'a str,
+    cells: &'a StringChunked,
+    lines: &'a [u32],
+}
+
+impl TextTable {
+    /// Reads the file at `path`; `name` stands for it in messages.
+    pub(crate) fn read(path: &Path, name: &str, separator: u8) -> Result<Self, CohortError> {
+        Self::parse(&read_bytes(path, name)?, name, separator)
+    }
+
+    /// Takes bytes apart.
+    pub(crate) fn parse(bytes: &[u8], name: &str, separator: u8) -> Result<Self, CohortError> {
+        let text = text(bytes, name)?;
+        let rows = scan(text, name, separator)?;
+        let Some((header_row, rows)) = rows.split_first() else {
+            return Err(CohortError::Empty { file: name.into() });
+        };
+        let header = fields(&text[header_row.start..header_row.end], separator);
+        for (i, column) in header.iter().enumerate() {
+            if !column.is_empty() && header[..i].contains(column) {
+                return Err(CohortError::DuplicateColumn {
+                    file: name.into(),
+                    column: column.clone(),
+                });
+            }
+        }
+        if rows.is_empty() {
+            return Err(CohortError::Empty { file: name.into() });
+        }
+        for row in rows {
+            if row.fields != header.len() {
+                return Err(CohortError::FieldCount {
+                    place: Place::row(name, row.line as usize),
+                    found: row.fields,
+                    expected: header.len(),
+                });
+            }
+        }
+        let mut body = String::with_capacity(text.len());
+        for row in rows {
+            body.push_str(&text[row.start..row.end]);
+            body.push('\n');
+        }
+        let frame = frame(body.into_bytes(), header.len(), separator, name)?;
+        if frame.height() != rows.len() {
+            return Err(CohortError::Table {
+                file: name.into(),
+                reason: format!("{} rows were read of {}", frame.height(), rows.len()),
+            });
+        }
+        let lines = rows.iter().map(|row| row.line).collect();
+        Ok(Self { file: name.into(), header, frame, lines })
+    }
+
+    /// Number of data rows.
+    pub(crate) fn height(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The file's name in messages.
+    pub(crate) fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// The column names.
+    pub(crate) fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// The row `i` as a place.
+    pub(crate) fn place(&self, i: usize) -> Place {
+        Place::row(&self.file, self.lines[i] as usize)
+    }
+
+    /// The column `name`, or `None` if there is none.
+    pub(crate) fn optional(&self, name: &str) -> Result<Option<TextColumn<'_>>, CohortError> {
+        let Some(index) = self.header.iter().position(|column| column == name) else {
+            return Ok(None);
+        };
+        let cells = self.frame.columns()[index].str().map_err(|error| CohortError::Table {
+            file: self.file.clone(),
+            reason: error.to_string(),
+        })?;
+        Ok(Some(TextColumn {
+            file: &self.file,
+            name: &self.header[index],
+            cells,
+            lines: &self.lines,
+        }))
+    }
+
+    /// The column `name`.
+    pub(crate) fn column(&self, name: &str) -> Result<TextColumn<'_>, CohortError> {
+        self.optional(name)?.ok_or_else(|| CohortError::MissingColumn {
+            file: self.file.clone(),
+            column: name.into(),
+            found: shorten(&self.header.join(", "), 4 * SHOWN),
+        })
+    }
+}
+
+impl<'a> TextColumn<'a> {
+    /// The cell's text without surrounding blanks, `None` if that is empty.
+    pub(crate) fn text(&self, i: usize) -> Option<&'a str> {
+        self.cells.get(i).map(str::trim).filter(|text| !text.is_empty())
+    }
+
+    /// The cell as a place.
+    pub(crate) fn place(&self, i: usize) -> Place {
+        Place::cell(self.file, self.lines[i] as usize, self.name)
+    }
+
+    /// The cell's text, an error if it is empty.
+    pub(crate) fn required(
+        &self,
+        i: usize,
+        expected: &'static str,
+    ) -> Result<&'a str, CohortError> {
+        self.text(i).ok_or_else(|| self.wrong(i, expected))
+    }
+
+    /// The cell as a finite number, `None` if it is empty.
+    pub(crate) fn number(&self, i: usize) -> Result<Option<f64>, CohortError> {
+        let Some(text) = self.text(i) else { return Ok(None) };
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Some(value)),
+            Ok(_) => Err(self.wrong(i, "a finite number; leave the cell empty if it is unknown")),
+            Err(_) => Err(self.wrong(i, "a number; write digits with a decimal point")),
+        }
+    }
+
+    /// The cell as a finite number, an error if it is empty.
+    pub(crate) fn required_number(&self, i: usize) -> Result<f64, CohortError> {
+        self.number(i)?.ok_or_else(|| self.wrong(i, "a number; the cell is empty"))
+    }
+
+    /// The error that this cell is not what was expected.
+    pub(crate) fn wrong(&self, i: usize, expected: &'static str) -> CohortError {
+        CohortError::Cell {
+            place: self.place(i),
+            value: shorten(self.cells.get(i).unwrap_or(""), SHOWN),
+            expected,
+        }
+    }
+}
+
+/// The bytes of a file, with errors that name it.
+pub(crate) fn read_bytes(path: &Path, name: &str) -> Result<Vec<u8>, CohortError> {
+    std::fs::read(path).map_err(|source| match source.kind() {
+        std::io::ErrorKind::NotFound => CohortError::MissingFile {
+            file: name.into(),
+            remedy: "check the folder and the file's name".into(),
+        },
+        _ => CohortError::Io { file: name.into(), action: "read", source },
+    })
+}
+
+/// A text of at most `limit` characters, with control characters spelled out.
+pub(crate) fn shorten(text: &str, limit: usize) -> String {
+    let mut shown: String = text.chars().take(limit).flat_map(char::escape_debug).collect();
+    if text.chars().nth(limit).is_some() {
+        shown.push_str("...");
+    }
+    shown
+}
+
+/// The bytes as text without a byte-order mark.
+fn text<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, CohortError> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let wrong = |at: usize, reason| CohortError::Text {
+        place: Place::row(name, 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count()),
+        reason,
+    };
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        return Err(wrong(0, "UTF-16 text; save the file as UTF-8"));
+    }
+    if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
+        return Err(wrong(at, "a zero byte; the file is not text or is damaged"));
+    }
+    let text = std::str::from_utf8(bytes)
+        .map_err(|error| wrong(error.valid_up_to(), "not UTF-8; save the file as UTF-8"))?;
+    if text.contains('\r') && !text.contains('\n') {
+        return Err(wrong(0, "lines end in carriage returns alone; save with line feeds"));
+    }
+    Ok(text)
+}
+
+/// A row as it lies in the text, without its line end.
+struct Row {
+    start: usize,
+    end: usize,
+    line: u32,
+    fields: usize,
+}
+
+/// Finds the rows. Blank lines are passed over, but counted as lines.
+fn scan(text: &str, name: &str, separator: u8) -> Result<Vec<Row>, CohortError> {
+    let bytes = text.as_bytes();
+    let mut rows = Vec::new();
+    let (mut at, mut line) = (0, 1_u32);
+    while at < bytes.len() {
+        let (start, first_line) = (at, line);
+        let wrong =
+            |reason| CohortError::Text { place: Place::row(name, first_line as usize), reason };
+        let mut fields = 1;
+        let mut quoted = false;
+        let mut field_start = true;
+        while at < bytes.len() {
+            let byte = bytes[at];
+            if at - start > LONGEST_ROW {
+                return Err(wrong("longer than 4 MiB; line ends are missing or a quote is open"));
+            }
+            if byte == b'\n' {
+                line += 1;
+                if !quoted {
+                    break;
+                }
+            } else if quoted {
+                if byte == b'"' {
+                    if bytes.get(at + 1) == Some(&b'"') {
+                        at += 1;
+                    } else {
+                        quoted = false;
+                        let next = bytes.get(at + 1).copied();
+                        if !matches!(next, None | Some(b'\n' | b'\r')) && next != Some(separator) {
+                            return Err(wrong("text after a closing quote"));
+                        }
+                    }
+                }
+            } else if byte == b'"' {
+                if !field_start {
+                    return Err(wrong("a quote inside a field that does not start with one"));
+                }
+                quoted = true;
+            } else if byte == separator {
+                fields += 1;
+            }
+            field_start = byte == separator && !quoted;
+            at += 1;
+        }
+        if quoted {
+            return Err(wrong("a quote that is never closed"));
+        }
+        let mut end = at;
+        while end > start && bytes[end - 1] == b'\r' {
+            end -= 1;
+        }
+        if !text[start..end].trim().is_empty() {
+            rows.push(Row { start, end, line: first_line, fields });
+        }
+        at += 1;
+    }
+    Ok(rows)
+}
+
+/// The fields of the header row.
+fn fields(row: &str, separator: u8) -> Vec<String> {
+    row.split(char::from(separator))
+        .map(|field| field.trim().trim_matches('"').trim().to_owned())
+        .collect()
+}
+
+/// The rows as a frame of `width` text columns.
+fn frame(body: Vec<u8>, width: usize, separator: u8, name: &str) -> Result<DataFrame, CohortError> {
+    let schema: Schema = (0..width)
+        .map(|i| Field::new(PlSmallStr::from_string(i.to_string()), DataType::String))
+        .collect();
+    let table = |error: polars::prelude::PolarsError| CohortError::Table {
+        file: name.into(),
+        reason: error.to_string(),
+    };
+    let mut frame = CsvReadOptions::default()
+        .with_has_header(false)
+        .with_schema(Some(Arc::new(schema)))
+        .with_infer_schema_length(Some(0))
+        .map_parse_options(|options| options.with_separator(separator).with_quote_char(Some(b'"')))
+        .into_reader_with_file_handle(Cursor::new(body))
+        .finish()
+        .map_err(table)?;
+    frame.rechunk_mut();
+    if frame.columns().iter().map(Column::dtype).any(|dtype| *dtype != DataType::String) {
+        return Err(CohortError::Table { file: name.into(), reason: "cells are not text".into() });
+    }
+    Ok(frame)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<TextTable, CohortError> {
+        TextTable::parse(text.as_bytes(), "t.csv", b',')
+    }
+
+    #[test]
+    fn marks_line_ends_blank_lines_and_quotes_are_read_and_lines_counted() {
+        let table = parse("\u{feff}a,b,\r\n1,\"x\r\n,\"\"y\",\r\n\r\n2,,\n  3 ,z,").expect("good");
+        assert_eq!(table.header(), ["a", "b", ""]);
+        assert_eq!(table.height(), 3);
+        let (a, b) = (table.column("a").expect("a"), table.column("b").expect("b"));
+        assert_eq!((a.text(0), b.text(0)), (Some("1"), Some("x\r\n,\"y")));
+        assert_eq!((a.number(1).ok(), b.text(1)), (Some(Some(2.0)), None));
+        assert_eq!(a.text(2), Some("3"));
+        assert_eq!(a.place(2).to_string(), "t.csv, row 6, column a");
+    }
+
+    #[test]
+    fn what_is_not_a_table_is_said_with_its_line() {
+        for (text, says) in [
+            ("", "t.csv: no data row"),
+            ("\n \n", "t.csv: no data row"),
+            ("a,b\n", "t.csv: no data row"),
+            ("a,a\n1,2\n", "two columns named 'a'"),
+            ("a,b\n1,2\n3\n", "t.csv, row 3: 1 fields where the header has 2"),
+            ("a,b\n1,2,3\n", "t.csv, row 2: 3 fields where the header has 2"),
+            ("a,b\n1,\"2\n3,4\n", "t.csv, row 2: a quote that is never closed"),
+            ("a,b\n1,2\"\n", "t.csv, row 2: a quote inside a field"),
+            ("a,b\n1,\"2\"3\n", "t.csv, row 2: text after a closing quote"),
+            ("a,b\r1,2\r", "carriage returns alone"),
+            ("a,b\n1,\u{0}\n", "t.csv, row 2: a zero byte"),
+        ] {
+            let message = parse(text).err().expect("refused").to_string();
+            assert!(message.contains(says), "{text:?}: {message}");
+        }
+        let latin = TextTable::parse(b"a,b\n1,caf\xE9\n", "t.csv", b',').err().expect("refused");
+        assert!(latin.to_string().contains("t.csv, row 2: not UTF-8"), "{latin}");
+        let wide = TextTable::parse(b"\xFF\xFEa\0", "t.csv", b',').err().expect("refused");
+        assert!(wide.to_string().contains("UTF-16"), "{wide}");
+        let long = format!("a,b\n1,{}\n", "x".repeat(LONGEST_ROW));
+        let long = parse(&long).err().expect("refused");
+        assert!(long.to_string().contains("t.csv, row 2: longer than 4 MiB"), "{long}");
+    }
+
+    #[test]
+    fn cells_that_are_not_numbers_are_named() {
+        let table = parse("a,b\n1,5\n1,=SUM(A1)\n1,NaN\n1,inf\n1,\"1,5\"\n1,\n").expect("good");
+        let b = table.column("b").expect("b");
+        assert_eq!(b.number(0).ok(), Some(Some(5.0)));
+        for (i, says) in [
+            (1, "t.csv, row 3, column b: '=SUM(A1)' is not a number"),
+            (2, "t.csv, row 4, column b: 'NaN' is not a finite number"),
+            (3, "t.csv, row 5, column b: 'inf' is not a finite number"),
+            (4, "t.csv, row 6, column b: '1,5' is not a number"),
+        ] {
+            let message = b.number(i).expect_err("refused").to_string();
+            assert!(message.starts_with(says), "{message}");
+        }
+        assert_eq!(b.number(5).ok(), Some(None));
+        let message = b.required_number(5).expect_err("empty").to_string();
+        assert!(message.contains("'' is not a number; the cell is empty"), "{message}");
+        let missing = table.column("c").err().expect("no such column").to_string();
+        assert_eq!(missing, "t.csv: no column 'c'; found a, b");
+    }
+}
