@@ -5,8 +5,8 @@ use std::path::Path;
 
 use ode_sim::equations::{Forcing, derivative};
 use ode_sim::vpp_scenario::{Meal, Scenario, VirtualPatient, trace};
-use ode_sim::{EgpMode, OdeParameters, OdeState, VirtualPerson, steady_state};
-use physiology::{Compartment, Grams, Kilograms, MgPerDl, Units};
+use ode_sim::{EgpMode, OdeParameters, OdeState, VirtualPerson};
+use physiology::{Compartment, Grams, Kilograms, Units};
 
 /// A CSV file of numbers and names: the rows as maps from column name to text.
 fn rows(path: &Path) -> Vec<HashMap<String, String>> {
@@ -158,11 +158,6 @@ fn published_initial_states_stand_still_to_their_solvers_tolerance() {
         let forcing = Forcing { insulin: x[Compartment::S1] / p.t_max_i, ..Forcing::default() };
         let dx = derivative(&p, &x, &forcing, EgpMode::Reproduction);
         largest = dx.0.iter().fold(largest, |max, rate| max.max(rate.abs()));
-
-        let ours = steady_state::at_glucose(&p, patient.weight, MgPerDl(160.0)).expect("a basal");
-        let infusion = ours.state.s1 / starts[&id].s1;
-        // Their infusion is off by what the residual allows: S1 is the best determined state.
-        assert!((infusion - 1.0).abs() < 0.01, "patient {id}: {infusion}");
     }
     // `fsolve` stops at a sum of squares of 1e-6, so a single residual stays below 1e-3.
     assert!(largest < 1e-3, "largest derivative {largest}");
