@@ -1,6 +1,7 @@
 //! Adjustment for asking several questions: Holm, Benjamini-Hochberg, and max-T step-down.
 
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use crate::bootstrap::ReplicateMatrix;
 use crate::error::open_unit;
@@ -57,7 +58,7 @@ fn ranked(p: &[f64]) -> Result<Vec<usize>, StatsError> {
 pub struct MaxTRow {
     /// The statistic on the full sample.
     pub value: f64,
-    /// Its bootstrap standard error.
+    /// Its bootstrap standard error, times `sqrt(n / (n - 1))` for `n` people.
     pub standard_error: f64,
     /// `value / standard_error`.
     pub t: f64,
@@ -70,7 +71,7 @@ pub struct MaxTRow {
 /// A family of statistics tested jointly against zero.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MaxT {
-    /// Quantile of the maximum |t|; the intervals are value +- critical x standard error.
+    /// Quantile of the maximum |t| with the small-sample correction; the intervals are value +- critical x standard error.
     pub critical: f64,
     /// Joint coverage of the intervals.
     pub level: f64,
@@ -86,21 +87,29 @@ pub struct MaxT {
 /// (counting the sample itself) whose maximum |t*| over it and all weaker ones reaches |t|, made
 /// monotone. The intervals are single-step (the quantile of the maximum over all).
 ///
+/// With few people the bootstrap is too narrow: its spread divides by n, and the replicates know
+/// nothing of the error in their own SE. As Hesterberg (2015) expands percentile intervals, SEs
+/// are multiplied by `sqrt(n / (n - 1))` and normal quantiles are replaced by those of Student's
+/// t with n - 1 degrees of freedom, where the matrix knows its n people.
+///
 /// # Errors
 ///
 /// [`StatsError::OutOfDomain`] for a level outside (0, 1), [`StatsError::ConstantReplicates`] for
 /// a statistic without spread.
 pub fn max_t(matrix: &ReplicateMatrix, level: f64) -> Result<MaxT, StatsError> {
     open_unit("level", level)?;
+    let small = SmallSample::of(matrix.people());
     let estimates = matrix.estimates();
-    let errors: Vec<f64> = (0..estimates.len())
+    let spreads: Vec<f64> = (0..estimates.len())
         .map(|column| {
             let values: Vec<f64> = matrix.rows().iter().map(|row| row[column]).collect();
             let (_, sd) = mean_and_sd(&values);
             if sd > 0.0 { Ok(sd) } else { Err(StatsError::ConstantReplicates { column }) }
         })
         .collect::<Result<_, _>>()?;
+    let errors: Vec<f64> = spreads.iter().map(|sd| sd * small.spread).collect();
     let t: Vec<f64> = estimates.iter().zip(&errors).map(|(value, se)| value / se).collect();
+    let thresholds: Vec<f64> = t.iter().map(|t| small.to_replicate_scale(t.abs())).collect();
     let mut falling: Vec<usize> = (0..t.len()).collect();
     falling.sort_by(|a, b| t[*b].abs().total_cmp(&t[*a].abs()));
 
@@ -109,8 +118,8 @@ pub fn max_t(matrix: &ReplicateMatrix, level: f64) -> Result<MaxT, StatsError> {
     for row in matrix.rows() {
         let mut maximum: f64 = 0.0;
         for column in falling.iter().rev().copied() {
-            maximum = maximum.max(((row[column] - estimates[column]) / errors[column]).abs());
-            if maximum >= t[column].abs() {
+            maximum = maximum.max(((row[column] - estimates[column]) / spreads[column]).abs());
+            if maximum >= thresholds[column] {
                 reached[column] += 1;
             }
         }
@@ -125,7 +134,7 @@ pub fn max_t(matrix: &ReplicateMatrix, level: f64) -> Result<MaxT, StatsError> {
 
     maxima.sort_by(f64::total_cmp);
     let rank = (level * (maxima.len() + 1) as f64).ceil() as usize;
-    let critical = maxima[rank.min(maxima.len()) - 1];
+    let critical = small.from_replicate_scale(maxima[rank.min(maxima.len()) - 1]);
     let rows = (0..t.len())
         .map(|j| MaxTRow {
             value: estimates[j],
@@ -139,4 +148,59 @@ pub fn max_t(matrix: &ReplicateMatrix, level: f64) -> Result<MaxT, StatsError> {
         })
         .collect();
     Ok(MaxT { critical, level, rows })
+}
+
+/// Small-sample correction of a bootstrap over `n` people.
+struct SmallSample {
+    /// Factor on the standard errors.
+    spread: f64,
+    /// Student's t with n - 1 degrees of freedom; `None` where the people are not known.
+    student: Option<StudentsT>,
+}
+
+impl SmallSample {
+    fn of(people: Option<usize>) -> Self {
+        let degrees = people.map_or(0.0, |n| n as f64 - 1.0);
+        match StudentsT::new(0.0, 1.0, degrees) {
+            Ok(student) if degrees > 0.0 => {
+                Self { spread: ((degrees + 1.0) / degrees).sqrt(), student: Some(student) }
+            }
+            _ => Self { spread: 1.0, student: None },
+        }
+    }
+
+    /// The normal quantile with the same tail as Student's `t`, at least 0; infinite where the
+    /// tail vanishes.
+    fn to_replicate_scale(&self, t: f64) -> f64 {
+        match &self.student {
+            Some(student) => -Normal::standard().inverse_cdf(student.sf(t)),
+            None => t,
+        }
+    }
+
+    /// The quantile of Student's t with the same tail as the normal `z`, at least 0.
+    fn from_replicate_scale(&self, z: f64) -> f64 {
+        match &self.student {
+            Some(student) => -student.inverse_cdf(Normal::standard().sf(z)),
+            None => z,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_correction_inverts_and_vanishes_for_many_people() {
+        let few = SmallSample::of(Some(10));
+        // Student's t at 9 degrees of freedom, 97.5 %: 2.262157 (any table), normal 1.959964.
+        assert!((few.from_replicate_scale(1.959963984540054) - 2.262157162798205).abs() < 1e-6);
+        assert!((few.to_replicate_scale(2.262157162798205) - 1.959963984540054).abs() < 1e-6);
+        let many = SmallSample::of(Some(1_000_000));
+        // The expansion of t in 1/n differs from z by (z + z^3) / 4n, 3e-6 here.
+        assert!((many.to_replicate_scale(2.0) - 2.0).abs() < 1e-5);
+        assert_eq!(SmallSample::of(None).to_replicate_scale(2.0), 2.0);
+        assert!(few.to_replicate_scale(1e300) > 30.0, "a vanishing tail stays out of reach");
+    }
 }

@@ -62,6 +62,13 @@ impl ReplicateMatrix {
         &self.rows
     }
 
+    /// Number of people that were resampled, where the matrix knows it (it holds a value with each
+    /// of them left out).
+    #[must_use]
+    pub fn people(&self) -> Option<usize> {
+        (!self.left_out.is_empty()).then_some(self.left_out.len())
+    }
+
     /// SD of one statistic over the replicates.
     ///
     /// # Errors
