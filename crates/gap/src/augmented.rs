@@ -1,0 +1,377 @@
+//! The model inside the filter: the ODE plant, an unexplained glucose flux, interstitial glucose
+//! and a sensor error.
+//!
+//! Thirteen states: the ten compartments, an Ornstein-Uhlenbeck flux into Q1, interstitial glucose
+//! that follows plasma glucose with a first-order lag, and an autoregressive sensor error. A
+//! reading is interstitial glucose plus sensor error plus white noise.
+
+use ode_sim::gut::glucose_dose;
+use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
+use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
+use physiology::{
+    Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, Plant, STEP, StepInput, UnitsPerHour,
+};
+
+use crate::covariance::Covariance;
+use crate::noise::NoiseModel;
+
+/// Number of augmented states; the first ten are the compartments in the order of [`slot`].
+pub const STATES: usize = 13;
+/// Place of the flux into Q1, mmol/kg/min.
+pub const FLUX: usize = 10;
+/// Place of interstitial glucose, mg/dL.
+pub const INTERSTITIAL: usize = 11;
+/// Place of the sensor error, mg/dL.
+pub const SENSOR: usize = 12;
+
+/// Glucose below which a correction by the filter is cut off; sensors end at 40 mg/dL.
+pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);
+
+/// The augmented state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AugmentedState {
+    /// The plant's state.
+    pub body: OdeState,
+    /// Unexplained flux into Q1, mmol/kg/min.
+    pub flux: f64,
+    /// Interstitial glucose.
+    pub interstitial: MgPerDl,
+    /// Autoregressive sensor error.
+    pub sensor: MgPerDl,
+}
+
+/// A 13 x 13 matrix d(state after)/d(state before) with the zeros of the model's structure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transition([[f64; STATES]; STATES]);
+
+impl Default for Transition {
+    fn default() -> Self {
+        Self([[0.0; STATES]; STATES])
+    }
+}
+
+impl Transition {
+    /// The columns of each row that may differ from zero under forward Euler, in the order S1 S2 I X1
+    /// X2 X3 Q1 Q2 C1 C2, flux, interstitial, sensor.
+    pub const NONZERO: [&'static [usize]; STATES] = [
+        &[0],
+        &[0, 1],
+        &[1, 2],
+        &[2, 3],
+        &[2, 4],
+        &[2, 5],
+        &[3, 5, 6, 7, 9, FLUX],
+        &[3, 4, 6, 7],
+        &[8],
+        &[8, 9],
+        &[FLUX],
+        &[3, 5, 6, 7, 9, FLUX, INTERSTITIAL],
+        &[SENSOR],
+    ];
+
+    /// The effect on state `row` of state `column`.
+    #[must_use]
+    pub fn get(&self, row: usize, column: usize) -> f64 {
+        self.0[row][column]
+    }
+
+    /// Sets one entry; it must be one of [`Self::NONZERO`] to have an effect on a propagation.
+    pub fn set(&mut self, row: usize, column: usize, value: f64) {
+        self.0[row][column] = value;
+    }
+}
+
+/// The ODE plant at 5-minute Euler steps with a flux, a lag and a sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AugmentedModel {
+    plant: OdePlant,
+    noise: NoiseModel,
+    flux_decay: f64,
+    lag_decay: f64,
+}
+
+impl AugmentedModel {
+    /// A person's model. `egp` says what happens where endogenous production would turn negative.
+    #[must_use]
+    pub fn new(
+        parameters: OdeParameters,
+        weight: Kilograms,
+        egp: EgpMode,
+        noise: NoiseModel,
+    ) -> Self {
+        Self {
+            plant: OdePlant { parameters, weight, integrator: Integrator::ForwardEuler, egp },
+            noise,
+            flux_decay: noise.flux_decay(),
+            lag_decay: noise.lag_decay(),
+        }
+    }
+
+    /// The plant inside.
+    #[must_use]
+    pub fn plant(&self) -> &OdePlant {
+        &self.plant
+    }
+
+    /// The noise settings.
+    #[must_use]
+    pub fn noise(&self) -> &NoiseModel {
+        &self.noise
+    }
+
+    /// The expected reading of a state, mg/dL.
+    #[must_use]
+    pub fn reading(&self, state: &AugmentedState) -> f64 {
+        state.interstitial.0 + state.sensor.0
+    }
+
+    /// The expected state one step later.
+    ///
+    /// The flux is held through the step and then decays; interstitial glucose follows the mean of
+    /// plasma glucose at both ends of the step.
+    ///
+    /// # Errors
+    /// As [`OdePlant::advance`].
+    pub fn step(
+        &self,
+        state: &AugmentedState,
+        input: &StepInput,
+    ) -> Result<AugmentedState, OdeError> {
+        let body = self.plant.advance(&state.body, input, state.flux)?;
+        Ok(self.around(state, body))
+    }
+
+    /// The expected state one step later and the derivative by the state before.
+    ///
+    /// # Errors
+    /// As [`OdePlant::linearised`].
+    pub fn linearised(
+        &self,
+        state: &AugmentedState,
+        input: &StepInput,
+    ) -> Result<(AugmentedState, Transition), OdeError> {
+        let (body, inner) = self.plant.linearised(&state.body, input, state.flux)?;
+        let mut transition = Transition::default();
+        for (row, values) in inner.0.iter().enumerate() {
+            transition.0[row][..values.len()].copy_from_slice(values);
+        }
+        let q1 = slot(Q1);
+        transition.0[q1][FLUX] = STEP.0;
+        transition.0[FLUX][FLUX] = self.flux_decay;
+        transition.0[SENSOR][SENSOR] = self.noise.sensor_correlation;
+        // Interstitial glucose follows the mean of Q1 before and after.
+        let share = 0.5 * (1.0 - self.lag_decay) * self.glucose_per_q1();
+        let mut row = transition.0[q1].map(|value| share * value);
+        row[q1] += share;
+        row[INTERSTITIAL] = self.lag_decay;
+        transition.0[INTERSTITIAL] = row;
+        Ok((self.around(state, body), transition))
+    }
+
+    /// The state corrected by `gain` times `innovation`, cut off at [`GLUCOSE_FLOOR`].
+    #[must_use]
+    pub fn corrected(
+        &self,
+        state: &AugmentedState,
+        gain: &[f64; STATES],
+        innovation: f64,
+    ) -> AugmentedState {
+        let mut x = state.body.vector();
+        for (value, k) in x.0.iter_mut().zip(gain) {
+            *value += k * innovation;
+        }
+        x[Q1] = x[Q1].max(self.plant.q1_at(GLUCOSE_FLOOR));
+        AugmentedState {
+            body: state.body.with_vector(&x),
+            flux: state.flux + gain[FLUX] * innovation,
+            interstitial: MgPerDl(state.interstitial.0 + gain[INTERSTITIAL] * innovation),
+            sensor: MgPerDl(state.sensor.0 + gain[SENSOR] * innovation),
+        }
+    }
+
+    /// Uncertainty of what is eaten at the start of a step; enters before it is propagated.
+    pub fn add_meal_noise(&self, p: &mut Covariance, input: &StepInput) {
+        let dose = glucose_dose(input.carbs, self.plant.weight);
+        let sd = self.noise.carb_count_cv * self.plant.parameters.a_g * dose;
+        p.add(slot(C1), sd * sd);
+    }
+
+    /// Noise that comes in during a step; enters after propagation to `following`.
+    pub fn add_process_noise(
+        &self,
+        p: &mut Covariance,
+        input: &StepInput,
+        following: &AugmentedState,
+    ) {
+        let noise = &self.noise;
+        let infusion = ode_sim::equations::infusion(input.insulin().0, self.plant.weight.0);
+        p.add(slot(S1), (noise.insulin_cv * infusion * STEP.0).powi(2));
+        let x = following.body.vector();
+        for effect in [X1, X2, X3] {
+            p.add(slot(effect), (noise.effect_cv * x[effect]).powi(2));
+        }
+        p.add(slot(Q1), noise.glucose_sd.powi(2));
+        p.add(FLUX, noise.flux_sd.powi(2) * (1.0 - self.flux_decay.powi(2)));
+        p.add(SENSOR, noise.sensor_sd.powi(2) * (1.0 - noise.sensor_correlation.powi(2)));
+    }
+
+    /// A start for the filter: insulin at rest under `basal`, glucose as read, the gut empty.
+    ///
+    /// The standard deviations are wide (30 % of insulin and its effects, 20 mg/dL of glucose,
+    /// 0.3 mmol/kg in each gut compartment, about 4 g); the first hours are not scored.
+    #[must_use]
+    pub fn start(&self, basal: UnitsPerHour, glucose: MgPerDl) -> (AugmentedState, Covariance) {
+        let p = &self.plant.parameters;
+        let infusion = ode_sim::equations::infusion(basal.0, self.plant.weight.0);
+        let mut x = OdeVector::default();
+        x[S1] = infusion * p.t_max_i;
+        x[S2] = x[S1];
+        x[I] = infusion / (p.v_i * p.k_e);
+        x[X1] = p.s_f1 * x[I];
+        x[X2] = p.s_f2 * x[I];
+        x[X3] = p.s_f3 * x[I];
+        x[Q1] = self.plant.q1_at(glucose);
+        x[Q2] = x[X1] * x[Q1] / (p.k_12 + x[X2]);
+        let mut sd = [0.0; STATES];
+        for compartment in [S1, S2, I, X1, X2, X3, Q2] {
+            sd[slot(compartment)] = 0.3 * x[compartment];
+        }
+        sd[slot(Q1)] = self.plant.q1_at(MgPerDl(20.0));
+        sd[slot(C1)] = 0.3;
+        sd[slot(C2)] = 0.3;
+        sd[FLUX] = self.noise.flux_sd;
+        sd[INTERSTITIAL] = 20.0;
+        sd[SENSOR] = self.noise.sensor_sd;
+        let state = AugmentedState {
+            body: OdeState::default().with_vector(&x),
+            flux: 0.0,
+            interstitial: glucose,
+            sensor: MgPerDl(0.0),
+        };
+        (state, Covariance::diagonal(&sd))
+    }
+
+    fn glucose_per_q1(&self) -> f64 {
+        MG_PER_DL_PER_MMOL_PER_L / self.plant.parameters.v_g
+    }
+
+    fn around(&self, state: &AugmentedState, body: OdeState) -> AugmentedState {
+        let plasma = 0.5 * (self.plant.glucose(&state.body).0 + self.plant.glucose(&body).0);
+        AugmentedState {
+            body,
+            flux: state.flux * self.flux_decay,
+            interstitial: MgPerDl(plasma + (state.interstitial.0 - plasma) * self.lag_decay),
+            sensor: MgPerDl(state.sensor.0 * self.noise.sensor_correlation),
+        }
+    }
+}
+
+impl AugmentedState {
+    /// The thirteen values in the order of [`Transition`].
+    #[must_use]
+    pub fn vector(&self) -> [f64; STATES] {
+        let mut all = [0.0; STATES];
+        all[..FLUX].copy_from_slice(&self.body.vector().0);
+        all[FLUX] = self.flux;
+        all[INTERSTITIAL] = self.interstitial.0;
+        all[SENSOR] = self.sensor.0;
+        all
+    }
+
+    /// The same state with its thirteen values replaced.
+    #[must_use]
+    pub fn with_vector(self, all: &[f64; STATES]) -> Self {
+        let body: [f64; FLUX] = std::array::from_fn(|k| all[k]);
+        Self {
+            body: self.body.with_vector(&OdeVector(body)),
+            flux: all[FLUX],
+            interstitial: MgPerDl(all[INTERSTITIAL]),
+            sensor: MgPerDl(all[SENSOR]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use physiology::{Grams, Units};
+    use proptest::prelude::*;
+
+    fn model() -> AugmentedModel {
+        AugmentedModel::new(
+            OdeParameters::nominal(),
+            Kilograms(76.3),
+            EgpMode::NonNegative,
+            NoiseModel::working(),
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn the_transition_is_the_derivative_of_the_step(
+            glucose in 45.0..380.0f64, basal in 0.3..3.0f64, flux in -0.01..0.01f64,
+            gut in 0.0..5.0f64, carbs in 0.0..90.0f64, bolus in 0.0..10.0f64,
+        ) {
+            // Away from the kinks of uptake (81 mg/dL) and renal clearance (162 mg/dL).
+            prop_assume!((glucose - 81.0).abs() > 1.0 && (glucose - 162.0).abs() > 1.0);
+            let model = model();
+            let (mut state, _) = model.start(UnitsPerHour(basal), MgPerDl(glucose));
+            prop_assume!((state.body.x3 - 1.0).abs() > 0.01);
+            state.flux = flux;
+            state.body.meals.c1 = gut;
+            state.body.meals.c2 = 0.5 * gut;
+            state.interstitial = MgPerDl(glucose - 10.0);
+            state.sensor = MgPerDl(4.0);
+            let input = StepInput {
+                basal: UnitsPerHour(basal), bolus: Units(bolus), carbs: Grams(carbs),
+                ..StepInput::default()
+            };
+            let (following, transition) = model.linearised(&state, &input).expect("finite");
+            prop_assert_eq!(following, model.step(&state, &input).expect("finite"));
+            let x = state.vector();
+            for column in 0..STATES {
+                // A step that balances truncation (the model is quadratic) against rounding.
+                let h = 1e-4 * x[column].abs().max(1e-3);
+                let moved = |by: f64| {
+                    let mut y = x;
+                    y[column] += by;
+                    model.step(&state.with_vector(&y), &input).expect("finite").vector()
+                };
+                let (above, below) = (moved(h), moved(-h));
+                for row in 0..STATES {
+                    let slope = (above[row] - below[row]) / (2.0 * h);
+                    let found = transition.get(row, column);
+                    // Rounding of values up to 400 over 2h.
+                    let tolerance = 1e-6 * found.abs().max(1.0) + 1e-13 * 400.0 / h;
+                    prop_assert!((slope - found).abs() < tolerance,
+                        "row {} column {}: {} against {}", row, column, found, slope);
+                    if !Transition::NONZERO[row].contains(&column) {
+                        prop_assert_eq!(found, 0.0, "row {} column {}", row, column);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_start_at_rest_stays_at_rest_in_insulin() {
+        let model = model();
+        let (start, _) = model.start(UnitsPerHour(1.0), MgPerDl(120.0));
+        let input = StepInput { basal: UnitsPerHour(1.0), ..StepInput::default() };
+        let next = model.step(&start, &input).expect("finite");
+        for compartment in [S1, S2, I, X1, X2, X3] {
+            let (a, b) = (start.body.vector()[compartment], next.body.vector()[compartment]);
+            assert!((a - b).abs() <= 1e-12 * a.abs(), "{compartment}: {a} to {b}"); // rounding
+        }
+    }
+
+    #[test]
+    fn a_correction_does_not_push_glucose_below_the_floor() {
+        let model = model();
+        let (start, _) = model.start(UnitsPerHour(1.0), MgPerDl(60.0));
+        let mut gain = [0.0; STATES];
+        gain[slot(Q1)] = 1.0;
+        let low = model.corrected(&start, &gain, -50.0);
+        assert!((model.plant().glucose(&low.body).0 - GLUCOSE_FLOOR.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,433 @@
+//! Personal calibration: the plant's six most personal parameters by maximum a posteriori.
+//!
+//! Without it every person's own insulin action would count as a gap. The innovations of the filter
+//! are prewhitened, weighted by Huber, and made small by a Levenberg-Marquardt iteration over log
+//! factors on the population parameters. Their derivatives ("signatures") are central differences
+//! through the same filter with its gains frozen.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use ode_sim::{EgpMode, OdeParameters};
+use serde::{Deserialize, Serialize};
+
+use crate::augmented::AugmentedModel;
+use crate::error::GapError;
+use crate::filter::{Filtered, filter, replay};
+use crate::noise::NoiseModel;
+use crate::observations::Observations;
+use crate::whitening::{Autoregression, HUBER_THRESHOLD, huber_loss, huber_weight, robust_scale};
+
+/// A parameter that is calibrated to a person.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Factor {
+    /// The three insulin sensitivities together.
+    Action,
+    /// Endogenous glucose production at zero insulin.
+    Egp0,
+    /// Time to the maximal appearance of meal glucose.
+    TMaxG,
+    /// Time to the maximal insulin absorption.
+    TMaxI,
+    /// Carbohydrate bioavailability.
+    AG,
+    /// Non-insulin-mediated uptake.
+    F01,
+}
+
+/// Number of calibrated parameters.
+pub const FACTORS: usize = 6;
+
+impl Factor {
+    /// Every factor, in the order of [`PersonalFactors`].
+    pub const ALL: [Self; FACTORS] =
+        [Self::Action, Self::Egp0, Self::TMaxG, Self::TMaxI, Self::AG, Self::F01];
+
+    /// Standard deviation of the prior of the factor's logarithm; its mean is 0.
+    #[must_use]
+    pub const fn prior_sd(self) -> f64 {
+        match self {
+            Self::Action => 0.3,
+            Self::Egp0 | Self::F01 => 0.15,
+            Self::TMaxG => 0.25,
+            Self::TMaxI | Self::AG => 0.2,
+        }
+    }
+}
+
+/// Logarithms of a person's factors on the population parameters, in the order of [`Factor::ALL`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PersonalFactors(pub [f64; FACTORS]);
+
+impl PersonalFactors {
+    /// The person's parameters.
+    #[must_use]
+    pub fn applied_to(&self, population: &OdeParameters) -> OdeParameters {
+        let [action, egp_0, t_max_g, t_max_i, a_g, f_01] = self.0.map(f64::exp);
+        let p = population.with_sensitivity_scaled(action);
+        OdeParameters {
+            egp_0: p.egp_0 * egp_0,
+            t_max_g: p.t_max_g * t_max_g,
+            t_max_i: p.t_max_i * t_max_i,
+            a_g: p.a_g * a_g,
+            f_01: p.f_01 * f_01,
+            ..p
+        }
+    }
+
+    /// The logarithm of one factor.
+    #[must_use]
+    pub fn get(&self, factor: Factor) -> f64 {
+        self.0[factor as usize]
+    }
+
+    /// Half the squared distance from the prior's mean, in nats.
+    fn prior_loss(&self) -> f64 {
+        self.0.iter().zip(Factor::ALL).map(|(v, f)| 0.5 * (v / f.prior_sd()).powi(2)).sum()
+    }
+}
+
+/// How a calibration is run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationRule {
+    /// Steps at the start of the record whose innovations are not scored.
+    pub burn_in: usize,
+    /// Steps after an unrecorded dose whose innovations are not scored.
+    pub dose_memory: usize,
+    /// Iterations after which the calibration gives up and says so.
+    pub max_iterations: usize,
+    /// The iteration ends when no log factor moves by more than this many prior standard deviations.
+    pub tolerance: f64,
+    /// Log factors are kept within plus and minus this.
+    pub bound: f64,
+}
+
+impl CalibrationRule {
+    /// The values in use: 12 h of burn-in, 4 h of dose memory, 30 iterations, a thousandth of a prior
+    /// standard deviation, factors within exp(-0.9) to exp(0.9).
+    #[must_use]
+    pub const fn working() -> Self {
+        Self { burn_in: 144, dose_memory: 48, max_iterations: 30, tolerance: 1e-3, bound: 0.9 }
+    }
+}
+
+/// A calibrated person.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// The log factors.
+    pub factors: PersonalFactors,
+    /// Their posterior standard deviations.
+    pub sd: [f64; FACTORS],
+    /// The filter's model with the calibrated parameters.
+    pub model: AugmentedModel,
+    /// The filter's run with that model.
+    pub filtered: Filtered,
+    /// The autoregression that whitens the normalised innovations.
+    pub autoregression: Autoregression,
+    /// Whitened innovations in units of [`scale`](Self::scale), one a step; `None` where not scored.
+    pub whitened: Vec<Option<f64>>,
+    /// Standard deviation of the whitened normalised innovations; 1 for a perfect noise model.
+    pub scale: f64,
+    /// Iterations made.
+    pub iterations: usize,
+    /// Whether the iteration met its tolerance.
+    pub converged: bool,
+    /// Factors that ended at the rule's bound.
+    pub at_bound: Vec<Factor>,
+}
+
+/// Spacing of the central differences in log factors: rounding and curvature are both below 1e-4.
+const SPACING: f64 = 0.01;
+/// Longest move of a log factor in one iteration.
+const LONGEST_MOVE: f64 = 0.3;
+/// Starting values tried for insulin action, the only factor with distant local optima.
+const ACTION_STARTS: [f64; 5] = [-0.6, -0.3, 0.0, 0.3, 0.6];
+/// Trials of a damped step before it is given up.
+const TRIALS: usize = 8;
+
+/// What does not change during one person's calibration.
+struct Setting<'a> {
+    population: &'a OdeParameters,
+    egp: EgpMode,
+    noise: &'a NoiseModel,
+    record: &'a Observations,
+    scored: Vec<bool>,
+}
+
+impl Setting<'_> {
+    fn model(&self, factors: &PersonalFactors) -> AugmentedModel {
+        let parameters = factors.applied_to(self.population);
+        AugmentedModel::new(parameters, self.record.weight, self.egp, *self.noise)
+    }
+
+    fn run(&self, factors: &PersonalFactors) -> Result<Filtered, GapError> {
+        filter(&self.model(factors), self.record)
+    }
+
+    /// Normalised innovations of a run, where they are scored.
+    fn normalised(&self, run: &Filtered) -> Vec<Option<f64>> {
+        let scored = self.scored.iter();
+        run.innovations
+            .iter()
+            .zip(scored)
+            .map(|(i, s)| i.filter(|_| *s).map(|i| i.normalised()))
+            .collect()
+    }
+}
+
+/// What is held while one step of the calibration is taken.
+struct Frozen {
+    run: Filtered,
+    autoregression: Autoregression,
+    scale: f64,
+}
+
+impl Frozen {
+    fn new(setting: &Setting<'_>, run: Filtered) -> (Self, Vec<Option<f64>>) {
+        let z = setting.normalised(&run);
+        let autoregression = Autoregression::fitted(&z);
+        let whitened = autoregression.whitened(&z);
+        let scale = clipped_scale(&whitened);
+        (Self { run, autoregression, scale }, whitened)
+    }
+
+    /// Whitened innovations of other factors through the frozen filter.
+    fn whitened(
+        &self,
+        setting: &Setting<'_>,
+        factors: &PersonalFactors,
+    ) -> Result<Vec<Option<f64>>, GapError> {
+        let innovations = replay(&setting.model(factors), setting.record, &self.run)?;
+        let z: Vec<_> = innovations
+            .iter()
+            .zip(&self.run.innovations)
+            .zip(&setting.scored)
+            .map(|((value, frozen), scored)| {
+                let frozen = (*frozen).filter(|_| *scored)?;
+                Some((*value)? / frozen.variance.sqrt())
+            })
+            .collect();
+        Ok(self.autoregression.whitened(&z))
+    }
+
+    /// Negative log posterior up to a constant, nats.
+    fn loss(&self, whitened: &[Option<f64>], factors: &PersonalFactors) -> f64 {
+        let data: f64 = whitened.iter().flatten().map(|w| huber_loss(w / self.scale, 1.0)).sum();
+        data + factors.prior_loss()
+    }
+}
+
+/// Calibrates a person. See the module for the method.
+///
+/// # Errors
+/// As [`filter`], and [`GapError::Singular`].
+pub fn calibrate(
+    population: &OdeParameters,
+    egp: EgpMode,
+    noise: &NoiseModel,
+    record: &Observations,
+    rule: &CalibrationRule,
+) -> Result<Calibration, GapError> {
+    let mut scored = record.trusted(rule.dose_memory);
+    let burn_in = rule.burn_in.min(scored.len());
+    scored[..burn_in].fill(false);
+    let setting = Setting { population, egp, noise, record, scored };
+
+    let mut factors = best_start(&setting)?;
+    let mut damping = 0.0;
+    let (mut converged, mut iterations) = (false, 0);
+    let (frozen, whitened, sd) = loop {
+        let (frozen, whitened) = Frozen::new(&setting, setting.run(&factors)?);
+        let equations = NormalEquations::of(&setting, &frozen, &whitened, &factors)?;
+        if converged || iterations == rule.max_iterations {
+            let sd = equations.posterior_sd(record)?;
+            break (frozen, whitened, sd);
+        }
+        iterations += 1;
+        let before = frozen.loss(&whitened, &factors);
+        let mut moved = 0.0;
+        for _ in 0..TRIALS {
+            let trial = equations.step(&factors, damping, rule.bound, record)?;
+            let size = trial
+                .0
+                .iter()
+                .zip(&factors.0)
+                .zip(Factor::ALL)
+                .map(|((new, old), factor)| (new - old).abs() / factor.prior_sd())
+                .fold(0.0, f64::max);
+            // A move below the tolerance ends the search whether or not rounding lets it improve.
+            let accepted = size < rule.tolerance
+                || frozen.loss(&frozen.whitened(&setting, &trial)?, &trial) < before;
+            if accepted {
+                (factors, moved) = (trial, size);
+                damping = if damping < 1e-2 { 0.0 } else { damping / 10.0 };
+                break;
+            }
+            damping = if damping == 0.0 { 1e-2 } else { damping * 10.0 };
+        }
+        converged = moved < rule.tolerance;
+    };
+    let at_bound =
+        Factor::ALL.into_iter().filter(|f| factors.get(*f).abs() >= rule.bound).collect();
+    Ok(Calibration {
+        factors,
+        sd,
+        model: setting.model(&factors),
+        autoregression: frozen.autoregression,
+        whitened: whitened.iter().map(|w| w.map(|w| w / frozen.scale)).collect(),
+        scale: frozen.scale,
+        filtered: frozen.run,
+        iterations,
+        converged,
+        at_bound,
+    })
+}
+
+/// The starting value of insulin action with the best posterior, the other factors at their priors.
+fn best_start(setting: &Setting<'_>) -> Result<PersonalFactors, GapError> {
+    let mut best = (f64::INFINITY, PersonalFactors::default());
+    for action in ACTION_STARTS {
+        let mut factors = PersonalFactors::default();
+        factors.0[Factor::Action as usize] = action;
+        let run = setting.run(&factors)?;
+        let mut loss = factors.prior_loss();
+        for (innovation, scored) in run.innovations.iter().zip(&setting.scored) {
+            if let Some(i) = innovation.filter(|_| *scored) {
+                loss += huber_loss(i.normalised(), 1.0) + 0.5 * i.variance.ln();
+            }
+        }
+        if loss < best.0 {
+            best = (loss, factors);
+        }
+    }
+    Ok(best.1)
+}
+
+/// Standard deviation with values clipped at Huber's threshold, so that wild readings do not
+/// inflate it; 1 where nothing is scored.
+fn clipped_scale(whitened: &[Option<f64>]) -> f64 {
+    let robust = robust_scale(whitened);
+    let limit = HUBER_THRESHOLD * robust;
+    let (mut sum, mut n) = (0.0, 0.0);
+    for w in whitened.iter().flatten() {
+        sum += w.clamp(-limit, limit).powi(2);
+        n += 1.0;
+    }
+    if sum > 0.0 { f64::sqrt(sum / n) } else { 1.0 }
+}
+
+/// Gauss-Newton normal equations at one set of factors: curvature (6, 6) and gradient (6).
+struct NormalEquations {
+    curvature: [[f64; FACTORS]; FACTORS],
+    gradient: [f64; FACTORS],
+}
+
+impl NormalEquations {
+    fn of(
+        setting: &Setting<'_>,
+        frozen: &Frozen,
+        whitened: &[Option<f64>],
+        factors: &PersonalFactors,
+    ) -> Result<Self, GapError> {
+        let mut signatures = Vec::with_capacity(FACTORS);
+        for place in 0..FACTORS {
+            let moved = |by: f64| {
+                let mut factors = *factors;
+                factors.0[place] += by;
+                frozen.whitened(setting, &factors)
+            };
+            let (above, below) = (moved(SPACING)?, moved(-SPACING)?);
+            signatures.push(
+                above
+                    .iter()
+                    .zip(&below)
+                    .map(|(a, b)| a.zip(*b).map_or(0.0, |(a, b)| (a - b) / (2.0 * SPACING)))
+                    .collect::<Vec<f64>>(),
+            );
+        }
+        let mut curvature = [[0.0; FACTORS]; FACTORS];
+        let mut gradient = [0.0; FACTORS];
+        let inverse = frozen.scale.powi(-2);
+        for (step, w) in whitened.iter().enumerate() {
+            let Some(w) = w else { continue };
+            let weight = huber_weight(*w, frozen.scale) * inverse;
+            for row in 0..FACTORS {
+                let weighted = weight * signatures[row][step];
+                gradient[row] += weighted * w;
+                for column in 0..=row {
+                    curvature[row][column] += weighted * signatures[column][step];
+                }
+            }
+        }
+        for (place, factor) in Factor::ALL.into_iter().enumerate() {
+            let precision = factor.prior_sd().powi(-2);
+            curvature[place][place] += precision;
+            gradient[place] += precision * factors.0[place];
+        }
+        for row in 0..FACTORS {
+            for column in 0..row {
+                curvature[column][row] = curvature[row][column];
+            }
+        }
+        Ok(Self { curvature, gradient })
+    }
+
+    /// The factors after one step damped by `damping` times the curvature's diagonal.
+    fn step(
+        &self,
+        factors: &PersonalFactors,
+        damping: f64,
+        bound: f64,
+        record: &Observations,
+    ) -> Result<PersonalFactors, GapError> {
+        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| {
+            let factor = if row == column { 1.0 + damping } else { 1.0 };
+            self.curvature[row][column] * factor
+        });
+        let right = Mat::from_fn(FACTORS, 1, |row, _| -self.gradient[row]);
+        let singular = || GapError::Singular { person: record.person.clone() };
+        let solution = matrix.llt(Side::Lower).map_err(|_| singular())?.solve(&right);
+        let moved = std::array::from_fn(|k| {
+            let step = solution[(k, 0)].clamp(-LONGEST_MOVE, LONGEST_MOVE);
+            (factors.0[k] + step).clamp(-bound, bound)
+        });
+        if moved.iter().any(|v: &f64| !v.is_finite()) {
+            return Err(singular());
+        }
+        Ok(PersonalFactors(moved))
+    }
+
+    fn posterior_sd(&self, record: &Observations) -> Result<[f64; FACTORS], GapError> {
+        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| self.curvature[row][column]);
+        let inverse = matrix
+            .llt(Side::Lower)
+            .map_err(|_| GapError::Singular { person: record.person.clone() })?
+            .solve(&Mat::<f64>::identity(FACTORS, FACTORS));
+        Ok(std::array::from_fn(|k| inverse[(k, k)].sqrt()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_act_on_the_parameters_they_name() {
+        let population = OdeParameters::nominal();
+        let cases: [(Factor, fn(&OdeParameters) -> f64); FACTORS] = [
+            (Factor::Action, |p| p.s_f2),
+            (Factor::Egp0, |p| p.egp_0),
+            (Factor::TMaxG, |p| p.t_max_g),
+            (Factor::TMaxI, |p| p.t_max_i),
+            (Factor::AG, |p| p.a_g),
+            (Factor::F01, |p| p.f_01),
+        ];
+        for (factor, value) in cases {
+            let mut factors = PersonalFactors::default();
+            factors.0[factor as usize] = 0.2;
+            let ratio = value(&factors.applied_to(&population)) / value(&population);
+            assert!((ratio - 0.2f64.exp()).abs() < 1e-12, "{factor:?}: {ratio}"); // rounding
+        }
+        assert_eq!(PersonalFactors::default().applied_to(&population), population);
+    }
+}

@@ -1,0 +1,253 @@
+//! The situations in which errors are averaged: clock, events, glucose.
+//!
+//! A situation is read at the step from which a prediction starts, and from nothing later: clock,
+//! logged events up to that step, and the filtered glucose. Conditioning on what comes after (a
+//! reading above 180, a rescue, an insulin dose that answers to glucose) would select errors by
+//! their own sign and find a gap where there is none.
+
+use chrono::Timelike;
+use cohort::Person;
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+use serde::{Deserialize, Serialize};
+
+/// A situation of the `context` factor. Several may hold at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Situation {
+    /// A meal of at least [`MEAL`] g was logged within the last 3 h.
+    AfterMeal,
+    /// A meal of at least [`DINNER`] g was logged between 17:00 and 22:00 and within the last 5 h.
+    AfterDinner,
+    /// At least two of the last three steps were exercise: heart rate at least
+    /// [`EXERCISE_HEART_RATE`] over rest, or at least [`EXERCISE_STEPS`] steps walked.
+    Exercise,
+    /// Exercise within the last 10 h, but not now.
+    AfterExercise,
+    /// At least half of the step is asleep.
+    Sleep,
+    /// Less than [`SHORT_SLEEP`] h of sleep since 18:00 of the day before; from 07:00 to 18:00, while
+    /// awake.
+    DayAfterShortSleep,
+    /// Filtered glucose below 70 mg/dL within the last 2 h.
+    AfterLow,
+    /// The infusion set is 48 h old or older.
+    SetDay3Plus,
+    /// Filtered glucose moved by more than 2 mg/dL/min over the last 15 min.
+    FastChange,
+    /// Saturday or Sunday.
+    Weekend,
+    /// None of the situations above.
+    Other,
+}
+
+/// Smallest meal of [`Situation::AfterMeal`], g.
+pub const MEAL: f64 = 15.0;
+/// Smallest meal of [`Situation::AfterDinner`], g.
+pub const DINNER: f64 = 25.0;
+/// Heart rate over rest that counts as exercise, 1/min.
+pub const EXERCISE_HEART_RATE: f64 = 30.0;
+/// Steps walked in five minutes that count as exercise: 80 a minute, a brisk walk.
+pub const EXERCISE_STEPS: f64 = 400.0;
+/// Sleep below which a night is short, h.
+pub const SHORT_SLEEP: f64 = 6.0;
+
+impl Situation {
+    /// Every situation that can be recognised from the channels of a cohort.
+    ///
+    /// `sensor_late` of the exchange format is not among them: no channel tells when a sensor was
+    /// inserted.
+    pub const ALL: [Self; 11] = [
+        Self::AfterMeal,
+        Self::AfterDinner,
+        Self::Exercise,
+        Self::AfterExercise,
+        Self::Sleep,
+        Self::DayAfterShortSleep,
+        Self::AfterLow,
+        Self::SetDay3Plus,
+        Self::FastChange,
+        Self::Weekend,
+        Self::Other,
+    ];
+
+    /// The level's name in `diagnosis.json`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::AfterMeal => "after_meal",
+            Self::AfterDinner => "after_dinner",
+            Self::Exercise => "exercise",
+            Self::AfterExercise => "after_exercise",
+            Self::Sleep => "sleep",
+            Self::DayAfterShortSleep => "day_after_short_sleep",
+            Self::AfterLow => "after_low",
+            Self::SetDay3Plus => "set_day_3_plus",
+            Self::FastChange => "fast_change",
+            Self::Weekend => "weekend",
+            Self::Other => "other",
+        }
+    }
+}
+
+/// Parts of the day: first hour, hour after the last, level name. The early morning is one part,
+/// because that is when the liver's dawn production falls.
+pub const HOURS: [(u32, u32, &str); 6] = [
+    (0, 3, "00-03"),
+    (3, 8, "03-08"),
+    (8, 12, "08-12"),
+    (12, 17, "12-17"),
+    (17, 21, "17-21"),
+    (21, 24, "21-24"),
+];
+
+/// Levels of the `glucose_band` factor, by filtered glucose: below 70, 70 to 180, above 180 mg/dL.
+pub const BANDS: [&str; 3] = ["<70", "70-180", ">180"];
+
+/// Place of a clock hour (0 to 23) in [`HOURS`].
+#[must_use]
+pub fn part_of_day(hour: u32) -> usize {
+    HOURS.iter().position(|(_, end, _)| hour < *end).unwrap_or(HOURS.len() - 1)
+}
+
+/// Place of a glucose value, mg/dL, in [`BANDS`].
+#[must_use]
+pub fn band(glucose: f64) -> usize {
+    if glucose < 70.0 {
+        0
+    } else if glucose <= 180.0 {
+        1
+    } else {
+        2
+    }
+}
+
+/// The situations of a person's steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Situations {
+    /// One flag set a step: bit `s as u16` for each situation `s` that holds.
+    flags: Vec<u16>,
+}
+
+impl Situations {
+    /// Recognises the situations of every step.
+    ///
+    /// `glucose` is the filtered glucose, mg/dL, one a step. A situation whose channel was not
+    /// recorded (around that step, for sleep and infusion sets: so far) does not hold anywhere.
+    #[must_use]
+    pub fn of(person: &Person, glucose: &[f64]) -> Self {
+        let n = person.record.len().min(glucose.len());
+        let mut flags = vec![0u16; n];
+        let mut mark = |situation: Situation, holds: &[bool]| {
+            for (flag, holds) in flags.iter_mut().zip(holds) {
+                *flag |= u16::from(*holds) << situation as u16;
+            }
+        };
+        let record = &person.record;
+        let carbs = |k: usize| record.carbs()[k].unwrap_or(0.0);
+        let meals: Vec<bool> = (0..n).map(|k| carbs(k) >= MEAL).collect();
+        mark(Situation::AfterMeal, &within(&meals, 3 * STEPS_PER_HOUR));
+        let dinners: Vec<bool> =
+            (0..n).map(|k| carbs(k) >= DINNER && (17..22).contains(&record.hour(k))).collect();
+        mark(Situation::AfterDinner, &within(&dinners, 5 * STEPS_PER_HOUR));
+
+        let exercise = exercise(person, n);
+        let recent = within(&exercise, 10 * STEPS_PER_HOUR);
+        let after: Vec<bool> = recent.iter().zip(&exercise).map(|(r, e)| *r && !e).collect();
+        mark(Situation::Exercise, &exercise);
+        mark(Situation::AfterExercise, &after);
+
+        let asleep: Vec<bool> =
+            (0..n).map(|k| record.sleep_efficiency()[k].is_some_and(|s| s >= 0.5)).collect();
+        mark(Situation::Sleep, &asleep);
+        mark(Situation::DayAfterShortSleep, &after_short_sleep(person, &asleep));
+
+        let low: Vec<bool> = glucose[..n].iter().map(|g| *g < 70.0).collect();
+        mark(Situation::AfterLow, &within(&low, 2 * STEPS_PER_HOUR));
+        let fast: Vec<bool> =
+            (0..n).map(|k| k >= 3 && (glucose[k] - glucose[k - 3]).abs() > 2.0 * 15.0).collect();
+        mark(Situation::FastChange, &fast);
+        mark(Situation::SetDay3Plus, &old_set(record.set_change(), n));
+        let weekend: Vec<bool> = (0..n).map(|k| record.weekend(k)).collect();
+        mark(Situation::Weekend, &weekend);
+        for flag in &mut flags {
+            *flag |= u16::from(*flag == 0) << Situation::Other as u16;
+        }
+        Self { flags }
+    }
+
+    /// Whether a situation holds at a step; `false` beyond the record.
+    #[must_use]
+    pub fn holds(&self, situation: Situation, step: usize) -> bool {
+        self.flags.get(step).is_some_and(|flags| flags >> situation as u16 & 1 == 1)
+    }
+}
+
+/// Whether `event` holds at each step or held within the `span` steps before it.
+fn within(event: &[bool], span: usize) -> Vec<bool> {
+    let mut last = None;
+    event
+        .iter()
+        .enumerate()
+        .map(|(k, now)| {
+            last = if *now { Some(k) } else { last };
+            last.is_some_and(|last| k - last < span)
+        })
+        .collect()
+}
+
+fn exercise(person: &Person, n: usize) -> Vec<bool> {
+    let rest = person.resting_heart_rate().map(|rest| rest.value.0);
+    let record = &person.record;
+    let active: Vec<bool> = (0..n)
+        .map(|k| {
+            let heart = record.heart_rate()[k].zip(rest);
+            heart.is_some_and(|(rate, rest)| rate - rest >= EXERCISE_HEART_RATE)
+                || record.steps()[k].is_some_and(|steps| steps >= EXERCISE_STEPS)
+        })
+        .collect();
+    (0..n).map(|k| active[k.saturating_sub(2)..=k].iter().filter(|a| **a).count() >= 2).collect()
+}
+
+/// Age of the infusion set at least 48 h; unknown (and so `false`) before the first change.
+fn old_set(changes: &[Option<f64>], n: usize) -> Vec<bool> {
+    let mut changed = None;
+    (0..n)
+        .map(|k| {
+            if changes[k].is_some_and(|c| c >= 0.5) {
+                changed = Some(k);
+            }
+            changed.is_some_and(|changed| k - changed >= 2 * STEPS_PER_DAY)
+        })
+        .collect()
+}
+
+/// The day after a short night: sleep between 18:00 and noon below [`SHORT_SLEEP`], at least 1 h of
+/// it and most of the window recorded, so that a tracker left off does not pass for a short night.
+/// Sleep is summed up to the step itself, so the morning of a long sleeper who is still asleep is
+/// not called short.
+fn after_short_sleep(person: &Person, asleep: &[bool]) -> Vec<bool> {
+    let record = &person.record;
+    let (evening, noon) = (18 * STEPS_PER_HOUR, 12 * STEPS_PER_HOUR);
+    let first = record.start().time().num_seconds_from_midnight() as usize / 300;
+    let (mut hours, mut recorded, mut seen) = (0.0, 0usize, 0usize);
+    let mut short = false;
+    (0..asleep.len())
+        .map(|k| {
+            let of_day = (first + k) % STEPS_PER_DAY;
+            if of_day == evening {
+                (hours, recorded, seen, short) = (0.0, 0, 0, false);
+            }
+            if of_day >= evening || of_day < noon {
+                let sleep = record.sleep_efficiency()[k];
+                hours += sleep.unwrap_or(0.0) / STEPS_PER_HOUR as f64;
+                recorded += usize::from(sleep.is_some());
+                seen += 1;
+                // 13 h of the night have passed by 07:00.
+                short = seen >= 13 * STEPS_PER_HOUR
+                    && 2 * recorded > seen
+                    && (1.0..SHORT_SLEEP).contains(&hours);
+            }
+            short && of_day >= 7 * STEPS_PER_HOUR && of_day < evening && !asleep[k]
+        })
+        .collect()
+}

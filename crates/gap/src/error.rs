@@ -1,0 +1,86 @@
+//! What can go wrong in this crate.
+
+use physiology::SimulationError;
+
+/// Errors of the diagnosis.
+///
+/// A person who cannot be diagnosed is not an error: she is excluded by name and reason, and the
+/// diagnosis says so ([`PersonSummary::excluded`](crate::PersonSummary)).
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GapError {
+    /// A setting cannot be.
+    #[error("setting {name} is {value}; it must be {requirement}")]
+    Setting {
+        /// The setting's name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be accepted.
+        requirement: &'static str,
+    },
+    /// Nobody in the cohort can be diagnosed.
+    #[error(
+        "none of the {people} people can be diagnosed; the first, {person}, is excluded because \
+         of {reason}"
+    )]
+    NobodyLeft {
+        /// People in the cohort.
+        people: usize,
+        /// The first of them.
+        person: String,
+        /// Why that person is excluded.
+        reason: String,
+    },
+    /// The cohort is empty.
+    #[error("the cohort holds no people; import one first")]
+    EmptyCohort,
+    /// A recorded value is not a finite number.
+    #[error("person {person}, step {step}: {channel} is {value}; leave a missing value empty")]
+    Value {
+        /// The person.
+        person: String,
+        /// The step, counted from the first of the person's record.
+        step: usize,
+        /// The channel.
+        channel: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// The channels of a record differ in length.
+    #[error("person {person}: {readings} readings but {inputs} inputs; both need one entry a step")]
+    Length {
+        /// The person.
+        person: String,
+        /// Number of readings.
+        readings: usize,
+        /// Number of inputs.
+        inputs: usize,
+    },
+    /// The filter left the finite numbers.
+    #[error(
+        "person {person}, step {step}: the filter is not finite; check doses, weight and the noise \
+         settings"
+    )]
+    FilterNotFinite {
+        /// The person.
+        person: String,
+        /// The step, counted from the first of the person's record.
+        step: usize,
+    },
+    /// The linear system of a calibration step has no solution.
+    #[error("person {person}: the calibration's normal equations are singular; check the priors")]
+    Singular {
+        /// The person.
+        person: String,
+    },
+    /// A free run stopped.
+    #[error("person {person}, free run from step {start}: {source}")]
+    FreeRun {
+        /// The person.
+        person: String,
+        /// The step from which the run started.
+        start: usize,
+        /// What the simulation said.
+        source: SimulationError,
+    },
+}

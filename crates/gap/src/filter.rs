@@ -1,0 +1,146 @@
+//! The extended Kalman filter over a person's record, and its replay with frozen gains.
+
+use physiology::{MgPerDl, STEPS_PER_DAY};
+
+use crate::augmented::{AugmentedModel, AugmentedState};
+use crate::covariance::Gain;
+use crate::error::GapError;
+use crate::observations::{Observations, Reading, SENSOR_HIGH, SENSOR_LOW};
+
+/// A reading minus what the filter expected just before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Innovation {
+    /// Observed minus predicted, mg/dL: positive where glucose is under-predicted.
+    pub value: f64,
+    /// Its variance by the filter, mg/dL squared.
+    pub variance: f64,
+}
+
+impl Innovation {
+    /// The innovation in its own standard deviations.
+    #[must_use]
+    pub fn normalised(&self) -> f64 {
+        self.value / self.variance.sqrt()
+    }
+}
+
+/// What the filter made of a record; every field has one entry a step.
+#[derive(Debug, Clone)]
+pub struct Filtered {
+    /// The state after the step's reading, before the step's inputs.
+    pub states: Vec<AugmentedState>,
+    /// Innovations of readings inside the sensor's range; `None` where a reading is missing or
+    /// censored.
+    pub innovations: Vec<Option<Innovation>>,
+    /// The gains that were applied; `None` where the filter only predicted.
+    pub gains: Vec<Option<Gain>>,
+}
+
+/// Runs the filter.
+///
+/// A missing reading is predicted through. A reading at an end of the sensor's range corrects the
+/// state as if it were exact only where the expectation lies inside the range; beyond it, reading
+/// and expectation agree. Neither case gives an innovation.
+///
+/// # Errors
+/// [`GapError::Length`] for a record whose channels differ in length and
+/// [`GapError::FilterNotFinite`] with the step.
+pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
+    check_length(record)?;
+    let (mut state, mut covariance) = start(model, record);
+    let variance = model.noise().reading_sd.powi(2);
+    let n = record.len();
+    let mut filtered = Filtered {
+        states: Vec::with_capacity(n),
+        innovations: Vec::with_capacity(n),
+        gains: Vec::with_capacity(n),
+    };
+    for step in 0..n {
+        let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
+        let expected = model.reading(&state);
+        let seen = correction(record.readings[step], expected);
+        let mut gain = None;
+        if let Some(value) = seen {
+            let update = covariance.update(variance);
+            state = model.corrected(&state, &update.gain, value);
+            gain = Some(update);
+        }
+        let scored = matches!(record.readings[step], Reading::Within(_));
+        filtered.innovations.push(
+            gain.filter(|_| scored)
+                .zip(seen)
+                .map(|(update, value)| Innovation { value, variance: update.innovation_variance }),
+        );
+        filtered.states.push(state);
+        filtered.gains.push(gain);
+
+        let input = &record.inputs[step];
+        model.add_meal_noise(&mut covariance, input);
+        let (following, transition) = model.linearised(&state, input).map_err(|_| failed())?;
+        covariance = covariance.propagated(&transition);
+        model.add_process_noise(&mut covariance, input, &following);
+        let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());
+        if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
+            return Err(failed());
+        }
+        state = following;
+    }
+    Ok(filtered)
+}
+
+/// Runs the filter with the gains of an earlier run, for another model of the same person.
+///
+/// Returns observed minus predicted, mg/dL, at the steps that the earlier run scored. With the
+/// gains held, the innovations are a smooth function of the model's parameters.
+///
+/// # Errors
+/// As [`filter`].
+pub fn replay(
+    model: &AugmentedModel,
+    record: &Observations,
+    frozen: &Filtered,
+) -> Result<Vec<Option<f64>>, GapError> {
+    check_length(record)?;
+    let (mut state, _) = start(model, record);
+    let mut innovations = Vec::with_capacity(record.len());
+    for (step, gain) in frozen.gains.iter().enumerate() {
+        let difference = record.readings[step].value().map(|value| value - model.reading(&state));
+        if let (Some(gain), Some(difference)) = (gain, difference) {
+            state = model.corrected(&state, &gain.gain, difference);
+        }
+        innovations.push(difference.filter(|_| frozen.innovations[step].is_some()));
+        state = model
+            .step(&state, &record.inputs[step])
+            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
+    }
+    Ok(innovations)
+}
+
+fn check_length(record: &Observations) -> Result<(), GapError> {
+    if record.inputs.len() != record.readings.len() {
+        return Err(GapError::Length {
+            person: record.person.clone(),
+            readings: record.readings.len(),
+            inputs: record.inputs.len(),
+        });
+    }
+    Ok(())
+}
+
+/// The difference that corrects the state, `None` where nothing is to be learnt.
+fn correction(reading: Reading, expected: f64) -> Option<f64> {
+    match reading {
+        Reading::Missing => None,
+        Reading::Within(glucose) => Some(glucose.0 - expected),
+        Reading::Low => (expected > SENSOR_LOW.0).then_some(SENSOR_LOW.0 - expected),
+        Reading::High => (expected < SENSOR_HIGH.0).then_some(SENSOR_HIGH.0 - expected),
+    }
+}
+
+fn start(
+    model: &AugmentedModel,
+    record: &Observations,
+) -> (AugmentedState, crate::covariance::Covariance) {
+    let first = record.readings.iter().find_map(|reading| reading.value()).unwrap_or(120.0);
+    model.start(record.initial_basal(STEPS_PER_DAY), MgPerDl(first))
+}

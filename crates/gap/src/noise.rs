@@ -1,0 +1,129 @@
+//! What the filter assumes about noise: sensor, disturbances, and dosing errors.
+
+use physiology::STEP;
+use serde::{Deserialize, Serialize};
+
+use crate::error::GapError;
+
+/// Noise settings of the extended Kalman filter.
+///
+/// [`NoiseModel::working`] holds the values that were found to leave nearly white innovations on
+/// simulated people with sensor noise and dosing errors; a fitted autoregression takes care of the
+/// rest ([`whitening`](crate::whitening)).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NoiseModel {
+    /// Stationary standard deviation of the Ornstein-Uhlenbeck flux into Q1, mmol/kg/min.
+    pub flux_sd: f64,
+    /// Correlation time of that flux, min.
+    pub flux_time: f64,
+    /// Coefficient of variation of a carbohydrate count.
+    pub carb_count_cv: f64,
+    /// Coefficient of variation of the insulin that arrives in S1 within a step.
+    pub insulin_cv: f64,
+    /// Relative standard deviation of the noise on X1, X2, X3 per step.
+    pub effect_cv: f64,
+    /// Standard deviation of the noise on Q1 per step, mmol/kg.
+    pub glucose_sd: f64,
+    /// Time constant between plasma and interstitial glucose, min.
+    pub interstitial_lag: f64,
+    /// Stationary standard deviation of the autoregressive sensor error, mg/dL.
+    pub sensor_sd: f64,
+    /// Correlation of the sensor error from one step to the next.
+    pub sensor_correlation: f64,
+    /// Standard deviation of the white part of a reading, mg/dL.
+    pub reading_sd: f64,
+}
+
+impl NoiseModel {
+    /// The values in use.
+    #[must_use]
+    pub const fn working() -> Self {
+        Self {
+            flux_sd: 0.0025,          // mmol/kg/min: 16 % of nominal EGP0
+            flux_time: 60.0,          // min
+            carb_count_cv: 0.25,      // adults miscount by 20 to 30 %
+            insulin_cv: 0.08,         // pump and absorption together
+            effect_cv: 0.01,          // per step
+            glucose_sd: 0.004,        // mmol/kg: 0.45 mg/dL
+            interstitial_lag: 8.0,    // min: 6 to 12 in published sensor models
+            sensor_sd: 3.5,           // mg/dL
+            sensor_correlation: 0.85, // per step: 31 min
+            reading_sd: 0.5,          // mg/dL: rounding to whole mg/dL gives 0.29
+        }
+    }
+
+    /// Each setting with its name.
+    #[must_use]
+    pub const fn named(&self) -> [(&'static str, f64); 10] {
+        [
+            ("flux_sd", self.flux_sd),
+            ("flux_time", self.flux_time),
+            ("carb_count_cv", self.carb_count_cv),
+            ("insulin_cv", self.insulin_cv),
+            ("effect_cv", self.effect_cv),
+            ("glucose_sd", self.glucose_sd),
+            ("interstitial_lag", self.interstitial_lag),
+            ("sensor_sd", self.sensor_sd),
+            ("sensor_correlation", self.sensor_correlation),
+            ("reading_sd", self.reading_sd),
+        ]
+    }
+
+    /// Checks that the settings can be.
+    ///
+    /// # Errors
+    /// [`GapError::Setting`] naming the first that cannot.
+    pub fn validated(self) -> Result<Self, GapError> {
+        for (name, value) in self.named() {
+            let positive = matches!(name, "flux_time" | "interstitial_lag" | "reading_sd");
+            let (accepted, requirement) = if positive {
+                (value > 0.0, "positive and finite")
+            } else {
+                (value >= 0.0, "finite and not negative")
+            };
+            if !(value.is_finite() && accepted) {
+                return Err(GapError::Setting { name, value, requirement });
+            }
+        }
+        if self.sensor_correlation >= 1.0 {
+            return Err(GapError::Setting {
+                name: "sensor_correlation",
+                value: self.sensor_correlation,
+                requirement: "below 1",
+            });
+        }
+        Ok(self)
+    }
+
+    /// Share of the flux that is left after one step.
+    #[must_use]
+    pub fn flux_decay(&self) -> f64 {
+        (-STEP.0 / self.flux_time).exp()
+    }
+
+    /// Share of the distance between interstitial and plasma glucose that is left after one step.
+    #[must_use]
+    pub fn lag_decay(&self) -> f64 {
+        (-STEP.0 / self.interstitial_lag).exp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_that_cannot_be_are_named() {
+        assert!(NoiseModel::working().validated().is_ok());
+        let cases = [
+            (NoiseModel { reading_sd: 0.0, ..NoiseModel::working() }, "reading_sd"),
+            (NoiseModel { flux_sd: -1.0, ..NoiseModel::working() }, "flux_sd"),
+            (NoiseModel { flux_time: f64::NAN, ..NoiseModel::working() }, "flux_time"),
+            (NoiseModel { sensor_correlation: 1.0, ..NoiseModel::working() }, "sensor_correlation"),
+        ];
+        for (noise, expected) in cases {
+            let error = noise.validated().expect_err(expected);
+            assert!(matches!(error, GapError::Setting { name, .. } if name == expected));
+        }
+    }
+}
