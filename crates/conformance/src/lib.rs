@@ -1,1 +1,37 @@
-//! Monotonicity of one-hidden-layer ReLU networks over boxes: properties, MILP, certified bounds, verdicts
+//! Whether a network moves the way physiology says, over a whole region: proofs, not searches.
+//!
+//! The paper (Roquemen-Echeverri et al., section "Conformance Verification") compares two copies of
+//! a sub-network in a mixed-integer programme and takes a failed search for a violation as
+//! conformance. Here one number decides a row: **M**, the supremum over a box of the slope against
+//! the property, `s dN/dx_k` with s = +1 for "decreasing" and -1 for "increasing". The output moves
+//! against the property by at most `delta max(0, M)` when the input grows by `delta`, for every
+//! `delta`; so M not above 0 is a proof.
+//!
+//! [`verify`] brackets M by branch and bound with outward rounding, and replays its witness in exact
+//! arithmetic. Beside it stand the gradient MILP through good_lp and HiGHS ([`milp`]), whose bounds
+//! are reported as claims only, and the exact [`enumeration`](largest_slope_by_enumeration) of all
+//! cells for networks of two inputs.
+//!
+//! The crate is handed matrices; it knows no other crate of the workspace.
+
+mod branch;
+mod cells;
+mod error;
+mod exact;
+pub mod milp;
+mod network;
+mod property;
+mod region;
+pub mod replay;
+mod share;
+mod slope;
+mod verify;
+
+pub use branch::Stop;
+pub use cells::{Enumerated, largest_slope_by_enumeration};
+pub use error::ConformanceError;
+pub use network::OneHiddenLayer;
+pub use property::{Direction, Property, PropertyKind, paper_properties};
+pub use region::{BoxRegion, Region, Scaling, Signal};
+pub use share::{Share, share_of_points, share_of_region};
+pub use verify::{CrossCheck, Limits, Physical, Report, Row, Verdict, Witness, verify};

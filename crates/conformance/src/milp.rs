@@ -1,0 +1,315 @@
+//! The largest slope as a mixed-integer linear programme, through good_lp and HiGHS.
+//!
+//! One binary `q_j` a switch that the box leaves undecided, over the inputs x of the box:
+//!
+//! maximise `constant + sum c_j q_j` subject to `a_j >= L_j (1 - q_j)` where `c_j > 0` and
+//! `a_j <= U_j q_j` where `c_j < 0`, with `L_j <= a_j <= U_j` the switch's range over the box.
+//!
+//! This is the gradient form of the paper's section "Conformance Verification", whose own form
+//! compares two copies of the network. The solver works to tolerances in floating point: what it
+//! calls optimal and what it calls a bound are **claims**. Its point is moved into the interior of
+//! the linear piece that the binaries describe, and the slope there is evaluated exactly; only that
+//! number is attained.
+
+use std::time::Duration;
+
+use good_lp::{Expression, ProblemVariables, Solution, SolverModel, Variable, variable};
+use highs::HighsModelStatus;
+use serde::Serialize;
+
+use crate::error::ConformanceError;
+use crate::network::OneHiddenLayer;
+use crate::property::Property;
+use crate::region::{BoxRegion, Region};
+use crate::share::slope_sum;
+use crate::slope::{SlopeSum, Switch};
+
+/// Limits of one solve. One thread is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MilpLimits {
+    /// HiGHS' `time_limit`.
+    pub time: Duration,
+    /// HiGHS' `mip_rel_gap`, 0 or more.
+    pub relative_gap: f64,
+}
+
+/// How a solve ended, in the solver's words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MilpStatus {
+    /// The solver claims an optimum within its gap and tolerances.
+    Optimal,
+    /// The solver stopped at a limit: nothing is decided.
+    Limit,
+    /// No switch is undecided over the box; nothing was solved.
+    Constant,
+}
+
+/// What the solver says, and what of it survives exact evaluation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MilpReport {
+    /// How the solve ended.
+    pub status: MilpStatus,
+    /// Exact slope to the right at `point`, rounded down: attained, whatever the solver says.
+    pub m_lower: Option<f64>,
+    /// Where, scaled, in the order of the network's inputs.
+    pub point: Option<Vec<f64>>,
+    /// Objective claimed by the solver.
+    pub claimed_objective: Option<f64>,
+    /// Bound claimed by the solver. Not a proof.
+    pub claimed_bound: f64,
+    /// Number of binaries.
+    pub binaries: usize,
+    /// Nodes of the solver's tree.
+    pub nodes: i64,
+    /// Time taken, by the caller's clock.
+    pub seconds: f64,
+}
+
+/// Solves the gradient form for `property` of `network` over `region`.
+///
+/// # Errors
+/// Those of [`crate::verify`] about network, property and region; [`ConformanceError::Limit`] for a
+/// negative gap; [`ConformanceError::Solver`] where HiGHS fails other than by reaching a limit.
+pub fn solve(
+    network: &OneHiddenLayer,
+    property: &Property,
+    region: &Region,
+    limits: &MilpLimits,
+    clock: &(dyn Fn() -> Duration + Sync),
+) -> Result<MilpReport, ConformanceError> {
+    if !limits.relative_gap.is_finite() || limits.relative_gap < 0.0 {
+        return Err(ConformanceError::Limit {
+            limit: "milp relative_gap",
+            value: limits.relative_gap,
+            range: "0 or more",
+        });
+    }
+    let sum = slope_sum(network, property)?;
+    let boxed = region.box_of(network)?;
+    boxed.check_free(network, sum.tested)?;
+    let fail = |(stage, reason): Failure| ConformanceError::Solver {
+        network: property.network.clone(),
+        input: property.input.clone(),
+        stage,
+        reason,
+    };
+
+    let began = clock();
+    let rest = sum.restricted_to(&boxed);
+    let mut report = if rest.switches.is_empty() {
+        MilpReport {
+            status: MilpStatus::Constant,
+            m_lower: Some(rest.constant.round_down()),
+            point: Some(boxed.lower().to_vec()),
+            claimed_objective: None,
+            claimed_bound: rest.constant.round_up(),
+            binaries: 0,
+            nodes: 0,
+            seconds: 0.0,
+        }
+    } else {
+        let programme = Programme::new(&rest, &boxed);
+        let answer = programme.solve(limits).map_err(fail)?;
+        let attained = match &answer.incumbent {
+            None => None,
+            Some(incumbent) => {
+                let inside = programme.interior(incumbent).map_err(fail)?;
+                [Some(incumbent.point.clone()), inside]
+                    .into_iter()
+                    .flatten()
+                    .map(|point| {
+                        (sum.at(&programme.below_the_last_face(&point)).round_down(), point)
+                    })
+                    .max_by(|a, b| a.0.total_cmp(&b.0))
+            }
+        };
+        let (m_lower, point) = attained.unzip();
+        MilpReport {
+            status: answer.status,
+            m_lower,
+            point: point.map(|point| programme.below_the_last_face(&point)),
+            claimed_objective: answer.incumbent.map(|incumbent| incumbent.objective),
+            claimed_bound: answer.bound,
+            binaries: rest.switches.len(),
+            nodes: answer.nodes,
+            seconds: 0.0,
+        }
+    };
+    report.seconds = clock().saturating_sub(began).as_secs_f64();
+    Ok(report)
+}
+
+/// Stage and reason of a failure of HiGHS.
+type Failure = (&'static str, String);
+
+/// The switches undecided over a box, over inputs that run from 0 to 1 across it.
+struct Programme<'a> {
+    region: &'a BoxRegion,
+    tested: usize,
+    /// Slope that does not depend on the binaries.
+    constant: f64,
+    rows: Vec<Row>,
+}
+
+/// `a(t) = offset + slopes t` with t from 0 to 1, and its range.
+struct Row {
+    offset: f64,
+    slopes: Vec<f64>,
+    low: f64,
+    high: f64,
+    gain: f64,
+}
+
+struct Answer {
+    status: MilpStatus,
+    incumbent: Option<Incumbent>,
+    bound: f64,
+    nodes: i64,
+}
+
+struct Incumbent {
+    point: Vec<f64>,
+    on: Vec<bool>,
+    objective: f64,
+}
+
+impl<'a> Programme<'a> {
+    fn new(rest: &SlopeSum, region: &'a BoxRegion) -> Self {
+        Self {
+            region,
+            tested: rest.tested,
+            constant: rest.constant.round_up(),
+            rows: rest.switches.iter().map(|switch| Row::new(switch, region)).collect(),
+        }
+    }
+
+    fn solve(&self, limits: &MilpLimits) -> Result<Answer, Failure> {
+        let mut variables = ProblemVariables::new();
+        let inputs = self.input_variables(&mut variables);
+        let binaries: Vec<Variable> =
+            self.rows.iter().map(|_| variables.add(variable().binary())).collect();
+        let objective: Expression =
+            self.rows.iter().zip(&binaries).map(|(row, &q)| row.gain * q).sum();
+        let mut problem = variables.maximise(objective).using(good_lp::highs);
+        for (row, &q) in self.rows.iter().zip(&binaries) {
+            // Divided by the range, so that every row has coefficients of order 1.
+            let constraint = if row.gain > 0.0 {
+                (row.expression(&inputs, -row.low) - q).geq(-1.0)
+            } else {
+                (row.expression(&inputs, row.high) - q).leq(0.0)
+            };
+            problem.add_constraint(constraint);
+        }
+        // good_lp has neither bound nor node count; the model inside has, without its options.
+        let mut model = problem.try_into_inner().map_err(|e| ("building", e.to_string()))?;
+        let refused = |_| ("setting options", "option refused".to_owned());
+        model.try_set_option("output_flag", false).map_err(refused)?;
+        model.try_set_option("threads", 1).map_err(refused)?;
+        model.try_set_option("parallel", "off").map_err(refused)?;
+        model.try_set_option("random_seed", 0).map_err(refused)?;
+        model.try_set_option("time_limit", limits.time.as_secs_f64()).map_err(refused)?;
+        model.try_set_option("mip_rel_gap", limits.relative_gap).map_err(refused)?;
+        model.try_set_option("mip_abs_gap", 0.0).map_err(refused)?;
+        // The tightest that HiGHS accepts for both is 1e-10; 1e-9 leaves it room to converge.
+        model.try_set_option("mip_feasibility_tolerance", 1e-9).map_err(refused)?;
+        model.try_set_option("primal_feasibility_tolerance", 1e-9).map_err(refused)?;
+        let solved = model.try_solve().map_err(|e| ("solving", format!("{e:?}")))?;
+
+        let status = match solved.status() {
+            HighsModelStatus::Optimal => MilpStatus::Optimal,
+            HighsModelStatus::ReachedTimeLimit
+            | HighsModelStatus::ReachedIterationLimit
+            | HighsModelStatus::ReachedSolutionLimit
+            | HighsModelStatus::ReachedMemoryLimit
+            | HighsModelStatus::ReachedInterrupt => MilpStatus::Limit,
+            other => return Err(("solving", format!("{other:?}"))),
+        };
+        let unread = |e| ("reading the result", format!("{e:?}"));
+        let bound = solved.double_info_value(c"mip_dual_bound").map_err(unread)?;
+        // 64-bit in HiGHS and not readable through this interface as such; -1 where it is not.
+        let nodes = solved.int_info_value(c"mip_node_count").unwrap_or(-1);
+        let feasible = solved.primal_solution_status() == highs::HighsSolutionStatus::Feasible;
+        let incumbent = feasible.then(|| {
+            let solution = solved.get_solution();
+            let columns = solution.columns();
+            Incumbent {
+                point: self.point(&columns[..inputs.len()]),
+                on: columns[inputs.len()..].iter().map(|&q| q > 0.5).collect(),
+                objective: self.constant + solved.objective_value(),
+            }
+        });
+        Ok(Answer { status, incumbent, bound: self.constant + bound, nodes })
+    }
+
+    /// A point well inside the piece that an incumbent's binaries describe: the linear programme
+    /// that maximises the smallest distance, in units of each switch's range, to the hyperplanes
+    /// that matter. `None` where the piece has no interior that the solver can find.
+    fn interior(&self, incumbent: &Incumbent) -> Result<Option<Vec<f64>>, Failure> {
+        let mut variables = ProblemVariables::new();
+        let inputs = self.input_variables(&mut variables);
+        let margin = variables.add(variable().min(0.0).max(1.0));
+        let mut problem = variables.maximise(Expression::from(margin)).using(good_lp::highs);
+        for (row, &on) in self.rows.iter().zip(&incumbent.on) {
+            let scaled = row.expression(&inputs, row.high.max(-row.low));
+            if row.gain > 0.0 && on {
+                problem.add_constraint((scaled - margin).geq(0.0));
+            } else if row.gain < 0.0 && !on {
+                problem.add_constraint((scaled + margin).leq(0.0));
+            }
+        }
+        problem.add_constraint((inputs[self.tested] + margin).leq(1.0));
+        let problem = problem.set_threads(1).set_option("output_flag", false);
+        // An incumbent that satisfies its rows only to within the tolerance may leave no interior.
+        let Ok(solution) = problem.solve() else {
+            return Ok(None);
+        };
+        let values: Vec<f64> = inputs.iter().map(|&t| solution.value(t)).collect();
+        Ok(Some(self.point(&values)))
+    }
+
+    fn input_variables(&self, variables: &mut ProblemVariables) -> Vec<Variable> {
+        self.region.lower().iter().map(|_| variables.add(variable().min(0.0).max(1.0))).collect()
+    }
+
+    /// The point of the box at `t` from 0 to 1.
+    fn point(&self, t: &[f64]) -> Vec<f64> {
+        let bounds = self.region.lower().iter().zip(self.region.upper());
+        bounds.zip(t).map(|((&lo, &hi), &t)| (lo + (hi - lo) * t).clamp(lo, hi)).collect()
+    }
+
+    /// The slope to the right needs room to the right.
+    fn below_the_last_face(&self, point: &[f64]) -> Vec<f64> {
+        let mut point = point.to_vec();
+        let upper = self.region.upper()[self.tested];
+        if point[self.tested] >= upper {
+            point[self.tested] = upper.next_down();
+        }
+        point
+    }
+}
+
+impl Row {
+    fn new(switch: &Switch, region: &BoxRegion) -> Self {
+        let terms = switch.weights.iter().zip(region.lower().iter().zip(region.upper()));
+        let slopes: Vec<f64> = terms.clone().map(|(w, (lo, hi))| w * (hi - lo)).collect();
+        let offset = terms.fold(switch.bias, |sum, (w, (lo, _))| sum + w * lo);
+        let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>();
+        let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
+        // Both are non-zero exactly; rounding must not make a divisor vanish or change its sign.
+        let low = low.min(-f64::MIN_POSITIVE);
+        let high = high.max(f64::MIN_POSITIVE);
+        Self { offset, slopes, low, high, gain: switch.gain.round_up() }
+    }
+
+    /// `a(t) / scale` as an expression.
+    fn expression(&self, inputs: &[Variable], scale: f64) -> Expression {
+        let mut expression = Expression::from(self.offset / scale);
+        for (&slope, &t) in self.slopes.iter().zip(inputs) {
+            if slope != 0.0 {
+                expression.add_mul(slope / scale, t);
+            }
+        }
+        expression
+    }
+}

@@ -1,0 +1,109 @@
+//! How much of a region, or of a simulation, a property fails on.
+//!
+//! A largest slope says how bad the worst place is; a share says how much of the place is bad.
+
+use rand::{Rng, RngExt};
+use serde::Serialize;
+
+use crate::error::ConformanceError;
+use crate::network::OneHiddenLayer;
+use crate::property::Property;
+use crate::region::Region;
+use crate::slope::SlopeSum;
+
+/// A share with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Share {
+    /// Points at which the slope to the right goes against the property, over all points.
+    pub value: f64,
+    /// Lower end of the Wilson interval.
+    pub lower: f64,
+    /// Upper end of the Wilson interval.
+    pub upper: f64,
+    /// Number of points.
+    pub points: usize,
+}
+
+/// The share of the region's volume on which the property fails, from `points` uniform draws.
+///
+/// # Errors
+/// What [`crate::verify`] refuses about network, property and region; [`ConformanceError::Limit`]
+/// for no points.
+pub fn share_of_region(
+    network: &OneHiddenLayer,
+    property: &Property,
+    region: &Region,
+    points: usize,
+    rng: &mut impl Rng,
+) -> Result<Share, ConformanceError> {
+    let sum = slope_sum(network, property)?;
+    let region = region.box_of(network)?;
+    region.check_free(network, sum.tested)?;
+    let mut point = vec![0.0; network.inputs().len()];
+    let mut failed = 0;
+    for _ in 0..points {
+        for ((x, &lower), &upper) in point.iter_mut().zip(region.lower()).zip(region.upper()) {
+            *x = lower + (upper - lower) * rng.random::<f64>();
+        }
+        failed += usize::from(sum.fails_at(&point));
+    }
+    wilson(failed, points)
+}
+
+/// The share of `points` (scaled, one value per input of the network) at which the property fails.
+///
+/// The interval treats the points as independent draws; steps of one simulation are not, so read it
+/// as the interval of the sampled states, not of people.
+///
+/// # Errors
+/// [`ConformanceError::WrongNetwork`], [`ConformanceError::UnknownInput`],
+/// [`ConformanceError::Point`], [`ConformanceError::Limit`] for no points.
+pub fn share_of_points<'a>(
+    network: &OneHiddenLayer,
+    property: &Property,
+    points: impl IntoIterator<Item = &'a [f64]>,
+) -> Result<Share, ConformanceError> {
+    let sum = slope_sum(network, property)?;
+    let (mut failed, mut count) = (0, 0);
+    for point in points {
+        network.check_point(point, count)?;
+        failed += usize::from(sum.fails_at(point));
+        count += 1;
+    }
+    wilson(failed, count)
+}
+
+pub(crate) fn slope_sum(
+    network: &OneHiddenLayer,
+    property: &Property,
+) -> Result<SlopeSum, ConformanceError> {
+    if property.network != network.output() {
+        return Err(ConformanceError::WrongNetwork {
+            property: property.network.clone(),
+            network: network.output().to_owned(),
+        });
+    }
+    let tested = network.input_index(&property.input)?;
+    Ok(SlopeSum::new(network, tested, property.direction))
+}
+
+/// Wilson's score interval at 95 % (Wilson 1927), which stays inside 0 to 1 at either end.
+fn wilson(failed: usize, points: usize) -> Result<Share, ConformanceError> {
+    if points == 0 {
+        let range = "at least one point is needed";
+        return Err(ConformanceError::Limit { limit: "points", value: 0.0, range });
+    }
+    // 97.5 % quantile of the normal distribution.
+    const Z: f64 = 1.959_963_984_540_054;
+    let n = points as f64;
+    let share = failed as f64 / n;
+    let centre = share + Z * Z / (2.0 * n);
+    let half = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let scale = 1.0 + Z * Z / n;
+    Ok(Share {
+        value: share,
+        lower: ((centre - half) / scale).max(0.0).min(share),
+        upper: ((centre + half) / scale).min(1.0).max(share),
+        points,
+    })
+}

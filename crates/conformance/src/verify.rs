@@ -1,0 +1,238 @@
+//! The verdict on one property of one network over one region.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::branch::{Budget, Stop, maximise};
+use crate::error::ConformanceError;
+use crate::milp::{self, MilpLimits, MilpReport};
+use crate::network::OneHiddenLayer;
+use crate::property::{Direction, Property, PropertyKind};
+use crate::region::{Region, Scaling};
+use crate::replay::longest_step;
+use crate::share::{Share, slope_sum};
+
+/// How long to search, and what to run beside the certified search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Stop once `m_upper - m_lower` is at most this times `|m_lower|`; 0 or more, below 1.
+    pub relative_gap: f64,
+    /// Stop after bounding this many boxes, at least 1.
+    pub nodes: u64,
+    /// Stop after this time.
+    pub time: Duration,
+    /// Whether the MILP is solved too.
+    pub cross_check: CrossCheck,
+}
+
+/// A second engine beside the certified one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CrossCheck {
+    /// None.
+    None,
+    /// The gradient MILP through good_lp and HiGHS.
+    Milp(MilpLimits),
+}
+
+/// The outcome of a property. Not an error, whichever it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The certified upper bound is not above 0: the property holds on the whole region.
+    Proved,
+    /// The witness, replayed in exact arithmetic, moves against the property.
+    Violated,
+    /// Neither, within the limits; the bracket says how far it got.
+    Undecided,
+}
+
+/// A point and a step along the tested input.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Witness {
+    /// The inputs at the first point, scaled, by name.
+    pub point: BTreeMap<String, f64>,
+    /// The tested input at the first point, scaled.
+    pub from: f64,
+    /// The tested input at the second point, scaled; the others stay as they are.
+    pub to: f64,
+    /// Movement of the output against the property from the first point to the second, replayed in
+    /// exact arithmetic and rounded down; scaled output per minute.
+    pub rise: f64,
+}
+
+/// The same numbers in physical units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Physical {
+    /// `m_lower`, physical output per minute per physical input.
+    pub m_lower: f64,
+    /// `m_upper`, physical output per minute per physical input.
+    pub m_upper: f64,
+}
+
+/// One row of `conformance.json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Output name of the network.
+    pub network: String,
+    /// The tested input.
+    pub input: String,
+    /// The direction asked for.
+    pub property: Direction,
+    /// Whether the row states physiology or is for comparison.
+    pub kind: PropertyKind,
+    /// Slope against the property at the witness, rounded down; scaled output per minute per
+    /// scaled input.
+    pub m_lower: f64,
+    /// Certified upper bound on the largest slope against the property over the region, same unit.
+    pub m_upper: f64,
+    /// What follows.
+    pub verdict: Verdict,
+    /// Where `m_lower` is attained; absent if its linear piece is too short for a step between
+    /// two numbers.
+    pub witness: Option<Witness>,
+    /// Time taken by the certified search, by the caller's clock.
+    pub seconds: f64,
+    /// Which engine certified `m_upper`.
+    pub engine: &'static str,
+    /// Boxes bounded.
+    pub nodes: u64,
+    /// Why the search ended.
+    pub stop: Stop,
+    /// The MILP's answer, if asked for. Its bound is the solver's claim and decides nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub milp: Option<MilpReport>,
+    /// Share of the region on which the property fails, if the caller adds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_of_region: Option<Share>,
+    /// Share of simulated points on which the property fails, if the caller adds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share_of_points: Option<Share>,
+    /// Physical units, if the caller adds them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub physical: Option<Physical>,
+}
+
+/// The rows of a run, as `conformance.json` holds them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// One row a property.
+    pub rows: Vec<Row>,
+}
+
+/// Decides `property` of `network` over `region` within `limits`.
+///
+/// `clock` returns the time since any fixed moment; it bounds the search and fills `seconds`. With
+/// limits other than time, the row (but for `seconds`) is the same on every machine and thread
+/// count.
+///
+/// # Errors
+/// [`ConformanceError::WrongNetwork`], [`ConformanceError::UnknownInput`],
+/// [`ConformanceError::RegionMissing`], [`ConformanceError::FixedInput`],
+/// [`ConformanceError::Limit`]; [`ConformanceError::Solver`] if the MILP was asked for and failed.
+pub fn verify(
+    network: &OneHiddenLayer,
+    property: &Property,
+    region: &Region,
+    limits: &Limits,
+    clock: &(dyn Fn() -> Duration + Sync),
+) -> Result<Row, ConformanceError> {
+    limits.check()?;
+    let sum = slope_sum(network, property)?;
+    let boxed = region.box_of(network)?;
+    boxed.check_free(network, sum.tested)?;
+
+    let began = clock();
+    let budget =
+        Budget { relative_gap: limits.relative_gap, nodes: limits.nodes, time: limits.time };
+    let bracket = maximise(&sum, &boxed, budget, clock);
+    let step = longest_step(
+        network,
+        &bracket.point,
+        sum.tested,
+        boxed.upper()[sum.tested],
+        property.direction,
+        bracket.lower,
+    );
+    let verdict = if bracket.upper <= 0.0 {
+        Verdict::Proved
+    } else if step.as_ref().is_some_and(|step| step.violates) {
+        Verdict::Violated
+    } else {
+        Verdict::Undecided
+    };
+    let seconds = clock().saturating_sub(began).as_secs_f64();
+
+    let milp = match limits.cross_check {
+        CrossCheck::None => None,
+        CrossCheck::Milp(limits) => Some(milp::solve(network, property, region, &limits, clock)?),
+    };
+    Ok(Row {
+        network: property.network.clone(),
+        input: property.input.clone(),
+        property: property.direction,
+        kind: property.kind,
+        m_lower: bracket.lower,
+        m_upper: bracket.upper,
+        verdict,
+        witness: step.map(|step| Witness {
+            point: network.inputs().iter().cloned().zip(bracket.point.iter().copied()).collect(),
+            from: step.from,
+            to: step.to,
+            rise: step.rise,
+        }),
+        seconds,
+        engine: "branch_and_bound",
+        nodes: bracket.nodes,
+        stop: bracket.stop,
+        milp,
+        share_of_region: None,
+        share_of_points: None,
+        physical: None,
+    })
+}
+
+impl Limits {
+    fn check(&self) -> Result<(), ConformanceError> {
+        if !(0.0..1.0).contains(&self.relative_gap) {
+            let range = "0 or more and below 1";
+            let value = self.relative_gap;
+            return Err(ConformanceError::Limit { limit: "relative_gap", value, range });
+        }
+        if self.nodes == 0 {
+            let range = "at least one box is bounded";
+            return Err(ConformanceError::Limit { limit: "nodes", value: 0.0, range });
+        }
+        Ok(())
+    }
+}
+
+impl Row {
+    /// Adds the bracket in physical units, `m scale_output / scale_input`.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Scaling`] for a scale that is not finite and positive.
+    pub fn with_physical(
+        mut self,
+        output: Scaling,
+        input: Scaling,
+    ) -> Result<Self, ConformanceError> {
+        for (signal, Scaling { centre, scale }) in [(&self.network, output), (&self.input, input)] {
+            if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {
+                return Err(ConformanceError::Scaling { signal: signal.clone(), centre, scale });
+            }
+        }
+        let convert = |m: f64| m * output.scale / input.scale;
+        self.physical =
+            Some(Physical { m_lower: convert(self.m_lower), m_upper: convert(self.m_upper) });
+        Ok(self)
+    }
+
+    /// Bound on the paper's z, the largest movement against the property when the tested input
+    /// grows by at most `delta` (scaled): `delta max(0, m_upper)`, scaled output per minute.
+    #[must_use]
+    pub fn z_bound(&self, delta: f64) -> f64 {
+        delta * self.m_upper.max(0.0)
+    }
+}
