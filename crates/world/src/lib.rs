@@ -1,1 +1,50 @@
-//! Free-living cohorts made from people, behaviour, body, sensor and pump
+//! Free-living cohorts made from people, behaviour, body, sensor and pump.
+//!
+//! A world draws people whose bodies differ from the nominal parameters that any twin starts from,
+//! lets them live (meals, sleep, exercise, mistakes), and records what a study would see of it. The simulated
+//! body is richer than the plants under test: its parameters change from minute to minute under a stated set of
+//! [effects](Effect). What a world does to a person is written here and is not read from a formula
+//! that a diagnosis fits.
+//!
+//! ```no_run
+//! let (cohort, info) = world::embedded_cohort(20_240_108)?;
+//! assert_eq!(cohort.people.len(), 6);
+//! assert_eq!(info.people.len(), 6);
+//! # Ok::<(), world::WorldError>(())
+//! ```
+
+mod behaviour;
+mod body;
+mod calendar;
+mod devices;
+mod effects;
+mod embedded;
+mod error;
+mod living;
+mod person;
+mod reactions;
+mod stream;
+mod therapy;
+mod virtual_person;
+mod wear;
+mod world_info;
+
+pub use behaviour::{
+    BolusTiming, Drinking, Habits, InfusionSets, Life, Meal, MealKind, Night, Session, Sport,
+    Wearable,
+};
+pub use body::{Body, BodyState};
+pub use calendar::Calendar;
+pub use effects::{Amplitudes, Condition, Effect, ExerciseTrace, Variability, conditions};
+pub use embedded::{
+    EMBEDDED_DAYS, EMBEDDED_PEOPLE, EMBEDDED_SEED, embedded_cohort, embedded_people,
+};
+pub use error::WorldError;
+pub use person::BodyParameters;
+pub use stream::{Concept, stream};
+pub use therapy::{
+    Aid, Controller, Depot, Observation, OpenLoopPump, Order, Regime, TherapySettings,
+};
+pub use virtual_person::{LivedDays, VirtualPerson};
+pub use wear::SensorWear;
+pub use world_info::{PersonInfo, WorldInfo};

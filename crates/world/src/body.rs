@@ -1,0 +1,132 @@
+//! The simulated body: the ODE with a person's parameters at one-minute resolution, and what acts
+//! on free-living people beyond it.
+
+use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, steady_state};
+use physiology::{MgPerDl, MmolPerL, NonFinite, Plant, States, StepInput, Units, UnitsPerHour};
+
+use crate::effects::{Amplitudes, Condition, Effect, ExerciseTrace};
+use crate::person::BodyParameters;
+
+/// Runge-Kutta steps within the five minutes: one a minute.
+const SUBSTEPS: u32 = 5;
+
+/// A body whose parameters change from step to step.
+///
+/// The step is part of the state, so that [`physiology::simulate`] drives it like any other plant.
+/// Exercise acts through this crate's own [`ExerciseTrace`], not through the multipliers of the
+/// ODE's authors.
+#[derive(Debug, Clone)]
+pub struct Body<'a> {
+    parameters: BodyParameters,
+    conditions: &'a [Condition],
+    amplitudes: Amplitudes,
+}
+
+/// State of a [`Body`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyState {
+    /// State of the ODE.
+    pub ode: OdeState,
+    /// What exercise has left.
+    pub exercise: ExerciseTrace,
+    /// Steps done.
+    pub step: usize,
+}
+
+impl<'a> Body<'a> {
+    /// A body under the course of `conditions`, one a step; after their end the body is as drawn.
+    #[must_use]
+    pub fn new(
+        parameters: BodyParameters,
+        conditions: &'a [Condition],
+        amplitudes: Amplitudes,
+    ) -> Self {
+        Self { parameters, conditions, amplitudes }
+    }
+
+    /// The body as drawn, without any effect or variability.
+    #[must_use]
+    pub fn undisturbed(parameters: BodyParameters) -> Body<'static> {
+        Body { parameters, conditions: &[], amplitudes: Amplitudes::NONE }
+    }
+
+    /// The steady state at a glucose concentration, with the basal rate that holds it.
+    ///
+    /// # Errors
+    /// As [`steady_state::at_glucose`].
+    pub fn at_rest(&self, glucose: MgPerDl) -> Result<(BodyState, UnitsPerHour), OdeError> {
+        let found =
+            steady_state::at_glucose(&self.parameters.model, self.parameters.weight, glucose)?;
+        let state = BodyState { ode: found.state, exercise: ExerciseTrace::default(), step: 0 };
+        Ok((state, found.basal))
+    }
+
+    /// The ODE with given parameters.
+    fn plant(&self, parameters: OdeParameters) -> OdePlant {
+        OdePlant {
+            parameters,
+            weight: self.parameters.weight,
+            integrator: Integrator::RungeKutta4 { substeps: SUBSTEPS },
+            egp: EgpMode::NonNegative,
+        }
+    }
+
+    /// The model's parameters in one step.
+    fn parameters_in(&self, condition: &Condition, exercise: &ExerciseTrace) -> OdeParameters {
+        let drawn = self.parameters.model;
+        let after = exercise.action_factor(self.amplitudes.of(Effect::PostExerciseSensitivity));
+        OdeParameters {
+            egp_0: drawn.egp_0 * condition.production,
+            s_f1: drawn.s_f1 * condition.action * after,
+            s_f2: drawn.s_f2 * condition.action * after,
+            s_f3: drawn.s_f3 * condition.liver_action,
+            t_max_i: drawn.t_max_i * condition.insulin_time,
+            t_max_g: drawn.t_max_g * condition.gut_time,
+            ..drawn
+        }
+    }
+}
+
+impl Condition {
+    /// The body as drawn.
+    pub const AS_DRAWN: Self = Self {
+        production: 1.0,
+        action: 1.0,
+        liver_action: 1.0,
+        insulin_time: 1.0,
+        gut_time: 1.0,
+        bioavailability: 1.0,
+    };
+}
+
+impl Plant for Body<'_> {
+    type State = BodyState;
+
+    fn step(&self, state: &BodyState, input: &StepInput) -> Result<BodyState, NonFinite> {
+        let condition = self.conditions.get(state.step).unwrap_or(&Condition::AS_DRAWN);
+        let exercise = state.exercise.after_step(input.exercise);
+        let plant = self.plant(self.parameters_in(condition, &exercise));
+        let glucose = MmolPerL::from(plant.glucose(&state.ode)).0;
+        let uptake = exercise.uptake(glucose, self.amplitudes.of(Effect::Exercise));
+        let absorbed = StepInput {
+            basal: UnitsPerHour(input.basal.0 * condition.bioavailability),
+            bolus: Units(input.bolus.0 * condition.bioavailability),
+            exercise: None,
+            ..*input
+        };
+        let ode = plant.advance(&state.ode, &absorbed, -uptake).map_err(|error| match error {
+            OdeError::NonFinite { compartment } => NonFinite { compartment },
+            // Runge-Kutta steps fail in no other way; were there one, glucose is what is lost.
+            _ => NonFinite { compartment: physiology::Compartment::Q1 },
+        })?;
+        Ok(BodyState { ode, exercise, step: state.step + 1 })
+    }
+
+    fn glucose(&self, state: &BodyState) -> MgPerDl {
+        self.plant(self.parameters.model).glucose(&state.ode)
+    }
+
+    fn report(&self, state: &BodyState) -> States {
+        self.plant(self.parameters.model).report(&state.ode)
+    }
+}

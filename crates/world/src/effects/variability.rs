@@ -1,0 +1,84 @@
+//! How the same person differs from day to day and from hour to hour.
+
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+use rand::Rng;
+
+use crate::behaviour::standard_normal;
+use crate::calendar::Calendar;
+
+/// Day-to-day spread of insulin action (log): the insulin that closed loops gave varied by 20
+/// to 30 % between days (Ruan et al., Diabetes Care 2016;39:830), of which food and behaviour are the
+/// larger part.
+const ACTION_BETWEEN_DAYS: f64 = 0.08;
+/// Within-day spread of insulin action (log) and its correlation time, h; assumed.
+const ACTION_WITHIN_DAYS: (f64, f64) = (0.06, 5.0);
+/// Day-to-day spread of the time of insulin absorption (log) at amplitude 1: coefficients of
+/// variation of 10 to 25 % within a person (Heinemann, Diabetes Technol Ther 2002;4:673).
+const INSULIN_TIME_BETWEEN_DAYS: f64 = 0.15;
+/// Day-to-day spread of the time of meal absorption (log); assumed.
+const GUT_TIME_BETWEEN_DAYS: f64 = 0.12;
+/// Hour of the day about which one day's values pass into the next's.
+const CHANGE_HOUR: f64 = 3.0;
+
+/// Logarithms of the factors of one person's days, per step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variability {
+    /// Insulin action, all three targets.
+    pub action: Vec<f64>,
+    /// Time of insulin absorption at amplitude 1.
+    pub insulin_time: Vec<f64>,
+    /// Time of meal absorption.
+    pub gut_time: Vec<f64>,
+}
+
+impl Variability {
+    /// Draws the days of a calendar.
+    #[must_use]
+    pub fn sample(calendar: &Calendar, rng: &mut (impl Rng + ?Sized)) -> Self {
+        let mut action = by_day(calendar, ACTION_BETWEEN_DAYS, rng);
+        let insulin_time = by_day(calendar, INSULIN_TIME_BETWEEN_DAYS, rng);
+        let gut_time = by_day(calendar, GUT_TIME_BETWEEN_DAYS, rng);
+        let (spread, hours) = ACTION_WITHIN_DAYS;
+        let keep = (-1.0 / (hours * STEPS_PER_HOUR as f64)).exp();
+        let innovation = spread * (1.0 - keep * keep).sqrt();
+        let mut drift = spread * standard_normal(rng);
+        for value in &mut action {
+            *value += drift;
+            drift = keep * drift + innovation * standard_normal(rng);
+        }
+        Self { action, insulin_time, gut_time }
+    }
+}
+
+/// One normal value a day, passed from day to day within the two hours about [`CHANGE_HOUR`].
+fn by_day(calendar: &Calendar, spread: f64, rng: &mut (impl Rng + ?Sized)) -> Vec<f64> {
+    let days: Vec<f64> = (0..=calendar.days()).map(|_| spread * standard_normal(rng)).collect();
+    (0..calendar.steps())
+        .map(|step| {
+            let day = step / STEPS_PER_DAY;
+            let share = ((calendar.hour(step) - CHANGE_HOUR + 1.0) / 2.0).clamp(0.0, 1.0);
+            days[day] + share * (days[day + 1] - days[day])
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::{Concept, stream};
+    use chrono::NaiveDate;
+
+    #[test]
+    fn the_spread_is_the_stated_one() {
+        let start = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date");
+        let days = Variability::sample(
+            &Calendar::new(start, 400),
+            &mut stream(1, 0, Concept::Variability),
+        );
+        let noon: Vec<f64> =
+            days.insulin_time.iter().skip(144).step_by(STEPS_PER_DAY).copied().collect();
+        let sd = (noon.iter().map(|v| v * v).sum::<f64>() / noon.len() as f64).sqrt();
+        // 400 independent values: a standard error of 3.5 % of the spread, four of them.
+        assert!((sd / INSULIN_TIME_BETWEEN_DAYS - 1.0).abs() < 0.14, "{sd}");
+    }
+}

@@ -1,0 +1,62 @@
+//! The embedded cohort: six people for four weeks, small enough to lie in the repository.
+
+use chrono::NaiveDate;
+use cohort::Cohort;
+use rayon::prelude::*;
+
+use crate::calendar::Calendar;
+use crate::error::WorldError;
+use crate::therapy::Regime;
+use crate::virtual_person::{LivedDays, VirtualPerson};
+use crate::world_info::WorldInfo;
+
+/// Seed of the cohort that lies in the repository.
+pub const EMBEDDED_SEED: u64 = 20_240_108;
+/// Number of people in it.
+pub const EMBEDDED_PEOPLE: usize = 6;
+/// Number of days of each.
+pub const EMBEDDED_DAYS: usize = 28;
+/// Therapy of each person.
+const REGIMES: [Regime; EMBEDDED_PEOPLE] = [
+    Regime::OpenLoopPump,
+    Regime::Aid,
+    Regime::OpenLoopPump,
+    Regime::OpenLoopPump,
+    Regime::Aid,
+    Regime::Aid,
+];
+
+/// The people of the embedded cohort.
+///
+/// # Errors
+/// As [`VirtualPerson::sample`].
+pub fn embedded_people(seed: u64) -> Result<Vec<VirtualPerson>, WorldError> {
+    REGIMES
+        .into_par_iter()
+        .enumerate()
+        .map(|(index, regime)| VirtualPerson::sample(seed, index, regime))
+        .collect()
+}
+
+/// The days of person `index`: four weeks from a Monday, a week later for each person.
+#[must_use]
+pub(crate) fn embedded_calendar(index: usize) -> Calendar {
+    let monday = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date of the calendar");
+    Calendar::new(monday + chrono::TimeDelta::days(7 * index as i64), EMBEDDED_DAYS)
+}
+
+/// The embedded cohort of a seed and what it was made of.
+///
+/// The result depends on the seed alone, whatever the number of threads.
+///
+/// # Errors
+/// If a body, its settings or its days cannot be made.
+pub fn embedded_cohort(seed: u64) -> Result<(Cohort, WorldInfo), WorldError> {
+    let people = embedded_people(seed)?;
+    let lived: Vec<LivedDays> = people
+        .par_iter()
+        .map(|person| person.live(embedded_calendar(person.index)))
+        .collect::<Result<_, _>>()?;
+    let info = WorldInfo::new(seed, EMBEDDED_DAYS, &people);
+    Ok((Cohort { people: lived.into_iter().map(|days| days.recorded).collect() }, info))
+}

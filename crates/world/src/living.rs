@@ -1,0 +1,266 @@
+//! One person's days as the source of the inputs of a simulation: what the sensor shows, what the
+//! pump delivers, what is eaten, and what of it is logged.
+
+use ode_sim::{BolusCalculator, OdeError};
+use physiology::{
+    Context, FastCarbs, Grams, InputSource, MgPerDl, Minutes, STEP, StepInput, Units, UnitsPerHour,
+};
+
+use crate::behaviour::{BolusTiming, Life, Meal};
+use crate::devices::{Pump, Sensor};
+use crate::effects::{Amplitudes, Effect};
+use crate::reactions::Reaction;
+use crate::therapy::{Controller, Depot, Observation, Regime, TherapySettings};
+
+/// Time constants by which pumps and people reckon insulin and carbohydrate on board.
+const INSULIN_TAU: Minutes = Minutes(75.0);
+const CARBS_TAU: Minutes = Minutes(45.0);
+/// Steps for which a reading is of use after it was taken: 20 min.
+const READING_LIVES: usize = 4;
+/// Share of meals that are neither logged nor covered at amplitude 1; about 0.25 a day of 20 to 60 g
+/// (0.2 to 1 a day of 20 to 25 g is what studies of meal detection assume).
+const MISSED_SHARE: f64 = 0.07;
+/// Share of rescue carbohydrate that is not logged at amplitude 1; assumed.
+const UNLOGGED_SHARE: f64 = 0.5;
+/// Readings that are treated, awake and (through the alarm) asleep, mg/dL.
+const LOW_AWAKE: f64 = 72.0;
+const LOW_ASLEEP: f64 = 65.0;
+/// Glucose that is felt without a reading, mg/dL.
+const FELT_LOW: f64 = 55.0;
+/// Probability in each step that a low is treated, awake and asleep.
+const TREATS_AWAKE: f64 = 0.5;
+const TREATS_ASLEEP: f64 = 0.25;
+/// Steps between two treatments: the advice to wait 15 min and test again.
+const TREATMENT_PAUSE: usize = 3;
+/// Reading that is corrected by hand, mg/dL, the probability of that in each step awake, and the steps
+/// that must have passed since the last bolus.
+const HIGH: f64 = 230.0;
+const CORRECTS: f64 = 0.08;
+const CORRECTION_PAUSE: usize = 24;
+/// Reading below which something is eaten before exercise, mg/dL, how often, and how much
+/// (Riddell et al., Lancet Diabetes Endocrinol 2017;5:377 advise 10 to 20 g below 90 to 126 mg/dL).
+const EXERCISE_SNACK_BELOW: f64 = 126.0;
+const EXERCISE_SNACKS: f64 = 0.7;
+const EXERCISE_SNACK: Grams = Grams(15.0);
+
+/// What is logged of one step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Logged {
+    /// Sensor reading, mg/dL; `None` if lost.
+    pub(crate) cgm: Option<MgPerDl>,
+    /// Basal rate delivered.
+    pub(crate) basal: UnitsPerHour,
+    /// Bolus delivered.
+    pub(crate) bolus: Units,
+    /// Carbohydrate as counted.
+    pub(crate) carbs: Grams,
+}
+
+/// A life lived under a therapy, step by step.
+pub(crate) struct Living<'a> {
+    life: &'a Life,
+    amplitudes: Amplitudes,
+    reactions: &'a [Reaction],
+    sensor: Sensor,
+    pump: Pump,
+    settings: TherapySettings,
+    calculator: BolusCalculator,
+    controller: Box<dyn Controller>,
+    next_meal: usize,
+    due: Vec<(usize, Grams)>,
+    boluses: Depot,
+    beyond_profile: Depot,
+    announced: Depot,
+    readings: [Option<f64>; READING_LIVES],
+    last_bolus: Option<usize>,
+    last_treatment: Option<usize>,
+    log: Vec<Logged>,
+}
+
+impl<'a> Living<'a> {
+    /// A life from its first step.
+    ///
+    /// # Errors
+    /// If the settings are not positive numbers.
+    pub(crate) fn new(
+        life: &'a Life,
+        amplitudes: Amplitudes,
+        reactions: &'a [Reaction],
+        sensor: Sensor,
+        settings: TherapySettings,
+        regime: Regime,
+    ) -> Result<Self, OdeError> {
+        Ok(Self {
+            life,
+            amplitudes,
+            reactions,
+            sensor,
+            pump: Pump::new(),
+            settings,
+            calculator: settings.calculator()?,
+            controller: regime.controller(&settings),
+            next_meal: 0,
+            due: Vec::new(),
+            boluses: Depot::new(INSULIN_TAU),
+            beyond_profile: Depot::new(INSULIN_TAU),
+            announced: Depot::new(CARBS_TAU),
+            readings: [None; READING_LIVES],
+            last_bolus: None,
+            last_treatment: None,
+            log: Vec::with_capacity(life.calendar.steps()),
+        })
+    }
+
+    /// What was logged, one entry a step.
+    #[must_use]
+    pub(crate) fn into_log(self) -> Vec<Logged> {
+        self.log
+    }
+
+    /// The latest reading that is still of use.
+    fn reading(&self) -> Option<f64> {
+        self.readings.iter().rev().find_map(|r| *r)
+    }
+
+    /// Change of the readings over the last 15 min, mg/dL per minute; 0 if one is missing.
+    fn trend(&self) -> f64 {
+        match (self.readings[READING_LIVES - 1], self.readings[0]) {
+            (Some(now), Some(before)) => (now - before) / ((READING_LIVES - 1) as f64 * STEP.0),
+            _ => 0.0,
+        }
+    }
+
+    /// What is eaten and announced of the meals of a step; boluses that are due are noted.
+    fn eat(&mut self, step: usize) -> (Grams, Grams) {
+        let (mut eaten, mut logged) = (Grams(0.0), Grams(0.0));
+        while let Some(meal) = self.life.meals.get(self.next_meal).filter(|m| m.step <= step) {
+            self.next_meal += 1;
+            eaten = eaten + meal.eaten;
+            let missed = self.amplitudes.of(Effect::MissedMeals) * MISSED_SHARE;
+            if meal.logging_draw < missed {
+                continue;
+            }
+            let counted = counted(meal, &self.amplitudes);
+            logged = logged + counted;
+            match meal.bolus {
+                BolusTiming::Prompt => self.due.push((step, counted)),
+                BolusTiming::Late(steps) => self.due.push((step + steps, counted)),
+                BolusTiming::Missed => {}
+            }
+        }
+        (eaten, logged)
+    }
+
+    /// The bolus that the person gives in a step.
+    fn user_bolus(&mut self, step: usize, reaction: &Reaction) -> Units {
+        let reading = self.reading();
+        let counted: f64 = self.due.iter().filter(|(at, _)| *at <= step).map(|(_, g)| g.0).sum();
+        self.due.retain(|(at, _)| *at > step);
+        if counted > 0.0 {
+            self.announced.add(counted);
+        }
+        let since = self.last_bolus.map_or(usize::MAX, |at| step - at);
+        let corrects = reading.is_some_and(|g| g > HIGH)
+            && !self.life.is_asleep(step)
+            && since >= CORRECTION_PAUSE
+            && reaction.correct < CORRECTS;
+        if counted == 0.0 && !corrects {
+            return Units(0.0);
+        }
+        match reading {
+            Some(glucose) => self.calculator.bolus(
+                Grams(counted),
+                MgPerDl(glucose),
+                Units(self.boluses.remaining()),
+            ),
+            None => self.calculator.meal_bolus(Grams(counted)),
+        }
+    }
+
+    /// Fast carbohydrate against a low, and what is logged of it.
+    fn treatment(&mut self, step: usize, glucose: MgPerDl, reaction: &Reaction) -> (Grams, Grams) {
+        let asleep = self.life.is_asleep(step);
+        let (threshold, chance) =
+            if asleep { (LOW_ASLEEP, TREATS_ASLEEP) } else { (LOW_AWAKE, TREATS_AWAKE) };
+        let low = match self.reading() {
+            Some(reading) => reading < threshold,
+            None => glucose.0 < FELT_LOW,
+        };
+        let waits = self.last_treatment.is_some_and(|at| step - at < TREATMENT_PAUSE);
+        if !low || waits || reaction.treat >= chance {
+            return (Grams(0.0), Grams(0.0));
+        }
+        self.last_treatment = Some(step);
+        let eaten = Grams((12.0 + 8.0 * reaction.treat_size).round());
+        let unlogged = self.amplitudes.of(Effect::UnloggedRescueCarbs) * UNLOGGED_SHARE;
+        let logged = if reaction.treat_log < unlogged { Grams(0.0) } else { eaten };
+        (eaten, logged)
+    }
+}
+
+/// Carbohydrate of a meal as the person counts it, in whole grams.
+fn counted(meal: &Meal, amplitudes: &Amplitudes) -> Grams {
+    let error = amplitudes.of(Effect::CarbMiscount) * meal.log_counting_error;
+    Grams((meal.eaten.0 * error.exp()).round().max(1.0))
+}
+
+impl InputSource for Living<'_> {
+    fn next(&mut self, step: usize, glucose: MgPerDl) -> Option<StepInput> {
+        if step >= self.life.calendar.steps() {
+            return None;
+        }
+        let reaction = *self.reactions.get(step)?;
+        let cgm = self.sensor.read(step, glucose);
+        self.readings.rotate_left(1);
+        self.readings[READING_LIVES - 1] = cgm.map(|g| g.0);
+
+        let session = self.life.session_at(step);
+        let (mut eaten, mut logged) = self.eat(step);
+        if session.is_some_and(|s| s.start == step)
+            && self.reading().is_some_and(|g| g < EXERCISE_SNACK_BELOW)
+            && reaction.snack < EXERCISE_SNACKS
+        {
+            eaten = eaten + EXERCISE_SNACK;
+            logged = logged + EXERCISE_SNACK;
+        }
+        let (rescue, rescue_logged) = self.treatment(step, glucose, &reaction);
+        let by_hand = self.user_bolus(step, &reaction);
+
+        let hour = self.life.calendar.hour(step);
+        let order = self.controller.order(&Observation {
+            hour,
+            glucose: self.reading().map(MgPerDl),
+            trend: self.trend(),
+            insulin_on_board: Units(self.beyond_profile.remaining() + by_hand.0),
+            carbs_on_board: Grams(self.announced.remaining()),
+            exercising: session.is_some(),
+        });
+        let basal = self.pump.basal(order.basal);
+        let bolus = self.pump.bolus(by_hand + order.bolus);
+        if bolus.0 > 0.0 {
+            self.last_bolus = Some(step);
+        }
+        let programmed = self.settings.basal_at(hour).during(STEP).0;
+        self.boluses.add(bolus.0);
+        self.beyond_profile.add(bolus.0 + basal.during(STEP).0 - programmed);
+        for depot in [&mut self.boluses, &mut self.beyond_profile, &mut self.announced] {
+            depot.pass_step();
+        }
+
+        self.log.push(Logged { cgm, basal, bolus, carbs: logged + rescue_logged });
+        let day = step / physiology::STEPS_PER_DAY;
+        Some(StepInput {
+            basal,
+            bolus,
+            carbs: eaten,
+            rescue: FastCarbs { amount: rescue, eaten_before: Minutes(0.0) },
+            exercise: session.map(|s| s.exercise),
+            context: Context {
+                heart_rate_over_baseline: None,
+                hour: hour as u8,
+                weekend: self.life.calendar.is_weekend(day),
+                sleep_efficiency: self.life.asleep.get(step).copied(),
+            },
+        })
+    }
+}

@@ -1,0 +1,68 @@
+//! How insulin is given: settings derived from the body, a pump that
+//! follows its profile, and automated delivery.
+
+mod aid;
+mod depot;
+mod open_loop;
+mod settings;
+
+pub use aid::Aid;
+pub use depot::Depot;
+pub use open_loop::OpenLoopPump;
+pub use settings::TherapySettings;
+
+use physiology::{Grams, MgPerDl, Units, UnitsPerHour};
+use serde::Serialize;
+
+/// How a person's basal insulin is decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Regime {
+    /// The programmed profile, with a lower temporary rate in exercise.
+    OpenLoopPump,
+    /// Automated insulin delivery.
+    Aid,
+}
+
+impl Regime {
+    /// The controller of this regime.
+    #[must_use]
+    pub fn controller(self, settings: &TherapySettings) -> Box<dyn Controller> {
+        match self {
+            Self::OpenLoopPump => Box::new(OpenLoopPump::new(*settings)),
+            Self::Aid => Box::new(Aid::new(*settings)),
+        }
+    }
+}
+
+/// What a controller knows at the start of a step. It never sees the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// Hour of the day, 0 to below 24.
+    pub hour: f64,
+    /// The latest reading; `None` if there was none in the last 20 min.
+    pub glucose: Option<MgPerDl>,
+    /// Its change, mg/dL per minute; 0 if unknown.
+    pub trend: f64,
+    /// Insulin delivered beyond the programmed profile and still to act; negative after suspensions.
+    pub insulin_on_board: Units,
+    /// Announced carbohydrate still to be absorbed.
+    pub carbs_on_board: Grams,
+    /// Whether the person exercises.
+    pub exercising: bool,
+}
+
+/// What a controller orders for a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Order {
+    /// Basal rate.
+    pub basal: UnitsPerHour,
+    /// Automatic bolus.
+    pub bolus: Units,
+}
+
+/// Decides basal insulin, and automatic boluses, from what a pump can know.
+pub trait Controller {
+    /// The order for one step.
+    fn order(&mut self, observation: &Observation) -> Order;
+}

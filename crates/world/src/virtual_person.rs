@@ -1,0 +1,138 @@
+//! A whole person: body, habits, settings, effects; and their days.
+
+use cohort::{Channel, Person, Record, Therapy};
+use physiology::{BeatsPerMinute, MgPerDl, StepInput, simulate};
+
+use crate::behaviour::{Habits, Life};
+use crate::body::Body;
+use crate::calendar::Calendar;
+use crate::devices::Sensor;
+use crate::effects::{Amplitudes, Variability, conditions};
+use crate::error::WorldError;
+use crate::living::{Living, Logged};
+use crate::person::BodyParameters;
+use crate::reactions::reactions;
+use crate::stream::{Concept, stream};
+use crate::therapy::{Regime, TherapySettings};
+use crate::wear::SensorWear;
+
+/// Glucose at the start of the record.
+const FIRST_GLUCOSE: MgPerDl = MgPerDl(140.0);
+
+/// A person of a world.
+///
+/// Every part is public, so that a counterpart can be made that differs in one of them: another
+/// regime, or the same amplitudes [without](Amplitudes::without) an effect. What chance brings
+/// depends on `seed` and `index` alone and is the same for both.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VirtualPerson {
+    /// Seed of the world.
+    pub seed: u64,
+    /// Index of the person in the world, counted from 0.
+    pub index: usize,
+    /// Identifier in the cohort.
+    pub id: String,
+    /// The body.
+    pub body: BodyParameters,
+    /// The habits.
+    pub habits: Habits,
+    /// The settings in use.
+    pub settings: TherapySettings,
+    /// How basal insulin is decided.
+    pub regime: Regime,
+    /// What acts beyond the equations, and how strongly.
+    pub amplitudes: Amplitudes,
+}
+
+/// The days of a person: what is recorded, and what truly happened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LivedDays {
+    /// The person as the cohort knows them.
+    pub recorded: Person,
+    /// What acted on the body, one entry a step.
+    pub inputs: Vec<StepInput>,
+    /// True glucose at the start of each step.
+    pub glucose: Vec<MgPerDl>,
+    /// What the person did.
+    pub life: Life,
+}
+
+impl VirtualPerson {
+    /// Draws person `index` of the world with this seed.
+    ///
+    /// # Errors
+    /// If no body can be drawn, or its settings cannot be found.
+    pub fn sample(seed: u64, index: usize, regime: Regime) -> Result<Self, WorldError> {
+        let rng = |concept| stream(seed, index, concept);
+        let body = BodyParameters::sample(index, &mut rng(Concept::Body))?;
+        let found = TherapySettings::by_trial(&body)
+            .map_err(|source| WorldError::Body { person: index, source })?;
+        Ok(Self {
+            seed,
+            index,
+            id: format!("P{:02}", index + 1),
+            body,
+            habits: Habits::sample(&mut rng(Concept::Habits)),
+            settings: found.in_use(&mut rng(Concept::Settings)),
+            regime,
+            amplitudes: Amplitudes::sample(&mut rng(Concept::Effects)),
+        })
+    }
+
+    /// Lives the days of a calendar.
+    ///
+    /// # Errors
+    /// If the body's model fails or the days do not make a record.
+    pub fn live(&self, calendar: Calendar) -> Result<LivedDays, WorldError> {
+        let in_body = |source: ode_sim::OdeError| WorldError::Body { person: self.index, source };
+        let rng = |concept| stream(self.seed, self.index, concept);
+        let life = Life::sample(&self.habits, calendar, self.seed, self.index);
+        let days = Variability::sample(&calendar, &mut rng(Concept::Variability));
+        let course = conditions(&self.habits, &life, &days, &self.amplitudes);
+        let body = Body::new(self.body, &course, self.amplitudes);
+        let reactions = reactions(&calendar, &mut rng(Concept::Reactions));
+        let sensor = Sensor::new(SensorWear::sample(&calendar, &mut rng(Concept::Sensor)));
+        let mut living =
+            Living::new(&life, self.amplitudes, &reactions, sensor, self.settings, self.regime)
+                .map_err(in_body)?;
+        let (start, _) = body.at_rest(FIRST_GLUCOSE).map_err(in_body)?;
+        let run = simulate(&body, start, &mut living, calendar.steps())
+            .map_err(|source| in_body(source.into()))?;
+        let mut glucose = run.glucose(&body);
+        glucose.truncate(calendar.steps());
+        let recorded = self.recorded(&life, &living.into_log())?;
+        Ok(LivedDays { recorded, inputs: run.inputs, glucose, life })
+    }
+
+    /// The cohort's view of the days.
+    fn recorded(&self, life: &Life, log: &[Logged]) -> Result<Person, WorldError> {
+        let mut record = Record::new(life.calendar.time(0), log.len())
+            .map_err(|source| WorldError::Record { person: self.index, source })?;
+        let mut fill = |channel: Channel, value: &dyn Fn(usize) -> Option<f64>| {
+            for (step, slot) in record.channel_mut(channel).iter_mut().enumerate() {
+                *slot = value(step);
+            }
+        };
+        fill(Channel::Cgm, &|s| log[s].cgm.map(|g| g.0.round()));
+        fill(Channel::Basal, &|s| Some(log[s].basal.0));
+        fill(Channel::Bolus, &|s| Some(log[s].bolus.0));
+        fill(Channel::Carbs, &|s| Some(log[s].carbs.0));
+        fill(Channel::HeartRate, &|s| life.wearable.heart_rate[s].map(f64::round));
+        fill(Channel::Steps, &|s| life.wearable.steps[s]);
+        fill(Channel::SleepEfficiency, &|s| {
+            let worn = life.wearable.heart_rate[s].is_some();
+            worn.then(|| (100.0 * life.asleep[s]).round() / 100.0)
+        });
+        fill(Channel::SetChange, &|s| Some(f64::from(u8::from(life.sets.changed_at(s)))));
+        Ok(Person {
+            id: self.id.clone(),
+            weight: Some(physiology::Kilograms((10.0 * self.body.weight.0).round() / 10.0)),
+            therapy: match self.regime {
+                Regime::OpenLoopPump => Therapy::OpenLoopPump,
+                Regime::Aid => Therapy::Aid,
+            },
+            heart_rate_baseline: Some(BeatsPerMinute(self.habits.resting_heart_rate.round())),
+            record,
+        })
+    }
+}
