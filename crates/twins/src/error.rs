@@ -1,7 +1,5 @@
 //! What can go wrong in this crate.
 
-use std::path::PathBuf;
-
 use nn_statespace::ModelError;
 use ode_sim::OdeError;
 use physiology::{Compartment, SimulationError};
@@ -85,19 +83,14 @@ pub enum TwinError {
         epoch: usize,
     },
     /// A weight file holds something else than a twin.
-    #[error(
-        "this is a file of kind '{found}', not a twin; give a PERSON.safetensors written by \
-         `twin` or `import-model`"
-    )]
+    #[error("no twin in this file, it holds {found}; give a file that `twin` or `import-model` wrote")]
     WrongKind {
-        /// The kind the file names, or what it looks like.
+        /// What the file's metadata and tensors suggest.
         found: String,
     },
-    /// A metadata entry of a twin's file is absent or unreadable.
-    #[error("twin file: metadata '{key}' {problem}; write the file anew")]
-    Metadata {
-        /// The entry's key.
-        key: &'static str,
+    /// The description of a twin in its file is unreadable.
+    #[error("description of the twin in the file: {problem}; write the file anew")]
+    Header {
         /// What is wrong with it.
         problem: String,
     },
@@ -113,20 +106,10 @@ pub enum TwinError {
         found: String,
     },
     /// A weight file cannot be parsed.
-    #[error("{path}: {problem}; the file may be truncated")]
+    #[error("not a readable safetensors file: {problem}; it may be truncated, write it anew")]
     File {
-        /// The file.
-        path: PathBuf,
         /// What the parser said.
         problem: String,
-    },
-    /// A file cannot be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
     },
     /// The population model.
     #[error(transparent)]

@@ -1,9 +1,12 @@
 //! Digital twins: the residual network of one person, its training and replay, and the ODE baselines
 
 mod error;
+mod file;
+mod fingerprint;
 mod gradient;
 mod graph;
 mod heart_rate;
+mod import;
 mod inputs;
 mod loss;
 mod prepared;
@@ -12,8 +15,10 @@ mod training;
 mod twin;
 
 pub use error::TwinError;
+pub use fingerprint::{population_fingerprint, windows_fingerprint};
 pub use graph::{ResidualVariables, graph_loss};
 pub use heart_rate::HeartRateScaler;
+pub use import::published_twin;
 pub use inputs::{INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
 pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
 pub use prepared::PreparedWindow;

@@ -1,0 +1,210 @@
+//! The weight file of a twin: safetensors with one metadata entry, `twin`, that says everything
+//! else.
+//!
+//! One entry, because safetensors writes its metadata from an unordered map: with two, equal twins
+//! would give different bytes.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use nn_statespace::{CentreAndScale, PopulationModel, Signal};
+use physiology::Compartment;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+
+use crate::error::TwinError;
+use crate::fingerprint::population_fingerprint;
+use crate::heart_rate::HeartRateScaler;
+use crate::inputs::InputSet;
+use crate::residual::{ResidualNetwork, SHAPES, tensor_name};
+use crate::twin::{Twin, TwinCard};
+
+/// The metadata entry that makes a file a twin's.
+const ENTRY: &str = "twin";
+/// The tensor that holds median and interquartile range of the heart rate. A tensor and not JSON,
+/// because reading decimal text back may lose the last bit.
+const HEART_RATE: &str = "heart_rate_scaler";
+/// Version of the layout.
+const FORMAT: &str = "twin/1";
+/// The network's inputs in order, for readers outside this crate.
+const INPUT_ORDER: [&str; 10] = [
+    "Q1",
+    "Q2",
+    "X1",
+    "X3",
+    "C2",
+    "heart_rate_over_baseline",
+    "weekend",
+    "cos_hour",
+    "sin_hour",
+    "sleep_efficiency",
+];
+
+/// What the entry `twin` holds, as JSON.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Header {
+    format: String,
+    card: TwinCard,
+    inputs: InputSet,
+    input_order: Vec<String>,
+    population_sha256: String,
+    /// For readers outside this crate; decimal text, exact only to the last bit or so.
+    state_scaler: BTreeMap<String, CentreAndScale>,
+}
+
+impl Twin {
+    /// The twin as a safetensors file: tensors `layers.0.weight` to `layers.3.bias` in f64, weights
+    /// of shape `(outputs, inputs)`; `heart_rate_scaler`, median and interquartile range, where the
+    /// twin has one; and the metadata entry `twin`. Equal twins give equal bytes.
+    ///
+    /// # Errors
+    /// [`TwinError::Header`] or [`TwinError::File`] if it cannot be put into the format.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, TwinError> {
+        let header = Header {
+            format: FORMAT.to_owned(),
+            card: self.card.clone(),
+            inputs: self.inputs,
+            input_order: INPUT_ORDER.map(str::to_owned).to_vec(),
+            population_sha256: population_fingerprint(&self.population),
+            state_scaler: state_scaler(&self.population),
+        };
+        let text = serde_json::to_string(&header)
+            .map_err(|error| TwinError::Header { problem: error.to_string() })?;
+        let mut tensors = Vec::with_capacity(8);
+        for (i, (inputs, outputs)) in SHAPES.into_iter().enumerate() {
+            let (weight, bias) = self.residual.tensors(i);
+            tensors.push((tensor_name(i, "weight"), vec![outputs, inputs], bytes_of(&weight)));
+            tensors.push((tensor_name(i, "bias"), vec![outputs], bytes_of(bias)));
+        }
+        if let Some(scaler) = self.heart_rate_scaler {
+            let pair = bytes_of(&[scaler.center, scaler.scale]);
+            tensors.push((HEART_RATE.to_owned(), vec![2], pair));
+        }
+        let mut views = Vec::with_capacity(tensors.len());
+        for (name, shape, bytes) in &tensors {
+            let view = TensorView::new(Dtype::F64, shape.clone(), bytes).map_err(unreadable)?;
+            views.push((name.as_str(), view));
+        }
+        let metadata = HashMap::from([(ENTRY.to_owned(), text)]);
+        safetensors::serialize(views, Some(metadata)).map_err(unreadable)
+    }
+
+    /// A twin from a file that [`to_bytes`](Self::to_bytes) wrote, on the population model that it
+    /// was trained on.
+    ///
+    /// # Errors
+    /// [`TwinError::File`] for something that is no safetensors file or a truncated one,
+    /// [`TwinError::WrongKind`] for weights that are not a twin's, [`TwinError::Header`] for a
+    /// broken description, [`TwinError::OtherPopulation`] for another population model, and
+    /// [`TwinError::MissingTensor`], [`TwinError::Shape`] and [`TwinError::NotFiniteWeight`].
+    pub fn from_bytes(
+        bytes: &[u8],
+        population: Arc<PopulationModel>,
+    ) -> Result<Self, TwinError> {
+        let file = SafeTensors::deserialize(bytes).map_err(unreadable)?;
+        let header = read_header(bytes, &file)?;
+        let found = population_fingerprint(&population);
+        if header.population_sha256 != found {
+            return Err(TwinError::OtherPopulation { expected: header.population_sha256, found });
+        }
+        let mut weights: [Vec<f64>; 4] = Default::default();
+        let mut biases: [Vec<f64>; 4] = Default::default();
+        for i in 0..4 {
+            weights[i] = values(&file, &tensor_name(i, "weight"))?;
+            biases[i] = values(&file, &tensor_name(i, "bias"))?;
+        }
+        let residual = ResidualNetwork::from_tensors(
+            weights.each_ref().map(Vec::as_slice),
+            biases.each_ref().map(Vec::as_slice),
+        )?;
+        Ok(Self {
+            population,
+            residual,
+            heart_rate_scaler: heart_rate_scaler(&file)?,
+            inputs: header.inputs,
+            card: header.card,
+        })
+    }
+}
+
+/// Centre and scale of each state, by name.
+fn state_scaler(population: &PopulationModel) -> BTreeMap<String, CentreAndScale> {
+    Compartment::ALL
+        .into_iter()
+        .map(|c| (c.name().to_owned(), population.scaler().of(Signal::State(c))))
+        .collect()
+}
+
+fn read_header(bytes: &[u8], file: &SafeTensors<'_>) -> Result<Header, TwinError> {
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(unreadable)?;
+    let entries = metadata.metadata().clone().unwrap_or_default();
+    let Some(text) = entries.get(ENTRY) else {
+        return Err(TwinError::WrongKind { found: guess(&entries, file) });
+    };
+    let header: Header = serde_json::from_str(text)
+        .map_err(|error| TwinError::Header { problem: error.to_string() })?;
+    let problem = if header.format != FORMAT {
+        Some(format!("format '{}' is not '{FORMAT}'", header.format))
+    } else if header.input_order != INPUT_ORDER {
+        Some(format!("inputs in the order {}", header.input_order.join(", ")))
+    } else {
+        None
+    };
+    match problem {
+        Some(problem) => Err(TwinError::Header { problem }),
+        None => Ok(header),
+    }
+}
+
+/// The tensor `heart_rate_scaler`, `None` if there is none.
+fn heart_rate_scaler(file: &SafeTensors<'_>) -> Result<Option<HeartRateScaler>, TwinError> {
+    if !file.names().contains(&HEART_RATE) {
+        return Ok(None);
+    }
+    match values(file, HEART_RATE)?.as_slice() {
+        [center, scale] if center.is_finite() && scale.is_finite() && *scale > 0.0 => {
+            Ok(Some(HeartRateScaler { center: *center, scale: *scale }))
+        }
+        [center, scale] => Err(TwinError::Header {
+            problem: format!("heart rate scaled by {scale} about {center}"),
+        }),
+        other => Err(TwinError::Shape {
+            tensor: HEART_RATE.to_owned(),
+            found: other.len(),
+            expected: 2,
+        }),
+    }
+}
+
+/// What a file without the entry `twin` seems to be, for the message.
+fn guess(entries: &HashMap<String, String>, file: &SafeTensors<'_>) -> String {
+    let mut keys: Vec<&str> = entries.keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    let mut names = file.names();
+    names.sort_unstable();
+    let list = |items: &[&str]| match items {
+        [] => "none".to_owned(),
+        items => items.iter().take(3).copied().collect::<Vec<_>>().join(", "),
+    };
+
+    format!("metadata {} and tensors {}", list(&keys), list(&names))
+}
+
+fn values(file: &SafeTensors<'_>, name: &str) -> Result<Vec<f64>, TwinError> {
+    let tensor =
+        file.tensor(name).map_err(|_| TwinError::MissingTensor { tensor: name.to_owned() })?;
+    if tensor.dtype() != Dtype::F64 {
+        return Err(TwinError::File {
+            problem: format!("tensor {name} is of type {:?}, not F64", tensor.dtype()),
+        });
+    }
+    let (eights, _) = tensor.data().as_chunks::<8>();
+    Ok(eights.iter().map(|eight| f64::from_le_bytes(*eight)).collect())
+}
+
+fn bytes_of(values: &[f64]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+fn unreadable(error: safetensors::SafeTensorError) -> TwinError {
+    TwinError::File { problem: error.to_string() }
+}

@@ -1,0 +1,115 @@
+//! A small population model with the right signs, days with meals and exercise, and networks that
+//! are not zero, for tests that need no data from outside.
+
+#![expect(unreachable_pub, dead_code, reason = "each test file uses its own part of this module")]
+
+use std::sync::Arc;
+
+use nn_statespace::{
+    CentreAndScale, GlucoseClamp, HiddenLayerNetwork, ModelCard, PerCompartment, PopulationModel,
+    Scaler, Wiring,
+};
+use physiology::{
+    BeatsPerMinute, Compartment, Context, Grams, StepInput, Units, UnitsPerHour,
+};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use twins::{InputSet, ResidualNetwork, Twin, TwinCard};
+
+/// Linear compartments as networks of paired rectifiers: relu(x) - relu(-x) = x.
+pub fn population(clamp: GlucoseClamp) -> Arc<PopulationModel> {
+    use Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
+    let wiring = Wiring::paper();
+    // Slopes by input in the wiring's order, per minute.
+    let slopes = |c: Compartment| -> Vec<f64> {
+        match c {
+            S1 => vec![-0.02, 0.02],
+            S2 => vec![0.02, -0.02],
+            I => vec![0.03, -0.03],
+            X1 | X2 | X3 => vec![0.02, -0.02],
+            // X1, X3, Q1, Q2, C2
+            Q1 => vec![-0.006, -0.008, -0.004, 0.003, 0.03],
+            // X1, X2, Q1, Q2
+            Q2 => vec![0.004, -0.004, 0.01, -0.02],
+            C1 => vec![-0.04, 0.01],
+            C2 => vec![0.04, -0.03],
+        }
+    };
+    let networks = PerCompartment::from_fn(|c| {
+        let slopes = slopes(c);
+        let n = slopes.len();
+        let (mut w1, mut w2) = (Vec::new(), Vec::new());
+        for (i, slope) in slopes.iter().enumerate() {
+            for sign in [1.0, -1.0] {
+                w1.extend((0..n).map(|j| if i == j { sign } else { 0.0 }));
+                w2.push(sign * slope);
+            }
+        }
+        HiddenLayerNetwork::new(n, w1, vec![0.0; 2 * n], w2, 0.0).expect("shapes fit")
+    });
+    let states = PerCompartment::from_fn(|c| match c {
+        Q1 => CentreAndScale { centre: 130.0, scale: 80.0 },
+        _ => CentreAndScale { centre: 1.0, scale: 0.5 },
+    });
+    let insulin = CentreAndScale { centre: 1.0, scale: 0.5 };
+    let carbs = CentreAndScale { centre: 0.0, scale: 1.0 };
+    let scaler = Scaler::new(states, insulin, carbs).expect("positive scales");
+    let card = ModelCard {
+        origin: "made for a test".to_owned(),
+        version: "0".to_owned(),
+        training_data_sha256: None,
+        training: None,
+    };
+    Arc::new(PopulationModel::new(wiring, networks, scaler, clamp, card).expect("shapes fit"))
+}
+
+/// Steps with a bolus and a meal every five hours and exercise now and then.
+pub fn exercising_day(steps: usize) -> Vec<StepInput> {
+    (0..steps)
+        .map(|k| StepInput {
+            basal: UnitsPerHour(1.0),
+            bolus: Units(if k % 60 == 10 { 3.0 } else { 0.0 }),
+            carbs: Grams(if k % 60 == 12 { 30.0 } else { 0.0 }),
+            context: Context {
+                heart_rate_over_baseline: Some(BeatsPerMinute(if k % 100 > 80 { 45.0 } else { 2.0 })),
+                hour: (k / 12 % 24) as u8,
+                weekend: k / 288 % 7 > 4,
+                sleep_efficiency: Some(if k / 12 % 24 < 7 { 0.95 } else { 0.0 }),
+            },
+            ..StepInput::default()
+        })
+        .collect()
+}
+
+/// The untrained network with a last layer that is not zero.
+pub fn trained_looking(seed: u64) -> ResidualNetwork {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = |n: usize, size: f64| -> Vec<f64> {
+        (0..n).map(|_| rng.random_range(-size..size)).collect()
+    };
+    let weights = [draw(1280, 0.3), draw(8192, 0.09), draw(2048, 0.12), draw(32, 0.05)];
+    let biases = [draw(128, 0.3), draw(64, 0.09), draw(32, 0.12), draw(1, 0.01)];
+    ResidualNetwork::from_tensors(
+        weights.each_ref().map(Vec::as_slice),
+        biases.each_ref().map(Vec::as_slice),
+    )
+    .expect("shapes fit")
+}
+
+/// A twin on the synthetic population model.
+pub fn twin_of(residual: ResidualNetwork, clamp: GlucoseClamp) -> Twin {
+    Twin {
+        population: population(clamp),
+        residual,
+        heart_rate_scaler: None,
+        inputs: InputSet::All,
+        card: TwinCard {
+            person_id: "a".to_owned(),
+            origin: "made for a test".to_owned(),
+            version: "0".to_owned(),
+            training_data_sha256: None,
+            training: None,
+        },
+    }
+}
