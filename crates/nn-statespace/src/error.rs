@@ -139,4 +139,21 @@ pub enum ModelError {
         /// The value given.
         glucose: MgPerDl,
     },
+    /// Runs cannot be cut into windows.
+    #[error("windows, run {run}: {problem}")]
+    Windows {
+        /// The run at fault, counted from 0.
+        run: usize,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// Training cannot start or go on.
+    #[error("training: {problem}")]
+    Training {
+        /// What is wrong.
+        problem: String,
+    },
+    /// A tensor operation failed.
+    #[error("tensor operation: {0}")]
+    Tensor(#[from] candle_core::Error),
 }

@@ -15,6 +15,7 @@ mod network;
 mod per_compartment;
 mod population;
 mod scaler;
+pub mod training;
 mod widths;
 mod wiring;
 

@@ -2,7 +2,7 @@
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
-use physiology::{Compartment, Grams, MgPerDl, UnitsPerHour};
+use physiology::{Compartment, Grams, MgPerDl, STEP, UnitsPerHour};
 
 use crate::error::ModelError;
 use crate::population::{PopulationModel, value_of};
@@ -32,6 +32,9 @@ pub struct SteadyState {
     pub residual: f64,
     /// Whether it is one.
     pub outcome: SteadyStateOutcome,
+    /// Whether the other states return to it after a small disturbance while glucose and basal are
+    /// held: every eigenvalue of the Euler step lies within the unit circle.
+    pub attracting: bool,
 }
 
 /// What a search for a steady state came to.
@@ -52,8 +55,9 @@ pub enum SteadyStateOutcome {
 ///
 /// Newton's method with halved steps, and Levenberg-Marquardt steps where those do not help, in
 /// f64 with exact slopes, from several basal rates; each start first lets the states settle at its
-/// basal rate with glucose held. Of several steady states the one whose basal rate is nearest to
-/// the centre of the scaler is returned. Sure to end, not sure to find: the networks are piecewise
+/// basal rate with glucose held. Of several steady states (the published weights have up to five for
+/// one basal rate) an attracting one is preferred, then the one whose basal rate is nearest to the
+/// centre of the scaler. Sure to end, not sure to find: the networks are piecewise
 /// linear and need not have a root.
 ///
 /// # Errors
@@ -109,7 +113,7 @@ impl Problem<'_> {
             let rates = self.model.derivative(&x, u);
             for (compartment, slot) in Compartment::ALL.into_iter().zip(&mut z) {
                 if compartment != Compartment::Q1 {
-                    *slot = (*slot + 5.0 * rates[compartment]).clamp(-1e3, 1e3);
+                    *slot = (*slot + STEP.0 * rates[compartment]).clamp(-1e3, 1e3);
                 }
             }
         }
@@ -192,7 +196,18 @@ impl Problem<'_> {
         } else {
             SteadyStateOutcome::Found
         };
-        SteadyState { states, basal, residual, outcome }
+        SteadyState { states, basal, residual, outcome, attracting: self.attracts(z) }
+    }
+
+    /// Whether an Euler step with glucose and insulin held contracts around `z`.
+    fn attracts(&self, z: &Unknowns) -> bool {
+        let jacobian = self.jacobian(z);
+        let held = Compartment::Q1 as usize;
+        let place = |i: usize| if i < held { i } else { i + 1 };
+        let step = Mat::from_fn(SIZE - 1, SIZE - 1, |i, j| {
+            STEP.0 * jacobian[(place(i), place(j))] + if i == j { 1.0 } else { 0.0 }
+        });
+        step.eigenvalues().is_ok_and(|values| values.iter().all(|value| value.norm() < 1.0))
     }
 
     /// Whether `a` is a better answer than `b`.
@@ -206,7 +221,9 @@ impl Problem<'_> {
             SteadyStateOutcome::NotFound => s.residual,
             _ => self.model.scaler().scale_insulin(s.basal).abs(),
         };
-        (rank(a), far(a)) < (rank(b), far(b))
+        let repelling =
+            |s: &SteadyState| s.outcome != SteadyStateOutcome::NotFound && !s.attracting;
+        (rank(a), repelling(a), far(a)) < (rank(b), repelling(b), far(b))
     }
 }
 

@@ -1,0 +1,114 @@
+//! Every choice that training depends on, as presets without a default.
+
+use serde::{Deserialize, Serialize};
+
+use super::loss::LossConfig;
+
+/// Resolved configuration of a training run; written beside the weights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrainingConfig {
+    /// Consecutive parts of the run. The optimiser's moments carry over.
+    pub stages: Vec<Stage>,
+    /// Windows in a batch; the last batch of an epoch takes what is left.
+    pub batch: usize,
+    /// Weights of the loss.
+    pub loss: LossConfig,
+    /// Whether a batch's gradient is limited.
+    pub gradient_limit: GradientLimit,
+    /// Factor on the initial weights of the output layers. 1 is PyTorch's initialisation; smaller
+    /// values keep the first roll-outs from running away.
+    pub initial_output_gain: f64,
+    /// Which epoch's weights are kept.
+    pub keep: KeptWeights,
+    /// Seed of initial weights and shuffling.
+    pub seed: u64,
+}
+
+/// A part of a training run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stage {
+    /// Passes over the training windows.
+    pub epochs: usize,
+    /// Steps of each window that are rolled out, from its start; at most the window's length.
+    pub steps: usize,
+    /// Learning rate of Adam.
+    pub learning_rate: LearningRate,
+}
+
+/// Learning rate of a stage, held within an epoch.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LearningRate {
+    /// In the stage's first epoch.
+    pub first: f64,
+    /// Each epoch's rate is that of the one before times `exp(-decay)`.
+    pub decay: f64,
+}
+
+impl LearningRate {
+    /// The rate in the stage's epoch `epoch`, counted from 0.
+    #[must_use]
+    pub fn at(&self, epoch: usize) -> f64 {
+        self.first * (-self.decay * epoch as f64).exp()
+    }
+}
+
+/// Whether the gradient of a batch is scaled down before it is used.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GradientLimit {
+    /// Used as it is (paper).
+    Off,
+    /// Scaled down to this Euclidean norm over all parameters where it is longer.
+    Norm(f64),
+}
+
+/// Which weights a run returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KeptWeights {
+    /// Those of the last epoch, as the name of the published file suggests.
+    LastEpoch,
+    /// Those of the epoch with the lowest balanced error on the validation windows.
+    LowestValidationError,
+}
+
+impl TrainingConfig {
+    /// The paper's settings: batch 128, 60 steps, learning rate 1e-3 falling by exp(-0.1) an
+    /// epoch, 15 epochs (from the name of the published file), Adam without weight decay.
+    #[must_use]
+    pub fn paper(seed: u64) -> Self {
+        Self {
+            stages: vec![Stage {
+                epochs: 15,
+                steps: 60,
+                learning_rate: LearningRate { first: 1e-3, decay: 0.1 },
+            }],
+            batch: 128,
+            loss: LossConfig::paper(),
+            gradient_limit: GradientLimit::Off,
+            initial_output_gain: 1.0,
+            keep: KeptWeights::LastEpoch,
+            seed,
+        }
+    }
+
+    /// Settings for a few thousand windows and a couple of minutes: short roll-outs first, which
+    /// find the rates cheaply, then the paper's full length at falling learning rates.
+    #[must_use]
+    pub fn quick(seed: u64) -> Self {
+        let stage = |epochs, steps, first, decay| Stage {
+            epochs,
+            steps,
+            learning_rate: LearningRate { first, decay },
+        };
+        Self {
+            stages: vec![stage(20, 6, 1e-2, 0.05), stage(40, 60, 5e-3, 0.08)],
+            batch: 128,
+            loss: LossConfig::paper(),
+            gradient_limit: GradientLimit::Norm(1.0),
+            initial_output_gain: 0.1,
+            keep: KeptWeights::LowestValidationError,
+            seed,
+        }
+    }
+}

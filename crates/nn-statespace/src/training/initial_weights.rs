@@ -1,0 +1,77 @@
+//! Random weights to start from.
+
+use physiology::Compartment;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::network::HiddenLayerNetwork;
+use crate::per_compartment::PerCompartment;
+use crate::widths::Widths;
+use crate::wiring::Wiring;
+
+/// Networks with weights and biases uniform within `1/sqrt(fan-in)` of zero, PyTorch's
+/// initialisation of a linear layer, with the output layers' times `output_gain`.
+///
+/// Each network draws from its own stream, so that a width does not change its neighbours.
+#[must_use]
+pub fn initial_networks(
+    wiring: &Wiring,
+    widths: &Widths,
+    output_gain: f64,
+    seed: u64,
+) -> PerCompartment<HiddenLayerNetwork> {
+    PerCompartment::from_fn(|compartment| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(stream_of(compartment));
+        let (inputs, hidden) = (wiring.inputs(compartment).len(), widths.of(compartment));
+        let mut draw = |count: usize, fan_in: usize, gain: f64| -> Vec<f64> {
+            let bound = 1.0 / (fan_in as f64).sqrt();
+            // Rounded to f32, in which training goes on.
+            (0..count).map(|_| f64::from((gain * rng.random_range(-bound..bound)) as f32)).collect()
+        };
+        let w1 = draw(hidden * inputs, inputs, 1.0);
+        let b1 = draw(hidden, inputs, 1.0);
+        let w2 = draw(hidden, hidden, output_gain);
+        let b2 = draw(1, hidden, output_gain)[0];
+        HiddenLayerNetwork::new(inputs, w1, b1, w2, b2).expect("widths are positive")
+    })
+}
+
+/// Stream 0 is left to the shuffling.
+fn stream_of(compartment: Compartment) -> u64 {
+    1 + compartment as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_fixes_the_weights_and_a_width_changes_only_its_own_network() {
+        let wiring = Wiring::paper();
+        let draw = |widths: &Widths, seed| initial_networks(&wiring, widths, 1.0, seed);
+        let quick = Widths::quick();
+        assert_eq!(draw(&quick, 7), draw(&quick, 7));
+        assert_ne!(draw(&quick, 7), draw(&quick, 8));
+        let mut wider = PerCompartment::from_fn(|c| quick.of(c));
+        wider[Compartment::I] += 1;
+        let (a, b) = (draw(&quick, 7), draw(&Widths::new(wider).expect("positive"), 7));
+        for compartment in Compartment::ALL {
+            assert_eq!(a[compartment] == b[compartment], compartment != Compartment::I);
+        }
+    }
+
+    #[test]
+    fn weights_stay_within_their_bounds() {
+        let networks = initial_networks(&Wiring::paper(), &Widths::paper(), 0.1, 1);
+        for (compartment, network) in networks.iter() {
+            let bound = 1.0 / (network.inputs() as f64).sqrt();
+            let most =
+                network.w1().iter().chain(network.b1()).fold(0.0, |m: f64, w| m.max(w.abs()));
+            assert!(most <= bound && most > 0.9 * bound, "{compartment}: {most} of {bound}");
+            let bound = 0.1 / (network.hidden() as f64).sqrt();
+            let most = network.w2().iter().fold(0.0, |m: f64, w| m.max(w.abs()));
+            assert!(most <= bound && most > 0.8 * bound, "{compartment}: {most} of {bound}");
+        }
+    }
+}
