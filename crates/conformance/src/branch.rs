@@ -53,11 +53,12 @@ pub enum Stop {
 /// Lower and upper bound on the largest slope against a property.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bracket {
-    /// Attained at `point`, to the right; rounded down.
+    /// Attained at the first of `points`, to the right; rounded down.
     pub(crate) lower: f64,
     /// Certified.
     pub(crate) upper: f64,
-    pub(crate) point: Vec<f64>,
+    /// The points at which the slope was larger than known before, best first.
+    pub(crate) points: Vec<Vec<f64>>,
     /// Boxes bounded.
     pub(crate) nodes: u64,
     pub(crate) stop: Stop,
@@ -81,7 +82,7 @@ pub(crate) fn maximise(
     let began = clock();
     let search = Search::new(sum, region);
     let (root, middle) = search.root(region);
-    let mut best = Best { lower: f64::NEG_INFINITY, upper: f64::NEG_INFINITY, point: Vec::new() };
+    let mut best = Best { lower: f64::NEG_INFINITY, upper: f64::NEG_INFINITY, points: Vec::new() };
     best.offer(&search, middle);
     let mut nodes = 1;
     let mut stuck = f64::NEG_INFINITY;
@@ -122,21 +123,25 @@ pub(crate) fn maximise(
     };
     let left = queue.peek().map_or(f64::NEG_INFINITY, |top| top.upper);
     let upper = left.max(stuck).max(best.upper);
-    Bracket { lower: best.lower, upper, point: best.point, nodes, stop }
+    best.points.reverse();
+    Bracket { lower: best.lower, upper, points: best.points, nodes, stop }
 }
 
 /// The best slope attained so far.
 struct Best {
     lower: f64,
     upper: f64,
-    point: Vec<f64>,
+    /// Best last.
+    points: Vec<Vec<f64>>,
 }
 
 impl Best {
     fn offer(&mut self, search: &Search<'_>, point: Vec<f64>) {
         let slope = search.sum.at(&point);
         if slope.round_down() > self.lower {
-            *self = Self { lower: slope.round_down(), upper: slope.round_up(), point };
+            self.lower = slope.round_down();
+            self.upper = slope.round_up();
+            self.points.push(point);
         }
     }
 }

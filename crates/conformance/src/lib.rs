@@ -18,6 +18,7 @@ mod branch;
 mod cells;
 mod error;
 mod exact;
+mod interior;
 pub mod milp;
 mod network;
 mod property;

@@ -13,16 +13,17 @@
 
 use std::time::Duration;
 
-use good_lp::{Expression, ProblemVariables, Solution, SolverModel, Variable, variable};
+use good_lp::{Expression, ProblemVariables, SolverModel, Variable, variable};
 use highs::HighsModelStatus;
 use serde::Serialize;
 
 use crate::error::ConformanceError;
+use crate::interior::{UnitRow, deepest_point, point_at, unit_inputs};
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region};
 use crate::share::slope_sum;
-use crate::slope::{SlopeSum, Switch};
+use crate::slope::SlopeSum;
 
 /// Limits of one solve. One thread is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,24 +112,19 @@ pub fn solve(
     } else {
         let programme = Programme::new(&rest, &boxed);
         let answer = programme.solve(limits).map_err(fail)?;
-        let attained = match &answer.incumbent {
-            None => None,
-            Some(incumbent) => {
-                let inside = programme.interior(incumbent).map_err(fail)?;
-                [Some(incumbent.point.clone()), inside]
-                    .into_iter()
-                    .flatten()
-                    .map(|point| {
-                        (sum.at(&programme.below_the_last_face(&point)).round_down(), point)
-                    })
-                    .max_by(|a, b| a.0.total_cmp(&b.0))
-            }
-        };
+        let attained = answer.incumbent.as_ref().and_then(|incumbent| {
+            let inside = deepest_point(&rest, &boxed, &incumbent.on);
+            [Some(incumbent.point.clone()), inside]
+                .into_iter()
+                .flatten()
+                .map(|point| (sum.at(&point).round_down(), point))
+                .max_by(|a, b| a.0.total_cmp(&b.0))
+        });
         let (m_lower, point) = attained.unzip();
         MilpReport {
             status: answer.status,
             m_lower,
-            point: point.map(|point| programme.below_the_last_face(&point)),
+            point,
             claimed_objective: answer.incumbent.map(|incumbent| incumbent.objective),
             claimed_bound: answer.bound,
             binaries: rest.switches.len(),
@@ -149,16 +145,7 @@ struct Programme<'a> {
     tested: usize,
     /// Slope that does not depend on the binaries.
     constant: f64,
-    rows: Vec<Row>,
-}
-
-/// `a(t) = offset + slopes t` with t from 0 to 1, and its range.
-struct Row {
-    offset: f64,
-    slopes: Vec<f64>,
-    low: f64,
-    high: f64,
-    gain: f64,
+    rows: Vec<UnitRow>,
 }
 
 struct Answer {
@@ -180,13 +167,13 @@ impl<'a> Programme<'a> {
             region,
             tested: rest.tested,
             constant: rest.constant.round_up(),
-            rows: rest.switches.iter().map(|switch| Row::new(switch, region)).collect(),
+            rows: rest.switches.iter().map(|switch| UnitRow::new(switch, region)).collect(),
         }
     }
 
     fn solve(&self, limits: &MilpLimits) -> Result<Answer, Failure> {
         let mut variables = ProblemVariables::new();
-        let inputs = self.input_variables(&mut variables);
+        let inputs = unit_inputs(&mut variables, self.region);
         let binaries: Vec<Variable> =
             self.rows.iter().map(|_| variables.add(variable().binary())).collect();
         let objective: Expression =
@@ -234,82 +221,11 @@ impl<'a> Programme<'a> {
             let solution = solved.get_solution();
             let columns = solution.columns();
             Incumbent {
-                point: self.point(&columns[..inputs.len()]),
+                point: point_at(&columns[..inputs.len()], self.region, self.tested),
                 on: columns[inputs.len()..].iter().map(|&q| q > 0.5).collect(),
                 objective: self.constant + solved.objective_value(),
             }
         });
         Ok(Answer { status, incumbent, bound: self.constant + bound, nodes })
-    }
-
-    /// A point well inside the piece that an incumbent's binaries describe: the linear programme
-    /// that maximises the smallest distance, in units of each switch's range, to the hyperplanes
-    /// that matter. `None` where the piece has no interior that the solver can find.
-    fn interior(&self, incumbent: &Incumbent) -> Result<Option<Vec<f64>>, Failure> {
-        let mut variables = ProblemVariables::new();
-        let inputs = self.input_variables(&mut variables);
-        let margin = variables.add(variable().min(0.0).max(1.0));
-        let mut problem = variables.maximise(Expression::from(margin)).using(good_lp::highs);
-        for (row, &on) in self.rows.iter().zip(&incumbent.on) {
-            let scaled = row.expression(&inputs, row.high.max(-row.low));
-            if row.gain > 0.0 && on {
-                problem.add_constraint((scaled - margin).geq(0.0));
-            } else if row.gain < 0.0 && !on {
-                problem.add_constraint((scaled + margin).leq(0.0));
-            }
-        }
-        problem.add_constraint((inputs[self.tested] + margin).leq(1.0));
-        let problem = problem.set_threads(1).set_option("output_flag", false);
-        // An incumbent that satisfies its rows only to within the tolerance may leave no interior.
-        let Ok(solution) = problem.solve() else {
-            return Ok(None);
-        };
-        let values: Vec<f64> = inputs.iter().map(|&t| solution.value(t)).collect();
-        Ok(Some(self.point(&values)))
-    }
-
-    fn input_variables(&self, variables: &mut ProblemVariables) -> Vec<Variable> {
-        self.region.lower().iter().map(|_| variables.add(variable().min(0.0).max(1.0))).collect()
-    }
-
-    /// The point of the box at `t` from 0 to 1.
-    fn point(&self, t: &[f64]) -> Vec<f64> {
-        let bounds = self.region.lower().iter().zip(self.region.upper());
-        bounds.zip(t).map(|((&lo, &hi), &t)| (lo + (hi - lo) * t).clamp(lo, hi)).collect()
-    }
-
-    /// The slope to the right needs room to the right.
-    fn below_the_last_face(&self, point: &[f64]) -> Vec<f64> {
-        let mut point = point.to_vec();
-        let upper = self.region.upper()[self.tested];
-        if point[self.tested] >= upper {
-            point[self.tested] = upper.next_down();
-        }
-        point
-    }
-}
-
-impl Row {
-    fn new(switch: &Switch, region: &BoxRegion) -> Self {
-        let terms = switch.weights.iter().zip(region.lower().iter().zip(region.upper()));
-        let slopes: Vec<f64> = terms.clone().map(|(w, (lo, hi))| w * (hi - lo)).collect();
-        let offset = terms.fold(switch.bias, |sum, (w, (lo, _))| sum + w * lo);
-        let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>();
-        let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
-        // Both are non-zero exactly; rounding must not make a divisor vanish or change its sign.
-        let low = low.min(-f64::MIN_POSITIVE);
-        let high = high.max(f64::MIN_POSITIVE);
-        Self { offset, slopes, low, high, gain: switch.gain.round_up() }
-    }
-
-    /// `a(t) / scale` as an expression.
-    fn expression(&self, inputs: &[Variable], scale: f64) -> Expression {
-        let mut expression = Expression::from(self.offset / scale);
-        for (&slope, &t) in self.slopes.iter().zip(inputs) {
-            if slope != 0.0 {
-                expression.add_mul(slope / scale, t);
-            }
-        }
-        expression
     }
 }

@@ -7,12 +7,14 @@ use serde::Serialize;
 
 use crate::branch::{Budget, Stop, maximise};
 use crate::error::ConformanceError;
+use crate::interior::deepest_point;
 use crate::milp::{self, MilpLimits, MilpReport};
 use crate::network::OneHiddenLayer;
 use crate::property::{Direction, Property, PropertyKind};
-use crate::region::{Region, Scaling};
-use crate::replay::longest_step;
+use crate::region::{BoxRegion, Region, Scaling};
+use crate::replay::{Replay, longest_step};
 use crate::share::{Share, slope_sum};
+use crate::slope::SlopeSum;
 
 /// How long to search, and what to run beside the certified search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,17 +149,11 @@ pub fn verify(
     let budget =
         Budget { relative_gap: limits.relative_gap, nodes: limits.nodes, time: limits.time };
     let bracket = maximise(&sum, &boxed, budget, clock);
-    let step = longest_step(
-        network,
-        &bracket.point,
-        sum.tested,
-        boxed.upper()[sum.tested],
-        property.direction,
-        bracket.lower,
-    );
+    let attained = attained(network, property.direction, &sum, &boxed, &bracket.points);
+    let m_lower = attained.as_ref().map_or(bracket.lower, |attained| attained.slope);
     let verdict = if bracket.upper <= 0.0 {
         Verdict::Proved
-    } else if step.as_ref().is_some_and(|step| step.violates) {
+    } else if attained.as_ref().is_some_and(|attained| attained.step.violates) {
         Verdict::Violated
     } else {
         Verdict::Undecided
@@ -173,11 +169,11 @@ pub fn verify(
         input: property.input.clone(),
         property: property.direction,
         kind: property.kind,
-        m_lower: bracket.lower,
+        m_lower,
         m_upper: bracket.upper,
         verdict,
-        witness: step.map(|step| Witness {
-            point: network.inputs().iter().cloned().zip(bracket.point.iter().copied()).collect(),
+        witness: attained.map(|Attained { point, step, .. }| Witness {
+            point: network.inputs().iter().cloned().zip(point).collect(),
             from: step.from,
             to: step.to,
             rise: step.rise,
@@ -190,6 +186,40 @@ pub fn verify(
         share_of_region: None,
         share_of_points: None,
         physical: None,
+    })
+}
+
+/// A slope and a replayed step over which its mean is at least that.
+struct Attained {
+    slope: f64,
+    point: Vec<f64>,
+    step: Replay,
+}
+
+/// The best of `points` (best first) that allows a step to the right, each tried as it is and
+/// moved deep into its linear piece.
+fn attained(
+    network: &OneHiddenLayer,
+    direction: Direction,
+    sum: &SlopeSum,
+    region: &BoxRegion,
+    points: &[Vec<f64>],
+) -> Option<Attained> {
+    let rest = sum.restricted_to(region);
+    let tested = sum.tested;
+    points.iter().find_map(|found| {
+        let on: Vec<bool> =
+            rest.switches.iter().map(|switch| switch.on_to_the_right(found, tested)).collect();
+        [deepest_point(&rest, region, &on), Some(found.clone())]
+            .into_iter()
+            .flatten()
+            .filter_map(|point| {
+                let slope = sum.at(&point).round_down();
+                let limit = region.upper()[tested];
+                let step = longest_step(network, &point, tested, limit, direction, slope)?;
+                Some(Attained { slope, point, step })
+            })
+            .max_by(|a, b| a.slope.total_cmp(&b.slope))
     })
 }
 

@@ -14,14 +14,14 @@ const NETWORKS: [(&str, &[&str]); 10] = [
     ("X1", &["I", "X1"]),
     ("X2", &["I", "X2"]),
     ("X3", &["I", "X3"]),
-    ("Q1", &["Q1", "Q2", "X1", "X3", "C2"]),
-    ("Q2", &["Q1", "Q2", "X1", "X2"]),
+    ("Q1", &["X1", "X3", "Q1", "Q2", "C2"]),
+    ("Q2", &["X1", "X2", "Q1", "Q2"]),
     ("C2", &["C1", "C2"]),
     ("C1", &["C1", "u_carbs"]),
 ];
 
 /// The ten published networks, or `None` (after a message) without the reference material.
-pub fn published(test: &str) -> Option<Vec<OneHiddenLayer>> {
+pub(crate) fn published(test: &str) -> Option<Vec<OneHiddenLayer>> {
     let path =
         reference_data::find("t1dsim_ai/population_model_05022024_epoch_15.pt", test)?;
     let bytes = std::fs::read(path).expect("reference file is readable");
