@@ -1,8 +1,10 @@
 //! What can go wrong in this crate.
 
+use cohort::CohortError;
 use nn_statespace::ModelError;
 use ode_sim::OdeError;
 use physiology::{Compartment, SimulationError};
+use stats::StatsError;
 
 /// Errors of twins, their training, files and evaluation.
 #[derive(Debug, thiserror::Error)]
@@ -111,6 +113,28 @@ pub enum TwinError {
         /// What the parser said.
         problem: String,
     },
+    /// A window needs a sensor reading that is not there.
+    #[error("person '{person}', step {step}: no sensor reading; choose windows with every reading")]
+    NoReading {
+        /// The person's identifier.
+        person: String,
+        /// The step of the record.
+        step: usize,
+    },
+    /// A twin is another person's.
+    #[error("person '{person}' cannot go on from the twin of '{twin}'; give their own twin")]
+    OtherPerson {
+        /// The person whose record was given.
+        person: String,
+        /// The person whom the twin stands for.
+        twin: String,
+    },
+    /// The record.
+    #[error(transparent)]
+    Cohort(#[from] CohortError),
+    /// A statistic.
+    #[error(transparent)]
+    Stats(#[from] StatsError),
     /// The population model.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -1,0 +1,221 @@
+//! Twins for the people of a cohort.
+
+use std::sync::Arc;
+
+use cohort::{Cohort, Person, Window};
+use nn_statespace::PopulationModel;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::error::TwinError;
+use crate::exclusion::Exclusion;
+use crate::fingerprint::windows_fingerprint;
+use crate::heart_rate::HeartRateScaler;
+use crate::inputs::{InputSet, MissingContext};
+use crate::prepared::PreparedWindow;
+use crate::protocol::{PersonWindows, Protocol, inputs_within, measured};
+use crate::residual::ResidualNetwork;
+use crate::start::window_starts;
+use crate::training::{Trained, TrainingPlan, train};
+use crate::twin::{Twin, TwinCard};
+
+/// What to build twins from.
+#[derive(Debug, Clone)]
+pub struct TwinRecipe {
+    /// The population model, frozen.
+    pub population: Arc<PopulationModel>,
+    /// How records are cut.
+    pub protocol: Protocol,
+    /// How networks are trained.
+    pub plan: TrainingPlan,
+    /// Which personal inputs the networks see.
+    pub inputs: InputSet,
+    /// Seed of all people; each gets a stream of its own by index.
+    pub seed: u64,
+}
+
+/// One person's twin, or why there is none.
+#[derive(Debug, Clone)]
+pub struct PersonTwin {
+    /// The person's identifier.
+    pub person_id: String,
+    /// Complete training windows, those held out not counted.
+    pub windows_train: usize,
+    /// Complete test windows.
+    pub windows_test: usize,
+    /// The twin, or the reason for leaving the person out.
+    pub result: Result<BuiltTwin, Exclusion>,
+}
+
+/// A twin with its training history.
+#[derive(Debug, Clone)]
+pub struct BuiltTwin {
+    /// The twin.
+    pub twin: Twin,
+    /// How its network came about.
+    pub trained: Trained,
+    /// Personal inputs that the training windows lacked.
+    pub missing: MissingContext,
+    /// Training windows whose start is no steady state although one was asked for.
+    pub not_at_rest: usize,
+}
+
+/// Builds a twin for each person, in parallel; the result does not depend on the number of threads.
+///
+/// `finished` hears of each person when they are done, in any order.
+///
+/// # Errors
+/// The first error by order of people.
+pub fn build_twins(
+    cohort: &Cohort,
+    recipe: &TwinRecipe,
+    finished: &(dyn Fn(&PersonTwin) + Sync),
+) -> Result<Vec<PersonTwin>, TwinError> {
+    let results: Vec<Result<PersonTwin, TwinError>> = cohort
+        .people
+        .par_iter()
+        .enumerate()
+        .map(|(index, person)| {
+            let built = build_twin(index, person, recipe, None);
+            if let Ok(built) = &built {
+                finished(built);
+            }
+            built
+        })
+        .collect();
+    results.into_iter().collect()
+}
+
+/// Builds one person's twin; `index` is their place in the cohort.
+///
+/// With `before`, training goes on from that twin's network and keeps its heart-rate scaler, so
+/// that new days refine it instead of starting over.
+///
+/// # Errors
+/// Those of [`PersonWindows::new`], [`window_starts`], [`PreparedWindow::new`] and [`train`], and
+/// [`TwinError::OtherPerson`] if `before` is someone else's.
+pub fn build_twin(
+    index: usize,
+    person: &Person,
+    recipe: &TwinRecipe,
+    before: Option<&Twin>,
+) -> Result<PersonTwin, TwinError> {
+    if let Some(twin) = before.filter(|twin| twin.card.person_id != person.id) {
+        return Err(TwinError::OtherPerson {
+            person: person.id.clone(),
+            twin: twin.card.person_id.clone(),
+        });
+    }
+    let cut = PersonWindows::new(index, person, &recipe.protocol)?;
+    let result = match cut.excluded {
+        Some(reason) => Err(reason),
+        None => Ok(train_person(index, person, &cut, recipe, before)?),
+    };
+    Ok(PersonTwin {
+        person_id: person.id.clone(),
+        windows_train: cut.train.len(),
+        windows_test: cut.test.len(),
+        result,
+    })
+}
+
+fn train_person(
+    index: usize,
+    person: &Person,
+    cut: &PersonWindows,
+    recipe: &TwinRecipe,
+    before: Option<&Twin>,
+) -> Result<BuiltTwin, TwinError> {
+    let scaler = match before {
+        Some(twin) => twin.heart_rate_scaler,
+        None => fit_heart_rate(cut)?,
+    };
+    let (windows, not_at_rest) = prepare(person, cut, &cut.train, recipe, scaler.as_ref())?;
+    let (held_out, _) = prepare(person, cut, &cut.held_out, recipe, scaler.as_ref())?;
+    let mut seeds = ChaCha8Rng::seed_from_u64(recipe.seed);
+    seeds.set_stream(index as u64);
+    let (weights_seed, order_seed) = (seeds.random(), seeds.random());
+    let start = match before {
+        Some(twin) => twin.residual.clone(),
+        None => ResidualNetwork::untrained(weights_seed),
+    };
+    let trained = train(&recipe.population, start, &windows, &held_out, &recipe.plan, order_seed)?;
+    let card = TwinCard {
+        person_id: person.id.clone(),
+        origin: match before {
+            Some(_) => "trained further on new days of the person's record".to_owned(),
+            None => "trained on the person's record".to_owned(),
+        },
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        training_data_sha256: Some(windows_fingerprint(&windows)),
+        training: Some(json!({
+            "plan": recipe.plan,
+            "training_days": recipe.protocol.training_days,
+            "held_out_days": recipe.protocol.held_out_days,
+            "window_steps": recipe.protocol.training.len,
+            "window_overlap": recipe.protocol.training.overlap,
+            "start": recipe.protocol.start,
+            "windows": windows.len(),
+            "held_out_windows": held_out.len(),
+            "kept_epoch": trained.kept,
+            "seed": recipe.seed,
+            "stream": index,
+        })),
+    };
+    let missing = MissingContext::count(windows.iter().flat_map(PreparedWindow::inputs));
+    let twin = Twin {
+        population: Arc::clone(&recipe.population),
+        residual: trained.network.clone(),
+        heart_rate_scaler: scaler,
+        inputs: recipe.inputs,
+        card,
+    };
+    Ok(BuiltTwin { twin, trained, missing, not_at_rest })
+}
+
+/// Median and interquartile range over the steps that some training window holds, each once.
+fn fit_heart_rate(cut: &PersonWindows) -> Result<Option<HeartRateScaler>, TwinError> {
+    let mut covered = vec![false; cut.inputs.len()];
+    for window in &cut.train {
+        covered[window.range()].fill(true);
+    }
+    let rates = cut.inputs.iter().zip(covered).filter(|(_, covered)| *covered);
+    HeartRateScaler::fit(rates.filter_map(|(input, _)| input.context.heart_rate_over_baseline))
+}
+
+/// Windows made ready, and how many starts are not at rest.
+fn prepare(
+    person: &Person,
+    cut: &PersonWindows,
+    windows: &[Window],
+    recipe: &TwinRecipe,
+    scaler: Option<&HeartRateScaler>,
+) -> Result<(Vec<PreparedWindow>, usize), TwinError> {
+    let steps: Vec<usize> = windows.iter().map(|w| w.start).collect();
+    let starts = window_starts(
+        &*recipe.population,
+        person,
+        &cut.inputs,
+        &steps,
+        recipe.protocol.start,
+        cut.mean_basal,
+    )?;
+    let prepared: Result<Vec<PreparedWindow>, TwinError> = windows
+        .iter()
+        .zip(starts.states)
+        .map(|(window, start)| {
+            PreparedWindow::new(
+                &recipe.population,
+                inputs_within(&cut.inputs, window).to_vec(),
+                &measured(person, window)?,
+                start,
+                scaler,
+                recipe.inputs,
+            )
+        })
+        .collect();
+    Ok((prepared?, starts.not_at_rest))
+}

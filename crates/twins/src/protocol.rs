@@ -1,0 +1,125 @@
+//! How a person's record is cut into training and test windows.
+
+use cohort::{MissingDoses, Person, Window, WindowRule, split_by_time, windows};
+use physiology::{STEPS_PER_DAY, StepInput, UnitsPerHour};
+
+use crate::error::TwinError;
+use crate::exclusion::{Exclusion, Part, without_doses};
+use crate::start::WindowStart;
+
+/// How records are cut and windows started.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Protocol {
+    /// Days that train, from the first step of the record.
+    pub training_days: usize,
+    /// The last of the training days, held out to choose an epoch; 0 for none.
+    pub held_out_days: usize,
+    /// How training windows are cut.
+    pub training: WindowRule,
+    /// How test windows are cut.
+    pub test: WindowRule,
+    /// Where a window's simulation starts, in training and test alike.
+    pub start: WindowStart,
+    /// Fewest complete windows in either part.
+    pub least_windows: usize,
+}
+
+impl Protocol {
+    /// The paper: two weeks train, the rest tests; 5-hour windows with 90 % overlap in training,
+    /// complete readings and doses. Test windows follow each other without overlap, and windows
+    /// start from carried states: the paper leaves the first open and describes the second for
+    /// training. At least 10 windows in either part, so that a person's averages mean something.
+    #[must_use]
+    pub const fn paper() -> Self {
+        Self {
+            training_days: cohort::TRAINING_DAYS,
+            held_out_days: 0,
+            training: WindowRule::TRAINING,
+            test: WindowRule::EVALUATION,
+            start: WindowStart::Carried,
+            least_windows: 10,
+        }
+    }
+
+    /// As [`paper`](Self::paper), with the last two of the training days held out to choose an
+    /// epoch, for [`TrainingPlan::quick`](crate::TrainingPlan::quick).
+    #[must_use]
+    pub const fn quick() -> Self {
+        Self { held_out_days: 2, ..Self::paper() }
+    }
+}
+
+/// A person's record, cut.
+#[derive(Debug, Clone)]
+pub struct PersonWindows {
+    /// Inputs of every step of the record; doses that are not recorded are zero and lie outside
+    /// the windows.
+    pub inputs: Vec<StepInput>,
+    /// Windows that train.
+    pub train: Vec<Window>,
+    /// Windows of the training days that choose an epoch.
+    pub held_out: Vec<Window>,
+    /// Windows that test.
+    pub test: Vec<Window>,
+    /// Mean of the recorded basal rates over the training days; 0 if none is recorded.
+    pub mean_basal: UnitsPerHour,
+    /// Why the person is left out, if so.
+    pub excluded: Option<Exclusion>,
+}
+
+impl PersonWindows {
+    /// Cuts the record of the person with this index.
+    ///
+    /// # Errors
+    /// [`TwinError::Cohort`] if a value of the record is not finite or a rule cannot be.
+    pub fn new(index: usize, person: &Person, protocol: &Protocol) -> Result<Self, TwinError> {
+        let record = &person.record;
+        let split = split_by_time(record, protocol.training_days);
+        let held_out_steps = protocol.held_out_days * STEPS_PER_DAY;
+        let boundary = match protocol.held_out_days {
+            0 => split.train.end,
+            _ => split.train.end.saturating_sub(held_out_steps),
+        };
+        let cut = |range, rule| windows(index, record, range, rule);
+        let train = cut(0..boundary, &protocol.training)?;
+        let held_out = cut(boundary..split.train.end, &protocol.training)?;
+        let test = cut(split.test.clone(), &protocol.test)?;
+        let inputs = person.inputs(0..record.len(), MissingDoses::Zero)?;
+
+        let basal: Vec<f64> =
+            record.basal()[split.train.clone()].iter().copied().flatten().collect();
+        let mean_basal = match basal.len() {
+            0 => 0.0,
+            n => basal.iter().sum::<f64>() / n as f64,
+        };
+        let needed = protocol.least_windows.max(1);
+        let few = |part, found: usize| {
+            (found < needed).then_some(Exclusion::TooFewWindows { part, found, needed })
+        };
+        let excluded = without_doses(person, &split.train, &split.test)
+            .or_else(|| few(Part::Training, train.len()))
+            .or_else(|| few(Part::Test, test.len()));
+        let mean_basal = UnitsPerHour(mean_basal);
+        Ok(Self { inputs, train, held_out, test, mean_basal, excluded })
+    }
+}
+
+/// Measured glucose of a window, mg/dL, one value a step.
+///
+/// # Errors
+/// [`TwinError::NoReading`] if one is missing or not finite.
+pub(crate) fn measured(person: &Person, window: &Window) -> Result<Vec<f64>, TwinError> {
+    let missing = |step| TwinError::NoReading { person: person.id.clone(), step };
+    window
+        .range()
+        .map(|step| match person.record.cgm().get(step) {
+            Some(Some(glucose)) if glucose.is_finite() => Ok(*glucose),
+            _ => Err(missing(step)),
+        })
+        .collect()
+}
+
+/// Inputs between the first and the last reading of a window: one fewer than readings.
+pub(crate) fn inputs_within<'a>(inputs: &'a [StepInput], window: &Window) -> &'a [StepInput] {
+    &inputs[window.start..window.start + window.len - 1]
+}
