@@ -19,6 +19,7 @@
 //! # Ok::<(), ode_sim::OdeError>(())
 //! ```
 
+pub mod development_set;
 pub mod dosing;
 pub mod equations;
 mod error;
@@ -26,15 +27,19 @@ pub mod exercise;
 pub mod gut;
 mod integrator;
 mod linearised;
+pub mod meal_day;
 mod parameters;
 mod plant;
 pub mod population;
+pub mod pump;
 mod random;
 pub mod rescue;
+pub mod sensor;
 mod state;
 pub mod steady_state;
 pub mod vpp_scenario;
 
+pub use development_set::{DevelopmentPlan, DevelopmentSet};
 pub use dosing::BolusCalculator;
 pub use equations::EgpMode;
 pub use error::OdeError;
@@ -44,6 +49,8 @@ pub use integrator::Integrator;
 pub use parameters::{OdeParameters, T1D_SENSITIVITY_FACTOR};
 pub use plant::OdePlant;
 pub use population::{VirtualPerson, population};
+pub use pump::{Pump, Pumped};
 pub use rescue::RescueCarbs;
+pub use sensor::{Sensor, SensorModel};
 pub use state::{OdeMatrix, OdeState, OdeVector, slot};
 pub use steady_state::SteadyState;

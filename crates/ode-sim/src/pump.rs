@@ -1,0 +1,160 @@
+//! Insulin pumps deliver in whole increments; this turns what was ordered into what is given.
+
+use physiology::{InputSource, MgPerDl, STEP, StepInput, Units};
+
+use crate::error::OdeError;
+
+/// Smallest amount that common pumps deliver (Omnipod, Tandem, Medtronic).
+pub const INCREMENT: Units = Units(0.05);
+
+/// An order is a whole number of increments if it misses one by no more than this share of an
+/// increment: doses such as 0.15 U are not representable exactly.
+const ROUNDING: f64 = 1e-9;
+
+/// A pump with what it still owes of the basal rate.
+///
+/// Basal accrues and is given in whole increments as soon as one is due, so that what was given and
+/// what is owed add up to what was ordered. A bolus is given rounded to the nearest increment, as
+/// the pump's own display would have it ordered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pump {
+    increment: Units,
+    owed: f64,
+}
+
+impl Pump {
+    /// A pump that delivers in steps of `increment` and owes nothing.
+    ///
+    /// # Errors
+    /// [`OdeError::Argument`] for an increment that is not a positive number.
+    pub fn new(increment: Units) -> Result<Self, OdeError> {
+        if !(increment.0.is_finite() && increment.0 > 0.0) {
+            let (name, value) = ("pump increment, U", increment.0);
+            return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
+        }
+        Ok(Self { increment, owed: 0.0 })
+    }
+
+    /// Basal insulin that was ordered and not given yet; less than one increment.
+    #[must_use]
+    pub fn owed(&self) -> Units {
+        Units(self.owed)
+    }
+
+    /// What the pump gives within a step of 5 min for which `ordered` was programmed.
+    ///
+    /// Everything but basal and bolus is passed on.
+    ///
+    /// # Errors
+    /// [`OdeError::Argument`] for a basal rate or bolus that is negative or not finite.
+    pub fn deliver(&mut self, ordered: &StepInput) -> Result<StepInput, OdeError> {
+        for (name, value) in [("basal rate, U/h", ordered.basal.0), ("bolus, U", ordered.bolus.0)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(OdeError::Argument {
+                    name,
+                    value,
+                    requirement: "zero or more, finite",
+                });
+            }
+        }
+        let accrued = self.owed + ordered.basal.during(STEP).0;
+        let basal = self.increment.0 * (accrued / self.increment.0 + ROUNDING).floor();
+        self.owed = (accrued - basal).max(0.0);
+        let bolus = self.rounded(ordered.bolus);
+        Ok(StepInput { basal: Units(basal).over(STEP), bolus, ..*ordered })
+    }
+
+    /// A bolus in whole increments, the nearest.
+    #[must_use]
+    pub fn rounded(&self, bolus: Units) -> Units {
+        Units(self.increment.0 * (bolus.0 / self.increment.0).round())
+    }
+}
+
+/// Passes the inputs of a source through a pump.
+///
+/// Ends the simulation where the source orders what no pump can give; [`Pumped::error`] then tells.
+#[derive(Debug, Clone)]
+pub struct Pumped<S> {
+    source: S,
+    pump: Pump,
+    error: Option<OdeError>,
+}
+
+impl<S> Pumped<S> {
+    /// Delivers the insulin of `source` through `pump`.
+    #[must_use]
+    pub fn new(source: S, pump: Pump) -> Self {
+        Self { source, pump, error: None }
+    }
+
+    /// The pump as it stands.
+    #[must_use]
+    pub fn pump(&self) -> &Pump {
+        &self.pump
+    }
+
+    /// Why the simulation was ended, if the pump ended it.
+    #[must_use]
+    pub fn error(&self) -> Option<&OdeError> {
+        self.error.as_ref()
+    }
+}
+
+impl<S: InputSource> InputSource for Pumped<S> {
+    fn next(&mut self, step: usize, glucose: MgPerDl) -> Option<StepInput> {
+        let ordered = self.source.next(step, glucose)?;
+        match self.pump.deliver(&ordered) {
+            Ok(delivered) => Some(delivered),
+            Err(error) => {
+                self.error = Some(error);
+                None
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use physiology::{OpenLoop, UnitsPerHour};
+
+    fn pump() -> Pump {
+        Pump::new(INCREMENT).expect("the increment is positive")
+    }
+
+    #[test]
+    fn a_rate_below_one_increment_a_step_is_given_now_and_then() {
+        let mut pump = pump();
+        let ordered = StepInput { basal: UnitsPerHour(0.2), ..StepInput::default() };
+        let given: Vec<f64> =
+            (0..12).map(|_| pump.deliver(&ordered).expect("a rate").basal.during(STEP).0).collect();
+        // 0.2 U/h is an increment every 15 min.
+        for (step, amount) in given.iter().enumerate() {
+            let expected = if step % 3 == 2 { 0.05 } else { 0.0 };
+            assert!((amount - expected).abs() < 1e-12, "step {step}"); // rounding
+        }
+    }
+
+    #[test]
+    fn boluses_are_rounded_to_the_nearest_increment() {
+        // (ordered, given)
+        for (ordered, given) in [(0.0, 0.0), (0.02, 0.0), (0.03, 0.05), (0.15, 0.15), (3.33, 3.35)]
+        {
+            let rounded = pump().rounded(Units(ordered)).0;
+            assert!((rounded - given).abs() < 1e-12, "{ordered} U gave {rounded} U"); // rounding
+        }
+    }
+
+    #[test]
+    fn what_no_pump_can_give_ends_the_simulation_and_is_told() {
+        let inputs =
+            [StepInput::default(), StepInput { bolus: Units(-1.0), ..StepInput::default() }];
+        let mut source = Pumped::new(OpenLoop::new(&inputs), pump());
+        assert!(source.next(0, MgPerDl(100.0)).is_some());
+        assert!(source.error().is_none());
+        assert!(source.next(1, MgPerDl(100.0)).is_none());
+        assert!(source.error().is_some());
+        assert!(Pump::new(Units(0.0)).is_err());
+    }
+}

@@ -1,0 +1,142 @@
+//! The development set: size, coverage, split, additional weeks, independence of threads.
+
+use std::collections::HashSet;
+
+use ode_sim::development_set::{Origin, STEPS_PER_WEEK, Subset, Week};
+use ode_sim::{DevelopmentPlan, DevelopmentSet, OdeError};
+use physiology::Plant;
+
+fn quick() -> DevelopmentSet {
+    DevelopmentSet::new(DevelopmentPlan::quick(11)).expect("the quick plan is large enough")
+}
+
+#[test]
+fn the_papers_plan_has_323_400_days() {
+    let plan = DevelopmentPlan::paper(0);
+    assert_eq!(plan.days(), 323_400);
+    assert_eq!(plan.combinations(), 36_000);
+    let set = DevelopmentSet::new(plan).expect("the paper's plan");
+    let shares: Vec<usize> = Subset::ALL.iter().map(|s| set.pool_of(*s).len()).collect();
+    assert_eq!(shares, [600, 200, 200]);
+    let last = set.week(set.len() - 1).expect("the last week");
+    assert_eq!(last.inputs.len(), STEPS_PER_WEEK);
+}
+
+#[test]
+fn combinations_cover_every_start_delay_and_dose_of_every_meal_week() {
+    let set = quick();
+    let plan = set.plan().clone();
+    let weeks: Vec<Week> = (0..plan.combinations()).map(|k| set.week(k).expect("week")).collect();
+    let kinds: HashSet<String> = weeks
+        .iter()
+        .map(|w| format!("{:?} {} {} {}", w.meal_days, w.initial_glucose, w.delay, w.dose_factor))
+        .collect();
+    assert_eq!(kinds.len(), plan.combinations(), "no combination occurs twice");
+    for week in &weeks {
+        assert_eq!(week.origin, Origin::Combination);
+        let start = set.plant().glucose(&week.initial);
+        assert!((start.0 - week.initial_glucose.0).abs() < 1e-9, "rounding of the unit conversion");
+    }
+}
+
+#[test]
+fn boluses_follow_meals_by_the_delay_and_scale_with_the_dose() {
+    let set = quick();
+    for index in 0..set.plan().combinations() {
+        let week = set.week(index).expect("week");
+        for (step, input) in week.inputs.iter().enumerate() {
+            let carbs = step.checked_sub(week.delay).map_or(0.0, |s| week.inputs[s].carbs.0);
+            let ratio = week.inputs[step].bolus.0 / carbs;
+            // The nominal person's ratio is near 13 g/U; every bolus has exactly one meal behind it.
+            assert_eq!(carbs > 0.0, input.bolus.0 > 0.0, "week {index}, step {step}");
+            assert!(carbs == 0.0 || (0.05..0.12).contains(&ratio), "ratio {ratio}");
+        }
+    }
+}
+
+#[test]
+fn no_daily_meal_scenario_lies_in_two_subsets() {
+    let set = quick();
+    let mut seen = HashSet::new();
+    for week in set.iter() {
+        let week = week.expect("week");
+        assert!(week.meal_days.iter().all(|day| set.pool_of(week.subset).contains(day)));
+        assert_eq!(week.meal_days.iter().collect::<HashSet<_>>().len(), 7, "seven different days");
+        seen.insert(week.subset);
+    }
+    assert_eq!(seen.len(), 3, "all subsets occur");
+    let pools = Subset::ALL.map(|s| set.pool_of(s));
+    assert!(pools[0].end == pools[1].start && pools[1].end == pools[2].start, "no overlap");
+}
+
+#[test]
+fn additional_weeks_are_low_and_high_enough() {
+    let set = quick();
+    let first = set.plan().combinations();
+    for (week, run) in set.simulate(first..set.len()).expect("additional weeks") {
+        let shares = set.time_shares(&run);
+        match week.origin {
+            Origin::AdditionalLow => assert!(shares.below_70 > 0.2, "{shares:?}"),
+            Origin::AdditionalHigh => assert!(shares.above_250 > 0.4, "{shares:?}"),
+            Origin::Combination => panic!("week {} is not a combination", week.index),
+        }
+        let lowest = run.states.iter().map(|x| set.plant().glucose(x).0).fold(f64::MAX, f64::min);
+        assert!(lowest > 0.0, "glucose stays positive: {lowest}");
+    }
+}
+
+#[test]
+fn weeks_do_not_depend_on_threads_or_order() {
+    let set = quick();
+    let run_on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| set.simulate(0..set.len())).expect("weeks")
+    };
+    let (one, three) = (run_on(1), run_on(3));
+    assert_eq!(one.len(), set.len());
+    for ((a, run_a), (b, run_b)) in one.iter().zip(&three) {
+        assert_eq!(a, b);
+        assert_eq!(run_a.states, run_b.states);
+    }
+    let again = quick().week(set.len() - 1).expect("week");
+    assert_eq!(again, one[set.len() - 1].0, "made alone, by a set of the same plan");
+    let other = DevelopmentSet::new(DevelopmentPlan::quick(12)).expect("plan");
+    assert_ne!(other.week(0).expect("week").inputs, one[0].0.inputs, "another seed");
+}
+
+#[test]
+fn initial_glucose_has_the_papers_mean_and_spread() {
+    let plan = DevelopmentPlan {
+        meal_weeks: 400,
+        starts_per_week: 5,
+        delays: vec![0],
+        dose_factors: vec![1.0],
+        additional_weeks: 0,
+        ..DevelopmentPlan::quick(3)
+    };
+    let set = DevelopmentSet::new(plan).expect("plan");
+    let values: Vec<f64> = set.iter().map(|w| w.expect("week").initial_glucose.0).collect();
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    // Four standard errors of 2000 draws; the range cuts half a percent off the tails.
+    assert!((mean - 156.0).abs() < 4.5, "{mean}");
+    assert!((sd - 45.0).abs() < 3.5, "{sd}");
+}
+
+#[test]
+fn plans_that_cannot_be_are_refused() {
+    let base = DevelopmentPlan::quick(1);
+    let cases = [
+        DevelopmentPlan { meal_days: 34, ..base.clone() },
+        DevelopmentPlan { meal_weeks: 4, ..base.clone() },
+        DevelopmentPlan { delays: vec![], ..base.clone() },
+        DevelopmentPlan { delays: vec![288], ..base.clone() },
+        DevelopmentPlan { dose_factors: vec![-0.5], ..base.clone() },
+        DevelopmentPlan { dose_factors: vec![f64::NAN], ..base },
+    ];
+    for plan in cases {
+        assert!(matches!(DevelopmentSet::new(plan), Err(OdeError::Argument { .. })));
+    }
+    assert!(quick().week(quick().len()).is_err());
+}
