@@ -156,4 +156,10 @@ pub enum ModelError {
     /// A tensor operation failed.
     #[error("tensor operation: {0}")]
     Tensor(#[from] candle_core::Error),
+    /// A weight file is not readable.
+    #[error("weight file: {problem}; expected a population.safetensors of this project")]
+    WeightFile {
+        /// What is wrong with it.
+        problem: String,
+    },
 }

@@ -16,6 +16,7 @@ mod per_compartment;
 mod population;
 mod scaler;
 pub mod training;
+mod weight_file;
 mod widths;
 mod wiring;
 
