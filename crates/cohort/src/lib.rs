@@ -4,6 +4,8 @@
 //! - [`Cohort`], [`Person`], [`Record`]: the data in memory, missing values marked as missing.
 //! - [`read_folder`], [`write_folder`]: the canonical folder (`people.csv` with `records.csv` or
 //!   `records.parquet`).
+//! - [`import`]: other people's formats, with an [`ImportReport`] that closes its sums.
+//! - [`findings`], [`StraightLines`], [`MassBalance`]: what looks wrong, and what a day adds up to.
 //! - [`Person::inputs`]: a person's columns as the inputs of a plant.
 //! - [`windows`], [`split_by_time`], [`split_by_person`]: what is trained on and what is held out.
 //!
@@ -12,20 +14,31 @@
 
 mod error;
 mod folder;
+mod import;
 mod inputs;
+mod mass_balance;
 mod person;
+mod plausibility;
 mod range;
 mod record;
 mod resting_heart_rate;
 mod split;
+mod straight_lines;
 mod text_table;
+mod wall_clock;
 mod window;
 
 pub use error::{CohortError, Place};
 pub use folder::{RecordsFormat, read_folder, write_folder};
+pub use import::{
+    Import, ImportFormat, ImportReport, Inference, Note, PersonImport, Totals, import,
+};
 pub use inputs::MissingDoses;
+pub use mass_balance::MassBalance;
 pub use person::{Cohort, Person, Therapy};
+pub use plausibility::{Finding, findings};
 pub use record::{Channel, Record};
 pub use resting_heart_rate::{RestRule, RestingHeartRate};
 pub use split::{PersonSplit, TRAINING_DAYS, TimeSplit, split_by_person, split_by_time};
+pub use straight_lines::StraightLines;
 pub use window::{DoseRule, Window, WindowRule, windows};

@@ -6,7 +6,7 @@ use crate::record::Channel;
 
 /// Median below which a glucose column can only be mmol/L, in its own numbers: 35 mg/dL is not
 /// survived, 35 mmol/L is beyond every sensor.
-const MMOL_MEDIAN: f64 = 35.0;
+pub(crate) const MMOL_MEDIAN: f64 = 35.0;
 
 /// A value outside its column's range.
 #[derive(Debug, Clone, Copy, PartialEq)]

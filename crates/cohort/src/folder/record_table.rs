@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use chrono::{DateTime, NaiveDate, NaiveDateTime};
+use chrono::{DateTime, NaiveDateTime};
 use polars::prelude::{
     DataFrame, DataType, Float64Chunked, Int64Chunked, ParquetReader, PolarsError, SerReader,
     StringChunked, TimeUnit,
@@ -15,6 +15,7 @@ use crate::error::{CohortError, Place};
 use crate::person::is_person_id;
 use crate::record::Channel;
 use crate::text_table::{TextTable, read_bytes, shorten};
+use crate::wall_clock::parse_iso;
 
 pub(super) const PERSON_ID: &str = "person_id";
 pub(super) const TIME: &str = "time";
@@ -106,7 +107,7 @@ impl RecordTable {
                 for i in 0..table.height() {
                     let time = times
                         .text(i)
-                        .and_then(parse_time)
+                        .and_then(parse_iso)
                         .ok_or_else(|| times.wrong(i, TIME_EXPECTED))?;
                     see(i, person_id(&people, i)?, time)?;
                 }
@@ -125,7 +126,7 @@ impl RecordTable {
                     let time = match &table.time {
                         ParquetTime::Text(cells) => cells
                             .get(i)
-                            .and_then(parse_time)
+                            .and_then(parse_iso)
                             .ok_or_else(|| wrong(TIME, cells.get(i).unwrap_or(""), TIME_EXPECTED)),
                         ParquetTime::Epoch(cells, unit) => cells
                             .get(i)
@@ -228,23 +229,6 @@ impl ParquetTable {
 
 fn broken(error: PolarsError) -> CohortError {
     CohortError::Table { file: RECORDS_PARQUET.into(), reason: error.to_string() }
-}
-
-/// Reads `YYYY-MM-DDTHH:MM:SS`, and nothing else.
-fn parse_time(text: &str) -> Option<NaiveDateTime> {
-    let bytes = text.as_bytes();
-    let shape = b"dddd-dd-ddTdd:dd:dd";
-    let fits = bytes.len() == shape.len()
-        && bytes.iter().zip(shape).all(|(byte, mark)| match mark {
-            b'd' => byte.is_ascii_digit(),
-            mark => byte == mark,
-        });
-    if !fits {
-        return None;
-    }
-    let digits = |range: std::ops::Range<usize>| text[range].parse::<u32>().ok();
-    NaiveDate::from_ymd_opt(i32::try_from(digits(0..4)?).ok()?, digits(5..7)?, digits(8..10)?)?
-        .and_hms_opt(digits(11..13)?, digits(14..16)?, digits(17..19)?)
 }
 
 fn epoch(value: i64, unit: TimeUnit) -> Option<NaiveDateTime> {

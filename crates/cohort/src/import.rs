@@ -1,0 +1,72 @@
+//! Other people's formats, read into a cohort with an account of everything that was inferred,
+//! changed or left out.
+//!
+//! Each importer keeps the column names of its format to itself and converts units at one place.
+
+use std::path::Path;
+
+use crate::error::CohortError;
+use crate::person::Cohort;
+
+mod files;
+mod hupa_ucm;
+mod hupa_units;
+mod report;
+mod t1d_uom;
+mod t1dsim;
+
+pub use report::{ImportReport, Inference, Note, PersonImport, Totals};
+
+/// A format that can be imported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImportFormat {
+    /// `HUPA*.csv` of the HUPA-UCM study (doi:10.17632/3hbcscwz44.1): a file or a folder of them.
+    HupaUcm,
+    /// Folders of events of the T1D-UOM study (doi:10.5281/zenodo.15169263).
+    T1dUom,
+    /// `example_subject*.csv` of T1DSim_AI: a file or a folder of them.
+    T1dSim,
+}
+
+impl ImportFormat {
+    /// Every format.
+    pub const ALL: [Self; 3] = [Self::HupaUcm, Self::T1dUom, Self::T1dSim];
+
+    /// The format's name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::HupaUcm => "hupa-ucm",
+            Self::T1dUom => "t1d-uom",
+            Self::T1dSim => "t1dsim",
+        }
+    }
+
+    /// The format of a name, `None` for a name that is none of them.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+}
+
+/// A cohort and the account of how it was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Import {
+    /// The people.
+    pub cohort: Cohort,
+    /// What was inferred, changed and left out.
+    pub report: ImportReport,
+}
+
+/// Reads foreign files.
+///
+/// # Errors
+/// If `source` is not in the format, or a file of it cannot be read; the error names file, row and
+/// column. What can be read but looks wrong is a note or a finding of the report instead.
+pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError> {
+    match format {
+        ImportFormat::HupaUcm => hupa_ucm::import(source),
+        ImportFormat::T1dUom => t1d_uom::import(source),
+        ImportFormat::T1dSim => t1dsim::import(source),
+    }
+}

@@ -1,0 +1,253 @@
+//! The T1D-UOM study (doi:10.5281/zenodo.15169263): folders of irregular events, a file a person
+//! and kind.
+//!
+//! Glucose is in mmol/L, times are `DD/MM/YYYY HH:MM`, some files begin with a byte-order mark.
+//! The record of a person is the span in which glucose and insulin are both recorded; what lies
+//! outside is counted in the notes, and its doses in the totals. Heart rate is not imported: the
+//! study's five-minute heart rate (`UoM*sleep*.csv`) has no times that can be aligned.
+
+use std::path::{Path, PathBuf};
+
+use chrono::{DateTime, NaiveDateTime};
+
+use super::report::{Imported, Inference, Notes, assemble};
+use crate::error::{CohortError, Place};
+use crate::person::{Person, Therapy, is_person_id};
+use crate::record::{Channel, MAX_DAYS, Record};
+use crate::text_table::TextTable;
+
+mod events;
+mod glucose;
+mod insulin;
+mod nutrition;
+mod watch;
+
+const FORMAT: &str = "t1d-uom";
+const GLUCOSE: &str = "Glucose Data";
+const BASAL: &str = "Insulin Data/Basal Data";
+const BOLUS: &str = "Insulin Data/Bolus Data";
+const NUTRITION: &str = "Nutrition Data";
+const ACTIVITY: &str = "Activity Data";
+const SLEEP: &str = "Sleep Data";
+
+/// Reads the study's folder.
+pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    let people =
+        people(source)?.iter().map(|id| person(source, id)).collect::<Result<Vec<_>, _>>()?;
+    let days_are = "the span in which glucose and insulin are both recorded";
+    Ok(assemble(FORMAT, days_are, people))
+}
+
+/// The people who have a glucose file, in order.
+fn people(source: &Path) -> Result<Vec<String>, CohortError> {
+    let folder = source.join(GLUCOSE);
+    if !folder.is_dir() {
+        return Err(CohortError::WrongLayout {
+            file: source.display().to_string(),
+            expected: FORMAT,
+            reason: format!("no folder '{GLUCOSE}'"),
+        });
+    }
+    let mut people: Vec<String> = file_names(&folder)?
+        .iter()
+        .filter_map(|name| name.strip_prefix("UoMGlucose")?.strip_suffix(".csv"))
+        .filter(|id| is_person_id(id))
+        .map(str::to_owned)
+        .collect();
+    people.sort();
+    if people.is_empty() {
+        return Err(CohortError::WrongLayout {
+            file: folder.display().to_string(),
+            expected: FORMAT,
+            reason: "no file named UoMGlucose*.csv".into(),
+        });
+    }
+    Ok(people)
+}
+
+fn file_names(folder: &Path) -> Result<Vec<String>, CohortError> {
+    let failed =
+        |source| CohortError::Io { file: folder.display().to_string(), action: "read", source };
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        names.push(entry.map_err(failed)?.file_name().to_string_lossy().into_owned());
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The notes and inferences of one person while their files are read.
+pub(super) struct Account<'a> {
+    id: &'a str,
+    notes: Notes,
+    inferences: Vec<Inference>,
+}
+
+impl Account<'_> {
+    fn note(&mut self, place: Place, what: &str, count: usize) {
+        self.notes.add_many(self.id, place, what, count);
+    }
+
+    fn infer(&mut self, place: Place, conclusion: &str, evidence: String) {
+        let person = self.id.into();
+        self.inferences.push(Inference { person, place, conclusion: conclusion.into(), evidence });
+    }
+}
+
+fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
+    let mut account = Account { id, notes: Notes::default(), inferences: Vec::new() };
+    // The name for messages carries the sub-folder.
+    let table = |folder: &str, file: String| -> Result<Option<TextTable>, CohortError> {
+        let path: PathBuf = source.join(folder).join(&file);
+        if !path.exists() {
+            return Ok(None);
+        }
+        TextTable::read(&path, &format!("{folder}/{file}"), b',').map(Some)
+    };
+    let readings = match table(GLUCOSE, format!("UoMGlucose{id}.csv"))? {
+        Some(table) => glucose::read(&table, &mut account)?,
+        None => {
+            return Err(CohortError::MissingFile {
+                file: format!("{GLUCOSE}/UoMGlucose{id}.csv"),
+                remedy: "restore it".into(),
+            });
+        }
+    };
+    let basal_table = table(BASAL, format!("UoMBasal{id}.csv"))?;
+    let basal =
+        basal_table.as_ref().map(|table| insulin::basal(table, &mut account)).transpose()?;
+    let bolus_table = table(BOLUS, format!("UoMBolus{id}.csv"))?;
+    let bolus =
+        bolus_table.as_ref().map(|table| insulin::bolus(table, &mut account)).transpose()?;
+    let meals_table = table(NUTRITION, format!("UoMNutrition{id}.csv"))?;
+    let meals =
+        meals_table.as_ref().map(|table| nutrition::read(table, &mut account)).transpose()?;
+    let activity = table(ACTIVITY, format!("UoMActivity{id}.csv"))?;
+    let sleep = table(SLEEP, format!("UoM{id}sleeptime.csv"))?;
+    for (folder, missing, what) in [
+        (BASAL, basal.is_none(), "no basal file: basal_u_h is missing"),
+        (BOLUS, bolus.is_none(), "no bolus file: bolus_u is missing"),
+        (NUTRITION, meals.is_none(), "no nutrition file: carbs_g is missing"),
+        (ACTIVITY, activity.is_none(), "no activity file: steps is missing"),
+        (SLEEP, sleep.is_none(), "no sleep file: sleep_efficiency is missing"),
+    ] {
+        account.note(Place::file(folder), what, usize::from(missing));
+    }
+    refuse_heart_rate(source, &mut account)?;
+
+    let span = span(&readings, basal.as_ref(), bolus.as_ref(), &mut account)?;
+    let mut record = Record::new(time_of(span.first), span.len())?;
+    let mut totals = Vec::new();
+    readings.place(&span, &mut record, &mut account);
+    let therapy = match &basal {
+        Some(basal) => {
+            totals.push(basal.place(&span, &mut record, &mut account));
+            basal.therapy(&mut account)
+        }
+        None => Therapy::Unknown,
+    };
+    if let Some(bolus) = &bolus {
+        totals.push(bolus.place(&span, &mut record, &mut account, Channel::Bolus, "U"));
+        insulin::silence_between(&mut record, basal.is_some());
+    }
+    if let Some(meals) = &meals {
+        totals.push(nutrition::place(meals, &span, &mut record, &mut account));
+    }
+    let worn = match &activity {
+        Some(table) => watch::steps(table, &span, &mut record, &mut account)?,
+        None => vec![false; span.len()],
+    };
+    if let Some(table) = &sleep {
+        watch::sleep(table, &span, &worn, &mut record, &mut account)?;
+    }
+    account.note(Place::file(id), "no heart rate, set changes or weight", 1);
+    let Account { notes, inferences, .. } = account;
+    let person = Person { id: id.into(), weight: None, therapy, heart_rate_baseline: None, record };
+    Ok(Imported { person, totals, inferences, notes })
+}
+
+/// Names the heart-rate files that are left alone.
+fn refuse_heart_rate(source: &Path, account: &mut Account<'_>) -> Result<(), CohortError> {
+    let folder = source.join(SLEEP);
+    if !folder.is_dir() {
+        return Ok(());
+    }
+    for name in file_names(&folder)? {
+        let of_person = name.contains(account.id) && name.ends_with(".csv");
+        if of_person && !name.ends_with("sleeptime.csv") {
+            account.note(
+                Place::file(format!("{SLEEP}/{name}")),
+                "five-minute heart rate whose times are not aligned with the rest: refused",
+                1,
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Steps counted from 1970-01-01, first and one past the last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Span {
+    first: i64,
+    end: i64,
+}
+
+impl Span {
+    fn len(&self) -> usize {
+        usize::try_from(self.end - self.first).unwrap_or(0)
+    }
+
+    /// The step of the record, `None` outside.
+    fn index(&self, step: i64) -> Option<usize> {
+        (self.first..self.end).contains(&step).then(|| usize::try_from(step - self.first).ok())?
+    }
+}
+
+/// The step that holds a time.
+fn step_of(time: NaiveDateTime) -> i64 {
+    time.and_utc().timestamp().div_euclid(300)
+}
+
+/// Start of a step.
+fn time_of(step: i64) -> NaiveDateTime {
+    DateTime::from_timestamp(step * 300, 0).unwrap_or_default().naive_utc()
+}
+
+/// The span in which glucose and insulin are both recorded; glucose alone without insulin files.
+fn span(
+    readings: &glucose::Readings,
+    basal: Option<&insulin::Basal>,
+    bolus: Option<&events::Events>,
+    account: &mut Account<'_>,
+) -> Result<Span, CohortError> {
+    let cgm = readings.span();
+    // Where the pump's rates are recorded its boluses are too; without rates the boluses tell.
+    let insulin = basal.and_then(insulin::Basal::span).or_else(|| bolus?.span());
+    let span = match insulin {
+        Some(insulin) => {
+            Span { first: cgm.first.max(insulin.first), end: cgm.end.min(insulin.end) }
+        }
+        None => cgm,
+    };
+    if span.end <= span.first {
+        return Err(CohortError::WrongLayout {
+            file: format!("{GLUCOSE}/UoMGlucose{}.csv", account.id),
+            expected: FORMAT,
+            reason: format!(
+                "glucose of person '{}' ends at {} before insulin begins, or the reverse",
+                account.id,
+                time_of(cgm.end)
+            ),
+        });
+    }
+    let days = (span.end - span.first) / 288;
+    if days >= MAX_DAYS {
+        return Err(CohortError::TooLong {
+            place: Place::file(format!("{GLUCOSE}/UoMGlucose{}.csv", account.id)),
+            person: account.id.into(),
+            days,
+            limit: MAX_DAYS,
+        });
+    }
+    Ok(span)
+}

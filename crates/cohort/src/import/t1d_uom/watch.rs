@@ -1,0 +1,218 @@
+//! The watch: step counts in local time, sleep stages in UTC with an offset.
+
+use std::collections::BTreeMap;
+
+use chrono::{DateTime, NaiveDateTime, TimeDelta};
+
+use super::events::{Stamp, stamp};
+use super::{Account, Span, step_of, time_of};
+use crate::error::{CohortError, Place};
+use crate::record::{Channel, Record};
+use crate::text_table::{TextColumn, TextTable};
+use crate::wall_clock::parse_day_first;
+
+const OFFSET: &str = "start_time_offset_s";
+/// Stages in which a person is asleep.
+const ASLEEP: [&str; 3] = ["deep", "light", "rem"];
+/// Longest session, s; longer ones are damaged.
+const LONGEST_SESSION: i64 = 24 * 3600;
+
+/// Spreads the counts of `Activity Data` evenly over the steps of their interval (15 min), summed
+/// over kinds of activity. Returns in which steps the watch was worn.
+pub(super) fn steps(
+    table: &TextTable,
+    span: &Span,
+    record: &mut Record,
+    account: &mut Account<'_>,
+) -> Result<Vec<bool>, CohortError> {
+    let times = table.column("activity_ts")?;
+    let (counts, durations) = (table.column("step_count")?, table.column("duration_s")?);
+    let offsets = table.column(OFFSET)?;
+    let mut used_offsets: BTreeMap<i64, usize> = BTreeMap::new();
+    let mut outside = 0;
+    for i in 0..table.height() {
+        let time = match stamp(table, &times, i)? {
+            None => continue,
+            Some(Stamp::Day) => {
+                account.note(times.place(i), "activity without a time of day: left out", 1);
+                continue;
+            }
+            Some(Stamp::At(time)) => time,
+        };
+        *used_offsets.entry(whole(&offsets, i)?).or_default() += 1;
+        let count = counts.number(i)?.unwrap_or(0.0);
+        let seconds = durations.required_number(i)?;
+        if !(0.0..=86_400.0).contains(&seconds) || !(0.0..=100_000.0).contains(&count) {
+            return Err(durations.wrong(i, "an interval of up to a day with a count of steps"));
+        }
+        let pieces = (seconds / 300.0).round().max(1.0) as i64;
+        for piece in 0..pieces {
+            let Some(k) = span.index(step_of(time) + piece) else {
+                outside += usize::from(piece == 0);
+                continue;
+            };
+            let cell = &mut record.channel_mut(Channel::Steps)[k];
+            *cell = Some(cell.unwrap_or(0.0) + count / pieces as f64);
+        }
+    }
+    let place = Place::column(table.file(), "step_count");
+    account.note(
+        place.clone(),
+        "activity outside the span of glucose and insulin: left out",
+        outside,
+    );
+    account.note(place, "step counts of 15 min spread evenly over three steps", table.height());
+    offsets_note(table, &used_offsets, account);
+    Ok(record.steps().iter().map(Option::is_some).collect())
+}
+
+/// Puts the share of each step asleep into the record: from the stages inside a session, 0 outside
+/// a session where the watch was worn, missing elsewhere.
+pub(super) fn sleep(
+    table: &TextTable,
+    span: &Span,
+    worn: &[bool],
+    record: &mut Record,
+    account: &mut Account<'_>,
+) -> Result<(), CohortError> {
+    let starts = table.column("start_date_ts")?;
+    let (durations, offsets) = (table.column("duration_in_sec")?, table.column(OFFSET)?);
+    // Seconds asleep and in a session, a step.
+    let mut seconds = vec![(0_i64, 0_i64); span.len()];
+    let mut used_offsets: BTreeMap<i64, usize> = BTreeMap::new();
+    for i in 0..table.height() {
+        let Some(start) = starts.text(i) else {
+            account.note(table.place(i), "sleep without a start: left out", 1);
+            continue;
+        };
+        let start = parse_day_first(start)
+            .ok_or_else(|| starts.wrong(i, "a time in UTC like 31/12/2023 22:05"))?;
+        let offset = whole(&offsets, i)?;
+        *used_offsets.entry(offset).or_default() += 1;
+        let duration = whole(&durations, i)?;
+        if !(0..=LONGEST_SESSION).contains(&duration) {
+            return Err(durations.wrong(i, "seconds of one sleep, at most 86400"));
+        }
+        let session = (start, start + TimeDelta::seconds(duration));
+        let mut staged = false;
+        for stage in ASLEEP {
+            let Some(column) = stage_column(table, stage)? else { continue };
+            for (from, to) in intervals(&column, i)? {
+                staged = true;
+                let local = TimeDelta::seconds(offset);
+                add(&mut seconds, span, from + local, to + local, |cell, s| cell.0 += s);
+                let early = from < session.0 - TimeDelta::minutes(1);
+                let late = to > session.1 + TimeDelta::minutes(1);
+                account.note(
+                    column.place(i),
+                    "stages outside their session's start and duration in UTC: kept",
+                    usize::from(early || late),
+                );
+            }
+        }
+        let what = "sleep sessions without stages: left out";
+        account.note(starts.place(i), what, usize::from(!staged));
+        if staged {
+            let local = TimeDelta::seconds(offset);
+            let (from, to) = (session.0 + local, session.1 + local);
+            add(&mut seconds, span, from, to, |cell, s| cell.1 += s);
+        }
+    }
+    let mut overlaps = 0;
+    let cells = record.channel_mut(Channel::SleepEfficiency);
+    for ((cell, (asleep, covered)), worn) in cells.iter_mut().zip(seconds).zip(worn) {
+        overlaps += usize::from(asleep > 300);
+        if covered > 0 || asleep > 0 {
+            *cell = Some(asleep.min(300) as f64 / 300.0);
+        } else if *worn {
+            *cell = Some(0.0);
+        }
+    }
+    let place = || Place::file(table.file());
+    account.note(place(), "steps that two sleep sessions claim: asleep at most wholly", overlaps);
+    account.infer(
+        Place::column(table.file(), "start_date_ts"),
+        "UTC; local time adds start_time_offset_s",
+        "the stages' epochs begin at the same minute".into(),
+    );
+    offsets_note(table, &used_offsets, account);
+    Ok(())
+}
+
+fn offsets_note(table: &TextTable, offsets: &BTreeMap<i64, usize>, account: &mut Account<'_>) {
+    if offsets.len() < 2 {
+        return;
+    }
+    let list: Vec<String> =
+        offsets.iter().map(|(s, rows)| format!("{s} s ({rows} rows)")).collect();
+    let what = format!(
+        "the watch's clock was moved ({}); whether the pump's and the sensor's were is not recorded",
+        list.join(", ")
+    );
+    account.note(Place::column(table.file(), OFFSET), &what, 1);
+}
+
+/// Adds the seconds of an interval to the steps it touches.
+fn add(
+    seconds: &mut [(i64, i64)],
+    span: &Span,
+    from: NaiveDateTime,
+    to: NaiveDateTime,
+    mut grow: impl FnMut(&mut (i64, i64), i64),
+) {
+    for step in step_of(from).max(span.first)..=step_of(to).min(span.end - 1) {
+        let Some(k) = span.index(step) else { continue };
+        let overlap = to.min(time_of(step + 1)).signed_duration_since(from.max(time_of(step)));
+        grow(&mut seconds[k], overlap.num_seconds().max(0));
+    }
+}
+
+/// The column of a stage; some files write `.` for `_`.
+fn stage_column<'a>(
+    table: &'a TextTable,
+    stage: &str,
+) -> Result<Option<TextColumn<'a>>, CohortError> {
+    let wanted = format!("sleep_levels_map_{stage}");
+    match table.header().iter().find(|name| name.replace('.', "_") == wanted) {
+        Some(name) => table.optional(name),
+        None => Ok(None),
+    }
+}
+
+/// The intervals of a stage, UTC: a JSON list of starts and ends in seconds since 1970.
+fn intervals(
+    column: &TextColumn<'_>,
+    i: usize,
+) -> Result<Vec<(NaiveDateTime, NaiveDateTime)>, CohortError> {
+    #[derive(serde::Deserialize)]
+    #[serde(rename_all = "camelCase")]
+    struct Interval {
+        start_time_in_seconds: i64,
+        end_time_in_seconds: i64,
+    }
+    let Some(text) = column.text(i) else { return Ok(Vec::new()) };
+    let wrong = || column.wrong(i, "a JSON list of startTimeInSeconds and endTimeInSeconds");
+    let intervals: Vec<Interval> = serde_json::from_str(text).map_err(|_| wrong())?;
+    intervals
+        .iter()
+        .map(|interval| {
+            let (from, to) = (interval.start_time_in_seconds, interval.end_time_in_seconds);
+            let fits = to >= from && to.saturating_sub(from) <= LONGEST_SESSION;
+            let time = |seconds| DateTime::from_timestamp(seconds, 0).map(|time| time.naive_utc());
+            match (time(from), time(to)) {
+                (Some(from), Some(to)) if fits => Ok((from, to)),
+                _ => Err(wrong()),
+            }
+        })
+        .collect()
+}
+
+/// A whole number of seconds.
+fn whole(column: &TextColumn<'_>, i: usize) -> Result<i64, CohortError> {
+    let value = column.required_number(i)?;
+    if value.fract() == 0.0 && value.abs() <= 1e7 {
+        Ok(value as i64)
+    } else {
+        Err(column.wrong(i, "whole seconds"))
+    }
+}

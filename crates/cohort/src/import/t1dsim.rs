@@ -1,0 +1,214 @@
+//! The example day of T1DSim_AI (github.com/mosqueralopez/T1DSim_AI), `example_subject*.csv`.
+//!
+//! Rows are five minutes apart and carry the hour of the day and a weekend flag, but no date. A
+//! date is chosen that agrees with both: the first week of 2024, Monday for working days. The
+//! insulin rate (U/h) includes boluses and stays one rate. Heart rate is given relative to the
+//! baseline, so the person's baseline is 0.
+
+use std::path::Path;
+
+use chrono::{Datelike, NaiveDate, NaiveDateTime, TimeDelta, Weekday};
+use physiology::{BeatsPerMinute, STEPS_PER_HOUR};
+
+use super::files::files;
+use super::report::{Imported, Inference, Notes, Totals, assemble};
+use crate::error::{CohortError, Place};
+use crate::person::{Person, Therapy, is_person_id};
+use crate::range::{check_value, looks_like_mmol};
+use crate::record::{Channel, Record};
+use crate::text_table::{TextColumn, TextTable};
+
+const FORMAT: &str = "t1dsim";
+const HOUR: &str = "hour_of_day";
+const WEEKEND: &str = "feat_is_weekend";
+/// Columns that are kept as they are.
+const COLUMNS: [(&str, Channel); 5] = [
+    ("cgm", Channel::Cgm),
+    ("input_insulin_ODEPop", Channel::Basal),
+    ("input_meal_carbs_ODEPop", Channel::Carbs),
+    ("heart_rate_WRTbaseline", Channel::HeartRate),
+    ("sleep_efficiency", Channel::SleepEfficiency),
+];
+
+/// Reads a file or the folder's `example_subject*.csv`.
+pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    let files = files(source, FORMAT, "example_subject*.csv", |name| {
+        name.starts_with("example_subject") && name.ends_with(".csv")
+    })?;
+    let people = files
+        .iter()
+        .map(|(path, name)| person(&TextTable::read(path, name, b',')?))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(assemble(FORMAT, "the rows of the file / 288", people))
+}
+
+fn person(table: &TextTable) -> Result<Imported, CohortError> {
+    let file = table.file();
+    let id = file.trim_end_matches(".csv").to_owned();
+    if !is_person_id(&id) {
+        return Err(CohortError::WrongLayout {
+            file: file.into(),
+            expected: FORMAT,
+            reason: "the file's name becomes the person's identifier; use letters, digits, '_', \
+                     '-' and '.'"
+                .into(),
+        });
+    }
+    let start = start(table)?;
+    let mut record = Record::new(start, table.height())?;
+    let mut totals = Vec::new();
+    for (name, channel) in COLUMNS {
+        let column = table.column(name)?;
+        let mut source = 0.0;
+        for i in 0..table.height() {
+            let Some(value) = column.number(i)? else { continue };
+            check_value(channel, value, true).map_err(|range| range.at(column.place(i)))?;
+            record.channel_mut(channel)[i] = Some(value);
+            source += value;
+        }
+        let total = |unit, per_unit: f64| Totals {
+            column: channel.column(),
+            unit,
+            source: source / per_unit,
+            record: record.channel(channel).iter().flatten().sum::<f64>() / per_unit,
+            left_out: 0.0,
+        };
+        match channel {
+            Channel::Basal => totals.push(total("U", STEPS_PER_HOUR as f64)),
+            Channel::Carbs => totals.push(total("g", 1.0)),
+            _ => {}
+        }
+    }
+    if let Some(median) = looks_like_mmol(record.cgm()) {
+        return Err(CohortError::LooksLikeMmol {
+            place: Place::column(file, COLUMNS[0].0),
+            person: id,
+            median,
+        });
+    }
+    // Zero, not missing, where the rate is recorded: the rate already holds the boluses.
+    let recorded: Vec<bool> = record.basal().iter().map(Option::is_some).collect();
+    for (bolus, recorded) in record.channel_mut(Channel::Bolus).iter_mut().zip(recorded) {
+        *bolus = recorded.then_some(0.0);
+    }
+    let mut notes = Notes::default();
+    notes.add(
+        &id,
+        Place::column(file, "input_insulin_ODEPop"),
+        "the rate includes boluses: kept as basal_u_h, bolus_u is 0",
+    );
+    notes.add(&id, Place::file(file), "no step counts, set changes, weight or therapy");
+    let inferences = vec![Inference {
+        person: id.clone(),
+        place: Place::column(file, HOUR),
+        conclusion: format!("the first row is {start}"),
+        evidence: "the file has no date; hour and weekend flag of every row agree with this one"
+            .into(),
+    }];
+    let person = Person {
+        id,
+        weight: None,
+        therapy: Therapy::Unknown,
+        heart_rate_baseline: Some(BeatsPerMinute(0.0)),
+        record,
+    };
+    Ok(Imported { person, totals, inferences, notes })
+}
+
+/// The first start in the week from Monday 2024-01-01 that agrees with every row's hour and
+/// weekend flag.
+fn start(table: &TextTable) -> Result<NaiveDateTime, CohortError> {
+    let (hours, weekends) = (table.column(HOUR)?, table.column(WEEKEND)?);
+    let whole = |column: &TextColumn<'_>, i: usize, high: u32, expected| {
+        let value = column.required_number(i)?;
+        (0..=high).find(|n| f64::from(*n) == value).ok_or_else(|| column.wrong(i, expected))
+    };
+    let mut rows = Vec::with_capacity(table.height());
+    for i in 0..table.height() {
+        let hour = whole(&hours, i, 23, "an hour from 0 to 23")?;
+        rows.push((hour, whole(&weekends, i, 1, "0 or 1")? == 1));
+    }
+    let first_hour = rows.first().map_or(0, |row| row.0);
+    // Rows before the hour first changes tell the minute; without a change the hour begins.
+    let before_change = rows.iter().position(|row| row.0 != first_hour).unwrap_or(STEPS_PER_HOUR);
+    let minute = 60_u32.saturating_sub(5 * u32::try_from(before_change).unwrap_or(12)) % 60;
+
+    let mut furthest = (0, HOUR);
+    for day in 1..=7 {
+        let start = NaiveDate::from_ymd_opt(2024, 1, day)
+            .and_then(|date| date.and_hms_opt(first_hour, minute, 0))
+            .expect("hour and minute are in range");
+        let mut time = start;
+        let mut disagreement = None;
+        for (i, (hour, weekend)) in rows.iter().enumerate() {
+            let is_weekend = matches!(time.weekday(), Weekday::Sat | Weekday::Sun);
+            if chrono::Timelike::hour(&time) != *hour {
+                disagreement = Some((i, HOUR));
+            } else if is_weekend != *weekend {
+                disagreement = Some((i, WEEKEND));
+            }
+            if disagreement.is_some() {
+                break;
+            }
+            time += TimeDelta::minutes(5);
+        }
+        match disagreement {
+            None => return Ok(start),
+            Some(place) => furthest = furthest.max(place),
+        }
+    }
+    let (row, column) = furthest;
+    Err(table.column(column)?.wrong(
+        row,
+        "what the rows above lead to; rows must be 5 minutes apart, without gaps, in order",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str = "hour_of_day,cgm,sleep_efficiency,heart_rate_WRTbaseline,\
+                          feat_is_weekend,input_insulin_ODEPop,input_meal_carbs_ODEPop\n";
+
+    fn read(rows: &str) -> Result<Imported, CohortError> {
+        let text = format!("{HEADER}{rows}");
+        person(&TextTable::parse(text.as_bytes(), "example_subject1.csv", b',')?)
+    }
+
+    #[test]
+    fn clock_weekend_and_values_are_kept() {
+        let imported = read(
+            "22,128,0.970000029,-15.05045189,1,0.948,0\n\
+             23,126,1,-15.6,1,4.0920000000000005,30\n\
+             23,125,,,1,0.816,0\n",
+        )
+        .expect("a good file");
+        let person = &imported.person;
+        assert_eq!(person.record.start().to_string(), "2024-01-06 22:55:00");
+        let inputs = person.inputs(0..3, crate::MissingDoses::Error).expect("complete");
+        let context: Vec<_> =
+            inputs.iter().map(|input| (input.context.hour, input.context.weekend)).collect();
+        assert_eq!(context, [(22, true), (23, true), (23, true)]);
+        assert_eq!(inputs[0].context.heart_rate_over_baseline, Some(BeatsPerMinute(-15.05045189)));
+        assert_eq!(inputs[0].context.sleep_efficiency, Some(0.970000029));
+        assert_eq!(inputs[1].insulin().0, 4.0920000000000005);
+        assert_eq!(person.record.heart_rate()[2], None);
+        assert!(imported.totals.iter().all(Totals::closes));
+    }
+
+    #[test]
+    fn rows_that_do_not_follow_are_errors() {
+        for (rows, says) in [
+            ("0,128,1,0,0,1,0\n2,128,1,0,0,1,0\n", "row 3, column hour_of_day: '2' is not what"),
+            ("0,128,1,0,0,1,0\n0,128,1,0,1,1,0\n", "row 3, column feat_is_weekend: '1' is not"),
+            ("24,128,1,0,0,1,0\n", "'24' is not an hour from 0 to 23"),
+            ("0,7.1,1,0,0,1,0\n", "looks like mmol/L; multiply by 18 or import"),
+            ("0,128,1,0,0,-1,0\n", "row 2, column input_insulin_ODEPop: -1 is outside"),
+            ("0,128,1,x,0,1,0\n", "column heart_rate_WRTbaseline: 'x' is not a number"),
+        ] {
+            let message = read(rows).err().expect("refused").to_string();
+            assert!(message.contains(says), "{message}");
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! Figures that cannot well be a person's: reported, never enforced.
+//!
+//! The bounds are wide. What they catch is a wrong unit, a rate read as an amount, a day without a
+//! pump, a meal in milligrams; they say nothing about a person's treatment.
+
+use chrono::NaiveDate;
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+
+use crate::mass_balance::MassBalance;
+use crate::person::Person;
+use crate::record::Channel;
+
+/// Plausible insulin a day, U, where the weight is unknown.
+pub const INSULIN_U_DAY: (f64, f64) = (8.0, 150.0);
+/// Plausible insulin a day per body weight, U/kg.
+pub const INSULIN_U_KG_DAY: (f64, f64) = (0.2, 1.5);
+/// Plausible carbohydrate a day, g.
+pub const CARBS_G_DAY: (f64, f64) = (30.0, 500.0);
+/// Plausible mean glucose, mg/dL.
+pub const MEAN_GLUCOSE: (f64, f64) = (70.0, 350.0);
+/// Plausible insulin in one calendar day, U.
+pub const ONE_DAY_INSULIN_U: (f64, f64) = (4.0, 250.0);
+/// Largest plausible meal in one step, g.
+pub const LARGEST_MEAL_G: f64 = 250.0;
+/// Largest plausible insulin in one step, U: the cap of pumps on a bolus, rounded up.
+pub const LARGEST_BOLUS_U: f64 = 35.0;
+/// Share of a calendar day's steps that must be recorded for the day to be judged.
+const JUDGED_SHARE: f64 = 0.9;
+
+/// An implausible figure.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Finding {
+    /// The person.
+    pub person: String,
+    /// Column of `records.csv`.
+    pub column: &'static str,
+    /// The calendar day, if the finding is about one.
+    #[serde(serialize_with = "date_as_text")]
+    pub date: Option<NaiveDate>,
+    /// The step within the record, if the finding is about one.
+    pub step: Option<usize>,
+    /// What was judged.
+    pub what: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Smallest and largest plausible value.
+    pub plausible: (f64, f64),
+}
+
+impl std::fmt::Display for Finding {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "person '{}'", self.person)?;
+        if let Some(date) = self.date {
+            write!(f, ", {date}")?;
+        }
+        if let Some(step) = self.step {
+            write!(f, ", step {step}")?;
+        }
+        let (low, high) = self.plausible;
+        write!(
+            f,
+            ", column {}: {} of {:.3} {} is outside {low} to {high}; check the unit",
+            self.column, self.what, self.value, self.unit
+        )
+    }
+}
+
+fn date_as_text<S: serde::Serializer>(
+    date: &Option<NaiveDate>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match date {
+        Some(date) => serializer.collect_str(date),
+        None => serializer.serialize_none(),
+    }
+}
+
+/// Everything implausible in a person's record, means first, then days and steps in order.
+#[must_use]
+pub fn findings(person: &Person) -> Vec<Finding> {
+    let balance = MassBalance::of(person);
+    let mut found = Vec::new();
+    let mut judge = |channel: Channel, date, step, what, value: f64, unit, (low, high)| {
+        if !(low..=high).contains(&value) {
+            found.push(Finding {
+                person: person.id.clone(),
+                column: channel.column(),
+                date,
+                step,
+                what,
+                value,
+                unit,
+                plausible: (low, high),
+            });
+        }
+    };
+    if let Some(insulin) = balance.insulin_u_day() {
+        match person.weight {
+            Some(weight) => judge(
+                Channel::Basal,
+                None,
+                None,
+                "mean insulin a day per weight",
+                insulin / weight.0,
+                "U/kg",
+                INSULIN_U_KG_DAY,
+            ),
+            None => {
+                judge(Channel::Basal, None, None, "mean insulin a day", insulin, "U", INSULIN_U_DAY)
+            }
+        }
+    }
+    if let Some(carbs) = balance.carbs_g_day {
+        judge(Channel::Carbs, None, None, "mean carbohydrate a day", carbs, "g", CARBS_G_DAY);
+    }
+    if let Some(glucose) = balance.mean_glucose_mg_dl {
+        judge(Channel::Cgm, None, None, "mean glucose", glucose, "mg/dL", MEAN_GLUCOSE);
+    }
+    for (date, insulin) in insulin_by_day(person) {
+        judge(
+            Channel::Basal,
+            Some(date),
+            None,
+            "insulin of the day",
+            insulin,
+            "U",
+            ONE_DAY_INSULIN_U,
+        );
+    }
+    let record = &person.record;
+    for k in 0..record.len() {
+        if let Some(carbs) = record.carbs()[k] {
+            judge(Channel::Carbs, None, Some(k), "meal", carbs, "g", (0.0, LARGEST_MEAL_G));
+        }
+        let steps_per_hour = STEPS_PER_HOUR as f64;
+        if let Some(bolus) = record.bolus()[k] {
+            judge(Channel::Bolus, None, Some(k), "bolus", bolus, "U", (0.0, LARGEST_BOLUS_U));
+        }
+        if let Some(rate) = record.basal()[k] {
+            let amount = rate / steps_per_hour;
+            judge(
+                Channel::Basal,
+                None,
+                Some(k),
+                "basal of the step",
+                amount,
+                "U",
+                (0.0, LARGEST_BOLUS_U),
+            );
+        }
+    }
+    found
+}
+
+/// Insulin of each calendar day on which basal and bolus are recorded nearly throughout.
+fn insulin_by_day(person: &Person) -> Vec<(NaiveDate, f64)> {
+    let record = &person.record;
+    let mut days: Vec<(NaiveDate, f64, usize)> = Vec::new();
+    for k in 0..record.len() {
+        let (Some(basal), Some(bolus)) = (record.basal()[k], record.bolus()[k]) else { continue };
+        let (date, dose) = (record.time(k).date(), basal / STEPS_PER_HOUR as f64 + bolus);
+        match days.last_mut() {
+            Some(day) if day.0 == date => {
+                day.1 += dose;
+                day.2 += 1;
+            }
+            _ => days.push((date, dose, 1)),
+        }
+    }
+    let judged = JUDGED_SHARE * STEPS_PER_DAY as f64;
+    days.into_iter().filter(|day| day.2 as f64 >= judged).map(|day| (day.0, day.1)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use physiology::Kilograms;
+
+    use super::*;
+    use crate::{Record, Therapy};
+
+    fn person(basal: f64) -> Person {
+        let start = "2024-03-08T00:00:00".parse().expect("a literal time");
+        let mut record = Record::new(start, 3 * STEPS_PER_DAY).expect("on the grid");
+        record.channel_mut(Channel::Basal).fill(Some(basal));
+        record.channel_mut(Channel::Bolus).fill(Some(0.0));
+        record.channel_mut(Channel::Carbs).fill(Some(0.5));
+        Person {
+            id: "a".into(),
+            weight: None,
+            therapy: Therapy::OpenLoopPump,
+            heart_rate_baseline: None,
+            record,
+        }
+    }
+
+    #[test]
+    fn a_plausible_person_has_no_finding() {
+        assert_eq!(findings(&person(1.0)), []);
+    }
+
+    #[test]
+    fn a_basal_in_the_wrong_unit_shows_in_the_mean_and_in_every_day() {
+        // 1 U/h written as U per 5 min: 2 U a day.
+        let found = findings(&person(1.0 / 12.0));
+        assert_eq!(found.len(), 4);
+        assert_eq!(
+            found[0].to_string(),
+            "person 'a', column basal_u_h: mean insulin a day of 2.000 U is outside 8 to 150; \
+             check the unit"
+        );
+        assert!(found[1].to_string().contains("2024-03-08, column basal_u_h: insulin of the day"));
+    }
+
+    #[test]
+    fn a_meal_in_the_wrong_unit_and_a_light_person_are_found() {
+        let mut big = person(1.0);
+        big.record.channel_mut(Channel::Carbs)[7] = Some(900.0);
+        big.weight = Some(Kilograms(10.0));
+        let found: Vec<String> = findings(&big).iter().map(Finding::to_string).collect();
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(found[0].contains("mean insulin a day per weight of 2.400 U/kg"), "{found:?}");
+        assert!(found[1].contains("step 7, column carbs_g: meal of 900.000 g"), "{found:?}");
+    }
+}

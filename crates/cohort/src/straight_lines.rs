@@ -1,0 +1,85 @@
+//! Values that lie on a straight line because someone drew it.
+//!
+//! Sources that fill gaps linearly do not say where. Three readings of a sensor are seldom on one
+//! line to the last digit; values between two anchors always are.
+
+use std::ops::Range;
+
+/// Largest second difference, relative to the values, of a line that was computed in f64 and
+/// printed with 16 digits.
+const TOLERANCE: f64 = 1e-9;
+/// Fewest values strictly inside a line that count as drawn: one in the middle of three happens by
+/// chance where a sensor reports whole mg/dL.
+const FEWEST_INSIDE: usize = 2;
+
+/// The straight lines in a column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StraightLines {
+    /// The steps strictly inside each line (its two ends are readings), in order. Constant
+    /// stretches are not counted.
+    pub inside: Vec<Range<usize>>,
+    /// Share of the recorded values that lie strictly inside a line, 0 to 1.
+    pub share: f64,
+}
+
+impl StraightLines {
+    /// Finds the lines of at least two inner values.
+    #[must_use]
+    pub fn find(values: &[Option<f64>]) -> Self {
+        let on_line = |k: usize| match values.get(k.wrapping_sub(1)..k.saturating_add(2)) {
+            Some(&[Some(before), Some(at), Some(after)]) => {
+                let scale = before.abs().max(at.abs()).max(after.abs());
+                (after - 2.0 * at + before).abs() <= TOLERANCE * scale && before != after
+            }
+            _ => false,
+        };
+        let mut inside = Vec::new();
+        let mut k = 0;
+        while k < values.len() {
+            let start = k;
+            while k < values.len() && on_line(k) {
+                k += 1;
+            }
+            if k - start >= FEWEST_INSIDE {
+                inside.push(start..k);
+            }
+            k += 1;
+        }
+        let recorded = values.iter().flatten().count();
+        let drawn: usize = inside.iter().map(ExactSizeIterator::len).sum();
+        let share = if recorded == 0 { 0.0 } else { drawn as f64 / recorded as f64 };
+        Self { inside, share }
+    }
+
+    /// Number of values inside lines of at least `steps` inner values.
+    #[must_use]
+    pub fn values_in_lines_of(&self, steps: usize) -> usize {
+        self.inside.iter().map(ExactSizeIterator::len).filter(|len| *len >= steps).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_between_anchors_are_found_and_readings_are_not() {
+        // Anchors 100, 130, 118, 118 every 15 min, then whole-number readings with a chance line.
+        let values = [100.0, 110.0, 120.0, 130.0, 126.0, 122.0, 118.0, 118.0, 118.0, 118.0]
+            .into_iter()
+            .chain([120.0, 122.0, 125.0, 121.0])
+            .map(Some)
+            .collect::<Vec<_>>();
+        let lines = StraightLines::find(&values);
+        assert_eq!(lines.inside, [1..3, 4..6]);
+        assert_eq!(lines.share, 4.0 / 14.0);
+        assert_eq!((lines.values_in_lines_of(2), lines.values_in_lines_of(3)), (4, 0));
+    }
+
+    #[test]
+    fn missing_values_end_a_line_and_nothing_is_no_line() {
+        let values = [Some(1.0), Some(2.0), None, Some(4.0), Some(5.0)];
+        assert!(StraightLines::find(&values).inside.is_empty());
+        assert_eq!(StraightLines::find(&[]).share, 0.0);
+    }
+}
