@@ -50,9 +50,9 @@ pub const HIGH_SHARE: f64 = 0.4;
 pub const SPLIT: (f64, f64) = (0.6, 0.2);
 
 /// Dose factors among which an additional low or high week is sought (assumed).
-const LOW_DOSES: std::ops::Range<f64> = 1.2..2.5;
+const LOW_DOSES: std::ops::Range<f64> = 1.2..2.2;
 /// See [`LOW_DOSES`].
-const HIGH_DOSES: std::ops::Range<f64> = 0.0..0.8;
+const HIGH_DOSES: std::ops::Range<f64> = 0.0..0.7;
 /// Weeks simulated in search of one additional week before giving up.
 const MAX_ATTEMPTS: usize = 1000;
 

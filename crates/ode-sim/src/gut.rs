@@ -28,7 +28,8 @@ impl GutPair {
     /// The pair `time` min later, exactly; `t_max` in min.
     #[must_use]
     pub fn after(self, time: f64, t_max: f64) -> Self {
-        if self.is_empty() {
+        // An empty gut and the start of a step are common enough to spare the exponential.
+        if self.is_empty() || time == 0.0 {
             return self;
         }
         let left = (-time / t_max).exp();

@@ -1,6 +1,6 @@
 //! The ODE model as a plant of the one simulation loop.
 
-use physiology::Compartment::{C1, C2, Q1};
+use physiology::Compartment::{C2, Q1};
 use physiology::{
     Compartment, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, MmolPerL, NonFinite, Plant, STEP,
     States, StepInput,
@@ -11,7 +11,7 @@ use crate::error::OdeError;
 use crate::gut::{GutPair, RESCUE_T_MAX, glucose_dose};
 use crate::integrator::{Flow, Integrator};
 use crate::parameters::OdeParameters;
-use crate::state::OdeState;
+use crate::state::{OdeState, OdeVector};
 
 /// A body described by the ODE model, and how it is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,13 +60,13 @@ impl OdePlant {
         glucose_flux: f64,
     ) -> Result<OdeState, OdeError> {
         let fed = self.fed(state, input);
+        // Before the step, since what is not a number spreads: the cause is named, not the effect.
+        finite(&fed)?;
         let flow = self.flow(&fed, input, glucose_flux);
         let (end, _) = self.integrator.advance(&flow, fed.vector(), STEP.0)?;
         let following = self.after_step(&fed, &end);
-        match self.first_non_finite(&following) {
-            Some(compartment) => Err(OdeError::NonFinite { compartment }),
-            None => Ok(following),
-        }
+        finite(&following)?;
+        Ok(following)
     }
 
     /// `state` after what is eaten at the start of the step, with the exercise memory of the step.
@@ -100,14 +100,18 @@ impl OdePlant {
         }
     }
 
-    pub(crate) fn after_step(&self, fed: &OdeState, end: &crate::state::OdeVector) -> OdeState {
+    pub(crate) fn after_step(&self, fed: &OdeState, end: &OdeVector) -> OdeState {
         OdeState { rescue: fed.rescue.after(STEP.0, RESCUE_T_MAX.0), ..fed.with_vector(end) }
     }
+}
 
-    fn first_non_finite(&self, state: &OdeState) -> Option<Compartment> {
-        let in_vector = state.vector().first_non_finite();
-        let gut = state.rescue.c1 + state.rescue.c2;
-        in_vector.or_else(|| (!gut.is_finite()).then_some(C1))
+/// Names a compartment that is not finite; a snack counts to Q1, where it arrives.
+fn finite(state: &OdeState) -> Result<(), OdeError> {
+    let snack = state.rescue.c1 + state.rescue.c2;
+    let in_vector = state.vector().first_non_finite();
+    match in_vector.or_else(|| (!snack.is_finite()).then_some(Q1)) {
+        Some(compartment) => Err(OdeError::NonFinite { compartment }),
+        None => Ok(()),
     }
 }
 

@@ -16,7 +16,7 @@ pub(crate) enum Purpose {
 pub(crate) fn stream(seed: u64, purpose: Purpose, index: u64) -> ChaCha12Rng {
     let mut rng = ChaCha12Rng::seed_from_u64(seed);
     // The kind takes the upper bits; populations and sets are far smaller than 2^56 items.
-    rng.set_stream((purpose as u64) << 56 | index);
+    rng.set_stream(((purpose as u64) << 56) | index);
     rng
 }
 

@@ -76,7 +76,7 @@ pub fn at_glucose(
     let mut x = held_by(&p, q1, infusion);
     let mut residual = largest(&p, &x, infusion);
     for iterations in 0..=MAX_ITERATIONS {
-        // One step beyond the tolerance costs nothing and brings the residual to rounding.
+        // Two digits to spare, so that the answer stands when it is evaluated elsewhere.
         if residual < 0.01 * RESIDUAL_TOLERANCE {
             let basal = UnitsPerHour(infusion * weight.0 * 60.0 / 1000.0);
             let state = OdeState::default().with_vector(&x);
