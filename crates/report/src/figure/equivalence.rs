@@ -1,0 +1,84 @@
+//! Differences of all methods and outcomes in units of their margin.
+
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::Drawn;
+use super::canvas::{WIDTH, draw};
+use super::palette::{BLACK, COLOURS, Key, Marker, SHADE, dashed, solid};
+use super::panel::{Axis, Panel};
+use crate::ReportError;
+use crate::view::{Method, OutcomeRow};
+
+/// Height that one method takes within an outcome, canvas units.
+const LANE: i32 = 34;
+/// Intervals reach at most so many margins; longer ones are cut with a mark in the caption.
+pub(crate) const REACH: f64 = 4.0;
+
+/// Draws one group an outcome and one line a method, or `None` where there is nothing to draw.
+pub(crate) fn equivalence(methods: &[Method]) -> Result<Option<Drawn>, ReportError> {
+    let mut metrics: Vec<&str> = Vec::new();
+    for row in methods.iter().flat_map(|method| &method.rows) {
+        if !metrics.contains(&row.metric.as_str()) {
+            metrics.push(&row.metric);
+        }
+    }
+    if metrics.is_empty() {
+        return Ok(None);
+    }
+    let lanes = methods.len() as f64 + 1.0;
+    let height = (LANE as f64 * lanes * metrics.len() as f64) as i32;
+    let scaled = |row: &OutcomeRow| {
+        let d = row.difference;
+        [d.lower, d.upper, d.value].map(|x| (x / row.margin).clamp(-REACH, REACH))
+    };
+    let ends: Vec<f64> = methods.iter().flat_map(|m| &m.rows).flat_map(scaled).collect();
+    let panel = Panel {
+        left: 130,
+        right: WIDTH - 30,
+        top: 20,
+        bottom: 20 + height,
+        x: Axis::over(ends.into_iter().chain([-1.5, 1.5]), 6),
+        y: Axis::bare(0.0, lanes * metrics.len() as f64),
+    };
+    let style = |index: usize| {
+        (solid(COLOURS[index % COLOURS.len()], 5), Marker::CYCLE[index % Marker::CYCLE.len()])
+    };
+
+    let svg =
+        draw("Difference of every outcome in units of its margin", panel.bottom + 110, |canvas| {
+            let (left, _) = panel.at(-1.0, 0.0);
+            let (right, _) = panel.at(1.0, 0.0);
+            canvas.rectangle((left, panel.top), (right, panel.bottom), SHADE, 1.0)?;
+            panel.frame(canvas, "(simulated \u{2212} actual) / margin", "")?;
+            for edge in [-1.0, 1.0] {
+                let ends = [(edge, Some(0.0)), (edge, Some(panel.y.range.1))];
+                panel.line(canvas, ends, dashed(BLACK, 3, 10, 8))?;
+            }
+            for (group, metric) in metrics.iter().enumerate() {
+                let top = panel.y.range.1 - group as f64 * lanes;
+                let (_, middle) = panel.at(0.0, top - lanes / 2.0);
+                let name = metric.to_uppercase();
+                canvas.text(&name, (panel.left - 14, middle), (HPos::Right, VPos::Center))?;
+                for (index, method) in methods.iter().enumerate() {
+                    let Some(row) = method.rows.iter().find(|row| row.metric == *metric) else {
+                        continue;
+                    };
+                    let [from, to, at] = scaled(row).map(|x| panel.at(x, top - 1.0 - index as f64));
+                    let (stroke, marker) = style(index);
+                    canvas.path(vec![from, to], stroke)?;
+                    canvas.marker(at, marker, stroke.colour)?;
+                }
+            }
+            Ok(())
+        })?;
+    let mut keys: Vec<Key> = methods
+        .iter()
+        .enumerate()
+        .map(|(index, method)| {
+            let (stroke, marker) = style(index);
+            Key::marker(&method.label, stroke, marker)
+        })
+        .collect();
+    keys.push(Key::area("Within the margin", SHADE, 1.0));
+    Ok(Some((svg, keys)))
+}

@@ -1,0 +1,163 @@
+//! One day in three panels: glucose; insulin and carbohydrate; heart rate and sleep.
+
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::Drawn;
+use super::canvas::{Canvas, WIDTH, draw};
+use super::palette::{
+    BLUE, Key, MEASURED, ODE, ORANGE, POPULATION, PURPLE, SHADE, SKY, Stroke, TWIN, dashed, solid,
+};
+use super::panel::{Axis, Panel};
+use crate::ReportError;
+use crate::view::ExampleDay;
+
+/// Edges that all panels share.
+const LEFT: i32 = 110;
+const RIGHT: i32 = WIDTH - 110;
+/// Insulin rate.
+const INSULIN: Stroke = solid(BLUE, 4);
+/// Heart rate.
+const HEART_RATE: Stroke = dashed(PURPLE, 4, 16, 7);
+
+/// Draws the day, or `None` where it has no sample.
+pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError> {
+    let hours: Vec<f64> = (0..day.time.len()).map(|k| hour_of(day, k)).collect();
+    let (Some(first), Some(last)) = (hours.first(), hours.last()) else {
+        return Ok(None);
+    };
+    let glucose = [
+        (&day.cgm, MEASURED, "Sensor (CGM)"),
+        (&day.twin, TWIN, "Digital twin"),
+        (&day.population, POPULATION, "Population network"),
+        (&day.ode, ODE, "ODE model"),
+    ];
+    let shown: Vec<_> = glucose.into_iter().filter(|(values, ..)| has_value(values)).collect();
+    if shown.is_empty() {
+        return Ok(None);
+    }
+
+    let clock = Axis::clock(*first, *last);
+    let panel = |top: i32, height: i32, y: Axis| Panel {
+        left: LEFT,
+        right: RIGHT,
+        top,
+        bottom: top + height,
+        x: clock.clone(),
+        y,
+    };
+    let levels = shown.iter().flat_map(|(values, ..)| values.iter().flatten().copied());
+    let upper = panel(60, 380, Axis::over(levels.chain([70.0, 180.0]), 5));
+    let middle = panel(525, 210, Axis::over(present(&day.insulin_u_h).chain([0.0, 1.0]), 4));
+    let lower = panel(820, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
+
+    let svg = draw(
+        "Glucose, insulin, carbohydrate, heart rate and sleep over one day",
+        1130,
+        |canvas| {
+            let (from, to) = (upper.at(*first, 180.0), upper.at(*last, 70.0));
+            canvas.rectangle((LEFT, from.1), (RIGHT, to.1), SHADE, 1.0)?;
+            upper.frame(canvas, "", "Glucose (mg/dL)")?;
+            for (values, _, stroke) in shown.iter().rev().map(|(v, s, n)| (v, n, s)) {
+                upper.line(canvas, hours.iter().copied().zip(values.iter().copied()), *stroke)?;
+            }
+            doses(canvas, &middle, day, &hours)?;
+            activity(canvas, &lower, day, &hours)
+        },
+    )?;
+
+    let mut keys: Vec<Key> =
+        shown.iter().map(|(_, stroke, name)| Key::line(name, *stroke)).collect();
+    keys.push(Key::area("Target range, 70\u{2013}180 mg/dL", SHADE, 1.0));
+    if has_value(&day.insulin_u_h) {
+        keys.push(Key::line("Insulin (U/h)", INSULIN));
+    }
+    if present(&day.carbs_g).any(|g| g > 0.0) {
+        keys.push(Key::area("Carbohydrate (g, written above)", ORANGE, 1.0));
+    }
+    if has_value(&day.heart_rate_over_baseline) {
+        keys.push(Key::line("Heart rate over baseline", HEART_RATE));
+    }
+    if has_value(&day.sleep_efficiency) {
+        keys.push(Key::area("Asleep (height = share of the step)", SKY, 0.55));
+    }
+    Ok(Some((svg, keys)))
+}
+
+/// Insulin as a line, meals as bars of the panel's height share with their grams.
+fn doses(
+    canvas: &Canvas<'_>,
+    panel: &Panel,
+    day: &ExampleDay,
+    hours: &[f64],
+) -> Result<(), ReportError> {
+    panel.frame(canvas, "", "Insulin (U/h), carbohydrate (g)")?;
+    if !has_value(&day.insulin_u_h) && !has_value(&day.carbs_g) {
+        return note(canvas, panel, "not recorded");
+    }
+    let most = present(&day.carbs_g).fold(0.0, f64::max);
+    let mut free_from = i32::MIN;
+    for (hour, grams) in hours.iter().zip(&day.carbs_g) {
+        let Some(grams) = grams.filter(|g| *g > 0.0) else { continue };
+        let (x, bottom) = panel.at(*hour, panel.y.range.0);
+        let height = f64::from(panel.bottom - panel.top) * 0.72 * grams / most;
+        let top = bottom - height.round() as i32;
+        canvas.rectangle((x - 6, top), (x + 6, bottom), ORANGE, 1.0)?;
+        // A meal logged over several steps is labelled once.
+        if x >= free_from {
+            canvas.text(
+                &crate::number::fixed(grams, 0),
+                (x, top - 6),
+                (HPos::Center, VPos::Bottom),
+            )?;
+            free_from = x + 50;
+        }
+    }
+    panel.line(canvas, hours.iter().copied().zip(day.insulin_u_h.iter().copied()), INSULIN)
+}
+
+/// Sleep as shaded steps, heart rate as a line.
+fn activity(
+    canvas: &Canvas<'_>,
+    panel: &Panel,
+    day: &ExampleDay,
+    hours: &[f64],
+) -> Result<(), ReportError> {
+    let height = f64::from(panel.bottom - panel.top);
+    for (index, share) in day.sleep_efficiency.iter().enumerate() {
+        let Some(share) = share.filter(|s| *s > 0.0) else { continue };
+        let (x, _) = panel.at(hours[index], panel.y.range.0);
+        let next = hours.get(index + 1).map_or(x + 3, |h| panel.at(*h, panel.y.range.0).0);
+        let top = panel.bottom - (height * share.min(1.0)).round() as i32;
+        canvas.rectangle((x, top), (next.min(panel.right), panel.bottom), SKY, 0.55)?;
+    }
+    panel.frame(canvas, "Time of day", "Heart rate / baseline, sleep")?;
+    if !has_value(&day.heart_rate_over_baseline) && !has_value(&day.sleep_efficiency) {
+        return note(canvas, panel, "not recorded");
+    }
+    let values = day.heart_rate_over_baseline.iter().copied();
+    panel.line(canvas, hours.iter().copied().zip(values), HEART_RATE)
+}
+
+/// Words in place of data.
+fn note(canvas: &Canvas<'_>, panel: &Panel, text: &str) -> Result<(), ReportError> {
+    let middle = ((panel.left + panel.right) / 2, (panel.top + panel.bottom) / 2);
+    canvas.text(text, middle, (HPos::Center, VPos::Center))
+}
+
+/// Hours since midnight of the first day: the clock of the first step, and five minutes a step.
+fn hour_of(day: &ExampleDay, index: usize) -> f64 {
+    let read = |text: &String| -> Option<f64> {
+        let (hours, minutes) = text.split_once(':')?;
+        let minutes = minutes.get(..2)?;
+        Some(f64::from(hours.parse::<u32>().ok()?) + f64::from(minutes.parse::<u32>().ok()?) / 60.0)
+    };
+    day.time.first().and_then(read).unwrap_or(0.0) + index as f64 / 12.0
+}
+
+fn present(values: &[Option<f64>]) -> impl Iterator<Item = f64> + '_ {
+    values.iter().flatten().copied()
+}
+
+fn has_value(values: &[Option<f64>]) -> bool {
+    values.iter().any(Option::is_some)
+}

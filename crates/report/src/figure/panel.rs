@@ -1,0 +1,260 @@
+//! A pair of axes: from data to canvas, ticks, grid, and the lines and bands between them.
+
+use plotters::style::RGBColor;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::canvas::{At, Canvas};
+use super::palette::{GREY, GRID, Stroke, solid};
+use crate::ReportError;
+use crate::number::fixed;
+
+/// One axis: its range and where it is labelled.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Axis {
+    /// Lower and upper end.
+    pub(super) range: (f64, f64),
+    /// Places with their labels.
+    pub(super) ticks: Vec<(f64, String)>,
+}
+
+impl Axis {
+    /// An axis over `values` with about `wanted` ticks at round numbers. The ends lie on ticks, so
+    /// that nothing is drawn outside; without a finite value it runs from 0 to 1.
+    pub(super) fn over(values: impl IntoIterator<Item = f64>, wanted: usize) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in values.into_iter().filter(|v| v.is_finite()) {
+            low = low.min(value);
+            high = high.max(value);
+        }
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        }
+        if high - low < 1e-9 * low.abs().max(1e-6) {
+            let half = (0.1 * low.abs()).max(0.5);
+            (low, high) = (low - half, high + half);
+        }
+        let step = round_step((high - low) / wanted.max(1) as f64);
+        let (first, last) = ((low / step).floor() as i64, (high / step).ceil() as i64);
+        let digits = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
+        let ticks = (first..=last).map(|k| (k as f64 * step, fixed(k as f64 * step, digits)));
+        Self { range: (first as f64 * step, last as f64 * step), ticks: ticks.collect() }
+    }
+
+    /// Time of day from `from` to `to` hours, labelled `HH:MM`.
+    pub(super) fn clock(from: f64, to: f64) -> Self {
+        let step = if to - from > 12.0 { 4.0 } else { 2.0 };
+        let first = (from / step).ceil() as i64;
+        let last = (to / step).floor() as i64;
+        let ticks = (first..=last)
+            .map(|k| k as f64 * step)
+            .map(|hour| (hour, format!("{:02}:00", (hour as i64).rem_euclid(24))));
+        let ticks = ticks.collect();
+        Self { range: (from, if to > from { to } else { from + 1.0 }), ticks }
+    }
+
+    /// Powers of ten over positive `values`; places are logarithms.
+    pub(super) fn decades(values: impl IntoIterator<Item = f64>) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in values.into_iter().filter(|v| v.is_finite() && *v > 0.0) {
+            low = low.min(value.log10());
+            high = high.max(value.log10());
+        }
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        }
+        let (first, last) = (low.floor() as i32, (high.ceil() as i32).max(low.floor() as i32 + 1));
+        let mut ticks = Vec::new();
+        for decade in first..=last {
+            for factor in [1.0, 2.0, 5.0] {
+                let value: f64 = factor * 10_f64.powi(decade);
+                let place = value.log10();
+                // With many decades only the powers themselves have room.
+                if place <= f64::from(last) + 1e-9 && (factor == 1.0 || last - first <= 2) {
+                    let digits = usize::try_from(-decade).unwrap_or(0);
+                    ticks.push((place, fixed(value, digits)));
+                }
+            }
+        }
+        Self { range: (f64::from(first), f64::from(last)), ticks }
+    }
+
+    /// An axis without labels.
+    pub(super) fn bare(low: f64, high: f64) -> Self {
+        Self { range: (low, high), ticks: Vec::new() }
+    }
+
+    /// Share of the axis at which a value lies.
+    fn share(&self, value: f64) -> f64 {
+        (value - self.range.0) / (self.range.1 - self.range.0)
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at least `step`.
+fn round_step(step: f64) -> f64 {
+    let power = 10_f64.powf(step.log10().floor());
+    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= step * (1.0 - 1e-9));
+    factor.unwrap_or(10.0) * power
+}
+
+/// A rectangle of the canvas with axes.
+pub(super) struct Panel {
+    /// Canvas edges.
+    pub(super) left: i32,
+    /// Canvas edges.
+    pub(super) right: i32,
+    /// Canvas edges.
+    pub(super) top: i32,
+    /// Canvas edges.
+    pub(super) bottom: i32,
+    /// Horizontal axis.
+    pub(super) x: Axis,
+    /// Vertical axis.
+    pub(super) y: Axis,
+}
+
+impl Panel {
+    /// From data to canvas.
+    pub(super) fn at(&self, x: f64, y: f64) -> At {
+        let across = f64::from(self.right - self.left) * self.x.share(x);
+        let down = f64::from(self.bottom - self.top) * (1.0 - self.y.share(y));
+        (self.left + across.round() as i32, self.top + down.round() as i32)
+    }
+
+    /// Grid, labels and titles. The vertical axis has its title above, level, where a phone can
+    /// show it; an empty title of the horizontal axis leaves its labels out as well.
+    pub(super) fn frame(
+        &self,
+        canvas: &Canvas<'_>,
+        x_title: &str,
+        y_title: &str,
+    ) -> Result<(), ReportError> {
+        let grid = solid(GRID, 2);
+        for (value, label) in &self.y.ticks {
+            let (_, y) = self.at(self.x.range.0, *value);
+            canvas.path(vec![(self.left, y), (self.right, y)], grid)?;
+            canvas.text(label, (self.left - 12, y), (HPos::Right, VPos::Center))?;
+        }
+        for (value, label) in &self.x.ticks {
+            let (x, _) = self.at(*value, self.y.range.0);
+            canvas.path(vec![(x, self.top), (x, self.bottom)], grid)?;
+            if !x_title.is_empty() {
+                canvas.text(label, (x, self.bottom + 12), (HPos::Center, VPos::Top))?;
+            }
+        }
+        let corners = [
+            (self.left, self.top),
+            (self.right, self.top),
+            (self.right, self.bottom),
+            (self.left, self.bottom),
+            (self.left, self.top),
+        ];
+        canvas.path(corners.to_vec(), solid(GREY, 2))?;
+        if !y_title.is_empty() {
+            canvas.text(y_title, (10, self.top - 16), (HPos::Left, VPos::Bottom))?;
+        }
+        if !x_title.is_empty() {
+            let centre = (self.left + self.right) / 2;
+            canvas.text(x_title, (centre, self.bottom + 58), (HPos::Center, VPos::Top))?;
+        }
+        Ok(())
+    }
+
+    /// A line, broken where a value is missing; a value alone becomes a short stroke.
+    pub(super) fn line(
+        &self,
+        canvas: &Canvas<'_>,
+        points: impl IntoIterator<Item = (f64, Option<f64>)>,
+        stroke: Stroke,
+    ) -> Result<(), ReportError> {
+        let mut run: Vec<At> = Vec::new();
+        let end = std::iter::once((0.0, None));
+        for (x, y) in points.into_iter().chain(end) {
+            match y.filter(|y| y.is_finite()) {
+                Some(y) => run.push(self.at(x, y)),
+                None => {
+                    let mut points = std::mem::take(&mut run);
+                    if let [(x, y)] = points[..] {
+                        points = vec![(x - 3, y), (x + 3, y)];
+                    }
+                    if !points.is_empty() {
+                        canvas.path(points, stroke)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The area between two lines, broken where either is missing.
+    pub(super) fn band(
+        &self,
+        canvas: &Canvas<'_>,
+        points: impl IntoIterator<Item = (f64, Option<f64>, Option<f64>)>,
+        colour: RGBColor,
+        opacity: f64,
+    ) -> Result<(), ReportError> {
+        let (mut lower, mut upper): (Vec<At>, Vec<At>) = (Vec::new(), Vec::new());
+        let end = std::iter::once((0.0, None, None));
+        for (x, low, high) in points.into_iter().chain(end) {
+            if let (Some(low), Some(high)) = (low, high) {
+                lower.push(self.at(x, low));
+                upper.push(self.at(x, high));
+            } else {
+                let mut outline = std::mem::take(&mut lower);
+                outline.extend(std::mem::take(&mut upper).into_iter().rev());
+                if outline.len() > 2 {
+                    canvas.fill(outline, colour, opacity)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_enclose_the_data() {
+        let axis = Axis::over([43.0, 287.0, f64::NAN], 5);
+        let labels: Vec<&str> = axis.ticks.iter().map(|(_, l)| l.as_str()).collect();
+        assert_eq!(labels, ["0", "50", "100", "150", "200", "250", "300"]);
+        assert_eq!(axis.range, (0.0, 300.0));
+        let small = Axis::over([-0.31, 0.27], 4);
+        assert_eq!(small.ticks[0].1, "\u{2212}0.4");
+        assert!(small.range.0 <= -0.31 && small.range.1 >= 0.27);
+    }
+
+    #[test]
+    fn degenerate_data_still_has_an_axis() {
+        for values in [vec![], vec![5.0], vec![0.0, 0.0], vec![f64::NAN]] {
+            let axis = Axis::over(values.clone(), 4);
+            assert!(axis.range.1 > axis.range.0, "{values:?}: {axis:?}");
+            assert!(axis.ticks.len() >= 2);
+        }
+        assert!(Axis::decades([]).range.1 > Axis::decades([]).range.0);
+    }
+
+    #[test]
+    fn decades_label_ones_twos_and_fives() {
+        let axis = Axis::decades([0.13, 0.9]);
+        let labels: Vec<&str> = axis.ticks.iter().map(|(_, l)| l.as_str()).collect();
+        assert_eq!(labels, ["0.1", "0.2", "0.5", "1"]);
+    }
+
+    #[test]
+    fn corners_map_to_corners() {
+        let panel = Panel {
+            left: 100,
+            right: 900,
+            top: 50,
+            bottom: 450,
+            x: Axis::bare(0.0, 24.0),
+            y: Axis::bare(0.0, 10.0),
+        };
+        assert_eq!(panel.at(0.0, 0.0), (100, 450));
+        assert_eq!(panel.at(24.0, 10.0), (900, 50));
+        assert_eq!(panel.at(12.0, 5.0), (500, 250));
+    }
+}

@@ -1,0 +1,183 @@
+//! Building HTML so that nothing from data reaches the page unescaped.
+//!
+//! [`Html`] can be made only from literals of this crate ([`Html::literal`]), from escaped text, and
+//! from other [`Html`]; a string from a JSON file has no other way in.
+
+use crate::figure::{Key, Stroke, Svg};
+
+/// A piece of a page.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Html(String);
+
+/// Alignment of a table column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Column {
+    /// Words, left-aligned.
+    Text,
+    /// Numbers, right-aligned.
+    Number,
+}
+
+impl Html {
+    /// Markup that is written in this crate.
+    pub(crate) fn literal(&mut self, markup: &'static str) -> &mut Self {
+        self.0.push_str(markup);
+        self
+    }
+
+    /// Text from anywhere, escaped.
+    pub(crate) fn text(&mut self, text: &str) -> &mut Self {
+        escape_into(&mut self.0, text);
+        self
+    }
+
+    /// An element that holds text.
+    pub(crate) fn element(&mut self, tag: &'static str, text: &str) -> &mut Self {
+        self.literal("<").literal(tag).literal(">").text(text);
+        self.literal("</").literal(tag).literal(">\n")
+    }
+
+    /// A paragraph.
+    pub(crate) fn paragraph(&mut self, text: &str) -> &mut Self {
+        self.element("p", text)
+    }
+
+    /// A paragraph that says that something is not there.
+    pub(crate) fn absent(&mut self, text: &str) -> &mut Self {
+        self.literal("<p class=\"absent\">").text(text).literal("</p>\n")
+    }
+
+    /// Another piece.
+    pub(crate) fn push(&mut self, other: &Self) -> &mut Self {
+        self.0.push_str(&other.0);
+        self
+    }
+
+    /// A section with its heading; `id` is also the target of the contents list.
+    pub(crate) fn section(id: &'static str, heading: &'static str, body: &Self) -> Self {
+        let mut html = Self::default();
+        html.literal("<section id=\"").literal(id).literal("\">\n");
+        html.element("h2", heading).push(body).literal("</section>\n");
+        html
+    }
+
+    /// A figure with the key to its lines and a caption that says what to see.
+    pub(crate) fn figure(&mut self, svg: &Svg, keys: &[Key], caption: &str) -> &mut Self {
+        self.literal("<figure>\n");
+        self.0.push_str(svg.markup());
+        if !keys.is_empty() {
+            self.literal("<ul class=\"key\">");
+            for key in keys {
+                self.literal("<li>").0.push_str(&swatch(key));
+                self.text(&key.label).literal("</li>");
+            }
+            self.literal("</ul>\n");
+        }
+        self.literal("<figcaption>").text(caption).literal("</figcaption>\n</figure>\n")
+    }
+
+    /// A table that scrolls sideways where it is wider than the page. Rows marked `true` are set
+    /// in bold.
+    pub(crate) fn table(
+        &mut self,
+        caption: &str,
+        columns: &[(&str, Column)],
+        rows: &[(bool, Vec<String>)],
+    ) -> &mut Self {
+        self.literal("<div class=\"scroll\" tabindex=\"0\">\n<table>\n");
+        self.element("caption", caption).literal("<thead><tr>");
+        for (name, column) in columns {
+            self.literal(match column {
+                Column::Text => "<th scope=\"col\">",
+                Column::Number => "<th scope=\"col\" class=\"number\">",
+            });
+            self.text(name).literal("</th>");
+        }
+        self.literal("</tr></thead>\n<tbody>\n");
+        for (bold, cells) in rows {
+            self.literal(if *bold { "<tr class=\"bold\">" } else { "<tr>" });
+            for (cell, (_, column)) in cells.iter().zip(columns) {
+                self.literal(match column {
+                    Column::Text => "<td>",
+                    Column::Number => "<td class=\"number\">",
+                });
+                self.text(cell).literal("</td>");
+            }
+            self.literal("</tr>\n");
+        }
+        self.literal("</tbody>\n</table>\n</div>\n")
+    }
+
+    /// The finished text.
+    pub(crate) fn into_string(self) -> String {
+        self.0
+    }
+}
+
+/// Appends `text` with the five characters escaped that mean something in HTML.
+pub(crate) fn escape_into(out: &mut String, text: &str) {
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            other => out.push(other),
+        }
+    }
+}
+
+/// A short stretch of a line, a patch or a marker, as the figure draws it. Numbers and colours only.
+fn swatch(key: &Key) -> String {
+    let Stroke { colour, dash, .. } = key.stroke;
+    let colour = format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);
+    let shape = if key.filled {
+        let opacity = key.opacity;
+        format!(
+            "<rect x=\"2\" y=\"1\" width=\"40\" height=\"12\" fill=\"{colour}\" opacity=\"{opacity}\"/>"
+        )
+    } else {
+        let pattern = match dash {
+            None => String::new(),
+            Some((on, off)) => format!(" stroke-dasharray=\"{} {}\"", on / 2, off / 2),
+        };
+        format!("<path d=\"M2 7H42\" stroke=\"{colour}\" stroke-width=\"3\"{pattern}/>")
+    };
+    let marker = key.marker.map_or("", |marker| marker.swatch());
+    let marker = marker.replace("COLOUR", &colour);
+    format!(
+        "<svg width=\"44\" height=\"14\" viewBox=\"0 0 44 14\" aria-hidden=\"true\">{shape}{marker}</svg>"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_become_markup() {
+        let mut html = Html::default();
+        html.element("p", "<script>alert('x')</script> & \"y\"");
+        assert_eq!(
+            html.into_string(),
+            "<p>&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; &amp; &quot;y&quot;</p>\n"
+        );
+    }
+
+    #[test]
+    fn a_table_has_a_caption_and_headers() {
+        let mut html = Html::default();
+        let rows = [(true, vec!["a<b".to_owned(), "1".to_owned()])];
+        html.table("What", &[("Name", Column::Text), ("n", Column::Number)], &rows);
+        let text = html.into_string();
+        for part in [
+            "<caption>What</caption>",
+            "<th scope=\"col\">Name</th>",
+            "<td class=\"number\">1</td>",
+            "<tr class=\"bold\"><td>a&lt;b</td>",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+    }
+}

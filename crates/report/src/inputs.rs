@@ -1,0 +1,121 @@
+//! What a report is made from: any subset of the pipeline's JSON outputs.
+
+use std::io::Read;
+
+use serde::de::DeserializeOwned;
+
+use crate::ReportError;
+use crate::view::{Agp, Conformance, Diagnosis, ExampleDay, Manifest, Outcomes, Training, Twins};
+
+/// One JSON output of the pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Part {
+    /// How a stage was run.
+    Manifest,
+    /// Glucose outcomes and forecast errors of every method.
+    Outcomes,
+    /// Proofs of the network's monotonicity properties.
+    Conformance,
+    /// Where the gap lies, which effect explains it, and how far it shrinks.
+    Diagnosis,
+    /// Training of the population network.
+    Training,
+    /// Training of the twins, by person.
+    Twins,
+    /// What was found and done on import.
+    ImportReport,
+    /// One day of one person, measured and simulated.
+    ExampleDay,
+    /// Ambulatory glucose profile, measured and simulated.
+    Agp,
+}
+
+impl Part {
+    /// Every part.
+    pub const ALL: [Self; 9] = [
+        Self::Manifest,
+        Self::Outcomes,
+        Self::Conformance,
+        Self::Diagnosis,
+        Self::Training,
+        Self::Twins,
+        Self::ImportReport,
+        Self::ExampleDay,
+        Self::Agp,
+    ];
+
+    /// Name of the file that holds the part in an output folder.
+    #[must_use]
+    pub const fn file_name(self) -> &'static str {
+        match self {
+            Self::Manifest => "manifest.json",
+            Self::Outcomes => "outcomes.json",
+            Self::Conformance => "conformance.json",
+            Self::Diagnosis => "diagnosis.json",
+            Self::Training => "training.json",
+            Self::Twins => "twins.json",
+            Self::ImportReport => "import_report.json",
+            Self::ExampleDay => "example_day.json",
+            Self::Agp => "agp.json",
+        }
+    }
+}
+
+/// The parts at hand. A missing part becomes a section that says so.
+#[derive(Debug, Clone, Default)]
+pub struct Inputs {
+    /// Manifests of the stages, in the order in which they were read.
+    pub manifests: Vec<Manifest>,
+    /// From `outcomes.json`.
+    pub outcomes: Option<Outcomes>,
+    /// From `conformance.json`.
+    pub conformance: Option<Conformance>,
+    /// From `diagnosis.json`.
+    pub diagnosis: Option<Diagnosis>,
+    /// From `training.json`.
+    pub training: Option<Training>,
+    /// From `twins.json`.
+    pub twins: Option<Twins>,
+    /// From `import_report.json`; shown as it stands, whatever its keys.
+    pub import_report: Option<serde_json::Value>,
+    /// From `example_day.json`.
+    pub example_day: Option<ExampleDay>,
+    /// From `agp.json`.
+    pub agp: Option<Agp>,
+}
+
+impl Inputs {
+    /// Reads one part. A manifest is added to those already read; any other part replaces one
+    /// read before. Unknown keys are ignored.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError::Json`] with line and column, also where reading fails;
+    /// [`ReportError::UnevenSeries`].
+    pub fn read(&mut self, part: Part, reader: impl Read) -> Result<(), ReportError> {
+        match part {
+            Part::Manifest => self.manifests.push(parse(part, reader)?),
+            Part::Outcomes => self.outcomes = Some(parse(part, reader)?),
+            Part::Conformance => self.conformance = Some(parse(part, reader)?),
+            Part::Diagnosis => self.diagnosis = Some(parse(part, reader)?),
+            Part::Training => self.training = Some(parse(part, reader)?),
+            Part::Twins => self.twins = Some(parse(part, reader)?),
+            Part::ImportReport => self.import_report = Some(parse(part, reader)?),
+            Part::ExampleDay => {
+                let day: ExampleDay = parse(part, reader)?;
+                day.check()?;
+                self.example_day = Some(day);
+            }
+            Part::Agp => {
+                let agp: Agp = parse(part, reader)?;
+                agp.check()?;
+                self.agp = Some(agp);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn parse<T: DeserializeOwned>(part: Part, reader: impl Read) -> Result<T, ReportError> {
+    serde_json::from_reader(reader).map_err(|source| ReportError::Json { part, source })
+}

@@ -1,0 +1,96 @@
+//! Numbers as text: fixed digits, a true minus sign, and never "NaN".
+
+use crate::view::{Spread, WithInterval};
+
+/// What stands where there is no number.
+pub(crate) const ABSENT: &str = "\u{2013}";
+
+/// `value` with `digits` after the point.
+pub(crate) fn fixed(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return ABSENT.to_owned();
+    }
+    let text = format!("{:.digits$}", value.abs());
+    // "-0.0" carries no information that "0.0" lacks.
+    let is_zero = text.bytes().all(|b| b == b'0' || b == b'.');
+    if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }
+}
+
+/// `value` with `digits` after the point, or a dash.
+pub(crate) fn optional(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| ABSENT.to_owned(), |value| fixed(value, digits))
+}
+
+/// A small number with three significant digits, in powers of ten where that is shorter.
+pub(crate) fn significant(value: Option<f64>) -> String {
+    match value {
+        Some(value) if value.is_finite() => {
+            let size = value.abs();
+            if size == 0.0 {
+                "0".to_owned()
+            } else if (1e-3..1e4).contains(&size) {
+                let digits = (2 - size.log10().floor() as i32).clamp(0, 5);
+                fixed(value, digits as usize)
+            } else {
+                let exponent = size.log10().floor() as i32;
+                let mantissa = fixed(value / 10_f64.powi(exponent), 2);
+                format!("{mantissa}e{exponent}").replace("e-", "e\u{2212}")
+            }
+        }
+        _ => ABSENT.to_owned(),
+    }
+}
+
+/// A p-value as papers print it.
+pub(crate) fn p_value(p: f64) -> String {
+    if !p.is_finite() {
+        ABSENT.to_owned()
+    } else if p < 0.001 {
+        "<0.001".to_owned()
+    } else {
+        fixed(p, 3)
+    }
+}
+
+/// Mean and SD.
+pub(crate) fn spread(spread: Spread, digits: usize) -> String {
+    match spread.sd {
+        Some(sd) => format!("{} \u{b1} {}", fixed(spread.mean, digits), fixed(sd, digits)),
+        None => fixed(spread.mean, digits),
+    }
+}
+
+/// Estimate and interval.
+pub(crate) fn interval(x: WithInterval, digits: usize) -> String {
+    format!("{} ({} to {})", fixed(x.value, digits), fixed(x.lower, digits), fixed(x.upper, digits))
+}
+
+/// A count with its noun: `1 person`, `3 people`.
+pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_as_numbers() {
+        for (text, expected) in [
+            (fixed(-1.25, 1), "\u{2212}1.2"),
+            (fixed(-0.04, 1), "0.0"),
+            (fixed(f64::NAN, 1), ABSENT),
+            (optional(None, 2), ABSENT),
+            (significant(Some(0.0236161)), "0.0236"),
+            (significant(Some(-0.0108953)), "\u{2212}0.0109"),
+            (significant(Some(1.715e-4)), "1.71e\u{2212}4"),
+            (significant(Some(0.0)), "0"),
+            (significant(Some(123.4)), "123"),
+            (p_value(0.0004), "<0.001"),
+            (p_value(0.0123), "0.012"),
+            (count(1, "person", "people"), "1 person"),
+        ] {
+            assert_eq!(text, expected);
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Where the gap lies: a figure a factor, one table, and the error by horizon.
+
+use super::verdict::LEVEL;
+use super::words::plain;
+use crate::figure::{ForestRow, forest};
+use crate::html::{Column, Html};
+use crate::number::{fixed, interval, p_value};
+use crate::view::{CellGap, Diagnosis, WithInterval};
+use crate::{Inputs, ReportError};
+
+/// Factors with a figure, in reading order: key, name of the figure, caption.
+const FIGURES: [(&str, &str, &str); 4] = [
+    (
+        "hour",
+        "Mean error by time of day",
+        "Mean error by time of day. Read from the dashed line: to its right glucose is \
+         under-predicted, to its left over-predicted. Intervals hold for all situations together.",
+    ),
+    (
+        "context",
+        "Mean error by situation",
+        "Mean error by situation. A filled mark is a situation in which the model is wrong on \
+         average; a hollow one is a situation in which the data leave it open.",
+    ),
+    (
+        "glucose_band",
+        "Mean error by glucose band",
+        "Mean error by glucose band. An error that rises with glucose is one that the model shrinks \
+         towards the middle.",
+    ),
+    (
+        "person",
+        "Mean error by person",
+        "Mean error by person. Marks on both sides say that people differ, marks on one side that \
+         the model misses the same thing in all.",
+    ),
+];
+
+pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    let Some(diagnosis) = &inputs.diagnosis else {
+        html.absent("There is no diagnosis in this folder, so the gap was not located.");
+        return Ok(html);
+    };
+    if let Some(plant) = &diagnosis.plant {
+        html.paragraph(&format!("Diagnosed model: {plant}."));
+    }
+    if diagnosis.cells.is_empty() {
+        html.absent("The diagnosis holds no situation in which an error was measured.");
+    }
+    for (factor, name, caption) in FIGURES {
+        let mut cells: Vec<&CellGap> =
+            diagnosis.cells.iter().filter(|cell| cell.factor == factor).collect();
+        if factor == "hour" {
+            cells.sort_by(|a, b| a.level.cmp(&b.level));
+        } else if factor == "glucose_band" {
+            let rank = |level: &str| ["<70", "70-180", ">180"].iter().position(|l| *l == level);
+            cells.sort_by_key(|cell| rank(&cell.level).unwrap_or(usize::MAX));
+        } else {
+            cells.sort_by(|a, b| b.mean_error_mg_dl.total_cmp(&a.mean_error_mg_dl));
+        }
+        let rows: Vec<ForestRow> = cells
+            .into_iter()
+            .map(|cell| ForestRow {
+                label: match factor {
+                    "hour" => format!("{} h", cell.level),
+                    "glucose_band" => format!("{} mg/dL", cell.level),
+                    "context" => plain(&cell.level),
+                    _ => cell.level.clone(),
+                },
+                value: WithInterval {
+                    value: cell.mean_error_mg_dl,
+                    lower: cell.lower,
+                    upper: cell.upper,
+                },
+                stands_out: cell.p_adjusted < LEVEL,
+            })
+            .collect();
+        if let Some((svg, keys)) = forest(name, "Observed \u{2212} predicted (mg/dL)", &rows)? {
+            html.figure(&svg, &keys, caption);
+        }
+    }
+    table(&mut html, diagnosis);
+    baseline(&mut html, diagnosis);
+    Ok(html)
+}
+
+fn table(html: &mut Html, diagnosis: &Diagnosis) {
+    if diagnosis.cells.is_empty() {
+        return;
+    }
+    let rows: Vec<(bool, Vec<String>)> = diagnosis
+        .cells
+        .iter()
+        .map(|cell| {
+            let mean =
+                WithInterval { value: cell.mean_error_mg_dl, lower: cell.lower, upper: cell.upper };
+            let cells = vec![
+                plain(&cell.factor),
+                plain(&cell.level),
+                interval(mean, 1),
+                p_value(cell.p_adjusted),
+                format!("{} %", fixed(100.0 * cell.share_of_gap, 1)),
+                cell.horizon_minutes.map_or_else(String::new, |m| m.to_string()),
+                cell.people.map_or_else(String::new, |n| n.to_string()),
+            ];
+            (cell.p_adjusted < LEVEL, cells)
+        })
+        .collect();
+    html.table(
+        "Every situation, in the order of the diagnosis; bold: differs from zero at a family-wise \
+         level of 0.05",
+        &[
+            ("Factor", Column::Text),
+            ("Level", Column::Text),
+            ("Observed \u{2212} predicted, mg/dL (simultaneous interval)", Column::Number),
+            ("Adjusted p", Column::Number),
+            ("Share of squared error", Column::Number),
+            ("Min ahead", Column::Number),
+            ("People", Column::Number),
+        ],
+        &rows,
+    );
+}
+
+fn baseline(html: &mut Html, diagnosis: &Diagnosis) {
+    if diagnosis.baseline.is_empty() {
+        return;
+    }
+    let rows: Vec<(bool, Vec<String>)> = diagnosis
+        .baseline
+        .iter()
+        .map(|row| {
+            let cells = vec![
+                row.minutes.to_string(),
+                interval(row.mae, 1),
+                interval(row.rmse, 1),
+                interval(row.bias, 1),
+            ];
+            (false, cells)
+        })
+        .collect();
+    html.table(
+        "Error of the calibrated model by horizon, mg/dL, with intervals over people",
+        &[
+            ("Min ahead", Column::Number),
+            ("Mean absolute error", Column::Number),
+            ("Root mean squared error", Column::Number),
+            ("Observed \u{2212} predicted", Column::Number),
+        ],
+        &rows,
+    );
+}

@@ -1,0 +1,44 @@
+//! How to make this report again: commands, version, seed, configuration, input hashes.
+
+use serde_json::Value;
+
+use super::data_quality::json;
+use crate::html::{Column, Html};
+use crate::{Inputs, ReportError};
+
+pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    if inputs.manifests.is_empty() {
+        html.absent(
+            "There is no manifest in this folder, so the run cannot be repeated from here.",
+        );
+    }
+    for manifest in &inputs.manifests {
+        if let Some(stage) = &manifest.stage {
+            html.element("h3", stage);
+        }
+        html.literal("<pre><code>").text(&manifest.command).literal("</code></pre>\n");
+        let seed = manifest.seed.map_or_else(|| "none".to_owned(), |seed| seed.to_string());
+        html.paragraph(&format!("Version {}, seed {seed}.", manifest.version));
+        if manifest.config.as_object().is_some_and(|config| !config.is_empty()) {
+            json(&mut html, "Resolved configuration", &manifest.config);
+        } else if !matches!(manifest.config, Value::Null | Value::Object(_)) {
+            json(&mut html, "Resolved configuration", &manifest.config);
+        }
+        if manifest.inputs.is_empty() {
+            html.paragraph("No file was read.");
+        } else {
+            let rows: Vec<(bool, Vec<String>)> = manifest
+                .inputs
+                .iter()
+                .map(|input| (false, vec![input.path.clone(), input.sha256.clone()]))
+                .collect();
+            html.table(
+                "Files that were read",
+                &[("File", Column::Text), ("SHA-256", Column::Text)],
+                &rows,
+            );
+        }
+    }
+    Ok(html)
+}

@@ -1,0 +1,37 @@
+//! Training of the population network.
+
+use crate::html::Html;
+use crate::number::{count, fixed};
+use crate::{Inputs, ReportError, figure};
+
+pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    let Some(training) = &inputs.training else {
+        html.absent("There is no training record in this folder.");
+        return Ok(html);
+    };
+    let took = training.seconds.map_or_else(String::new, |s| format!(", {} s", fixed(s, 1)));
+    html.paragraph(&format!(
+        "Model {}, seed {}, {}, {} for training and {} for validation{took}. Data hash:",
+        training.model,
+        training.seed,
+        count(training.epochs.len(), "epoch", "epochs"),
+        count(training.data.windows_train, "window", "windows"),
+        training.data.windows_validation,
+    ));
+    html.literal("<p>").element("code", &training.data.hash).literal("</p>\n");
+    match figure::training(training)? {
+        Some((svg, keys)) => {
+            html.figure(
+                &svg,
+                &keys,
+                "Loss by epoch. The two lines should fall together; a validation line that turns up \
+                 while training falls is overfitting.",
+            );
+        }
+        None => {
+            html.absent("The training record holds no epoch.");
+        }
+    }
+    Ok(html)
+}

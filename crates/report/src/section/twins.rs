@@ -1,0 +1,64 @@
+//! The twin of every person.
+
+use crate::html::{Column, Html};
+use crate::number::{ABSENT, count, optional, significant};
+use crate::{Inputs, ReportError, figure};
+
+pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    let Some(twins) = &inputs.twins else {
+        html.absent("There are no twins in this folder.");
+        return Ok(html);
+    };
+    let made = twins.people.iter().filter(|person| person.excluded.is_none()).count();
+    html.paragraph(&format!(
+        "{} trained for {}; the others are listed below with the reason.",
+        count(made, "twin was", "twins were"),
+        count(twins.people.len(), "person", "people")
+    ));
+    if let Some((svg, keys)) = figure::twins(twins)? {
+        html.figure(
+            &svg,
+            &keys,
+            "Error on the test windows, one mark a person. Marks below the line are people whose twin \
+             is closer than the population network; marks above it are people whom the twin made \
+             worse.",
+        );
+    } else {
+        html.absent("No person has an error of both the population network and the twin.");
+    }
+    let rows: Vec<(bool, Vec<String>)> = twins
+        .people
+        .iter()
+        .filter(|person| person.excluded.is_none())
+        .map(|person| {
+            let whole = |n: Option<usize>| n.map_or_else(|| ABSENT.to_owned(), |n| n.to_string());
+            let cells = vec![
+                person.person_id.clone(),
+                whole(person.windows_train),
+                whole(person.windows_test),
+                significant(person.loss_first),
+                significant(person.loss_last),
+                optional(person.rmse_population, 1),
+                optional(person.rmse_twin, 1),
+            ];
+            (false, cells)
+        })
+        .collect();
+    if !rows.is_empty() {
+        html.table(
+            "Twins by person",
+            &[
+                ("Person", Column::Text),
+                ("Windows, training", Column::Number),
+                ("Windows, test", Column::Number),
+                ("First loss", Column::Number),
+                ("Last loss", Column::Number),
+                ("RMSE population, mg/dL", Column::Number),
+                ("RMSE twin, mg/dL", Column::Number),
+            ],
+            &rows,
+        );
+    }
+    Ok(html)
+}
