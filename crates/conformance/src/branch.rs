@@ -5,6 +5,11 @@
 //! halved along the input with the largest influence on the undecided ones, most promising box
 //! first. A box without undecided switches is one linear piece, whose slope is known exactly.
 //!
+//! Two switches whose hoped-for states exclude each other over a box (nearly parallel hyperplanes)
+//! are counted together: one of the two hopes fails. They exclude each other if some non-negative
+//! combination of the two is below zero over the whole box (Farkas' lemma, tried at the few
+//! combinations where its maximum over a box can be least).
+//!
 //! # Why the upper bound is sound
 //! - A switch is called on or off over a box only if its computed extreme clears zero by more than
 //!   [`rounding_error`] over the whole root box, or if the exact extreme does not lie beyond zero.
@@ -23,18 +28,25 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-use std::sync::Arc;
 use std::time::Duration;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::interior::deepest_point;
 use crate::region::BoxRegion;
 use crate::slope::{SlopeSum, rounding_error};
 
 /// Boxes taken from the queue at a time. Their halves are bounded in parallel and put back in
 /// order, so the result does not depend on the number of threads.
 const BATCH: usize = 64;
+
+/// Rounds between two proposals for a better point, from the pattern that the most promising box
+/// hopes for. A proposal takes about as long as ten rounds.
+const PROPOSE_EVERY: u64 = 64;
+
+/// Most undecided switches for which pairs are examined; the work is quadratic.
+const PAIRED: usize = 16;
 
 /// Why the search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -85,6 +97,7 @@ pub(crate) fn maximise(
     let mut best = Best { lower: f64::NEG_INFINITY, upper: f64::NEG_INFINITY, points: Vec::new() };
     best.offer(&search, middle);
     let mut nodes = 1;
+    let mut round = 0;
     let mut stuck = f64::NEG_INFINITY;
     let mut queue = BinaryHeap::new();
     queue.extend((root.upper > best.lower).then_some(root));
@@ -104,6 +117,14 @@ pub(crate) fn maximise(
             break Stop::Time;
         }
         let parents: Vec<Node> = std::iter::from_fn(|| queue.pop()).take(BATCH).collect();
+        if round % PROPOSE_EVERY == PROPOSE_EVERY / 4 {
+            // Boxes meet a thin best piece late; its pattern can be tried before that.
+            let hoped = search.hoped_for(&parents[0]);
+            if let Some(point) = deepest_point(&search.rest, region, &hoped) {
+                best.offer(&search, point);
+            }
+        }
+        round += 1;
         let known = best.lower;
         let halves: Vec<Halves> =
             parents.par_iter().map(|parent| search.halve(parent, known)).collect();
@@ -121,7 +142,8 @@ pub(crate) fn maximise(
             }
         }
     };
-    let left = queue.peek().map_or(f64::NEG_INFINITY, |top| top.upper);
+    // The first box need not have the largest bound to the last bit.
+    let left = queue.iter().map(|node| node.upper).fold(f64::NEG_INFINITY, f64::max);
     let upper = left.max(stuck).max(best.upper);
     best.points.reverse();
     Bracket { lower: best.lower, upper, points: best.points, nodes, stop }
@@ -165,13 +187,20 @@ struct Search<'a> {
 struct Node {
     lower: Box<[f64]>,
     upper_corner: Box<[f64]>,
-    undecided: Arc<[u32]>,
+    undecided: Box<[Undecided]>,
     /// Constant plus the gains that are on, rounded up.
     settled: f64,
     /// Certified bound on the slope over the box.
     upper: f64,
     /// The input to halve next, if any can be halved.
     split: Option<usize>,
+}
+
+/// A switch without a fixed state over a box, and the state that a bound counts on.
+#[derive(Clone, Copy)]
+struct Undecided {
+    switch: u32,
+    hoped_on: bool,
 }
 
 /// Two children with, for each, a point that may be better than the best known.
@@ -204,12 +233,28 @@ impl<'a> Search<'a> {
     }
 
     fn root(&self, region: &BoxRegion) -> (Node, Vec<f64>) {
-        let all: Vec<u32> = (0..self.biases.len() as u32).collect();
+        let all: Vec<Undecided> = (0..self.biases.len() as u32)
+            .map(|switch| Undecided { switch, hoped_on: false })
+            .collect();
         let settled = self.rest.constant.round_up();
         let (node, _) =
             self.bound(region.lower().into(), region.upper().into(), &all, settled, f64::INFINITY);
         let middle = region.lower().iter().zip(region.upper()).map(|(l, u)| middle(*l, *u));
         (node, middle.collect())
+    }
+
+    /// The switches that would be on where a box's bound is attained: those on at its centre,
+    /// but for the undecided ones, which are as the bound counts on.
+    fn hoped_for(&self, node: &Node) -> Vec<bool> {
+        let bounds = node.lower.iter().zip(&node.upper_corner);
+        let centre: Vec<f64> = bounds.map(|(&l, &u)| middle(l, u)).collect();
+        let switches = self.rest.switches.iter();
+        let mut on: Vec<bool> =
+            switches.map(|switch| switch.on_to_the_right(&centre, self.rest.tested)).collect();
+        for &Undecided { switch, hoped_on } in &*node.undecided {
+            on[switch as usize] = hoped_on;
+        }
+        on
     }
 
     fn halve(&self, parent: &Node, known: f64) -> Halves {
@@ -234,7 +279,7 @@ impl<'a> Search<'a> {
         &self,
         lower: Box<[f64]>,
         upper: Box<[f64]>,
-        undecided: &[u32],
+        undecided: &[Undecided],
         settled: f64,
         known: f64,
     ) -> (Node, Option<Vec<f64>>) {
@@ -246,12 +291,13 @@ impl<'a> Search<'a> {
             .collect();
         let mut settled = settled;
         let mut still = Vec::with_capacity(undecided.len());
+        let mut values = Vec::with_capacity(undecided.len());
         let mut influence = vec![0.0; self.inputs];
         let mut at_centre = 0.0;
         let mut optimistic = 0.0;
-        for &j in undecided {
-            let index = j as usize;
-            let row = &self.weights[index * self.inputs..(index + 1) * self.inputs];
+        for &Undecided { switch, .. } in undecided {
+            let index = switch as usize;
+            let row = self.row(index);
             let mut value = self.biases[index];
             let mut radius = 0.0;
             for ((&w, &c), &r) in row.iter().zip(&centre).zip(&reach) {
@@ -270,10 +316,9 @@ impl<'a> Search<'a> {
             if on {
                 settled = add_up(settled, gain);
             } else if !off {
-                still.push(j);
-                if gain > 0.0 {
-                    optimistic = add_up(optimistic, gain);
-                }
+                still.push(Undecided { switch, hoped_on: gain > 0.0 });
+                values.push(value);
+                optimistic = add_up(optimistic, gain.max(0.0));
                 if value > 0.0 {
                     at_centre += gain;
                 }
@@ -283,29 +328,105 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let bound = add_up(settled, optimistic);
+        let mut bound = add_up(settled, optimistic);
+        if bound > known && (2..=PAIRED).contains(&still.len()) {
+            optimistic = self.optimistic_in_pairs(&mut still, &values, &reach);
+            bound = bound.min(add_up(settled, optimistic));
+        }
         // The sum at the centre is only an estimate: it decides whether to compute the exact one.
         let slack = 1e-12 * (settled.abs() + at_centre.abs());
-        let candidate =
-            (bound > known && settled + at_centre + slack > known).then(|| centre.clone());
+        let promising = bound > known && settled + at_centre + slack > known;
+        if still.is_empty() && bound > known {
+            // One linear piece: its slope is known without the rounding of the sum.
+            bound = bound.min(self.sum.at(&centre).round_up());
+        }
         let split = (0..self.inputs)
             .filter(|&i| lower[i] < centre[i] && centre[i] < upper[i])
             .max_by(|&i, &j| influence[i].total_cmp(&influence[j]).then(j.cmp(&i)));
-        let exact_bound = if still.is_empty() && bound > known {
-            // One linear piece: its slope is known without the rounding of the sum.
-            bound.min(self.sum.at(&centre).round_up())
-        } else {
-            bound
-        };
         let node = Node {
             lower,
             upper_corner: upper,
             undecided: still.into(),
             settled,
-            upper: exact_bound,
+            upper: bound,
             split,
         };
-        (node, candidate)
+        (node, promising.then_some(centre))
+    }
+
+    /// Upper bound on what the undecided switches add, where pairs of hopes that exclude each
+    /// other are counted together; sets the hopes that attain it. `values` are at the centre.
+    fn optimistic_in_pairs(
+        &self,
+        undecided: &mut [Undecided],
+        values: &[f64],
+        reach: &[f64],
+    ) -> f64 {
+        let gain = |u: &Undecided| self.gains[u.switch as usize];
+        let mut conflicts = Vec::new();
+        for m in 1..undecided.len() {
+            for n in 0..m {
+                if self.exclude_each_other(undecided, values, reach, m, n) {
+                    let loss = gain(&undecided[m]).abs().min(gain(&undecided[n]).abs());
+                    conflicts.push((loss, m, n));
+                }
+            }
+        }
+        // Pairs must be disjoint for their losses to add up; the costliest first.
+        conflicts.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut paired = vec![false; undecided.len()];
+        let mut sum = 0.0;
+        for (_, m, n) in conflicts {
+            if paired[m] || paired[n] {
+                continue;
+            }
+            (paired[m], paired[n]) = (true, true);
+            let (p, q) = (gain(&undecided[m]), gain(&undecided[n]));
+            let first_fails = add_up(p.min(0.0), q.max(0.0));
+            let second_fails = add_up(p.max(0.0), q.min(0.0));
+            let fails = if first_fails > second_fails { m } else { n };
+            undecided[fails].hoped_on = !undecided[fails].hoped_on;
+            // Both failing adds no more than one failing.
+            sum = add_up(sum, first_fails.max(second_fails));
+        }
+        for (u, _) in undecided.iter().zip(&paired).filter(|(_, paired)| !**paired) {
+            sum = add_up(sum, gain(u).max(0.0));
+        }
+        sum
+    }
+
+    /// Whether no point of the box lies on the hoped-for side of both switches.
+    fn exclude_each_other(
+        &self,
+        undecided: &[Undecided],
+        values: &[f64],
+        reach: &[f64],
+        m: usize,
+        n: usize,
+    ) -> bool {
+        let (j, l) = (undecided[m].switch as usize, undecided[n].switch as usize);
+        // Sides as signs: positive where the hope is fulfilled.
+        let side = |index: usize| if self.gains[index] > 0.0 { 1.0 } else { -1.0 };
+        let (s, t) = (side(j), side(l));
+        let (p, q) = (self.row(j), self.row(l));
+        // The maximum over the box is convex and piecewise linear in the share of the first
+        // switch; it bends where a coefficient of the combination vanishes.
+        (0..self.inputs).any(|bend| {
+            let (a, b) = (s * p[bend], t * q[bend]);
+            if a * b >= 0.0 {
+                return false;
+            }
+            let (x, y) = (b.abs() / (a.abs() + b.abs()), a.abs() / (a.abs() + b.abs()));
+            let mut greatest = x * s * values[m] + y * t * values[n];
+            for ((&p, &q), &r) in p.iter().zip(q).zip(reach) {
+                greatest += (x * s * p + y * t * q).abs() * r;
+            }
+            greatest <= -(x * self.errors[j] + y * self.errors[l])
+        })
+    }
+
+    fn row(&self, index: usize) -> &[f64] {
+        &self.weights[index * self.inputs..(index + 1) * self.inputs]
     }
 }
 
@@ -325,17 +446,29 @@ fn add_up(a: f64, b: f64) -> f64 {
     if error > 0.0 || sum == f64::NEG_INFINITY { sum.next_up() } else { sum }
 }
 
+impl Node {
+    /// The bound without its last 16 bits, ordered as the bound is. Where many boxes share a
+    /// bound, as along the flat in which a few switches meet, rounding must not decide.
+    fn rank(&self) -> i64 {
+        let bits = self.upper.to_bits() as i64;
+        (if bits < 0 { bits ^ i64::MAX } else { bits }) >> 16
+    }
+}
+
 impl Ord for Node {
-    /// Largest bound first; ties by position, so that the order is total.
+    /// Largest bound first; among equals the box that is closest to being settled, so that a shared
+    /// bound is followed into depth; then by position, so that the order is total.
     fn cmp(&self, other: &Self) -> Ordering {
-        self.upper.total_cmp(&other.upper).then_with(|| {
+        let by_position = || {
             let mine = self.lower.iter().chain(&self.upper_corner);
             let theirs = other.lower.iter().chain(&other.upper_corner);
-            mine.zip(theirs)
-                .map(|(a, b)| a.total_cmp(b))
-                .find(|o| o.is_ne())
-                .unwrap_or(Ordering::Equal)
-        })
+            let mut order = mine.zip(theirs).map(|(a, b)| a.total_cmp(b));
+            order.find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+        };
+        self.rank()
+            .cmp(&other.rank())
+            .then_with(|| other.undecided.len().cmp(&self.undecided.len()))
+            .then_with(by_position)
     }
 }
 

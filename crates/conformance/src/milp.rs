@@ -61,8 +61,6 @@ pub struct MilpReport {
     pub claimed_bound: f64,
     /// Number of binaries.
     pub binaries: usize,
-    /// Nodes of the solver's tree.
-    pub nodes: i64,
     /// Time taken, by the caller's clock.
     pub seconds: f64,
 }
@@ -106,7 +104,6 @@ pub fn solve(
             claimed_objective: None,
             claimed_bound: rest.constant.round_up(),
             binaries: 0,
-            nodes: 0,
             seconds: 0.0,
         }
     } else {
@@ -128,7 +125,6 @@ pub fn solve(
             claimed_objective: answer.incumbent.map(|incumbent| incumbent.objective),
             claimed_bound: answer.bound,
             binaries: rest.switches.len(),
-            nodes: answer.nodes,
             seconds: 0.0,
         }
     };
@@ -152,7 +148,6 @@ struct Answer {
     status: MilpStatus,
     incumbent: Option<Incumbent>,
     bound: f64,
-    nodes: i64,
 }
 
 struct Incumbent {
@@ -214,8 +209,6 @@ impl<'a> Programme<'a> {
         };
         let unread = |e| ("reading the result", format!("{e:?}"));
         let bound = solved.double_info_value(c"mip_dual_bound").map_err(unread)?;
-        // 64-bit in HiGHS and not readable through this interface as such; -1 where it is not.
-        let nodes = solved.int_info_value(c"mip_node_count").unwrap_or(-1);
         let feasible = solved.primal_solution_status() == highs::HighsSolutionStatus::Feasible;
         let incumbent = feasible.then(|| {
             let solution = solved.get_solution();
@@ -226,6 +219,6 @@ impl<'a> Programme<'a> {
                 objective: self.constant + solved.objective_value(),
             }
         });
-        Ok(Answer { status, incumbent, bound: self.constant + bound, nodes })
+        Ok(Answer { status, incumbent, bound: self.constant + bound })
     }
 }
