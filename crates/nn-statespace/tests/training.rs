@@ -1,0 +1,289 @@
+//! The roll-out graph against the plant and central differences; training on a small plant.
+
+use candle_core::{DType, Device, Tensor, Var};
+use nn_statespace::training::loss::{Loss, LossConfig};
+use nn_statespace::training::{
+    CarbStart, GradientLimit, KeptWeights, LearningRate, Provenance, RollOut, Run, Stage, Trained,
+    TrainingConfig, WindowSet, initial_networks, train,
+};
+use nn_statespace::{
+    CentreAndScale, GlucoseClamp, ModelCard, ModelError, PerCompartment, PopulationModel, Scaler,
+    Widths, Wiring,
+};
+use physiology::{Compartment, Grams, OpenLoop, States, StepInput, Units, UnitsPerHour, simulate};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const STEPS: usize = 12;
+const BATCH: usize = 3;
+
+fn tensor(values: Vec<f64>, shape: &[usize]) -> Tensor {
+    Tensor::from_vec(values, shape, &Device::Cpu).expect("as many values as places")
+}
+
+fn random(rng: &mut ChaCha8Rng, count: usize) -> Vec<f64> {
+    (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
+}
+
+fn unit_scaler() -> Scaler {
+    let unit = CentreAndScale { centre: 0.0, scale: 1.0 };
+    let mut states = PerCompartment::from_fn(|_| unit);
+    states[Compartment::Q1] = CentreAndScale { centre: 120.0, scale: 80.0 };
+    Scaler::new(states, unit, unit).expect("positive")
+}
+
+#[test]
+fn the_graph_rolls_out_as_the_plant_does() {
+    let (wiring, widths) = (Wiring::paper(), Widths::quick());
+    let networks = initial_networks(&wiring, &widths, 0.1, 1);
+    let graph = RollOut::new(&wiring, &networks, DType::F64).expect("fits");
+    let card = ModelCard {
+        origin: "test".to_owned(),
+        version: "0".to_owned(),
+        training_data_sha256: None,
+        training: None,
+    };
+    let model = PopulationModel::new(wiring, networks, unit_scaler(), GlucoseClamp::Off, card)
+        .expect("fits");
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let initial = random(&mut rng, 10);
+    let inputs = random(&mut rng, 2 * STEPS);
+    let simulated = graph
+        .simulate(&tensor(initial.clone(), &[1, 10]), &tensor(inputs.clone(), &[STEPS, 1, 2]))
+        .and_then(|states| Ok(states.squeeze(1)?.to_vec2::<f64>()?))
+        .expect("shapes fit");
+    let mut start = nn_statespace::ScaledStates::default();
+    for (compartment, value) in Compartment::ALL.into_iter().zip(initial) {
+        start[compartment] = value;
+    }
+    let steps: Vec<StepInput> = inputs
+        .chunks_exact(2)
+        .map(|u| StepInput {
+            basal: UnitsPerHour(u[0]),
+            carbs: Grams(u[1]),
+            ..StepInput::default()
+        })
+        .collect();
+    let run = simulate(&model, start, &mut OpenLoop::new(&steps), STEPS).expect("finite");
+    for (step, row) in simulated.iter().enumerate() {
+        for (compartment, value) in run.states[step + 1].iter() {
+            // Rounding of sums in another order, over twelve steps.
+            assert!((row[compartment as usize] - value).abs() < 1e-12, "{step} {compartment}");
+        }
+    }
+}
+
+#[test]
+fn gradients_agree_with_central_differences() {
+    let wiring = Wiring::paper();
+    let widths = Widths::new(PerCompartment::from_fn(|_| 4)).expect("positive");
+    let networks = initial_networks(&wiring, &widths, 0.3, 3);
+    let graph = RollOut::new(&wiring, &networks, DType::F64).expect("fits");
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let initial = tensor(random(&mut rng, BATCH * 10), &[BATCH, 10]);
+    let inputs = tensor(random(&mut rng, STEPS * BATCH * 2), &[STEPS, BATCH, 2]);
+    let truth = random(&mut rng, STEPS * BATCH * 10).iter().map(|v| 4.0 * v).collect();
+    let truth = tensor(truth, &[STEPS, BATCH, 10]);
+    // High minima, so that the soft constraint is at work; truth reaches both glucose thresholds.
+    let minima = PerCompartment::from_fn(|_| -0.2);
+    let loss =
+        Loss::new(LossConfig::paper(), &unit_scaler(), &minima, DType::F64).expect("ten columns");
+    let value = || -> Tensor {
+        let states = graph.simulate(&initial, &inputs).expect("shapes fit");
+        loss.total(&states, &truth).expect("shapes fit")
+    };
+    let gradients = value().backward().expect("differentiable");
+    let scalar = || value().to_scalar::<f64>().expect("a scalar");
+    let (mut compared, mut largest) = (0, 0.0_f64);
+    for variable in graph.variables() {
+        let gradient = gradients.get(&variable).expect("the loss depends on it");
+        let gradient = gradient.flatten_all().and_then(|g| g.to_vec1::<f64>()).expect("f64");
+        let weights = variable.flatten_all().and_then(|w| w.to_vec1::<f64>()).expect("f64");
+        let set = |variable: &Var, values: Vec<f64>| {
+            variable.set(&tensor(values, variable.dims())).expect("the same shape");
+        };
+        for (place, slope) in gradient.iter().enumerate() {
+            let shifted = |by: f64| {
+                let mut values = weights.clone();
+                values[place] += by;
+                set(&variable, values);
+                let value = scalar();
+                set(&variable, weights.clone());
+                value
+            };
+            let step = 1e-6;
+            let difference = (shifted(step) - shifted(-step)) / (2.0 * step);
+            // Second-order error 1e-12 times curvature, rounding 1e-16/1e-6; a weight outside the
+            // wiring has no effect at all.
+            let error = (difference - slope).abs();
+            assert!(error <= 1e-6 * (1.0 + slope.abs()), "{place}: {difference} {slope}");
+            largest = largest.max(error / (1.0 + slope.abs()));
+            compared += usize::from(*slope != 0.0);
+        }
+    }
+    // Nearly all of the wired weights; a few units are off throughout.
+    let wired = 4 * (25 + 2 * 10) + 10;
+    assert!(compared > wired * 8 / 10 && compared <= wired, "{compared} of {wired}");
+}
+
+/// A plant of ten linear compartments with the paper's wiring, in physical units, with noise-free
+/// inputs: meals and boluses at random times.
+fn linear_runs(seed: u64, runs: usize, steps: usize) -> Vec<(Vec<States>, Vec<StepInput>)> {
+    use Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..runs)
+        .map(|_| {
+            let inputs: Vec<StepInput> = (0..steps)
+                .map(|step| {
+                    let meal = step % 48 == 12;
+                    let carbs = if meal { rng.random_range(20.0..90.0) } else { 0.0 };
+                    let bolus = if meal { carbs / rng.random_range(8.0..16.0) } else { 0.0 };
+                    StepInput {
+                        basal: UnitsPerHour(1.0),
+                        bolus: Units(bolus),
+                        carbs: Grams(carbs),
+                        ..StepInput::default()
+                    }
+                })
+                .collect();
+            let mut x = States::default();
+            for (compartment, value) in
+                [(S1, 50.0), (S2, 50.0), (I, 10.0), (X1, 0.1), (X2, 0.1), (X3, 0.1), (Q2, 5.0)]
+            {
+                x[compartment] = value;
+            }
+            x[Q1] = rng.random_range(80.0..200.0);
+            let mut states = vec![x];
+            for input in &inputs {
+                let mut next = x;
+                next[C1] += 5.0 * (input.carbs.0 / 5.0 - x[C1] / 40.0);
+                next[C2] += 5.0 * (x[C1] - x[C2]) / 40.0;
+                next[S1] += 5.0 * (input.insulin().0 - x[S1] / 50.0);
+                next[S2] += 5.0 * (x[S1] - x[S2]) / 50.0;
+                next[I] += 5.0 * (0.01 * x[S2] - 0.05 * x[I]);
+                for state in [X1, X2, X3] {
+                    next[state] += 5.0 * 0.02 * (0.01 * x[I] - x[state]);
+                }
+                next[Q1] += 5.0
+                    * (0.12 * x[C2] - 6.0 * x[X1] - 3.0 * x[X3] + 0.2 * x[Q2] - 0.005 * x[Q1]
+                        + 0.5);
+                next[Q2] += 5.0 * (0.002 * x[Q1] - 0.04 * x[Q2] + 0.1 * x[X1] - 0.1 * x[X2]);
+                x = next;
+                states.push(x);
+            }
+            (states, inputs)
+        })
+        .collect()
+}
+
+fn windows(scaler: Option<&Scaler>, seed: u64, stride: usize) -> WindowSet {
+    let runs = linear_runs(seed, 4, 288);
+    let runs: Vec<Run<'_>> = runs.iter().map(|(states, inputs)| Run { states, inputs }).collect();
+    let fitted = Scaler::fit(&runs).expect("finite rows");
+    WindowSet::new(scaler.unwrap_or(&fitted), &runs, 24, stride, CarbStart::Reported)
+        .expect("runs longer than a window")
+}
+
+fn small_config(seed: u64, epochs: usize) -> TrainingConfig {
+    TrainingConfig {
+        stages: vec![
+            Stage { epochs, steps: 4, learning_rate: LearningRate { first: 1e-2, decay: 0.02 } },
+            Stage { epochs, steps: 24, learning_rate: LearningRate { first: 5e-3, decay: 0.1 } },
+        ],
+        batch: 32,
+        loss: LossConfig::paper(),
+        gradient_limit: GradientLimit::Norm(1.0),
+        initial_output_gain: 0.1,
+        keep: KeptWeights::LowestValidationError,
+        seed,
+    }
+}
+
+fn run_training(config: &TrainingConfig) -> Result<Trained, ModelError> {
+    let training = windows(None, 21, 6);
+    let validation = windows(Some(training.scaler()), 22, 24);
+    let provenance = Provenance { origin: "linear plant".to_owned(), training_data_sha256: None };
+    let mut told = 0;
+    let trained = train(config, &Widths::quick(), &training, &validation, provenance, |report| {
+        assert_eq!(report.epoch, told);
+        told += 1;
+    })?;
+    assert_eq!(told, trained.report.epochs.len());
+    Ok(trained)
+}
+
+#[test]
+fn training_learns_a_linear_plant() {
+    let trained = run_training(&small_config(1, 20)).expect("trains");
+    let errors: Vec<f64> =
+        trained.report.epochs.iter().map(|epoch| epoch.validation.balanced()).collect();
+    let kept = errors[trained.report.kept_epoch];
+    assert!(errors.iter().all(|error| kept <= *error));
+    // Within two hours glucose of this plant moves by tens of mg/dL.
+    assert!(kept < 0.2 * errors[0] && kept < 8.0, "{} to {kept} mg/dL", errors[0]);
+}
+
+#[test]
+fn a_seed_fixes_every_byte() {
+    let bytes = |seed| {
+        let trained = run_training(&small_config(seed, 2)).expect("trains");
+        let curve = serde_json::to_string(&trained.report).expect("plain data");
+        (trained.model.to_safetensors(), curve)
+    };
+    let first = bytes(5);
+    assert!(first == bytes(5), "two runs differ");
+    assert!(first != bytes(6), "the seed has no effect");
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let message = |config: &TrainingConfig| {
+        run_training(config).map(drop).expect_err("does not fit").to_string()
+    };
+    let mut config = small_config(1, 1);
+    config.stages[1].steps = 25;
+    assert_eq!(message(&config), "training: a stage of 25 steps on windows of 24");
+    config.stages.clear();
+    assert_eq!(message(&config), "training: no batches or no epochs");
+    let mut config = small_config(1, 1);
+    config.stages[0].learning_rate.first = 1e30;
+    config.gradient_limit = GradientLimit::Off;
+    assert!(message(&config).contains("lower the learning rate"), "{}", message(&config));
+
+    let (mut states, inputs) = linear_runs(1, 1, 40).remove(0);
+    let window_error = |states: &[States], inputs: &[StepInput], length| {
+        let run = [Run { states, inputs }];
+        WindowSet::new(&unit_scaler(), &run, length, 6, CarbStart::Zero).map(drop)
+    };
+    let error = window_error(&states, &inputs[1..], 24).expect_err("one input is missing");
+    assert_eq!(error.to_string(), "windows, run 0: there must be one more state than inputs");
+    let error = window_error(&states, &inputs, 41).expect_err("40 steps");
+    assert_eq!(error.to_string(), "windows, run 1: no run is as long as a window");
+    states[17][Compartment::X2] = f64::NAN;
+    let error = window_error(&states, &inputs, 24).expect_err("NaN");
+    assert_eq!(error.to_string(), "tensor run 0, X2: entry 17 is not a finite number");
+}
+
+#[test]
+fn windows_overlap_and_stay_within_their_runs() {
+    let runs = linear_runs(3, 2, 50);
+    let runs: Vec<Run<'_>> = runs.iter().map(|(states, inputs)| Run { states, inputs }).collect();
+    let scaler = Scaler::fit(&runs).expect("finite");
+    let set = WindowSet::new(&scaler, &runs, 20, 10, CarbStart::Reported).expect("fits");
+    assert_eq!(set.len(), 8); // starts 0, 10, 20, 30 of each run
+    let expected = scaler.scale(&runs[1].states[10 + 7]);
+    let row = &set.states(5)[7 * 10..][..10];
+    for (compartment, value) in expected.iter() {
+        assert_eq!(row[compartment as usize], value as f32, "{compartment}");
+    }
+    let expected = scaler.scale_input(&runs[1].inputs[10 + 2]);
+    assert_eq!(set.inputs(5)[4..6], [expected.insulin as f32, expected.carbs as f32]);
+    assert_eq!(set.minima()[Compartment::C1], 0.0);
+    let zero = WindowSet::new(&scaler, &runs, 20, 10, CarbStart::Zero).expect("fits");
+    assert!((0..zero.len()).all(|w| zero.states(w)[Compartment::C1 as usize] == 0.0));
+    let mut a = Vec::new();
+    let mut b = Vec::new();
+    set.write_canonical(&mut a).expect("memory");
+    zero.write_canonical(&mut b).expect("memory");
+    assert!(a != b && a.len() == b.len());
+}
