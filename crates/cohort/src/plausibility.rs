@@ -11,19 +11,19 @@ use crate::person::Person;
 use crate::record::Channel;
 
 /// Plausible insulin a day, U, where the weight is unknown.
-pub const INSULIN_U_DAY: (f64, f64) = (8.0, 150.0);
+const INSULIN_U_DAY: (f64, f64) = (8.0, 150.0);
 /// Plausible insulin a day per body weight, U/kg.
-pub const INSULIN_U_KG_DAY: (f64, f64) = (0.2, 1.5);
+const INSULIN_U_KG_DAY: (f64, f64) = (0.2, 1.5);
 /// Plausible carbohydrate a day, g.
-pub const CARBS_G_DAY: (f64, f64) = (30.0, 500.0);
+const CARBS_G_DAY: (f64, f64) = (30.0, 500.0);
 /// Plausible mean glucose, mg/dL.
-pub const MEAN_GLUCOSE: (f64, f64) = (70.0, 350.0);
+const MEAN_GLUCOSE: (f64, f64) = (70.0, 350.0);
 /// Plausible insulin in one calendar day, U.
-pub const ONE_DAY_INSULIN_U: (f64, f64) = (4.0, 250.0);
+const ONE_DAY_INSULIN_U: (f64, f64) = (4.0, 250.0);
 /// Largest plausible meal in one step, g.
-pub const LARGEST_MEAL_G: f64 = 250.0;
+const LARGEST_MEAL_G: f64 = 250.0;
 /// Largest plausible insulin in one step, U: the cap of pumps on a bolus, rounded up.
-pub const LARGEST_BOLUS_U: f64 = 35.0;
+const LARGEST_BOLUS_U: f64 = 35.0;
 /// Share of a calendar day's steps that must be recorded for the day to be judged.
 const JUDGED_SHARE: f64 = 0.9;
 

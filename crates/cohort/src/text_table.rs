@@ -146,15 +146,6 @@ impl<'a> TextColumn<'a> {
         Place::cell(self.file, self.lines[i] as usize, self.name)
     }
 
-    /// The cell's text, an error if it is empty.
-    pub(crate) fn required(
-        &self,
-        i: usize,
-        expected: &'static str,
-    ) -> Result<&'a str, CohortError> {
-        self.text(i).ok_or_else(|| self.wrong(i, expected))
-    }
-
     /// The cell as a finite number, `None` if it is empty.
     pub(crate) fn number(&self, i: usize) -> Result<Option<f64>, CohortError> {
         let Some(text) = self.text(i) else { return Ok(None) };

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::Path;
 
-use chrono::NaiveDateTime;
+use chrono::DateTime;
 use physiology::{BeatsPerMinute, Kilograms};
 use polars::prelude::{Column, CsvWriter, DataFrame, IntoColumn, NamedFrom, SerWriter, Series};
 
@@ -54,7 +54,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<Person>, CohortError> {
                     .ok_or_else(|| therapies.wrong(i, "open_loop_pump, aid, mdi or unknown"))?,
                 heart_rate_baseline: bounded(&baselines, i, 0.0, 250.0, "1/min")?
                     .map(BeatsPerMinute),
-                record: Record::new(NaiveDateTime::UNIX_EPOCH, 0)?,
+                record: Record::new(DateTime::UNIX_EPOCH.naive_utc(), 0)?,
             })
         })
         .collect()

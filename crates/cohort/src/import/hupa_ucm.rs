@@ -8,6 +8,7 @@
 use std::path::Path;
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+use rayon::prelude::*;
 
 use super::files::files;
 use super::hupa_units::{
@@ -43,10 +44,11 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     let files = files(source, FORMAT, "HUPA*.csv", |name| {
         name.starts_with("HUPA") && name.ends_with(".csv")
     })?;
-    let people = files
-        .iter()
-        .map(|(path, name)| person(&TextTable::read(path, name, b';')?))
-        .collect::<Result<Vec<_>, _>>()?;
+    // Collected before the first error is taken, so that it is the first file's at any number of
+    // threads.
+    let people: Vec<_> =
+        files.par_iter().map(|(path, name)| person(&TextTable::read(path, name, b';')?)).collect();
+    let people = people.into_iter().collect::<Result<_, _>>()?;
     Ok(assemble(FORMAT, "the span from the file's first to its last row", people))
 }
 

@@ -9,6 +9,7 @@
 use std::path::{Path, PathBuf};
 
 use chrono::{DateTime, NaiveDateTime};
+use rayon::prelude::*;
 
 use super::report::{Imported, Inference, Notes, assemble};
 use crate::error::{CohortError, Place};
@@ -32,8 +33,10 @@ const SLEEP: &str = "Sleep Data";
 
 /// Reads the study's folder.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
-    let people =
-        people(source)?.iter().map(|id| person(source, id)).collect::<Result<Vec<_>, _>>()?;
+    // Collected before the first error is taken, so that it is the first person's at any number of
+    // threads.
+    let people: Vec<_> = people(source)?.par_iter().map(|id| person(source, id)).collect();
+    let people = people.into_iter().collect::<Result<_, _>>()?;
     let days_are = "the span in which glucose and insulin are both recorded";
     Ok(assemble(FORMAT, days_are, people))
 }

@@ -12,8 +12,8 @@ use crate::text_table::{TextColumn, TextTable};
 use crate::wall_clock::parse_day_first;
 
 const OFFSET: &str = "start_time_offset_s";
-/// Stages in which a person is asleep.
-const ASLEEP: [&str; 3] = ["deep", "light", "rem"];
+/// Stages of a session; all but the last are sleep.
+const STAGES: [&str; 4] = ["deep", "light", "rem", "awake"];
 /// Longest session, s; longer ones are damaged.
 const LONGEST_SESSION: i64 = 24 * 3600;
 
@@ -77,6 +77,8 @@ pub(super) fn sleep(
 ) -> Result<(), CohortError> {
     let starts = table.column("start_date_ts")?;
     let (durations, offsets) = (table.column("duration_in_sec")?, table.column(OFFSET)?);
+    let awake = table.column("awake_s")?;
+    let (mut sessions, mut begin_with_a_stage) = (0, 0);
     // Seconds asleep and in a session, a step.
     let mut seconds = vec![(0_i64, 0_i64); span.len()];
     let mut used_offsets: BTreeMap<i64, usize> = BTreeMap::new();
@@ -89,18 +91,21 @@ pub(super) fn sleep(
             .ok_or_else(|| starts.wrong(i, "a time in UTC like 31/12/2023 22:05"))?;
         let offset = whole(&offsets, i)?;
         *used_offsets.entry(offset).or_default() += 1;
-        let duration = whole(&durations, i)?;
+        // The duration is the time asleep; the session also holds the time awake.
+        let duration = whole(&durations, i)? + whole(&awake, i)?;
         if !(0..=LONGEST_SESSION).contains(&duration) {
             return Err(durations.wrong(i, "seconds of one sleep, at most 86400"));
         }
         let session = (start, start + TimeDelta::seconds(duration));
-        let mut staged = false;
-        for stage in ASLEEP {
+        let mut first_stage = None;
+        for stage in STAGES {
             let Some(column) = stage_column(table, stage)? else { continue };
             for (from, to) in intervals(&column, i)? {
-                staged = true;
+                first_stage = Some(first_stage.map_or(from, |first| from.min(first)));
                 let local = TimeDelta::seconds(offset);
-                add(&mut seconds, span, from + local, to + local, |cell, s| cell.0 += s);
+                if stage != "awake" {
+                    add(&mut seconds, span, from + local, to + local, |cell, s| cell.0 += s);
+                }
                 let early = from < session.0 - TimeDelta::minutes(1);
                 let late = to > session.1 + TimeDelta::minutes(1);
                 account.note(
@@ -111,8 +116,10 @@ pub(super) fn sleep(
             }
         }
         let what = "sleep sessions without stages: left out";
-        account.note(starts.place(i), what, usize::from(!staged));
-        if staged {
+        account.note(starts.place(i), what, usize::from(first_stage.is_none()));
+        if let Some(first) = first_stage {
+            sessions += 1;
+            begin_with_a_stage += usize::from(first == start);
             let local = TimeDelta::seconds(offset);
             let (from, to) = (session.0 + local, session.1 + local);
             add(&mut seconds, span, from, to, |cell, s| cell.1 += s);
@@ -133,7 +140,10 @@ pub(super) fn sleep(
     account.infer(
         Place::column(table.file(), "start_date_ts"),
         "UTC; local time adds start_time_offset_s",
-        "the stages' epochs begin at the same minute".into(),
+        format!(
+            "{begin_with_a_stage} of {sessions} sessions start at the minute of their first \
+             stage, which is in seconds since 1970 UTC"
+        ),
     );
     offsets_note(table, &used_offsets, account);
     Ok(())

@@ -1,0 +1,377 @@
+//! The canonical folder: what is written is read back, and what is wrong is said with its place.
+
+use std::fs;
+use std::path::Path;
+
+use cohort::{Channel, Cohort, Person, Record, RecordsFormat, Therapy, read_folder, write_folder};
+use physiology::{BeatsPerMinute, Kilograms};
+use proptest::prelude::*;
+
+const PEOPLE: &str = "person_id,weight_kg,therapy,heart_rate_baseline_bpm\n";
+const RECORDS: &str =
+    "person_id,time,cgm_mg_dl,basal_u_h,bolus_u,carbs_g,heart_rate_bpm,steps,sleep_efficiency\n";
+const ROW: &str = "a,2024-03-01T08:00:00,120,0.8,0,0,60,0,0\n";
+
+fn folder_with(people: &str, records: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("people.csv"), people).expect("writable");
+    fs::write(folder.path().join("records.csv"), records).expect("writable");
+    folder
+}
+
+#[test]
+fn a_folder_is_read_with_marks_crlf_gaps_and_further_columns() {
+    let people = format!("\u{feff}{}a,70.5,aid,,ignored\r\nb,,unknown,0,\r\n", "X")
+        .replace('X', "person_id,weight_kg,therapy,heart_rate_baseline_bpm,note\r\n");
+    let records = "\u{feff}note,set_change,time,person_id,cgm_mg_dl,basal_u_h,bolus_u,carbs_g,\
+                   heart_rate_bpm,steps,sleep_efficiency\r\n\
+                   ,1,2024-03-01T08:00:00,a,120,0.8,0,0,60,0,0\r\n\
+                   \"x,y\",,2024-03-01T08:00:00,b,,,,,-12.5,,1\r\n\
+                   ,,2024-03-01T08:10:00,a,,,2.5,30,,,\r\n";
+    let folder = folder_with(&people, records);
+    let cohort = read_folder(folder.path()).expect("a good folder");
+    let a = &cohort.people[0];
+    assert_eq!((a.weight, a.therapy), (Some(Kilograms(70.5)), Therapy::Aid));
+    assert_eq!(a.heart_rate_baseline, None);
+    assert_eq!(a.record.start().to_string(), "2024-03-01 08:00:00");
+    assert_eq!(a.record.cgm(), &[Some(120.0), None, None]);
+    assert_eq!(a.record.bolus(), &[Some(0.0), None, Some(2.5)]);
+    assert_eq!(a.record.set_change(), &[Some(1.0), None, None]);
+    let (index, b) = cohort.find("b").expect("b is there");
+    assert_eq!((index, b.heart_rate_baseline), (1, Some(BeatsPerMinute(0.0))));
+    assert_eq!(b.record.heart_rate(), &[Some(-12.5)]);
+}
+
+/// `(people.csv after its header, records.csv after its header, what the error must say)`.
+#[rustfmt::skip]
+const WRONG: [(&str, &str, &str); 30] = [
+    ("a,70,pump,\n", ROW, "people.csv, row 2, column therapy: 'pump' is not open_loop_pump, aid, mdi or unknown"),
+    ("a,70,,\n", ROW, "people.csv, row 2, column therapy: '' is not open_loop_pump"),
+    ("a,70,aid,\na,70,aid,\n", ROW, "people.csv, row 3, column person_id: person 'a' is listed twice"),
+    ("a,heavy,aid,\n", ROW, "people.csv, row 2, column weight_kg: 'heavy' is not a number"),
+    ("a,0.07,aid,\n", ROW, "people.csv, row 2, column weight_kg: 0.07 is outside 1 to 500 kg"),
+    ("a,70,aid,nan\n", ROW, "column heart_rate_baseline_bpm: 'nan' is not a finite number"),
+    ("../a,70,aid,\n", ROW, "people.csv, row 2, column person_id: '../a' is not a person's identifier"),
+    ("\"=HYPERLINK(1)\",70,aid,\n", ROW, "'=HYPERLINK(1)' is not a person's identifier"),
+    ("a,70,aid\n", ROW, "people.csv, row 2: 3 fields where the header has 4"),
+    ("", ROW, "people.csv: no data row"),
+    ("a,70,aid,\n", "", "records.csv: no data row"),
+    ("a,70,aid,\nb,70,aid,\n", ROW, "records.csv: no row for person 'b'; remove the person"),
+    ("b,70,aid,\n", ROW, "records.csv, row 2: person 'a' is not in people.csv; add a row there"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,120,0.8,0,0,60,0,0\na,2024-03-01T08:00:00,120,0.8,0,0,60,0,0\n", "records.csv, row 3, column time: person 'a' has two rows at 2024-03-01 08:00:00; keep one"),
+    ("a,,aid,\n", "a,2024-03-01T08:05:00,120,,,,,,\na,2024-03-01T08:00:00,120,,,,,,\n", "records.csv, row 3, column time: person 'a' at 2024-03-01 08:00:00 comes after 2024-03-01 08:05:00; sort"),
+    ("a,,aid,\n", "a,2024-03-01T08:02:00,120,,,,,,\n", "records.csv, row 2, column time: 2024-03-01 08:02:00 is off the 5-minute grid"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:30,120,,,,,,\n", "off the 5-minute grid"),
+    ("a,,aid,\n", "a,2024-03-01 08:00:00,120,,,,,,\n", "column time: '2024-03-01 08:00:00' is not a local time like 2024-03-01T08:05:00 without a zone"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00Z,120,,,,,,\n", "'2024-03-01T08:00:00Z' is not a local time"),
+    ("a,,aid,\n", "a,2024-02-30T08:00:00,120,,,,,,\n", "'2024-02-30T08:00:00' is not a local time"),
+    ("a,,aid,\n", "a,,120,,,,,,\n", "records.csv, row 2, column time: '' is not a local time"),
+    ("a,,aid,\n", "a,1990-01-01T00:00:00,120,,,,,,\na,2024-01-01T00:00:00,120,,,,,,\n", "records.csv, row 3, column time: person 'a' spans 12418 days, more than 7320"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,120,,-0.5,,,,\n", "records.csv, row 2, column bolus_u: -0.5 is outside 0 to 100 U; a negative value is not a dose"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,120,high,,,,,\n", "records.csv, row 2, column basal_u_h: 'high' is not a number"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,NaN,,,,,,\n", "column cgm_mg_dl: 'NaN' is not a finite number; leave the cell empty"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,120,,,inf,,,\n", "column carbs_g: 'inf' is not a finite number"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,6.7,,,,,,\n", "records.csv, column cgm_mg_dl: person 'a' has a median of 6.7: looks like mmol/L; multiply by 18 or import"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,0,,,,,,\n", "column cgm_mg_dl: 0 is outside 0 to 2000 mg/dL"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,120,,,,,,95\n", "column sleep_efficiency: 95 is outside 0 to 1"),
+    ("a,,aid,\n", "a,2024-03-01T08:00:00,120,,,,-3,,\n", "column heart_rate_bpm: -3 is outside 0 to 300 1/min"),
+];
+
+#[test]
+fn what_is_wrong_is_said_with_file_row_column_and_remedy() {
+    for (people, records, says) in WRONG {
+        let folder = folder_with(&format!("{PEOPLE}{people}"), &format!("{RECORDS}{records}"));
+        let message = read_folder(folder.path()).expect_err(says).to_string();
+        assert!(message.contains(says), "wanted: {says}\n   got: {message}");
+    }
+}
+
+#[test]
+fn missing_files_and_columns_are_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let refused = |folder: &Path| read_folder(folder).expect_err("refused").to_string();
+    let message = refused(folder.path());
+    assert!(message.starts_with("people.csv: no such file;"), "{message}");
+    assert!(message.contains("if it is a study's own data, import it"), "{message}");
+    fs::write(folder.path().join("people.csv"), format!("{PEOPLE}a,,aid,\n")).expect("writable");
+    let message = refused(folder.path());
+    assert!(message.starts_with("records.csv: no such file; put records.csv or"), "{message}");
+
+    for column in RECORDS.trim_end().split(',') {
+        let folder =
+            folder_with(&format!("{PEOPLE}a,,aid,\n"), &(RECORDS.replace(column, "other") + ROW));
+        let message = refused(folder.path());
+        let says = format!("records.csv: no column '{column}'; found ");
+        assert!(message.starts_with(&says), "{message}");
+    }
+    for column in PEOPLE.trim_end().split(',') {
+        let folder = folder_with(
+            &(PEOPLE.replace(column, "other") + "a,,aid,\n"),
+            &format!("{RECORDS}{ROW}"),
+        );
+        let message = refused(folder.path());
+        let says = format!("people.csv: no column '{column}'; found ");
+        assert!(message.starts_with(&says), "{message}");
+    }
+    let both = folder_with(&format!("{PEOPLE}a,,aid,\n"), &format!("{RECORDS}{ROW}"));
+    fs::write(both.path().join("records.parquet"), b"PAR1").expect("writable");
+    let message = refused(both.path());
+    assert!(message.contains("both records.csv and records.parquet; remove one"), "{message}");
+    let parquet = tempfile::tempdir().expect("a temporary folder");
+    fs::write(parquet.path().join("people.csv"), format!("{PEOPLE}a,,aid,\n")).expect("writable");
+    fs::write(parquet.path().join("records.parquet"), b"PAR1 not really").expect("writable");
+    let message = refused(parquet.path());
+    assert!(message.starts_with("records.parquet: not a readable table:"), "{message}");
+}
+
+fn small_cohort() -> Cohort {
+    let start = "2024-03-01T08:00:00".parse().expect("a literal time");
+    let mut record = Record::new(start, 6).expect("on the grid");
+    // Numbers that only seventeen digits tell apart from their neighbours.
+    record.channel_mut(Channel::Cgm)[1] = Some(0.1 + 0.2 + 100.0);
+    record.channel_mut(Channel::Basal)[1] = Some(4.0920000000000005);
+    record.channel_mut(Channel::Basal)[3] = Some(1e-7);
+    Cohort {
+        people: vec![Person {
+            id: "a".into(),
+            weight: None,
+            therapy: Therapy::Mdi,
+            heart_rate_baseline: Some(BeatsPerMinute(61.5)),
+            record,
+        }],
+    }
+}
+
+#[test]
+fn written_bytes_are_exactly_these_and_empty_ends_keep_the_grid() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write_folder(&small_cohort(), folder.path(), RecordsFormat::Csv).expect("writable");
+    let text = fs::read_to_string(folder.path().join("records.csv")).expect("written");
+    assert_eq!(
+        text,
+        "person_id,time,cgm_mg_dl,basal_u_h,bolus_u,carbs_g,heart_rate_bpm,steps,\
+         sleep_efficiency,set_change\n\
+         a,2024-03-01T08:00:00,,,,,,,,\n\
+         a,2024-03-01T08:05:00,100.3,4.0920000000000005,,,,,,\n\
+         a,2024-03-01T08:15:00,,1e-7,,,,,,\n\
+         a,2024-03-01T08:25:00,,,,,,,,\n"
+    );
+    let people = fs::read_to_string(folder.path().join("people.csv")).expect("written");
+    assert_eq!(people, format!("{PEOPLE}a,,mdi,61.5\n"));
+    assert_eq!(read_folder(folder.path()).expect("good"), small_cohort());
+    let names: Vec<_> = fs::read_dir(folder.path())
+        .expect("readable")
+        .map(|entry| entry.expect("readable").file_name())
+        .collect();
+    assert_eq!(names.len(), 2, "no partial file stays: {names:?}");
+}
+
+#[test]
+fn cohorts_that_could_not_be_read_back_are_not_written() {
+    let spoil = |change: &dyn Fn(&mut Cohort)| {
+        let mut cohort = small_cohort();
+        change(&mut cohort);
+        cohort
+    };
+    for (cohort, says) in [
+        (Cohort::default(), "people.csv: no data row"),
+        (spoil(&|c| c.people[0].id = "a/b".into()), "'a/b' is not a person's identifier"),
+        (spoil(&|c| c.people.push(c.people[0].clone())), "person 'a' is listed twice"),
+        (
+            spoil(&|c| c.people[0].record.channel_mut(Channel::Carbs)[2] = Some(f64::NAN)),
+            "person 'a', step 2, column carbs_g: NaN is not a finite number",
+        ),
+        (
+            spoil(&|c| c.people[0].record.channel_mut(Channel::Bolus)[2] = Some(-1.0)),
+            "person 'a', step 2, bolus_u: -1 is outside 0 to 100 U",
+        ),
+        (
+            spoil(&|c| c.people[0].record.channel_mut(Channel::Cgm)[1] = Some(5.5)),
+            "looks like mmol/L",
+        ),
+    ] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let target = folder.path().join("cohort");
+        let error = write_folder(&cohort, &target, RecordsFormat::Csv).expect_err(says);
+        assert!(error.to_string().contains(says), "{error}");
+        assert!(!target.exists(), "nothing is written");
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write_folder(&small_cohort(), folder.path(), RecordsFormat::Csv).expect("writable");
+    let error = write_folder(&small_cohort(), folder.path(), RecordsFormat::Parquet)
+        .expect_err("two formats in one folder");
+    assert!(error.to_string().contains("it already holds records.csv"), "{error}");
+}
+
+/// A number of a channel: whatever `f64` there is within the column's range.
+fn cell(channel: Channel) -> impl Strategy<Value = Option<f64>> {
+    let high = match channel {
+        Channel::SleepEfficiency | Channel::SetChange => 1.0,
+        Channel::HeartRate => 200.0,
+        _ => 100.0,
+    };
+    let low = if channel == Channel::Cgm { 40.0 } else { 0.0 };
+    prop_oneof![
+        Just(None),
+        (low..=high).prop_map(move |value: f64| {
+            Some(if channel == Channel::SetChange { value.round() } else { value })
+        }),
+        Just(Some(low)),
+    ]
+}
+
+fn person(id: usize) -> impl Strategy<Value = Person> {
+    let therapies = prop::sample::select(Therapy::ALL.to_vec());
+    let rows = prop::collection::vec(Channel::ALL.map(cell), 1..40);
+    (rows, therapies, prop::option::of(1.0..500.0), prop::option::of(0.5..250.0), 0_usize..200_000)
+        .prop_map(move |(rows, therapy, weight, baseline, shift)| {
+            let epoch = "2019-12-30T23:35:00".parse().expect("a literal time");
+            let far = Record::new(epoch, shift).expect("on the grid");
+            let mut record = Record::new(far.time(shift), rows.len()).expect("on the grid");
+            for (k, row) in rows.iter().enumerate() {
+                for (channel, value) in Channel::ALL.into_iter().zip(row) {
+                    record.channel_mut(channel)[k] = *value;
+                }
+            }
+            Person {
+                id: format!("p{id}"),
+                weight: weight.map(Kilograms),
+                therapy,
+                heart_rate_baseline: baseline.map(BeatsPerMinute),
+                record,
+            }
+        })
+}
+
+fn cohort() -> impl Strategy<Value = Cohort> {
+    (person(0), prop::option::of(person(1)), prop::option::of(person(2))).prop_map(
+        |(first, second, third)| Cohort {
+            people: std::iter::once(first).chain(second).chain(third).collect(),
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(48) })]
+
+    #[test]
+    fn what_is_written_is_read_back_exactly_and_in_the_same_bytes(cohort in cohort()) {
+        for format in [RecordsFormat::Csv, RecordsFormat::Parquet] {
+            let (one, two) = (tempfile::tempdir()?, tempfile::tempdir()?);
+            write_folder(&cohort, one.path(), format).expect("a good cohort");
+            let read = read_folder(one.path()).expect("a good folder");
+            prop_assert_eq!(&read, &cohort);
+            write_folder(&read, two.path(), format).expect("a good cohort");
+            for entry in fs::read_dir(one.path())? {
+                let name = entry?.file_name();
+                let bytes = fs::read(one.path().join(&name))?;
+                prop_assert!(bytes == fs::read(two.path().join(&name))?, "{:?}", name);
+            }
+        }
+    }
+}
+
+/// A change to bytes: cut, overwritten or repeated.
+#[derive(Debug, Clone)]
+enum Mangle {
+    Cut(prop::sample::Index),
+    Set(prop::sample::Index, u8),
+    Insert(prop::sample::Index, Vec<u8>),
+    Repeat(prop::sample::Index, prop::sample::Index),
+}
+
+fn mangle() -> impl Strategy<Value = Mangle> {
+    use prop::sample::Index;
+    let spiteful = prop::sample::select(vec![
+        b"\"".to_vec(),
+        b",".to_vec(),
+        b"\n".to_vec(),
+        b"\r".to_vec(),
+        b"\0".to_vec(),
+        b"\xEF\xBB\xBF".to_vec(),
+        b"\xFF".to_vec(),
+        b"-".to_vec(),
+        b"1e999".to_vec(),
+        b"=1+1".to_vec(),
+        b"9999-12-31T23:55:00".to_vec(),
+        b"\"\n\"".to_vec(),
+        b"#".to_vec(),
+    ]);
+    prop_oneof![
+        any::<Index>().prop_map(Mangle::Cut),
+        (any::<Index>(), any::<u8>()).prop_map(|(at, byte)| Mangle::Set(at, byte)),
+        (any::<Index>(), spiteful).prop_map(|(at, bytes)| Mangle::Insert(at, bytes)),
+        (any::<Index>(), any::<Index>()).prop_map(|(from, to)| Mangle::Repeat(from, to)),
+    ]
+}
+
+fn mangled(mut bytes: Vec<u8>, changes: &[Mangle]) -> Vec<u8> {
+    for change in changes {
+        if bytes.is_empty() {
+            break;
+        }
+        match change {
+            Mangle::Cut(at) => bytes.truncate(at.index(bytes.len())),
+            Mangle::Set(at, byte) => {
+                let at = at.index(bytes.len());
+                bytes[at] = *byte;
+            }
+            Mangle::Insert(at, extra) => {
+                let at = at.index(bytes.len());
+                bytes.splice(at..at, extra.iter().copied());
+            }
+            Mangle::Repeat(from, to) => {
+                let (from, to) = (from.index(bytes.len()), to.index(bytes.len()));
+                let piece = bytes[from.min(to)..from.max(to)].to_vec();
+                bytes.extend(piece);
+            }
+        }
+    }
+    bytes
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+
+    /// Damaged files are read or refused with a message; either way without a panic, and what is
+    /// read can be written and read again.
+    #[test]
+    fn damaged_files_never_panic(
+        changes in prop::collection::vec(mangle(), 1..5),
+        in_people in any::<bool>(),
+    ) {
+        let people = format!("{PEOPLE}a,70,aid,\nb,,unknown,0\n");
+        let records = format!(
+            "{RECORDS}{ROW}a,2024-03-01T08:05:00,121.5,0.8,1.5,20,61,10,0.25\n\
+             b,2024-03-01T08:05:00,99,,,,-5.5,,\nb,2024-03-01T08:15:00,,,,,,,1\n"
+        );
+        let folder = tempfile::tempdir()?;
+        let (people, records) = if in_people {
+            (mangled(people.into_bytes(), &changes), records.into_bytes())
+        } else {
+            (people.into_bytes(), mangled(records.into_bytes(), &changes))
+        };
+        fs::write(folder.path().join("people.csv"), people)?;
+        fs::write(folder.path().join("records.csv"), records)?;
+        match read_folder(folder.path()) {
+            Ok(cohort) => {
+                let again = tempfile::tempdir()?;
+                write_folder(&cohort, again.path(), RecordsFormat::Csv).expect("was read");
+                prop_assert_eq!(read_folder(again.path()).expect("was written"), cohort);
+            }
+            Err(error) => prop_assert!(!error.to_string().is_empty()),
+        }
+    }
+
+    /// The same for Parquet, whose reader belongs to the table library.
+    #[test]
+    fn damaged_parquet_never_panics(changes in prop::collection::vec(mangle(), 1..4)) {
+        let folder = tempfile::tempdir()?;
+        write_folder(&small_cohort(), folder.path(), RecordsFormat::Parquet).expect("writable");
+        let path = folder.path().join("records.parquet");
+        fs::write(&path, mangled(fs::read(&path)?, &changes))?;
+        if let Err(error) = read_folder(folder.path()) {
+            prop_assert!(!error.to_string().is_empty());
+        }
+    }
+}
