@@ -1,1 +1,62 @@
-fn main() {}
+//! The command line and the pipeline's stages: the only crate that opens files for the user.
+
+mod cli;
+mod directions;
+mod inputs;
+mod interrupt;
+mod manifest;
+mod models;
+mod output;
+mod progress;
+mod stages;
+
+use std::process::ExitCode;
+
+use anyhow::{Context as _, Result};
+use clap::Parser as _;
+
+use cli::{Command, CommandLine};
+
+fn main() -> ExitCode {
+    // clap prints its own message and ends with status 2 on wrong usage.
+    let line = CommandLine::parse();
+    match run(line) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            #[expect(clippy::print_stderr, reason = "the command line reports its error here")]
+            {
+                eprintln!("error: {error:#}");
+            }
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(line: CommandLine) -> Result<()> {
+    if line.quiet {
+        progress::be_quiet();
+    }
+    if let Some(threads) = line.threads {
+        anyhow::ensure!(threads > 0, "--threads 0 leaves nobody to work; give 1 or more");
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .context("cannot start the threads")?;
+    }
+    match line.command {
+        Command::Pipeline(args) => stages::pipeline::run(&args),
+        Command::Import(args) => stages::import::run(&args),
+        Command::Simulate(args) => stages::simulate::run(&args),
+        Command::Train(args) => stages::train::run(&args),
+        Command::ImportModel(args) => stages::import_model::run(&args),
+        Command::Verify(args) => stages::verify::run(&args),
+        Command::Twin(args) => stages::twin::run(&args),
+        Command::Replay(args) => stages::replay::run(&args),
+        Command::Evaluate(args) => stages::evaluate::run(&args),
+        Command::Diagnose(args) => stages::diagnose::run(&args),
+        Command::Report(args) => stages::report::run(&args),
+        Command::SteadyState(args) => stages::steady_state::run(&args),
+        Command::Fixture(args) => stages::fixture::run(&args),
+        Command::Check(args) => stages::check::run(&args),
+    }
+}

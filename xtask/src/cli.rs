@@ -1,0 +1,329 @@
+//! What was typed: the commands and their options.
+//!
+//! Each command's `run` lives in `stages`; this file only describes the words.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Digital twins for type 1 diabetes: simulate, train, prove, personalise, judge, diagnose.
+///
+/// Research software. Not a medical device; not validated for any treatment decision.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version, max_term_width = 100)]
+#[command(after_help = "Exit status: 0 done, 1 bad input (said in one message), 2 wrong usage.")]
+pub struct CommandLine {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// No progress, no notes; errors only.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Number of threads [default: all cores]. Results do not depend on it.
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<usize>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Every stage from a cohort to the report.
+    #[command(after_help = "Examples:\n  cargo xtask pipeline\n  cargo xtask pipeline --cohort out/hupa \
+        --out out/hupa-pipeline\n  cargo xtask pipeline --from twin")]
+    Pipeline(PipelineArgs),
+    /// Turn a study's files into a cohort folder.
+    #[command(after_help = "Example:\n  cargo xtask import --from hupa-ucm path/to/HUPA --out out/hupa")]
+    Import(ImportArgs),
+    /// Simulate virtual patients of the ODE model through the two-day test scenario.
+    #[command(after_help = "Example:\n  cargo xtask simulate --patients patients.csv --meals meals.csv \
+        --initial initial_states.csv --out out/traces")]
+    Simulate(SimulateArgs),
+    /// Train the population network on simulated days.
+    #[command(after_help = "Example:\n  cargo xtask train --profile quick --seed 1 --out out/train")]
+    Train(TrainArgs),
+    /// Convert published PyTorch weights into a model file.
+    #[command(after_help = "Example:\n  cargo xtask import-model --from t1dsim path/to/T1DSim_AI --out out/published")]
+    ImportModel(ImportModelArgs),
+    /// Prove or refute the physiological monotonicity of a population network.
+    #[command(after_help = "Example:\n  cargo xtask verify --model out/train/population.safetensors \
+        --region region.json --out out/verify")]
+    Verify(VerifyArgs),
+    /// Train one digital twin a person.
+    #[command(after_help = "Example:\n  cargo xtask twin --cohort fixtures/embedded --model \
+        out/train/population.safetensors --out out/twin")]
+    Twin(TwinArgs),
+    /// Simulate a cohort's record with a model, from its first glucose reading.
+    #[command(after_help = "Examples:\n  cargo xtask replay --cohort out/day --model population.safetensors\n  \
+        cargo xtask replay --cohort out/day --model population.safetensors --twin twin.safetensors \
+        --initial table:initSteadyStates.csv")]
+    Replay(ReplayArgs),
+    /// Compare simulated with recorded glucose on held-out days.
+    #[command(after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded --twins out/twin --out out/evaluate")]
+    Evaluate(EvaluateArgs),
+    /// Say where a model misses a cohort.
+    #[command(after_help = "Example:\n  cargo xtask diagnose --cohort fixtures/embedded --out out/diagnose")]
+    Diagnose(DiagnoseArgs),
+    /// Write report.html for an output folder.
+    #[command(after_help = "Example:\n  cargo xtask report out/pipeline")]
+    Report(ReportArgs),
+    /// Steady states of a model over glucose, with their residuals.
+    #[command(after_help = "Example:\n  cargo xtask steady-state --model out/published/population.safetensors \
+        --compare initSteadyStates.csv --out out/steady-state")]
+    SteadyState(SteadyStateArgs),
+    /// Make the embedded cohort again.
+    #[command(after_help = "Example:\n  cargo xtask fixture --out fixtures/embedded")]
+    Fixture(FixtureArgs),
+    /// Formatting, lints, crate directions, documentation and tests.
+    #[command(after_help = "Examples:\n  cargo xtask check\n  cargo xtask check --static")]
+    Check(CheckArgs),
+}
+
+/// How much to compute.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Profile {
+    /// Minutes on two cores.
+    Quick,
+    /// The paper's scale.
+    Paper,
+}
+
+/// Options of `pipeline`.
+#[derive(Debug, Args)]
+pub struct PipelineArgs {
+    /// How much to compute.
+    #[arg(long, value_enum, default_value = "quick")]
+    pub profile: Profile,
+    /// Cohort folder [default: the embedded cohort].
+    #[arg(long, value_name = "DIR")]
+    pub cohort: Option<PathBuf>,
+    /// Population model to use instead of training one.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Compute this stage and all after it anew.
+    #[arg(long, value_name = "STAGE")]
+    pub from: Option<crate::stages::pipeline::Stage>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/pipeline")]
+    pub out: PathBuf,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// A study's format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CohortFormat {
+    /// HUPA-UCM diabetes dataset: a folder of `HUPA*.csv`, or one of them.
+    HupaUcm,
+    /// T1D-UOM: the folder with `Glucose Data`, `Insulin Data` and the others.
+    T1dUom,
+    /// The example day of T1DSim_AI: one CSV.
+    T1dsim,
+}
+
+/// Options of `import`.
+#[derive(Debug, Args)]
+pub struct ImportArgs {
+    /// Format of the source.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub from: CohortFormat,
+    /// The study's folder or file.
+    pub source: PathBuf,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/import")]
+    pub out: PathBuf,
+    /// Write `records.parquet` in place of `records.csv`.
+    #[arg(long)]
+    pub parquet: bool,
+}
+
+/// Options of `simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArgs {
+    /// Parameters of the patients, a row each.
+    #[arg(long, value_name = "FILE")]
+    pub patients: PathBuf,
+    /// Meals: step and grams.
+    #[arg(long, value_name = "FILE")]
+    pub meals: PathBuf,
+    /// Initial states, a row a patient [default: the steady state at 160 mg/dL].
+    #[arg(long, value_name = "FILE")]
+    pub initial: Option<PathBuf>,
+    /// Days to simulate.
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub days: usize,
+    /// One scenario by name [default: both].
+    #[arg(long, value_name = "NAME")]
+    pub scenario: Option<String>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/simulate")]
+    pub out: PathBuf,
+}
+
+/// Options of `train`.
+#[derive(Debug, Args)]
+pub struct TrainArgs {
+    /// How much to compute.
+    #[arg(long, value_enum, default_value = "quick")]
+    pub profile: Profile,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/train")]
+    pub out: PathBuf,
+    /// Seed of the simulated days, the initial weights and the order of the batches.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// A published model's format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ModelFormat {
+    /// T1DSim_AI: a folder with the population's `.pt` and scalers, or with a twin's.
+    T1dsim,
+}
+
+/// Options of `import-model`.
+#[derive(Debug, Args)]
+pub struct ImportModelArgs {
+    /// Format of the source.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub from: ModelFormat,
+    /// Folder of the published files.
+    pub folder: PathBuf,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/import-model")]
+    pub out: PathBuf,
+}
+
+/// Options of `verify`.
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// Population model.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// Box over which to verify [default: the range of the model's training data].
+    #[arg(long, value_name = "FILE")]
+    pub region: Option<PathBuf>,
+    /// Time limit of one row, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    pub limit: f64,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/verify")]
+    pub out: PathBuf,
+    /// Seed of the sampled share of the box.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `twin`.
+#[derive(Debug, Args)]
+pub struct TwinArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// Population model.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// How much to compute.
+    #[arg(long, value_enum, default_value = "quick")]
+    pub profile: Profile,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/twin")]
+    pub out: PathBuf,
+    /// Seed of the initial weights and the order of the batches.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `replay`.
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// Population model.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// A twin of that population model.
+    #[arg(long, value_name = "FILE")]
+    pub twin: Option<PathBuf>,
+    /// `steady-state`, or `table:FILE` with scaled states by glucose.
+    #[arg(long, value_name = "START", default_value = "steady-state")]
+    pub initial: crate::stages::replay::Initial,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/replay")]
+    pub out: PathBuf,
+}
+
+/// Options of `evaluate`.
+#[derive(Debug, Args)]
+pub struct EvaluateArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// Output folder of `twin`.
+    #[arg(long, value_name = "DIR")]
+    pub twins: PathBuf,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/evaluate")]
+    pub out: PathBuf,
+    /// Seed of the bootstrap.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `diagnose`.
+#[derive(Debug, Args)]
+pub struct DiagnoseArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// The plant to diagnose; only `ode` in this version.
+    #[arg(long, value_name = "MODEL", default_value = "ode")]
+    pub model: String,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/diagnose")]
+    pub out: PathBuf,
+    /// Seed of the bootstrap.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// An output folder of any command.
+    pub folder: PathBuf,
+}
+
+/// Options of `steady-state`.
+#[derive(Debug, Args)]
+pub struct SteadyStateArgs {
+    /// Population model.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// A table of scaled initial states by glucose to compare with.
+    #[arg(long, value_name = "FILE")]
+    pub compare: Option<PathBuf>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/steady-state")]
+    pub out: PathBuf,
+}
+
+/// Options of `fixture`.
+#[derive(Debug, Args)]
+pub struct FixtureArgs {
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "fixtures/embedded")]
+    pub out: PathBuf,
+}
+
+/// Options of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Everything but the tests.
+    #[arg(long = "static")]
+    pub only_static: bool,
+}

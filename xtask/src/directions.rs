@@ -1,0 +1,115 @@
+//! Which crate may know which: the arrows of `docs/architecture.md`, checked against the manifests.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use anyhow::{Context as _, Result, bail};
+
+/// Each crate with the crates of this workspace that it may depend on.
+///
+/// `reference-data` is for tests and may be a development dependency of any crate.
+const ALLOWED: &[(&str, &[&str])] = &[
+    ("physiology", &[]),
+    ("reference-data", &[]),
+    ("ode-sim", &["physiology"]),
+    ("nn-statespace", &["physiology"]),
+    ("conformance", &[]),
+    ("cohort", &["physiology"]),
+    ("stats", &["physiology"]),
+    ("twins", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats"]),
+    ("world", &["physiology", "ode-sim", "cohort"]),
+    ("gap", &["physiology", "ode-sim", "cohort", "stats"]),
+    ("report", &[]),
+];
+
+/// Reads `cargo metadata` of the workspace at `root` and reports every arrow that is not allowed.
+pub fn check(root: &Path) -> Result<()> {
+    let output = std::process::Command::new("cargo")
+        .args(["metadata", "--no-deps", "--format-version", "1", "--locked"])
+        .current_dir(root)
+        .output()
+        .context("cannot run cargo metadata")?;
+    if !output.status.success() {
+        bail!("cargo metadata failed: {}", String::from_utf8_lossy(&output.stderr).trim());
+    }
+    let metadata: serde_json::Value =
+        serde_json::from_slice(&output.stdout).context("cargo metadata did not print JSON")?;
+    let wrong = forbidden_arrows(&arrows(&metadata));
+    if !wrong.is_empty() {
+        bail!(
+            "crates depend on what they must not know (docs/architecture.md): {}",
+            wrong.join(", ")
+        );
+    }
+    Ok(())
+}
+
+/// Crate to the workspace crates it names in `[dependencies]`.
+fn arrows(metadata: &serde_json::Value) -> BTreeMap<String, BTreeSet<String>> {
+    let packages = metadata["packages"].as_array().map_or(&[][..], Vec::as_slice);
+    let names: BTreeSet<&str> = packages.iter().filter_map(|p| p["name"].as_str()).collect();
+    packages
+        .iter()
+        .filter_map(|package| {
+            let dependencies = package["dependencies"].as_array()?;
+            let known = dependencies
+                .iter()
+                .filter(|d| d["kind"].is_null())
+                .filter_map(|d| d["name"].as_str())
+                .filter(|name| names.contains(name))
+                .map(str::to_owned)
+                .collect();
+            Some((package["name"].as_str()?.to_owned(), known))
+        })
+        .collect()
+}
+
+fn forbidden_arrows(arrows: &BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
+    let allowed: BTreeMap<&str, &[&str]> = ALLOWED.iter().copied().collect();
+    let mut wrong = Vec::new();
+    for (from, targets) in arrows {
+        if from == "xtask" {
+            continue;
+        }
+        match allowed.get(from.as_str()) {
+            None => wrong.push(format!("{from} (not listed)")),
+            Some(may_know) => wrong.extend(
+                targets
+                    .iter()
+                    .filter(|to| !may_know.contains(&to.as_str()))
+                    .map(|to| format!("{from} -> {to}")),
+            ),
+        }
+    }
+    wrong
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(names: &[&str]) -> BTreeSet<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    #[test]
+    fn a_plant_that_knows_the_other_plant_is_named() {
+        let arrows = BTreeMap::from([
+            ("ode-sim".to_owned(), set(&["physiology", "nn-statespace"])),
+            ("xtask".to_owned(), set(&["ode-sim", "nn-statespace"])),
+        ]);
+        assert_eq!(forbidden_arrows(&arrows), ["ode-sim -> nn-statespace"]);
+    }
+
+    #[test]
+    fn a_new_crate_must_be_listed() {
+        let arrows = BTreeMap::from([("surprise".to_owned(), set(&[]))]);
+        assert_eq!(forbidden_arrows(&arrows), ["surprise (not listed)"]);
+    }
+
+    #[test]
+    fn the_workspace_keeps_its_directions() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        check(&root).expect("directions as documented");
+    }
+}

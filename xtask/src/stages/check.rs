@@ -1,0 +1,62 @@
+//! `check`: what continuous integration runs.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, Result, bail};
+
+use crate::cli::CheckArgs;
+use crate::{directions, progress};
+
+/// One step: its name and the cargo arguments that run it.
+const STATIC_STEPS: &[(&str, &[&str], &[(&str, &str)])] = &[
+    ("formatting", &["fmt", "--all", "--check"], &[]),
+    (
+        "lints",
+        &["clippy", "--workspace", "--all-targets", "--locked", "--quiet", "--", "--deny", "warnings"],
+        &[],
+    ),
+    (
+        "documentation",
+        &["doc", "--workspace", "--no-deps", "--locked", "--quiet"],
+        &[("RUSTDOCFLAGS", "--deny warnings")],
+    ),
+];
+const TESTS: (&str, &[&str], &[(&str, &str)]) = ("tests", &["test", "--workspace", "--locked"], &[]);
+
+/// Runs the steps in order and stops at the first that fails.
+pub fn run(args: &CheckArgs) -> Result<()> {
+    let root = workspace_root();
+    progress::note("check: crate directions");
+    directions::check(&root)?;
+    for step in STATIC_STEPS {
+        cargo(&root, step)?;
+    }
+    if !args.only_static {
+        cargo(&root, &TESTS)?;
+    }
+    progress::note("check: all passed");
+    Ok(())
+}
+
+fn cargo(
+    root: &Path,
+    (name, arguments, environment): &(&str, &[&str], &[(&str, &str)]),
+) -> Result<()> {
+    progress::note(format!("check: {name} (cargo {})", arguments.join(" ")));
+    let status = Command::new("cargo")
+        .args(*arguments)
+        .envs(environment.iter().copied())
+        .current_dir(root)
+        .status()
+        .with_context(|| format!("cannot run cargo {}", arguments.join(" ")))?;
+    if !status.success() {
+        bail!("{name} did not pass");
+    }
+    Ok(())
+}
+
+/// The folder of the workspace's `Cargo.toml`.
+pub fn workspace_root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}

@@ -1,0 +1,198 @@
+//! `pipeline`: every stage from a cohort to the report, each complete or absent, resumed by manifest.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use clap::ValueEnum;
+use cohort::{Cohort, MassBalance, findings};
+
+use crate::cli::{
+    DiagnoseArgs, EvaluateArgs, PipelineArgs, Profile, ReportArgs, TrainArgs, TwinArgs, VerifyArgs,
+};
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::note;
+use crate::stages::twin::read_cohort;
+use crate::stages::{check, diagnose, evaluate, report, train, twin, verify};
+
+/// Time limit of a conformance row in the quick profile, s.
+const QUICK_ROW_SECONDS: f64 = 5.0;
+/// Time limit of a conformance row in the paper profile, s.
+const PAPER_ROW_SECONDS: f64 = 60.0;
+
+/// The stages, in order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Stage {
+    /// Read and judge the cohort's records.
+    Cohort,
+    /// Simulate days and train the population network.
+    Train,
+    /// Prove or refute the network's monotonicity.
+    Verify,
+    /// Train a twin a person.
+    Twin,
+    /// Compare with held-out days.
+    Evaluate,
+    /// Say where the ODE plant misses.
+    Diagnose,
+    /// Write the report.
+    Report,
+}
+
+impl Stage {
+    fn folder(self) -> &'static str {
+        match self {
+            Self::Cohort => "1-cohort",
+            Self::Train => "2-train",
+            Self::Verify => "3-verify",
+            Self::Twin => "4-twin",
+            Self::Evaluate => "5-evaluate",
+            Self::Diagnose => "6-diagnose",
+            Self::Report => "report",
+        }
+    }
+
+    fn name(self) -> String {
+        format!("{self:?}").to_lowercase()
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &PipelineArgs) -> Result<()> {
+    std::fs::create_dir_all(&args.out)
+        .with_context(|| format!("cannot make the folder '{}'", args.out.display()))?;
+    let at = |stage: Stage| args.out.join(stage.folder());
+    let cohort = match &args.cohort {
+        Some(folder) => folder.clone(),
+        None => embedded_cohort(),
+    };
+
+    let folder = at(Stage::Cohort);
+    step(args, Stage::Cohort, &folder, cohort_manifest(&cohort)?, || {
+        judge_cohort(&cohort, &folder)
+    })?;
+
+    let model = match &args.model {
+        Some(path) => path.clone(),
+        None => {
+            let train =
+                TrainArgs { profile: args.profile, out: at(Stage::Train), seed: args.seed };
+            step(args, Stage::Train, &train.out, train::manifest(&train), || train::run(&train))?;
+            train.out.join(train::MODEL)
+        }
+    };
+
+    // A model of unknown training range cannot be verified without a box; the report says so.
+    if args.model.is_none() || model.with_file_name(train::REGION).is_file() {
+        let limit = match args.profile {
+            Profile::Quick => QUICK_ROW_SECONDS,
+            Profile::Paper => PAPER_ROW_SECONDS,
+        };
+        let verify = VerifyArgs {
+            model: model.clone(),
+            region: None,
+            limit,
+            out: at(Stage::Verify),
+            seed: args.seed,
+        };
+        step(args, Stage::Verify, &verify.out, verify::manifest(&verify)?, || verify::run(&verify))?;
+    } else {
+        note(format!(
+            "verify: left out, since there is no {} beside '{}'",
+            train::REGION,
+            model.display()
+        ));
+    }
+
+    let twin = TwinArgs {
+        cohort: cohort.clone(),
+        model,
+        profile: args.profile,
+        out: at(Stage::Twin),
+        seed: args.seed,
+    };
+    step(args, Stage::Twin, &twin.out, twin::manifest(&twin)?, || twin::run(&twin))?;
+
+    let evaluate = EvaluateArgs {
+        cohort: cohort.clone(),
+        twins: twin.out.clone(),
+        out: at(Stage::Evaluate),
+        seed: args.seed,
+    };
+    step(args, Stage::Evaluate, &evaluate.out, evaluate::manifest(&evaluate)?, || {
+        evaluate::run(&evaluate)
+    })?;
+
+    let diagnose = DiagnoseArgs {
+        cohort,
+        model: "ode".to_owned(),
+        out: at(Stage::Diagnose),
+        seed: args.seed,
+    };
+    step(args, Stage::Diagnose, &diagnose.out, diagnose::manifest(&diagnose)?, || {
+        diagnose::run(&diagnose)
+    })?;
+
+    report::run(&ReportArgs { folder: args.out.clone() })
+}
+
+/// Runs a stage unless its folder already holds the same work.
+fn step(
+    args: &PipelineArgs,
+    stage: Stage,
+    folder: &Path,
+    manifest: Manifest,
+    work: impl FnOnce() -> Result<()>,
+) -> Result<()> {
+    let wanted_anew = args.from.is_some_and(|from| stage >= from);
+    let done = Manifest::read(folder).is_some_and(|before| before.same_work(&manifest));
+    if done && !wanted_anew {
+        note(format!("{}: done before, kept ({})", stage.name(), folder.display()));
+        return Ok(());
+    }
+    work().with_context(|| format!("stage {}", stage.name()))
+}
+
+/// The cohort that lies in the repository.
+fn embedded_cohort() -> PathBuf {
+    check::workspace_root().join("fixtures/embedded/cohort")
+}
+
+fn cohort_manifest(folder: &Path) -> Result<Manifest> {
+    Manifest::new("cohort", serde_json::json!({}), None).with_input(folder)
+}
+
+/// Reads the records and says, person by person, whether their amounts are plausible.
+fn judge_cohort(folder: &Path, out: &Path) -> Result<()> {
+    let cohort = read_cohort(folder)?;
+    let output = OutputFolder::begin(out)?;
+    output.write_json("import_report.json", &account(&cohort, folder)?)?;
+    for person in &cohort.people {
+        note(MassBalance::of(person).to_string());
+    }
+    output.finish(&cohort_manifest(folder)?)?;
+    note(format!("cohort: {} people", cohort.people.len()));
+    Ok(())
+}
+
+/// The importer's own account, if it lies in the cohort folder; else one made from the records.
+fn account(cohort: &Cohort, folder: &Path) -> Result<serde_json::Value> {
+    let path = folder.join("import_report.json");
+    if path.is_file() {
+        let text = std::fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
+        return serde_json::from_slice(&text).with_context(|| format!("'{}'", path.display()));
+    }
+    let people = cohort
+        .people
+        .iter()
+        .map(|person| {
+            let balance = MassBalance::of(person);
+            serde_json::json!({
+                "line": balance.to_string(),
+                "balance": balance,
+                "findings": findings(person),
+            })
+        })
+        .collect::<Vec<_>>();
+    Ok(serde_json::json!({ "format": "cohort folder", "people": people, "notes": [] }))
+}

@@ -1,0 +1,161 @@
+//! `replay`: a cohort's record through a model, freely from the first reading.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result, bail};
+use cohort::MissingDoses;
+use nn_statespace::initial_state::InitialStateTable;
+use physiology::Compartment;
+use twins::{ReplayRow, ReplayStart, replay};
+
+use crate::cli::ReplayArgs;
+use crate::manifest::Manifest;
+use crate::models::{read_population, read_twin};
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::steady_state::read_table;
+use crate::stages::twin::read_cohort;
+
+/// Where a replay starts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Initial {
+    /// The model's own steady state at the first reading.
+    SteadyState,
+    /// The row of a published table.
+    Table(PathBuf),
+}
+
+impl FromStr for Initial {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once(':') {
+            None if text == "steady-state" => Ok(Self::SteadyState),
+            Some(("table", file)) if !file.is_empty() => Ok(Self::Table(PathBuf::from(file))),
+            _ => Err("expected steady-state or table:FILE".to_owned()),
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &ReplayArgs) -> Result<()> {
+    let initial = match &args.initial {
+        Initial::SteadyState => "steady-state",
+        Initial::Table(_) => "table",
+    };
+    let config = serde_json::json!({ "initial": initial, "missing_doses": "zero" });
+    let mut manifest = Manifest::new("replay", config, None)
+        .with_input(&args.cohort)?
+        .with_input(&args.model)?;
+    let cohort = read_cohort(&args.cohort)?;
+    let population = Arc::new(read_population(&args.model)?);
+    let twin = match &args.twin {
+        None => None,
+        Some(path) => {
+            manifest = manifest.with_input(path)?;
+            Some(read_twin(path, Arc::clone(&population))?)
+        }
+    };
+    let table: Option<InitialStateTable> = match &args.initial {
+        Initial::SteadyState => None,
+        Initial::Table(path) => {
+            manifest = manifest.with_input(path)?;
+            Some(read_table(path)?)
+        }
+    };
+    if let (Some(twin), [_, _, ..]) = (&twin, cohort.people.as_slice()) {
+        note(format!(
+            "replay: the twin of person {} is used for all {} people",
+            twin.card.person_id,
+            cohort.people.len()
+        ));
+    }
+    let output = OutputFolder::begin(&args.out)?;
+    let progress = Progress::begin("replay", cohort.people.len());
+    let mut text = String::from("person_id,time,step");
+    for compartment in COLUMNS {
+        write!(text, ",{compartment}").expect("writing to a String cannot fail");
+    }
+    text.push('\n');
+    let start = table.as_ref().map_or(ReplayStart::SteadyState, ReplayStart::Table);
+    let missing = missing_doses(&cohort);
+    if missing > 0 {
+        note(format!(
+            "replay: {missing} steps have a basal rate, bolus or meal that was not recorded; it is \
+             taken as none given"
+        ));
+    }
+    for person in &cohort.people {
+        if person.id.contains([',', '"', '\n']) {
+            bail!("person '{}' cannot stand in a CSV file; rename them", person.id);
+        }
+        let rows = match &twin {
+            Some(twin) => replay(person, twin, &population, start, MissingDoses::Zero),
+            None => replay(person, &*population, &population, start, MissingDoses::Zero),
+        }
+        .with_context(|| format!("person {}", person.id))?;
+        for row in &rows {
+            write_row(&mut text, &person.id, row);
+        }
+        progress.advance(&person.id);
+    }
+    output.write("traces.csv", text.as_bytes())?;
+    let place = output.finish(&manifest)?;
+    progress.finish(&place.join("traces.csv").display().to_string());
+    Ok(())
+}
+
+/// Order of the states in `traces.csv`, as in the published traces.
+const COLUMNS: [Compartment; 10] = [
+    Compartment::Q1,
+    Compartment::Q2,
+    Compartment::S1,
+    Compartment::S2,
+    Compartment::I,
+    Compartment::X1,
+    Compartment::X2,
+    Compartment::X3,
+    Compartment::C2,
+    Compartment::C1,
+];
+
+fn write_row(text: &mut String, person: &str, row: &ReplayRow) {
+    write!(text, "{person},{},{}", row.time.format("%Y-%m-%dT%H:%M:%S"), row.step)
+        .expect("writing to a String cannot fail");
+    for compartment in COLUMNS {
+        write!(text, ",{}", row.states[compartment]).expect("writing to a String cannot fail");
+    }
+    text.push('\n');
+}
+
+fn missing_doses(cohort: &cohort::Cohort) -> usize {
+    cohort
+        .people
+        .iter()
+        .map(|person| {
+            let record = &person.record;
+            (0..record.len())
+                .filter(|k| {
+                    [record.basal(), record.bolus(), record.carbs()].iter().any(|c| c[*k].is_none())
+                })
+                .count()
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_start_is_a_word_or_a_table() {
+        assert_eq!("steady-state".parse(), Ok(Initial::SteadyState));
+        assert_eq!("table:a:b.csv".parse(), Ok(Initial::Table("a:b.csv".into())));
+        for wrong in ["", "table", "table:", "steady", "file:x"] {
+            assert!(wrong.parse::<Initial>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! `report`: one HTML file from whatever an output folder holds.
+
+use std::fs::{self, File};
+use std::io::{BufReader, Write as _};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, bail};
+use report::{Inputs, Part, render};
+
+use crate::cli::ReportArgs;
+use crate::manifest::Manifest;
+use crate::progress::note;
+
+/// The report's file name.
+pub const FILE: &str = "report.html";
+
+/// Runs the command.
+pub fn run(args: &ReportArgs) -> Result<()> {
+    let folder = &args.folder;
+    if !folder.is_dir() {
+        bail!("there is no folder '{}'", folder.display());
+    }
+    let inputs = gather(folder)?;
+    let html = render(&inputs).context("rendering the report")?;
+    let path = folder.join(FILE);
+    let mut whole = tempfile::NamedTempFile::new_in(folder)
+        .with_context(|| format!("cannot write in '{}'", folder.display()))?;
+    whole
+        .write_all(html.as_bytes())
+        .with_context(|| format!("cannot write '{}' (is the disk full?)", path.display()))?;
+    whole.persist(&path).with_context(|| format!("cannot write '{}'", path.display()))?;
+    note(format!("report: {}", path.display()));
+    Ok(())
+}
+
+/// Writes the report of a folder that is being built, with the manifest it will get.
+pub fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
+    let mut inputs = gather_parts(folder)?;
+    let text = serde_json::to_vec(manifest)?;
+    inputs.read(Part::Manifest, text.as_slice())?;
+    let html = render(&inputs).context("rendering the report")?;
+    let path = folder.join(FILE);
+    fs::write(&path, html).with_context(|| format!("cannot write '{}'", path.display()))
+}
+
+/// Everything a report shows that `folder` and its stage folders hold.
+///
+/// # Errors
+/// If there is nothing, or a file does not hold what its name says.
+pub fn gather(folder: &Path) -> Result<Inputs> {
+    let inputs = gather_parts(folder)?;
+    let nothing = inputs.outcomes.is_none()
+        && inputs.conformance.is_none()
+        && inputs.diagnosis.is_none()
+        && inputs.training.is_none()
+        && inputs.twins.is_none()
+        && inputs.import_report.is_none();
+    if nothing {
+        bail!(
+            "'{}' holds none of {}; give the output folder of a command",
+            folder.display(),
+            Part::ALL.map(Part::file_name).join(", ")
+        );
+    }
+    Ok(inputs)
+}
+
+fn gather_parts(folder: &Path) -> Result<Inputs> {
+    let mut folders: Vec<PathBuf> = fs::read_dir(folder)
+        .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
+        .with_context(|| format!("cannot read the folder '{}'", folder.display()))?;
+    // Hidden folders are unfinished outputs.
+    folders.retain(|path| {
+        path.is_dir()
+            && path.file_name().is_some_and(|name| !name.to_string_lossy().starts_with('.'))
+    });
+    folders.sort();
+    folders.insert(0, folder.to_path_buf());
+    let mut inputs = Inputs::default();
+    for folder in &folders {
+        for part in Part::ALL {
+            let path = folder.join(part.file_name());
+            if path.is_file() {
+                let file = File::open(&path)
+                    .with_context(|| format!("cannot open '{}'", path.display()))?;
+                inputs
+                    .read(part, BufReader::new(file))
+                    .with_context(|| format!("'{}'", path.display()))?;
+            }
+        }
+    }
+    Ok(inputs)
+}

@@ -1,0 +1,214 @@
+//! `simulate`: virtual patients of the ODE model through the authors' test scenario.
+//!
+//! Reads the layout of the published virtual patient population and writes one row a patient,
+//! scenario and step.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Context as _, Result, bail};
+use ode_sim::vpp_scenario::{Meal, Row, Scenario, START_GLUCOSE, VirtualPatient, trace};
+use ode_sim::{OdeParameters, OdeState, OdeVector};
+use physiology::{Compartment, Grams, Kilograms, Units};
+use rayon::prelude::*;
+
+use crate::cli::SimulateArgs;
+use crate::inputs::Table;
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::Progress;
+
+/// Columns of `traces.csv`.
+const HEADER: &str = "patient,scenario,step,bg_mg_dl,insulin_u_h,q1,q2,s1,s2,i,x1,x2,x3";
+/// The eight states of a trace, in the order of its columns.
+const STATES: [(&str, Compartment); 8] = [
+    ("q1", Compartment::Q1),
+    ("q2", Compartment::Q2),
+    ("s1", Compartment::S1),
+    ("s2", Compartment::S2),
+    ("i", Compartment::I),
+    ("x1", Compartment::X1),
+    ("x2", Compartment::X2),
+    ("x3", Compartment::X3),
+];
+
+/// Runs the command.
+pub fn run(args: &SimulateArgs) -> Result<()> {
+    let scenarios = match &args.scenario {
+        None => Scenario::ALL.to_vec(),
+        Some(name) => match Scenario::from_name(name) {
+            Some(scenario) => vec![scenario],
+            None => bail!(
+                "there is no scenario '{name}'; the scenarios are {}",
+                Scenario::ALL.map(Scenario::name).join(" and ")
+            ),
+        },
+    };
+    if args.days == 0 {
+        bail!("--days 0 simulates nothing; give 1 or more");
+    }
+    let patients = read_patients(&args.patients)?;
+    let meals = read_meals(&args.meals)?;
+    let initial = args.initial.as_deref().map(read_initial_states).transpose()?;
+
+    let config = serde_json::json!({
+        "scenarios": scenarios.iter().map(|s| s.name()).collect::<Vec<_>>(),
+        "days": args.days,
+        "initial": if initial.is_some() { "table" } else { "steady state" },
+        "start_glucose_mg_dl": START_GLUCOSE.0,
+    });
+    let mut manifest =
+        Manifest::new("simulate", config, None).with_input(&args.patients)?.with_input(&args.meals)?;
+    if let Some(path) = &args.initial {
+        manifest = manifest.with_input(path)?;
+    }
+    let output = OutputFolder::begin(&args.out)?;
+
+    let jobs: Vec<(&(String, VirtualPatient), Scenario)> =
+        scenarios.iter().flat_map(|s| patients.iter().map(move |p| (p, *s))).collect();
+    let progress = Progress::begin("simulate", jobs.len());
+    let traces = jobs
+        .par_iter()
+        .map(|((name, patient), scenario)| {
+            let start = match &initial {
+                Some(table) => start_of(table, name)?,
+                None => patient.initial_state().with_context(|| format!("patient {name}"))?,
+            };
+            let rows = trace(patient, &meals, start, *scenario, args.days)
+                .with_context(|| format!("patient {name}, scenario {scenario}"))?;
+            progress.advance(name);
+            Ok(written(name, *scenario, &rows))
+        })
+        .collect::<Result<Vec<String>>>()?;
+    let mut text = format!("{HEADER}\n");
+    traces.iter().for_each(|t| text.push_str(t));
+    output.write("traces.csv", text.as_bytes())?;
+    let place = output.finish(&manifest)?;
+    progress.finish(&format!(
+        "{} patients, {} scenarios, {} days in {}",
+        patients.len(),
+        scenarios.len(),
+        args.days,
+        place.join("traces.csv").display()
+    ));
+    Ok(())
+}
+
+fn written(patient: &str, scenario: Scenario, rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let x = row.state.vector();
+        // Nine significant digits, as the published traces have.
+        write!(
+            text,
+            "{patient},{scenario},{},{},{}",
+            row.step,
+            nine_digits(row.glucose.0),
+            nine_digits(row.insulin.0)
+        )
+        .expect("writing to a String cannot fail");
+        for (_, compartment) in STATES {
+            write!(text, ",{}", nine_digits(x[compartment]))
+                .expect("writing to a String cannot fail");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A number with nine significant digits in the shortest form that keeps them.
+fn nine_digits(value: f64) -> f64 {
+    format!("{value:.8e}").parse().expect("a formatted number is a number")
+}
+
+fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
+    let table = Table::read(path)?;
+    let mut patients: Vec<(String, VirtualPatient)> = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let number = |column| table.number(column, row);
+        let positive = |column| {
+            let value = number(column)?;
+            if value <= 0.0 {
+                bail!("{}: {value} must be positive", table.place(column, row));
+            }
+            Ok(value)
+        };
+        let name = table.text("patient", row)?.to_owned();
+        if name.is_empty() || patients.iter().any(|(known, _)| *known == name) {
+            bail!("{}: '{name}' is empty or not unique", table.place("patient", row));
+        }
+        let parameters = OdeParameters {
+            f_01: number("f01c_mmol_kg_min")?,
+            v_g: number("vg_l_kg")?,
+            k_12: number("k12_per_min")?,
+            a_g: number("ag")?,
+            t_max_g: number("tmax_g_min")?,
+            egp_0: number("egp0_mmol_kg_min")?,
+            t_max_i: number("tmax_i_min")?,
+            k_e: number("ke_per_min")?,
+            v_i: number("vi_l_kg")?,
+            k_a1: number("ka1_per_min")?,
+            k_a2: number("ka2_per_min")?,
+            k_a3: number("ka3_per_min")?,
+            s_f1: number("sf1")?,
+            s_f2: number("sf2")?,
+            s_f3: number("sf3")?,
+        }
+        .validated()
+        .with_context(|| format!("'{}', row {}, patient {name}", path.display(), row + 2))?;
+        let patient = VirtualPatient {
+            parameters,
+            weight: Kilograms(positive("weight_kg")?),
+            total_daily_insulin: Units(positive("tdir_u")?),
+        };
+        patients.push((name, patient));
+    }
+    Ok(patients)
+}
+
+fn read_meals(path: &Path) -> Result<Vec<Meal>> {
+    let table = Table::read(path)?;
+    (0..table.rows())
+        .map(|row| {
+            let grams = table.number("carbs_g", row)?;
+            if grams < 0.0 {
+                bail!("{}: a meal of {grams} g", table.place("carbs_g", row));
+            }
+            Ok(Meal { step: table.whole("step", row)?, carbs: Grams(grams) })
+        })
+        .collect()
+}
+
+fn read_initial_states(path: &Path) -> Result<Vec<(String, OdeState)>> {
+    let table = Table::read(path)?;
+    (0..table.rows())
+        .map(|row| {
+            let mut x = OdeVector::default();
+            for (column, compartment) in STATES {
+                x[compartment] = table.number(column, row)?;
+            }
+            let name = table.text("patient", row)?.to_owned();
+            Ok((name, OdeState::default().with_vector(&x)))
+        })
+        .collect()
+}
+
+fn start_of(table: &[(String, OdeState)], patient: &str) -> Result<OdeState> {
+    table
+        .iter()
+        .find(|(name, _)| name == patient)
+        .map(|(_, state)| *state)
+        .with_context(|| format!("the initial states have no row for patient {patient}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nine_digits_are_kept() {
+        assert_eq!(nine_digits(1.0 / 3.0), 0.333333333);
+        assert_eq!(nine_digits(160.0), 160.0);
+        assert_eq!(nine_digits(1.234_567_891_2e-5), 1.23456789e-5);
+    }
+}

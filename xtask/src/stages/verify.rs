@@ -1,0 +1,194 @@
+//! `verify`: the conformance of a population network over a box.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, bail};
+use conformance::milp::MilpLimits;
+use conformance::{
+    CrossCheck, Limits, OneHiddenLayer, Property, Region, Report, Row, Scaling, Signal, Verdict,
+    paper_properties, share_of_region, verify,
+};
+use nn_statespace::PopulationModel;
+use physiology::Compartment;
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+
+use crate::cli::VerifyArgs;
+use crate::manifest::Manifest;
+use crate::models::read_population;
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::train;
+
+/// Relative gap at which a row counts as solved.
+const RELATIVE_GAP: f64 = 1e-9;
+/// Points at which the violating share of the box is sampled.
+const SHARE_POINTS: usize = 100_000;
+/// Networks up to this many inputs are also solved as a MILP.
+const MILP_INPUTS: usize = 4;
+
+/// The region that is used: the one asked for, or the one that training wrote beside the model.
+fn region_path(args: &VerifyArgs) -> Result<PathBuf> {
+    if let Some(path) = &args.region {
+        return Ok(path.clone());
+    }
+    let beside = args.model.with_file_name(train::REGION);
+    if beside.is_file() {
+        return Ok(beside);
+    }
+    bail!(
+        "there is no {} beside '{}'; give the box with --region",
+        train::REGION,
+        args.model.display()
+    )
+}
+
+/// The manifest of a run with these arguments.
+pub fn manifest(args: &VerifyArgs) -> Result<Manifest> {
+    let config = serde_json::json!({
+        "limit_seconds": args.limit,
+        "relative_gap": RELATIVE_GAP,
+        "share_points": SHARE_POINTS,
+        "milp_up_to_inputs": MILP_INPUTS,
+    });
+    Manifest::new("verify", config, Some(args.seed))
+        .with_input(&args.model)?
+        .with_input(&region_path(args)?)
+}
+
+/// Runs the command.
+pub fn run(args: &VerifyArgs) -> Result<()> {
+    if !(args.limit.is_finite() && args.limit > 0.0) {
+        bail!("--limit {} must be a positive number of seconds", args.limit);
+    }
+    let manifest = manifest(args)?;
+    let model = read_population(&args.model)?;
+    let region = read_region(&region_path(args)?, &model)?;
+    let output = OutputFolder::begin(&args.out)?;
+
+    let clock = Instant::now();
+    let properties = paper_properties();
+    let progress = Progress::begin("verify", properties.len());
+    let mut rows = Vec::with_capacity(properties.len());
+    for property in &properties {
+        let row = verify_row(&model, property, &region, args, &|| clock.elapsed())
+            .with_context(|| format!("network {}, input {}", property.network, property.input))?;
+        progress.advance(&format!("{} against {}", property.network, property.input));
+        rows.push(row);
+    }
+    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+    let summary = format!(
+        "{} proved, {} violated, {} undecided of {} rows",
+        count(Verdict::Proved),
+        count(Verdict::Violated),
+        count(Verdict::Undecided),
+        rows.len()
+    );
+    let table = table(&rows);
+    output.write_json("conformance.json", &Report { rows })?;
+    output.write("conformance.txt", table.as_bytes())?;
+    let place = output.finish(&manifest)?;
+    note(table);
+    progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
+    Ok(())
+}
+
+fn verify_row(
+    model: &PopulationModel,
+    property: &Property,
+    region: &Region,
+    args: &VerifyArgs,
+    clock: &(dyn Fn() -> Duration + Sync),
+) -> Result<Row> {
+    let compartment = Compartment::from_name(&property.network)
+        .with_context(|| format!("there is no network '{}'", property.network))?;
+    let network = network(model, compartment)?;
+    let time = Duration::from_secs_f64(args.limit);
+    let cross_check = if network.inputs().len() <= MILP_INPUTS {
+        CrossCheck::Milp(MilpLimits { time, relative_gap: RELATIVE_GAP })
+    } else {
+        CrossCheck::None
+    };
+    let limits = Limits { relative_gap: RELATIVE_GAP, nodes: u64::MAX, time, cross_check };
+    let mut row = verify(&network, property, region, &limits, clock)?;
+    let signals = signals(model);
+    let scaling = |name: &str| {
+        signals.iter().find(|signal| signal.name == name).and_then(|signal| signal.scaling)
+    };
+    if let (Some(output), Some(input)) = (scaling(&property.network), scaling(&property.input)) {
+        row = row.with_physical(output, input)?;
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+    row.share_of_region =
+        Some(share_of_region(&network, property, region, SHARE_POINTS, &mut rng)?);
+    Ok(row)
+}
+
+/// A sub-network handed over as matrices.
+pub fn network(model: &PopulationModel, compartment: Compartment) -> Result<OneHiddenLayer> {
+    let network = model.network(compartment);
+    let inputs = model.wiring().inputs(compartment);
+    let names = inputs.iter().map(|signal| signal.name().to_owned()).collect();
+    Ok(OneHiddenLayer::new(
+        compartment.name(),
+        names,
+        network.w1().to_vec(),
+        network.b1().to_vec(),
+        network.w2().to_vec(),
+        network.b2(),
+    )?)
+}
+
+/// Every signal of the model with its scaling.
+fn signals(model: &PopulationModel) -> Vec<Signal> {
+    use nn_statespace::Signal as NetworkSignal;
+    let states = Compartment::ALL.into_iter().map(NetworkSignal::State);
+    states
+        .chain([NetworkSignal::Insulin, NetworkSignal::Carbs])
+        .map(|signal| {
+            let constants = model.scaler().of(signal);
+            Signal {
+                name: signal.name().to_owned(),
+                scaling: Some(Scaling { centre: constants.centre, scale: constants.scale }),
+            }
+        })
+        .collect()
+}
+
+fn read_region(path: &Path, model: &PopulationModel) -> Result<Region> {
+    let file = std::fs::File::open(path)
+        .with_context(|| format!("cannot open the region '{}'", path.display()))?;
+    Region::from_json(file, &signals(model))
+        .with_context(|| format!("the region '{}'", path.display()))
+}
+
+/// The rows as text.
+fn table(rows: &[Row]) -> String {
+    use std::fmt::Write as _;
+    let mut text = format!(
+        "{:<4} {:<10} {:<11} {:<10} {:>14} {:>14} {:>9}  {}\n",
+        "net", "input", "property", "verdict", "M at least", "M at most", "share", "seconds"
+    );
+    for row in rows {
+        let share = row.share_of_region.as_ref().map_or(f64::NAN, |share| share.value);
+        writeln!(
+            text,
+            "{:<4} {:<10} {:<11} {:<10} {:>14.7} {:>14.7} {:>8.3}%  {:.2}{}",
+            row.network,
+            row.input,
+            format!("{:?}", row.property).to_lowercase(),
+            format!("{:?}", row.verdict).to_lowercase(),
+            row.m_lower,
+            row.m_upper,
+            100.0 * share,
+            row.seconds,
+            match row.kind {
+                conformance::PropertyKind::Physical => "",
+                conformance::PropertyKind::OppositeInformational => "  (opposite sign, informational)",
+            }
+        )
+        .expect("writing to a String cannot fail");
+    }
+    text
+}
