@@ -85,7 +85,9 @@ pub enum TwinError {
         epoch: usize,
     },
     /// A weight file holds something else than a twin.
-    #[error("no twin in this file, it holds {found}; give a file that `twin` or `import-model` wrote")]
+    #[error(
+        "no twin in this file, it holds {found}; give a file that `twin` or `import-model` wrote"
+    )]
     WrongKind {
         /// What the file's metadata and tensors suggest.
         found: String,
@@ -120,6 +122,14 @@ pub enum TwinError {
         person: String,
         /// The step of the record.
         step: usize,
+    },
+    /// Tests and intervals over people need at least two.
+    #[error("{found} people to judge and {excluded} left out; at least 2 needed")]
+    TooFewPeople {
+        /// People judged.
+        found: usize,
+        /// People left out.
+        excluded: usize,
     },
     /// A twin is another person's.
     #[error("person '{person}' cannot go on from the twin of '{twin}'; give their own twin")]

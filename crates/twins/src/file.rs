@@ -96,10 +96,7 @@ impl Twin {
     /// [`TwinError::WrongKind`] for weights that are not a twin's, [`TwinError::Header`] for a
     /// broken description, [`TwinError::OtherPopulation`] for another population model, and
     /// [`TwinError::MissingTensor`], [`TwinError::Shape`] and [`TwinError::NotFiniteWeight`].
-    pub fn from_bytes(
-        bytes: &[u8],
-        population: Arc<PopulationModel>,
-    ) -> Result<Self, TwinError> {
+    pub fn from_bytes(bytes: &[u8], population: Arc<PopulationModel>) -> Result<Self, TwinError> {
         let file = SafeTensors::deserialize(bytes).map_err(unreadable)?;
         let header = read_header(bytes, &file)?;
         let found = population_fingerprint(&population);
@@ -167,11 +164,9 @@ fn heart_rate_scaler(file: &SafeTensors<'_>) -> Result<Option<HeartRateScaler>, 
         [center, scale] => Err(TwinError::Header {
             problem: format!("heart rate scaled by {scale} about {center}"),
         }),
-        other => Err(TwinError::Shape {
-            tensor: HEART_RATE.to_owned(),
-            found: other.len(),
-            expected: 2,
-        }),
+        other => {
+            Err(TwinError::Shape { tensor: HEART_RATE.to_owned(), found: other.len(), expected: 2 })
+        }
     }
 }
 

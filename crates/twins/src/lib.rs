@@ -1,7 +1,27 @@
-//! Digital twins: the residual network of one person, its training and replay, and the ODE baselines
+//! Digital twins: the population model with one person's own network added to it.
+//!
+//! A [`Twin`] is the neural state-space population model plus a residual network that sees the
+//! states around glucose and the person's context (heart rate, sleep, weekend, hour) and adds to
+//! dQ1/dt inside the simulation loop (Roquemen-Echeverri et al., section "Individual-level model";
+//! the *paper* in this workspace). The crate trains such networks ([`build_twins`]), keeps them in
+//! files ([`Twin::to_bytes`]), reads those that the paper's authors published
+//! ([`published_twin`]), runs records through them ([`replay`]) and judges them on held-out days
+//! beside the population model and the ODE ([`evaluation`]).
+//!
+//! An untrained twin is the population model, exactly:
+//!
+//! ```
+//! use twins::{INPUTS, ResidualNetwork};
+//!
+//! let network = ResidualNetwork::untrained(42);
+//! assert_eq!(network.evaluate(&[0.5; INPUTS]), 0.0);
+//! ```
+//!
+//! The crate opens no files and prints nothing; randomness comes from explicit seeds.
 
 mod cohort_training;
 mod error;
+pub mod evaluation;
 mod exclusion;
 mod file;
 mod fingerprint;
@@ -13,6 +33,7 @@ mod inputs;
 mod loss;
 mod prepared;
 mod protocol;
+mod replay;
 mod residual;
 mod start;
 mod training;
@@ -29,9 +50,8 @@ pub use inputs::{INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS
 pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
 pub use prepared::PreparedWindow;
 pub use protocol::{PersonWindows, Protocol};
+pub use replay::{ReplayRow, ReplayStart, replay};
 pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
 pub use start::{AtRest, Startable, Starts, WindowStart, settled, window_starts};
-pub use training::{
-    Epoch, KeptEpoch, Trained, TrainingPlan, batch_gradient, train, window_loss,
-};
+pub use training::{Epoch, KeptEpoch, Trained, TrainingPlan, batch_gradient, train, window_loss};
 pub use twin::{Twin, TwinCard};

@@ -96,7 +96,13 @@ impl PersonWindows {
         let few = |part, found: usize| {
             (found < needed).then_some(Exclusion::TooFewWindows { part, found, needed })
         };
-        let excluded = without_doses(person, &split.train, &split.test)
+        let no_test_days = split.test.is_empty().then_some(Exclusion::TooFewWindows {
+            part: Part::Test,
+            found: 0,
+            needed,
+        });
+        let excluded = no_test_days
+            .or_else(|| without_doses(person, &split.train, &split.test))
             .or_else(|| few(Part::Training, train.len()))
             .or_else(|| few(Part::Test, test.len()));
         let mean_basal = UnitsPerHour(mean_basal);

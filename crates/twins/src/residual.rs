@@ -228,8 +228,7 @@ mod tests {
         assert!(short.is_err_and(|e| e.to_string().contains("layers.1.weight")));
         let mut broken = zeros[2].clone();
         broken[3] = f64::NAN;
-        let nan =
-            ResidualNetwork::from_tensors([&zeros[0], &zeros[1], &broken, &zeros[3]], biases);
+        let nan = ResidualNetwork::from_tensors([&zeros[0], &zeros[1], &broken, &zeros[3]], biases);
         assert!(nan.is_err_and(|e| e.to_string().contains("layers.2.weight")));
     }
 }

@@ -193,8 +193,7 @@ pub fn train(
         KeptEpoch::Last => (plan.epochs, network),
         KeptEpoch::Best => (best.1, best.2),
     };
-    let loss_after =
-        finite(mean_loss(&objective, &network, windows, &mut tape), plan.epochs - 1)?;
+    let loss_after = finite(mean_loss(&objective, &network, windows, &mut tape), plan.epochs - 1)?;
     Ok(Trained { network, loss_before, held_out_before, epochs, kept, loss_after })
 }
 

@@ -89,7 +89,11 @@ fn the_gradient_agrees_with_central_differences() {
         // of a ReLU or of the penalty within h would show as more.
         let h = 1e-6;
         let central = (at(h) - at(-h)) / (2.0 * h);
-        assert!((central - slopes[index]).abs() < 1e-6 * scale, "{index}: {central} {}", slopes[index]);
+        assert!(
+            (central - slopes[index]).abs() < 1e-6 * scale,
+            "{index}: {central} {}",
+            slopes[index]
+        );
         compared += 1;
     }
     assert_eq!(compared, 123);

@@ -1,16 +1,17 @@
 //! A small population model with the right signs, days with meals and exercise, and networks that
 //! are not zero, for tests that need no data from outside.
 
-#![expect(unreachable_pub, dead_code, reason = "each test file uses its own part of this module")]
+#![expect(dead_code, reason = "each test file uses its own part of this module")]
 
 use std::sync::Arc;
 
+use cohort::{Channel, Cohort, MissingDoses, Person, Record, Therapy};
 use nn_statespace::{
     CentreAndScale, GlucoseClamp, HiddenLayerNetwork, ModelCard, PerCompartment, PopulationModel,
-    Scaler, Wiring,
+    ScaledStates, Scaler, Wiring,
 };
 use physiology::{
-    BeatsPerMinute, Compartment, Context, Grams, StepInput, Units, UnitsPerHour,
+    BeatsPerMinute, Compartment, Context, Grams, OpenLoop, StepInput, Units, UnitsPerHour, simulate,
 };
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -18,7 +19,7 @@ use rand_chacha::rand_core::SeedableRng;
 use twins::{InputSet, ResidualNetwork, Twin, TwinCard};
 
 /// Linear compartments as networks of paired rectifiers: relu(x) - relu(-x) = x.
-pub fn population(clamp: GlucoseClamp) -> Arc<PopulationModel> {
+pub(crate) fn population(clamp: GlucoseClamp) -> Arc<PopulationModel> {
     use Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
     let wiring = Wiring::paper();
     // Slopes by input in the wiring's order, per minute.
@@ -65,14 +66,18 @@ pub fn population(clamp: GlucoseClamp) -> Arc<PopulationModel> {
 }
 
 /// Steps with a bolus and a meal every five hours and exercise now and then.
-pub fn exercising_day(steps: usize) -> Vec<StepInput> {
+pub(crate) fn exercising_day(steps: usize) -> Vec<StepInput> {
     (0..steps)
         .map(|k| StepInput {
             basal: UnitsPerHour(1.0),
             bolus: Units(if k % 60 == 10 { 3.0 } else { 0.0 }),
             carbs: Grams(if k % 60 == 12 { 30.0 } else { 0.0 }),
             context: Context {
-                heart_rate_over_baseline: Some(BeatsPerMinute(if k % 100 > 80 { 45.0 } else { 2.0 })),
+                heart_rate_over_baseline: Some(BeatsPerMinute(if k % 100 > 80 {
+                    45.0
+                } else {
+                    2.0
+                })),
                 hour: (k / 12 % 24) as u8,
                 weekend: k / 288 % 7 > 4,
                 sleep_efficiency: Some(if k / 12 % 24 < 7 { 0.95 } else { 0.0 }),
@@ -83,7 +88,7 @@ pub fn exercising_day(steps: usize) -> Vec<StepInput> {
 }
 
 /// The untrained network with a last layer that is not zero.
-pub fn trained_looking(seed: u64) -> ResidualNetwork {
+pub(crate) fn trained_looking(seed: u64) -> ResidualNetwork {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = |n: usize, size: f64| -> Vec<f64> {
         (0..n).map(|_| rng.random_range(-size..size)).collect()
@@ -97,8 +102,24 @@ pub fn trained_looking(seed: u64) -> ResidualNetwork {
     .expect("shapes fit")
 }
 
+/// A person whose glucose drifts up by 0.005 scaled units a minute, falls by 0.01 for each unit of
+/// scaled heart rate above the median, and by 0.006 for each unit of Q1 above its own.
+pub(crate) fn planted() -> ResidualNetwork {
+    let (mut w0, mut w1) = (vec![0.0; 1280], vec![0.0; 8192]);
+    let (mut w2, mut w3) = (vec![0.0; 2048], vec![0.0; 32]);
+    for (unit, input, slope) in [(0, 5, -0.01), (1, 0, -0.006)] {
+        w0[unit * 10 + input] = 1.0;
+        w1[unit * 128 + unit] = 1.0;
+        w2[unit * 64 + unit] = 1.0;
+        w3[unit] = slope;
+    }
+    let biases = [vec![0.0; 128], vec![0.0; 64], vec![0.0; 32], vec![0.005]];
+    ResidualNetwork::from_tensors([&w0, &w1, &w2, &w3], biases.each_ref().map(Vec::as_slice))
+        .expect("shapes fit")
+}
+
 /// A twin on the synthetic population model.
-pub fn twin_of(residual: ResidualNetwork, clamp: GlucoseClamp) -> Twin {
+pub(crate) fn twin_of(residual: ResidualNetwork, clamp: GlucoseClamp) -> Twin {
     Twin {
         population: population(clamp),
         residual,
@@ -112,4 +133,45 @@ pub fn twin_of(residual: ResidualNetwork, clamp: GlucoseClamp) -> Twin {
             training: None,
         },
     }
+}
+
+/// A cohort of people whose glucose follows `truth` on the synthetic population model, without
+/// noise: `days` days of [`exercising_day`], each person starting a little later in it.
+pub(crate) fn cohort_of(truth: &Twin, people: usize, days: usize) -> Cohort {
+    let start: chrono::NaiveDateTime = "2024-03-04T00:00:00".parse().expect("a literal time");
+    let steps = days * physiology::STEPS_PER_DAY;
+    let person = |index: usize| {
+        let mut record = Record::new(start, steps).expect("on the grid");
+        let doses = exercising_day(steps + 37 * index).split_off(37 * index);
+        for (channel, value) in [
+            (Channel::Basal, &(|i: &StepInput| i.basal.0) as &dyn Fn(&StepInput) -> f64),
+            (Channel::Bolus, &|i: &StepInput| i.bolus.0),
+            (Channel::Carbs, &|i: &StepInput| i.carbs.0),
+            (Channel::HeartRate, &|i: &StepInput| {
+                i.context.heart_rate_over_baseline.map_or(0.0, |rate| rate.0)
+            }),
+            (Channel::SleepEfficiency, &|i: &StepInput| i.context.sleep_efficiency.unwrap_or(0.0)),
+        ] {
+            let column = record.channel_mut(channel);
+            for (slot, input) in column.iter_mut().zip(&doses) {
+                *slot = Some(value(input));
+            }
+        }
+        let mut person = Person {
+            id: format!("p{index}"),
+            weight: None,
+            therapy: Therapy::OpenLoopPump,
+            heart_rate_baseline: Some(BeatsPerMinute(0.0)),
+            record,
+        };
+        let inputs = person.inputs(0..steps, MissingDoses::Error).expect("complete");
+        let run = simulate(truth, ScaledStates::default(), &mut OpenLoop::new(&inputs), steps - 1)
+            .expect("finite");
+        let glucose = run.glucose(truth);
+        for (slot, value) in person.record.channel_mut(Channel::Cgm).iter_mut().zip(glucose) {
+            *slot = Some(value.0);
+        }
+        person
+    };
+    Cohort { people: (0..people).map(person).collect() }
 }

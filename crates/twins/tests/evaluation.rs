@@ -1,0 +1,144 @@
+//! Judging twins of a cohort whose truth is known, and the tables that come out.
+
+mod synthetic;
+
+use std::collections::BTreeMap;
+
+use cohort::Cohort;
+use nn_statespace::GlucoseClamp;
+use synthetic::{cohort_of, trained_looking, twin_of};
+use twins::evaluation::{EvaluationSettings, Method, OutcomesTable, TwinsTable, evaluate};
+use twins::{
+    InputSet, Protocol, ResidualNetwork, TrainingPlan, Twin, TwinRecipe, WindowStart, build_twins,
+};
+
+fn protocol() -> Protocol {
+    Protocol { training_days: 4, ..Protocol::paper() }
+}
+
+fn settings() -> EvaluationSettings {
+    let settings = EvaluationSettings::paper(protocol(), 3);
+    EvaluationSettings {
+        bootstrap: stats::Bootstrap { replicates: 200, ..settings.bootstrap },
+        ..settings
+    }
+}
+
+fn truth() -> Twin {
+    let mut twin = twin_of(trained_looking(7), GlucoseClamp::Reproduction);
+    twin.heart_rate_scaler = Some(twins::HeartRateScaler { center: 2.0, scale: 20.0 });
+    twin
+}
+
+fn three_people() -> Cohort {
+    cohort_of(&truth(), 3, 8)
+}
+
+fn same_twin_for_all(cohort: &Cohort, twin: &Twin) -> BTreeMap<String, Twin> {
+    cohort.people.iter().map(|person| (person.id.clone(), twin.clone())).collect()
+}
+
+#[test]
+fn the_true_twin_is_found_equivalent_and_best() {
+    let cohort = three_people();
+    let truth = truth();
+    let twins = same_twin_for_all(&cohort, &truth);
+    let found = evaluate(&cohort, &twins, &truth.population, &settings()).expect("judged");
+    assert_eq!((found.people.len(), found.exclusions.len()), (3, 0));
+    for person in &found.people {
+        // The record is the truth's own run; a carried start differs from it only by what is left
+        // of the record's first hours.
+        let twin = person.of(Method::Twin).rmse;
+        assert!(twin < 0.1, "{twin}");
+        assert!(person.of(Method::Population).rmse > 10.0 * twin);
+        assert_eq!(person.windows, 19); // 4 x 288 steps hold 19 windows of 60
+    }
+    let table = OutcomesTable::new("made", &found, &settings()).expect("three people");
+    let twin = &table.methods[0];
+    assert_eq!((twin.name.as_str(), twin.rows.len()), ("twin", 6));
+    assert!(twin.rows.iter().all(|row| row.equivalent && row.p <= row.p_holm));
+    assert!(table.comparisons.iter().all(|c| c.rmse_5h.lower > 0.0));
+    let twin_120 = table.forecast.iter().find(|r| r.method == "twin" && r.minutes == 120);
+    let persistence = table.forecast.iter().find(|r| r.method == "persistence" && r.minutes == 120);
+    let (twin_120, persistence) = (twin_120.expect("a row"), persistence.expect("a row"));
+    assert!(twin_120.rmse.mean < 0.1 && persistence.rmse.mean > 5.0);
+    assert_eq!(table.forecast.len(), 15);
+}
+
+#[test]
+fn an_untrained_twin_is_the_population_model() {
+    let cohort = three_people();
+    let untrained = Twin { residual: ResidualNetwork::untrained(4), ..truth() };
+    let twins = same_twin_for_all(&cohort, &untrained);
+    for start in [WindowStart::Carried, WindowStart::SteadyState] {
+        let settings =
+            EvaluationSettings { protocol: Protocol { start, ..protocol() }, ..settings() };
+        let found = evaluate(&cohort, &twins, &untrained.population, &settings).expect("judged");
+        for person in &found.people {
+            let (twin, population) = (person.of(Method::Twin), person.of(Method::Population));
+            assert_eq!((twin.outcomes, twin.rmse), (population.outcomes, population.rmse));
+            assert_ne!(population.rmse, person.of(Method::Ode).rmse);
+        }
+    }
+}
+
+#[test]
+fn people_without_a_twin_or_with_too_little_are_listed() {
+    let mut cohort = three_people();
+    let truth = truth();
+    let mut twins = same_twin_for_all(&cohort, &truth);
+    twins.remove("p0");
+    cohort.people[1].record.channel_mut(cohort::Channel::Carbs).fill(Some(0.0));
+    let found = evaluate(&cohort, &twins, &truth.population, &settings()).expect("judged");
+    let reasons: Vec<(&str, &str)> =
+        found.exclusions.iter().map(|e| (e.person_id.as_str(), e.reason.as_str())).collect();
+    assert_eq!(
+        reasons,
+        [("p0", "no twin was given"), ("p1", "no carbohydrate recorded in the training days")]
+    );
+    let error = OutcomesTable::new("made", &found, &settings()).expect_err("one person is left");
+    assert!(error.to_string().contains("1 people to judge and 2 left out"), "{error}");
+}
+
+#[test]
+fn the_tables_have_the_keys_of_the_contract() {
+    let cohort = three_people();
+    let truth = truth();
+    let recipe = TwinRecipe {
+        population: truth.population.clone(),
+        protocol: protocol(),
+        plan: TrainingPlan { epochs: 1, ..TrainingPlan::quick() },
+        inputs: InputSet::All,
+        seed: 1,
+    };
+    let mut built = build_twins(&cohort, &recipe, &|_| {}).expect("trained");
+    let twins = built
+        .iter()
+        .filter_map(|p| Some((p.person_id.clone(), p.result.as_ref().ok()?.twin.clone())))
+        .collect();
+    let found = evaluate(&cohort, &twins, &truth.population, &settings()).expect("judged");
+    built[2].result = Err(twins::Exclusion::NoCarbs(twins::Part::Test));
+    let twins = serde_json::to_value(TwinsTable::new(&built, &found)).expect("JSON");
+    assert_eq!(twins["schema"], "twins/1");
+    assert_eq!(twins["people"][0]["excluded"], serde_json::Value::Null);
+    assert_eq!(twins["people"][2]["excluded"], "no carbohydrate recorded in the test days");
+    for key in
+        ["windows_train", "windows_test", "loss_first", "loss_last", "rmse_population", "rmse_twin"]
+    {
+        assert!(twins["people"][0][key].is_number(), "{key}");
+    }
+    let table = OutcomesTable::new("made", &found, &settings()).expect("three people");
+    let json = serde_json::to_value(&table).expect("JSON");
+    assert_eq!((&json["schema"], &json["cohort"]), (&"outcomes/1".into(), &"made".into()));
+    assert_eq!((&json["people"], &json["window_minutes"]), (&3.into(), &300.into()));
+    let row = &json["methods"][0]["rows"][0];
+    assert_eq!((&row["metric"], &row["unit"]), (&"tir".into(), &"%".into()));
+    for path in ["/actual/mean", "/simulated/sd", "/difference/value", "/difference/lower", "/p"] {
+        assert!(row.pointer(path).is_some_and(serde_json::Value::is_number), "{path}");
+    }
+    assert!(row["equivalent"].is_boolean());
+    assert!(json["methods"][0]["rmse_5h"]["mean"].is_number());
+    assert!(json["forecast"][0]["rmse"]["sd"].is_number());
+    let back: OutcomesTable = serde_json::from_value(json).expect("our own");
+    assert_eq!(back.methods.len(), 3);
+}
