@@ -1,44 +1,113 @@
-//! The sensor and the pump that a person wears.
+//! The sensors that a person wears one after another.
+//!
+//! The error model of a sensor is [`ode_sim::SensorModel`]; this adds that sensors differ, are
+//! changed, and lose readings.
 
-use physiology::{MgPerDl, Units, UnitsPerHour};
+use ode_sim::{OdeError, Sensor, SensorModel};
+use physiology::MgPerDl;
+use rand_chacha::ChaCha8Rng;
 
+use crate::behaviour::standard_normal;
 use crate::wear::SensorWear;
 
-/// A sensor as it is worn.
+/// Spread of the gain between sensors, as a share: with drift and noise this gives absolute
+/// differences near the 9 to 10 % that factory-calibrated sensors show (Wadwa et al., Diabetes
+/// Technol Ther 2018;20:395).
+const GAIN_SPREAD: f64 = 0.05;
+
+/// The sensors of one person, read every step.
+///
+/// Each step takes the same number of draws whatever glucose is.
 #[derive(Debug, Clone)]
-pub(crate) struct Sensor {
+pub(crate) struct WornSensors {
     wear: SensorWear,
+    rng: ChaCha8Rng,
+    current: Option<Sensor>,
 }
 
-impl Sensor {
-    /// Sensors worn as `wear` says.
-    #[must_use]
-    pub(crate) fn new(wear: SensorWear) -> Self {
-        Self { wear }
+impl WornSensors {
+    /// Sensors worn as `wear` says, with error drawn from `rng`.
+    pub(crate) fn new(wear: SensorWear, rng: ChaCha8Rng) -> Self {
+        Self { wear, rng, current: None }
     }
 
-    /// The reading of a step.
-    pub(crate) fn read(&mut self, step: usize, glucose: MgPerDl) -> Option<MgPerDl> {
-        (!self.wear.is_lost(step)).then(|| MgPerDl(glucose.0.round().clamp(40.0, 400.0)))
+    /// The reading of `step`, in whole mg/dL; `None` if it is lost. Steps are read in order.
+    ///
+    /// # Errors
+    /// [`OdeError::Argument`] if glucose is not finite.
+    pub(crate) fn read(
+        &mut self,
+        step: usize,
+        glucose: MgPerDl,
+    ) -> Result<Option<MgPerDl>, OdeError> {
+        let reading = match self.current.as_mut().filter(|_| !self.wear.starts_at(step)) {
+            Some(sensor) => sensor.next(glucose, &mut self.rng)?,
+            None => {
+                let sensor = Sensor::inserted(self.model(step), glucose, &mut self.rng)?;
+                self.current.insert(sensor).reading()
+            }
+        };
+        let shown = MgPerDl(reading.shown.0.round());
+        Ok((!self.wear.is_lost(step)).then_some(shown))
+    }
+
+    /// A sensor with a gain of its own. One that was put in before the record keeps the drift of
+    /// its age.
+    fn model(&mut self, step: usize) -> SensorModel {
+        let published = SensorModel::dexcom_g6();
+        let own = (GAIN_SPREAD * standard_normal(&mut self.rng)).clamp(-0.1, 0.1);
+        let age = self.wear.age_days(step);
+        SensorModel {
+            gain: shifted(published.gain.map(|c| c * (1.0 + own)), age),
+            offset: shifted(published.offset, age),
+            ..published
+        }
     }
 }
 
-/// A pump.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Pump {}
+/// The polynomial c0 + c1 t + c2 t^2 with t counted from `age` on.
+fn shifted([c0, c1, c2]: [f64; 3], age: f64) -> [f64; 3] {
+    [c0 + age * (c1 + age * c2), c1 + 2.0 * c2 * age, c2]
+}
 
-impl Pump {
-    /// A pump.
-    #[must_use]
-    pub(crate) fn new() -> Self {
-        Self {}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calendar::Calendar;
+    use crate::stream::{Concept, stream};
+    use chrono::NaiveDate;
+
+    #[test]
+    fn a_shifted_polynomial_goes_on_where_the_published_one_is() {
+        let published = [1.048, -0.033, 0.002];
+        let at = |c: [f64; 3], t: f64| c[0] + t * (c[1] + t * c[2]);
+        // Rounding of a few products.
+        assert!((at(shifted(published, 3.5), 2.0) - at(published, 5.5)).abs() < 1e-14);
     }
-    /// Delivered rate.
-    pub(crate) fn basal(&mut self, rate: UnitsPerHour) -> UnitsPerHour {
-        UnitsPerHour((rate.0 * 1000.0).round() / 1000.0)
-    }
-    /// Delivered bolus.
-    pub(crate) fn bolus(&mut self, amount: Units) -> Units {
-        Units((amount.0 * 20.0).round() / 20.0)
+
+    #[test]
+    fn readings_err_by_the_usual_tenth_and_by_chance_alone() {
+        let start = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date");
+        let calendar = Calendar::new(start, 200);
+        let read = |glucose: &dyn Fn(usize) -> f64| -> Vec<Option<f64>> {
+            let mut rng = stream(2, 0, Concept::Sensor);
+            let wear = SensorWear::sample(&calendar, &mut rng);
+            let mut sensors = WornSensors::new(wear, rng);
+            (0..calendar.steps())
+                .map(|s| Some(sensors.read(s, MgPerDl(glucose(s))).expect("finite")?.0))
+                .collect()
+        };
+        let flat = read(&|_| 150.0);
+        let errors: Vec<f64> = flat.iter().flatten().map(|g| (g / 150.0 - 1.0).abs()).collect();
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        assert!((0.04..0.10).contains(&mean), "{mean}");
+        // Gain and offset alone tell two courses apart: noise and losses are the same.
+        let higher = read(&|_| 160.0);
+        for (low, high) in flat.iter().zip(&higher) {
+            assert_eq!(low.is_some(), high.is_some());
+            if let (Some(low), Some(high)) = (low, high) {
+                assert!((7.0..=13.0).contains(&(high - low)), "{low} {high}"); // 10 x gain, rounded
+            }
+        }
     }
 }

@@ -7,7 +7,7 @@
 //! that a diagnosis fits.
 //!
 //! ```no_run
-//! let (cohort, info) = world::embedded_cohort(20_240_108)?;
+//! let (cohort, info) = world::embedded_cohort(world::EMBEDDED_SEED)?;
 //! assert_eq!(cohort.people.len(), 6);
 //! assert_eq!(info.people.len(), 6);
 //! # Ok::<(), world::WorldError>(())
@@ -22,6 +22,7 @@ mod embedded;
 mod error;
 mod living;
 mod person;
+pub mod plausibility;
 mod reactions;
 mod stream;
 mod therapy;

@@ -1,13 +1,14 @@
 //! One person's days as the source of the inputs of a simulation: what the sensor shows, what the
 //! pump delivers, what is eaten, and what of it is logged.
 
-use ode_sim::{BolusCalculator, OdeError};
+use ode_sim::{BolusCalculator, OdeError, Pump, pump};
 use physiology::{
-    Context, FastCarbs, Grams, InputSource, MgPerDl, Minutes, STEP, StepInput, Units, UnitsPerHour,
+    Context, FastCarbs, Grams, InputSource, MgPerDl, Minutes, STEP, STEPS_PER_DAY, StepInput,
+    Units, UnitsPerHour,
 };
 
 use crate::behaviour::{BolusTiming, Life, Meal};
-use crate::devices::{Pump, Sensor};
+use crate::devices::WornSensors;
 use crate::effects::{Amplitudes, Effect};
 use crate::reactions::Reaction;
 use crate::therapy::{Controller, Depot, Observation, Regime, TherapySettings};
@@ -23,13 +24,13 @@ const MISSED_SHARE: f64 = 0.07;
 /// Share of rescue carbohydrate that is not logged at amplitude 1; assumed.
 const UNLOGGED_SHARE: f64 = 0.5;
 /// Readings that are treated, awake and (through the alarm) asleep, mg/dL.
-const LOW_AWAKE: f64 = 72.0;
-const LOW_ASLEEP: f64 = 65.0;
+const LOW_AWAKE: f64 = 68.0;
+const LOW_ASLEEP: f64 = 60.0;
 /// Glucose that is felt without a reading, mg/dL.
 const FELT_LOW: f64 = 55.0;
 /// Probability in each step that a low is treated, awake and asleep.
-const TREATS_AWAKE: f64 = 0.5;
-const TREATS_ASLEEP: f64 = 0.25;
+const TREATS_AWAKE: f64 = 0.25;
+const TREATS_ASLEEP: f64 = 0.10;
 /// Steps between two treatments: the advice to wait 15 min and test again.
 const TREATMENT_PAUSE: usize = 3;
 /// Reading that is corrected by hand, mg/dL, the probability of that in each step awake, and the steps
@@ -48,7 +49,7 @@ const EXERCISE_SNACK: Grams = Grams(15.0);
 pub(crate) struct Logged {
     /// Sensor reading, mg/dL; `None` if lost.
     pub(crate) cgm: Option<MgPerDl>,
-    /// Basal rate delivered.
+    /// Basal rate ordered; the pump delivers it in increments, less than one of them later.
     pub(crate) basal: UnitsPerHour,
     /// Bolus delivered.
     pub(crate) bolus: Units,
@@ -61,7 +62,7 @@ pub(crate) struct Living<'a> {
     life: &'a Life,
     amplitudes: Amplitudes,
     reactions: &'a [Reaction],
-    sensor: Sensor,
+    sensors: WornSensors,
     pump: Pump,
     settings: TherapySettings,
     calculator: BolusCalculator,
@@ -75,6 +76,7 @@ pub(crate) struct Living<'a> {
     last_bolus: Option<usize>,
     last_treatment: Option<usize>,
     log: Vec<Logged>,
+    failure: Option<OdeError>,
 }
 
 impl<'a> Living<'a> {
@@ -86,7 +88,7 @@ impl<'a> Living<'a> {
         life: &'a Life,
         amplitudes: Amplitudes,
         reactions: &'a [Reaction],
-        sensor: Sensor,
+        sensors: WornSensors,
         settings: TherapySettings,
         regime: Regime,
     ) -> Result<Self, OdeError> {
@@ -94,8 +96,8 @@ impl<'a> Living<'a> {
             life,
             amplitudes,
             reactions,
-            sensor,
-            pump: Pump::new(),
+            sensors,
+            pump: Pump::new(pump::INCREMENT)?,
             settings,
             calculator: settings.calculator()?,
             controller: regime.controller(&settings),
@@ -108,13 +110,19 @@ impl<'a> Living<'a> {
             last_bolus: None,
             last_treatment: None,
             log: Vec::with_capacity(life.calendar.steps()),
+            failure: None,
         })
     }
 
     /// What was logged, one entry a step.
-    #[must_use]
-    pub(crate) fn into_log(self) -> Vec<Logged> {
-        self.log
+    ///
+    /// # Errors
+    /// What ended the life early, if a device did.
+    pub(crate) fn into_log(self) -> Result<Vec<Logged>, OdeError> {
+        match self.failure {
+            Some(error) => Err(error),
+            None => Ok(self.log),
+        }
     }
 
     /// The latest reading that is still of use.
@@ -204,13 +212,15 @@ fn counted(meal: &Meal, amplitudes: &Amplitudes) -> Grams {
     Grams((meal.eaten.0 * error.exp()).round().max(1.0))
 }
 
-impl InputSource for Living<'_> {
-    fn next(&mut self, step: usize, glucose: MgPerDl) -> Option<StepInput> {
-        if step >= self.life.calendar.steps() {
-            return None;
-        }
-        let reaction = *self.reactions.get(step)?;
-        let cgm = self.sensor.read(step, glucose);
+impl Living<'_> {
+    /// One step: reads, eats, doses, logs.
+    fn live_step(
+        &mut self,
+        step: usize,
+        glucose: MgPerDl,
+        reaction: &Reaction,
+    ) -> Result<StepInput, OdeError> {
+        let cgm = self.sensors.read(step, glucose)?;
         self.readings.rotate_left(1);
         self.readings[READING_LIVES - 1] = cgm.map(|g| g.0);
 
@@ -223,10 +233,11 @@ impl InputSource for Living<'_> {
             eaten = eaten + EXERCISE_SNACK;
             logged = logged + EXERCISE_SNACK;
         }
-        let (rescue, rescue_logged) = self.treatment(step, glucose, &reaction);
-        let by_hand = self.user_bolus(step, &reaction);
+        let (rescue, rescue_logged) = self.treatment(step, glucose, reaction);
+        let by_hand = self.user_bolus(step, reaction);
 
-        let hour = self.life.calendar.hour(step);
+        let calendar = &self.life.calendar;
+        let hour = calendar.hour(step);
         let order = self.controller.order(&Observation {
             hour,
             glucose: self.reading().map(MgPerDl),
@@ -235,8 +246,23 @@ impl InputSource for Living<'_> {
             carbs_on_board: Grams(self.announced.remaining()),
             exercising: session.is_some(),
         });
-        let basal = self.pump.basal(order.basal);
-        let bolus = self.pump.bolus(by_hand + order.bolus);
+        // A thousandth of a unit an hour is as fine as pumps log.
+        let basal = UnitsPerHour((order.basal.0 * 1000.0).round() / 1000.0);
+        let given = self.pump.deliver(&StepInput {
+            basal,
+            bolus: by_hand + order.bolus,
+            carbs: eaten,
+            rescue: FastCarbs { amount: rescue, eaten_before: Minutes(0.0) },
+            exercise: session.map(|s| s.exercise),
+            context: Context {
+                heart_rate_over_baseline: None,
+                hour: hour as u8,
+                weekend: calendar.is_weekend(step / STEPS_PER_DAY),
+                sleep_efficiency: self.life.asleep.get(step).copied(),
+            },
+        })?;
+        // Whole increments as a decimal number, so that the log shows 0.15 and not 0.15000000000000002.
+        let bolus = Units((given.bolus.0 * 100.0).round() / 100.0);
         if bolus.0 > 0.0 {
             self.last_bolus = Some(step);
         }
@@ -246,21 +272,17 @@ impl InputSource for Living<'_> {
         for depot in [&mut self.boluses, &mut self.beyond_profile, &mut self.announced] {
             depot.pass_step();
         }
-
         self.log.push(Logged { cgm, basal, bolus, carbs: logged + rescue_logged });
-        let day = step / physiology::STEPS_PER_DAY;
-        Some(StepInput {
-            basal,
-            bolus,
-            carbs: eaten,
-            rescue: FastCarbs { amount: rescue, eaten_before: Minutes(0.0) },
-            exercise: session.map(|s| s.exercise),
-            context: Context {
-                heart_rate_over_baseline: None,
-                hour: hour as u8,
-                weekend: self.life.calendar.is_weekend(day),
-                sleep_efficiency: self.life.asleep.get(step).copied(),
-            },
-        })
+        Ok(StepInput { bolus, ..given })
+    }
+}
+
+impl InputSource for Living<'_> {
+    fn next(&mut self, step: usize, glucose: MgPerDl) -> Option<StepInput> {
+        if step >= self.life.calendar.steps() {
+            return None;
+        }
+        let reaction = *self.reactions.get(step)?;
+        self.live_step(step, glucose, &reaction).map_err(|error| self.failure = Some(error)).ok()
     }
 }

@@ -6,7 +6,7 @@ use physiology::{BeatsPerMinute, MgPerDl, StepInput, simulate};
 use crate::behaviour::{Habits, Life};
 use crate::body::Body;
 use crate::calendar::Calendar;
-use crate::devices::Sensor;
+use crate::devices::WornSensors;
 use crate::effects::{Amplitudes, Variability, conditions};
 use crate::error::WorldError;
 use crate::living::{Living, Logged};
@@ -91,16 +91,18 @@ impl VirtualPerson {
         let course = conditions(&self.habits, &life, &days, &self.amplitudes);
         let body = Body::new(self.body, &course, self.amplitudes);
         let reactions = reactions(&calendar, &mut rng(Concept::Reactions));
-        let sensor = Sensor::new(SensorWear::sample(&calendar, &mut rng(Concept::Sensor)));
+        let mut sensor_rng = rng(Concept::Sensor);
+        let wear = SensorWear::sample(&calendar, &mut sensor_rng);
+        let sensors = WornSensors::new(wear, sensor_rng);
         let mut living =
-            Living::new(&life, self.amplitudes, &reactions, sensor, self.settings, self.regime)
+            Living::new(&life, self.amplitudes, &reactions, sensors, self.settings, self.regime)
                 .map_err(in_body)?;
         let (start, _) = body.at_rest(FIRST_GLUCOSE).map_err(in_body)?;
         let run = simulate(&body, start, &mut living, calendar.steps())
             .map_err(|source| in_body(source.into()))?;
         let mut glucose = run.glucose(&body);
         glucose.truncate(calendar.steps());
-        let recorded = self.recorded(&life, &living.into_log())?;
+        let recorded = self.recorded(&life, &living.into_log().map_err(in_body)?)?;
         Ok(LivedDays { recorded, inputs: run.inputs, glucose, life })
     }
 

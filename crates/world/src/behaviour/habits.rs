@@ -55,7 +55,7 @@ impl Habits {
     /// Draws the habits of one person.
     ///
     /// Bed and wake times: about 23:00 to 7:00, spread 0.6 h, sleep efficiency 0.90 (SD 0.03; adults,
-    /// Ohayon et al., Sleep 2004;27:1255). Missed boluses 1 to 7 % and late ones 10 to 25 % of
+    /// Ohayon et al., Sleep 2004;27:1255). Missed boluses 2 to 10 % and late ones 12 to 32 % of
     /// main meals: youths with a raised HbA1c miss 4 to 5 a week (Chase et al., Diabetes Care
     /// 2006;29:1012), and these people are better kept adults. Sessions: 3 to 4 a week, as asked of the T1DEXI cohort
     /// (Riddell et al., Diabetes Care 2023;46:704). Set changes about every 3 days, the labelled
@@ -74,8 +74,8 @@ impl Habits {
             short_night_probability: rng.random_range(0.08..0.16),
             appetite: (0.15 * standard_normal(rng)).clamp(-0.3, 0.3).exp(),
             snacks_per_day: rng.random_range(0.6..1.6),
-            late_bolus_probability: rng.random_range(0.10..0.25),
-            missed_bolus_probability: rng.random_range(0.01..0.07),
+            late_bolus_probability: rng.random_range(0.12..0.32),
+            missed_bolus_probability: rng.random_range(0.02..0.10),
             sessions_per_week: rng.random_range(3.0..4.0),
             sport: match rng.random_range(0..3_u8) {
                 0 => Sport::Walking,

@@ -58,7 +58,7 @@ pub struct Meal {
 ///
 /// Families of the sizes as Camerlingo et al. fitted them to 4,874 days of 32 people (J Diabetes
 /// Sci Technol 2021;15:346: gamma for breakfast and snacks, log-normal for lunch, a heavy-tailed
-/// family for dinner); medians near 40, 55, 65 and 14 g and coefficients of variation near a third are
+/// family for dinner); medians near 45, 62, 73 and 16 g and coefficients of variation near a third are
 /// chosen so that days hold 100 to 300 g. Times: breakfast 0.7 h (SD 0.3) after waking, lunch 12:40, dinner
 /// 18:50 (SD 0.5 h; an hour later at weekends), snacks uniform from 2 h after waking to 22:00. One breakfast
 /// in twelve and one lunch in thirty are skipped.
@@ -129,10 +129,10 @@ struct Sizes {
 impl Sizes {
     fn new() -> Self {
         Self {
-            breakfast: Gamma::new(9.0, 4.6).expect("positive shape and scale"), // mean 41 g
-            lunch: LogNormal::new(54.0_f64.ln(), 0.30).expect("a positive spread"),
-            dinner: LogNormal::new(63.0_f64.ln(), 0.35).expect("a positive spread"),
-            snack: Gamma::new(4.0, 4.0).expect("positive shape and scale"), // mean 16 g
+            breakfast: Gamma::new(9.0, 5.2).expect("positive shape and scale"), // mean 47 g
+            lunch: LogNormal::new(62.0_f64.ln(), 0.30).expect("a positive spread"),
+            dinner: LogNormal::new(73.0_f64.ln(), 0.35).expect("a positive spread"),
+            snack: Gamma::new(4.0, 4.5).expect("positive shape and scale"), // mean 18 g
         }
     }
 }
@@ -174,7 +174,7 @@ fn draw_meal(
         step: 0,
         kind,
         eaten: Grams(eaten),
-        log_counting_error: -0.085 - 0.08 * (eaten / 55.0).log2() + 0.26 * standard_normal(rng),
+        log_counting_error: -0.085 - 0.08 * (eaten / 62.0).log2() + 0.26 * standard_normal(rng),
         logging_draw: rng.random(),
         bolus,
         richness: if rich_draw < rich_probability { rich_size } else { 0.0 },

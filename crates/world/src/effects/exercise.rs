@@ -5,7 +5,7 @@ use physiology::{Exercise, STEP};
 /// Uptake in excess of production at an effort of 1, mmol/kg/min. With an effort near 0.5 glucose
 /// falls by 40 to 60 mg/dL in 45 min, as in moderate continuous exercise with T1D
 /// (Riddell et al., Lancet Diabetes Endocrinol 2017;5:377).
-const UPTAKE: f64 = 0.016;
+const UPTAKE: f64 = 0.028;
 /// Time constant of the uptake, min.
 const UPTAKE_TIME: f64 = 8.0;
 /// Intensity above which the body releases more glucose of its own, % of VO2max; at 100 % the

@@ -9,9 +9,9 @@ use crate::calendar::Calendar;
 /// Day-to-day spread of insulin action (log): the insulin that closed loops gave varied by 20
 /// to 30 % between days (Ruan et al., Diabetes Care 2016;39:830), of which food and behaviour are the
 /// larger part.
-const ACTION_BETWEEN_DAYS: f64 = 0.08;
+const ACTION_BETWEEN_DAYS: f64 = 0.12;
 /// Within-day spread of insulin action (log) and its correlation time, h; assumed.
-const ACTION_WITHIN_DAYS: (f64, f64) = (0.06, 5.0);
+const ACTION_WITHIN_DAYS: (f64, f64) = (0.10, 5.0);
 /// Day-to-day spread of the time of insulin absorption (log) at amplitude 1: coefficients of
 /// variation of 10 to 25 % within a person (Heinemann, Diabetes Technol Ther 2002;4:673).
 const INSULIN_TIME_BETWEEN_DAYS: f64 = 0.15;

@@ -9,19 +9,19 @@ use super::{Controller, Observation, Order};
 /// Minutes ahead for which glucose is extrapolated.
 const HORIZON: f64 = 30.0;
 /// Glucose that the controller steers to, and in exercise.
-const TARGET: MgPerDl = MgPerDl(115.0);
-const EXERCISE_TARGET: MgPerDl = MgPerDl(145.0);
+const TARGET: MgPerDl = MgPerDl(110.0);
+const EXERCISE_TARGET: MgPerDl = MgPerDl(140.0);
 /// Predicted glucose below which basal insulin stops.
-const SUSPEND_BELOW: MgPerDl = MgPerDl(85.0);
+const SUSPEND_BELOW: MgPerDl = MgPerDl(75.0);
 /// Hours over which a need is met through the basal rate.
-const MEET_WITHIN: f64 = 1.0;
+const MEET_WITHIN: f64 = 2.0;
 /// Highest basal rate, in multiples of the programmed one.
 const HIGHEST: f64 = 3.0;
 /// Insulin on board beyond which nothing is added, in hours of the programmed rate.
 const MOST_ON_BOARD: f64 = 3.0;
 /// Predicted glucose above which a part of the need is given as a bolus, at most once an hour.
 const CORRECT_ABOVE: MgPerDl = MgPerDl(180.0);
-const CORRECTED_SHARE: f64 = 0.5;
+const CORRECTED_SHARE: f64 = 0.4;
 
 /// A controller of the kind that commercial systems use: the need is the distance of predicted
 /// glucose from the target over ISF, plus what announced meals still ask for, less what is on board.
@@ -98,8 +98,9 @@ mod tests {
     #[test]
     fn basal_follows_predicted_glucose_within_its_limits() {
         assert_eq!(order(Some(90.0), -1.0, 0.0).basal.0, 0.0);
-        assert!((order(Some(115.0), 0.0, 0.0).basal.0 - 1.0).abs() < 1e-12); // rounding
-        assert_eq!(order(Some(250.0), 1.0, 0.0).basal.0, 3.0);
+        assert!((order(Some(TARGET.0), 0.0, 0.0).basal.0 - 1.0).abs() < 1e-12); // rounding
+        assert_eq!(order(Some(300.0), 1.0, 0.0).basal.0, 1.0 + 3.0 / MEET_WITHIN); // room for 3 U
+        assert_eq!(order(Some(300.0), 1.0, -3.0).basal.0, HIGHEST);
         assert_eq!(order(None, 0.0, 0.0).basal.0, 1.0);
         assert!(order(Some(150.0), 0.0, 2.0).basal.0 < 1.0);
     }

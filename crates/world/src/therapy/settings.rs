@@ -67,12 +67,12 @@ impl TherapySettings {
 
     /// The settings that a person really uses: those found by trial, each in error.
     ///
-    /// Log errors: basal 0.06, ICR 0.10, ISF 0.12 (assumed). The profile is raised by 5 to 20 % from 3 to 8 h
+    /// Log errors: basal 0.08, ICR 0.15, ISF 0.15 (assumed). The profile is raised by 5 to 20 % from 3 to 8 h
     /// against the dawn, and by none to a tenth lowered from 22 to 2 h, whatever the person's own need is.
     #[must_use]
     pub fn in_use(self, rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut error = |sd: f64| (sd * standard_normal(rng)).clamp(-2.0 * sd, 2.0 * sd).exp();
-        let (basal, icr, isf) = (error(0.06), error(0.10), error(0.12));
+        let (basal, icr, isf) = (error(0.08), error(0.15), error(0.15));
         let (dawn, night) = (rng.random_range(0.05..0.20), rng.random_range(0.0..0.10));
         Self {
             basal: std::array::from_fn(|hour| {
