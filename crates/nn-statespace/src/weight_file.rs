@@ -211,6 +211,10 @@ mod tests {
     use crate::training::initial_networks;
     use crate::widths::Widths;
 
+    /// Name, shape and bytes of a tensor.
+    type Part = (String, Vec<usize>, Vec<u8>);
+    type Parts = Vec<Part>;
+
     fn example() -> PopulationModel {
         let wiring = Wiring::paper();
         let networks = initial_networks(&wiring, &Widths::quick(), 1.0, 5);
@@ -227,7 +231,7 @@ mod tests {
     }
 
     /// The example's bytes with `edit` applied to tensors and header before writing.
-    fn edited(edit: impl Fn(&mut Vec<(String, Vec<usize>, Vec<u8>)>, &mut String)) -> Vec<u8> {
+    fn edited(edit: impl Fn(&mut Parts, &mut String)) -> Vec<u8> {
         let bytes = example().to_safetensors();
         let (_, metadata) = SafeTensors::read_metadata(&bytes).expect("ours");
         let mut json = metadata.metadata().as_ref().expect("present")[ENTRY].clone();
@@ -257,11 +261,8 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named() {
-        type Edit = fn(&mut Vec<(String, Vec<usize>, Vec<u8>)>, &mut String);
-        fn tensor<'a>(
-            tensors: &'a mut [(String, Vec<usize>, Vec<u8>)],
-            name: &str,
-        ) -> &'a mut (String, Vec<usize>, Vec<u8>) {
+        type Edit = fn(&mut Parts, &mut String);
+        fn tensor<'a>(tensors: &'a mut [Part], name: &str) -> &'a mut Part {
             tensors.iter_mut().find(|(n, _, _)| n == name).expect("present")
         }
         let cases: [(Edit, &str); 9] = [

@@ -123,10 +123,10 @@ impl Machine<'_> {
             0x95 => drop(self.take(8)?), // FRAME: a hint for buffering
             b'.' => {
                 let value = self.pop()?.0;
-                return match self.stack.is_empty() {
-                    true => Ok(Some(value)),
-                    false => Err(self.broken("values left over at the end")),
-                };
+                if !self.stack.is_empty() {
+                    return Err(self.broken("values left over at the end"));
+                }
+                return Ok(Some(value));
             }
             b'(' => self.stack.push(Slot::Mark),
             b'N' => self.push(Value::None),

@@ -63,7 +63,7 @@ pub enum SteadyStateOutcome {
 /// # Errors
 /// [`ModelError::Glucose`] if `glucose` is not a positive finite number.
 pub fn steady_state(model: &PopulationModel, glucose: MgPerDl) -> Result<SteadyState, ModelError> {
-    if !(glucose.0 > 0.0 && glucose.0.is_finite()) {
+    if !glucose.0.is_finite() || glucose.0 <= 0.0 {
         return Err(ModelError::Glucose { glucose });
     }
     let q1 = model.scaler().of(Signal::State(Compartment::Q1));
@@ -189,7 +189,7 @@ impl Problem<'_> {
         let negative = physical.iter().any(|(compartment, value)| {
             value < -0.01 * self.model.scaler().of(Signal::State(compartment)).scale
         });
-        let outcome = if !(residual <= STANDING_STILL) {
+        let outcome = if residual > STANDING_STILL || residual.is_nan() {
             SteadyStateOutcome::NotFound
         } else if negative || basal.0 < 0.0 || basal.0 > HIGHEST_BASAL {
             SteadyStateOutcome::OutsidePhysicalRange

@@ -100,7 +100,7 @@ impl InitialStateTable {
     /// table or is not a number.
     pub fn row(&self, glucose: MgPerDl) -> Result<ScaledStates, ModelError> {
         let (lowest, highest) = self.range();
-        if !(glucose.0 >= lowest.0 - 0.5 && glucose.0 <= highest.0 + 0.5) {
+        if !(lowest.0 - 0.5..=highest.0 + 0.5).contains(&glucose.0) {
             return Err(ModelError::GlucoseOutsideTable { glucose, lowest, highest });
         }
         let distance = |row: &&(f64, ScaledStates)| (row.0 - glucose.0).abs();

@@ -92,8 +92,8 @@ impl TrainingConfig {
         }
     }
 
-    /// Settings for a few thousand windows and a couple of minutes: short roll-outs first, which
-    /// find the rates cheaply, then the paper's full length at falling learning rates.
+    /// Settings for a few thousand windows and a minute: short roll-outs first, which find the
+    /// rates cheaply, then the paper's full length at falling learning rates.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
         let stage = |epochs, steps, first, decay| Stage {
@@ -102,7 +102,7 @@ impl TrainingConfig {
             learning_rate: LearningRate { first, decay },
         };
         Self {
-            stages: vec![stage(20, 6, 1e-2, 0.05), stage(40, 60, 5e-3, 0.08)],
+            stages: vec![stage(10, 6, 1e-2, 0.05), stage(80, 60, 5e-3, 0.06)],
             batch: 128,
             loss: LossConfig::paper(),
             gradient_limit: GradientLimit::Norm(1.0),
