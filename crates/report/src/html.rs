@@ -85,7 +85,8 @@ impl Html {
         rows: &[(bool, Vec<String>)],
     ) -> &mut Self {
         self.literal("<div class=\"scroll\" tabindex=\"0\">\n<table>\n");
-        self.element("caption", caption).literal("<thead><tr>");
+        // The span stays in view while the table scrolls sideways under it.
+        self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
         for (name, column) in columns {
             self.literal(match column {
                 Column::Text => "<th scope=\"col\">",
@@ -172,7 +173,7 @@ mod tests {
         html.table("What", &[("Name", Column::Text), ("n", Column::Number)], &rows);
         let text = html.into_string();
         for part in [
-            "<caption>What</caption>",
+            "<caption><span>What</span></caption>",
             "<th scope=\"col\">Name</th>",
             "<td class=\"number\">1</td>",
             "<tr class=\"bold\"><td>a&lt;b</td>",

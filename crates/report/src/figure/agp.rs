@@ -22,7 +22,7 @@ pub(crate) fn agp(agp: &Agp) -> Result<Option<Drawn>, ReportError> {
     levels.extend([70.0, 180.0]);
     let panel = Panel {
         left: 110,
-        right: WIDTH - 30,
+        right: WIDTH - 50,
         top: 60,
         bottom: 480,
         x: Axis::clock(agp.hour[0].min(0.0), 24.0),

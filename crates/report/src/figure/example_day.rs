@@ -9,11 +9,12 @@ use super::palette::{
 };
 use super::panel::{Axis, Panel};
 use crate::ReportError;
+use crate::number::fixed;
 use crate::view::ExampleDay;
 
 /// Edges that all panels share.
 const LEFT: i32 = 110;
-const RIGHT: i32 = WIDTH - 110;
+const RIGHT: i32 = WIDTH - 50;
 /// Insulin rate.
 const INSULIN: Stroke = solid(BLUE, 4);
 /// Heart rate.
@@ -47,17 +48,20 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     };
     let levels = shown.iter().flat_map(|(values, ..)| values.iter().flatten().copied());
     let upper = panel(60, 380, Axis::over(levels.chain([70.0, 180.0]), 5));
-    let middle = panel(525, 210, Axis::over(present(&day.insulin_u_h).chain([0.0, 1.0]), 4));
-    let lower = panel(820, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
+    // Insulin keeps to the lower half of its panel, so that meals can hang from the top.
+    let most_insulin = present(&day.insulin_u_h).fold(0.0, f64::max);
+    let doses_axis = Axis::over([0.0, 1.0, 1.8 * most_insulin], 4);
+    let middle = panel(525, 260, doses_axis);
+    let lower = panel(870, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
 
     let svg = draw(
         "Glucose, insulin, carbohydrate, heart rate and sleep over one day",
-        1130,
+        1180,
         |canvas| {
             let (from, to) = (upper.at(*first, 180.0), upper.at(*last, 70.0));
             canvas.rectangle((LEFT, from.1), (RIGHT, to.1), SHADE, 1.0)?;
             upper.frame(canvas, "", "Glucose (mg/dL)")?;
-            for (values, _, stroke) in shown.iter().rev().map(|(v, s, n)| (v, n, s)) {
+            for (values, stroke, _) in &shown {
                 upper.line(canvas, hours.iter().copied().zip(values.iter().copied()), *stroke)?;
             }
             doses(canvas, &middle, day, &hours)?;
@@ -72,7 +76,7 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
         keys.push(Key::line("Insulin (U/h)", INSULIN));
     }
     if present(&day.carbs_g).any(|g| g > 0.0) {
-        keys.push(Key::area("Carbohydrate (g, written above)", ORANGE, 1.0));
+        keys.push(Key::area("Carbohydrate (g, from above)", ORANGE, 1.0));
     }
     if has_value(&day.heart_rate_over_baseline) {
         keys.push(Key::line("Heart rate over baseline", HEART_RATE));
@@ -83,7 +87,7 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     Ok(Some((svg, keys)))
 }
 
-/// Insulin as a line, meals as bars of the panel's height share with their grams.
+/// Insulin as a line from below, meals as bars from above with their grams.
 fn doses(
     canvas: &Canvas<'_>,
     panel: &Panel,
@@ -98,17 +102,13 @@ fn doses(
     let mut free_from = i32::MIN;
     for (hour, grams) in hours.iter().zip(&day.carbs_g) {
         let Some(grams) = grams.filter(|g| *g > 0.0) else { continue };
-        let (x, bottom) = panel.at(*hour, panel.y.range.0);
-        let height = f64::from(panel.bottom - panel.top) * 0.72 * grams / most;
-        let top = bottom - height.round() as i32;
-        canvas.rectangle((x - 6, top), (x + 6, bottom), ORANGE, 1.0)?;
+        let (x, _) = panel.at(*hour, panel.y.range.0);
+        let height = f64::from(panel.bottom - panel.top) * 0.3 * grams / most;
+        let end = panel.top + height.round() as i32;
+        canvas.rectangle((x - 7, panel.top), (x + 7, end), ORANGE, 1.0)?;
         // A meal logged over several steps is labelled once.
         if x >= free_from {
-            canvas.text(
-                &crate::number::fixed(grams, 0),
-                (x, top - 6),
-                (HPos::Center, VPos::Bottom),
-            )?;
+            canvas.text(&fixed(grams, 0), (x, end + 6), (HPos::Center, VPos::Top))?;
             free_from = x + 50;
         }
     }
@@ -123,12 +123,16 @@ fn activity(
     hours: &[f64],
 ) -> Result<(), ReportError> {
     let height = f64::from(panel.bottom - panel.top);
-    for (index, share) in day.sleep_efficiency.iter().enumerate() {
-        let Some(share) = share.filter(|s| *s > 0.0) else { continue };
-        let (x, _) = panel.at(hours[index], panel.y.range.0);
-        let next = hours.get(index + 1).map_or(x + 3, |h| panel.at(*h, panel.y.range.0).0);
-        let top = panel.bottom - (height * share.min(1.0)).round() as i32;
-        canvas.rectangle((x, top), (next.min(panel.right), panel.bottom), SKY, 0.55)?;
+    let mut start = 0;
+    for run in day.sleep_efficiency.chunk_by(|a, b| a == b) {
+        let end = start + run.len();
+        if let Some(share) = run[0].filter(|share| *share > 0.0) {
+            let (from, _) = panel.at(hours[start], panel.y.range.0);
+            let to = hours.get(end).map_or(panel.right, |h| panel.at(*h, panel.y.range.0).0);
+            let top = panel.bottom - (height * share.min(1.0)).round() as i32;
+            canvas.rectangle((from, top), (to, panel.bottom), SKY, 0.55)?;
+        }
+        start = end;
     }
     panel.frame(canvas, "Time of day", "Heart rate / baseline, sleep")?;
     if !has_value(&day.heart_rate_over_baseline) && !has_value(&day.sleep_efficiency) {

@@ -45,9 +45,11 @@ impl Axis {
         let step = if to - from > 12.0 { 4.0 } else { 2.0 };
         let first = (from / step).ceil() as i64;
         let last = (to / step).floor() as i64;
-        let ticks = (first..=last)
-            .map(|k| k as f64 * step)
-            .map(|hour| (hour, format!("{:02}:00", (hour as i64).rem_euclid(24))));
+        let ticks = (first..=last).map(|k| k as f64 * step).map(|hour| {
+            // The end of the day is 24:00; only what lies beyond is another day.
+            let shown = if hour == 24.0 { 24 } else { (hour as i64).rem_euclid(24) };
+            (hour, format!("{shown:02}:00"))
+        });
         let ticks = ticks.collect();
         Self { range: (from, if to > from { to } else { from + 1.0 }), ticks }
     }

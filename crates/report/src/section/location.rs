@@ -36,6 +36,9 @@ const FIGURES: [(&str, &str, &str); 4] = [
     ),
 ];
 
+/// Rows of one figure that a page can hold.
+const SHOWN: usize = 40;
+
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
     let Some(diagnosis) = &inputs.diagnosis else {
@@ -51,6 +54,12 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     for (factor, name, caption) in FIGURES {
         let mut cells: Vec<&CellGap> =
             diagnosis.cells.iter().filter(|cell| cell.factor == factor).collect();
+        let all = cells.len();
+        if all > SHOWN {
+            let size = |cell: &CellGap| cell.mean_error_mg_dl.abs();
+            cells.sort_by(|a, b| size(b).total_cmp(&size(a)));
+            cells.truncate(SHOWN);
+        }
         if factor == "hour" {
             cells.sort_by(|a, b| a.level.cmp(&b.level));
         } else if factor == "glucose_band" {
@@ -77,7 +86,12 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             })
             .collect();
         if let Some((svg, keys)) = forest(name, "Observed \u{2212} predicted (mg/dL)", &rows)? {
-            html.figure(&svg, &keys, caption);
+            let shown = if all > SHOWN {
+                format!(" Shown are the {SHOWN} of {all} with the largest error.")
+            } else {
+                String::new()
+            };
+            html.figure(&svg, &keys, &format!("{caption}{shown}"));
         }
     }
     table(&mut html, diagnosis);

@@ -95,18 +95,21 @@ fn place(diagnosis: &Diagnosis) -> String {
 
 /// One gap in words.
 fn gap(cell: &CellGap) -> String {
-    let direction = if cell.mean_error_mg_dl > 0.0 { "under" } else { "over" };
-    let size = cell.mean_error_mg_dl.abs();
-    let mut ends = [cell.lower.abs(), cell.upper.abs()];
-    ends.sort_by(f64::total_cmp);
+    // The step-down p can be small where the single-step interval still reaches across zero, so the
+    // ends keep their signs, seen in the direction of the error.
+    let (direction, size, lower, upper) = if cell.mean_error_mg_dl > 0.0 {
+        ("under", cell.mean_error_mg_dl, cell.lower, cell.upper)
+    } else {
+        ("over", -cell.mean_error_mg_dl, -cell.upper, -cell.lower)
+    };
     let horizon = cell.horizon_minutes.map_or_else(String::new, |m| format!(", {m} min ahead"));
     format!(
         "Glucose is {direction}-predicted by {} mg/dL {}{horizon} (simultaneous interval {} to {}, \
          adjusted p {})",
         fixed(size, 0),
         situation(&cell.factor, &cell.level),
-        fixed(ends[0], 0),
-        fixed(ends[1], 0),
+        fixed(lower, 0),
+        fixed(upper, 0),
         p_value(cell.p_adjusted)
     )
 }

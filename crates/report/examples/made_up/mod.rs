@@ -1,0 +1,195 @@
+//! A made-up run: JSON of every part, as the pipeline would write it.
+
+use std::f64::consts::TAU;
+
+use report::Part;
+use serde_json::{Value, json};
+
+/// Every part with its JSON.
+pub(crate) fn parts() -> Vec<(Part, Value)> {
+    vec![
+        (Part::Manifest, manifest()),
+        (Part::Outcomes, outcomes()),
+        (Part::Conformance, conformance()),
+        (Part::Diagnosis, diagnosis()),
+        (Part::Training, training()),
+        (Part::Twins, twins()),
+        (Part::ImportReport, import_report()),
+        (Part::ExampleDay, example_day()),
+        (Part::Agp, agp()),
+    ]
+}
+
+fn manifest() -> Value {
+    json!({"schema": "manifest/1", "stage": "pipeline",
+        "command": "cargo xtask pipeline --profile quick --out out --seed 1",
+        "version": "0.1.0", "seed": 1,
+        "config": {"profile": "quick", "people": 12, "days": 28, "window_minutes": 300},
+        "inputs": [{"path": "made-up/records.csv",
+            "sha256": "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"}]})
+}
+
+fn outcomes() -> Value {
+    let row = |metric: &str, unit: &str, margin: f64, mean: f64, sd: f64, shift: f64, half: f64| {
+        let p = if shift.abs() + half < margin { 0.0004 } else { 0.37 };
+        json!({"metric": metric, "unit": unit, "margin": margin,
+            "actual": {"mean": mean, "sd": sd}, "simulated": {"mean": mean + shift, "sd": 1.1 * sd},
+            "difference": {"value": shift, "lower": shift - half, "upper": shift + half},
+            "p": p, "equivalent": p < 0.05})
+    };
+    let method = |name: &str, label: &str, size: f64| {
+        json!({"name": name, "label": label, "rows": [
+            row("tir", "%", 5.0, 70.5, 16.2, -1.1 * size, 1.4),
+            row("tar", "%", 5.0, 26.1, 17.1, 1.6 * size, 1.5),
+            row("tbr", "%", 1.0, 3.4, 3.5, -0.5 * size, 0.6),
+            row("lbgi", "", 0.5, 0.9, 0.8, -0.09 * size, 0.11),
+            row("hbgi", "", 1.0, 5.9, 4.3, 0.2 * size, 0.4),
+            row("mg", "mg/dL", 10.0, 151.2, 26.9, 2.2 * size, 3.1)]})
+    };
+    let forecast: Vec<Value> = [("twin", 15.0), ("population", 18.0), ("persistence", 21.0)]
+        .iter()
+        .flat_map(|(name, base)| {
+            [30, 60, 120].map(|minutes| {
+                let mean = base * (f64::from(minutes) / 30.0_f64).sqrt();
+                json!({"method": name, "minutes": minutes, "rmse": {"mean": mean, "sd": 0.2 * mean}})
+            })
+        })
+        .collect();
+    json!({"schema": "outcomes/1", "cohort": "made-up cohort", "people": 12, "windows": 412,
+        "window_minutes": 300,
+        "exclusions": [{"person_id": "p13", "reason": "no carbohydrate in the second part"}],
+        "methods": [method("twin", "Digital twin", 1.0),
+            method("population", "Population network", 3.2),
+            method("ode", "ODE, closest virtual patient", 2.1)],
+        "forecast": forecast})
+}
+
+fn conformance() -> Value {
+    let row = |network, input, property, kind, low: f64, high: f64, verdict| {
+        json!({"network": network, "input": input, "property": property, "kind": kind,
+            "m_lower": low, "m_upper": high, "verdict": verdict, "seconds": 0.013})
+    };
+    json!({"rows": [
+        row("Q1", "X1", "decreasing", "physical", -0.021, -0.0208, "proved"),
+        row("Q1", "X3", "decreasing", "physical", 0.3275, 0.3276, "violated"),
+        row("X2", "X2", "decreasing", "physical", -0.0108953, -0.0108953, "proved"),
+        row("C1", "u_carbs", "increasing", "physical", -1.2e-4, 2.0e-5, "undecided"),
+        row("X2", "I", "decreasing", "opposite_informational", 0.041, 0.0411, "violated")]})
+}
+
+fn diagnosis() -> Value {
+    let cell = |factor: &str, level: &str, mean: f64, half: f64, share: f64| {
+        let p = if mean.abs() > half { 0.0005 } else { 0.42 };
+        json!({"factor": factor, "level": level, "mean_error_mg_dl": mean, "lower": mean - half,
+            "upper": mean + half, "p_adjusted": p, "share_of_gap": share, "horizon_minutes": 300,
+            "people": 12, "runs": 900})
+    };
+    let error = |value: f64| json!({"value": value, "lower": 0.9 * value, "upper": 1.1 * value});
+    json!({"schema": "diagnosis/1", "stage": "where", "verdict": "unknown", "plant": "ode",
+        "effects": [], "candidates": [], "ports": [],
+        "where": [
+            cell("hour", "04-08", 31.0, 11.0, 0.21), cell("person", "p07", 28.0, 14.0, 0.08),
+            cell("context", "after_exercise", -19.0, 9.0, 0.07),
+            cell("hour", "20-24", -12.0, 10.0, 0.04),
+            cell("context", "day_after_short_sleep", 9.0, 10.0, 0.02),
+            cell("hour", "00-04", 6.0, 9.0, 0.01), cell("hour", "08-12", -4.0, 8.0, 0.01),
+            cell("hour", "12-16", 1.0, 8.0, 0.0), cell("hour", "16-20", -3.0, 9.0, 0.0),
+            cell("context", "after_meal", -5.0, 7.0, 0.01),
+            cell("context", "sleep", 8.0, 6.0, 0.03), cell("context", "other", 0.5, 4.0, 0.0),
+            cell("person", "p03", -7.0, 15.0, 0.01),
+            cell("person", "a person with a very long identifier", 3.0, 12.0, 0.0),
+            cell("glucose_band", "<70", -14.0, 6.0, 0.02),
+            cell("glucose_band", "70-180", -2.0, 4.0, 0.01),
+            cell("glucose_band", ">180", 17.0, 8.0, 0.05)],
+        "how_far": {"horizons": [], "outcomes": []},
+        "baseline": [
+            {"minutes": 60, "mae": error(14.5), "rmse": error(20.1), "bias": error(1.2)},
+            {"minutes": 300, "mae": error(30.4), "rmse": error(41.7), "bias": error(3.8)}],
+        "data_quality": [{"check": "insulin_clock_offset", "person_id": "p05",
+            "finding": "insulin runs ahead of glucose",
+            "estimate": {"value": 55.0, "lower": 45.0, "upper": 65.0, "unit": "min"}},
+            {"check": "missing_channel", "person_id": "p09", "finding": "no heart rate",
+            "estimate": null}],
+        "people": [{"person_id": "p01", "days": 28, "excluded": null},
+            {"person_id": "p11", "days": 3, "excluded": "fewer than 7 days of record"}]})
+}
+
+fn training() -> Value {
+    let epochs: Vec<Value> = (1..=15)
+        .map(|epoch| {
+            let fall = (-0.25 * f64::from(epoch)).exp();
+            json!({"epoch": epoch, "train_loss": 0.012 + 0.9 * fall,
+                "validation_loss": 0.019 + 0.95 * fall, "learning_rate": 0.001})
+        })
+        .collect();
+    json!({"schema": "training/1", "model": "population", "seed": 1, "epochs": epochs,
+        "data": {"windows_train": 9000, "windows_validation": 1000,
+            "hash": "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"},
+        "seconds": 41.2})
+}
+
+fn twins() -> Value {
+    let mut people: Vec<Value> = (1..=12_u32)
+        .map(|k| {
+            let population = 38.0 + f64::from(k * 7 % 12) * 2.5;
+            let twin = population * (0.72 + 0.03 * f64::from(k * 5 % 12));
+            json!({"person_id": format!("p{k:02}"), "windows_train": 180 + k, "windows_test": 60,
+                "excluded": null, "loss_first": 1.31, "loss_last": 0.42,
+                "rmse_population": population, "rmse_twin": twin})
+        })
+        .collect();
+    people.push(json!({"person_id": "p13", "excluded": "no insulin in the first two weeks"}));
+    json!({"schema": "twins/1", "people": people})
+}
+
+fn import_report() -> Value {
+    json!({"format": "a study's tables", "people": 13, "steps": 104_832, "duplicates_dropped": 0,
+        "findings": [{"file": "records.csv", "row": 1204, "column": "carbs_g",
+            "finding": "a meal of 900 g; kept as missing"}]})
+}
+
+fn example_day() -> Value {
+    let steps = 288_u32;
+    let hour = |k: u32| f64::from(k) / 12.0;
+    let meal = |k: u32, at: f64, size: f64| {
+        let since = hour(k) - at;
+        if since < 0.0 { 0.0 } else { size * since * (-since / 1.1).exp() * 2.4 }
+    };
+    let glucose = |k: u32, dawn: f64, size: f64| {
+        let rise = dawn * (-((hour(k) - 6.0) / 1.8).powi(2)).exp();
+        105.0
+            + rise
+            + meal(k, 7.5, 70.0 * size)
+            + meal(k, 13.0, 60.0 * size)
+            + meal(k, 19.5, 85.0 * size)
+    };
+    let series = |of: &dyn Fn(u32) -> Value| -> Vec<Value> { (0..steps).map(of).collect() };
+    json!({"person_id": "p07", "date": "day 17",
+        "time": series(&|k| json!(format!("{:02}:{:02}", k / 12, k % 12 * 5))),
+        "cgm": series(&|k| if (200..212).contains(&k) { Value::Null } else {
+            json!((glucose(k, 38.0, 1.0) + 4.0 * (f64::from(k) * 1.7).sin()).round()) }),
+        "population": series(&|k| json!(glucose(k, 0.0, 0.7))),
+        "twin": series(&|k| json!(glucose(k, 33.0, 0.95))),
+        "ode": series(&|k| json!(glucose(k, 5.0, 1.2))),
+        "insulin_u_h": series(&|k| json!(match k { 88 => 38.0, 154 => 30.0, 232 => 46.0, _ => 0.9 })),
+        "carbs_g": series(&|k| json!(match k { 90 => 55.0, 156 => 45.0, 234 => 72.0, _ => 0.0 })),
+        "heart_rate_over_baseline": series(&|k| json!(
+            1.0 + 0.15 * (hour(k) / 24.0 * TAU - 2.0).sin()
+                + if (204..216).contains(&k) { 0.7 } else { 0.0 })),
+        "sleep_efficiency": series(&|k| json!(if k < 78 || k > 276 { 0.92 } else { 0.0 }))})
+}
+
+fn agp() -> Value {
+    let hours: Vec<f64> = (0..=96).map(|k| f64::from(k) / 4.0).collect();
+    let percentile = |z: f64, shift: f64| -> Vec<f64> {
+        let middle = |h: f64| 135.0 + 25.0 * ((h - 9.0) / 24.0 * 2.0 * TAU).sin() + shift;
+        hours.iter().map(|h| middle(*h) * (0.28 * z).exp()).collect()
+    };
+    let percentiles = |shift: f64| {
+        json!({"p05": percentile(-1.64, shift), "p25": percentile(-0.67, shift),
+            "p50": percentile(0.0, shift), "p75": percentile(0.67, shift),
+            "p95": percentile(1.64, shift)})
+    };
+    json!({"person_id": "cohort", "hour": hours, "observed": percentiles(0.0),
+        "twin": percentiles(-9.0)})
+}

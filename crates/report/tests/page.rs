@@ -1,0 +1,303 @@
+//! The page as a whole: structure, escaping, missing parts, figures, determinism.
+
+#[path = "../examples/made_up/mod.rs"]
+mod made_up;
+
+use report::{DISCLAIMER, Inputs, Part, ReportError, render};
+use serde_json::{Value, json};
+
+/// Anchors of all sections, in reading order.
+const SECTIONS: [&str; 13] = [
+    "verdict",
+    "data-quality",
+    "where",
+    "which",
+    "how-far",
+    "outcomes",
+    "agp",
+    "example-day",
+    "conformance",
+    "training",
+    "twins",
+    "exclusions",
+    "provenance",
+];
+
+/// Labels of the figures that the made-up run must show.
+const FIGURES: [&str; 9] = [
+    "Mean error by time of day",
+    "Mean error by situation",
+    "Mean error by glucose band",
+    "Mean error by person",
+    "Difference of every outcome in units of its margin",
+    "Glucose percentiles by time of day, measured and twin",
+    "Glucose, insulin, carbohydrate, heart rate and sleep over one day",
+    "Training and validation loss by epoch",
+    "Error of each twin against the population model",
+];
+
+fn read(parts: &[(Part, Value)]) -> Inputs {
+    let mut inputs = Inputs::default();
+    for (part, value) in parts {
+        inputs.read(*part, value.to_string().as_bytes()).expect("the made-up JSON fits");
+    }
+    inputs
+}
+
+fn page(parts: &[(Part, Value)]) -> String {
+    render(&read(parts)).expect("figures can be drawn")
+}
+
+/// Replaces the value at `pointer` of one part.
+fn with(
+    mut parts: Vec<(Part, Value)>,
+    part: Part,
+    pointer: &str,
+    value: Value,
+) -> Vec<(Part, Value)> {
+    let (_, json) = parts.iter_mut().find(|(p, _)| *p == part).expect("a part of the made-up run");
+    *json.pointer_mut(pointer).expect("a place in the made-up run") = value;
+    parts
+}
+
+/// Checks what every page must be: sections in order, balanced tags, no address, no script, no
+/// text of a number that is none, the disclaimer.
+fn check_structure(html: &str) {
+    assert!(html.starts_with("<!DOCTYPE html>\n<html lang=\"en\">"));
+    let places: Vec<usize> = SECTIONS
+        .iter()
+        .map(|id| html.find(&format!("<section id=\"{id}\">")).expect("every section is there"))
+        .collect();
+    assert!(places.is_sorted(), "{places:?}");
+    assert!(html.contains(DISCLAIMER));
+
+    let mut open: Vec<String> = Vec::new();
+    for tag in html.split('<').skip(1) {
+        let (tag, _) = tag.split_once('>').expect("every tag is closed by >");
+        let name: String =
+            tag.trim_start_matches('/').chars().take_while(char::is_ascii_alphanumeric).collect();
+        if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name), "closing tag without its opening one");
+        } else if !tag.starts_with('!') && !tag.ends_with('/') && name != "meta" {
+            open.push(name);
+        }
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+
+    for (index, _) in html.match_indices("http") {
+        assert!(
+            html[index..].starts_with("http://www.w3.org/2000/svg\""),
+            "an address in the page"
+        );
+    }
+    for forbidden in ["NaN", "inf ", "null", "<script", "<link", "@import", "url(", "src="] {
+        assert!(!html.contains(forbidden), "'{forbidden}' in the page");
+    }
+}
+
+#[test]
+fn a_full_run_has_every_section_and_figure() {
+    let html = page(&made_up::parts());
+    check_structure(&html);
+    for figure in FIGURES {
+        assert!(html.contains(&format!("role=\"img\" aria-label=\"{figure}\"")), "{figure}");
+    }
+    assert_eq!(html.matches("<figure>").count(), FIGURES.len());
+    assert_eq!(html.matches("<figcaption>").count(), FIGURES.len());
+    assert_eq!(html.matches("viewBox=\"0 0 1000 ").count(), FIGURES.len());
+    assert_eq!(html.matches("<table>").count(), html.matches("<caption>").count());
+    assert!(!html.contains("class=\"absent\">There is no"), "a part that was given is missing");
+}
+
+#[test]
+fn the_verdict_comes_first_and_says_what_the_parts_say() {
+    let html = page(&made_up::parts());
+    let (verdict, _) = html.split_once("<nav").expect("the contents follow the verdict");
+    for sentence in [
+        "Glucose is under-predicted by 31 mg/dL from 04 to 08 h, 300 min ahead (simultaneous \
+         interval 20 to 42, adjusted p &lt;0.001). Naming the effect is not part of this run.",
+        "Digital twin: 5 of 6 glucose outcomes are equivalent to the real ones within their margins \
+         (TIR, TAR, LBGI, HBGI and MG), over 12 people and 412 windows; equivalence is not shown \
+         for TBR.",
+        "2 of 4 physiological properties are proved, 1 violated, 1 undecided.",
+    ] {
+        assert!(verdict.contains(sentence), "{sentence}");
+    }
+}
+
+#[test]
+fn every_verdict_has_its_words() {
+    let effect = json!([{"effect": "dawn", "port": "egp", "gain_nats": 31.2, "probability": 0.97,
+        "amplitude": {"value": 1.1, "lower": 0.7, "upper": 1.5},
+        "confusable_with": ["circadian_sensitivity"]}]);
+    let change = json!([{"minutes": 300, "mae_before": 30.4, "mae_after": 27.9,
+        "difference": {"value": -2.5, "lower": -3.4, "upper": -1.6}}]);
+    for (verdict, stage, effects, changes, words) in [
+        ("none", "where", json!([]), json!([]), "that these data can tell from none"),
+        ("unknown", "which", json!([]), json!([]), "None of the effects tried explains it."),
+        ("effect", "which", effect.clone(), change.clone(), "Dawn (probability 0.97) explains it."),
+        ("effect", "which", effect, change, "goes from 30.4 to 27.9 mg/dL"),
+    ] {
+        let parts = with(made_up::parts(), Part::Diagnosis, "/verdict", json!(verdict));
+        let parts = with(parts, Part::Diagnosis, "/stage", json!(stage));
+        let parts = with(parts, Part::Diagnosis, "/effects", effects);
+        let parts = with(parts, Part::Diagnosis, "/how_far/horizons", changes);
+        let html = page(&parts);
+        check_structure(&html);
+        assert!(html.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn an_over_prediction_reads_as_one() {
+    let cell = json!([{"factor": "context", "level": "after_exercise", "mean_error_mg_dl": -19.0,
+        "lower": -40.0, "upper": 2.0, "p_adjusted": 0.03, "share_of_gap": 0.1}]);
+    let html = page(&with(made_up::parts(), Part::Diagnosis, "/where", cell));
+    let words = "Glucose is over-predicted by 19 mg/dL after exercise (simultaneous interval \
+                 \u{2212}2 to 40, adjusted p 0.030)";
+    assert!(html.contains(words));
+}
+
+#[test]
+fn what_comes_from_data_is_text() {
+    let evil = "<script>alert(\"x\")</script>&'";
+    let mut parts = made_up::parts();
+    for (part, pointer) in [
+        (Part::Manifest, "/command"),
+        (Part::Manifest, "/stage"),
+        (Part::Manifest, "/config/profile"),
+        (Part::Manifest, "/inputs/0/path"),
+        (Part::Outcomes, "/cohort"),
+        (Part::Outcomes, "/methods/0/label"),
+        (Part::Outcomes, "/methods/0/rows/0/metric"),
+        (Part::Outcomes, "/methods/0/rows/0/unit"),
+        (Part::Outcomes, "/exclusions/0/person_id"),
+        (Part::Conformance, "/rows/0/network"),
+        (Part::Diagnosis, "/plant"),
+        (Part::Diagnosis, "/where/1/level"),
+        (Part::Diagnosis, "/where/2/factor"),
+        (Part::Diagnosis, "/data_quality/0/person_id"),
+        (Part::Diagnosis, "/people/1/excluded"),
+        (Part::Training, "/model"),
+        (Part::Training, "/data/hash"),
+        (Part::Twins, "/people/0/person_id"),
+        (Part::ImportReport, "/format"),
+        (Part::ImportReport, "/findings/0/finding"),
+        (Part::ExampleDay, "/person_id"),
+        (Part::ExampleDay, "/date"),
+        (Part::Agp, "/person_id"),
+    ] {
+        parts = with(parts, part, pointer, json!(evil));
+    }
+    // A key is data as well.
+    parts = with(parts, Part::ImportReport, "/people", json!([{evil: evil}]));
+    let html = page(&parts);
+    check_structure(&html);
+    assert!(html.contains("&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt;&amp;&#39;"));
+}
+
+#[test]
+fn a_missing_part_is_said_and_never_an_empty_figure() {
+    let html = render(&Inputs::default()).expect("nothing to draw");
+    check_structure(&html);
+    assert!(!html.contains("<figure>"));
+    // The import report and the other twelve sections.
+    assert_eq!(html.matches("class=\"absent\"").count(), 14);
+
+    for missing in Part::ALL {
+        let parts: Vec<(Part, Value)> =
+            made_up::parts().into_iter().filter(|(part, _)| *part != missing).collect();
+        let html = page(&parts);
+        check_structure(&html);
+        assert!(html.contains("class=\"absent\">There "), "{missing:?}");
+    }
+}
+
+#[test]
+fn parts_without_content_are_said_to_be_empty() {
+    let parts = [
+        (Part::Outcomes, "/methods", json!([]), "No outcome was tested."),
+        (Part::Outcomes, "/forecast", json!([]), "No forecast was evaluated."),
+        (Part::Diagnosis, "/where", json!([]), "holds no situation"),
+        (Part::Training, "/epochs", json!([]), "holds no epoch"),
+        (Part::Twins, "/people", json!([]), "No person has an error"),
+        (Part::Agp, "/hour", json!([]), "There is no glucose profile"),
+    ];
+    for (part, pointer, value, words) in parts {
+        let mut all = with(made_up::parts(), part, pointer, value);
+        if part == Part::Agp {
+            for series in ["p05", "p25", "p50", "p75", "p95"] {
+                for whose in ["observed", "twin"] {
+                    all = with(all, part, &format!("/{whose}/{series}"), json!([]));
+                }
+            }
+        }
+        let html = page(&all);
+        check_structure(&html);
+        assert!(html.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn numbers_at_the_edge_are_drawn_or_dashed() {
+    // One epoch, one person, all-missing sensor, zero errors and enormous intervals.
+    let epoch = json!([{"epoch": 1, "train_loss": 0.0, "validation_loss": null}]);
+    let parts = with(made_up::parts(), Part::Training, "/epochs", epoch);
+    let twin = json!([{"person_id": "p", "rmse_population": 0.0, "rmse_twin": 0.0}]);
+    let parts = with(parts, Part::Twins, "/people", twin);
+    let nothing = json!(vec![Value::Null; 288]);
+    let parts = with(parts, Part::ExampleDay, "/cgm", nothing.clone());
+    let parts = with(parts, Part::ExampleDay, "/insulin_u_h", nothing);
+    let wide = json!({"value": 1e9, "lower": -1e300, "upper": 1e300});
+    let parts = with(parts, Part::Outcomes, "/methods/0/rows/0/difference", wide);
+    let parts = with(parts, Part::Outcomes, "/methods/0/rows/1/margin", json!(0.0));
+    let parts = with(parts, Part::Outcomes, "/methods/0/rows/2/actual/sd", Value::Null);
+    check_structure(&page(&parts));
+}
+
+#[test]
+fn unknown_keys_are_tolerated_and_the_page_is_deterministic() {
+    let mut parts = made_up::parts();
+    for (_, value) in &mut parts {
+        value["a_key_of_a_later_version"] = json!({"x": [1, 2, 3]});
+    }
+    let html = page(&parts);
+    check_structure(&html);
+    assert_eq!(html, page(&parts));
+}
+
+#[test]
+fn bad_json_is_refused_with_its_place() {
+    let mut inputs = Inputs::default();
+    let error = inputs.read(Part::Twins, "{\n \"people\": 3}".as_bytes());
+    let message = error.expect_err("people is not a list").to_string();
+    assert!(message.starts_with("twins.json, line 2, column "), "{message}");
+
+    let (_, mut day) = made_up::parts().swap_remove(7);
+    day["twin"] = json!([100.0, 101.0]);
+    let error = inputs.read(Part::ExampleDay, day.to_string().as_bytes());
+    assert!(
+        matches!(
+            error,
+            Err(ReportError::UnevenSeries { series: "twin", found: 2, expected: 288, .. })
+        ),
+        "{error:?}"
+    );
+    assert!(inputs.example_day.is_none(), "a part that is refused is not shown");
+}
+
+#[test]
+fn a_large_cohort_shows_the_people_with_the_largest_errors() {
+    let cells: Vec<Value> = (0..400)
+        .map(|k| {
+            let mean = f64::from(k) / 10.0 - 10.0;
+            json!({"factor": "person", "level": format!("p{k}"), "mean_error_mg_dl": mean,
+                "lower": mean - 5.0, "upper": mean + 5.0, "p_adjusted": 0.2, "share_of_gap": 0.0})
+        })
+        .collect();
+    let html = page(&with(made_up::parts(), Part::Diagnosis, "/where", json!(cells)));
+    check_structure(&html);
+    assert!(html.contains("Shown are the 40 of 400 with the largest error."));
+    // In the figure (text of the drawing has its own line) only the extreme ones.
+    assert!(html.contains(">\np399\n</text>") && !html.contains(">\np100\n</text>"));
+}
