@@ -26,7 +26,7 @@ pub const CARBS_PER_DAY: (f64, f64) = (30.0, 359.0);
 pub const CORRELATION: f64 = 0.5;
 
 /// The 95th percentile of the standard normal distribution.
-const Z_95: f64 = 1.644_853_626_951_472_7;
+const Z_95: f64 = 1.644_853_626_951_472_6;
 /// Mean minute of the day and SD, min, of breakfast, lunch and dinner (assumed).
 const MAIN_MEALS: [(f64, f64); 3] = [(450.0, 60.0), (750.0, 60.0), (1110.0, 75.0)];
 /// First and last minute of the day for snacks (assumed).

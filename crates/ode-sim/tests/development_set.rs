@@ -23,6 +23,16 @@ fn the_papers_plan_has_323_400_days() {
 }
 
 #[test]
+fn no_two_meal_weeks_are_alike() {
+    let set = DevelopmentSet::new(DevelopmentPlan::paper(5)).expect("the paper's plan");
+    let runs_of_a_meal_week = set.plan().combinations() / set.plan().meal_weeks;
+    let weeks: HashSet<_> = (0..set.plan().meal_weeks)
+        .map(|week| set.week(week * runs_of_a_meal_week).expect("week").meal_days)
+        .collect();
+    assert_eq!(weeks.len(), 240, "days that are dealt again are dealt in another order");
+}
+
+#[test]
 fn combinations_cover_every_start_delay_and_dose_of_every_meal_week() {
     let set = quick();
     let plan = set.plan().clone();

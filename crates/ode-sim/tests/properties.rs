@@ -128,23 +128,31 @@ proptest! {
 
 #[test]
 fn doses_that_are_not_numbers_stop_the_plant_with_the_compartment() {
-    let plant = OdePlant::reproduction(OdeParameters::nominal(), Kilograms(70.0));
-    let start = OdeState { q1: 1.0, ..OdeState::default() };
-    // (input, compartment at fault)
     let nan = f64::NAN;
+    let snack = FastCarbs { amount: Grams(nan), eaten_before: Minutes(0.0) };
+    // (input, compartment at fault); a snack arrives in Q1.
     let cases = [
         (StepInput { basal: UnitsPerHour(nan), ..StepInput::default() }, Compartment::S1),
         (StepInput { bolus: Units(nan), ..StepInput::default() }, Compartment::S1),
         (StepInput { carbs: Grams(nan), ..StepInput::default() }, Compartment::C1),
+        (StepInput { rescue: snack, ..StepInput::default() }, Compartment::Q1),
     ];
-    for (input, compartment) in cases {
-        let error = plant.step(&start, &input).expect_err("not a number");
-        assert_eq!(error.compartment, compartment);
+    let start = OdeState { q1: 1.0, ..OdeState::default() };
+    let integrators = [
+        Integrator::ForwardEuler,
+        Integrator::RungeKutta4 { substeps: 2 },
+        Integrator::Adaptive { rtol: 1e-6, atol: 1e-9 },
+    ];
+    for integrator in integrators {
+        let plant = OdePlant {
+            integrator,
+            ..OdePlant::reproduction(OdeParameters::nominal(), Kilograms(70.0))
+        };
+        for (input, compartment) in &cases {
+            let error = plant.step(&start, input).expect_err("not a number");
+            assert_eq!(error.compartment, *compartment, "{integrator:?}");
+        }
     }
-    let snack = FastCarbs { amount: Grams(nan), eaten_before: Minutes(0.0) };
-    let input = StepInput { rescue: snack, ..StepInput::default() };
-    let error = plant.step(&start, &input).expect_err("not a number");
-    assert_eq!(error.compartment, Compartment::Q1, "where a snack arrives");
 }
 
 #[test]
