@@ -5,17 +5,8 @@
 //! halved along the input with the largest influence on the undecided ones, most promising box
 //! first. A box without undecided switches is one linear piece, whose slope is known exactly.
 //!
-//! Two switches whose hoped-for states exclude each other over a box (nearly parallel hyperplanes)
-//! are counted together: one of the two hopes fails. They exclude each other if some non-negative
-//! combination of the two is below zero over the whole box (Farkas' lemma, tried at the few
-//! combinations where its maximum over a box can be least).
-//!
 //! # Why the upper bound is sound
-//! - A switch is called on or off over a box only if its computed extreme clears zero by more than
-//!   [`rounding_error`] over the whole root box, or if the exact extreme does not lie beyond zero.
-//! - Sums are rounded up: each addition is followed by its exact rounding error (Knuth's
-//!   two-sum), and the result moved up by one number where that error is positive. Gains enter as
-//!   upper enclosures of their exact values.
+//! - The bound of a box is sound (see [`crate::bound`]).
 //! - A box is dropped only if its bound does not exceed a slope that is attained; the bounds of
 //!   all boxes left, of boxes too small to halve, and the attained slope make up the upper bound.
 //!
@@ -26,16 +17,16 @@
 //! search closes. Where more meet (a network whose biases are all 0, say), boxes around the meeting
 //! point keep a bound that no piece attains, and the search stops at a limit with a bracket.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::bound::{Halves, Node, Search};
 use crate::interior::deepest_point;
 use crate::region::BoxRegion;
-use crate::slope::{SlopeSum, rounding_error};
+use crate::slope::SlopeSum;
 
 /// Boxes taken from the queue at a time. Their halves are bounded in parallel and put back in
 /// order, so the result does not depend on the number of threads.
@@ -44,9 +35,6 @@ const BATCH: usize = 64;
 /// Rounds between two proposals for a better point, from the pattern that the most promising box
 /// hopes for. A proposal takes about as long as ten rounds.
 const PROPOSE_EVERY: u64 = 64;
-
-/// Most undecided switches for which pairs are examined; the work is quadratic.
-const PAIRED: usize = 16;
 
 /// Why the search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -95,19 +83,20 @@ pub(crate) fn maximise(
     let search = Search::new(sum, region);
     let (root, middle) = search.root(region);
     let mut best = Best { lower: f64::NEG_INFINITY, upper: f64::NEG_INFINITY, points: Vec::new() };
-    best.offer(&search, middle);
+    best.offer(sum, middle);
     let mut nodes = 1;
     let mut round = 0;
     let mut stuck = f64::NEG_INFINITY;
     let mut queue = BinaryHeap::new();
-    queue.extend((root.upper > best.lower).then_some(root));
+    queue.extend((root.upper > best.upper).then_some(root));
 
     let stop = loop {
+        // Where the best slope is not a floating-point number, `upper` is its other neighbour.
+        let enough = best.upper.max(best.lower + budget.relative_gap * best.lower.abs());
         let Some(top) = queue.peek() else {
-            let closed = stuck <= best.lower + budget.relative_gap * best.lower.abs();
-            break if closed { Stop::Gap } else { Stop::Resolution };
+            break if stuck <= enough { Stop::Gap } else { Stop::Resolution };
         };
-        if top.upper <= best.lower + budget.relative_gap * best.lower.abs() {
+        if top.upper <= enough {
             break Stop::Gap;
         }
         if nodes >= budget.nodes {
@@ -121,11 +110,11 @@ pub(crate) fn maximise(
             // Boxes meet a thin best piece late; its pattern can be tried before that.
             let hoped = search.hoped_for(&parents[0]);
             if let Some(point) = deepest_point(&search.rest, region, &hoped) {
-                best.offer(&search, point);
+                best.offer(sum, point);
             }
         }
         round += 1;
-        let known = best.lower;
+        let known = best.upper;
         let halves: Vec<Halves> =
             parents.par_iter().map(|parent| search.halve(parent, known)).collect();
         for (parent, halves) in parents.into_iter().zip(halves) {
@@ -136,9 +125,9 @@ pub(crate) fn maximise(
             for (child, candidate) in halves {
                 nodes += 1;
                 if let Some(point) = candidate {
-                    best.offer(&search, point);
+                    best.offer(sum, point);
                 }
-                queue.extend(child.filter(|child| child.upper > best.lower));
+                queue.extend(child.filter(|child| child.upper > best.upper));
             }
         }
     };
@@ -158,8 +147,8 @@ struct Best {
 }
 
 impl Best {
-    fn offer(&mut self, search: &Search<'_>, point: Vec<f64>) {
-        let slope = search.sum.at(&point);
+    fn offer(&mut self, sum: &SlopeSum, point: Vec<f64>) {
+        let slope = sum.at(&point);
         if slope.round_down() > self.lower {
             self.lower = slope.round_down();
             self.upper = slope.round_up();
@@ -168,320 +157,87 @@ impl Best {
     }
 }
 
-/// The switches undecided over the root box, laid out for fast bounds.
-struct Search<'a> {
-    sum: &'a SlopeSum,
-    /// Undecided over the root box.
-    rest: SlopeSum,
-    inputs: usize,
-    /// (switches x inputs), row by row.
-    weights: Vec<f64>,
-    biases: Vec<f64>,
-    /// Enclosures of the gains, upper ends.
-    gains: Vec<f64>,
-    /// Bound on the rounding error of a switch's value anywhere in the root box.
-    errors: Vec<f64>,
-}
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
 
-/// A box, which of the switches are undecided over it, and its bound.
-struct Node {
-    lower: Box<[f64]>,
-    upper_corner: Box<[f64]>,
-    undecided: Box<[Undecided]>,
-    /// Constant plus the gains that are on, rounded up.
-    settled: f64,
-    /// Certified bound on the slope over the box.
-    upper: f64,
-    /// The input to halve next, if any can be halved.
-    split: Option<usize>,
-}
+    use super::*;
+    use crate::network::OneHiddenLayer;
+    use crate::property::Direction;
+    use crate::region::Region;
 
-/// A switch without a fixed state over a box, and the state that a bound counts on.
-#[derive(Clone, Copy)]
-struct Undecided {
-    switch: u32,
-    hoped_on: bool,
-}
-
-/// Two children with, for each, a point that may be better than the best known.
-type Halves = Option<[(Option<Node>, Option<Vec<f64>>); 2]>;
-
-impl<'a> Search<'a> {
-    fn new(sum: &'a SlopeSum, region: &BoxRegion) -> Self {
+    /// The largest slope by trying every pattern of states and asking a linear programme whether
+    /// a piece has it.
+    fn by_brute_force(sum: &SlopeSum, region: &BoxRegion) -> f64 {
         let rest = sum.restricted_to(region);
-        let inputs = region.lower().len();
-        let reach: Vec<f64> =
-            region.lower().iter().zip(region.upper()).map(|(l, u)| l.abs().max(u.abs())).collect();
-        let errors = rest
-            .switches
-            .iter()
-            .map(|switch| {
-                let size = switch.weights.iter().zip(&reach).map(|(w, x)| (w * x).abs());
-                // Centre and radius are two sums of this size each.
-                2.0 * rounding_error(inputs, switch.bias.abs() + size.sum::<f64>())
-            })
-            .collect();
-        Self {
-            sum,
-            inputs,
-            weights: rest.switches.iter().flat_map(|switch| switch.weights.clone()).collect(),
-            biases: rest.switches.iter().map(|switch| switch.bias).collect(),
-            gains: rest.switches.iter().map(|switch| switch.gain.round_up()).collect(),
-            errors,
-            rest,
+        let patterns = 0..1_u32 << rest.switches.len();
+        let attained = patterns.filter_map(|pattern| {
+            let on: Vec<bool> =
+                (0..rest.switches.len()).map(|bit| pattern >> bit & 1 == 1).collect();
+            deepest_point(&rest, region, &on).map(|point| sum.at(&point).round_down())
+        });
+        attained.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+
+        #[test]
+        fn agrees_with_brute_force(
+            inputs in 1_usize..=5,
+            weights in proptest::collection::vec(-2.0..2.0_f64, 7 * 7),
+        ) {
+            let hidden = 7;
+            let network = OneHiddenLayer::new(
+                "y",
+                (0..inputs).map(|i| format!("x{i}")).collect(),
+                weights[..hidden * inputs].to_vec(),
+                weights[5 * hidden..6 * hidden].to_vec(),
+                weights[6 * hidden..].to_vec(),
+                0.0,
+            ).expect("valid network");
+            let region = Region::scaled((0..inputs).map(|i| (format!("x{i}"), [-1.0, 1.5])))
+                .expect("valid region");
+            let boxed = region.box_of(&network).expect("bounded");
+            let sum = SlopeSum::new(&network, 0, Direction::Increasing);
+            let budget =
+                Budget { relative_gap: 0.0, nodes: 1_000_000, time: Duration::from_secs(1) };
+            let bracket = maximise(&sum, &boxed, budget, &|| Duration::ZERO);
+            prop_assert_eq!(bracket.stop, Stop::Gap);
+            prop_assert_eq!(bracket.lower, sum.at(&bracket.points[0]).round_down());
+            // Both are exact sums of the same gains, so a piece is either found or missed.
+            prop_assert_eq!(by_brute_force(&sum, &boxed), bracket.lower);
         }
     }
 
-    fn root(&self, region: &BoxRegion) -> (Node, Vec<f64>) {
-        let all: Vec<Undecided> = (0..self.biases.len() as u32)
-            .map(|switch| Undecided { switch, hoped_on: false })
-            .collect();
-        let settled = self.rest.constant.round_up();
-        let (node, _) =
-            self.bound(region.lower().into(), region.upper().into(), &all, settled, f64::INFINITY);
-        let middle = region.lower().iter().zip(region.upper()).map(|(l, u)| middle(*l, *u));
-        (node, middle.collect())
-    }
-
-    /// The switches that would be on where a box's bound is attained: those on at its centre,
-    /// but for the undecided ones, which are as the bound counts on.
-    fn hoped_for(&self, node: &Node) -> Vec<bool> {
-        let bounds = node.lower.iter().zip(&node.upper_corner);
-        let centre: Vec<f64> = bounds.map(|(&l, &u)| middle(l, u)).collect();
-        let switches = self.rest.switches.iter();
-        let mut on: Vec<bool> =
-            switches.map(|switch| switch.on_to_the_right(&centre, self.rest.tested)).collect();
-        for &Undecided { switch, hoped_on } in &*node.undecided {
-            on[switch as usize] = hoped_on;
-        }
-        on
-    }
-
-    fn halve(&self, parent: &Node, known: f64) -> Halves {
-        let axis = parent.split?;
-        let cut = middle(parent.lower[axis], parent.upper_corner[axis]);
-        let half = |upper_half: bool| {
-            let (mut lower, mut upper) = (parent.lower.clone(), parent.upper_corner.clone());
-            if upper_half {
-                lower[axis] = cut
-            } else {
-                upper[axis] = cut
-            }
-            let (node, candidate) =
-                self.bound(lower, upper, &parent.undecided, parent.settled, known);
-            ((node.upper > known).then_some(node), candidate)
+    #[test]
+    fn reports_what_limits_leave_open() {
+        // Without biases every hyperplane passes through the origin, inside the box: the bound
+        // of a box around it counts on all of them, which no piece attains.
+        let angles: Vec<f64> = (0..6).map(|j| 0.3 + f64::from(j)).collect();
+        let network = OneHiddenLayer::new(
+            "y",
+            vec!["a".to_owned(), "b".to_owned()],
+            angles.iter().flat_map(|angle| [angle.cos(), angle.sin()]).collect(),
+            vec![0.0; 6],
+            angles.iter().map(|angle| angle.cos()).collect(),
+            0.0,
+        )
+        .expect("valid network");
+        let region = Region::scaled([("a", [-1.0, 1.5]), ("b", [-1.0, 1.25])]).expect("valid");
+        let boxed = region.box_of(&network).expect("bounded");
+        let sum = SlopeSum::new(&network, 0, Direction::Decreasing);
+        let run = |nodes| {
+            let budget = Budget { relative_gap: 0.0, nodes, time: Duration::from_secs(1) };
+            maximise(&sum, &boxed, budget, &|| Duration::ZERO)
         };
-        Some([half(false), half(true)])
-    }
-
-    /// Bounds a box from what is undecided over a box that contains it.
-    fn bound(
-        &self,
-        lower: Box<[f64]>,
-        upper: Box<[f64]>,
-        undecided: &[Undecided],
-        settled: f64,
-        known: f64,
-    ) -> (Node, Option<Vec<f64>>) {
-        let centre: Vec<f64> = lower.iter().zip(&upper).map(|(&l, &u)| middle(l, u)).collect();
-        let reach: Vec<f64> = centre
-            .iter()
-            .zip(lower.iter().zip(&upper))
-            .map(|(&c, (&l, &u))| (c - l).max(u - c).next_up())
-            .collect();
-        let mut settled = settled;
-        let mut still = Vec::with_capacity(undecided.len());
-        let mut values = Vec::with_capacity(undecided.len());
-        let mut influence = vec![0.0; self.inputs];
-        let mut at_centre = 0.0;
-        let mut optimistic = 0.0;
-        for &Undecided { switch, .. } in undecided {
-            let index = switch as usize;
-            let row = self.row(index);
-            let mut value = self.biases[index];
-            let mut radius = 0.0;
-            for ((&w, &c), &r) in row.iter().zip(&centre).zip(&reach) {
-                value += w * c;
-                radius += w.abs() * r;
-            }
-            let error = self.errors[index];
-            let (low, high) = (value - radius, value + radius);
-            let gain = self.gains[index];
-            let (mut on, mut off) = (low >= error, high <= -error);
-            if !on && !off && (low >= -error || high <= error) {
-                let (least, greatest) = self.rest.switches[index].extremes(&lower, &upper);
-                on = least != Ordering::Less;
-                off = greatest != Ordering::Greater;
-            }
-            if on {
-                settled = add_up(settled, gain);
-            } else if !off {
-                still.push(Undecided { switch, hoped_on: gain > 0.0 });
-                values.push(value);
-                optimistic = add_up(optimistic, gain.max(0.0));
-                if value > 0.0 {
-                    at_centre += gain;
-                }
-                let weight = gain.abs() / radius;
-                for ((share, &w), &r) in influence.iter_mut().zip(row).zip(&reach) {
-                    *share += weight * w.abs() * r;
-                }
-            }
-        }
-        let mut bound = add_up(settled, optimistic);
-        if bound > known && (2..=PAIRED).contains(&still.len()) {
-            optimistic = self.optimistic_in_pairs(&mut still, &values, &reach);
-            bound = bound.min(add_up(settled, optimistic));
-        }
-        // The sum at the centre is only an estimate: it decides whether to compute the exact one.
-        let slack = 1e-12 * (settled.abs() + at_centre.abs());
-        let promising = bound > known && settled + at_centre + slack > known;
-        if still.is_empty() && bound > known {
-            // One linear piece: its slope is known without the rounding of the sum.
-            bound = bound.min(self.sum.at(&centre).round_up());
-        }
-        let split = (0..self.inputs)
-            .filter(|&i| lower[i] < centre[i] && centre[i] < upper[i])
-            .max_by(|&i, &j| influence[i].total_cmp(&influence[j]).then(j.cmp(&i)));
-        let node = Node {
-            lower,
-            upper_corner: upper,
-            undecided: still.into(),
-            settled,
-            upper: bound,
-            split,
-        };
-        (node, promising.then_some(centre))
-    }
-
-    /// Upper bound on what the undecided switches add, where pairs of hopes that exclude each
-    /// other are counted together; sets the hopes that attain it. `values` are at the centre.
-    fn optimistic_in_pairs(
-        &self,
-        undecided: &mut [Undecided],
-        values: &[f64],
-        reach: &[f64],
-    ) -> f64 {
-        let gain = |u: &Undecided| self.gains[u.switch as usize];
-        let mut conflicts = Vec::new();
-        for m in 1..undecided.len() {
-            for n in 0..m {
-                if self.exclude_each_other(undecided, values, reach, m, n) {
-                    let loss = gain(&undecided[m]).abs().min(gain(&undecided[n]).abs());
-                    conflicts.push((loss, m, n));
-                }
-            }
-        }
-        // Pairs must be disjoint for their losses to add up; the costliest first.
-        conflicts.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut paired = vec![false; undecided.len()];
-        let mut sum = 0.0;
-        for (_, m, n) in conflicts {
-            if paired[m] || paired[n] {
-                continue;
-            }
-            (paired[m], paired[n]) = (true, true);
-            let (p, q) = (gain(&undecided[m]), gain(&undecided[n]));
-            let first_fails = add_up(p.min(0.0), q.max(0.0));
-            let second_fails = add_up(p.max(0.0), q.min(0.0));
-            let fails = if first_fails > second_fails { m } else { n };
-            undecided[fails].hoped_on = !undecided[fails].hoped_on;
-            // Both failing adds no more than one failing.
-            sum = add_up(sum, first_fails.max(second_fails));
-        }
-        for (u, _) in undecided.iter().zip(&paired).filter(|(_, paired)| !**paired) {
-            sum = add_up(sum, gain(u).max(0.0));
-        }
-        sum
-    }
-
-    /// Whether no point of the box lies on the hoped-for side of both switches.
-    fn exclude_each_other(
-        &self,
-        undecided: &[Undecided],
-        values: &[f64],
-        reach: &[f64],
-        m: usize,
-        n: usize,
-    ) -> bool {
-        let (j, l) = (undecided[m].switch as usize, undecided[n].switch as usize);
-        // Sides as signs: positive where the hope is fulfilled.
-        let side = |index: usize| if self.gains[index] > 0.0 { 1.0 } else { -1.0 };
-        let (s, t) = (side(j), side(l));
-        let (p, q) = (self.row(j), self.row(l));
-        // The maximum over the box is convex and piecewise linear in the share of the first
-        // switch; it bends where a coefficient of the combination vanishes.
-        (0..self.inputs).any(|bend| {
-            let (a, b) = (s * p[bend], t * q[bend]);
-            if a * b >= 0.0 {
-                return false;
-            }
-            let (x, y) = (b.abs() / (a.abs() + b.abs()), a.abs() / (a.abs() + b.abs()));
-            let mut greatest = x * s * values[m] + y * t * values[n];
-            for ((&p, &q), &r) in p.iter().zip(q).zip(reach) {
-                greatest += (x * s * p + y * t * q).abs() * r;
-            }
-            greatest <= -(x * self.errors[j] + y * self.errors[l])
-        })
-    }
-
-    fn row(&self, index: usize) -> &[f64] {
-        &self.weights[index * self.inputs..(index + 1) * self.inputs]
+        let stopped = run(10);
+        assert_eq!(stopped.stop, Stop::Nodes);
+        let truth = by_brute_force(&sum, &boxed);
+        assert!(stopped.lower <= truth && truth < stopped.upper, "{stopped:?} {truth}");
+        let budget = Budget { relative_gap: 0.0, nodes: u64::MAX, time: Duration::ZERO };
+        assert_eq!(maximise(&sum, &boxed, budget, &|| Duration::ZERO).stop, Stop::Time);
+        let longer = run(100_000);
+        assert!(longer.lower == truth && truth <= longer.upper, "{longer:?} {truth}");
     }
 }
-
-/// A number between two, the lower where there is none.
-fn middle(lower: f64, upper: f64) -> f64 {
-    let middle = lower / 2.0 + upper / 2.0;
-    if middle > lower && middle < upper { middle } else { lower }
-}
-
-/// `a + b`, rounded up.
-fn add_up(a: f64, b: f64) -> f64 {
-    let sum = a + b;
-    let virtual_b = sum - a;
-    let error = (a - (sum - virtual_b)) + (b - virtual_b);
-    // An overflowed sum leaves no usable error: infinity is an upper bound as it stands, minus
-    // infinity is none.
-    if error > 0.0 || sum == f64::NEG_INFINITY { sum.next_up() } else { sum }
-}
-
-impl Node {
-    /// The bound without its last 16 bits, ordered as the bound is. Where many boxes share a
-    /// bound, as along the flat in which a few switches meet, rounding must not decide.
-    fn rank(&self) -> i64 {
-        let bits = self.upper.to_bits() as i64;
-        (if bits < 0 { bits ^ i64::MAX } else { bits }) >> 16
-    }
-}
-
-impl Ord for Node {
-    /// Largest bound first; among equals the box that is closest to being settled, so that a shared
-    /// bound is followed into depth; then by position, so that the order is total.
-    fn cmp(&self, other: &Self) -> Ordering {
-        let by_position = || {
-            let mine = self.lower.iter().chain(&self.upper_corner);
-            let theirs = other.lower.iter().chain(&other.upper_corner);
-            let mut order = mine.zip(theirs).map(|(a, b)| a.total_cmp(b));
-            order.find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
-        };
-        self.rank()
-            .cmp(&other.rank())
-            .then_with(|| other.undecided.len().cmp(&self.undecided.len()))
-            .then_with(by_position)
-    }
-}
-
-impl PartialOrd for Node {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Node {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Node {}

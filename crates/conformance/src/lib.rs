@@ -14,6 +14,7 @@
 //!
 //! The crate is handed matrices; it knows no other crate of the workspace.
 
+mod bound;
 mod branch;
 mod cells;
 mod error;

@@ -22,8 +22,7 @@ const NETWORKS: [(&str, &[&str]); 10] = [
 
 /// The ten published networks, or `None` (after a message) without the reference material.
 pub(crate) fn published(test: &str) -> Option<Vec<OneHiddenLayer>> {
-    let path =
-        reference_data::find("t1dsim_ai/population_model_05022024_epoch_15.pt", test)?;
+    let path = reference_data::find("t1dsim_ai/population_model_05022024_epoch_15.pt", test)?;
     let bytes = std::fs::read(path).expect("reference file is readable");
     let arrays = stored_arrays(&bytes);
     let array = |index: usize| arrays[&index].clone();
