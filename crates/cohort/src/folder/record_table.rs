@@ -59,10 +59,7 @@ impl RecordTable {
                 Ok(Self::Csv(table))
             }
             RecordsFormat::Parquet => {
-                let frame = ParquetReader::new(Cursor::new(read_bytes(&path, RECORDS_PARQUET)?))
-                    .finish()
-                    .map_err(broken)?;
-                Ok(Self::Parquet(ParquetTable::new(&frame)?))
+                ParquetTable::read(read_bytes(&path, RECORDS_PARQUET)?).map(Self::Parquet)
             }
         }
     }
@@ -169,6 +166,25 @@ impl RecordTable {
 pub(super) type NumberCells<'a> = Box<dyn Fn(usize) -> Result<Option<f64>, CohortError> + 'a>;
 
 impl ParquetTable {
+    /// Reads a Parquet file. The table library panics on some damaged files; here that is an error
+    /// like any other (the library's own message still goes to the panic hook).
+    fn read(bytes: Vec<u8>) -> Result<Self, CohortError> {
+        const MARK: &[u8] = b"PAR1";
+        let damaged = |reason: &str| CohortError::Table {
+            file: RECORDS_PARQUET.into(),
+            reason: reason.into(),
+        };
+        if !(bytes.len() > 2 * MARK.len() && bytes.starts_with(MARK) && bytes.ends_with(MARK)) {
+            return Err(damaged("it does not begin and end as Parquet does; it may be cut off"));
+        }
+        let parse = move || {
+            let frame = ParquetReader::new(Cursor::new(bytes)).finish().map_err(broken)?;
+            Self::new(&frame)
+        };
+        std::panic::catch_unwind(parse)
+            .unwrap_or_else(|_| Err(damaged("it is damaged; write it again from its source")))
+    }
+
     fn new(frame: &DataFrame) -> Result<Self, CohortError> {
         if frame.height() == 0 {
             return Err(CohortError::Empty { file: RECORDS_PARQUET.into() });
