@@ -2,7 +2,7 @@
 //!
 //! Without it every person's own insulin action would count as a gap. The innovations of the filter
 //! are prewhitened, weighted by Huber, and made small by a Levenberg-Marquardt iteration over log
-//! factors on the population parameters. Their derivatives ("signatures") are central differences
+//! factors on the population parameters. Their derivatives ("signatures") are finite differences
 //! through the same filter with its gains frozen.
 
 use faer::linalg::solvers::Solve;
@@ -103,11 +103,11 @@ pub struct CalibrationRule {
 }
 
 impl CalibrationRule {
-    /// The values in use: 12 h of burn-in, 4 h of dose memory, 30 iterations, a thousandth of a prior
-    /// standard deviation, factors within exp(-0.9) to exp(0.9).
+    /// The values in use: 12 h of burn-in, 4 h of dose memory, 30 iterations, a two-hundredth of a
+    /// prior standard deviation (the posterior's is no less than a tenth), factors within exp(-0.9) to exp(0.9).
     #[must_use]
     pub const fn working() -> Self {
-        Self { burn_in: 144, dose_memory: 48, max_iterations: 30, tolerance: 1e-3, bound: 0.9 }
+        Self { burn_in: 144, dose_memory: 48, max_iterations: 30, tolerance: 5e-3, bound: 0.9 }
     }
 }
 
@@ -126,7 +126,8 @@ pub struct Calibration {
     pub autoregression: Autoregression,
     /// Whitened innovations in units of [`scale`](Self::scale), one a step; `None` where not scored.
     pub whitened: Vec<Option<f64>>,
-    /// Standard deviation of the whitened normalised innovations; 1 for a perfect noise model.
+    /// Standard deviation of the whitened normalised innovations; 1 for a perfect noise model. The
+    /// calibration itself takes values below 1 as 1.
     pub scale: f64,
     /// Iterations made.
     pub iterations: usize,
@@ -136,14 +137,17 @@ pub struct Calibration {
     pub at_bound: Vec<Factor>,
 }
 
-/// Spacing of the central differences in log factors: rounding and curvature are both below 1e-4.
-const SPACING: f64 = 0.01;
+/// Spacing of the differences in log factors: rounding (1e-13/h) and curvature (about h/2) both leave
+/// the signatures right to a thousandth, and the gradient at the optimum needs no more.
+const SPACING: f64 = 0.002;
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
 /// Starting values tried for insulin action, the only factor with distant local optima.
 const ACTION_STARTS: [f64; 5] = [-0.6, -0.3, 0.0, 0.3, 0.6];
-/// Trials of a damped step before it is given up.
-const TRIALS: usize = 8;
+/// Steps shorter than this, in prior standard deviations, are extrapolated.
+const EXTRAPOLATED_BELOW: f64 = 0.3;
+/// Smallest damping other than none.
+const LEAST_DAMPING: f64 = 1e-2;
 
 /// What does not change during one person's calibration.
 struct Setting<'a> {
@@ -187,7 +191,8 @@ impl Frozen {
         let z = setting.normalised(&run);
         let autoregression = Autoregression::fitted(&z);
         let whitened = autoregression.whitened(&z);
-        let scale = clipped_scale(&whitened);
+        // Readings smoother than the noise model (interpolated ones) are not trusted more for that.
+        let scale = clipped_scale(&whitened).max(1.0);
         (Self { run, autoregression, scale }, whitened)
     }
 
@@ -235,38 +240,40 @@ pub fn calibrate(
 
     let mut factors = best_start(&setting)?;
     let mut damping = 0.0;
-    let (mut converged, mut iterations) = (false, 0);
+    let mut before_last = None;
+    let (mut converged, mut stalled, mut iterations) = (false, false, 0);
     let (frozen, whitened, sd) = loop {
         let (frozen, whitened) = Frozen::new(&setting, setting.run(&factors)?);
         let equations = NormalEquations::of(&setting, &frozen, &whitened, &factors)?;
-        if converged || iterations == rule.max_iterations {
+        if converged || stalled || iterations == rule.max_iterations {
             let sd = equations.posterior_sd(record)?;
             break (frozen, whitened, sd);
         }
         iterations += 1;
         let before = frozen.loss(&whitened, &factors);
-        let mut moved = 0.0;
-        for _ in 0..TRIALS {
-            let trial = equations.step(&factors, damping, rule.bound, record)?;
-            let size = trial
-                .0
-                .iter()
-                .zip(&factors.0)
-                .zip(Factor::ALL)
-                .map(|((new, old), factor)| (new - old).abs() / factor.prior_sd())
-                .fold(0.0, f64::max);
-            // A move below the tolerance ends the search whether or not rounding lets it improve.
-            let accepted = size < rule.tolerance
-                || frozen.loss(&frozen.whitened(&setting, &trial)?, &trial) < before;
-            if accepted {
-                (factors, moved) = (trial, size);
-                damping = if damping < 1e-2 { 0.0 } else { damping / 10.0 };
-                break;
-            }
-            damping = if damping == 0.0 { 1e-2 } else { damping * 10.0 };
+        let mut trial = equations.step(&factors, damping, rule.bound, record)?;
+        let mut size = distance(&trial, &factors);
+        // A move below the tolerance ends the search whether or not rounding lets it improve.
+        while size >= rule.tolerance
+            && frozen.loss(&frozen.whitened(&setting, &trial)?, &trial) >= before
+        {
+            damping = if damping == 0.0 { LEAST_DAMPING } else { 10.0 * damping };
+            trial = equations.step(&factors, damping, rule.bound, record)?;
+            size = distance(&trial, &factors);
         }
-        converged = moved < rule.tolerance;
+        let step = difference(&trial, &factors);
+        let plain = damping == 0.0 && size < EXTRAPOLATED_BELOW;
+        let next = match before_last.filter(|_| plain) {
+            Some(last) => extrapolated(&factors, &step, &last, rule.bound),
+            None => trial,
+        };
+        before_last = plain.then_some((factors, step));
+        factors = next;
+        converged = size < rule.tolerance && damping <= 1.0;
+        stalled = size < rule.tolerance && !converged;
+        damping = if damping <= LEAST_DAMPING { 0.0 } else { damping / 10.0 };
     };
+    let scale = clipped_scale(&whitened);
     let at_bound =
         Factor::ALL.into_iter().filter(|f| factors.get(*f).abs() >= rule.bound).collect();
     Ok(Calibration {
@@ -274,8 +281,8 @@ pub fn calibrate(
         sd,
         model: setting.model(&factors),
         autoregression: frozen.autoregression,
-        whitened: whitened.iter().map(|w| w.map(|w| w / frozen.scale)).collect(),
-        scale: frozen.scale,
+        whitened: whitened.iter().map(|w| w.map(|w| w / scale)).collect(),
+        scale,
         filtered: frozen.run,
         iterations,
         converged,
@@ -301,6 +308,38 @@ fn best_start(setting: &Setting<'_>) -> Result<PersonalFactors, GapError> {
         }
     }
     Ok(best.1)
+}
+
+/// `a - b`, each in prior standard deviations.
+fn difference(a: &PersonalFactors, b: &PersonalFactors) -> [f64; FACTORS] {
+    std::array::from_fn(|k| (a.0[k] - b.0[k]) / Factor::ALL[k].prior_sd())
+}
+
+/// Anderson's extrapolation of depth one: gains and whitening are frozen within a step, so that steps
+/// shrink by a constant ratio; two of them tell where they lead.
+fn extrapolated(
+    factors: &PersonalFactors,
+    step: &[f64; FACTORS],
+    (last_factors, last_step): &(PersonalFactors, [f64; FACTORS]),
+    bound: f64,
+) -> PersonalFactors {
+    let moved = difference(factors, last_factors);
+    let change: [f64; FACTORS] = std::array::from_fn(|k| step[k] - last_step[k]);
+    let dot = |a: &[f64; FACTORS], b: &[f64; FACTORS]| -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    };
+    let size = dot(&change, &change);
+    // A ratio beyond four would mean that steps hardly shrink, and extrapolation is not to be trusted.
+    let ratio = if size > 0.0 { (dot(step, &change) / size).clamp(-4.0, 4.0) } else { 0.0 };
+    PersonalFactors(std::array::from_fn(|k| {
+        let forward = step[k] - ratio * (moved[k] + change[k]);
+        (factors.0[k] + Factor::ALL[k].prior_sd() * forward).clamp(-bound, bound)
+    }))
+}
+
+/// Largest difference of two sets of factors, prior standard deviations.
+fn distance(a: &PersonalFactors, b: &PersonalFactors) -> f64 {
+    difference(a, b).into_iter().map(f64::abs).fold(0.0, f64::max)
 }
 
 /// Standard deviation with values clipped at Huber's threshold, so that wild readings do not
@@ -331,17 +370,16 @@ impl NormalEquations {
     ) -> Result<Self, GapError> {
         let mut signatures = Vec::with_capacity(FACTORS);
         for place in 0..FACTORS {
-            let moved = |by: f64| {
-                let mut factors = *factors;
-                factors.0[place] += by;
-                frozen.whitened(setting, &factors)
-            };
-            let (above, below) = (moved(SPACING)?, moved(-SPACING)?);
+            // Towards the prior's mean, so that the difference never leaves the bounds.
+            let spacing = if factors.0[place] > 0.0 { -SPACING } else { SPACING };
+            let mut neighbour = *factors;
+            neighbour.0[place] += spacing;
+            let moved = frozen.whitened(setting, &neighbour)?;
             signatures.push(
-                above
+                moved
                     .iter()
-                    .zip(&below)
-                    .map(|(a, b)| a.zip(*b).map_or(0.0, |(a, b)| (a - b) / (2.0 * SPACING)))
+                    .zip(whitened)
+                    .map(|(a, b)| a.zip(*b).map_or(0.0, |(a, b)| (a - b) / spacing))
                     .collect::<Vec<f64>>(),
             );
         }
@@ -380,11 +418,17 @@ impl NormalEquations {
         bound: f64,
         record: &Observations,
     ) -> Result<PersonalFactors, GapError> {
-        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| {
-            let factor = if row == column { 1.0 + damping } else { 1.0 };
-            self.curvature[row][column] * factor
+        // A factor at its bound that the gradient pushes outwards stays there.
+        let held: [bool; FACTORS] = std::array::from_fn(|k| {
+            factors.0[k].abs() >= bound && -self.gradient[k] * factors.0[k] > 0.0
         });
-        let right = Mat::from_fn(FACTORS, 1, |row, _| -self.gradient[row]);
+        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| match row == column {
+            true => self.curvature[row][column] * (1.0 + damping),
+            false if held[row] || held[column] => 0.0,
+            false => self.curvature[row][column],
+        });
+        let right =
+            Mat::from_fn(FACTORS, 1, |row, _| if held[row] { 0.0 } else { -self.gradient[row] });
         let singular = || GapError::Singular { person: record.person.clone() };
         let solution = matrix.llt(Side::Lower).map_err(|_| singular())?.solve(&right);
         let moved = std::array::from_fn(|k| {

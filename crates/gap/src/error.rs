@@ -83,4 +83,7 @@ pub enum GapError {
         /// What the simulation said.
         source: SimulationError,
     },
+    /// The baseline errors could not be resampled.
+    #[error(transparent)]
+    Statistics(#[from] stats::StatsError),
 }

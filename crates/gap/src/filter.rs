@@ -29,8 +29,8 @@ impl Innovation {
 pub struct Filtered {
     /// The state after the step's reading, before the step's inputs.
     pub states: Vec<AugmentedState>,
-    /// Innovations of readings inside the sensor's range; `None` where a reading is missing or
-    /// censored.
+    /// Innovations of readings inside the sensor's range; `None` where a reading is missing,
+    /// interpolated or censored.
     pub innovations: Vec<Option<Innovation>>,
     /// The gains that were applied; `None` where the filter only predicted.
     pub gains: Vec<Option<Gain>>,
@@ -38,7 +38,7 @@ pub struct Filtered {
 
 /// Runs the filter.
 ///
-/// A missing reading is predicted through. A reading at an end of the sensor's range corrects the
+/// A missing or interpolated reading is predicted through. A reading at an end of the sensor's range corrects the
 /// state as if it were exact only where the expectation lies inside the range; beyond it, reading
 /// and expectation agree. Neither case gives an innovation.
 ///
@@ -130,7 +130,7 @@ fn check_length(record: &Observations) -> Result<(), GapError> {
 /// The difference that corrects the state, `None` where nothing is to be learnt.
 fn correction(reading: Reading, expected: f64) -> Option<f64> {
     match reading {
-        Reading::Missing => None,
+        Reading::Missing | Reading::Interpolated(_) => None,
         Reading::Within(glucose) => Some(glucose.0 - expected),
         Reading::Low => (expected > SENSOR_LOW.0).then_some(SENSOR_LOW.0 - expected),
         Reading::High => (expected < SENSOR_HIGH.0).then_some(SENSOR_HIGH.0 - expected),

@@ -1,6 +1,6 @@
 //! A person's record as the filter and the free runs read it.
 
-use cohort::{Channel, Person};
+use cohort::{Channel, Person, StraightLines};
 use physiology::{Context, Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +23,9 @@ pub enum Reading {
     Missing,
     /// A reading inside the sensor's range.
     Within(MgPerDl),
+    /// A value that the source drew between two readings: good enough to compare a free run with,
+    /// no news to a filter.
+    Interpolated(MgPerDl),
     /// A reading at or below [`SENSOR_LOW`]: glucose is known to be no higher.
     Low,
     /// A reading at or above [`SENSOR_HIGH`]: glucose is known to be no lower.
@@ -35,12 +38,20 @@ impl Reading {
     pub fn value(self) -> Option<f64> {
         match self {
             Self::Missing => None,
-            Self::Within(glucose) => Some(glucose.0),
+            Self::Within(glucose) | Self::Interpolated(glucose) => Some(glucose.0),
             Self::Low => Some(SENSOR_LOW.0),
             Self::High => Some(SENSOR_HIGH.0),
         }
     }
 }
+
+/// Share of CGM values on drawn lines above which they are taken for interpolated. Sensors that report
+/// whole mg/dL every five minutes put a few per cent on lines by chance.
+pub const INTERPOLATED_SHARE: f64 = 0.2;
+
+/// Most values on one drawn line that still stand for glucose: 25 min between two readings. Longer
+/// lines fill gaps and count as missing; sensors never draw eight values on one slope by chance.
+pub const LONGEST_INTERPOLATION: usize = 5;
 
 /// What a sensor would show for a glucose value: its range is [`SENSOR_LOW`] to [`SENSOR_HIGH`].
 #[must_use]
@@ -73,14 +84,17 @@ pub struct Observations {
     pub inputs: Vec<StepInput>,
     /// Whether basal, bolus and carbohydrate of the step were all recorded.
     pub doses_recorded: Vec<bool>,
+    /// Share of CGM values that lie strictly inside drawn lines; above [`INTERPOLATED_SHARE`] they
+    /// are marked [`Reading::Interpolated`].
+    pub interpolated_share: f64,
 }
 
 impl Observations {
     /// Takes a person's record apart.
     ///
     /// Steps without a dose on record are filled as [`MissingDosePolicy::HoldBasal`] says and marked
-    /// in [`doses_recorded`](Self::doses_recorded). A channel that is never recorded counts as
-    /// recorded where `assumed_absent` names it (a person who logs no basal because she injects).
+    /// in [`doses_recorded`](Self::doses_recorded). Where basal is never recorded (injections), steps
+    /// count as recorded without it.
     ///
     /// # Errors
     /// [`GapError::Value`] for a number that is not finite or a dose below zero.
@@ -123,12 +137,25 @@ impl Observations {
             });
             doses_recorded.push((rate.is_some() || injects) && bolus.is_some() && carbs.is_some());
         }
+        let mut readings: Vec<Reading> = record.cgm().iter().map(|v| reading(*v)).collect();
+        let lines = StraightLines::find(record.cgm());
+        for line in &lines.inside {
+            for reading in &mut readings[line.clone()] {
+                let drawn = reading.value().map(|value| Reading::Interpolated(MgPerDl(value)));
+                *reading = match drawn {
+                    _ if line.len() > LONGEST_INTERPOLATION => Reading::Missing,
+                    Some(drawn) if lines.share > INTERPOLATED_SHARE => drawn,
+                    _ => *reading,
+                };
+            }
+        }
         Ok(Self {
             person: person.id.clone(),
             weight: person.weight.unwrap_or(DEFAULT_WEIGHT),
-            readings: record.cgm().iter().map(|value| reading(*value)).collect(),
+            readings,
             inputs,
             doses_recorded,
+            interpolated_share: lines.share,
         })
     }
 
@@ -142,6 +169,17 @@ impl Observations {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.readings.is_empty()
+    }
+
+    /// Share of the steps at which a sensor read, or had read within the 10 min before: 1 for a sensor
+    /// that reads every five or every fifteen minutes without gaps.
+    #[must_use]
+    pub fn coverage(&self) -> f64 {
+        let reads = |r: &Reading| !matches!(r, Reading::Missing | Reading::Interpolated(_));
+        let covered = (0..self.len())
+            .filter(|k| self.readings[k.saturating_sub(2)..=*k].iter().any(reads))
+            .count();
+        if self.is_empty() { 0.0 } else { covered as f64 / self.len() as f64 }
     }
 
     /// Whether each step lies at least `memory` steps after the last unrecorded dose.
@@ -214,6 +252,30 @@ mod tests {
             [Reading::Low, Reading::Within(MgPerDl(120.0)), Reading::High, Reading::Missing];
         assert_eq!(found.readings, expected);
         assert_eq!(found.weight, DEFAULT_WEIGHT);
+    }
+
+    #[test]
+    fn values_drawn_between_readings_are_told_from_readings() {
+        let mut person = person(300);
+        let anchors: Vec<f64> = (0..101).map(|k| 120.0 + 30.0 * f64::from(k * k % 7)).collect();
+        for (step, value) in person.record.channel_mut(Channel::Cgm).iter_mut().enumerate() {
+            let (anchor, part) = (step / 3, (step % 3) as f64 / 3.0);
+            *value = Some(anchors[anchor] + part * (anchors[anchor + 1] - anchors[anchor]));
+        }
+        let found = Observations::from_person(&person).expect("a good record");
+        assert!(found.interpolated_share > 0.5, "{}", found.interpolated_share);
+        let drawn = |k: usize| matches!(found.readings[k], Reading::Interpolated(_));
+        assert!(drawn(1) && drawn(2) && !drawn(3) && drawn(4) && !drawn(6));
+        assert_eq!(found.readings[1].value(), person.record.cgm()[1]);
+        assert_eq!(found.coverage(), 1.0);
+        // A line of two hours fills a gap and is no data.
+        for step in 100..=124 {
+            person.record.channel_mut(Channel::Cgm)[step] =
+                Some(100.0 + 2.0 * (step as f64 - 100.0));
+        }
+        let found = Observations::from_person(&person).expect("a good record");
+        assert!((101..124).all(|k| found.readings[k] == Reading::Missing));
+        assert!((found.coverage() - (1.0 - 21.0 / 300.0)).abs() < 1e-12, "{}", found.coverage());
     }
 
     #[test]

@@ -4,13 +4,16 @@
 //! one step to the next. An autoregression of order two takes that out before innovations are
 //! averaged or used to calibrate, and Huber's weights keep single wild readings from deciding.
 
-/// An autoregression of order two, z_k = a1 z_(k-1) + a2 z_(k-2) + w_k.
+/// An autoregression of order two over entries `spacing` steps apart,
+/// z_k = a1 z_(k-s) + a2 z_(k-2s) + w_k.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Autoregression {
-    /// Coefficient of the step before.
+    /// Coefficient of the entry before.
     pub a1: f64,
-    /// Coefficient of the step before that.
+    /// Coefficient of the entry before that.
     pub a2: f64,
+    /// Steps between entries: 1 for a sensor that reads every five minutes, 3 for every fifteen.
+    pub spacing: usize,
 }
 
 /// Huber's threshold in standard deviations: 2.5 keeps 98 % of the efficiency on Gaussian noise.
@@ -20,39 +23,56 @@ const MAD_TO_SD: f64 = 1.4826;
 
 impl Autoregression {
     /// No correlation: whitening with it changes nothing.
-    pub const WHITE: Self = Self { a1: 0.0, a2: 0.0 };
+    pub const WHITE: Self = Self { a1: 0.0, a2: 0.0, spacing: 1 };
 
     /// Fits by the Yule-Walker equations.
     ///
-    /// `z` one entry a step; `None` (a missing or unscored step) contributes nothing. Lagged products
-    /// are summed over the pairs that exist, which is the autocovariance of the series with zeros in
-    /// its gaps; the fit is therefore always stationary. Returns [`Self::WHITE`] where fewer than
-    /// ten entries exist or all are zero.
+    /// `z` one entry a step; `None` (a missing or unscored step) contributes nothing. The spacing is
+    /// the commonest distance between entries. Lagged products are summed over the pairs that exist,
+    /// which is the autocovariance of the series with zeros in its gaps; the fit is therefore always
+    /// stationary. Coefficients are zero where fewer than ten entries exist or all are zero.
     #[must_use]
     pub fn fitted(z: &[Option<f64>]) -> Self {
+        let white = Self { spacing: commonest_spacing(z), ..Self::WHITE };
         if z.iter().flatten().count() < 10 {
-            return Self::WHITE;
+            return white;
         }
         let r0 = lagged_product(z, 0);
-        let (r1, r2) = (lagged_product(z, 1), lagged_product(z, 2));
+        let (r1, r2) = (lagged_product(z, white.spacing), lagged_product(z, 2 * white.spacing));
         let determinant = r0 * r0 - r1 * r1;
         if determinant <= f64::EPSILON * r0 * r0 {
-            return Self::WHITE;
+            return white;
         }
-        Self { a1: r1 * (r0 - r2) / determinant, a2: (r0 * r2 - r1 * r1) / determinant }
+        let (a1, a2) = (r1 * (r0 - r2) / determinant, (r0 * r2 - r1 * r1) / determinant);
+        Self { a1, a2, ..white }
     }
 
     /// The series with its predictable part removed; `None` where one of the three entries needed
-    /// is missing. The first two entries are `None`.
+    /// is missing.
     #[must_use]
     pub fn whitened(&self, z: &[Option<f64>]) -> Vec<Option<f64>> {
+        let earlier = |k: usize, entries: usize| {
+            k.checked_sub(entries * self.spacing).and_then(|earlier| z[earlier])
+        };
         (0..z.len())
-            .map(|k| {
-                let (before, earlier) = (*z.get(k.wrapping_sub(1))?, *z.get(k.wrapping_sub(2))?);
-                Some(z[k]? - self.a1 * before? - self.a2 * earlier?)
-            })
+            .map(|k| Some(z[k]? - self.a1 * earlier(k, 1)? - self.a2 * earlier(k, 2)?))
             .collect()
     }
+}
+
+/// The commonest distance between successive entries, at most an hour; 1 where there are none.
+fn commonest_spacing(z: &[Option<f64>]) -> usize {
+    let mut counts = [0usize; 13];
+    let mut last = None;
+    for (k, _) in z.iter().enumerate().filter(|(_, value)| value.is_some()) {
+        if let Some(distance) = last.map(|last| k - last)
+            && distance < counts.len()
+        {
+            counts[distance] += 1;
+        }
+        last = Some(k);
+    }
+    (1..counts.len()).rev().max_by_key(|distance| counts[*distance]).unwrap_or(1)
 }
 
 fn lagged_product(z: &[Option<f64>], lag: usize) -> f64 {
@@ -124,9 +144,26 @@ mod tests {
     fn a_gap_costs_the_entries_that_need_it_and_no_others() {
         let mut z = autoregressive(0.5, 0.1, 100);
         z[50] = None;
-        let w = Autoregression { a1: 0.5, a2: 0.1 }.whitened(&z);
+        let w = Autoregression { a1: 0.5, a2: 0.1, spacing: 1 }.whitened(&z);
         assert!(w[50..53].iter().all(Option::is_none));
         assert!(w[49].is_some() && w[53].is_some());
+    }
+
+    #[test]
+    fn a_sensor_that_reads_every_fifteen_minutes_is_whitened_over_its_readings() {
+        let dense = autoregressive(0.6, 0.2, 6_000);
+        let mut z = vec![None; 3 * dense.len()];
+        for (k, value) in dense.iter().enumerate() {
+            z[3 * k + 1] = *value;
+        }
+        let fit = Autoregression::fitted(&z);
+        assert_eq!(fit.spacing, 3);
+        let direct = Autoregression::fitted(&dense);
+        assert_eq!((fit.a1, fit.a2), (direct.a1, direct.a2));
+        let whitened: Vec<f64> = fit.whitened(&z).into_iter().flatten().collect();
+        let directly: Vec<f64> = direct.whitened(&dense).into_iter().flatten().collect();
+        assert_eq!(whitened, directly);
+        assert_eq!(Autoregression::fitted(&[None, None]).spacing, 1);
     }
 
     #[test]

@@ -1,0 +1,301 @@
+//! The diagnosis of a cohort.
+
+use cohort::Cohort;
+use rayon::prelude::*;
+use stats::{Bootstrap, ReplicateMatrix};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::config::DiagnosisConfig;
+use crate::diagnosis::{
+    CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, SCHEMA, Stage, Verdict,
+    WithInterval,
+};
+use crate::error::GapError;
+use crate::localisation::{CellEstimate, DayCells, of_each_person, over_people};
+use crate::person::{
+    HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
+};
+
+/// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss?
+///
+/// People are analysed in parallel; the result depends on `seed` and not on the number of threads.
+///
+/// # Errors
+/// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::Value`] for data that cannot be;
+/// [`GapError::NobodyLeft`] if every person had to be excluded.
+pub fn diagnose(
+    cohort: &Cohort,
+    config: &DiagnosisConfig,
+    seed: u64,
+) -> Result<Diagnosis, GapError> {
+    diagnose_with_progress(cohort, config, seed, &|_, _| {})
+}
+
+/// As [`diagnose`]; `progress` is told (people done, people) after each person, from any thread.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with_progress(
+    cohort: &Cohort,
+    config: &DiagnosisConfig,
+    seed: u64,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Diagnosis, GapError> {
+    let config = config.clone().validated()?;
+    if cohort.people.is_empty() {
+        return Err(GapError::EmptyCohort);
+    }
+    let done = AtomicUsize::new(0);
+    let outcomes: Vec<PersonOutcome> = cohort
+        .people
+        .par_iter()
+        .map(|person| {
+            let outcome = analyse(person, &config);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, cohort.people.len());
+            outcome
+        })
+        .collect::<Result<_, _>>()?;
+
+    let included: Vec<(&str, &PersonAnalysis)> = outcomes
+        .iter()
+        .filter_map(|o| Some((o.summary.person_id.as_str(), o.analysis.as_ref()?)))
+        .collect();
+    if included.is_empty() {
+        let first = &outcomes[0].summary;
+        return Err(GapError::NobodyLeft {
+            people: outcomes.len(),
+            person: first.person_id.clone(),
+            reason: first.excluded.clone().unwrap_or_default(),
+        });
+    }
+    let gaps = gaps(&included, &config, seed);
+    let found = gaps.iter().any(|gap| significant(gap, config.localisation.error_rate));
+    let baseline = baseline(&included, &config, seed)?;
+    Ok(Diagnosis {
+        schema: SCHEMA.to_owned(),
+        stage: Stage::Where,
+        verdict: if found { Verdict::Unknown } else { Verdict::None },
+        effects: Vec::new(),
+        candidates: Vec::new(),
+        ports: Vec::new(),
+        cells: gaps,
+        how_far: HowFar::default(),
+        baseline,
+        data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
+        people: outcomes.into_iter().map(|o| o.summary).collect(),
+        plant: "ode".to_owned(),
+        seed,
+        config,
+    })
+}
+
+fn significant(gap: &CellGap, error_rate: f64) -> bool {
+    gap.p_adjusted <= error_rate
+        || gap.innovation.is_some_and(|innovation| innovation.p_adjusted <= error_rate)
+}
+
+/// Streams of the two families and of the baseline, so that none reuses another's draws.
+const COHORT_FAMILY: u64 = 1;
+const PERSON_FAMILY: u64 = 2;
+const BASELINE: u64 = 3;
+
+fn derived(seed: u64, purpose: u64) -> u64 {
+    seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(purpose)
+}
+
+/// The cells, largest share of the gap first.
+///
+/// Two families share the error rate equally: cells of the cohort in both layers, and people.
+/// Adjusted p-values are doubled accordingly (Bonferroni over the two).
+fn gaps(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig, seed: u64) -> Vec<CellGap> {
+    let rule = &config.localisation;
+    let half = 0.5 * rule.error_rate;
+    let list = cells(config);
+    let both: Vec<Vec<DayCells>> = included
+        .iter()
+        .map(|(_, a)| a.free_runs.iter().zip(&a.innovations).map(joined).collect())
+        .collect();
+    let estimates = over_people(&both, rule, half, derived(seed, COHORT_FAMILY));
+    let minutes =
+        |horizon: usize| u32::try_from(5 * config.free_run.horizons[horizon]).unwrap_or(u32::MAX);
+    let shares = Shares::of(included, config);
+    let mut gaps = Vec::new();
+    for (place, cell) in list.iter().enumerate() {
+        let Some(free) = &estimates[place] else { continue };
+        let innovation =
+            (place < HORIZONS).then(|| estimates[list.len() + place]).flatten().map(|i| {
+                InnovationGap {
+                    mean_sd: i.mean,
+                    lower: i.lower,
+                    upper: i.upper,
+                    p_adjusted: (2.0 * i.p_adjusted).min(1.0),
+                }
+            });
+        let weight = shares.of_cell(included, place, cell.horizon);
+        gaps.push(CellGap {
+            innovation,
+            ..gap(cell.factor, cell.level.clone(), free, weight, minutes(cell.horizon))
+        });
+    }
+    let main = main_horizon(config);
+    let alone: Vec<Vec<DayCells>> = included.iter().map(|(_, a)| a.free_runs.clone()).collect();
+    let people = of_each_person(&alone, HORIZONS + main, rule, half, derived(seed, PERSON_FAMILY));
+    for ((id, _), estimate) in included.iter().zip(&people) {
+        let Some(estimate) = estimate else { continue };
+        let weight = shares.of_person(included.len(), main);
+        gaps.push(gap(CellFactor::Person, (*id).to_owned(), estimate, weight, minutes(main)));
+    }
+    gaps.sort_by(|a, b| b.share_of_gap.total_cmp(&a.share_of_gap));
+    gaps
+}
+
+/// `weight` is the cell's share of runs over the mean squared error.
+fn gap(
+    factor: CellFactor,
+    level: String,
+    estimate: &CellEstimate,
+    weight: f64,
+    horizon_minutes: u32,
+) -> CellGap {
+    CellGap {
+        factor,
+        level,
+        mean_error_mg_dl: estimate.mean,
+        lower: estimate.lower,
+        upper: estimate.upper,
+        p_adjusted: (2.0 * estimate.p_adjusted).min(1.0),
+        share_of_gap: (weight * estimate.mean * estimate.mean).min(1.0),
+        horizon_minutes,
+        people: estimate.people,
+        runs: estimate.errors,
+        innovation: None,
+    }
+}
+
+/// Both layers of a day side by side.
+fn joined((free, innovations): (&DayCells, &DayCells)) -> DayCells {
+    let join = |a: &[f64], b: &[f64]| a.iter().chain(b).copied().collect();
+    DayCells {
+        counts: join(&free.counts, &innovations.counts),
+        sums: join(&free.sums, &innovations.sums),
+    }
+}
+
+/// Mean squared errors by horizon, from which shares of the gap are taken.
+struct Shares {
+    mean_squares: Vec<f64>,
+}
+
+impl Shares {
+    fn of(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig) -> Self {
+        let mean_squares = (0..config.free_run.horizons.len())
+            .map(|horizon| {
+                mean_over_people(included, |a| {
+                    let total = total(a.horizons.iter(), horizon);
+                    (total.runs > 0.0).then(|| total.squares / total.runs)
+                })
+            })
+            .collect();
+        Self { mean_squares }
+    }
+
+    fn over(&self, share: f64, horizon: usize) -> f64 {
+        if self.mean_squares[horizon] > 0.0 { share / self.mean_squares[horizon] } else { 0.0 }
+    }
+
+    fn of_cell(&self, included: &[(&str, &PersonAnalysis)], place: usize, horizon: usize) -> f64 {
+        let share = mean_over_people(included, |a| {
+            let all = total(a.horizons.iter(), horizon).runs;
+            let inside: f64 = a.free_runs.iter().map(|day| day.counts[place]).sum();
+            (all > 0.0).then(|| inside / all)
+        });
+        self.over(share, horizon)
+    }
+
+    fn of_person(&self, people: usize, horizon: usize) -> f64 {
+        self.over(1.0 / people as f64, horizon)
+    }
+}
+
+fn mean_over_people(
+    included: &[(&str, &PersonAnalysis)],
+    value: impl Fn(&PersonAnalysis) -> Option<f64>,
+) -> f64 {
+    let values: Vec<f64> = included.iter().filter_map(|(_, a)| value(a)).collect();
+    if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+}
+
+fn total<'a>(days: impl Iterator<Item = &'a Vec<HorizonSums>>, horizon: usize) -> HorizonSums {
+    days.fold(HorizonSums::default(), |sum, day| HorizonSums {
+        runs: sum.runs + day[horizon].runs,
+        errors: sum.errors + day[horizon].errors,
+        sizes: sum.sizes + day[horizon].sizes,
+        squares: sum.squares + day[horizon].squares,
+    })
+}
+
+/// Mean absolute error, root mean squared error and bias of a horizon; zeros where nobody drawn has
+/// a run.
+fn horizon_statistics(people: &[Vec<&Vec<HorizonSums>>], horizon: usize) -> Vec<f64> {
+    let (mut n, mut sizes, mut squares, mut errors) = (0.0, 0.0, 0.0, 0.0);
+    for person in people {
+        let sum = total(person.iter().copied(), horizon);
+        if sum.runs > 0.0 {
+            n += 1.0;
+            sizes += sum.sizes / sum.runs;
+            squares += sum.squares / sum.runs;
+            errors += sum.errors / sum.runs;
+        }
+    }
+    let n = f64::max(n, 1.0);
+    vec![sizes / n, (squares / n).sqrt(), errors / n]
+}
+
+/// Errors by horizon with 95 % intervals over people and days; over days alone for a single person.
+fn baseline(
+    included: &[(&str, &PersonAnalysis)],
+    config: &DiagnosisConfig,
+    seed: u64,
+) -> Result<Vec<HorizonError>, GapError> {
+    let plan = Bootstrap {
+        replicates: config.localisation.replicates,
+        level: 0.95,
+        seed: derived(seed, BASELINE),
+    };
+    let block = NonZeroUsize::new(config.localisation.block_days).unwrap_or(NonZeroUsize::MIN);
+    let mut found = Vec::new();
+    for (horizon, steps) in config.free_run.horizons.iter().enumerate() {
+        // Days without a run would make an empty statistic when drawn alone.
+        let people: Vec<Vec<Vec<HorizonSums>>> = included
+            .iter()
+            .map(|(_, a)| a.horizons.iter().filter(|d| d[horizon].runs > 0.0).cloned().collect())
+            .filter(|days: &Vec<_>| !days.is_empty())
+            .collect();
+        let matrix: ReplicateMatrix = match people.as_slice() {
+            [] => continue,
+            [days] if days.len() < 2 => continue,
+            [days] => {
+                plan.people_matrix(days, |drawn| horizon_statistics(&[drawn.to_vec()], horizon))?
+            }
+            people => plan.people_and_days_matrix(people, block, |drawn| {
+                horizon_statistics(drawn, horizon)
+            })?,
+        };
+        let of = |place| -> Result<WithInterval, GapError> {
+            let estimate = matrix.estimate(place, 0.95)?;
+            let interval = estimate.percentile;
+            Ok(WithInterval { value: estimate.value, lower: interval.lower, upper: interval.upper })
+        };
+        let runs: f64 = people.iter().flatten().map(|day| day[horizon].runs).sum();
+        found.push(HorizonError {
+            minutes: u32::try_from(5 * steps).unwrap_or(u32::MAX),
+            mae: of(0)?,
+            rmse: of(1)?,
+            bias: of(2)?,
+            people: people.len(),
+            runs: runs as usize,
+        });
+    }
+    Ok(found)
+}

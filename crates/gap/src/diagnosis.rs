@@ -1,0 +1,307 @@
+//! The diagnosis as it is written: `diagnosis.json`, schema `diagnosis/1`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::calibration::Factor;
+use crate::config::DiagnosisConfig;
+
+/// Value of [`Diagnosis::schema`].
+pub const SCHEMA: &str = "diagnosis/1";
+
+/// A diagnosis of one plant on one cohort.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// How far the diagnosis went.
+    pub stage: Stage,
+    /// The answer.
+    pub verdict: Verdict,
+    /// Effects found, in the order in which the data were conditioned on them.
+    pub effects: Vec<FoundEffect>,
+    /// Every effect that was tried.
+    pub candidates: Vec<CandidateEffect>,
+    /// Evidence by place in the equations.
+    pub ports: Vec<PortEvidence>,
+    /// The gap by situation, largest share first.
+    #[serde(rename = "where")]
+    pub cells: Vec<CellGap>,
+    /// What adding the effects changes.
+    pub how_far: HowFar,
+    /// Errors of the calibrated plant, one entry a horizon.
+    pub baseline: Vec<HorizonError>,
+    /// What is doubtful about the data, by person.
+    pub data_quality: Vec<DataQualityFinding>,
+    /// Every person of the cohort, in its order.
+    pub people: Vec<PersonSummary>,
+    /// The plant that was diagnosed.
+    pub plant: String,
+    /// The seed of all resampling.
+    pub seed: u64,
+    /// The settings.
+    pub config: DiagnosisConfig,
+}
+
+/// How far a diagnosis went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// The gap was measured and located in context; no effect was named.
+    Where,
+}
+
+/// The answer of a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// No situation shows a gap that the family-wise error rate allows to claim.
+    None,
+    /// At least one named effect was found.
+    Effect,
+    /// There is a gap, and nothing that was tried explains it (at [`Stage::Where`]: nothing was
+    /// tried).
+    Unknown,
+}
+
+/// A number with the ends of its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct WithInterval {
+    /// The estimate.
+    pub value: f64,
+    /// Lower end.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+}
+
+/// An effect that was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FoundEffect {
+    /// The effect's name.
+    pub effect: String,
+    /// Where it enters.
+    pub port: String,
+    /// Held-out evidence, nats.
+    pub gain_nats: f64,
+    /// Probability among the candidates.
+    pub probability: f64,
+    /// Amplitude; 1 is the published size.
+    pub amplitude: WithInterval,
+    /// Effects that the data cannot tell from it.
+    pub confusable_with: Vec<String>,
+}
+
+/// An effect that was tried.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CandidateEffect {
+    /// The effect's name.
+    pub effect: String,
+    /// Held-out evidence, nats.
+    pub gain_nats: f64,
+    /// Probability among the candidates.
+    pub probability: f64,
+}
+
+/// Evidence that something is missing at a port.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PortEvidence {
+    /// The port's name.
+    pub port: String,
+    /// Held-out evidence, nats.
+    pub gain_nats: f64,
+    /// Probability among the ports.
+    pub probability: f64,
+}
+
+/// By what a cell of `where` is set apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CellFactor {
+    /// Part of the day, `HH-HH`.
+    Hour,
+    /// A [`Situation`](crate::context::Situation).
+    Context,
+    /// Filtered glucose, mg/dL.
+    GlucoseBand,
+    /// One person.
+    Person,
+    /// Length of the free run, min.
+    Horizon,
+}
+
+/// The gap in one cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CellGap {
+    /// By what the cell is set apart.
+    pub factor: CellFactor,
+    /// Which part of it this is.
+    pub level: String,
+    /// Mean error of free runs, observed minus predicted, mg/dL: positive where the plant
+    /// under-predicts glucose. Runs of the horizon in
+    /// [`LocalisationRule::horizon`](crate::LocalisationRule), except for `horizon` cells, which have
+    /// their own. The mean over people of each person's mean.
+    pub mean_error_mg_dl: f64,
+    /// Lower end of the simultaneous interval.
+    pub lower: f64,
+    /// Upper end of the simultaneous interval.
+    pub upper: f64,
+    /// p-value adjusted for every cell and both layers.
+    pub p_adjusted: f64,
+    /// Share of the mean squared free-run error that the cell's mean error accounts for: share of the
+    /// runs that lie in the cell times the squared mean error over the mean squared error. Shares of
+    /// cells that overlap do not add up.
+    pub share_of_gap: f64,
+    /// Length of the free runs, min.
+    pub horizon_minutes: u32,
+    /// People who contribute.
+    pub people: usize,
+    /// Free runs that contribute.
+    pub runs: usize,
+    /// The other layer: one-step errors of the filter. `None` for persons and horizons.
+    pub innovation: Option<InnovationGap>,
+}
+
+/// Mean whitened innovation of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct InnovationGap {
+    /// Mean, in standard deviations of a whitened innovation; positive where the filter
+    /// under-predicts.
+    pub mean_sd: f64,
+    /// Lower end of the simultaneous interval.
+    pub lower: f64,
+    /// Upper end of the simultaneous interval.
+    pub upper: f64,
+    /// p-value adjusted for every cell and both layers.
+    pub p_adjusted: f64,
+}
+
+/// What adding the effects found changes; empty at [`Stage::Where`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct HowFar {
+    /// Held-out errors before and after.
+    pub horizons: Vec<HorizonChange>,
+    /// Outcomes before and after.
+    pub outcomes: Vec<OutcomeChange>,
+}
+
+/// Held-out error at one horizon before and after the effects are added.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HorizonChange {
+    /// Horizon, min.
+    pub minutes: u32,
+    /// Mean absolute error before, mg/dL.
+    pub mae_before: f64,
+    /// Mean absolute error after, mg/dL.
+    pub mae_after: f64,
+    /// After minus before, mg/dL.
+    pub difference: WithInterval,
+}
+
+/// Equivalence of one outcome before and after the effects are added.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutcomeChange {
+    /// The outcome.
+    pub metric: String,
+    /// Equivalence margin, in the outcome's unit.
+    pub margin: f64,
+    /// TOST p before.
+    pub p_before: f64,
+    /// TOST p after.
+    pub p_after: f64,
+}
+
+/// Errors of the calibrated plant at one horizon, with person-level 95 % intervals.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HorizonError {
+    /// Horizon, min.
+    pub minutes: u32,
+    /// Mean absolute error, mg/dL: mean over people.
+    pub mae: WithInterval,
+    /// Root of the mean over people of each person's mean squared error, mg/dL.
+    pub rmse: WithInterval,
+    /// Mean error, observed minus predicted, mg/dL: mean over people.
+    pub bias: WithInterval,
+    /// People who contribute.
+    pub people: usize,
+    /// Free runs that contribute.
+    pub runs: usize,
+}
+
+/// Something doubtful about a person's data.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DataQualityFinding {
+    /// The check's name, e.g. `missing_channel`.
+    pub check: String,
+    /// The person.
+    pub person_id: String,
+    /// What was found.
+    pub finding: String,
+    /// A number that goes with it.
+    pub estimate: Option<FindingEstimate>,
+}
+
+/// The number of a finding.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FindingEstimate {
+    /// The estimate.
+    pub value: f64,
+    /// Lower end of its interval.
+    pub lower: f64,
+    /// Upper end of its interval.
+    pub upper: f64,
+    /// Unit.
+    pub unit: String,
+}
+
+/// One person of the cohort.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PersonSummary {
+    /// The person.
+    pub person_id: String,
+    /// Whole days of record.
+    pub days: usize,
+    /// Why the person is excluded; `None` for one who was diagnosed.
+    pub excluded: Option<String>,
+    /// The person's calibration; `None` for one who is excluded.
+    pub calibration: Option<CalibrationSummary>,
+}
+
+/// A person's calibration in brief.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibrationSummary {
+    /// Factors on the population parameters.
+    pub factors: Vec<FactorEstimate>,
+    /// Whether the iteration met its tolerance.
+    pub converged: bool,
+    /// Iterations made.
+    pub iterations: usize,
+    /// Standard deviation of the whitened normalised innovations: above 1 where the filter trusts
+    /// plant and sensor too much.
+    pub innovation_sd: f64,
+    /// Coefficients of the autoregression that whitens them.
+    pub autoregression: [f64; 2],
+    /// Free runs that were scored, over all horizons.
+    pub runs: usize,
+    /// Readings at an end of the sensor's range (40 or 400 mg/dL), which are not scored as
+    /// innovations.
+    pub censored_readings: usize,
+    /// Steps with a dose that is not on record.
+    pub unrecorded_doses: usize,
+    /// Body weight used, kg.
+    pub weight_kg: f64,
+    /// Whether that weight is an assumption.
+    pub weight_assumed: bool,
+}
+
+/// One calibrated factor.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FactorEstimate {
+    /// Which parameter.
+    pub factor: Factor,
+    /// The factor on the population value.
+    pub value: f64,
+    /// Posterior standard deviation of its logarithm.
+    pub log_sd: f64,
+    /// Whether it ended at the bound of the calibration.
+    pub at_bound: bool,
+}

@@ -1,0 +1,297 @@
+//! The analysis of one person: filter, calibration, free runs, errors by cell.
+
+use cohort::{Channel, Person};
+use ode_sim::OdeParameters;
+use physiology::{Plant, STEPS_PER_DAY};
+
+use crate::calibration::{Calibration, Factor, calibrate};
+use crate::config::DiagnosisConfig;
+use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
+use crate::diagnosis::{
+    CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, FindingEstimate,
+    PersonSummary,
+};
+use crate::error::GapError;
+use crate::free_run::{Start, free_run_errors};
+use crate::localisation::DayCells;
+use crate::observations::{INTERPOLATED_SHARE, MissingDosePolicy, Observations, Reading};
+
+/// A cell of `where`, persons aside.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Cell {
+    pub(crate) factor: CellFactor,
+    pub(crate) level: String,
+    /// Place of the horizon whose free runs it averages.
+    pub(crate) horizon: usize,
+}
+
+/// Place of the first situation among the cells.
+const SITUATIONS: usize = HOURS.len();
+/// Place of the first glucose band among the cells.
+const GLUCOSE: usize = SITUATIONS + Situation::ALL.len();
+/// Place of the first horizon among the cells; those before it exist in both layers.
+pub(crate) const HORIZONS: usize = GLUCOSE + BANDS.len();
+
+/// The cells of a diagnosis: hours, situations, bands, horizons.
+pub(crate) fn cells(config: &DiagnosisConfig) -> Vec<Cell> {
+    let rule = &config.free_run;
+    let main = main_horizon(config);
+    let of = |factor, level: &str, horizon| Cell { factor, level: level.to_owned(), horizon };
+    let hours = HOURS.iter().map(|(_, _, level)| of(CellFactor::Hour, level, main));
+    let situations = Situation::ALL.iter().map(|s| of(CellFactor::Context, s.name(), main));
+    let bands = BANDS.iter().map(|level| of(CellFactor::GlucoseBand, level, main));
+    let horizons = rule
+        .horizons
+        .iter()
+        .enumerate()
+        .map(|(place, steps)| of(CellFactor::Horizon, &format!("{}", 5 * steps), place));
+    hours.chain(situations).chain(bands).chain(horizons).collect()
+}
+
+/// Place of the horizon that the cells use.
+pub(crate) fn main_horizon(config: &DiagnosisConfig) -> usize {
+    let wanted = config.localisation.horizon;
+    config.free_run.horizons.iter().position(|h| *h == wanted).unwrap_or(0)
+}
+
+/// Sums of errors of one day at one horizon.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct HorizonSums {
+    pub(crate) runs: f64,
+    pub(crate) errors: f64,
+    pub(crate) sizes: f64,
+    pub(crate) squares: f64,
+}
+
+/// Everything that a person contributes to the cohort's diagnosis.
+#[derive(Debug, Clone)]
+pub(crate) struct PersonAnalysis {
+    /// Free-run errors by day and cell.
+    pub(crate) free_runs: Vec<DayCells>,
+    /// Whitened innovations by day and cell; the horizon cells stay empty.
+    pub(crate) innovations: Vec<DayCells>,
+    /// Sums by day and horizon.
+    pub(crate) horizons: Vec<Vec<HorizonSums>>,
+    pub(crate) summary: CalibrationSummary,
+}
+
+/// What becomes of a person: an analysis or an exclusion with its reason.
+pub(crate) struct PersonOutcome {
+    pub(crate) summary: PersonSummary,
+    pub(crate) findings: Vec<DataQualityFinding>,
+    pub(crate) analysis: Option<PersonAnalysis>,
+}
+
+/// Analyses one person.
+///
+/// # Errors
+/// [`GapError::Value`] for data that cannot be. A person whose filter, calibration or free runs fail
+/// is excluded instead.
+pub(crate) fn analyse(
+    person: &Person,
+    config: &DiagnosisConfig,
+) -> Result<PersonOutcome, GapError> {
+    let observations = Observations::from_person(person)?;
+    let mut findings = missing_channels(person);
+    findings.extend(interpolated_cgm(&observations));
+    let days = person.record.len() / STEPS_PER_DAY;
+    let (excluded, analysis) = match reason_to_exclude(person, &observations, config) {
+        Some(reason) => (Some(reason), None),
+        None => match errors_of(person, &observations, config) {
+            Ok(analysis) if analysis.summary.runs == 0 => {
+                (Some("no free run could be scored".to_owned()), None)
+            }
+            Ok(analysis) => (None, Some(analysis)),
+            Err(error) => (Some(error.to_string()), None),
+        },
+    };
+    let calibration = analysis.as_ref().map(|a| a.summary.clone());
+    let summary = PersonSummary { person_id: person.id.clone(), days, excluded, calibration };
+    Ok(PersonOutcome { summary, findings, analysis })
+}
+
+fn missing_channels(person: &Person) -> Vec<DataQualityFinding> {
+    let record = &person.record;
+    let never = |channel| record.channel(channel).iter().all(Option::is_none);
+    let mut missing = Vec::new();
+    if never(Channel::Basal) && never(Channel::Bolus) {
+        missing.push("no insulin on record".to_owned());
+    } else if never(Channel::Basal) {
+        missing.push("no basal insulin on record; boluses alone are used".to_owned());
+    }
+    for (channel, name) in [
+        (Channel::Cgm, "CGM"),
+        (Channel::Carbs, "carbohydrate"),
+        (Channel::HeartRate, "heart rate"),
+        (Channel::SleepEfficiency, "sleep"),
+        (Channel::SetChange, "infusion set changes"),
+    ] {
+        if never(channel) {
+            missing.push(format!("no {name} on record"));
+        }
+    }
+    if person.weight.is_none() {
+        let assumed = crate::observations::DEFAULT_WEIGHT;
+        missing.push(format!("no body weight on record; {assumed} assumed"));
+    }
+    missing
+        .into_iter()
+        .map(|finding| DataQualityFinding {
+            check: "missing_channel".to_owned(),
+            person_id: person.id.clone(),
+            finding,
+            estimate: None,
+        })
+        .collect()
+}
+
+fn interpolated_cgm(observations: &Observations) -> Option<DataQualityFinding> {
+    let share = observations.interpolated_share;
+    (share > INTERPOLATED_SHARE).then(|| DataQualityFinding {
+        check: "interpolated_cgm".to_owned(),
+        person_id: observations.person.clone(),
+        finding: "CGM values lie on straight lines between readings; the filter uses the readings \
+                  alone"
+            .to_owned(),
+        estimate: Some(FindingEstimate {
+            value: 100.0 * share,
+            lower: 100.0 * share,
+            upper: 100.0 * share,
+            unit: "% of values".to_owned(),
+        }),
+    })
+}
+
+fn reason_to_exclude(
+    person: &Person,
+    observations: &Observations,
+    config: &DiagnosisConfig,
+) -> Option<String> {
+    let rule = &config.inclusion;
+    let days = person.record.len() / STEPS_PER_DAY;
+    if days < rule.fewest_days {
+        return Some(format!("{days} whole days of record, fewer than {}", rule.fewest_days));
+    }
+    let coverage = observations.coverage();
+    if coverage < rule.least_cgm_share {
+        let (found, least) = (100.0 * coverage, 100.0 * rule.least_cgm_share);
+        return Some(format!(
+            "CGM readings cover {found:.0} % of the steps, less than {least:.0} %"
+        ));
+    }
+    if !observations.inputs.iter().any(|input| input.insulin().0 > 0.0) {
+        return Some("no insulin on record".to_owned());
+    }
+    if !observations.inputs.iter().any(|input| input.carbs.0 > 0.0) {
+        return Some("no carbohydrate on record".to_owned());
+    }
+    let unrecorded = observations.doses_recorded.iter().filter(|recorded| !**recorded).count();
+    if config.missing_doses == MissingDosePolicy::ExcludePerson && unrecorded > 0 {
+        return Some(format!("{unrecorded} steps with a dose that is not on record"));
+    }
+    None
+}
+
+fn errors_of(
+    person: &Person,
+    observations: &Observations,
+    config: &DiagnosisConfig,
+) -> Result<PersonAnalysis, GapError> {
+    let calibration = calibrate(
+        &OdeParameters::nominal(),
+        config.production.into(),
+        &config.noise,
+        observations,
+        &config.calibration,
+    )?;
+    let plant = calibration.model.plant();
+    let states = &calibration.filtered.states;
+    let glucose: Vec<f64> = states.iter().map(|state| plant.glucose(&state.body).0).collect();
+    let situations = Situations::of(person, &glucose);
+    let errors =
+        free_run_errors(plant, observations, &config.free_run, config.noise.lag_decay(), |step| {
+            Start { state: states[step].body, interstitial: states[step].interstitial }
+        })?;
+
+    let record = &person.record;
+    let last_day = record.day_index(record.len().saturating_sub(1));
+    let count = cells(config).len();
+    let main = main_horizon(config);
+    let half = config.localisation.horizon / 2;
+    let mut free_runs = vec![DayCells::empty(count); last_day + 1];
+    let mut innovations = free_runs.clone();
+    let horizons = config.free_run.horizons.len();
+    let mut sums = vec![vec![HorizonSums::default(); horizons]; last_day + 1];
+    for error in &errors {
+        let day = record.day_index(error.start);
+        free_runs[day].add(HORIZONS + error.horizon, error.error);
+        if error.horizon == main {
+            let hour = u32::from(record.hour(error.start + half));
+            mark(&mut free_runs[day], &situations, error.start, hour, &glucose, error.error);
+        }
+        let sum = &mut sums[day][error.horizon];
+        sum.runs += 1.0;
+        sum.errors += error.error;
+        sum.sizes += error.error.abs();
+        sum.squares += error.error * error.error;
+    }
+    // An innovation belongs to the step before its reading: that is what was known.
+    for (step, whitened) in calibration.whitened.iter().enumerate().skip(1) {
+        if let Some(value) = whitened {
+            let day = record.day_index(step - 1);
+            let hour = u32::from(record.hour(step));
+            mark(&mut innovations[day], &situations, step - 1, hour, &glucose, *value);
+        }
+    }
+    let summary = summary(person, observations, &calibration, errors.len());
+    Ok(PersonAnalysis { free_runs, innovations, horizons: sums, summary })
+}
+
+/// Counts an error in every cell that holds at `step`.
+fn mark(
+    day: &mut DayCells,
+    situations: &Situations,
+    step: usize,
+    hour: u32,
+    glucose: &[f64],
+    error: f64,
+) {
+    day.add(part_of_day(hour), error);
+    for (place, situation) in Situation::ALL.into_iter().enumerate() {
+        if situations.holds(situation, step) {
+            day.add(SITUATIONS + place, error);
+        }
+    }
+    day.add(GLUCOSE + band(glucose[step]), error);
+}
+
+fn summary(
+    person: &Person,
+    observations: &Observations,
+    calibration: &Calibration,
+    runs: usize,
+) -> CalibrationSummary {
+    let factors = Factor::ALL
+        .into_iter()
+        .zip(calibration.sd)
+        .map(|(factor, log_sd)| FactorEstimate {
+            factor,
+            value: calibration.factors.get(factor).exp(),
+            log_sd,
+            at_bound: calibration.at_bound.contains(&factor),
+        })
+        .collect();
+    let readings = observations.readings.iter();
+    CalibrationSummary {
+        factors,
+        converged: calibration.converged,
+        iterations: calibration.iterations,
+        innovation_sd: calibration.scale,
+        autoregression: [calibration.autoregression.a1, calibration.autoregression.a2],
+        runs,
+        censored_readings: readings.filter(|r| matches!(r, Reading::Low | Reading::High)).count(),
+        unrecorded_doses: observations.doses_recorded.iter().filter(|r| !**r).count(),
+        weight_kg: observations.weight.0,
+        weight_assumed: person.weight.is_none(),
+    }
+}

@@ -1,0 +1,7 @@
+//! End-to-end tests on people made here with the ODE plant, and on open data.
+
+mod calibration;
+mod filter;
+mod hupa;
+mod localisation;
+mod synthetic;
