@@ -2,7 +2,7 @@
 //! bolus timings, doses and starts.
 //!
 //! Paper, section on the development dataset: 323,400 days; daily meals
-//! ([`MealDay`](crate::meal_day::MealDay)); boluses by the 1700 rule at the meal or 5 to 45 min
+//! ([`MealDay`]); boluses by the 1700 rule at the meal or 5 to 45 min
 //! late, under- and over-dosed; five initial glucose values N(156, 45) for each meal scenario;
 //! further weeks with more than 20 % of the time below 70 mg/dL or more than 40 % above 250 mg/dL;
 //! split 60/20/20 so that no daily meal scenario lies in two subsets.
@@ -217,8 +217,8 @@ impl DevelopmentSet {
     /// subset.
     ///
     /// # Errors
-    /// [`OdeError::Argument`] for a plan too small for the split, without weeks, with a delay beyond
-    /// a day, or with a dose factor that is negative or not finite.
+    /// [`OdeError::Argument`] for a plan too small for the split, without weeks, with a delay
+    /// beyond a day, or with a dose factor that is negative or not finite.
     pub fn new(plan: DevelopmentPlan) -> Result<Self, OdeError> {
         check(&plan)?;
         let parameters = OdeParameters::nominal();

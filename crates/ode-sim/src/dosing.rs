@@ -1,4 +1,5 @@
-//! Rules by which doses are set: total daily insulin, insulin-to-carbohydrate ratio, bolus calculator.
+//! Rules by which doses are set: total daily insulin, insulin-to-carbohydrate ratio, bolus
+//! calculator.
 
 use physiology::{Grams, GramsPerUnit, MgPerDl, Units, UnitsPerHour};
 
@@ -94,9 +95,13 @@ impl BolusCalculator {
     #[must_use]
     pub fn bolus(&self, carbs: Grams, glucose: MgPerDl, on_board: Units) -> Units {
         let correction = self.correction.map_or(0.0, |c| (glucose.0 - c.target.0) / c.factor);
-        let correction =
-            if correction > 0.0 { (correction - on_board.0).max(0.0) } else { correction };
-        Units((self.meal_bolus(carbs).0 + correction).max(0.0))
+        let correction = match correction - on_board.0 {
+            _ if correction <= 0.0 => correction,
+            left if left < 0.0 => 0.0,
+            left => left,
+        };
+        let bolus = self.meal_bolus(carbs).0 + correction;
+        Units(if bolus < 0.0 { 0.0 } else { bolus })
     }
 }
 
@@ -134,6 +139,15 @@ mod tests {
             let bolus = calculator.bolus(Grams(carbs), MgPerDl(glucose), Units(on_board));
             assert!((bolus.0 - expected).abs() < 1e-12, "{carbs} g at {glucose}"); // rounding
         }
+    }
+
+    #[test]
+    fn a_reading_that_is_not_a_number_gives_no_number() {
+        let calculator =
+            BolusCalculator::by_1700_rule(Units(42.5), MgPerDl(120.0)).expect("positive settings");
+        assert!(calculator.bolus(Grams(40.0), MgPerDl(f64::NAN), Units(0.0)).0.is_nan());
+        assert!(calculator.bolus(Grams(f64::NAN), MgPerDl(120.0), Units(0.0)).0.is_nan());
+        assert!(calculator.bolus(Grams(40.0), MgPerDl(200.0), Units(f64::NAN)).0.is_nan());
     }
 
     #[test]

@@ -59,7 +59,8 @@ pub fn renal_clearance(g: f64, v_g: f64) -> f64 {
 pub fn endogenous_production(x3: f64, egp_0: f64, mode: EgpMode) -> f64 {
     match mode {
         EgpMode::Reproduction => egp_0 * (1.0 - x3),
-        EgpMode::NonNegative => egp_0 * (1.0 - x3).max(0.0),
+        EgpMode::NonNegative if x3 > 1.0 => 0.0,
+        EgpMode::NonNegative => egp_0 * (1.0 - x3),
     }
 }
 
@@ -71,8 +72,8 @@ pub fn infusion(units_per_hour: f64, weight: f64) -> f64 {
 
 /// Rate of change of the ten compartments, per minute.
 ///
-/// Eqs. (1a) to (1h), and dC1 = -C1/t_max,G, dC2 = (C1 - C2)/t_max,G with U_G = C2/t_max,G (Eq. U_G;
-/// eating is a jump of C1 and not part of the derivative). `x` in the units of
+/// Eqs. (1a) to (1h), and dC1 = -C1/t_max,G, dC2 = (C1 - C2)/t_max,G with U_G = C2/t_max,G
+/// (Eq. U_G; eating is a jump of C1 and not part of the derivative). `x` in the units of
 /// [`OdeState`](crate::OdeState).
 #[must_use]
 pub fn derivative(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMode) -> OdeVector {
@@ -137,4 +138,45 @@ pub fn jacobian(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMod
     j[(C2, C1)] = 1.0 / p.t_max_g;
     j[(C2, C2)] = -1.0 / p.t_max_g;
     j
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uptake_and_clearance_by_hand_and_without_jumps() {
+        let p = OdeParameters::nominal();
+        // (glucose mmol/L, F01c, F_R), mmol/kg/min
+        let cases = [
+            (0.0, 0.0, 0.0),
+            (2.25, 0.00485, 0.0),
+            (4.5, 0.0097, 0.0),
+            (9.0, 0.0097, 0.0),
+            (19.0, 0.0097, 0.0048),
+        ];
+        for (g, uptake, clearance) in cases {
+            assert!((non_insulin_uptake(g, p.f_01) - uptake).abs() < 1e-16, "{g}"); // rounding
+            assert!((renal_clearance(g, p.v_g) - clearance).abs() < 1e-16, "{g}"); // rounding
+        }
+        let below = 1.0 - 1e-12;
+        assert!((non_insulin_uptake(4.5 * below, p.f_01) - p.f_01).abs() < 1e-13);
+        assert_eq!(renal_clearance(9.0 * below, p.v_g), 0.0);
+    }
+
+    #[test]
+    fn production_is_clamped_in_one_mode_only() {
+        for (x3, free, clamped) in [(0.0, 2.0, 2.0), (0.5, 1.0, 1.0), (1.5, -1.0, 0.0)] {
+            assert_eq!(endogenous_production(x3, 2.0, EgpMode::Reproduction), free);
+            assert_eq!(endogenous_production(x3, 2.0, EgpMode::NonNegative), clamped);
+        }
+        for mode in [EgpMode::Reproduction, EgpMode::NonNegative] {
+            assert!(endogenous_production(f64::NAN, 2.0, mode).is_nan(), "nothing is replaced");
+        }
+    }
+
+    #[test]
+    fn an_infusion_is_a_rate_per_body_weight() {
+        assert_eq!(infusion(3.0, 50.0), 1.0); // 3000 mU / 60 min / 50 kg
+    }
 }

@@ -20,7 +20,8 @@ pub const RECOVERY_STEPS: u32 = 60;
 /// `v` is the intensity in per cent of maximal oxygen uptake.
 #[must_use]
 pub fn steady_uptake(v: f64) -> f64 {
-    (0.006 * v * v + 1.2264 * v - 10.1958).max(0.0)
+    let uptake = 0.006 * v * v + 1.2264 * v - 10.1958;
+    if uptake < 0.0 { 0.0 } else { uptake }
 }
 
 /// Multipliers of the insulin effects; 1 at rest.
@@ -148,6 +149,7 @@ mod tests {
     #[test]
     fn steady_uptake_is_zero_below_its_root() {
         assert_eq!(steady_uptake(8.0), 0.0);
+        assert!(steady_uptake(f64::NAN).is_nan(), "nothing is replaced");
         assert!((steady_uptake(60.0) - 84.9882).abs() < 1e-12); // by hand, rounding
     }
 

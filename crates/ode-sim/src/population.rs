@@ -82,8 +82,9 @@ pub enum Physiology {
 /// S_f2 = s (8.2e-4 + 3.2e-4 z), S_f1 = s (51.2e-4 + 14.4e-4 (z + 0.25 w)),
 /// S_f3 = s (520e-4 + 137.5e-4 (z + 0.75 w)); z standard normal, w uniform in -1..1, s = 0.4.
 ///
-/// One z and one w serve all three, as in the authors' program. `None` if a sensitivity is not
-/// positive.
+/// One z and one w serve all three, as in the authors' program. (The 99 patients stored beside it
+/// share z and w as well, but were drawn with SDs of 13.1e-4 and 125e-4 for S_f1 and S_f3; see
+/// `tests/published_population.rs`.) `None` if a sensitivity is not positive.
 pub fn draw_parameters(rng: &mut impl Rng) -> Option<OdeParameters> {
     let z: f64 = StandardNormal.sample(rng);
     let w = 2.0 * rng.random::<f64>() - 1.0;

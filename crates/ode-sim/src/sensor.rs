@@ -98,7 +98,8 @@ impl SensorModel {
         }
     }
 
-    /// Dexcom G6 (Vettoretti, Del Favero et al. 2019, Tables 1 and 2), factory-calibrated, ten days.
+    /// Dexcom G6 (Vettoretti, Del Favero et al. 2019, Tables 1 and 2), factory-calibrated for ten
+    /// days.
     #[must_use]
     pub fn dexcom_g6() -> Self {
         Self {

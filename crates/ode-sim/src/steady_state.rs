@@ -48,7 +48,8 @@ const EQUATIONS: [Compartment; 8] = [S1, S2, I, X1, X2, X3, Q1, Q2];
 /// use ode_sim::{OdeParameters, steady_state};
 /// use physiology::{Kilograms, MgPerDl};
 ///
-/// let found = steady_state::at_glucose(&OdeParameters::nominal(), Kilograms(76.3), MgPerDl(115.0))?;
+/// let nominal = OdeParameters::nominal();
+/// let found = steady_state::at_glucose(&nominal, Kilograms(76.3), MgPerDl(115.0))?;
 /// assert!(found.residual < 1e-10);
 /// assert!((0.5..1.5).contains(&found.basal.0));
 /// # Ok::<(), ode_sim::OdeError>(())

@@ -113,7 +113,8 @@ impl VirtualPatient {
 /// The inputs of the first `steps` steps.
 ///
 /// Basal is the patient's own throughout; each meal is eaten in its step and dosed for in the same
-/// step by the insulin-to-carbohydrate ratio, except in step 0, where the authors give basal alone. Meals beyond the last step are left out.
+/// step by the insulin-to-carbohydrate ratio, except in step 0, where the authors give basal alone.
+/// Meals beyond the last step are left out.
 ///
 /// # Errors
 /// [`OdeError::Argument`] if total daily insulin or a meal is not a number that can be.

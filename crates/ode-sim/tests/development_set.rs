@@ -57,7 +57,7 @@ fn boluses_follow_meals_by_the_delay_and_scale_with_the_dose() {
         for (step, input) in week.inputs.iter().enumerate() {
             let carbs = step.checked_sub(week.delay).map_or(0.0, |s| week.inputs[s].carbs.0);
             let ratio = week.inputs[step].bolus.0 / carbs;
-            // The nominal person's ratio is near 13 g/U; every bolus has exactly one meal behind it.
+            // The nominal ratio is near 13 g/U; every bolus has exactly one meal behind it.
             assert_eq!(carbs > 0.0, input.bolus.0 > 0.0, "week {index}, step {step}");
             assert!(carbs == 0.0 || (0.05..0.12).contains(&ratio), "ratio {ratio}");
         }

@@ -53,7 +53,10 @@ const INSULIN_AND_GUT: [Compartment; 8] = [
 ];
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(64)
+    })]
 
     #[test]
     fn insulin_and_gut_are_never_negative(inputs in inputs(8.0)) {
