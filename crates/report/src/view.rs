@@ -21,7 +21,7 @@ pub use diagnosis::{
 };
 pub use example_day::ExampleDay;
 pub use manifest::{Manifest, ManifestInput};
-pub use outcomes::{Exclusion, ForecastRow, Method, OutcomeRow, Outcomes};
+pub use outcomes::{Comparison, Exclusion, ForecastRow, Method, OutcomeRow, Outcomes};
 use serde::Deserialize;
 pub use training::{Epoch, Training, TrainingData};
 pub use twins::{TwinPerson, Twins};

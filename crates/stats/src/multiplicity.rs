@@ -13,7 +13,7 @@ use crate::{Interval, StatsError};
 ///
 /// # Errors
 ///
-/// [`StatsError::OutOfDomain`] for a p-value outside [0, 1] (NaN included).
+/// [`StatsError::OutOfDomain`] for a p-value below 0, above 1 or NaN.
 pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatsError> {
     let ascending = ranked(p)?;
     let mut adjusted = vec![0.0; p.len()];
@@ -30,7 +30,7 @@ pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatsError> {
 ///
 /// # Errors
 ///
-/// [`StatsError::OutOfDomain`] for a p-value outside [0, 1] (NaN included).
+/// [`StatsError::OutOfDomain`] for a p-value below 0, above 1 or NaN.
 pub fn benjamini_hochberg(p: &[f64]) -> Result<Vec<f64>, StatsError> {
     let ascending = ranked(p)?;
     let mut adjusted = vec![0.0; p.len()];
@@ -109,7 +109,7 @@ pub fn max_t(matrix: &ReplicateMatrix, level: f64) -> Result<MaxT, StatsError> {
         .collect::<Result<_, _>>()?;
     let errors: Vec<f64> = spreads.iter().map(|sd| sd * small.spread).collect();
     let t: Vec<f64> = estimates.iter().zip(&errors).map(|(value, se)| value / se).collect();
-    let thresholds: Vec<f64> = t.iter().map(|t| small.to_replicate_scale(t.abs())).collect();
+    let thresholds: Vec<f64> = t.iter().map(|t| small.normal_equivalent(t.abs())).collect();
     let mut falling: Vec<usize> = (0..t.len()).collect();
     falling.sort_by(|a, b| t[*b].abs().total_cmp(&t[*a].abs()));
 
@@ -134,7 +134,7 @@ pub fn max_t(matrix: &ReplicateMatrix, level: f64) -> Result<MaxT, StatsError> {
 
     maxima.sort_by(f64::total_cmp);
     let rank = (level * (maxima.len() + 1) as f64).ceil() as usize;
-    let critical = small.from_replicate_scale(maxima[rank.min(maxima.len()) - 1]);
+    let critical = small.student_equivalent(maxima[rank.min(maxima.len()) - 1]);
     let rows = (0..t.len())
         .map(|j| MaxTRow {
             value: estimates[j],
@@ -171,7 +171,7 @@ impl SmallSample {
 
     /// The normal quantile with the same tail as Student's `t`, at least 0; infinite where the
     /// tail vanishes.
-    fn to_replicate_scale(&self, t: f64) -> f64 {
+    fn normal_equivalent(&self, t: f64) -> f64 {
         match &self.student {
             Some(student) => -Normal::standard().inverse_cdf(student.sf(t)),
             None => t,
@@ -179,7 +179,7 @@ impl SmallSample {
     }
 
     /// The quantile of Student's t with the same tail as the normal `z`, at least 0.
-    fn from_replicate_scale(&self, z: f64) -> f64 {
+    fn student_equivalent(&self, z: f64) -> f64 {
         match &self.student {
             Some(student) => -student.inverse_cdf(Normal::standard().sf(z)),
             None => z,
@@ -195,12 +195,12 @@ mod tests {
     fn the_correction_inverts_and_vanishes_for_many_people() {
         let few = SmallSample::of(Some(10));
         // Student's t at 9 degrees of freedom, 97.5 %: 2.262157 (any table), normal 1.959964.
-        assert!((few.from_replicate_scale(1.959963984540054) - 2.262157162798205).abs() < 1e-6);
-        assert!((few.to_replicate_scale(2.262157162798205) - 1.959963984540054).abs() < 1e-6);
+        assert!((few.student_equivalent(1.959963984540054) - 2.262157162798205).abs() < 1e-6);
+        assert!((few.normal_equivalent(2.262157162798205) - 1.959963984540054).abs() < 1e-6);
         let many = SmallSample::of(Some(1_000_000));
         // The expansion of t in 1/n differs from z by (z + z^3) / 4n, 3e-6 here.
-        assert!((many.to_replicate_scale(2.0) - 2.0).abs() < 1e-5);
-        assert_eq!(SmallSample::of(None).to_replicate_scale(2.0), 2.0);
-        assert!(few.to_replicate_scale(1e300) > 30.0, "a vanishing tail stays out of reach");
+        assert!((many.normal_equivalent(2.0) - 2.0).abs() < 1e-5);
+        assert_eq!(SmallSample::of(None).normal_equivalent(2.0), 2.0);
+        assert!(few.normal_equivalent(1e300) > 30.0, "a vanishing tail stays out of reach");
     }
 }

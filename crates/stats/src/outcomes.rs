@@ -126,7 +126,8 @@ impl Outcomes {
     /// Outcomes of the samples that are present; the caller leaves missing ones out.
     ///
     /// The risk indices are means over *all* samples, `LBGI = mean(10 min(f, 0)^2)` and
-    /// `HBGI = mean(10 max(f, 0)^2)`, with [`risk`] for `f` (Kovatchev et al. 1997).
+    /// `HBGI = mean(10 max(f, 0)^2)`, with `f = 1.509 ((ln G)^1.084 - 5.381)` (Kovatchev et al.
+    /// 1997, G in mg/dL).
     ///
     /// # Errors
     ///
@@ -141,7 +142,7 @@ impl Outcomes {
                 needed: 2,
             });
         }
-        if let Some(index) = glucose.iter().position(|g| !(g.is_finite() && *g >= LEAST_GLUCOSE)) {
+        if let Some(index) = glucose.iter().position(|g| !g.is_finite() || *g < LEAST_GLUCOSE) {
             return Err(StatsError::NotAGlucose { index, value: glucose[index] });
         }
 

@@ -61,7 +61,10 @@ fn outcomes() -> Value {
         "methods": [method("twin", "Digital twin", 1.0),
             method("population", "Population network", 3.2),
             method("ode", "ODE, closest virtual patient", 2.1)],
-        "forecast": forecast})
+        "forecast": forecast,
+        "comparisons": [{"first": "twin", "second": "ode", "quantity": "RMSE over 5 h",
+            "unit": "mg/dL", "difference": {"value": -4.1, "lower": -6.0, "upper": -2.3},
+            "p": 0.002}]})
 }
 
 fn conformance() -> Value {

@@ -67,6 +67,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         );
     }
     forecast(&mut html, outcomes);
+    comparisons(&mut html, outcomes);
     Ok(html)
 }
 
@@ -85,14 +86,10 @@ fn forecast(html: &mut Html, outcomes: &Outcomes) {
             methods.push(&row.method);
         }
     }
-    let label = |name: &str| {
-        let known = outcomes.methods.iter().find(|method| method.name == name);
-        known.map_or_else(|| name.to_owned(), |method| method.label.clone())
-    };
     let rows: Vec<(bool, Vec<String>)> = methods
         .into_iter()
         .map(|method| {
-            let mut cells = vec![label(method)];
+            let mut cells = vec![label(outcomes, method)];
             cells.extend(horizons.iter().map(|minutes| {
                 let found = outcomes
                     .forecast
@@ -107,4 +104,42 @@ fn forecast(html: &mut Html, outcomes: &Outcomes) {
     let mut columns = vec![("Method", Column::Text)];
     columns.extend(titles.iter().map(|title| (title.as_str(), Column::Number)));
     html.table("Forecast RMSE, mg/dL, mean \u{b1} SD over people", &columns, &rows);
+}
+
+/// Two methods within people.
+fn comparisons(html: &mut Html, outcomes: &Outcomes) {
+    if outcomes.comparisons.is_empty() {
+        return;
+    }
+    let rows: Vec<(bool, Vec<String>)> = outcomes
+        .comparisons
+        .iter()
+        .map(|row| {
+            let cells = vec![
+                format!("{} ({})", row.quantity, row.unit),
+                label(outcomes, &row.first),
+                label(outcomes, &row.second),
+                interval(row.difference, 1),
+                row.p.map_or_else(|| ABSENT.to_owned(), p_value),
+            ];
+            (row.difference.upper < 0.0 || row.difference.lower > 0.0, cells)
+        })
+        .collect();
+    html.table(
+        "Methods compared within people; bold: the interval leaves out zero",
+        &[
+            ("Quantity", Column::Text),
+            ("First", Column::Text),
+            ("Second", Column::Text),
+            ("First \u{2212} second (95 % interval)", Column::Number),
+            ("p (signed rank)", Column::Number),
+        ],
+        &rows,
+    );
+}
+
+/// Name of a method for people, or its key where it is not among the methods.
+fn label(outcomes: &Outcomes, name: &str) -> String {
+    let known = outcomes.methods.iter().find(|method| method.name == name);
+    known.map_or_else(|| name.to_owned(), |method| method.label.clone())
 }

@@ -20,9 +20,12 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.literal("<pre><code>").text(&manifest.command).literal("</code></pre>\n");
         let seed = manifest.seed.map_or_else(|| "none".to_owned(), |seed| seed.to_string());
         html.paragraph(&format!("Version {}, seed {seed}.", manifest.version));
-        if manifest.config.as_object().is_some_and(|config| !config.is_empty()) {
-            json(&mut html, "Resolved configuration", &manifest.config);
-        } else if !matches!(manifest.config, Value::Null | Value::Object(_)) {
+        let configured = match &manifest.config {
+            Value::Null => false,
+            Value::Object(config) => !config.is_empty(),
+            _ => true,
+        };
+        if configured {
             json(&mut html, "Resolved configuration", &manifest.config);
         }
         if manifest.inputs.is_empty() {

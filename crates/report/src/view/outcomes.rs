@@ -8,7 +8,9 @@
 //!     "actual": {"mean": 70.5, "sd": 16.2}, "simulated": {"mean": 70.3, "sd": 24.8},
 //!     "difference": {"value": -0.2, "lower": -1.1, "upper": 0.7}, "p": 0.0003,
 //!     "equivalent": true}]}],
-//!  "forecast": [{"method": "twin", "minutes": 30, "rmse": {"mean": 18.1, "sd": 4.2}}]}
+//!  "forecast": [{"method": "twin", "minutes": 30, "rmse": {"mean": 18.1, "sd": 4.2}}],
+//!  "comparisons": [{"first": "twin", "second": "ode", "quantity": "RMSE over 5 h",
+//!    "unit": "mg/dL", "difference": {"value": -4.1, "lower": -6.0, "upper": -2.3}, "p": 0.002}]}
 //! ```
 
 use serde::Deserialize;
@@ -34,6 +36,9 @@ pub struct Outcomes {
     /// Forecast errors, one entry a method and horizon.
     #[serde(default)]
     pub forecast: Vec<ForecastRow>,
+    /// Paired comparisons of two methods over people.
+    #[serde(default)]
+    pub comparisons: Vec<Comparison>,
 }
 
 /// A person who was left out.
@@ -86,4 +91,22 @@ pub struct ForecastRow {
     pub minutes: u32,
     /// Root mean squared error over people, mg/dL.
     pub rmse: Spread,
+}
+
+/// One quantity of two methods, compared within people.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Comparison {
+    /// Name of the first method.
+    pub first: String,
+    /// Name of the second method.
+    pub second: String,
+    /// What is compared, e.g. `RMSE over 5 h`.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// Mean over people of first minus second, with its 95 % bootstrap interval over people.
+    pub difference: WithInterval,
+    /// p of the signed-rank test, where it was made.
+    #[serde(default)]
+    pub p: Option<f64>,
 }
