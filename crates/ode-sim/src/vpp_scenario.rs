@@ -151,7 +151,8 @@ pub fn inputs(
 /// count them.
 ///
 /// # Errors
-/// Those of [`inputs`]; [`OdeError::Simulation`] if a state leaves the finite numbers.
+/// [`OdeError::Parameter`] and [`OdeError::Argument`] for a patient or meal that cannot be;
+/// [`OdeError::Simulation`] if a state leaves the finite numbers.
 pub fn trace(
     patient: &VirtualPatient,
     meals: &[Meal],
@@ -173,6 +174,11 @@ pub fn trace_steps(
     scenario: Scenario,
     steps: usize,
 ) -> Result<Vec<Row>, OdeError> {
+    patient.parameters.validated()?;
+    if !(patient.weight.0.is_finite() && patient.weight.0 > 0.0) {
+        let (name, value) = ("weight, kg", patient.weight.0);
+        return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
+    }
     let fixed = inputs(patient, meals, scenario, steps)?;
     let open_loop = OpenLoop::new(&fixed);
     match scenario {
@@ -250,5 +256,20 @@ mod tests {
     fn a_meal_that_is_not_a_number_is_an_error() {
         let meals = [Meal { step: 3, carbs: Grams(f64::NAN) }];
         assert!(inputs(&patient(), &meals, Scenario::MealsOnly, 10).is_err());
+    }
+
+    #[test]
+    fn a_patient_who_cannot_be_is_an_error() {
+        let start = patient().initial_state().expect("nominal");
+        let trace_of = |patient: VirtualPatient| {
+            trace_steps(&patient, &[], start, Scenario::MealsOnly, 5).expect_err("cannot be")
+        };
+        let weightless = VirtualPatient { weight: Kilograms(0.0), ..patient() };
+        assert!(matches!(trace_of(weightless), OdeError::Argument { name: "weight, kg", .. }));
+        let parameters = OdeParameters { v_g: f64::NAN, ..OdeParameters::nominal() };
+        let broken = VirtualPatient { parameters, ..patient() };
+        assert!(matches!(trace_of(broken), OdeError::Parameter { name: "v_g", .. }));
+        let no_insulin = VirtualPatient { total_daily_insulin: Units(0.0), ..patient() };
+        assert!(matches!(trace_of(no_insulin), OdeError::Argument { .. }));
     }
 }
