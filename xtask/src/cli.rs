@@ -12,7 +12,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version, max_term_width = 100)]
 #[command(after_help = "Exit status: 0 done, 1 bad input (said in one message), 2 wrong usage.")]
-pub struct CommandLine {
+pub(crate) struct CommandLine {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -26,49 +26,69 @@ pub struct CommandLine {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Every stage from a cohort to the report.
-    #[command(after_help = "Examples:\n  cargo xtask pipeline\n  cargo xtask pipeline --cohort out/hupa \
-        --out out/hupa-pipeline\n  cargo xtask pipeline --from twin")]
+    #[command(
+        after_help = "Examples:\n  cargo xtask pipeline\n  cargo xtask pipeline --cohort out/hupa \
+        --out out/hupa-pipeline\n  cargo xtask pipeline --from twin"
+    )]
     Pipeline(PipelineArgs),
     /// Turn a study's files into a cohort folder.
-    #[command(after_help = "Example:\n  cargo xtask import --from hupa-ucm path/to/HUPA --out out/hupa")]
+    #[command(
+        after_help = "Example:\n  cargo xtask import --from hupa-ucm path/to/HUPA --out out/hupa"
+    )]
     Import(ImportArgs),
     /// Simulate virtual patients of the ODE model through the two-day test scenario.
-    #[command(after_help = "Example:\n  cargo xtask simulate --patients patients.csv --meals meals.csv \
-        --initial initial_states.csv --out out/traces")]
+    #[command(
+        after_help = "Example:\n  cargo xtask simulate --patients patients.csv --meals meals.csv \
+        --initial initial_states.csv --out out/traces"
+    )]
     Simulate(SimulateArgs),
     /// Train the population network on simulated days.
-    #[command(after_help = "Example:\n  cargo xtask train --profile quick --seed 1 --out out/train")]
+    #[command(
+        after_help = "Example:\n  cargo xtask train --profile quick --seed 1 --out out/train"
+    )]
     Train(TrainArgs),
     /// Convert published PyTorch weights into a model file.
-    #[command(after_help = "Example:\n  cargo xtask import-model --from t1dsim path/to/T1DSim_AI --out out/published")]
+    #[command(
+        after_help = "Example:\n  cargo xtask import-model --from t1dsim path/to/T1DSim_AI --out out/published"
+    )]
     ImportModel(ImportModelArgs),
     /// Prove or refute the physiological monotonicity of a population network.
-    #[command(after_help = "Example:\n  cargo xtask verify --model out/train/population.safetensors \
-        --region region.json --out out/verify")]
+    #[command(
+        after_help = "Example:\n  cargo xtask verify --model out/train/population.safetensors \
+        --region region.json --out out/verify"
+    )]
     Verify(VerifyArgs),
     /// Train one digital twin a person.
     #[command(after_help = "Example:\n  cargo xtask twin --cohort fixtures/embedded --model \
         out/train/population.safetensors --out out/twin")]
     Twin(TwinArgs),
     /// Simulate a cohort's record with a model, from its first glucose reading.
-    #[command(after_help = "Examples:\n  cargo xtask replay --cohort out/day --model population.safetensors\n  \
+    #[command(
+        after_help = "Examples:\n  cargo xtask replay --cohort out/day --model population.safetensors\n  \
         cargo xtask replay --cohort out/day --model population.safetensors --twin twin.safetensors \
-        --initial table:initSteadyStates.csv")]
+        --initial table:initSteadyStates.csv"
+    )]
     Replay(ReplayArgs),
     /// Compare simulated with recorded glucose on held-out days.
-    #[command(after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded --twins out/twin --out out/evaluate")]
+    #[command(
+        after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded --twins out/twin --out out/evaluate"
+    )]
     Evaluate(EvaluateArgs),
     /// Say where a model misses a cohort.
-    #[command(after_help = "Example:\n  cargo xtask diagnose --cohort fixtures/embedded --out out/diagnose")]
+    #[command(
+        after_help = "Example:\n  cargo xtask diagnose --cohort fixtures/embedded --out out/diagnose"
+    )]
     Diagnose(DiagnoseArgs),
     /// Write report.html for an output folder.
     #[command(after_help = "Example:\n  cargo xtask report out/pipeline")]
     Report(ReportArgs),
     /// Steady states of a model over glucose, with their residuals.
-    #[command(after_help = "Example:\n  cargo xtask steady-state --model out/published/population.safetensors \
-        --compare initSteadyStates.csv --out out/steady-state")]
+    #[command(
+        after_help = "Example:\n  cargo xtask steady-state --model out/published/population.safetensors \
+        --compare initSteadyStates.csv --out out/steady-state"
+    )]
     SteadyState(SteadyStateArgs),
     /// Make the embedded cohort again.
     #[command(after_help = "Example:\n  cargo xtask fixture --out fixtures/embedded")]
@@ -81,7 +101,7 @@ pub enum Command {
 /// How much to compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Profile {
+pub(crate) enum Profile {
     /// Minutes on two cores.
     Quick,
     /// The paper's scale.
@@ -90,7 +110,7 @@ pub enum Profile {
 
 /// Options of `pipeline`.
 #[derive(Debug, Args)]
-pub struct PipelineArgs {
+pub(crate) struct PipelineArgs {
     /// How much to compute.
     #[arg(long, value_enum, default_value = "quick")]
     pub profile: Profile,
@@ -114,7 +134,7 @@ pub struct PipelineArgs {
 /// A study's format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum CohortFormat {
+pub(crate) enum CohortFormat {
     /// HUPA-UCM diabetes dataset: a folder of `HUPA*.csv`, or one of them.
     HupaUcm,
     /// T1D-UOM: the folder with `Glucose Data`, `Insulin Data` and the others.
@@ -125,7 +145,7 @@ pub enum CohortFormat {
 
 /// Options of `import`.
 #[derive(Debug, Args)]
-pub struct ImportArgs {
+pub(crate) struct ImportArgs {
     /// Format of the source.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub from: CohortFormat,
@@ -141,7 +161,7 @@ pub struct ImportArgs {
 
 /// Options of `simulate`.
 #[derive(Debug, Args)]
-pub struct SimulateArgs {
+pub(crate) struct SimulateArgs {
     /// Parameters of the patients, a row each.
     #[arg(long, value_name = "FILE")]
     pub patients: PathBuf,
@@ -164,7 +184,7 @@ pub struct SimulateArgs {
 
 /// Options of `train`.
 #[derive(Debug, Args)]
-pub struct TrainArgs {
+pub(crate) struct TrainArgs {
     /// How much to compute.
     #[arg(long, value_enum, default_value = "quick")]
     pub profile: Profile,
@@ -179,14 +199,14 @@ pub struct TrainArgs {
 /// A published model's format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum ModelFormat {
+pub(crate) enum ModelFormat {
     /// T1DSim_AI: a folder with the population's `.pt` and scalers, or with a twin's.
     T1dsim,
 }
 
 /// Options of `import-model`.
 #[derive(Debug, Args)]
-pub struct ImportModelArgs {
+pub(crate) struct ImportModelArgs {
     /// Format of the source.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub from: ModelFormat,
@@ -199,7 +219,7 @@ pub struct ImportModelArgs {
 
 /// Options of `verify`.
 #[derive(Debug, Args)]
-pub struct VerifyArgs {
+pub(crate) struct VerifyArgs {
     /// Population model.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
@@ -219,7 +239,7 @@ pub struct VerifyArgs {
 
 /// Options of `twin`.
 #[derive(Debug, Args)]
-pub struct TwinArgs {
+pub(crate) struct TwinArgs {
     /// Cohort folder.
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
@@ -239,7 +259,7 @@ pub struct TwinArgs {
 
 /// Options of `replay`.
 #[derive(Debug, Args)]
-pub struct ReplayArgs {
+pub(crate) struct ReplayArgs {
     /// Cohort folder.
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
@@ -259,7 +279,7 @@ pub struct ReplayArgs {
 
 /// Options of `evaluate`.
 #[derive(Debug, Args)]
-pub struct EvaluateArgs {
+pub(crate) struct EvaluateArgs {
     /// Cohort folder.
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
@@ -276,7 +296,7 @@ pub struct EvaluateArgs {
 
 /// Options of `diagnose`.
 #[derive(Debug, Args)]
-pub struct DiagnoseArgs {
+pub(crate) struct DiagnoseArgs {
     /// Cohort folder.
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
@@ -293,14 +313,14 @@ pub struct DiagnoseArgs {
 
 /// Options of `report`.
 #[derive(Debug, Args)]
-pub struct ReportArgs {
+pub(crate) struct ReportArgs {
     /// An output folder of any command.
     pub folder: PathBuf,
 }
 
 /// Options of `steady-state`.
 #[derive(Debug, Args)]
-pub struct SteadyStateArgs {
+pub(crate) struct SteadyStateArgs {
     /// Population model.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
@@ -314,7 +334,7 @@ pub struct SteadyStateArgs {
 
 /// Options of `fixture`.
 #[derive(Debug, Args)]
-pub struct FixtureArgs {
+pub(crate) struct FixtureArgs {
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "fixtures/embedded")]
     pub out: PathBuf,
@@ -322,7 +342,7 @@ pub struct FixtureArgs {
 
 /// Options of `check`.
 #[derive(Debug, Args)]
-pub struct CheckArgs {
+pub(crate) struct CheckArgs {
     /// Everything but the tests.
     #[arg(long = "static")]
     pub only_static: bool,

@@ -7,7 +7,7 @@ use polars::prelude::{CsvParseOptions, CsvReadOptions, DataFrame, SerReader as _
 
 /// A CSV file with a header, its cells kept as text until they are asked for.
 #[derive(Debug)]
-pub struct Table {
+pub(crate) struct Table {
     path: PathBuf,
     frame: DataFrame,
 }
@@ -17,7 +17,7 @@ impl Table {
     ///
     /// # Errors
     /// If it is missing, is not text, has no header or ragged rows.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub(crate) fn read(path: &Path) -> Result<Self> {
         if !path.is_file() {
             bail!("there is no file '{}'", path.display());
         }
@@ -34,17 +34,12 @@ impl Table {
     }
 
     /// Number of rows below the header.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.frame.height()
     }
 
-    /// Whether there is a column of this name.
-    pub fn has(&self, column: &str) -> bool {
-        self.frame.get_column_index(column).is_some()
-    }
-
     /// The text of a cell; empty if nothing stands there.
-    pub fn text(&self, column: &str, row: usize) -> Result<&str> {
+    pub(crate) fn text(&self, column: &str, row: usize) -> Result<&str> {
         let series = self.frame.column(column).map_err(|_| {
             let present: Vec<&str> =
                 self.frame.get_column_names().iter().map(|name| name.as_str()).collect();
@@ -61,7 +56,7 @@ impl Table {
     }
 
     /// A cell as a finite number.
-    pub fn number(&self, column: &str, row: usize) -> Result<f64> {
+    pub(crate) fn number(&self, column: &str, row: usize) -> Result<f64> {
         let text = self.text(column, row)?;
         match text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
@@ -70,7 +65,7 @@ impl Table {
     }
 
     /// A cell as a whole number that is not negative.
-    pub fn whole(&self, column: &str, row: usize) -> Result<usize> {
+    pub(crate) fn whole(&self, column: &str, row: usize) -> Result<usize> {
         let text = self.text(column, row)?;
         text.parse().map_err(|_| {
             anyhow!("{}: '{text}' is not a whole number of 0 or more", self.place(column, row))
@@ -78,7 +73,7 @@ impl Table {
     }
 
     /// Where a cell stands, for a message: the header is row 1.
-    pub fn place(&self, column: &str, row: usize) -> String {
+    pub(crate) fn place(&self, column: &str, row: usize) -> String {
         format!("'{}', row {}, column '{column}'", self.path.display(), row + 2)
     }
 }

@@ -10,7 +10,7 @@ static HANDLER: Once = Once::new();
 const INTERRUPTED: i32 = 130;
 
 /// Removes `folder` if the program is interrupted before [`forget`].
-pub fn remove_if_interrupted(folder: &Path) {
+pub(crate) fn remove_if_interrupted(folder: &Path) {
     HANDLER.call_once(|| {
         // Without a handler the default applies: the program ends and the hidden folder stays, which
         // no later run mistakes for a result.
@@ -18,7 +18,10 @@ pub fn remove_if_interrupted(folder: &Path) {
             for folder in building().iter() {
                 let _ = std::fs::remove_dir_all(folder);
             }
-            #[expect(clippy::print_stderr, reason = "the command line tells its user what happened")]
+            #[expect(
+                clippy::print_stderr,
+                reason = "the command line tells its user what happened"
+            )]
             {
                 eprintln!("interrupted; nothing half-written was left behind");
             }
@@ -29,7 +32,7 @@ pub fn remove_if_interrupted(folder: &Path) {
 }
 
 /// The folder is in its place; an interruption must not touch it.
-pub fn forget(folder: &Path) {
+pub(crate) fn forget(folder: &Path) {
     building().retain(|known| known != folder);
 }
 

@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 /// The manifest's file name in an output folder.
-pub const FILE: &str = "manifest.json";
+pub(crate) const FILE: &str = "manifest.json";
 
 /// Command, version, resolved configuration, seed and the hash of every input.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Manifest {
+pub(crate) struct Manifest {
     /// Always `manifest/1`.
     pub schema: String,
     /// The stage or command that wrote the folder.
@@ -32,7 +32,7 @@ pub struct Manifest {
 
 /// One file that was read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Input {
+pub(crate) struct Input {
     /// Path as given, with `/` between its parts.
     pub path: String,
     /// SHA-256 of its bytes, hexadecimal.
@@ -41,7 +41,7 @@ pub struct Input {
 
 impl Manifest {
     /// A manifest without inputs.
-    pub fn new(stage: &str, config: serde_json::Value, seed: Option<u64>) -> Self {
+    pub(crate) fn new(stage: &str, config: serde_json::Value, seed: Option<u64>) -> Self {
         Self {
             schema: "manifest/1".to_owned(),
             stage: stage.to_owned(),
@@ -54,7 +54,7 @@ impl Manifest {
     }
 
     /// Adds a file, or every file of a folder in the order of their names.
-    pub fn with_input(mut self, path: &Path) -> Result<Self> {
+    pub(crate) fn with_input(mut self, path: &Path) -> Result<Self> {
         let mut files = Vec::new();
         collect(path, &mut files)?;
         for file in files {
@@ -67,7 +67,7 @@ impl Manifest {
     /// Whether a folder written with `self` would hold what one written with `other` holds.
     ///
     /// Paths and the command line may differ; what was computed and from which bytes may not.
-    pub fn same_work(&self, other: &Self) -> bool {
+    pub(crate) fn same_work(&self, other: &Self) -> bool {
         let hashes = |m: &Self| m.inputs.iter().map(|i| i.sha256.clone()).collect::<Vec<_>>();
         self.schema == other.schema
             && self.stage == other.stage
@@ -78,7 +78,7 @@ impl Manifest {
     }
 
     /// The manifest in `folder`, or `None` if there is none that can be read.
-    pub fn read(folder: &Path) -> Option<Self> {
+    pub(crate) fn read(folder: &Path) -> Option<Self> {
         serde_json::from_slice(&fs::read(folder.join(FILE)).ok()?).ok()
     }
 }
@@ -102,15 +102,14 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
 }
 
 /// SHA-256 of a file's bytes, hexadecimal.
-pub fn hash_file(path: &Path) -> Result<String> {
+pub(crate) fn hash_file(path: &Path) -> Result<String> {
     let mut file =
         fs::File::open(path).with_context(|| format!("cannot open '{}'", path.display()))?;
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
     loop {
-        let read = file
-            .read(&mut buffer)
-            .with_context(|| format!("cannot read '{}'", path.display()))?;
+        let read =
+            file.read(&mut buffer).with_context(|| format!("cannot read '{}'", path.display()))?;
         if read == 0 {
             break;
         }
@@ -120,7 +119,7 @@ pub fn hash_file(path: &Path) -> Result<String> {
 }
 
 /// Bytes as lower-case hexadecimal digits.
-pub fn hexadecimal(bytes: &[u8]) -> String {
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

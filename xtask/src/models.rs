@@ -12,7 +12,7 @@ use twins::Twin;
 ///
 /// # Errors
 /// With the path, also where it names a folder.
-pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     if path.is_dir() {
         bail!("'{}' is a folder; a file is needed", path.display());
     }
@@ -20,19 +20,19 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 }
 
 /// The population model in a `.safetensors` file.
-pub fn read_population(path: &Path) -> Result<PopulationModel> {
+pub(crate) fn read_population(path: &Path) -> Result<PopulationModel> {
     PopulationModel::from_safetensors(&read_bytes(path)?)
         .with_context(|| format!("'{}' is not a population model", path.display()))
 }
 
 /// The twin in a `.safetensors` file, on the population model it was trained on.
-pub fn read_twin(path: &Path, population: Arc<PopulationModel>) -> Result<Twin> {
+pub(crate) fn read_twin(path: &Path, population: Arc<PopulationModel>) -> Result<Twin> {
     Twin::from_bytes(&read_bytes(path)?, population)
         .with_context(|| format!("'{}' is not a twin of this population model", path.display()))
 }
 
 /// The files in `folder` whose names begin and end so, in order.
-pub fn find(folder: &Path, begins: &str, ends: &str) -> Result<Vec<PathBuf>> {
+pub(crate) fn find(folder: &Path, begins: &str, ends: &str) -> Result<Vec<PathBuf>> {
     let mut found = fs::read_dir(folder)
         .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
         .with_context(|| format!("cannot read the folder '{}'", folder.display()))?;

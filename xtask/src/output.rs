@@ -14,7 +14,7 @@ use crate::manifest::{self, Manifest};
 
 /// A folder under construction.
 #[derive(Debug)]
-pub struct OutputFolder {
+pub(crate) struct OutputFolder {
     target: PathBuf,
     building: tempfile::TempDir,
 }
@@ -25,7 +25,7 @@ impl OutputFolder {
     /// # Errors
     /// If `target` is a file, or a folder that holds something but no `manifest.json` (it was not
     /// made by this program and is not replaced), or if its parent cannot be written.
-    pub fn begin(target: &Path) -> Result<Self> {
+    pub(crate) fn begin(target: &Path) -> Result<Self> {
         if target.is_file() {
             bail!("'{}' is a file; give --out a folder", target.display());
         }
@@ -51,26 +51,25 @@ impl OutputFolder {
     }
 
     /// The folder in which to write.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         self.building.path()
     }
 
     /// Writes `bytes` as `name`.
-    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         let path = self.path().join(name);
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent)
                 .with_context(|| format!("cannot make the folder '{}'", parent.display()))?;
         }
-        let mut file =
-            fs::File::create(&path).with_context(|| format!("cannot write '{name}'"))?;
+        let mut file = fs::File::create(&path).with_context(|| format!("cannot write '{name}'"))?;
         file.write_all(bytes)
             .and_then(|()| file.sync_all())
             .with_context(|| format!("cannot write '{name}' (is the disk full?)"))
     }
 
     /// Writes `value` as readable JSON.
-    pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<()> {
+    pub(crate) fn write_json(&self, name: &str, value: &impl Serialize) -> Result<()> {
         let mut text = serde_json::to_string_pretty(value)
             .with_context(|| format!("cannot express '{name}' as JSON"))?;
         text.push('\n');
@@ -78,7 +77,7 @@ impl OutputFolder {
     }
 
     /// Adds the manifest and puts the folder in its place.
-    pub fn finish(self, manifest: &Manifest) -> Result<PathBuf> {
+    pub(crate) fn finish(self, manifest: &Manifest) -> Result<PathBuf> {
         self.write_json(manifest::FILE, manifest)?;
         if self.target.is_dir() {
             fs::remove_dir_all(&self.target)

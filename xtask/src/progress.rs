@@ -15,12 +15,12 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Silences progress and notes.
-pub fn be_quiet() {
+pub(crate) fn be_quiet() {
     QUIET.store(true, Ordering::Relaxed);
 }
 
 /// Writes one line for the person at the terminal.
-pub fn note(text: impl AsRef<str>) {
+pub(crate) fn note(text: impl AsRef<str>) {
     if !QUIET.load(Ordering::Relaxed) {
         #[expect(clippy::print_stderr, reason = "the command line speaks to its user")]
         {
@@ -31,7 +31,7 @@ pub fn note(text: impl AsRef<str>) {
 
 /// Progress of one stage over `total` items.
 #[derive(Debug)]
-pub struct Progress {
+pub(crate) struct Progress {
     label: String,
     bar: ProgressBar,
     plain: Option<std::sync::Mutex<Instant>>,
@@ -40,13 +40,17 @@ pub struct Progress {
 
 impl Progress {
     /// Begins a stage.
-    pub fn begin(label: &str, total: usize) -> Self {
+    pub(crate) fn begin(label: &str, total: usize) -> Self {
         let total = total as u64;
         let quiet = QUIET.load(Ordering::Relaxed);
         let terminal = std::io::stderr().is_terminal();
         let bar = ProgressBar::with_draw_target(
             Some(total),
-            if quiet || !terminal { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() },
+            if quiet || !terminal {
+                ProgressDrawTarget::hidden()
+            } else {
+                ProgressDrawTarget::stderr()
+            },
         );
         let style = ProgressStyle::with_template(
             "{prefix:>12} [{bar:30}] {pos}/{len} {per_sec} left {eta} {msg}",
@@ -60,7 +64,7 @@ impl Progress {
     }
 
     /// One more item is done; `message` says what is known so far.
-    pub fn advance(&self, message: &str) {
+    pub(crate) fn advance(&self, message: &str) {
         self.bar.inc(1);
         self.bar.set_message(message.to_owned());
         let Some(plain) = &self.plain else { return };
@@ -72,7 +76,7 @@ impl Progress {
     }
 
     /// The stage is over.
-    pub fn finish(self, summary: &str) {
+    pub(crate) fn finish(self, summary: &str) {
         let seconds = self.bar.elapsed().as_secs_f64();
         self.bar.finish_and_clear();
         note(format!("{}: {summary} ({seconds:.1} s)", self.label));

@@ -301,3 +301,22 @@ pub enum CohortError {
         remedy: &'static str,
     },
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_cheap_to_hand_on() {
+        // Every `Result` of the crate carries this many bytes.
+        assert!(size_of::<CohortError>() < 128, "{}", size_of::<CohortError>());
+    }
+
+    #[test]
+    fn a_place_names_what_is_known() {
+        assert_eq!(Place::file("a.csv").to_string(), "a.csv");
+        assert_eq!(Place::row("a.csv", 3).to_string(), "a.csv, row 3");
+        assert_eq!(Place::column("a.csv", "b").to_string(), "a.csv, column b");
+        assert_eq!(Place::cell("a.csv", 3, "b").to_string(), "a.csv, row 3, column b");
+    }
+}

@@ -105,7 +105,7 @@ pub fn write_folder(
     people_table::write(cohort, folder)
 }
 
-/// Writes `bytes` under a passing name and renames it, so that a file is whole or absent.
+/// Writes a file under a passing name and renames it, so that it is whole or absent.
 fn write_whole(
     folder: &Path,
     name: &str,

@@ -4,7 +4,7 @@
 //! - [`Cohort`], [`Person`], [`Record`]: the data in memory, missing values marked as missing.
 //! - [`read_folder`], [`write_folder`]: the canonical folder (`people.csv` with `records.csv` or
 //!   `records.parquet`).
-//! - [`import`]: other people's formats, with an [`ImportReport`] that closes its sums.
+//! - [`import()`]: other people's formats, with an [`ImportReport`] that closes its sums.
 //! - [`findings`], [`StraightLines`], [`MassBalance`]: what looks wrong, and what a day adds up to.
 //! - [`Person::inputs`]: a person's columns as the inputs of a plant.
 //! - [`windows`], [`split_by_time`], [`split_by_person`]: what is trained on and what is held out.

@@ -3,7 +3,7 @@
 //! The bounds are wide. What they catch is a wrong unit, a rate read as an amount, a day without a
 //! pump, a meal in milligrams; they say nothing about a person's treatment.
 
-use chrono::NaiveDate;
+use chrono::{NaiveDate, NaiveDateTime};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::mass_balance::MassBalance;
@@ -35,10 +35,13 @@ pub struct Finding {
     /// Column of `records.csv`.
     pub column: &'static str,
     /// The calendar day, if the finding is about one.
-    #[serde(serialize_with = "date_as_text")]
+    #[serde(serialize_with = "as_text")]
     pub date: Option<NaiveDate>,
     /// The step within the record, if the finding is about one.
     pub step: Option<usize>,
+    /// Start of that step: with the person it names the row of `records.csv`.
+    #[serde(serialize_with = "as_text")]
+    pub time: Option<NaiveDateTime>,
     /// What was judged.
     pub what: &'static str,
     /// Its value.
@@ -55,8 +58,8 @@ impl std::fmt::Display for Finding {
         if let Some(date) = self.date {
             write!(f, ", {date}")?;
         }
-        if let Some(step) = self.step {
-            write!(f, ", step {step}")?;
+        if let Some(time) = self.time {
+            write!(f, ", {time}")?;
         }
         let (low, high) = self.plausible;
         write!(
@@ -67,12 +70,12 @@ impl std::fmt::Display for Finding {
     }
 }
 
-fn date_as_text<S: serde::Serializer>(
-    date: &Option<NaiveDate>,
+fn as_text<T: std::fmt::Display, S: serde::Serializer>(
+    value: &Option<T>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    match date {
-        Some(date) => serializer.collect_str(date),
+    match value {
+        Some(value) => serializer.collect_str(value),
         None => serializer.serialize_none(),
     }
 }
@@ -89,6 +92,7 @@ pub fn findings(person: &Person) -> Vec<Finding> {
                 column: channel.column(),
                 date,
                 step,
+                time: step.map(|k| person.record.time(k)),
                 what,
                 value,
                 unit,
@@ -221,6 +225,9 @@ mod tests {
         let found: Vec<String> = findings(&big).iter().map(Finding::to_string).collect();
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].contains("mean insulin a day per weight of 2.400 U/kg"), "{found:?}");
-        assert!(found[1].contains("step 7, column carbs_g: meal of 900.000 g"), "{found:?}");
+        assert!(
+            found[1].contains("2024-03-08 00:35:00, column carbs_g: meal of 900.000 g"),
+            "{found:?}"
+        );
     }
 }

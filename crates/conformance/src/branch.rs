@@ -87,6 +87,7 @@ pub(crate) fn maximise(
     let mut nodes = 1;
     let mut round = 0;
     let mut stuck = f64::NEG_INFINITY;
+    let mut close_enough = f64::NEG_INFINITY;
     let mut queue = BinaryHeap::new();
     queue.extend((root.upper > best.upper).then_some(root));
 
@@ -97,7 +98,13 @@ pub(crate) fn maximise(
             break if stuck <= enough { Stop::Gap } else { Stop::Resolution };
         };
         if top.upper <= enough {
-            break Stop::Gap;
+            // The first box need not have the largest bound to the last bit.
+            queue.retain(|node| {
+                let open = node.upper > enough;
+                close_enough = close_enough.max(if open { f64::NEG_INFINITY } else { node.upper });
+                open
+            });
+            continue;
         }
         if nodes >= budget.nodes {
             break Stop::Nodes;
@@ -131,9 +138,8 @@ pub(crate) fn maximise(
             }
         }
     };
-    // The first box need not have the largest bound to the last bit.
     let left = queue.iter().map(|node| node.upper).fold(f64::NEG_INFINITY, f64::max);
-    let upper = left.max(stuck).max(best.upper);
+    let upper = left.max(close_enough).max(stuck).max(best.upper);
     best.points.reverse();
     Bracket { lower: best.lower, upper, points: best.points, nodes, stop }
 }

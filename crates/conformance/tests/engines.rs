@@ -42,7 +42,7 @@ fn cube(lower: f64, upper: f64) -> Region {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(3000) })]
 
     #[test]
     fn three_engines_agree_on_two_inputs(

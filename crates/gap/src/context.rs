@@ -251,3 +251,129 @@ fn after_short_sleep(person: &Person, asleep: &[bool]) -> Vec<bool> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cohort::{Channel, Record, Therapy};
+
+    /// Three days from Friday 2024-03-08, midnight; nothing recorded.
+    fn person() -> Person {
+        let start = "2024-03-08T00:00:00".parse().expect("a literal time");
+        Person {
+            id: "p".into(),
+            weight: None,
+            therapy: Therapy::Unknown,
+            heart_rate_baseline: Some(physiology::BeatsPerMinute(60.0)),
+            record: Record::new(start, 3 * STEPS_PER_DAY).expect("on the grid"),
+        }
+    }
+
+    /// The step at `hour` o'clock of day `day`.
+    fn at(day: usize, hour: f64) -> usize {
+        day * STEPS_PER_DAY + (hour * STEPS_PER_HOUR as f64) as usize
+    }
+
+    /// The steps at which a situation holds, as (first, last) runs.
+    fn runs(person: &Person, glucose: &[f64], situation: Situation) -> Vec<(usize, usize)> {
+        let situations = Situations::of(person, glucose);
+        let mut runs: Vec<(usize, usize)> = Vec::new();
+        for step in (0..glucose.len()).filter(|step| situations.holds(situation, *step)) {
+            match runs.last_mut() {
+                Some((_, last)) if *last + 1 == step => *last = step,
+                _ => runs.push((step, step)),
+            }
+        }
+        runs
+    }
+
+    fn calm() -> Vec<f64> {
+        vec![120.0; 3 * STEPS_PER_DAY]
+    }
+
+    #[test]
+    fn channels_that_were_not_recorded_give_no_situation() {
+        let person = person();
+        for situation in Situation::ALL {
+            let found = runs(&person, &calm(), situation);
+            let expected: &[(usize, usize)] = match situation {
+                Situation::Weekend => &[(at(1, 0.0), at(3, 0.0) - 1)],
+                Situation::Other => &[(0, at(1, 0.0) - 1)],
+                _ => &[],
+            };
+            assert_eq!(found, expected, "{situation:?}");
+        }
+    }
+
+    #[test]
+    fn meals_hold_from_their_step_on_and_dinners_longer() {
+        let mut person = person();
+        let carbs = person.record.channel_mut(Channel::Carbs);
+        carbs[at(0, 12.0)] = Some(14.0);
+        carbs[at(0, 13.0)] = Some(40.0);
+        carbs[at(0, 18.0)] = Some(40.0);
+        let after_meal = runs(&person, &calm(), Situation::AfterMeal);
+        assert_eq!(
+            after_meal,
+            [(at(0, 13.0), at(0, 16.0) - 1), (at(0, 18.0), at(0, 21.0) - 1)]
+        );
+        let after_dinner = runs(&person, &calm(), Situation::AfterDinner);
+        assert_eq!(after_dinner, [(at(0, 18.0), at(0, 23.0) - 1)]);
+    }
+
+    #[test]
+    fn exercise_is_a_fast_heart_or_many_steps_twice_in_three_steps() {
+        let mut person = person();
+        let start = at(0, 10.0);
+        for step in start..start + 6 {
+            person.record.channel_mut(Channel::HeartRate)[step] = Some(95.0);
+        }
+        person.record.channel_mut(Channel::Steps)[at(0, 15.0)] = Some(900.0);
+        assert_eq!(runs(&person, &calm(), Situation::Exercise), [(start + 1, start + 6)]);
+        // Ten hours from the last step of exercise.
+        let after = runs(&person, &calm(), Situation::AfterExercise);
+        assert_eq!(after, [(start + 7, start + 6 + 10 * STEPS_PER_HOUR - 1)]);
+    }
+
+    #[test]
+    fn the_day_after_a_short_night_ends_at_six_in_the_evening() {
+        let mut person = person();
+        // First night: asleep 01:00 to 05:00 (4 h); second: 23:00 to 07:00 (8 h).
+        let sleep = person.record.channel_mut(Channel::SleepEfficiency);
+        sleep[..at(2, 12.0)].fill(Some(0.0));
+        sleep[at(1, 1.0)..at(1, 5.0)].fill(Some(1.0));
+        sleep[at(1, 23.0)..at(2, 7.0)].fill(Some(1.0));
+        let short = runs(&person, &calm(), Situation::DayAfterShortSleep);
+        assert_eq!(short, [(at(1, 7.0), at(1, 18.0) - 1)]);
+        let asleep = runs(&person, &calm(), Situation::Sleep);
+        assert_eq!(asleep, [(at(1, 1.0), at(1, 5.0) - 1), (at(1, 23.0), at(2, 7.0) - 1)]);
+    }
+
+    #[test]
+    fn glucose_and_infusion_sets_make_their_situations() {
+        let mut person = person();
+        person.record.channel_mut(Channel::SetChange)[at(0, 6.0)] = Some(1.0);
+        let set = runs(&person, &calm(), Situation::SetDay3Plus);
+        assert_eq!(set, [(at(2, 6.0), at(3, 0.0) - 1)]);
+
+        let mut glucose = calm();
+        glucose[at(0, 8.0)] = 69.0;
+        let low = runs(&person, &glucose, Situation::AfterLow);
+        assert_eq!(low, [(at(0, 8.0), at(0, 10.0) - 1)]);
+        // A fall of 51 mg/dL within 15 min and the rise after it; 29 mg/dL would not do.
+        let fast = runs(&person, &glucose, Situation::FastChange);
+        assert_eq!(fast, [(at(0, 8.0), at(0, 8.0)), (at(0, 8.25), at(0, 8.25))]);
+        glucose[at(0, 8.0)] = 91.0;
+        assert_eq!(runs(&person, &glucose, Situation::FastChange), []);
+    }
+
+    #[test]
+    fn hours_and_bands_cover_everything_once() {
+        for hour in 0..24 {
+            let (first, end, level) = HOURS[part_of_day(hour)];
+            assert!((first..end).contains(&hour), "{hour} in {level}");
+            assert_eq!(level, format!("{first:02}-{end:02}"));
+        }
+        assert_eq!([69.9, 70.0, 180.0, 180.1].map(band), [0, 1, 1, 2]);
+    }
+}

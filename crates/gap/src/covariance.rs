@@ -177,4 +177,45 @@ mod tests {
         // Rounding of eigenvalues relative to the largest.
         assert!(values.iter().all(|v| *v > -1e-13 * largest), "{values:?}");
     }
+
+    #[test]
+    fn the_filters_own_recursion_keeps_it_positive_semidefinite() {
+        use crate::augmented::AugmentedModel;
+        use crate::noise::NoiseModel;
+        use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
+        let parameters = ode_sim::OdeParameters::nominal();
+        let egp = ode_sim::EgpMode::NonNegative;
+        // A sensor without white noise to speak of is the hardest case.
+        let noise = NoiseModel { reading_sd: 1e-4, ..NoiseModel::working() };
+        let model = AugmentedModel::new(parameters, Kilograms(76.3), egp, noise);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
+        let (mut state, mut p) = model.start(UnitsPerHour(1.0), MgPerDl(150.0));
+        for step in 0..4000 {
+            if step % 7 != 0 {
+                let gain = p.update(noise.reading_sd.powi(2));
+                let innovation = gain.innovation_variance.sqrt() * rng.random_range(-1.7..1.7);
+                state = model.corrected(&state, &gain.gain, innovation);
+            }
+            let meal = step % 70 == 0;
+            let input = StepInput {
+                basal: UnitsPerHour(1.0),
+                bolus: Units(if meal { 5.0 } else { 0.0 }),
+                carbs: Grams(if meal { 60.0 } else { 0.0 }),
+                ..StepInput::default()
+            };
+            model.add_meal_noise(&mut p, &input);
+            let (following, transition) = model.linearised(&state, &input).expect("finite");
+            p = p.propagated(&transition);
+            model.add_process_noise(&mut p, &input, &following);
+            state = following;
+            if step % 50 == 0 {
+                // States differ by six orders of magnitude, so judge the correlation matrix.
+                let sd: Vec<f64> = (0..STATES).map(|k| p.get(k, k).sqrt().max(1e-300)).collect();
+                let scaled = Mat::from_fn(STATES, STATES, |r, c| p.get(r, c) / (sd[r] * sd[c]));
+                let values = scaled.self_adjoint_eigenvalues(Side::Lower).expect("symmetric");
+                // Rounding of a 13 x 13 correlation matrix.
+                assert!(values.iter().all(|v| *v > -1e-12), "step {step}: {values:?}");
+            }
+        }
+    }
 }

@@ -106,3 +106,96 @@ pub fn free_run_errors<P: Plant>(
     }
     Ok(errors)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use physiology::{Compartment, Kilograms, NonFinite, States, StepInput};
+
+    /// Glucose that rises by 10 mg/dL a step and breaks above 10,000.
+    struct Rising;
+
+    impl Plant for Rising {
+        type State = f64;
+
+        fn step(&self, x: &f64, _: &StepInput) -> Result<f64, NonFinite> {
+            if *x > 10_000.0 {
+                return Err(NonFinite { compartment: Compartment::Q1 });
+            }
+            Ok(x + 10.0)
+        }
+
+        fn glucose(&self, x: &f64) -> MgPerDl {
+            MgPerDl(*x)
+        }
+
+        fn report(&self, _: &f64) -> States {
+            States::default()
+        }
+    }
+
+    fn record(steps: usize) -> Observations {
+        Observations {
+            person: "p".into(),
+            weight: Kilograms(70.0),
+            readings: vec![Reading::Within(MgPerDl(150.0)); steps],
+            inputs: vec![StepInput::default(); steps],
+            doses_recorded: vec![true; steps],
+            interpolated_share: 0.0,
+        }
+    }
+
+    fn rule() -> FreeRunRule {
+        FreeRunRule { every: 4, burn_in: 2, horizons: vec![2, 5], dose_memory: 3 }
+    }
+
+    fn from(glucose: f64) -> impl Fn(usize) -> Start<f64> {
+        move |_| Start { state: glucose, interstitial: MgPerDl(glucose) }
+    }
+
+    #[test]
+    fn errors_are_observed_minus_predicted_at_each_horizon() {
+        // Starts at 2, 6, 10; the record ends at 11, so 6 reaches both horizons and 10 neither.
+        let found = free_run_errors(&Rising, &record(12), &rule(), 0.0, from(100.0)).expect("runs");
+        // Without a lag the sensor shows the mean of the last step's ends: 115 and 145.
+        let expected: Vec<FreeRunError> = [2, 6]
+            .into_iter()
+            .flat_map(|start| {
+                [(0, 35.0), (1, 5.0)]
+                    .map(|(horizon, error)| FreeRunError { start, horizon, error })
+            })
+            .collect();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn the_lag_holds_the_prediction_back_and_the_sensor_cuts_it_off() {
+        let rule = FreeRunRule { horizons: vec![1], ..rule() };
+        let found = free_run_errors(&Rising, &record(4), &rule, 0.5, from(100.0)).expect("runs");
+        assert_eq!(found[0].error, 150.0 - 102.5);
+        let found = free_run_errors(&Rising, &record(4), &rule, 0.0, from(600.0)).expect("runs");
+        assert_eq!(found[0].error, 150.0 - 400.0);
+    }
+
+    #[test]
+    fn missing_readings_and_unrecorded_doses_leave_runs_out() {
+        let mut record = record(12);
+        record.readings[6] = Reading::Missing;
+        assert_eq!(starts(&record, &rule()), [2, 10]);
+        record.readings[4] = Reading::Missing;
+        record.doses_recorded[8] = false;
+        // The run from 2 has no reading at 4 and one at 7; that from 10 follows a dose unknown.
+        let found = free_run_errors(&Rising, &record, &rule(), 0.0, from(100.0)).expect("runs");
+        assert_eq!(found.iter().map(|e| (e.start, e.horizon)).collect::<Vec<_>>(), [(2, 1)]);
+        record.doses_recorded[5] = false;
+        let found = free_run_errors(&Rising, &record, &rule(), 0.0, from(100.0)).expect("runs");
+        assert_eq!(found, []);
+    }
+
+    #[test]
+    fn a_run_that_breaks_names_person_and_start() {
+        let error = free_run_errors(&Rising, &record(12), &rule(), 0.0, from(20_000.0));
+        let message = error.expect_err("breaks").to_string();
+        assert!(message.starts_with("person p, free run from step 2: Q1"), "{message}");
+    }
+}

@@ -84,6 +84,34 @@ impl Effect {
     }
 }
 
+impl Effect {
+    /// What an amplitude of 1 does, in one line for the labels of a world.
+    #[must_use]
+    pub const fn size_at_one(self) -> &'static str {
+        match self {
+            Self::Dawn => "endogenous glucose production up to 22 % higher around waking",
+            Self::Exercise => "uptake of 0.028 mmol/kg/min at full effort, within minutes",
+            Self::PostExerciseSensitivity => {
+                "peripheral insulin action up to 30 % higher after 45 min at half effort, over 8 h"
+            }
+            Self::SleepLoss => {
+                "peripheral insulin action 4.5 % lower for each hour missed, until the next night"
+            }
+            Self::SlowMeals => "time of meal absorption up to 50 % longer for 6 h after rich meals",
+            Self::Alcohol => {
+                "endogenous glucose production 30 % lower from 2 to 12 h after 0.75 g/kg"
+            }
+            Self::SetAgeing => "14 % of the insulin lost when a set is three days old",
+            Self::InsulinAbsorption => "time of insulin absorption varies by 15 % between days",
+            Self::CarbMiscount => "counted over eaten log-normal: 63 % below 1, mean error 21 %",
+            Self::MissedMeals => "7 % of meals and snacks neither logged nor covered by a bolus",
+            Self::UnloggedRescueCarbs => {
+                "half of the carbohydrate taken against lows is not logged"
+            }
+        }
+    }
+}
+
 /// The amplitude of each effect in one person; 1 is the published size, 0 is off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplitudes([f64; Effect::ALL.len()]);

@@ -18,8 +18,8 @@ const INSULIN_TAU: Minutes = Minutes(75.0);
 const CARBS_TAU: Minutes = Minutes(45.0);
 /// Steps for which a reading is of use after it was taken: 20 min.
 const READING_LIVES: usize = 4;
-/// Share of meals that are neither logged nor covered at amplitude 1; about 0.25 a day of 20 to 60 g
-/// (0.2 to 1 a day of 20 to 25 g is what studies of meal detection assume).
+/// Share of meals that are neither logged nor covered at amplitude 1; about 0.25 a day of 20 to 60
+/// g (0.2 to 1 a day of 20 to 25 g is what studies of meal detection assume).
 const MISSED_SHARE: f64 = 0.07;
 /// Share of rescue carbohydrate that is not logged at amplitude 1; assumed.
 const UNLOGGED_SHARE: f64 = 0.5;
@@ -33,8 +33,8 @@ const TREATS_AWAKE: f64 = 0.25;
 const TREATS_ASLEEP: f64 = 0.10;
 /// Steps between two treatments: the advice to wait 15 min and test again.
 const TREATMENT_PAUSE: usize = 3;
-/// Reading that is corrected by hand, mg/dL, the probability of that in each step awake, and the steps
-/// that must have passed since the last bolus.
+/// Reading that is corrected by hand, mg/dL, the probability of that in each step awake, and the
+/// steps that must have passed since the last bolus.
 const HIGH: f64 = 230.0;
 const CORRECTS: f64 = 0.08;
 const CORRECTION_PAUSE: usize = 24;
@@ -261,7 +261,8 @@ impl Living<'_> {
                 sleep_efficiency: self.life.asleep.get(step).copied(),
             },
         })?;
-        // Whole increments as a decimal number, so that the log shows 0.15 and not 0.15000000000000002.
+        // Whole increments as a decimal number, so that the log shows 0.15 and not
+        // 0.15000000000000002.
         let bolus = Units((given.bolus.0 * 100.0).round() / 100.0);
         if bolus.0 > 0.0 {
             self.last_bolus = Some(step);

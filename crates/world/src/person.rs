@@ -29,10 +29,11 @@ impl BodyParameters {
     ///
     /// Log-normal factors with these standard deviations: 0.25 shared by the three insulin
     /// sensitivities and 0.15 for each alone; EGP0 and F01 0.10; t_max,I 0.15; t_max,G 0.18; k_e
-    /// and V_I 0.08; V_G 0.05; A_G normal 0.80 (SD 0.05). Resalat et al. 2019 vary the sensitivities alone
-    /// (their relative spreads are 0.28 to 0.39); the others follow the between-person spreads of
-    /// Hovorka et al. (Am J Physiol Endocrinol Metab 2002;282:E992), rounded. Weight normal 76.3 kg
-    /// (SD 15.9), 50 to 115 kg. A body is accepted if its basal need at 115 mg/dL lies between 0.45 and 1.35 U/h.
+    /// and V_I 0.08; V_G 0.05; A_G normal 0.80 (SD 0.05). Resalat et al. 2019 vary the
+    /// sensitivities alone (their relative spreads are 0.28 to 0.39); the others follow the
+    /// between-person spreads of Hovorka et al. (Am J Physiol Endocrinol Metab 2002;282:E992),
+    /// rounded. Weight normal 76.3 kg (SD 15.9), 50 to 115 kg. A body is accepted if its basal need
+    /// at 115 mg/dL lies between 0.45 and 1.35 U/h.
     ///
     /// # Errors
     /// [`WorldError::NoBody`] if no draw is accepted, [`WorldError::Body`] if the model fails.

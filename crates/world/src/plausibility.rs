@@ -29,9 +29,9 @@ impl Check {
 
 /// The figures of a record: glucose over the recorded readings, insulin and carbohydrate by day.
 ///
-/// The ranges enclose adults on pumps in observational cohorts (mean glucose 130 to 190 mg/dL, CV 28 to
-/// 45 %, 50 to 85 % in and 1 to 6 % below range, 20 to 70 U and 100 to 300 g a day, 90 to 99.5 % of readings
-/// present). An empty record has figures that are not numbers.
+/// The ranges enclose adults on pumps in observational cohorts (mean glucose 130 to 190 mg/dL, CV
+/// 28 to 45 %, 50 to 85 % in and 1 to 6 % below range, 20 to 70 U and 100 to 300 g a day, 90 to
+/// 99.5 % of readings present). An empty record has figures that are not numbers.
 #[must_use]
 pub fn checks(record: &Record) -> Vec<Check> {
     let readings: Vec<f64> = record.cgm().iter().flatten().copied().collect();

@@ -44,7 +44,8 @@ pub struct Observation {
     pub glucose: Option<MgPerDl>,
     /// Its change, mg/dL per minute; 0 if unknown.
     pub trend: f64,
-    /// Insulin delivered beyond the programmed profile and still to act; negative after suspensions.
+    /// Insulin delivered beyond the programmed profile and still to act; negative after
+    /// suspensions.
     pub insulin_on_board: Units,
     /// Announced carbohydrate still to be absorbed.
     pub carbs_on_board: Grams,

@@ -92,7 +92,8 @@ mod tests {
         let wear = SensorWear::sample(&calendar, &mut stream(2, 0, Concept::Sensor));
         let lost = (0..calendar.steps()).filter(|s| wear.is_lost(*s)).count() as f64
             / calendar.steps() as f64;
-        // 24/2880 in warm-ups and 8.5/576 in stretches: 2.3 %; 100 stretches leave a tenth each way.
+        // 24/2880 in warm-ups and 8.5/576 in stretches: 2.3 %; 100 stretches leave a tenth each
+        // way.
         assert!((0.015..0.032).contains(&lost), "{lost}");
         let changes = (0..calendar.steps()).filter(|s| wear.starts_at(*s)).count();
         assert!((19..=21).contains(&changes), "{changes}");

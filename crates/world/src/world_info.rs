@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::behaviour::Habits;
-use crate::effects::Amplitudes;
+use crate::effects::{Amplitudes, Effect};
 use crate::therapy::{Regime, TherapySettings};
 use crate::virtual_person::VirtualPerson;
 
@@ -18,6 +18,8 @@ pub struct WorldInfo {
     pub seed: u64,
     /// Days of each person.
     pub days: usize,
+    /// What an amplitude of 1 does, by effect.
+    pub effects: BTreeMap<&'static str, &'static str>,
     /// The people, in the order of the cohort.
     pub people: Vec<PersonInfo>,
 }
@@ -57,6 +59,7 @@ impl WorldInfo {
                 effects: person.amplitudes,
             })
             .collect();
-        Self { version: env!("CARGO_PKG_VERSION"), seed, days, people }
+        let effects = Effect::ALL.into_iter().map(|e| (e.name(), e.size_at_one())).collect();
+        Self { version: env!("CARGO_PKG_VERSION"), seed, days, effects, people }
     }
 }

@@ -13,7 +13,16 @@ const STATIC_STEPS: &[(&str, &[&str], &[(&str, &str)])] = &[
     ("formatting", &["fmt", "--all", "--check"], &[]),
     (
         "lints",
-        &["clippy", "--workspace", "--all-targets", "--locked", "--quiet", "--", "--deny", "warnings"],
+        &[
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--locked",
+            "--quiet",
+            "--",
+            "--deny",
+            "warnings",
+        ],
         &[],
     ),
     (
@@ -22,10 +31,11 @@ const STATIC_STEPS: &[(&str, &[&str], &[(&str, &str)])] = &[
         &[("RUSTDOCFLAGS", "--deny warnings")],
     ),
 ];
-const TESTS: (&str, &[&str], &[(&str, &str)]) = ("tests", &["test", "--workspace", "--locked"], &[]);
+const TESTS: (&str, &[&str], &[(&str, &str)]) =
+    ("tests", &["test", "--workspace", "--locked"], &[]);
 
 /// Runs the steps in order and stops at the first that fails.
-pub fn run(args: &CheckArgs) -> Result<()> {
+pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     let root = workspace_root();
     progress::note("check: crate directions");
     directions::check(&root)?;
@@ -57,6 +67,6 @@ fn cargo(
 }
 
 /// The folder of the workspace's `Cargo.toml`.
-pub fn workspace_root() -> PathBuf {
+pub(crate) fn workspace_root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }

@@ -11,13 +11,13 @@ use crate::stages::report;
 use crate::stages::twin::read_cohort;
 
 /// The manifest of a run with these arguments.
-pub fn manifest(args: &DiagnoseArgs) -> Result<Manifest> {
+pub(crate) fn manifest(args: &DiagnoseArgs) -> Result<Manifest> {
     let config = serde_json::to_value(DiagnosisConfig::working())?;
     Manifest::new("diagnose", config, Some(args.seed)).with_input(&args.cohort)
 }
 
 /// Runs the command.
-pub fn run(args: &DiagnoseArgs) -> Result<()> {
+pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     if args.model != "ode" {
         bail!(
             "--model {}: this version diagnoses the ODE plant only; give --model ode or leave it out",

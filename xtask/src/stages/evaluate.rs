@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
 use nn_statespace::PopulationModel;
-use twins::{EvaluationSettings, OutcomesTable, Twin, evaluate};
+use twins::Twin;
+use twins::evaluation::{EvaluationSettings, OutcomesTable, evaluate};
 
 use crate::cli::{EvaluateArgs, Profile};
 use crate::manifest::Manifest;
@@ -20,7 +21,7 @@ use crate::stages::{example_day, train, twin};
 const FEWEST_PEOPLE: usize = 2;
 
 /// The manifest of a run with these arguments.
-pub fn manifest(args: &EvaluateArgs) -> Result<Manifest> {
+pub(crate) fn manifest(args: &EvaluateArgs) -> Result<Manifest> {
     let config = serde_json::json!({ "profile": profile_of(&args.twins)? });
     Manifest::new("evaluate", config, Some(args.seed))
         .with_input(&args.cohort)?
@@ -28,7 +29,7 @@ pub fn manifest(args: &EvaluateArgs) -> Result<Manifest> {
 }
 
 /// Runs the command.
-pub fn run(args: &EvaluateArgs) -> Result<()> {
+pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
     let manifest = manifest(args)?;
     let cohort = read_cohort(&args.cohort)?;
     let (population, twins) = read_twins(&args.twins)?;

@@ -8,13 +8,12 @@ use cohort::{Cohort, MissingDoses, Person};
 use nn_statespace::PopulationModel;
 use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, StepInput, simulate};
 use serde::Serialize;
-use twins::{
-    Evaluation, Method, PersonWindows, Protocol, Startable, Twin, ode_baseline, window_starts,
-};
+use twins::evaluation::{Evaluation, Method, ode_baseline};
+use twins::{PersonWindows, Protocol, Startable, Twin, window_starts};
 
 /// `example_day.json`: every series has one value a step.
 #[derive(Debug, Serialize)]
-pub struct ExampleDay {
+pub(crate) struct ExampleDay {
     person_id: String,
     date: String,
     time: Vec<String>,
@@ -31,14 +30,14 @@ pub struct ExampleDay {
 
 /// Which day to show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Chosen {
+pub(crate) struct Chosen {
     person: usize,
     start: usize,
 }
 
 /// The day to show: of the person with the median error of the twin, the first complete calendar
 /// day after the training days. Nothing about how the day itself comes out enters the choice.
-pub fn choose(
+pub(crate) fn choose(
     cohort: &Cohort,
     twins: &BTreeMap<String, Twin>,
     evaluation: &Evaluation,
@@ -72,7 +71,7 @@ fn complete_day(person: &Person, protocol: &Protocol) -> Option<usize> {
 }
 
 /// Runs the day under the twin, the population model and the ODE.
-pub fn simulate_day(
+pub(crate) fn simulate_day(
     cohort: &Cohort,
     twins: &BTreeMap<String, Twin>,
     population: &Arc<PopulationModel>,

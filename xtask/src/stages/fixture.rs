@@ -10,7 +10,7 @@ use crate::output::OutputFolder;
 use crate::progress::note;
 
 /// Runs the command.
-pub fn run(args: &FixtureArgs) -> Result<()> {
+pub(crate) fn run(args: &FixtureArgs) -> Result<()> {
     let (cohort, info) = embedded_cohort(EMBEDDED_SEED).context("making the embedded cohort")?;
     let config = serde_json::json!({ "people": cohort.people.len(), "days": EMBEDDED_DAYS });
     let manifest = Manifest::new("fixture", config, Some(EMBEDDED_SEED));

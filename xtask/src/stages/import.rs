@@ -9,7 +9,7 @@ use crate::output::OutputFolder;
 use crate::progress::note;
 
 /// Runs the command.
-pub fn run(args: &ImportArgs) -> Result<()> {
+pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     if !args.source.exists() {
         bail!("there is nothing at '{}'", args.source.display());
     }

@@ -15,7 +15,7 @@ use crate::progress::note;
 use crate::stages::train;
 
 /// The twin's file name in an output folder.
-pub const TWIN: &str = "twin.safetensors";
+pub(crate) const TWIN: &str = "twin.safetensors";
 
 /// The three files of a published population model.
 struct PopulationFiles {
@@ -25,11 +25,14 @@ struct PopulationFiles {
 }
 
 /// Runs the command.
-pub fn run(args: &ImportModelArgs) -> Result<()> {
+pub(crate) fn run(args: &ImportModelArgs) -> Result<()> {
     let ModelFormat::T1dsim = args.from;
     let folder = &args.folder;
     if !folder.is_dir() {
-        bail!("there is no folder '{}'; give the folder with the .pt and .pkl files", folder.display());
+        bail!(
+            "there is no folder '{}'; give the folder with the .pt and .pkl files",
+            folder.display()
+        );
     }
     let config = serde_json::json!({ "from": args.from });
     let twin = folder.join("individual_model.pt");

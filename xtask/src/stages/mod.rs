@@ -1,17 +1,17 @@
 //! One file a command. Each reads what it is given, calls the crates, and writes one folder.
 
-pub mod check;
-pub mod diagnose;
-pub mod evaluate;
-pub mod example_day;
-pub mod fixture;
-pub mod import;
-pub mod import_model;
-pub mod pipeline;
-pub mod replay;
-pub mod report;
-pub mod simulate;
-pub mod steady_state;
-pub mod train;
-pub mod twin;
-pub mod verify;
+pub(crate) mod check;
+pub(crate) mod diagnose;
+pub(crate) mod evaluate;
+pub(crate) mod example_day;
+pub(crate) mod fixture;
+pub(crate) mod import;
+pub(crate) mod import_model;
+pub(crate) mod pipeline;
+pub(crate) mod replay;
+pub(crate) mod report;
+pub(crate) mod simulate;
+pub(crate) mod steady_state;
+pub(crate) mod train;
+pub(crate) mod twin;
+pub(crate) mod verify;

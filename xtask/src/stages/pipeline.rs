@@ -22,7 +22,7 @@ const PAPER_ROW_SECONDS: f64 = 60.0;
 
 /// The stages, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum Stage {
+pub(crate) enum Stage {
     /// Read and judge the cohort's records.
     Cohort,
     /// Simulate days and train the population network.
@@ -58,7 +58,7 @@ impl Stage {
 }
 
 /// Runs the command.
-pub fn run(args: &PipelineArgs) -> Result<()> {
+pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("cannot make the folder '{}'", args.out.display()))?;
     let at = |stage: Stage| args.out.join(stage.folder());
@@ -75,8 +75,7 @@ pub fn run(args: &PipelineArgs) -> Result<()> {
     let model = match &args.model {
         Some(path) => path.clone(),
         None => {
-            let train =
-                TrainArgs { profile: args.profile, out: at(Stage::Train), seed: args.seed };
+            let train = TrainArgs { profile: args.profile, out: at(Stage::Train), seed: args.seed };
             step(args, Stage::Train, &train.out, train::manifest(&train), || train::run(&train))?;
             train.out.join(train::MODEL)
         }
@@ -95,7 +94,9 @@ pub fn run(args: &PipelineArgs) -> Result<()> {
             out: at(Stage::Verify),
             seed: args.seed,
         };
-        step(args, Stage::Verify, &verify.out, verify::manifest(&verify)?, || verify::run(&verify))?;
+        step(args, Stage::Verify, &verify.out, verify::manifest(&verify)?, || {
+            verify::run(&verify)
+        })?;
     } else {
         note(format!(
             "verify: left out, since there is no {} beside '{}'",
@@ -123,12 +124,8 @@ pub fn run(args: &PipelineArgs) -> Result<()> {
         evaluate::run(&evaluate)
     })?;
 
-    let diagnose = DiagnoseArgs {
-        cohort,
-        model: "ode".to_owned(),
-        out: at(Stage::Diagnose),
-        seed: args.seed,
-    };
+    let diagnose =
+        DiagnoseArgs { cohort, model: "ode".to_owned(), out: at(Stage::Diagnose), seed: args.seed };
     step(args, Stage::Diagnose, &diagnose.out, diagnose::manifest(&diagnose)?, || {
         diagnose::run(&diagnose)
     })?;
@@ -179,7 +176,8 @@ fn judge_cohort(folder: &Path, out: &Path) -> Result<()> {
 fn account(cohort: &Cohort, folder: &Path) -> Result<serde_json::Value> {
     let path = folder.join("import_report.json");
     if path.is_file() {
-        let text = std::fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
+        let text =
+            std::fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
         return serde_json::from_slice(&text).with_context(|| format!("'{}'", path.display()));
     }
     let people = cohort

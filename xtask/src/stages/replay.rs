@@ -21,7 +21,7 @@ use crate::stages::twin::read_cohort;
 
 /// Where a replay starts.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Initial {
+pub(crate) enum Initial {
     /// The model's own steady state at the first reading.
     SteadyState,
     /// The row of a published table.
@@ -41,15 +41,14 @@ impl FromStr for Initial {
 }
 
 /// Runs the command.
-pub fn run(args: &ReplayArgs) -> Result<()> {
+pub(crate) fn run(args: &ReplayArgs) -> Result<()> {
     let initial = match &args.initial {
         Initial::SteadyState => "steady-state",
         Initial::Table(_) => "table",
     };
     let config = serde_json::json!({ "initial": initial, "missing_doses": "zero" });
-    let mut manifest = Manifest::new("replay", config, None)
-        .with_input(&args.cohort)?
-        .with_input(&args.model)?;
+    let mut manifest =
+        Manifest::new("replay", config, None).with_input(&args.cohort)?.with_input(&args.model)?;
     let cohort = read_cohort(&args.cohort)?;
     let population = Arc::new(read_population(&args.model)?);
     let twin = match &args.twin {

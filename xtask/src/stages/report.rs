@@ -12,10 +12,10 @@ use crate::manifest::Manifest;
 use crate::progress::note;
 
 /// The report's file name.
-pub const FILE: &str = "report.html";
+pub(crate) const FILE: &str = "report.html";
 
 /// Runs the command.
-pub fn run(args: &ReportArgs) -> Result<()> {
+pub(crate) fn run(args: &ReportArgs) -> Result<()> {
     let folder = &args.folder;
     if !folder.is_dir() {
         bail!("there is no folder '{}'", folder.display());
@@ -34,7 +34,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
 }
 
 /// Writes the report of a folder that is being built, with the manifest it will get.
-pub fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
+pub(crate) fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
     let mut inputs = gather_parts(folder)?;
     let text = serde_json::to_vec(manifest)?;
     inputs.read(Part::Manifest, text.as_slice())?;
@@ -47,7 +47,7 @@ pub fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
 ///
 /// # Errors
 /// If there is nothing, or a file does not hold what its name says.
-pub fn gather(folder: &Path) -> Result<Inputs> {
+pub(crate) fn gather(folder: &Path) -> Result<Inputs> {
     let inputs = gather_parts(folder)?;
     let nothing = inputs.outcomes.is_none()
         && inputs.conformance.is_none()

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
-use ode_sim::vpp_scenario::{Meal, Row, Scenario, START_GLUCOSE, VirtualPatient, trace};
+use ode_sim::vpp_scenario::{Meal, Row, START_GLUCOSE, Scenario, VirtualPatient, trace};
 use ode_sim::{OdeParameters, OdeState, OdeVector};
 use physiology::{Compartment, Grams, Kilograms, Units};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ const STATES: [(&str, Compartment); 8] = [
 ];
 
 /// Runs the command.
-pub fn run(args: &SimulateArgs) -> Result<()> {
+pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     let scenarios = match &args.scenario {
         None => Scenario::ALL.to_vec(),
         Some(name) => match Scenario::from_name(name) {
@@ -57,8 +57,9 @@ pub fn run(args: &SimulateArgs) -> Result<()> {
         "initial": if initial.is_some() { "table" } else { "steady state" },
         "start_glucose_mg_dl": START_GLUCOSE.0,
     });
-    let mut manifest =
-        Manifest::new("simulate", config, None).with_input(&args.patients)?.with_input(&args.meals)?;
+    let mut manifest = Manifest::new("simulate", config, None)
+        .with_input(&args.patients)?
+        .with_input(&args.meals)?;
     if let Some(path) = &args.initial {
         manifest = manifest.with_input(path)?;
     }
@@ -98,27 +99,16 @@ fn written(patient: &str, scenario: Scenario, rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {
         let x = row.state.vector();
-        // Nine significant digits, as the published traces have.
-        write!(
-            text,
-            "{patient},{scenario},{},{},{}",
-            row.step,
-            nine_digits(row.glucose.0),
-            nine_digits(row.insulin.0)
-        )
-        .expect("writing to a String cannot fail");
+        // The shortest text that reads back exactly: a comparison with rounded traces is then
+        // limited by their rounding alone.
+        write!(text, "{patient},{scenario},{},{},{}", row.step, row.glucose.0, row.insulin.0)
+            .expect("writing to a String cannot fail");
         for (_, compartment) in STATES {
-            write!(text, ",{}", nine_digits(x[compartment]))
-                .expect("writing to a String cannot fail");
+            write!(text, ",{}", x[compartment]).expect("writing to a String cannot fail");
         }
         text.push('\n');
     }
     text
-}
-
-/// A number with nine significant digits in the shortest form that keeps them.
-fn nine_digits(value: f64) -> f64 {
-    format!("{value:.8e}").parse().expect("a formatted number is a number")
 }
 
 fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
@@ -199,16 +189,4 @@ fn start_of(table: &[(String, OdeState)], patient: &str) -> Result<OdeState> {
         .find(|(name, _)| name == patient)
         .map(|(_, state)| *state)
         .with_context(|| format!("the initial states have no row for patient {patient}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nine_digits_are_kept() {
-        assert_eq!(nine_digits(1.0 / 3.0), 0.333333333);
-        assert_eq!(nine_digits(160.0), 160.0);
-        assert_eq!(nine_digits(1.234_567_891_2e-5), 1.23456789e-5);
-    }
 }

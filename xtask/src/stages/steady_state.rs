@@ -8,7 +8,9 @@ use std::fs::File;
 use std::path::Path;
 
 use anyhow::{Context as _, Result};
-use nn_statespace::initial_state::{InitialStateTable, SteadyState, SteadyStateOutcome, steady_state};
+use nn_statespace::initial_state::{
+    InitialStateTable, SteadyState, SteadyStateOutcome, steady_state,
+};
 use nn_statespace::{PopulationModel, ScaledInputs, ScaledStates, Signal};
 use physiology::{Compartment, Grams, MgPerDl, OpenLoop, STEP, STEPS_PER_DAY, StepInput, simulate};
 
@@ -45,9 +47,10 @@ struct Published {
 }
 
 /// Runs the command.
-pub fn run(args: &SteadyStateArgs) -> Result<()> {
-    let mut manifest = Manifest::new("steady-state", serde_json::json!({ "glucose_mg_dl": GLUCOSE }), None)
-        .with_input(&args.model)?;
+pub(crate) fn run(args: &SteadyStateArgs) -> Result<()> {
+    let mut manifest =
+        Manifest::new("steady-state", serde_json::json!({ "glucose_mg_dl": GLUCOSE }), None)
+            .with_input(&args.model)?;
     let model = read_population(&args.model)?;
     let table = match &args.compare {
         None => None,
@@ -74,7 +77,7 @@ pub fn run(args: &SteadyStateArgs) -> Result<()> {
 }
 
 /// A published table of initial states.
-pub fn read_table(path: &Path) -> Result<InitialStateTable> {
+pub(crate) fn read_table(path: &Path) -> Result<InitialStateTable> {
     let file = File::open(path).with_context(|| format!("cannot open '{}'", path.display()))?;
     InitialStateTable::read(file)
         .with_context(|| format!("the table of initial states '{}'", path.display()))
@@ -117,7 +120,8 @@ fn published(model: &PopulationModel, own: &SteadyState, start: ScaledStates) ->
     with_their_gut[Compartment::C1] = start[Compartment::C1];
     let excess = appeared(model, own, with_their_gut, Grams(0.0))?
         - appeared(model, own, at_rest, Grams(0.0))?;
-    let meal = appeared(model, own, at_rest, TEST_MEAL)? - appeared(model, own, at_rest, Grams(0.0))?;
+    let meal =
+        appeared(model, own, at_rest, TEST_MEAL)? - appeared(model, own, at_rest, Grams(0.0))?;
     Ok(Published {
         residual,
         c1: start[Compartment::C1],

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::{Context as _, Result};
-use nn_statespace::training::{CarbStart, Provenance, Run, Trained, TrainingConfig, WindowSet, train};
+use nn_statespace::training::{
+    CarbStart, Provenance, Run, Trained, TrainingConfig, WindowSet, train,
+};
 use nn_statespace::{Scaler, Widths};
 use ode_sim::development_set::Subset;
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
@@ -17,9 +19,9 @@ use crate::output::OutputFolder;
 use crate::progress::Progress;
 
 /// The model's file name in an output folder.
-pub const MODEL: &str = "population.safetensors";
+pub(crate) const MODEL: &str = "population.safetensors";
 /// The range of the training data, as a region that `verify` reads.
-pub const REGION: &str = "region.json";
+pub(crate) const REGION: &str = "region.json";
 
 /// Steps of a window: five hours (paper).
 const WINDOW: usize = 60;
@@ -72,12 +74,12 @@ impl Recipe {
 }
 
 /// The manifest of a run with these arguments.
-pub fn manifest(args: &TrainArgs) -> Manifest {
+pub(crate) fn manifest(args: &TrainArgs) -> Manifest {
     Manifest::new("train", Recipe::new(args.profile, args.seed).json(), Some(args.seed))
 }
 
 /// Runs the command.
-pub fn run(args: &TrainArgs) -> Result<()> {
+pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let began = Instant::now();
     let recipe = Recipe::new(args.profile, args.seed);
     let manifest = manifest(args);

@@ -6,10 +6,8 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
 use cohort::{Cohort, read_folder};
-use twins::{
-    EvaluationSettings, InputSet, Protocol, TrainingPlan, Twin, TwinRecipe, TwinsTable, build_twins,
-    evaluate,
-};
+use twins::evaluation::{EvaluationSettings, TwinsTable, evaluate};
+use twins::{InputSet, Protocol, TrainingPlan, Twin, TwinRecipe, build_twins};
 
 use crate::cli::{Profile, TwinArgs};
 use crate::manifest::Manifest;
@@ -19,10 +17,10 @@ use crate::progress::Progress;
 use crate::stages::train;
 
 /// Folder of the twins within the output folder.
-pub const TWINS: &str = "twins";
+pub(crate) const TWINS: &str = "twins";
 
 /// How a profile cuts records and trains.
-pub fn protocol(profile: Profile) -> (Protocol, TrainingPlan) {
+pub(crate) fn protocol(profile: Profile) -> (Protocol, TrainingPlan) {
     match profile {
         Profile::Quick => (Protocol::quick(), TrainingPlan::quick()),
         Profile::Paper => (Protocol::paper(), TrainingPlan::paper()),
@@ -30,13 +28,13 @@ pub fn protocol(profile: Profile) -> (Protocol, TrainingPlan) {
 }
 
 /// The manifest of a run with these arguments.
-pub fn manifest(args: &TwinArgs) -> Result<Manifest> {
+pub(crate) fn manifest(args: &TwinArgs) -> Result<Manifest> {
     let config = serde_json::json!({ "profile": args.profile, "inputs": InputSet::All.name() });
     Manifest::new("twin", config, Some(args.seed)).with_input(&args.cohort)?.with_input(&args.model)
 }
 
 /// Runs the command.
-pub fn run(args: &TwinArgs) -> Result<()> {
+pub(crate) fn run(args: &TwinArgs) -> Result<()> {
     let manifest = manifest(args)?;
     let cohort = read_cohort(&args.cohort)?;
     let population = Arc::new(read_population(&args.model)?);
@@ -62,7 +60,9 @@ pub fn run(args: &TwinArgs) -> Result<()> {
     }
     let twins: BTreeMap<String, Twin> = built
         .iter()
-        .filter_map(|person| Some((person.person_id.clone(), person.result.as_ref().ok()?.twin.clone())))
+        .filter_map(|person| {
+            Some((person.person_id.clone(), person.result.as_ref().ok()?.twin.clone()))
+        })
         .collect();
     let settings = EvaluationSettings::paper(protocol, args.seed);
     let judged = evaluate(&cohort, &twins, &population, &settings).context("judging the twins")?;
@@ -79,6 +79,6 @@ pub fn run(args: &TwinArgs) -> Result<()> {
 }
 
 /// A cohort folder.
-pub fn read_cohort(folder: &Path) -> Result<Cohort> {
+pub(crate) fn read_cohort(folder: &Path) -> Result<Cohort> {
     read_folder(folder).with_context(|| format!("the cohort '{}'", folder.display()))
 }

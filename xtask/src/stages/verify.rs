@@ -45,7 +45,7 @@ fn region_path(args: &VerifyArgs) -> Result<PathBuf> {
 }
 
 /// The manifest of a run with these arguments.
-pub fn manifest(args: &VerifyArgs) -> Result<Manifest> {
+pub(crate) fn manifest(args: &VerifyArgs) -> Result<Manifest> {
     let config = serde_json::json!({
         "limit_seconds": args.limit,
         "relative_gap": RELATIVE_GAP,
@@ -58,7 +58,7 @@ pub fn manifest(args: &VerifyArgs) -> Result<Manifest> {
 }
 
 /// Runs the command.
-pub fn run(args: &VerifyArgs) -> Result<()> {
+pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     if !(args.limit.is_finite() && args.limit > 0.0) {
         bail!("--limit {} must be a positive number of seconds", args.limit);
     }
@@ -126,7 +126,7 @@ fn verify_row(
 }
 
 /// A sub-network handed over as matrices.
-pub fn network(model: &PopulationModel, compartment: Compartment) -> Result<OneHiddenLayer> {
+pub(crate) fn network(model: &PopulationModel, compartment: Compartment) -> Result<OneHiddenLayer> {
     let network = model.network(compartment);
     let inputs = model.wiring().inputs(compartment);
     let names = inputs.iter().map(|signal| signal.name().to_owned()).collect();
@@ -185,7 +185,8 @@ fn table(rows: &[Row]) -> String {
             row.seconds,
             match row.kind {
                 conformance::PropertyKind::Physical => "",
-                conformance::PropertyKind::OppositeInformational => "  (opposite sign, informational)",
+                conformance::PropertyKind::OppositeInformational =>
+                    "  (opposite sign, informational)",
             }
         )
         .expect("writing to a String cannot fail");

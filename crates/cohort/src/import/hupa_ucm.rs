@@ -196,6 +196,7 @@ impl Reader<'_> {
         let at_floor = values.iter().flatten().filter(|value| **value == FLOOR).count();
         self.note(GLUCOSE, "readings of exactly 40 mg/dL: the sensor's floor, kept", at_floor);
         self.lines(GLUCOSE, Channel::Cgm);
+        self.reading_interval();
         Ok(())
     }
 
@@ -222,6 +223,24 @@ impl Reader<'_> {
         let long = lines.values_in_lines_of(LONG_LINE);
         let what = "of these in lines of half an hour or more: filled gaps, kept";
         self.note(column, what, long);
+    }
+
+    /// Infers how far apart the sensor's own readings are from the commonest line between them.
+    fn reading_interval(&mut self) {
+        let lines = StraightLines::find(self.record.cgm());
+        let mut counts = std::collections::BTreeMap::new();
+        for line in &lines.inside {
+            *counts.entry(line.len() + 1).or_insert(0_usize) += 1;
+        }
+        let Some((steps, count)) = counts.into_iter().max_by_key(|(_, count)| *count) else {
+            return;
+        };
+        let all = lines.inside.len();
+        self.infer(
+            GLUCOSE,
+            &format!("a reading every {} min, lines drawn between them", 5 * steps),
+            format!("{count} of {all} straight lines are that long"),
+        );
     }
 
     fn basal(&mut self) -> Result<Therapy, CohortError> {

@@ -157,6 +157,23 @@ fn people_who_cannot_be_diagnosed_are_excluded_by_name_and_reason() {
 }
 
 #[test]
+fn unrecorded_doses_are_treated_as_the_policy_says() {
+    let world = World { gap: Gap::None, days: 5, spread: 0.5 };
+    let mut cohort = cohort(&world, 2, 5);
+    let whole = diagnose(&cohort, &config(), 1).expect("diagnosed");
+    cohort.people[0].record.channel_mut(cohort::Channel::Bolus)[700..720].fill(None);
+    let held = diagnose(&cohort, &config(), 1).expect("diagnosed");
+    let runs = |d: &Diagnosis| d.people[0].calibration.as_ref().map_or(0, |c| c.runs);
+    assert_eq!(held.people[0].calibration.as_ref().map(|c| c.unrecorded_doses), Some(20));
+    assert!(0 < runs(&held) && runs(&held) < runs(&whole), "{} {}", runs(&held), runs(&whole));
+    let strict =
+        DiagnosisConfig { missing_doses: gap::MissingDosePolicy::ExcludePerson, ..config() };
+    let strict = diagnose(&cohort, &strict, 1).expect("one is left");
+    let reason = strict.people[0].excluded.as_deref();
+    assert!(reason.is_some_and(|r| r.starts_with("20 steps")), "{reason:?}");
+}
+
+#[test]
 fn bad_input_is_an_error_that_says_where() {
     let world = World { gap: Gap::None, days: 5, spread: 0.5 };
     let good = cohort(&world, 1, 5);

@@ -54,15 +54,15 @@ pub enum Sport {
 impl Habits {
     /// Draws the habits of one person.
     ///
-    /// Bed and wake times: about 23:00 to 7:00, spread 0.6 h, sleep efficiency 0.90 (SD 0.03; adults,
-    /// Ohayon et al., Sleep 2004;27:1255). Missed boluses 2 to 10 % and late ones 12 to 32 % of
-    /// main meals: youths with a raised HbA1c miss 4 to 5 a week (Chase et al., Diabetes Care
-    /// 2006;29:1012), and these people are better kept adults. Sessions: 3 to 4 a week, as asked of the T1DEXI cohort
-    /// (Riddell et al., Diabetes Care 2023;46:704). Set changes about every 3 days, the labelled
-    /// wear time. Highest heart rate 208 - 0.7 age (Tanaka et al., J Am Coll Cardiol
-    /// 2001;37:153) with ages uniform from 22 to 60. Walking 450 steps a waking hour gives about 7,000 a
-    /// day (Tudor-Locke et al., Int J Behav Nutr Phys Act 2011;8:79). The spread between people of
-    /// appetite, snacks and alcohol is assumed.
+    /// Bed and wake times: about 23:00 to 7:00, spread 0.6 h, sleep efficiency 0.90 (SD 0.03;
+    /// adults, Ohayon et al., Sleep 2004;27:1255). Missed boluses 2 to 10 % and late ones 12 to 32
+    /// % of main meals: youths with a raised HbA1c miss 4 to 5 a week (Chase et al., Diabetes Care
+    /// 2006;29:1012), and these people are better kept adults. Sessions: 3 to 4 a week, as asked of
+    /// the T1DEXI cohort (Riddell et al., Diabetes Care 2023;46:704). Set changes about every 3
+    /// days, the labelled wear time. Highest heart rate 208 - 0.7 age (Tanaka et al., J Am Coll
+    /// Cardiol 2001;37:153) with ages uniform from 22 to 60. Walking 450 steps a waking hour gives
+    /// about 7,000 a day (Tudor-Locke et al., Int J Behav Nutr Phys Act 2011;8:79). The spread
+    /// between people of appetite, snacks and alcohol is assumed.
     #[must_use]
     pub fn sample(rng: &mut (impl Rng + ?Sized)) -> Self {
         let age: f64 = rng.random_range(22.0..60.0);

@@ -58,14 +58,14 @@ pub struct Meal {
 ///
 /// Families of the sizes as Camerlingo et al. fitted them to 4,874 days of 32 people (J Diabetes
 /// Sci Technol 2021;15:346: gamma for breakfast and snacks, log-normal for lunch, a heavy-tailed
-/// family for dinner); medians near 45, 62, 73 and 16 g and coefficients of variation near a third are
-/// chosen so that days hold 100 to 300 g. Times: breakfast 0.7 h (SD 0.3) after waking, lunch 12:40, dinner
-/// 18:50 (SD 0.5 h; an hour later at weekends), snacks uniform from 2 h after waking to 22:00. One breakfast
-/// in twelve and one lunch in thirty are skipped.
+/// family for dinner); medians near 45, 62, 73 and 16 g and coefficients of variation near a third
+/// are chosen so that days hold 100 to 300 g. Times: breakfast 0.7 h (SD 0.3) after waking, lunch
+/// 12:40, dinner 18:50 (SD 0.5 h; an hour later at weekends), snacks uniform from 2 h after waking
+/// to 22:00. One breakfast in twelve and one lunch in thirty are skipped.
 ///
-/// Counting error: log ratio N(-0.085, 0.26), falling by 0.08 per doubling of the meal, so that 63 % are
-/// underestimated and the mean absolute error is about 21 % (Brazeau et al., Diabetes Res Clin
-/// Pract 2013;99:19), larger meals more (Roversi et al., Diabetes Technol Ther 2020;22:749).
+/// Counting error: log ratio N(-0.085, 0.26), falling by 0.08 per doubling of the meal, so that 63
+/// % are underestimated and the mean absolute error is about 21 % (Brazeau et al., Diabetes Res
+/// Clin Pract 2013;99:19), larger meals more (Roversi et al., Diabetes Technol Ther 2020;22:749).
 /// Bolus: late ones 10 to 45 min (paper, section on scenarios), missed ones by habit; a snack's
 /// bolus is missed three times as often as a main meal's.
 #[must_use]
@@ -151,7 +151,7 @@ fn draw_meal(
         MealKind::Dinner => sizes.dinner.sample(rng) * (1.0 + 0.12 * weekend),
         MealKind::Snack => sizes.snack.sample(rng),
     };
-    let eaten = (size * habits.appetite).clamp(5.0, 160.0);
+    let eaten = (size * habits.appetite).clamp(5.0, 130.0);
     let (timing, lateness) = (rng.random::<f64>(), rng.random_range(2..=9_usize));
     let missed = match kind {
         MealKind::Snack => (3.0 * habits.missed_bolus_probability).min(0.3),
@@ -174,7 +174,8 @@ fn draw_meal(
         step: 0,
         kind,
         eaten: Grams(eaten),
-        log_counting_error: -0.085 - 0.08 * (eaten / 62.0).log2() + 0.26 * standard_normal(rng),
+        log_counting_error: -0.085 - 0.08 * (eaten / 62.0).log2()
+            + 0.26 * standard_normal(rng).clamp(-2.0, 2.0),
         logging_draw: rng.random(),
         bolus,
         richness: if rich_draw < rich_probability { rich_size } else { 0.0 },

@@ -18,14 +18,14 @@ pub struct Wearable {
 
 /// Draws both channels from one course of activity.
 ///
-/// At rest the heart beats with a day-night rhythm of 6/min about the resting value (lowest near
-/// 4:00) and 6/min less asleep (Degaute et al., Hypertension 1991;18:199, of the order of).
-/// Everyday activity comes in bouts and raises it by up to 25/min. In exercise the share of the
-/// heart-rate reserve equals that of VO2max (Swain and Leutholtz, Med Sci Sports Exerc
-/// 1997;29:410), reached with a time constant of a step, and it recovers over about 15 min. Cadence 110/min for
-/// walking and 160/min for running (Tudor-Locke et al., Int J Behav Nutr Phys Act 2011;8:79).
-/// Noise is autoregressive. The device is off for about an hour on two days in three and for one
-/// whole night in fifteen (assumed).
+/// At rest the heart beats with a day-night rhythm of 5/min, 2/min above the resting value on
+/// average (lowest near 4:00) and 5/min less asleep (Degaute et al., Hypertension 1991;18:199, of
+/// the order of). Everyday activity comes in bouts and raises it by up to 25/min. In exercise the
+/// share of the heart-rate reserve equals that of VO2max (Swain and Leutholtz, Med Sci Sports Exerc
+/// 1997;29:410), reached with a time constant of a step, and it recovers over about 15 min. Cadence
+/// 110/min for walking and 160/min for running (Tudor-Locke et al., Int J Behav Nutr Phys Act
+/// 2011;8:79). Noise is autoregressive. The device is off for about an hour on two days in three
+/// and for one whole night in fifteen (assumed).
 #[must_use]
 pub(super) fn wearable(
     habits: &Habits,
@@ -58,7 +58,7 @@ pub(super) fn wearable(
         noise = 0.8 * noise + 1.8 * jitter;
 
         let phase = std::f64::consts::TAU * (calendar.hour(step) - 16.0) / 24.0;
-        let rest = habits.resting_heart_rate + 6.0 * (phase.cos() - 0.4) - 6.0 * (1.0 - awake);
+        let rest = habits.resting_heart_rate + 5.0 * (phase.cos() + 0.4) - 5.0 * (1.0 - awake);
         let rate = rest + 25.0 * bout * (1.0 - effort) + effort * reserve + noise;
         let walked = match session.map(|s| s.sport) {
             Some(Sport::Walking) => 5.0 * (110.0 + 5.0 * cadence_draw),

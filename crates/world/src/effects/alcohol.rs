@@ -3,9 +3,9 @@
 use super::rise;
 
 /// Fall of the production at its depth after 0.75 g/kg, as a share. That dose at 21:00 lowers
-/// glucose through the night and until noon (Turner et al., Diabetes Care 2001;24:1888); it inhibits
-/// gluconeogenesis by about half, which is half of the production overnight (Siler et al., Am J
-/// Physiol 1998;275:E897).
+/// glucose through the night and until noon (Turner et al., Diabetes Care 2001;24:1888); it
+/// inhibits gluconeogenesis by about half, which is half of the production overnight (Siler et al.,
+/// Am J Physiol 1998;275:E897).
 const DEPTH: f64 = 0.30;
 
 /// Factor on endogenous glucose production `hours` after the drinking of `dose` (1 is 0.75 g/kg).

@@ -2,8 +2,8 @@
 
 use super::rise;
 
-/// Rise of the production at its height, as a share: the insulin need before breakfast exceeds
-/// that after midnight by about a fifth (of the order of Perriello et al., Diabetologia 1991;34:21).
+/// Rise of the production at its height, as a share: the insulin need before breakfast exceeds that
+/// after midnight by about a fifth (of the order of Perriello et al., Diabetologia 1991;34:21).
 const HEIGHT: f64 = 0.22;
 
 /// Factor on endogenous glucose production at an hour of the day for a person who usually wakes

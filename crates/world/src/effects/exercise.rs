@@ -12,7 +12,8 @@ const UPTAKE_TIME: f64 = 8.0;
 /// release has overtaken four fifths of the uptake (Riddell et al. 2017).
 const HARD: f64 = 70.0;
 /// Rise of insulin action after 45 min at an effort of 0.5, as a share: 20 to 50 % over the
-/// following hours (design of the effect after McMahon et al., J Clin Endocrinol Metab 2007;92:963).
+/// following hours (design of the effect after McMahon et al., J Clin Endocrinol Metab
+/// 2007;92:963).
 const SENSITIVITY: f64 = 0.30;
 /// Effort times minutes of that session.
 const SESSION: f64 = 22.5;

@@ -1,8 +1,8 @@
 //! An infusion set delivers less the longer it is worn.
 
-/// Loss of bioavailability when a set is three days old, as a share: mild. Losses of the order of 15 % a day
-/// after the first days have been described for some users; most see less (Heinemann and Krinelke,
-/// J Diabetes Sci Technol 2012;6:954).
+/// Loss of bioavailability when a set is three days old, as a share: mild. Losses of the order of
+/// 15 % a day after the first days have been described for some users; most see less (Heinemann and
+/// Krinelke, J Diabetes Sci Technol 2012;6:954).
 const LOSS_AT_THREE_DAYS: f64 = 0.14;
 
 /// Share of the delivered insulin that reaches the tissue from a set worn for `age_days`.

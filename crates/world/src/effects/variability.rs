@@ -6,8 +6,8 @@ use rand::Rng;
 use crate::behaviour::standard_normal;
 use crate::calendar::Calendar;
 
-/// Day-to-day spread of insulin action (log): the insulin that closed loops gave varied by 20
-/// to 30 % between days (Ruan et al., Diabetes Care 2016;39:830), of which food and behaviour are the
+/// Day-to-day spread of insulin action (log): the insulin that closed loops gave varied by 20 to 30
+/// % between days (Ruan et al., Diabetes Care 2016;39:830), of which food and behaviour are the
 /// larger part.
 const ACTION_BETWEEN_DAYS: f64 = 0.12;
 /// Within-day spread of insulin action (log) and its correlation time, h; assumed.

@@ -24,7 +24,8 @@ const CORRECT_ABOVE: MgPerDl = MgPerDl(180.0);
 const CORRECTED_SHARE: f64 = 0.4;
 
 /// A controller of the kind that commercial systems use: the need is the distance of predicted
-/// glucose from the target over ISF, plus what announced meals still ask for, less what is on board.
+/// glucose from the target over ISF, plus what announced meals still ask for, less what is on
+/// board.
 #[derive(Debug, Clone)]
 pub struct Aid {
     settings: TherapySettings,

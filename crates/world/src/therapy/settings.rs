@@ -37,7 +37,8 @@ impl TherapySettings {
     /// The settings that trials on the undisturbed body give.
     ///
     /// Basal: the rate that holds 125 mg/dL. ISF: the fall within six hours after 1 U given at a
-    /// steady 180 mg/dL. ICR: the ratio with which a meal of 50 g ends at its start after six hours.
+    /// steady 180 mg/dL. ICR: the ratio with which a meal of 50 g ends at its start after six
+    /// hours.
     ///
     /// # Errors
     /// If the body has no steady state at these values or its simulation fails.
@@ -67,8 +68,9 @@ impl TherapySettings {
 
     /// The settings that a person really uses: those found by trial, each in error.
     ///
-    /// Log errors: basal 0.08, ICR 0.15, ISF 0.15 (assumed). The profile is raised by 5 to 20 % from 3 to 8 h
-    /// against the dawn, and by none to a tenth lowered from 22 to 2 h, whatever the person's own need is.
+    /// Log errors: basal 0.08, ICR 0.15, ISF 0.15 (assumed). The profile is raised by 5 to 20 %
+    /// from 3 to 8 h against the dawn, and by none to a tenth lowered from 22 to 2 h, whatever the
+    /// person's own need is.
     #[must_use]
     pub fn in_use(self, rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut error = |sd: f64| (sd * standard_normal(rng)).clamp(-2.0 * sd, 2.0 * sd).exp();
@@ -140,8 +142,8 @@ mod tests {
     fn trials_on_the_nominal_body_give_settings_of_the_usual_size() {
         let body = BodyParameters { model: OdeParameters::nominal(), weight: Kilograms(76.3) };
         let found = TherapySettings::by_trial(&body).expect("the nominal body has a steady state");
-        // Resalat et al. 2019: 42.3 U a day, of which 1/1.78 basal (0.99 U/h), ICR 1700 / (3 x 42.3)
-        // = 13 g/U; trials and that rule of thumb agree within a factor of two.
+        // Resalat et al. 2019: 42.3 U a day, of which 1/1.78 basal (0.99 U/h), ICR 1700 / (3 x
+        // 42.3) = 13 g/U; trials and that rule of thumb agree within a factor of two.
         assert!((0.5..=2.0).contains(&(found.basal[0] / 0.99)), "{}", found.basal[0]);
         assert!((0.5..=2.0).contains(&(found.icr.0 / 13.4)), "{}", found.icr.0);
         assert!((20.0..90.0).contains(&found.isf), "{}", found.isf);
