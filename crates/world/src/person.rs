@@ -107,6 +107,7 @@ mod tests {
             assert_eq!(untouched, 4); // k_12, k_a1, k_a2 and k_a3 are shared by everybody
         }
         let mean = bodies.iter().map(|b| b.weight.0).sum::<f64>() / 20.0;
-        assert!((mean - 76.3).abs() < 4.0 * 15.9 / 20.0_f64.sqrt(), "{mean}"); // four standard errors
+        // Four standard errors of the mean of twenty.
+        assert!((mean - 76.3).abs() < 4.0 * 15.9 / 20.0_f64.sqrt(), "{mean}");
     }
 }

@@ -16,15 +16,17 @@ fn without(person: &VirtualPerson, effect: Effect) -> VirtualPerson {
     VirtualPerson { amplitudes: person.amplitudes.without(effect), ..person.clone() }
 }
 
-/// Mean true glucose between two hours of the day, mg/dL.
+/// Mean reading between two hours of the day, mg/dL.
 fn mean_between(days: &LivedDays, from: usize, to: usize) -> f64 {
     let hours = from * STEPS_PER_HOUR..to * STEPS_PER_HOUR;
     let within: Vec<f64> = days
-        .glucose
+        .recorded
+        .record
+        .cgm()
         .iter()
         .enumerate()
         .filter(|(step, _)| hours.contains(&(step % physiology::STEPS_PER_DAY)))
-        .map(|(_, g)| g.0)
+        .filter_map(|(_, reading)| *reading)
         .collect();
     within.iter().sum::<f64>() / within.len() as f64
 }
@@ -52,13 +54,13 @@ fn each_effect_acts_and_changes_nothing_that_chance_brings() {
 }
 
 #[test]
-fn dawn_shows_in_the_morning() {
+fn dawn_shows_in_the_readings_of_the_morning() {
     for regime in [Regime::OpenLoopPump, Regime::Aid] {
         let person = person(regime);
         let with = person.live(calendar()).expect("four weeks");
         let off = without(&person, Effect::Dawn).live(calendar()).expect("four weeks");
         let difference = |from, to| mean_between(&with, from, to) - mean_between(&off, from, to);
-        let morning = difference(5, 8);
+        let morning = difference(3, 8);
         let evening = difference(20, 24);
         assert!(morning > 5.0, "{regime:?}: {morning} mg/dL in the morning");
         assert!(morning > 2.0 * evening.abs(), "{regime:?}: {morning} and {evening} mg/dL");
