@@ -313,10 +313,7 @@ mod tests {
         carbs[at(0, 13.0)] = Some(40.0);
         carbs[at(0, 18.0)] = Some(40.0);
         let after_meal = runs(&person, &calm(), Situation::AfterMeal);
-        assert_eq!(
-            after_meal,
-            [(at(0, 13.0), at(0, 16.0) - 1), (at(0, 18.0), at(0, 21.0) - 1)]
-        );
+        assert_eq!(after_meal, [(at(0, 13.0), at(0, 16.0) - 1), (at(0, 18.0), at(0, 21.0) - 1)]);
         let after_dinner = runs(&person, &calm(), Situation::AfterDinner);
         assert_eq!(after_dinner, [(at(0, 18.0), at(0, 23.0) - 1)]);
     }

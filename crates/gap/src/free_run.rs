@@ -161,8 +161,7 @@ mod tests {
         let expected: Vec<FreeRunError> = [2, 6]
             .into_iter()
             .flat_map(|start| {
-                [(0, 35.0), (1, 5.0)]
-                    .map(|(horizon, error)| FreeRunError { start, horizon, error })
+                [(0, 35.0), (1, 5.0)].map(|(horizon, error)| FreeRunError { start, horizon, error })
             })
             .collect();
         assert_eq!(found, expected);
