@@ -227,20 +227,18 @@ fn persistence(windows: &WindowSet) -> f64 {
 
 #[test]
 fn training_learns_a_linear_plant() {
-    let trained = run_training(&small_config(1, 25)).expect("trains");
+    let trained = run_training(&small_config(1, 15)).expect("trains");
     let epochs = &trained.report.epochs;
     let errors: Vec<f64> = epochs.iter().map(|epoch| epoch.validation.balanced()).collect();
     let kept = errors[trained.report.kept_epoch];
     assert!(errors.iter().all(|error| kept <= *error));
     let last_stage = epochs.iter().filter(|epoch| epoch.stage == 1);
     let losses: Vec<f64> = last_stage.map(|epoch| epoch.training_loss).collect();
-    assert!(losses[24] < 0.5 * losses[0], "loss {} to {}", losses[0], losses[24]);
+    assert!(losses[14] < 0.2 * losses[0], "loss {} to {}", losses[0], losses[14]);
     let scaler = *windows(None, 21, 3).scaler();
-    println!("{errors:?}");
     let baseline = persistence(&windows(Some(&scaler), 22, 24));
-    println!("kept {kept} baseline {baseline} {losses:?}");
-    // A model that has learnt nothing about meals and insulin does not beat persistence by half.
-    assert!(kept < 0.5 * baseline, "{kept} mg/dL, persistence {baseline} mg/dL");
+    // Measured 0.03 to 0.1 of it; a model that misses meals or insulin stays above half.
+    assert!(kept < 0.3 * baseline, "{kept} mg/dL, persistence {baseline} mg/dL");
 }
 
 #[test]
