@@ -203,4 +203,19 @@ mod tests {
         assert_eq!(SmallSample::of(None).normal_equivalent(2.0), 2.0);
         assert!(few.normal_equivalent(1e300) > 30.0, "a vanishing tail stays out of reach");
     }
+
+    #[test]
+    fn people_widen_intervals_and_raise_p() {
+        let rows: Vec<Vec<f64>> = (0..199).map(|k| vec![f64::from(k % 20) / 10.0]).collect();
+        let family = |left_out: Vec<Vec<f64>>| {
+            let matrix = ReplicateMatrix::new(vec![0.95], rows.clone(), left_out);
+            max_t(&matrix.expect("valid"), 0.9).expect("varies")
+        };
+        let (known, unknown) = (family(vec![vec![0.9]; 4]), family(vec![]));
+        let ratio = known.rows[0].standard_error / unknown.rows[0].standard_error;
+        // n / (n - 1) for four people, under the root.
+        assert!((ratio - (4.0_f64 / 3.0).sqrt()).abs() < 1e-14, "{ratio}");
+        assert!(known.critical > unknown.critical);
+        assert!(known.rows[0].p_adjusted > unknown.rows[0].p_adjusted);
+    }
 }
