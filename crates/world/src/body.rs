@@ -130,3 +130,79 @@ impl Plant for Body<'_> {
         self.plant(self.parameters.model).report(&state.ode)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use physiology::{Exercise, Grams, Kilograms, OpenLoop, simulate};
+
+    fn nominal() -> BodyParameters {
+        BodyParameters { model: OdeParameters::nominal(), weight: Kilograms(76.3) }
+    }
+
+    /// Glucose after each step of four hours from 150 mg/dL, with a meal and its bolus at the start.
+    fn course(
+        condition: Condition,
+        amplitudes: Amplitudes,
+        exercise: Option<Exercise>,
+    ) -> Vec<f64> {
+        let course = [condition; 48];
+        let body = Body::new(nominal(), &course, amplitudes);
+        let (start, basal) = body.at_rest(MgPerDl(150.0)).expect("a steady state");
+        let mut inputs = [StepInput { basal, exercise, ..StepInput::default() }; 48];
+        inputs[0].carbs = Grams(40.0);
+        inputs[0].bolus = Units(3.0);
+        let run = simulate(&body, start, &mut OpenLoop::new(&inputs), 48).expect("finite");
+        run.glucose(&body).iter().skip(1).map(|g| g.0).collect()
+    }
+
+    fn mean(course: &[f64]) -> f64 {
+        course.iter().sum::<f64>() / course.len() as f64
+    }
+
+    #[test]
+    fn the_undisturbed_body_is_the_ode() {
+        let body = course(Condition::AS_DRAWN, Amplitudes::NONE, None);
+        let plant = Body::undisturbed(nominal()).plant(nominal().model);
+        let start = steady_state::at_glucose(&plant.parameters, plant.weight, MgPerDl(150.0))
+            .expect("a steady state");
+        let mut inputs = [StepInput { basal: start.basal, ..StepInput::default() }; 48];
+        inputs[0].carbs = Grams(40.0);
+        inputs[0].bolus = Units(3.0);
+        let run = simulate(&plant, start.state, &mut OpenLoop::new(&inputs), 48).expect("finite");
+        let ode: Vec<f64> = run.glucose(&plant).iter().skip(1).map(|g| g.0).collect();
+        assert!(body == ode);
+    }
+
+    #[test]
+    fn every_condition_moves_glucose_the_way_it_should() {
+        let drawn = Condition::AS_DRAWN;
+        let plain = course(drawn, Amplitudes::NONE, None);
+        let cases = [
+            ("production", Condition { production: 1.2, ..drawn }, 1.0),
+            ("action", Condition { action: 1.2, ..drawn }, -1.0),
+            ("liver action", Condition { liver_action: 1.2, ..drawn }, -1.0),
+            ("insulin time", Condition { insulin_time: 1.3, ..drawn }, 1.0),
+            ("bioavailability", Condition { bioavailability: 0.8, ..drawn }, 1.0),
+        ];
+        for (name, condition, sign) in cases {
+            let moved = mean(&course(condition, Amplitudes::NONE, None)) - mean(&plain);
+            assert!(sign * moved > 1.0, "{name}: {moved} mg/dL");
+        }
+        // A slower gut gives less in the first hour.
+        let slow = course(Condition { gut_time: 1.5, ..drawn }, Amplitudes::NONE, None);
+        assert!(mean(&slow[..12]) < mean(&plain[..12]) - 5.0);
+    }
+
+    #[test]
+    fn exercise_acts_through_its_two_effects_alone() {
+        let bout = Some(Exercise { vo2max_percent: 55.0, active_muscle_share: 0.5 });
+        let drawn = Condition::AS_DRAWN;
+        let rest = course(drawn, Amplitudes::NONE, None);
+        assert!(course(drawn, Amplitudes::NONE, bout) == rest);
+        for effect in [Effect::Exercise, Effect::PostExerciseSensitivity] {
+            let one = course(drawn, Amplitudes::NONE.with(effect, 1.0), bout);
+            assert!(mean(&one) < mean(&rest) - 2.0, "{}", effect.name());
+        }
+    }
+}

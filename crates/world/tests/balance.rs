@@ -17,6 +17,10 @@ fn recorded_insulin_is_the_insulin_delivered() {
         let (mut delivered, mut ordered) = (0.0, 0.0);
         for (step, input) in days.inputs.iter().enumerate() {
             assert_eq!(record.bolus()[step], Some(input.bolus.0));
+            for amount in [input.bolus.0, input.basal.during(STEP).0] {
+                let increments = amount / 0.05;
+                assert!((increments - increments.round()).abs() < 1e-9, "step {step}: {amount} U");
+            }
             delivered += input.basal.during(STEP).0;
             ordered += record.basal()[step].expect("always recorded") / 12.0;
             // The pump owes less than one increment at any time.
