@@ -30,23 +30,22 @@ pub(crate) struct TextTable {
 }
 
 /// A column of a [`TextTable`].
-#[derive(Clone, Copy)]
 pub(crate) struct TextColumn<'a> {
     file: &'a str,
-    pub(crate) name: &'a str,
-    cells: &'a StringChunked,
+    name: &'a str,
+    cells: StringChunked,
     lines: &'a [u32],
 }
 
 impl TextTable {
     /// Reads the file at `path`; `name` stands for it in messages.
     pub(crate) fn read(path: &Path, name: &str, separator: u8) -> Result<Self, CohortError> {
-        Self::parse(&read_bytes(path, name)?, name, separator)
+        Self::parse(read_bytes(path, name)?, name, separator)
     }
 
     /// Takes bytes apart.
-    pub(crate) fn parse(bytes: &[u8], name: &str, separator: u8) -> Result<Self, CohortError> {
-        let text = text(bytes, name)?;
+    pub(crate) fn parse(bytes: Vec<u8>, name: &str, separator: u8) -> Result<Self, CohortError> {
+        let text = text(&bytes, name)?;
         let rows = scan(text, name, separator)?;
         let Some((header_row, rows)) = rows.split_first() else {
             return Err(CohortError::Empty { file: name.into() });
@@ -77,14 +76,17 @@ impl TextTable {
             body.push_str(&text[row.start..row.end]);
             body.push('\n');
         }
+        let lines: Vec<u32> = rows.iter().map(|row| row.line).collect();
+        // The copy without header and blank lines is all that is still needed: large studies fit
+        // into memory once.
+        drop(bytes);
         let frame = frame(body.into_bytes(), header.len(), separator, name)?;
-        if frame.height() != rows.len() {
+        if frame.height() != lines.len() {
             return Err(CohortError::Table {
                 file: name.into(),
-                reason: format!("{} rows were read of {}", frame.height(), rows.len()),
+                reason: format!("{} rows were read of {}", frame.height(), lines.len()),
             });
         }
-        let lines = rows.iter().map(|row| row.line).collect();
         Ok(Self { file: name.into(), header, frame, lines })
     }
 
@@ -120,7 +122,8 @@ impl TextTable {
         Ok(Some(TextColumn {
             file: &self.file,
             name: &self.header[index],
-            cells,
+            // One chunk, so that a cell is found without a search.
+            cells: cells.rechunk().into_owned(),
             lines: &self.lines,
         }))
     }
@@ -135,9 +138,9 @@ impl TextTable {
     }
 }
 
-impl<'a> TextColumn<'a> {
+impl TextColumn<'_> {
     /// The cell's text without surrounding blanks, `None` if that is empty.
-    pub(crate) fn text(&self, i: usize) -> Option<&'a str> {
+    pub(crate) fn text(&self, i: usize) -> Option<&str> {
         self.cells.get(i).map(str::trim).filter(|text| !text.is_empty())
     }
 
@@ -296,7 +299,8 @@ fn frame(body: Vec<u8>, width: usize, separator: u8, name: &str) -> Result<DataF
         file: name.into(),
         reason: error.to_string(),
     };
-    let mut frame = CsvReadOptions::default()
+    let frame = CsvReadOptions::default()
+        .with_rechunk(false)
         .with_has_header(false)
         .with_schema(Some(Arc::new(schema)))
         .with_infer_schema_length(Some(0))
@@ -304,7 +308,6 @@ fn frame(body: Vec<u8>, width: usize, separator: u8, name: &str) -> Result<DataF
         .into_reader_with_file_handle(Cursor::new(body))
         .finish()
         .map_err(table)?;
-    frame.rechunk_mut();
     if frame.columns().iter().map(Column::dtype).any(|dtype| *dtype != DataType::String) {
         return Err(CohortError::Table { file: name.into(), reason: "cells are not text".into() });
     }
@@ -316,7 +319,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<TextTable, CohortError> {
-        TextTable::parse(text.as_bytes(), "t.csv", b',')
+        TextTable::parse(text.into(), "t.csv", b',')
     }
 
     #[test]
@@ -349,9 +352,10 @@ mod tests {
             let message = parse(text).err().expect("refused").to_string();
             assert!(message.contains(says), "{text:?}: {message}");
         }
-        let latin = TextTable::parse(b"a,b\n1,caf\xE9\n", "t.csv", b',').err().expect("refused");
+        let latin =
+            TextTable::parse(b"a,b\n1,caf\xE9\n".to_vec(), "t.csv", b',').err().expect("refused");
         assert!(latin.to_string().contains("t.csv, row 2: not UTF-8"), "{latin}");
-        let wide = TextTable::parse(b"\xFF\xFEa\0", "t.csv", b',').err().expect("refused");
+        let wide = TextTable::parse(b"\xFF\xFEa\0".to_vec(), "t.csv", b',').err().expect("refused");
         assert!(wide.to_string().contains("UTF-16"), "{wide}");
         let long = format!("a,b\n1,{}\n", "x".repeat(LONGEST_ROW));
         let long = parse(&long).err().expect("refused");

@@ -61,7 +61,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<Person>, CohortError> {
 }
 
 /// The identifier in row `i`.
-pub(super) fn person_id<'a>(column: &TextColumn<'a>, i: usize) -> Result<&'a str, CohortError> {
+pub(super) fn person_id<'a>(column: &'a TextColumn<'_>, i: usize) -> Result<&'a str, CohortError> {
     column.text(i).filter(|id| is_person_id(id)).ok_or_else(|| {
         column.wrong(i, "a person's identifier; use letters, digits, '_', '-' and '.'")
     })

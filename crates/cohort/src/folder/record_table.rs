@@ -167,7 +167,8 @@ pub(super) type NumberCells<'a> = Box<dyn Fn(usize) -> Result<Option<f64>, Cohor
 
 impl ParquetTable {
     /// Reads a Parquet file. The table library panics on some damaged files; here that is an error
-    /// like any other (the library's own message still goes to the panic hook).
+    /// like any other (the library's own message still goes to the panic hook). Damage to the length
+    /// of a page can still exhaust the memory inside the library.
     fn read(bytes: Vec<u8>) -> Result<Self, CohortError> {
         const MARK: &[u8] = b"PAR1";
         let damaged = |reason: &str| CohortError::Table {
@@ -211,11 +212,13 @@ impl ParquetTable {
         }
         let time = find(TIME)?;
         let time = match time.dtype() {
-            DataType::String => ParquetTime::Text(time.str().map_err(broken)?.clone()),
+            DataType::String => {
+                ParquetTime::Text(time.str().map_err(broken)?.rechunk().into_owned())
+            }
             DataType::Datetime(unit, None) => {
                 let unit = *unit;
                 let epochs = time.cast(&DataType::Int64).map_err(broken)?;
-                ParquetTime::Epoch(epochs.i64().map_err(broken)?.clone(), unit)
+                ParquetTime::Epoch(epochs.i64().map_err(broken)?.rechunk().into_owned(), unit)
             }
             dtype => {
                 return Err(unfit(TIME, dtype, "a column of strings or of times without a zone"));
@@ -232,11 +235,12 @@ impl ParquetTable {
                 return Err(unfit(name, column.dtype(), "a column of numbers"));
             }
             let numbers = column.cast(&DataType::Float64).map_err(broken)?;
-            channels[channel as usize] = Some(numbers.f64().map_err(broken)?.clone());
+            channels[channel as usize] =
+                Some(numbers.f64().map_err(broken)?.rechunk().into_owned());
         }
         Ok(Self {
             height: frame.height(),
-            person: person.str().map_err(broken)?.clone(),
+            person: person.str().map_err(broken)?.rechunk().into_owned(),
             time,
             channels,
         })

@@ -355,7 +355,7 @@ mod tests {
 
     fn read(rows: &str) -> Result<Imported, CohortError> {
         let text = format!("{HEADER}{rows}");
-        person(&TextTable::parse(text.as_bytes(), "HUPA1234P.csv", b';')?)
+        person(&TextTable::parse(text.into_bytes(), "HUPA1234P.csv", b';')?)
     }
 
     #[test]

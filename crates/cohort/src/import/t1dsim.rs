@@ -173,7 +173,7 @@ mod tests {
 
     fn read(rows: &str) -> Result<Imported, CohortError> {
         let text = format!("{HEADER}{rows}");
-        person(&TextTable::parse(text.as_bytes(), "example_subject1.csv", b',')?)
+        person(&TextTable::parse(text.into_bytes(), "example_subject1.csv", b',')?)
     }
 
     #[test]
