@@ -392,8 +392,8 @@ impl NormalEquations {
             for row in 0..FACTORS {
                 let weighted = weight * signatures[row][step];
                 gradient[row] += weighted * w;
-                for column in 0..=row {
-                    curvature[row][column] += weighted * signatures[column][step];
+                for (entry, signature) in curvature[row].iter_mut().zip(&signatures).take(row + 1) {
+                    *entry += weighted * signature[step];
                 }
             }
         }

@@ -52,7 +52,7 @@ impl DiagnosisConfig {
         self.noise.validated()?;
         self.localisation.validated()?;
         let wrong = |name, value: f64, requirement| GapError::Setting { name, value, requirement };
-        if !(self.calibration.tolerance > 0.0) {
+        if self.calibration.tolerance.is_nan() || self.calibration.tolerance <= 0.0 {
             return Err(wrong("tolerance", self.calibration.tolerance, "positive"));
         }
         if !(self.calibration.bound > 0.0 && self.calibration.bound <= 2.0) {

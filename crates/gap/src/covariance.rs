@@ -50,9 +50,9 @@ impl Covariance {
     pub fn propagated(&self, transition: &Transition) -> Self {
         let half = multiplied(transition, &self.0);
         let mut turned = [[0.0; WIDTH]; STATES];
-        for row in 0..STATES {
-            for column in 0..STATES {
-                turned[column][row] = half[row][column];
+        for (row, values) in half.iter().enumerate() {
+            for (other, value) in turned.iter_mut().zip(values) {
+                other[row] = *value;
             }
         }
         let mut p = Self(multiplied(transition, &turned));

@@ -10,12 +10,25 @@
 //! This is the stage "where". It names no effect: its verdict is "none" (no situation shows a gap)
 //! or "unknown" (some do, and nothing was tried that could explain it).
 //!
+//! ```no_run
+//! use gap::{DiagnosisConfig, Verdict, diagnose};
+//!
+//! let cohort = cohort::read_folder("my-cohort".as_ref())?;
+//! let diagnosis = diagnose(&cohort, &DiagnosisConfig::working(), 1)?;
+//! if diagnosis.verdict == Verdict::Unknown {
+//!     let largest = &diagnosis.cells[0];
+//!     assert!(largest.lower <= largest.mean_error_mg_dl);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Every error is observed minus predicted: positive where the plant under-predicts glucose.
 //!
 //! Research software. Not a medical device; not validated for any treatment decision.
 
 pub mod augmented;
 pub mod calibration;
+mod cell_sample;
 mod config;
 pub mod context;
 pub mod covariance;

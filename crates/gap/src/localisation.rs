@@ -1,28 +1,27 @@
 //! Where the gap lies: cell means with simultaneous intervals and family-wise p-values.
 //!
 //! Every person and day gives, for every cell, a number of errors and their sum. A cell's gap is the
-//! mean over people of each person's mean error. Its standard error has two levels. Blocks of days
-//! within a person give the variance of the person's mean; the spread of the means between people
-//! gives its inflation, which is moderated over the cells of the family
-//! (empirical Bayes, Smyth 2004). The statistic is referred to Student's t with the degrees of
-//! freedom that this leaves, and the family to the step-down maximum of Westfall and Young (1993)
-//! over a bootstrap of both levels in which every person's blocks of days carry Gaussian weights
-//! (the multiplier bootstrap of Chernozhukov, Chetverikov and Kato 2013), so that the dependence
-//! between cells is kept.
+//! mean over people of each person's mean error. Its standard error has two levels: blocks of days
+//! within a person give the variance of the person's mean, and the spread of the means between
+//! people gives its inflation, which is moderated over the cells of the family (empirical Bayes,
+//! Smyth 2004). The statistic is referred to Student's t with the degrees of freedom that this
+//! leaves. The family is adjusted by the step-down maximum of Westfall and Young (1993) over a
+//! multiplier bootstrap (Chernozhukov, Chetverikov and Kato 2013): every person's blocks of days
+//! carry Gaussian weights, the same in all cells, so that the dependence between cells is kept.
 //!
 //! `stats::multiplicity::max_t` answers the same question from resampled people alone; with three to
 //! ten people it has little power, because each cell must show its spread between people by itself.
 //! With a single person, days alone count and the intervals speak of that person.
 
-use crate::moderation::VariancePrior;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
+use crate::cell_sample::{Residual, Sample, Tested};
 use crate::error::GapError;
+use crate::moderation::VariancePrior;
 
 /// Cells, resampling and levels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -187,154 +186,6 @@ fn cell_count(people: &[Vec<DayCells>]) -> usize {
     people.iter().flatten().map(|day| day.counts.len()).max().unwrap_or(0)
 }
 
-/// What a block of days adds to the error of a cell's mean.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Residual {
-    /// Owner (the person) and block of days.
-    block: (usize, usize),
-    value: f64,
-}
-
-/// A cell over people.
-#[derive(Debug, Clone, PartialEq)]
-struct Sample {
-    mean: f64,
-    people: usize,
-    errors: f64,
-    /// Variance of people's means among each other; 0 for one person.
-    between: f64,
-    /// Mean variance of a person's mean from the blocks of days.
-    within: f64,
-    /// Degrees of freedom of `within`.
-    within_degrees: f64,
-    residuals: Vec<Residual>,
-}
-
-impl Sample {
-    /// `None` where nobody has enough errors or where blocks do not vary.
-    fn of(people: &[Vec<DayCells>], cell: usize, rule: &LocalisationRule) -> Option<Self> {
-        let mut means = Vec::new();
-        let mut residuals = Vec::new();
-        let (mut errors, mut within, mut degrees) = (0.0, 0.0, 0.0);
-        for (person, days) in people.iter().enumerate() {
-            let count: f64 = days.iter().map(|day| day.counts[cell]).sum();
-            let present = days.iter().filter(|day| day.counts[cell] > 0.0).count();
-            if count < rule.fewest_errors as f64 || present < rule.fewest_days {
-                continue;
-            }
-            let mean = days.iter().map(|day| day.sums[cell]).sum::<f64>() / count;
-            // A ratio of totals over blocks, linearised.
-            let blocks: Vec<(usize, f64)> = days
-                .chunks(rule.block_days)
-                .enumerate()
-                .filter(|(_, block)| block.iter().any(|day| day.counts[cell] > 0.0))
-                .map(|(place, block)| {
-                    let sum = |of: fn(&DayCells) -> &[f64]| -> f64 {
-                        block.iter().map(|day| of(day)[cell]).sum()
-                    };
-                    (place, (sum(|d| &d.sums) - mean * sum(|d| &d.counts)) / count)
-                })
-                .collect();
-            let b = blocks.len() as f64;
-            if b < 2.0 {
-                continue;
-            }
-            let correction = (b / (b - 1.0)).sqrt();
-            for (place, value) in blocks {
-                residuals.push(Residual { block: (person, place), value: correction * value });
-            }
-            degrees += b - 1.0;
-            errors += count;
-            means.push(mean);
-        }
-        let n = means.len() as f64;
-        let mean = means.iter().sum::<f64>() / n;
-        for residual in &mut residuals {
-            residual.value /= n;
-            within += residual.value * residual.value;
-        }
-        let between = if means.len() > 1 {
-            means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0)
-        } else {
-            0.0
-        };
-        // `within` was summed for the mean over people; a person's own is n times that.
-        (within > 0.0).then(|| Self {
-            mean,
-            people: means.len(),
-            errors,
-            between,
-            within: n * within,
-            within_degrees: degrees,
-            residuals,
-        })
-    }
-
-    /// Spread between people over what days alone would give.
-    fn ratio(&self) -> f64 {
-        self.between / self.within
-    }
-
-    fn between_degrees(&self) -> f64 {
-        self.people as f64 - 1.0
-    }
-
-    /// `cells` is how many cells made the prior; half of them, being correlated, count.
-    fn tested(self, prior: Option<VariancePrior>, cells: usize) -> Tested {
-        let own = self.between_degrees();
-        let (ratio, degrees) = match prior {
-            _ if self.people == 1 => (1.0, self.within_degrees),
-            Some(prior) => prior.moderated(self.ratio(), own, 0.5 * cells as f64 * own),
-            None => (self.ratio().max(1.0), own),
-        };
-        Tested {
-            mean: self.mean,
-            error: (ratio * self.within / self.people as f64).sqrt(),
-            degrees: degrees.min(self.within_degrees),
-            people: self.people,
-            errors: self.errors as usize,
-            residuals: self.residuals,
-        }
-    }
-}
-
-/// A cell with the error of its mean.
-#[derive(Debug, Clone, PartialEq)]
-struct Tested {
-    mean: f64,
-    error: f64,
-    degrees: f64,
-    people: usize,
-    errors: usize,
-    residuals: Vec<Residual>,
-}
-
-impl Tested {
-    /// Gives the residuals weights of their own, which no other `owner` shares.
-    fn owned_by(&mut self, owner: usize) {
-        for residual in &mut self.residuals {
-            residual.block.0 = owner;
-        }
-    }
-
-    /// The standard normal quantile with the tail of the cell's |t|; infinite where that vanishes.
-    fn normal_size(&self) -> f64 {
-        let t = (self.mean / self.error).abs();
-        match StudentsT::new(0.0, 1.0, self.degrees) {
-            Ok(student) => -Normal::standard().inverse_cdf(student.sf(t)),
-            Err(_) => t,
-        }
-    }
-
-    /// The |t| with the tail of a standard normal `z`, at least 0.
-    fn from_normal(&self, z: f64) -> f64 {
-        match StudentsT::new(0.0, 1.0, self.degrees) {
-            Ok(student) => -student.inverse_cdf(Normal::standard().sf(z)),
-            Err(_) => z,
-        }
-    }
-}
-
 /// Absolute standard normal deviates of every cell, joint over cells, in one replicate.
 fn replicate(tested: &[Option<Tested>], blocks: &[usize], rng: &mut ChaCha8Rng) -> Vec<f64> {
     let weights: Vec<Vec<f64>> = blocks
@@ -396,7 +247,7 @@ fn step_down(
         let Some(cell) = &tested[place] else { continue };
         let reached = rows.iter().filter(|row| row[place] >= sizes[place]).count();
         so_far = so_far.max((reached + 1) as f64 / (rows.len() + 1) as f64);
-        let half = cell.from_normal(critical) * cell.error;
+        let half = cell.own_size(critical) * cell.error;
         estimates[place] = Some(CellEstimate {
             mean: cell.mean,
             lower: cell.mean - half,
