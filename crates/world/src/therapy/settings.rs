@@ -84,7 +84,7 @@ impl TherapySettings {
                     _ => 1.0,
                 };
                 let rate = self.basal[hour] * basal * shape;
-                (rate / 0.025).round() * 0.025 // pumps are programmed in steps of 0.025 U/h
+                (rate * 40.0).round() / 40.0 // pumps are programmed in steps of 0.025 U/h
             }),
             icr: GramsPerUnit((2.0 * self.icr.0 * icr).round() / 2.0),
             isf: (self.isf * isf).round(),
