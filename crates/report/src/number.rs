@@ -41,6 +41,15 @@ pub(crate) fn significant(value: Option<f64>) -> String {
     }
 }
 
+/// A number with at most three digits after the point and none to spare.
+pub(crate) fn compact(value: f64) -> String {
+    let text = fixed(value, 3);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
 /// A p-value as papers print it.
 pub(crate) fn p_value(p: f64) -> String {
     if !p.is_finite() {
@@ -86,6 +95,8 @@ mod tests {
             (significant(Some(1.715e-4)), "1.71e\u{2212}4"),
             (significant(Some(0.0)), "0"),
             (significant(Some(123.4)), "123"),
+            (compact(12.5), "12.5"),
+            (compact(120.0), "120"),
             (p_value(0.0004), "<0.001"),
             (p_value(0.0123), "0.012"),
             (count(1, "person", "people"), "1 person"),

@@ -7,6 +7,7 @@ mod effects;
 mod example_day;
 mod exclusions;
 mod how_far;
+mod import;
 mod location;
 mod outcomes;
 mod provenance;

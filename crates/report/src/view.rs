@@ -21,7 +21,9 @@ pub use diagnosis::{
 };
 pub use example_day::ExampleDay;
 pub use manifest::{Manifest, ManifestInput};
-pub use outcomes::{Comparison, Exclusion, ForecastRow, Method, OutcomeRow, Outcomes};
+pub use outcomes::{
+    Comparison, Exclusion, ForecastRow, IntervalMethod, Method, OutcomeRow, Outcomes,
+};
 use serde::Deserialize;
 pub use training::{Epoch, Training, TrainingData};
 pub use twins::{TwinPerson, Twins};

@@ -301,3 +301,34 @@ fn a_large_cohort_shows_the_people_with_the_largest_errors() {
     // In the figure (text of the drawing has its own line) only the extreme ones.
     assert!(html.contains(">\np399\n</text>") && !html.contains(">\np100\n</text>"));
 }
+
+#[test]
+fn an_importers_account_is_shown_in_words() {
+    let account = json!({
+        "format": "hupa-ucm",
+        "people": [{
+            "line": "P1: 11 days, 25.4 + 21.1 U/day",
+            "therapy": "open_loop_pump",
+            "balance": {"person": "P1", "days": 11.2},
+            "totals": [{"column": "bolus_u", "unit": "U", "source": 240.5, "record": 240.0, "left_out": 0.5}],
+            "findings": [{"person": "P1", "column": "carbs_g", "date": null, "time": "2020-01-01 08:00:00",
+                "what": "meal", "value": 900.0, "unit": "g", "plausible": [0.0, 250.0]}],
+        }],
+        "inferences": [{"person": "P1", "place": {"file": "a.csv", "column": "carb_input"},
+            "conclusion": "servings of 10 g", "evidence": "16 g/U"}],
+        "notes": [{"person": "P1", "place": {"file": "a.csv", "row": 7}, "what": "filled gap", "count": 3}],
+    });
+    let html = page(&[(Part::ImportReport, account)]);
+    check_structure(&html);
+    for words in [
+        "P1: 11 days, 25.4 + 21.1 U/day",
+        "a.csv, column carb_input",
+        "a.csv, row 7",
+        "900 g",
+        "240.5",
+        "servings of 10 g",
+    ] {
+        assert!(html.contains(words), "{words}");
+    }
+    assert!(!html.contains("{&quot;"), "no JSON is left in the page");
+}

@@ -57,7 +57,7 @@ fn the_true_twin_is_found_equivalent_and_best() {
     let twin = &table.methods[0];
     assert_eq!((twin.name.as_str(), twin.rows.len()), ("twin", 6));
     assert!(twin.rows.iter().all(|row| row.equivalent && row.p <= row.p_holm));
-    assert!(table.comparisons.iter().all(|c| c.rmse_5h.lower > 0.0));
+    assert!(table.comparisons.iter().all(|c| c.difference.upper < 0.0));
     let twin_120 = table.forecast.iter().find(|r| r.method == "twin" && r.minutes == 120);
     let persistence = table.forecast.iter().find(|r| r.method == "persistence" && r.minutes == 120);
     let (twin_120, persistence) = (twin_120.expect("a row"), persistence.expect("a row"));

@@ -134,7 +134,7 @@ fn activity(
         }
         start = end;
     }
-    panel.frame(canvas, "Time of day", "Heart rate / baseline, sleep")?;
+    panel.frame(canvas, "Time of day", "Heart rate over baseline (1/min), sleep")?;
     if !has_value(&day.heart_rate_over_baseline) && !has_value(&day.sleep_efficiency) {
         return note(canvas, panel, "not recorded");
     }

@@ -57,7 +57,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     }
     html.element("h3", "Import");
     match &inputs.import_report {
-        Some(report) => json(&mut html, "Import report", report),
+        Some(report) => super::import::body(&mut html, report),
         None => {
             html.absent("There is no import report in this folder.");
         }

@@ -125,13 +125,17 @@ fn comparisons(html: &mut Html, outcomes: &Outcomes) {
             (row.difference.upper < 0.0 || row.difference.lower > 0.0, cells)
         })
         .collect();
+    let level = outcomes
+        .interval
+        .as_ref()
+        .map_or_else(String::new, |interval| format!("{} % ", fixed(100.0 * interval.level, 0)));
     html.table(
         "Methods compared within people; bold: the interval leaves out zero",
         &[
             ("Quantity", Column::Text),
             ("First", Column::Text),
             ("Second", Column::Text),
-            ("First \u{2212} second (95 % interval)", Column::Number),
+            (&format!("First \u{2212} second ({level}interval)"), Column::Number),
             ("p (signed rank)", Column::Number),
         ],
         &rows,

@@ -38,7 +38,7 @@ pub struct ExampleDay {
     /// Carbohydrate in each step, g.
     #[serde(default)]
     pub carbs_g: Vec<Option<f64>>,
-    /// Heart rate over its baseline; 1 at rest.
+    /// Heart rate over its resting baseline, a difference, 1/min; 0 at rest.
     #[serde(default)]
     pub heart_rate_over_baseline: Vec<Option<f64>>,
     /// Share of each step asleep, 0 to 1.

@@ -10,7 +10,8 @@
 //!     "equivalent": true}]}],
 //!  "forecast": [{"method": "twin", "minutes": 30, "rmse": {"mean": 18.1, "sd": 4.2}}],
 //!  "comparisons": [{"first": "twin", "second": "ode", "quantity": "RMSE over 5 h",
-//!    "unit": "mg/dL", "difference": {"value": -4.1, "lower": -6.0, "upper": -2.3}, "p": 0.002}]}
+//!    "unit": "mg/dL", "difference": {"value": -4.1, "lower": -6.0, "upper": -2.3}, "p": 0.002}],
+//!  "interval": {"level": 0.9}}
 //! ```
 
 use serde::Deserialize;
@@ -39,6 +40,16 @@ pub struct Outcomes {
     /// Paired comparisons of two methods over people.
     #[serde(default)]
     pub comparisons: Vec<Comparison>,
+    /// How the intervals of differences came about.
+    #[serde(default)]
+    pub interval: Option<IntervalMethod>,
+}
+
+/// How intervals came about.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct IntervalMethod {
+    /// Level, 0 to 1.
+    pub level: f64,
 }
 
 /// A person who was left out.
@@ -104,7 +115,7 @@ pub struct Comparison {
     pub quantity: String,
     /// Its unit.
     pub unit: String,
-    /// Mean over people of first minus second, with its 95 % bootstrap interval over people.
+    /// Mean over people of first minus second, with its bootstrap interval over people.
     pub difference: WithInterval,
     /// p of the signed-rank test, where it was made.
     #[serde(default)]

@@ -114,13 +114,21 @@ pub struct OutcomeRow {
     pub equivalent: bool,
 }
 
-/// Error of a method minus the twin's, over people.
+/// A figure of the twin against the same figure of another method, compared within people.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// The key of the method.
-    pub method: String,
-    /// Mean difference of the five-hour error, mg/dL; positive where the twin is better.
-    pub rmse_5h: WithInterval,
+    /// The key of the first method, the twin.
+    pub first: String,
+    /// The key of the other method.
+    pub second: String,
+    /// What is compared.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// Mean over people of first minus second; negative where the twin errs less.
+    pub difference: WithInterval,
+    /// p of the signed-rank test over people.
+    pub p: f64,
 }
 
 /// Error of one forecaster at one horizon.
@@ -193,9 +201,15 @@ impl OutcomesTable {
         let comparisons: Result<Vec<Comparison>, TwinError> = [Method::Population, Method::Ode]
             .into_iter()
             .map(|method| {
-                let found = paired::compare(&rmse_of(people, method), &twin, &settings.bootstrap)?;
-                let rmse_5h = with_bootstrap(&found.difference);
-                Ok(Comparison { method: method.name().to_owned(), rmse_5h })
+                let found = paired::compare(&twin, &rmse_of(people, method), &settings.bootstrap)?;
+                Ok(Comparison {
+                    first: Method::Twin.name().to_owned(),
+                    second: method.name().to_owned(),
+                    quantity: "RMSE over 5 h".to_owned(),
+                    unit: "mg/dL".to_owned(),
+                    difference: with_bootstrap(&found.difference),
+                    p: found.signed_rank.p,
+                })
             })
             .collect();
         Ok(Self {
