@@ -33,7 +33,7 @@ pub struct Enumerated {
 ///
 /// # Errors
 /// [`ConformanceError::NotPlanar`] unless there are two inputs and both vary, and what
-/// [`crate::verify`] refuses about property and region.
+/// [`crate::verify()`] refuses about property and region.
 pub fn largest_slope_by_enumeration(
     network: &OneHiddenLayer,
     property: &Property,

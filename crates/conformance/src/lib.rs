@@ -7,7 +7,7 @@
 //! against the property by at most `delta max(0, M)` when the input grows by `delta`, for every
 //! `delta`; so M not above 0 is a proof.
 //!
-//! [`verify`] brackets M by branch and bound with outward rounding, and replays its witness in exact
+//! [`verify()`] brackets M by branch and bound with outward rounding, and replays its witness in exact
 //! arithmetic. Beside it stand the gradient MILP through good_lp and HiGHS ([`milp`]), whose bounds
 //! are reported as claims only, and the exact [`enumeration`](largest_slope_by_enumeration) of all
 //! cells for networks of two inputs.
@@ -24,7 +24,7 @@ pub mod milp;
 mod network;
 mod property;
 mod region;
-pub mod replay;
+mod replay;
 mod share;
 mod slope;
 mod verify;

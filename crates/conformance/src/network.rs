@@ -127,7 +127,7 @@ impl OneHiddenLayer {
 
     /// The network's value at `point` in ordinary floating point, scaled units per minute.
     ///
-    /// Verdicts do not rest on this; they use the exact evaluation of [`crate::replay`].
+    /// Verdicts do not rest on this; they use exact arithmetic.
     ///
     /// # Errors
     /// [`ConformanceError::Point`].

@@ -12,15 +12,15 @@ use crate::property::Direction;
 
 /// Two points along the tested input and what the output does between them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Replay {
+pub(crate) struct Replay {
     /// The tested input at the first point, scaled.
-    pub from: f64,
+    pub(crate) from: f64,
     /// The tested input at the second point, scaled, above `from`.
-    pub to: f64,
+    pub(crate) to: f64,
     /// `s (N(to) - N(from))`, rounded down from its exact value; scaled output per minute.
-    pub rise: f64,
+    pub(crate) rise: f64,
     /// Whether the exact rise is above zero: the property is violated between the two points.
-    pub violates: bool,
+    pub(crate) violates: bool,
 }
 
 /// Replays the step from `point` to `point` with the input at position `tested` set to `to`.

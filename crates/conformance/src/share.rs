@@ -27,7 +27,7 @@ pub struct Share {
 /// The share of the region's volume on which the property fails, from `points` uniform draws.
 ///
 /// # Errors
-/// What [`crate::verify`] refuses about network, property and region; [`ConformanceError::Limit`]
+/// What [`crate::verify()`] refuses about network, property and region; [`ConformanceError::Limit`]
 /// for no points.
 pub fn share_of_region(
     network: &OneHiddenLayer,

@@ -105,6 +105,10 @@ pub struct Row {
     /// The MILP's answer, if asked for. Its bound is the solver's claim and decides nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub milp: Option<MilpReport>,
+    /// Whether the MILP claims a bound below a slope that is attained, by more than
+    /// [`milp::CLAIM_TOLERANCE`]: the solver is then wrong about this row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub milp_contradicted: Option<bool>,
     /// Share of the region on which the property fails, if the caller adds it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_region: Option<Share>,
@@ -182,6 +186,9 @@ pub fn verify(
         engine: "branch_and_bound",
         nodes: bracket.nodes,
         stop: bracket.stop,
+        milp_contradicted: milp
+            .as_ref()
+            .map(|milp| milp.claimed_bound < m_lower - milp::CLAIM_TOLERANCE),
         milp,
         share_of_region: None,
         share_of_points: None,
