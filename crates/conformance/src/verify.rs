@@ -21,7 +21,8 @@ use crate::slope::SlopeSum;
 pub struct Limits {
     /// Stop once `m_upper - m_lower` is at most this times `|m_lower|`; 0 or more, below 1.
     pub relative_gap: f64,
-    /// Stop after bounding this many boxes, at least 1.
+    /// Stop after bounding this many boxes, at least 1. Boxes still open are kept in memory, some
+    /// hundred bytes each.
     pub nodes: u64,
     /// Stop after this time.
     pub time: Duration,
@@ -130,8 +131,7 @@ pub struct Report {
 /// Decides `property` of `network` over `region` within `limits`.
 ///
 /// `clock` returns the time since any fixed moment; it bounds the search and fills `seconds`. With
-/// limits other than time, the row (but for `seconds`) is the same on every machine and thread
-/// count.
+/// limits other than time, the row (but for `seconds`) does not depend on the number of threads.
 ///
 /// # Errors
 /// [`ConformanceError::WrongNetwork`], [`ConformanceError::UnknownInput`],
