@@ -236,7 +236,7 @@ impl Record {
 
 /// Whether a time is a multiple of five minutes.
 pub(crate) fn on_grid(time: NaiveDateTime) -> bool {
-    time.minute() % 5 == 0 && time.second() == 0 && time.nanosecond() == 0
+    time.minute().is_multiple_of(5) && time.second() == 0 && time.nanosecond() == 0
 }
 
 #[cfg(test)]

@@ -75,6 +75,9 @@ fn hupa_ucm() {
         let (low, high) = if person.id == "HUPA0009P" { (0.97, 1.0) } else { (0.60, 0.72) };
         assert!((low..high).contains(&share), "{}: {share}", person.id);
     }
+    let every_15_min =
+        |inference: &&cohort::Inference| inference.conclusion.starts_with("a reading every 15 min");
+    assert_eq!(import.report.inferences.iter().filter(every_15_min).count(), 7);
     assert_eq!(noted(&import, "HUPA0002P", "exactly 40 mg/dL"), 185);
     assert_eq!(noted(&import, "HUPA0019P", "entries without an amount"), 50 + 53);
     let (_, flags) = import.cohort.find("HUPA0019P").expect("the person is there");

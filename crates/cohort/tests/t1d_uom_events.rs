@@ -142,6 +142,28 @@ fn every_liberty_is_noted_with_its_place() {
 }
 
 #[test]
+fn the_report_is_flat_json() {
+    let report = serde_json::to_value(read(&folder()).report).expect("the report is JSON");
+    assert_eq!(report["format"], "t1d-uom");
+    let person = &report["people"][0];
+    assert_eq!(
+        person["line"],
+        "1: 0 days, 45.5 + 115.2 U/day, 5040 g/day, mean 164 mg/dL, CGM 80 %, heart rate 0 %"
+    );
+    assert_eq!(person["balance"]["cgm_share"], 0.8);
+    assert_eq!(person["findings"][0]["what"], "mean insulin a day");
+    let note = serde_json::json!({
+        "person": "1",
+        "file": "Insulin Data/Bolus Data/UoMBolus1.csv",
+        "row": 5,
+        "column": "bolus_dose",
+        "what": "amounts outside the span of glucose and insulin: left out",
+        "count": 1,
+    });
+    assert!(report["notes"].as_array().is_some_and(|notes| notes.contains(&note)), "{report:#}");
+}
+
+#[test]
 fn injections_alone_are_mdi_without_a_basal_rate() {
     let folder = folder();
     write(

@@ -26,7 +26,7 @@ pub(super) enum RecordTable {
     /// Text cells.
     Csv(TextTable),
     /// Typed columns.
-    Parquet(ParquetTable),
+    Parquet(Box<ParquetTable>),
 }
 
 /// The columns of a Parquet file, checked for their types.
@@ -59,7 +59,8 @@ impl RecordTable {
                 Ok(Self::Csv(table))
             }
             RecordsFormat::Parquet => {
-                ParquetTable::read(read_bytes(&path, RECORDS_PARQUET)?).map(Self::Parquet)
+                let table = ParquetTable::read(read_bytes(&path, RECORDS_PARQUET)?)?;
+                Ok(Self::Parquet(Box::new(table)))
             }
         }
     }

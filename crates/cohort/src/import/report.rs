@@ -56,6 +56,7 @@ pub struct Inference {
     /// The person.
     pub person: String,
     /// Where.
+    #[serde(flatten)]
     pub place: Place,
     /// What was concluded.
     pub conclusion: String,
@@ -69,6 +70,7 @@ pub struct Note {
     /// The person, if it concerns one.
     pub person: Option<String>,
     /// Where; the first place if there are several.
+    #[serde(flatten)]
     pub place: Place,
     /// What.
     pub what: String,

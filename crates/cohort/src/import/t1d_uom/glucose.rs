@@ -60,7 +60,7 @@ impl Readings {
     pub(super) fn place(&self, span: &Span, record: &mut Record, account: &mut Account<'_>) {
         let cells = record.channel_mut(Channel::Cgm);
         let mut best: Vec<Option<i64>> = vec![None; cells.len()];
-        let (mut moved, mut beside, mut outside, mut close, mut differ) = (0, 0, 0, 0, 0);
+        let (mut beside, mut outside, mut close, mut differ) = (0, 0, 0, 0);
         let mut previous: Option<&Event> = None;
         for event in &self.events.events {
             let Some(k) = span.index(nearest(event)) else {
@@ -87,7 +87,7 @@ impl Readings {
                 }
             }
         }
-        moved += best.iter().flatten().filter(|distance| **distance > 0).count();
+        let moved = best.iter().flatten().filter(|distance| **distance > 0).count();
         let place = || Place::column(&self.file, "value");
         account.note(place(), "readings moved by 1 or 2 min to the nearest step", moved);
         account.note(
