@@ -61,7 +61,7 @@ pub(crate) enum Command {
     )]
     Verify(VerifyArgs),
     /// Train one digital twin a person.
-    #[command(after_help = "Example:\n  cargo xtask twin --cohort fixtures/embedded --model \
+    #[command(after_help = "Example:\n  cargo xtask twin --cohort fixtures/embedded/cohort --model \
         out/train/population.safetensors --out out/twin")]
     Twin(TwinArgs),
     /// Simulate a cohort's record with a model, from its first glucose reading.
@@ -73,12 +73,12 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Compare simulated with recorded glucose on held-out days.
     #[command(
-        after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded --twins out/twin --out out/evaluate"
+        after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded/cohort --twins out/twin --out out/evaluate"
     )]
     Evaluate(EvaluateArgs),
     /// Say where a model misses a cohort.
     #[command(
-        after_help = "Example:\n  cargo xtask diagnose --cohort fixtures/embedded --out out/diagnose"
+        after_help = "Example:\n  cargo xtask diagnose --cohort fixtures/embedded/cohort --out out/diagnose"
     )]
     Diagnose(DiagnoseArgs),
     /// Write report.html for an output folder.
@@ -90,9 +90,6 @@ pub(crate) enum Command {
         --compare initSteadyStates.csv --out out/steady-state"
     )]
     SteadyState(SteadyStateArgs),
-    /// Make the embedded cohort again.
-    #[command(after_help = "Example:\n  cargo xtask fixture --out fixtures/embedded")]
-    Fixture(FixtureArgs),
     /// Formatting, lints, crate directions, documentation and tests.
     #[command(after_help = "Examples:\n  cargo xtask check\n  cargo xtask check --static")]
     Check(CheckArgs),
@@ -329,14 +326,6 @@ pub(crate) struct SteadyStateArgs {
     pub compare: Option<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/steady-state")]
-    pub out: PathBuf,
-}
-
-/// Options of `fixture`.
-#[derive(Debug, Args)]
-pub(crate) struct FixtureArgs {
-    /// Output folder.
-    #[arg(long, value_name = "DIR", default_value = "fixtures/embedded")]
     pub out: PathBuf,
 }
 

@@ -56,7 +56,6 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Diagnose(args) => stages::diagnose::run(&args),
         Command::Report(args) => stages::report::run(&args),
         Command::SteadyState(args) => stages::steady_state::run(&args),
-        Command::Fixture(args) => stages::fixture::run(&args),
         Command::Check(args) => stages::check::run(&args),
     }
 }

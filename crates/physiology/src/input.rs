@@ -72,11 +72,8 @@ mod tests {
 
     #[test]
     fn insulin_adds_the_bolus_as_a_rate_over_the_step() {
-        let input = StepInput {
-            basal: UnitsPerHour(0.8),
-            bolus: Units(2.0),
-            ..StepInput::default()
-        };
+        let input =
+            StepInput { basal: UnitsPerHour(0.8), bolus: Units(2.0), ..StepInput::default() };
         assert!((input.insulin().0 - 24.8).abs() < 1e-12); // 0.8 + 2 x 12, rounding of the sum
     }
 }

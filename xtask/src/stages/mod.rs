@@ -4,7 +4,6 @@ pub(crate) mod check;
 pub(crate) mod diagnose;
 pub(crate) mod evaluate;
 pub(crate) mod example_day;
-pub(crate) mod fixture;
 pub(crate) mod import;
 pub(crate) mod import_model;
 pub(crate) mod pipeline;
