@@ -68,17 +68,37 @@ impl HiddenLayerNetwork {
     #[must_use]
     pub fn evaluate(&self, inputs: &[f64]) -> f64 {
         assert_eq!(inputs.len(), self.inputs, "one value for each input of the network");
-        let rows = self.w1.chunks_exact(self.inputs);
-        let mut output = self.b2;
-        for ((row, b), w) in rows.zip(&self.b1).zip(&self.w2) {
-            let mut activation = *b;
-            for (weight, x) in row.iter().zip(inputs) {
-                activation += weight * x;
+        // The numbers of inputs that paper Eq. 2 knows, as constants that unroll the inner loop.
+        match self.inputs {
+            2 => self.sum_over_units(|row: &[f64; 2], b| activation(row, inputs, b)),
+            4 => self.sum_over_units(|row: &[f64; 4], b| activation(row, inputs, b)),
+            5 => self.sum_over_units(|row: &[f64; 5], b| activation(row, inputs, b)),
+            _ => {
+                let units = self.w1.chunks_exact(self.inputs).zip(&self.b1).zip(&self.w2);
+                units.fold(self.b2, |sum, ((row, b), w)| {
+                    sum + w * rectified(activation(row, inputs, *b))
+                })
             }
-            // Not f64::max, which would turn a NaN into 0 and hide it.
-            output += w * if activation <= 0.0 { 0.0 } else { activation };
         }
-        output
+    }
+
+    /// The output, summed in four interleaved parts so that additions need not wait for each
+    /// other; the order is fixed, and so is the rounding.
+    fn sum_over_units<const N: usize>(&self, activation: impl Fn(&[f64; N], f64) -> f64) -> f64 {
+        let rows = self.w1.as_chunks::<N>().0;
+        let (rows_by_four, last_rows) = rows.as_chunks::<4>();
+        let (b_by_four, last_b) = self.b1.as_chunks::<4>();
+        let (w_by_four, last_w) = self.w2.as_chunks::<4>();
+        let mut sums = [0.0; 4];
+        for ((rows, b), w) in rows_by_four.iter().zip(b_by_four).zip(w_by_four) {
+            for (((sum, row), b), w) in sums.iter_mut().zip(rows).zip(b).zip(w) {
+                *sum += w * rectified(activation(row, *b));
+            }
+        }
+        for ((row, b), w) in last_rows.iter().zip(last_b).zip(last_w) {
+            sums[0] += w * rectified(activation(row, *b));
+        }
+        self.b2 + ((sums[0] + sums[1]) + (sums[2] + sums[3]))
     }
 
     /// Adds the gradient of the output with respect to each input to `gradient`, times `factor`.
@@ -92,8 +112,7 @@ impl HiddenLayerNetwork {
         assert_eq!(gradient.len(), self.inputs, "one slope for each input of the network");
         let rows = self.w1.chunks_exact(self.inputs);
         for ((row, b), w) in rows.zip(&self.b1).zip(&self.w2) {
-            let activation = row.iter().zip(inputs).fold(*b, |sum, (weight, x)| sum + weight * x);
-            if activation > 0.0 {
+            if activation(row, inputs, *b) > 0.0 {
                 for (slope, weight) in gradient.iter_mut().zip(row) {
                     *slope += factor * w * weight;
                 }
@@ -138,6 +157,16 @@ impl HiddenLayerNetwork {
     }
 }
 
+/// `row . inputs + bias`.
+fn activation(row: &[f64], inputs: &[f64], bias: f64) -> f64 {
+    row.iter().zip(inputs).fold(bias, |sum, (weight, x)| sum + weight * x)
+}
+
+/// `max(0, value)`, but not `f64::max`, which would turn a NaN into 0 and hide it.
+fn rectified(value: f64) -> f64 {
+    if value <= 0.0 { 0.0 } else { value }
+}
+
 /// Refuses a tensor that holds something other than finite numbers.
 pub(crate) fn finite(tensor: &str, values: &[f64]) -> Result<(), ModelError> {
     match values.iter().position(|value| !value.is_finite()) {
@@ -165,6 +194,26 @@ mod tests {
     fn the_output_is_that_of_the_formula() {
         // activations 1.0 + 4.0 + 0.5 = 5.5, -1 + 1 = 0, -2 + 1 = -1 (off)
         assert_eq!(example().evaluate(&[1.0, 2.0]), 2.0 * 5.5 + 0.25);
+    }
+
+    #[test]
+    fn every_number_of_inputs_and_units_gives_the_formula() {
+        for inputs in 1..7 {
+            for hidden in 1..10 {
+                let value = |i: usize| ((7 * i + 3) % 11) as f64 - 5.0;
+                let (w1, b1): (Vec<f64>, Vec<f64>) =
+                    ((0..hidden * inputs).map(value).collect(), (0..hidden).map(value).collect());
+                let w2: Vec<f64> = (0..hidden).map(|i| value(i + 4)).collect();
+                let x: Vec<f64> = (0..inputs).map(|i| value(i + 2)).collect();
+                let mut expected = 2.0;
+                for ((row, b), w) in w1.chunks_exact(inputs).zip(&b1).zip(&w2) {
+                    let sum: f64 = row.iter().zip(&x).map(|(weight, x)| weight * x).sum();
+                    expected += w * (sum + b).max(0.0);
+                }
+                let network = HiddenLayerNetwork::new(inputs, w1, b1, w2, 2.0).expect("fits");
+                assert_eq!(network.evaluate(&x), expected, "{inputs} {hidden}"); // whole numbers
+            }
+        }
     }
 
     #[test]
