@@ -157,6 +157,19 @@ fn people_who_cannot_be_diagnosed_are_excluded_by_name_and_reason() {
 }
 
 #[test]
+fn a_single_person_is_judged_on_their_own_days() {
+    let world = World { gap: Gap::Dawn(0.6), days: 14, spread: 0.5 };
+    let diagnosis = diagnose(&cohort(&world, 1, 21), &config(), 1).expect("diagnosed");
+    let dawn = cell(&diagnosis, CellFactor::Hour, "03-08");
+    assert_eq!(dawn.people, 1);
+    assert!(dawn.mean_error_mg_dl > 3.0 && dawn.lower < dawn.upper, "{dawn:?}");
+    assert_eq!(diagnosis.baseline.len(), 3);
+    for horizon in &diagnosis.baseline {
+        assert!(horizon.mae.lower < horizon.mae.value && horizon.mae.value < horizon.mae.upper);
+    }
+}
+
+#[test]
 fn unrecorded_doses_are_treated_as_the_policy_says() {
     let world = World { gap: Gap::None, days: 5, spread: 0.5 };
     let mut cohort = cohort(&world, 2, 5);
