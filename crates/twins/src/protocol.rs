@@ -1,6 +1,6 @@
 //! How a person's record is cut into training and test windows.
 
-use cohort::{MissingDoses, Person, Window, WindowRule, split_by_time, windows};
+use cohort::{MissingDoses, Person, Record, Window, WindowRule, split_by_time, windows};
 use physiology::{STEPS_PER_DAY, StepInput, UnitsPerHour};
 
 use crate::error::TwinError;
@@ -10,7 +10,8 @@ use crate::start::WindowStart;
 /// How records are cut and windows started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Protocol {
-    /// Days that train, from the first step of the record.
+    /// Days that train, from the first step of the record; see
+    /// [`training_days_of`](Self::training_days_of) for short records.
     pub training_days: usize,
     /// The last of the training days, held out to choose an epoch; 0 for none.
     pub held_out_days: usize,
@@ -41,11 +42,18 @@ impl Protocol {
         }
     }
 
-    /// As [`paper`](Self::paper), with the last two of the training days held out to choose an
-    /// epoch, for [`TrainingPlan::quick`](crate::TrainingPlan::quick).
+    /// As [`paper`](Self::paper), with training windows an hour apart instead of half an hour.
     #[must_use]
     pub const fn quick() -> Self {
-        Self { held_out_days: 2, ..Self::paper() }
+        let training = WindowRule { overlap: 0.8, ..WindowRule::TRAINING };
+        Self { training, ..Self::paper() }
+    }
+
+    /// Whole days of a record that train: [`training_days`](Self::training_days), but at most
+    /// two thirds of the record, so that a record of less than three weeks keeps days to test on.
+    #[must_use]
+    pub fn training_days_of(&self, record: &Record) -> usize {
+        self.training_days.min(2 * record.len() / (3 * STEPS_PER_DAY))
     }
 }
 
@@ -74,7 +82,7 @@ impl PersonWindows {
     /// [`TwinError::Cohort`] if a value of the record is not finite or a rule cannot be.
     pub fn new(index: usize, person: &Person, protocol: &Protocol) -> Result<Self, TwinError> {
         let record = &person.record;
-        let split = split_by_time(record, protocol.training_days);
+        let split = split_by_time(record, protocol.training_days_of(record));
         let held_out_steps = protocol.held_out_days * STEPS_PER_DAY;
         let boundary = match protocol.held_out_days {
             0 => split.train.end,

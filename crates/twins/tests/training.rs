@@ -14,12 +14,18 @@ use twins::{
 /// Six training days, two test days, windows an hour apart: enough for a small network to learn
 /// from, short enough for a test.
 fn recipe() -> TwinRecipe {
-    let protocol = Protocol { training_days: 6, least_windows: 5, ..Protocol::paper() };
-    let training = cohort::WindowRule { overlap: 0.8, ..protocol.training };
+    let protocol = Protocol { training_days: 6, least_windows: 5, ..Protocol::quick() };
+    let plan = TrainingPlan {
+        learning_rate: 1e-3,
+        epochs: 8,
+        batch: 8,
+        keep: KeptEpoch::Best,
+        ..TrainingPlan::paper()
+    };
     TwinRecipe {
         population: population(GlucoseClamp::Reproduction),
-        protocol: Protocol { training, ..protocol },
-        plan: TrainingPlan { epochs: 8, batch: 8, ..TrainingPlan::quick() },
+        protocol,
+        plan,
         inputs: InputSet::All,
         seed: 11,
     }
@@ -108,12 +114,31 @@ fn new_days_go_on_from_the_old_twin() {
 #[test]
 fn held_out_days_choose_the_epoch() {
     let protocol = Protocol { held_out_days: 1, ..recipe().protocol };
-    let plan = TrainingPlan { keep: KeptEpoch::Best, epochs: 4, ..recipe().plan };
+    let plan = TrainingPlan { epochs: 4, ..recipe().plan };
     let trained = built(&TwinRecipe { protocol, plan, ..recipe() }, None).trained;
     let losses: Vec<f64> = trained.epochs.iter().map(|e| e.held_out.expect("held out")).collect();
     let best = losses.iter().copied().fold(f64::INFINITY, f64::min);
     assert!(best < trained.held_out_before.expect("held out"));
     assert_eq!(losses[trained.kept - 1], best);
+}
+
+#[test]
+fn test_days_do_not_reach_the_twin() {
+    let truth = twin_of(planted(), GlucoseClamp::Reproduction);
+    let recipe = TwinRecipe { plan: TrainingPlan { epochs: 1, ..recipe().plan }, ..recipe() };
+    let bytes = |person: &cohort::Person| {
+        let built = build_twin(0, person, &recipe, None).expect("trainable");
+        built.result.expect("not excluded").twin.to_bytes().expect("writable")
+    };
+    let mut person = cohort_of(&truth, 1, 8).people.remove(0);
+    let before = bytes(&person);
+    for channel in cohort::Channel::ALL {
+        let column = person.record.channel_mut(channel);
+        column[6 * physiology::STEPS_PER_DAY..].fill(Some(0.75));
+    }
+    assert_eq!(bytes(&person), before);
+    person.record.channel_mut(cohort::Channel::HeartRate)[100] = Some(90.0);
+    assert_ne!(bytes(&person), before);
 }
 
 #[test]
