@@ -160,8 +160,9 @@ fn people_are_left_out_for_a_reason() {
                 *reading = None;
             }
         }),
-        ("0 complete test windows, 5 needed", &|record| {
-            *record = record.slice(0..6 * day).expect("inside");
+        // Two days: one trains, and the other holds four windows of five hours.
+        ("4 complete test windows, 5 needed", &|record| {
+            *record = record.slice(0..2 * day).expect("inside");
         }),
     ];
     for (reason, spoil) in cases {
@@ -171,6 +172,15 @@ fn people_are_left_out_for_a_reason() {
         let excluded = built.result.expect_err("excluded");
         assert_eq!(excluded.to_string(), reason);
     }
+}
+
+#[test]
+fn a_short_record_keeps_a_third_of_its_days_to_test_on() {
+    let truth = twin_of(ResidualNetwork::zeros(), GlucoseClamp::Reproduction);
+    let record = cohort_of(&truth, 1, 9).people.remove(0).record;
+    let two_weeks = Protocol::paper();
+    assert_eq!(two_weeks.training_days_of(&record), 6);
+    assert_eq!(Protocol { training_days: 4, ..two_weeks }.training_days_of(&record), 4);
 }
 
 #[test]

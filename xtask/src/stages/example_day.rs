@@ -64,7 +64,7 @@ pub(crate) fn choose(
 /// First step of the first calendar day after the training days whose readings are all there.
 fn complete_day(person: &Person, protocol: &Protocol) -> Option<usize> {
     let record = &person.record;
-    let first_test = protocol.training_days * STEPS_PER_DAY;
+    let first_test = protocol.training_days_of(record) * STEPS_PER_DAY;
     (first_test..record.len().checked_sub(STEPS_PER_DAY)? + 1)
         .filter(|k| record.time(*k).format("%H:%M").to_string() == "00:00")
         .find(|k| record.cgm()[*k..*k + STEPS_PER_DAY].iter().all(Option::is_some))

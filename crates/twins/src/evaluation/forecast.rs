@@ -88,7 +88,8 @@ pub(super) fn forecast_errors(
     let overlap = 1.0 - STRIDE as f64 / len as f64;
     let rule = WindowRule { len, overlap, ..settings.protocol.test };
     let rule = WindowRule { cgm_share: 1.0, ..rule };
-    let test = split_by_time(&person.record, settings.protocol.training_days).test;
+    let training_days = settings.protocol.training_days_of(&person.record);
+    let test = split_by_time(&person.record, training_days).test;
     let cuts = windows(index, &person.record, test, &rule)?;
     if cuts.is_empty() {
         return Ok(Vec::new());
