@@ -137,9 +137,10 @@ pub struct Calibration {
     pub at_bound: Vec<Factor>,
 }
 
-/// Spacing of the differences in log factors: rounding (1e-13/h) and curvature (about h/2) both leave
-/// the signatures right to a thousandth, and the gradient at the optimum needs no more.
-const SPACING: f64 = 0.002;
+/// Spacing of the differences in log factors. Wide enough to average over the kinks of uptake, renal
+/// clearance and production, which would otherwise make the iteration wander; the estimate needs no
+/// exact derivative, because innovations have mean zero given the past whatever they are weighed with.
+const SPACING: f64 = 0.02;
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
 /// Starting values tried for insulin action, the only factor with distant local optima.
