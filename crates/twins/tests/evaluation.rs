@@ -6,10 +6,12 @@ use std::collections::BTreeMap;
 
 use cohort::Cohort;
 use nn_statespace::GlucoseClamp;
+use physiology::{OpenLoop, simulate};
 use synthetic::{cohort_of, trained_looking, twin_of};
 use twins::evaluation::{EvaluationSettings, Method, OutcomesTable, TwinsTable, evaluate};
 use twins::{
-    InputSet, Protocol, ResidualNetwork, TrainingPlan, Twin, TwinRecipe, WindowStart, build_twins,
+    InputSet, PersonWindows, Protocol, ResidualNetwork, TrainingPlan, Twin, TwinRecipe,
+    WindowStart, build_twins, window_starts,
 };
 
 fn protocol() -> Protocol {
@@ -58,11 +60,44 @@ fn the_true_twin_is_found_equivalent_and_best() {
     assert_eq!((twin.name.as_str(), twin.rows.len()), ("twin", 6));
     assert!(twin.rows.iter().all(|row| row.equivalent && row.p <= row.p_holm));
     assert!(table.comparisons.iter().all(|c| c.difference.upper < 0.0));
+    for row in table.methods.iter().flat_map(|method| &method.rows) {
+        let shift = row.simulated.mean - row.actual.mean;
+        for difference in [row.difference, row.difference_t] {
+            assert!((difference.value - shift).abs() < 1e-9, "{row:?}"); // rounding of means
+            assert!(difference.lower <= shift + 1e-9 && shift <= difference.upper + 1e-9);
+        }
+    }
     let twin_120 = table.forecast.iter().find(|r| r.method == "twin" && r.minutes == 120);
     let persistence = table.forecast.iter().find(|r| r.method == "persistence" && r.minutes == 120);
     let (twin_120, persistence) = (twin_120.expect("a row"), persistence.expect("a row"));
     assert!(twin_120.rmse.mean < 0.1 && persistence.rmse.mean > 5.0);
     assert_eq!(table.forecast.len(), 15);
+}
+
+#[test]
+fn the_error_is_taken_over_the_steps_after_the_start() {
+    let mut cohort = three_people();
+    cohort.people.truncate(1);
+    let (truth, person) = (truth(), cohort.people[0].clone());
+    let twins = same_twin_for_all(&cohort, &truth);
+    let found = evaluate(&cohort, &twins, &truth.population, &settings()).expect("judged");
+    let cut = PersonWindows::new(0, &person, &protocol()).expect("cut");
+    let steps: Vec<usize> = cut.test.iter().map(|window| window.start).collect();
+    let (model, start) = (&*truth.population, WindowStart::Carried);
+    let starts = window_starts(model, &person, &cut.inputs, &steps, start, cut.mean_basal);
+    let (mut squares, mut samples) = (0.0, 0.0);
+    for (state, first) in starts.expect("starts").states.into_iter().zip(steps) {
+        let inputs = &cut.inputs[first..first + 59];
+        let run = simulate(model, state, &mut OpenLoop::new(inputs), 59).expect("finite");
+        for (step, glucose) in run.glucose(model).into_iter().enumerate().skip(1) {
+            let reading = person.record.cgm()[first + step].expect("a reading");
+            squares += (glucose.0.clamp(40.0, 400.0) - reading).powi(2);
+            samples += 1.0;
+        }
+    }
+    let expected: f64 = squares / samples;
+    let rmse = found.people[0].of(Method::Population).rmse;
+    assert!((rmse - expected.sqrt()).abs() < 1e-9, "{rmse} {}", expected.sqrt()); // rounding
 }
 
 #[test]

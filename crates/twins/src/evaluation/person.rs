@@ -134,3 +134,15 @@ pub(super) fn readings<P: Plant>(
 pub(super) fn sensor_reading(glucose: MgPerDl) -> MgPerDl {
     MgPerDl(glucose.0.clamp(GLUCOSE_RANGE.0.0, GLUCOSE_RANGE.1.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_reads_between_40_and_400() {
+        for (glucose, expected) in [(-3.0, 40.0), (40.0, 40.0), (123.4, 123.4), (512.0, 400.0)] {
+            assert_eq!(sensor_reading(MgPerDl(glucose)), MgPerDl(expected));
+        }
+    }
+}
