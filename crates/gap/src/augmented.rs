@@ -9,7 +9,8 @@ use ode_sim::gut::glucose_dose;
 use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{
-    Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, Plant, STEP, StepInput, UnitsPerHour,
+    Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, NonFinite, Plant, STEP, States, StepInput,
+    UnitsPerHour,
 };
 
 use crate::covariance::Covariance;
@@ -263,6 +264,27 @@ impl AugmentedModel {
             interstitial: MgPerDl(plasma + (state.interstitial.0 - plasma) * self.lag_decay),
             sensor: MgPerDl(state.sensor.0 * self.noise.sensor_correlation),
         }
+    }
+}
+
+/// The body with its unexplained flux, which decays as the filter expects; plasma glucose is reported.
+impl Plant for AugmentedModel {
+    type State = AugmentedState;
+
+    fn step(&self, state: &AugmentedState, input: &StepInput) -> Result<AugmentedState, NonFinite> {
+        // The Euler step has no other way to fail than a state that is not finite.
+        AugmentedModel::step(self, state, input).map_err(|error| match error {
+            OdeError::NonFinite { compartment } => NonFinite { compartment },
+            _ => NonFinite { compartment: Q1 },
+        })
+    }
+
+    fn glucose(&self, state: &AugmentedState) -> MgPerDl {
+        self.plant.glucose(&state.body)
+    }
+
+    fn report(&self, state: &AugmentedState) -> States {
+        self.plant.report(&state.body)
     }
 }
 

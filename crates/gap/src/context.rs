@@ -70,6 +70,12 @@ impl Situation {
         Self::Other,
     ];
 
+    /// Whether the situation is recognised from glucose itself.
+    #[must_use]
+    pub const fn reads_glucose(self) -> bool {
+        matches!(self, Self::AfterLow | Self::FastChange)
+    }
+
     /// The level's name in `diagnosis.json`.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -139,7 +139,9 @@ pub struct CellGap {
     /// Mean error of free runs, observed minus predicted, mg/dL: positive where the plant
     /// under-predicts glucose. Runs of the horizon in
     /// [`LocalisationRule::horizon`](crate::LocalisationRule), except for `horizon` cells, which have
-    /// their own. The mean over people of each person's mean.
+    /// their own. The mean over people of each person's mean. Runs start from the filtered
+    /// state without its unexplained flux, except for cells that are set apart by glucose (bands,
+    /// `after_low`, `fast_change`): the flux goes with glucose, so they keep it.
     pub mean_error_mg_dl: f64,
     /// Lower end of the simultaneous interval.
     pub lower: f64,

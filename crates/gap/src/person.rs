@@ -12,7 +12,7 @@ use crate::diagnosis::{
     PersonSummary,
 };
 use crate::error::GapError;
-use crate::free_run::{Start, free_run_errors};
+use crate::free_run::{FreeRunRule, Start, free_run_errors};
 use crate::localisation::DayCells;
 use crate::observations::{INTERPOLATED_SHARE, MissingDosePolicy, Observations, Reading};
 
@@ -227,7 +227,8 @@ fn errors_of(
         free_runs[day].add(HORIZONS + error.horizon, error.error);
         if error.horizon == main {
             let hour = u32::from(record.hour(error.start + half));
-            mark(&mut free_runs[day], &situations, error.start, hour, &glucose, error.error);
+            free_runs[day].add(part_of_day(hour), error.error);
+            mark_situations(&mut free_runs[day], &situations, error.start, false, error.error);
         }
         let sum = &mut sums[day][error.horizon];
         sum.runs += 1.0;
@@ -235,34 +236,49 @@ fn errors_of(
         sum.sizes += error.error.abs();
         sum.squares += error.error * error.error;
     }
+    // Where glucose is high, the flux that made it so is likely to go on. A run that drops the filter's
+    // flux would miss there for that reason alone, so cells that read glucose keep it.
+    let rule =
+        FreeRunRule { horizons: vec![config.localisation.horizon], ..config.free_run.clone() };
+    let lag = config.noise.lag_decay();
+    let kept_flux = free_run_errors(&calibration.model, observations, &rule, lag, |step| Start {
+        state: states[step],
+        interstitial: states[step].interstitial,
+    })?;
+    for error in &kept_flux {
+        let day = &mut free_runs[record.day_index(error.start)];
+        mark_situations(day, &situations, error.start, true, error.error);
+        day.add(GLUCOSE + band(glucose[error.start]), error.error);
+    }
     // An innovation belongs to the step before its reading: that is what was known.
     for (step, whitened) in calibration.whitened.iter().enumerate().skip(1) {
         if let Some(value) = whitened {
             let day = record.day_index(step - 1);
             let hour = u32::from(record.hour(step));
-            mark(&mut innovations[day], &situations, step - 1, hour, &glucose, *value);
+            let cells = &mut innovations[day];
+            cells.add(part_of_day(hour), *value);
+            mark_situations(cells, &situations, step - 1, false, *value);
+            mark_situations(cells, &situations, step - 1, true, *value);
+            cells.add(GLUCOSE + band(glucose[step - 1]), *value);
         }
     }
     let summary = summary(person, observations, &calibration, errors.len());
     Ok(PersonAnalysis { free_runs, innovations, horizons: sums, summary })
 }
 
-/// Counts an error in every cell that holds at `step`.
-fn mark(
+/// Counts an error in every situation that holds at `step` and reads glucose, or does not.
+fn mark_situations(
     day: &mut DayCells,
     situations: &Situations,
     step: usize,
-    hour: u32,
-    glucose: &[f64],
+    reads_glucose: bool,
     error: f64,
 ) {
-    day.add(part_of_day(hour), error);
     for (place, situation) in Situation::ALL.into_iter().enumerate() {
-        if situations.holds(situation, step) {
+        if situation.reads_glucose() == reads_glucose && situations.holds(situation, step) {
             day.add(SITUATIONS + place, error);
         }
     }
-    day.add(GLUCOSE + band(glucose[step]), error);
 }
 
 fn summary(
