@@ -61,8 +61,10 @@ pub(crate) enum Command {
     )]
     Verify(VerifyArgs),
     /// Train one digital twin a person.
-    #[command(after_help = "Example:\n  cargo xtask twin --cohort fixtures/embedded/cohort --model \
-        out/train/population.safetensors --out out/twin")]
+    #[command(
+        after_help = "Example:\n  cargo xtask twin --cohort fixtures/embedded/cohort --model \
+        out/train/population.safetensors --out out/twin"
+    )]
     Twin(TwinArgs),
     /// Simulate a cohort's record with a model, from its first glucose reading.
     #[command(

@@ -121,8 +121,8 @@ impl Arrangement {
                     continue;
                 }
                 crossings += 1;
-                for l in EDGES..self.lines.len() {
-                    signs[l] = if l == i || l == j {
+                for (l, sign) in signs.iter_mut().enumerate().skip(EDGES) {
+                    *sign = if l == i || l == j {
                         Ordering::Equal
                     } else {
                         self.sign(&crossing, i, j, l)

@@ -1,3 +1,4 @@
+#![expect(clippy::print_stdout, reason = "with --nocapture the tests print their table")]
 //! The paper's published population weights over one box: every row decided, by every engine.
 //!
 //! `cargo test -p conformance --test published -- --nocapture` prints the table.

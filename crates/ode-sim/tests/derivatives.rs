@@ -117,6 +117,6 @@ proptest! {
 
 /// The state with glucose high above the renal threshold, so that no stage meets a kink.
 fn smooth(mut x: OdeVector) -> OdeVector {
-    x[Compartment::Q1] = 0.16 * 60.0 + x[Compartment::Q1];
+    x[Compartment::Q1] += 0.16 * 60.0;
     x
 }

@@ -67,7 +67,7 @@ fn another_population_model_is_refused() {
         let (w1, b1, w2) = (n.w1().to_vec(), n.b1().to_vec(), n.w2().to_vec());
         HiddenLayerNetwork::new(n.inputs(), w1, b1, w2, b2).expect("shapes fit")
     });
-    let parts = (one.wiring().clone(), one.scaler().clone(), one.card().clone());
+    let parts = (one.wiring().clone(), *one.scaler(), one.card().clone());
     let other = PopulationModel::new(parts.0, networks, parts.1, GlucoseClamp::Off, parts.2);
     let error = Twin::from_bytes(&bytes, Arc::new(other.expect("shapes fit"))).expect_err("other");
     assert!(error.to_string().contains("trained on the population model"), "{error}");

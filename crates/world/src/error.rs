@@ -32,6 +32,6 @@ pub enum WorldError {
         /// Index of the person, counted from 0.
         person: usize,
         /// What the cohort's rules said.
-        source: cohort::CohortError,
+        source: Box<cohort::CohortError>,
     },
 }

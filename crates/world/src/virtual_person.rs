@@ -108,8 +108,9 @@ impl VirtualPerson {
 
     /// The cohort's view of the days.
     fn recorded(&self, life: &Life, log: &[Logged]) -> Result<Person, WorldError> {
-        let mut record = Record::new(life.calendar.time(0), log.len())
-            .map_err(|source| WorldError::Record { person: self.index, source })?;
+        let mut record = Record::new(life.calendar.time(0), log.len()).map_err(|source| {
+            WorldError::Record { person: self.index, source: Box::new(source) }
+        })?;
         let mut fill = |channel: Channel, value: &dyn Fn(usize) -> Option<f64>| {
             for (step, slot) in record.channel_mut(channel).iter_mut().enumerate() {
                 *slot = value(step);

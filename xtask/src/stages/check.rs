@@ -8,8 +8,11 @@ use anyhow::{Context as _, Result, bail};
 use crate::cli::CheckArgs;
 use crate::{directions, progress};
 
-/// One step: its name and the cargo arguments that run it.
-const STATIC_STEPS: &[(&str, &[&str], &[(&str, &str)])] = &[
+/// A step: its name, the cargo arguments that run it, and environment variables.
+type Step = (&'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
+
+/// Everything but the tests.
+const STATIC_STEPS: &[Step] = &[
     ("formatting", &["fmt", "--all", "--check"], &[]),
     (
         "lints",
@@ -31,8 +34,7 @@ const STATIC_STEPS: &[(&str, &[&str], &[(&str, &str)])] = &[
         &[("RUSTDOCFLAGS", "--deny warnings")],
     ),
 ];
-const TESTS: (&str, &[&str], &[(&str, &str)]) =
-    ("tests", &["test", "--workspace", "--locked"], &[]);
+const TESTS: Step = ("tests", &["test", "--workspace", "--locked"], &[]);
 
 /// Runs the steps in order and stops at the first that fails.
 pub(crate) fn run(args: &CheckArgs) -> Result<()> {
@@ -49,10 +51,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     Ok(())
 }
 
-fn cargo(
-    root: &Path,
-    (name, arguments, environment): &(&str, &[&str], &[(&str, &str)]),
-) -> Result<()> {
+fn cargo(root: &Path, (name, arguments, environment): &Step) -> Result<()> {
     progress::note(format!("check: {name} (cargo {})", arguments.join(" ")));
     let status = Command::new("cargo")
         .args(*arguments)

@@ -177,9 +177,9 @@ fn example_day() -> Value {
         "insulin_u_h": series(&|k| json!(match k { 88 => 38.0, 154 => 30.0, 232 => 46.0, _ => 0.9 })),
         "carbs_g": series(&|k| json!(match k { 90 => 55.0, 156 => 45.0, 234 => 72.0, _ => 0.0 })),
         "heart_rate_over_baseline": series(&|k| json!(
-            1.0 + 0.15 * (hour(k) / 24.0 * TAU - 2.0).sin()
-                + if (204..216).contains(&k) { 0.7 } else { 0.0 })),
-        "sleep_efficiency": series(&|k| json!(if k < 78 || k > 276 { 0.92 } else { 0.0 }))})
+            10.0 * (hour(k) / 24.0 * TAU - 2.0).sin()
+                + if (204..216).contains(&k) { 45.0 } else { 0.0 })),
+        "sleep_efficiency": series(&|k| json!(if !(78..=276).contains(&k) { 0.92 } else { 0.0 }))})
 }
 
 fn agp() -> Value {
