@@ -17,7 +17,7 @@ fail() {
 }
 
 have_compiler() { command -v c++ >/dev/null 2>&1 || command -v g++ >/dev/null 2>&1; }
-have_cmake() { [ -x .tools/python/bin/cmake ] || command -v cmake >/dev/null 2>&1; }
+have_cmake() { .tools/python/bin/cmake --version >/dev/null 2>&1 || cmake --version >/dev/null 2>&1; }
 
 # The folder of libclang.so, where bindgen would find it; empty if nowhere.
 libclang_folder() {
@@ -25,7 +25,8 @@ libclang_folder() {
   for candidate in "${LIBCLANG_PATH:-}" .tools/python/lib/python3*/site-packages/clang/native \
     /usr/lib/llvm-*/lib /usr/lib/*-linux-gnu /usr/lib64 /usr/lib /usr/local/lib; do
     [ -n "$candidate" ] || continue
-    if compgen -G "$candidate/libclang.so*" >/dev/null || compgen -G "$candidate/libclang-[0-9]*.so*" >/dev/null; then
+    if [ -n "$(find -L "$candidate" -maxdepth 1 -type f \
+      \( -name 'libclang.so*' -o -name 'libclang-[0-9]*.so*' \) 2>/dev/null | head -n 1)" ]; then
       printf '%s\n' "$candidate"
       return 0
     fi

@@ -8,7 +8,7 @@
 use cohort::Person;
 use nn_statespace::initial_state::{SteadyStateOutcome, steady_state};
 use nn_statespace::{PopulationModel, ScaledStates};
-use ode_sim::{OdePlant, OdeState};
+use ode_sim::{OdeError, OdePlant, OdeState};
 use physiology::{Compartment, MgPerDl, Plant, STEPS_PER_DAY, StepInput, UnitsPerHour};
 
 use crate::error::TwinError;
@@ -83,9 +83,20 @@ impl Startable for OdePlant {
         OdeState::default()
     }
 
+    /// Where the kidneys clear more glucose than the liver makes even without insulin (above 400
+    /// mg/dL for the population), nothing stands still: the steady state at the next lower
+    /// multiple of 10 mg/dL that has one is used, with the glucose asked for.
     fn at_steady_state(&self, glucose: MgPerDl) -> Result<(OdeState, AtRest), TwinError> {
-        let found = ode_sim::steady_state::at_glucose(&self.parameters, self.weight, glucose)?;
-        Ok((found.state, AtRest::Yes))
+        let solve = |at| ode_sim::steady_state::at_glucose(&self.parameters, self.weight, at);
+        let mut tens = (glucose.0 / 10.0).ceil() - 1.0;
+        let mut rest = AtRest::Yes;
+        let mut found = solve(glucose);
+        while matches!(found, Err(OdeError::NoBasal { .. })) && tens > 0.0 {
+            found = solve(MgPerDl(10.0 * tens));
+            tens -= 1.0;
+            rest = AtRest::Nearly;
+        }
+        Ok((self.with_glucose(&found?.state, glucose), rest))
     }
 }
 

@@ -93,6 +93,15 @@ fn steady_starts_carry_the_reading_and_stand_still() {
 }
 
 #[test]
+fn a_glucose_without_a_steady_state_starts_from_the_nearest_below() {
+    let ode = ode_baseline(None);
+    let (state, rest) = ode.at_steady_state(MgPerDl(406.0)).expect("a start");
+    let (below, at_rest) = ode.at_steady_state(MgPerDl(400.0)).expect("a steady state");
+    assert_eq!((rest, at_rest), (AtRest::Nearly, AtRest::Yes));
+    assert_eq!(state, ode.with_glucose(&below, MgPerDl(406.0)));
+}
+
+#[test]
 fn a_replay_follows_the_record_from_its_first_reading() {
     let twin = twin_of(planted(), GlucoseClamp::Reproduction);
     let mut person = cohort_of(&twin, 1, 3).people.remove(0);
