@@ -18,7 +18,7 @@ use crate::inputs::{InputSet, MissingContext};
 use crate::prepared::PreparedWindow;
 use crate::protocol::{PersonWindows, Protocol, inputs_within, measured};
 use crate::residual::ResidualNetwork;
-use crate::start::window_starts;
+use crate::start::{SteadyStates, window_starts_with};
 use crate::training::{Trained, TrainingPlan, train};
 use crate::twin::{Twin, TwinCard};
 
@@ -74,12 +74,13 @@ pub fn build_twins(
     recipe: &TwinRecipe,
     finished: &(dyn Fn(&PersonTwin) + Sync),
 ) -> Result<Vec<PersonTwin>, TwinError> {
+    let steady = SteadyStates::new(&*recipe.population);
     let results: Vec<Result<PersonTwin, TwinError>> = cohort
         .people
         .par_iter()
         .enumerate()
         .map(|(index, person)| {
-            let built = build_twin(index, person, recipe, None);
+            let built = build_with(index, person, recipe, None, &steady);
             if let Ok(built) = &built {
                 finished(built);
             }
@@ -95,13 +96,23 @@ pub fn build_twins(
 /// that new days refine it instead of starting over.
 ///
 /// # Errors
-/// Those of [`PersonWindows::new`], [`window_starts`], [`PreparedWindow::new`] and [`train`], and
+/// Those of [`PersonWindows::new`], [`window_starts`](crate::window_starts), [`PreparedWindow::new`] and [`train`], and
 /// [`TwinError::OtherPerson`] if `before` is someone else's.
 pub fn build_twin(
     index: usize,
     person: &Person,
     recipe: &TwinRecipe,
     before: Option<&Twin>,
+) -> Result<PersonTwin, TwinError> {
+    build_with(index, person, recipe, before, &SteadyStates::new(&*recipe.population))
+}
+
+fn build_with(
+    index: usize,
+    person: &Person,
+    recipe: &TwinRecipe,
+    before: Option<&Twin>,
+    steady: &SteadyStates<'_, PopulationModel>,
 ) -> Result<PersonTwin, TwinError> {
     if let Some(twin) = before.filter(|twin| twin.card.person_id != person.id) {
         return Err(TwinError::OtherPerson {
@@ -112,7 +123,7 @@ pub fn build_twin(
     let cut = PersonWindows::new(index, person, &recipe.protocol)?;
     let result = match cut.excluded {
         Some(reason) => Err(reason),
-        None => Ok(train_person(index, person, &cut, recipe, before)?),
+        None => Ok(train_person(index, person, &cut, recipe, before, steady)?),
     };
     Ok(PersonTwin {
         person_id: person.id.clone(),
@@ -128,13 +139,14 @@ fn train_person(
     cut: &PersonWindows,
     recipe: &TwinRecipe,
     before: Option<&Twin>,
+    steady: &SteadyStates<'_, PopulationModel>,
 ) -> Result<BuiltTwin, TwinError> {
     let scaler = match before {
         Some(twin) => twin.heart_rate_scaler,
         None => fit_heart_rate(cut)?,
     };
-    let (windows, not_at_rest) = prepare(person, cut, &cut.train, recipe, scaler.as_ref())?;
-    let (held_out, _) = prepare(person, cut, &cut.held_out, recipe, scaler.as_ref())?;
+    let (windows, not_at_rest) = prepare(person, cut, &cut.train, recipe, scaler.as_ref(), steady)?;
+    let (held_out, _) = prepare(person, cut, &cut.held_out, recipe, scaler.as_ref(), steady)?;
     let mut seeds = ChaCha8Rng::seed_from_u64(recipe.seed);
     seeds.set_stream(index as u64);
     let (weights_seed, order_seed) = (seeds.random(), seeds.random());
@@ -193,10 +205,11 @@ fn prepare(
     windows: &[Window],
     recipe: &TwinRecipe,
     scaler: Option<&HeartRateScaler>,
+    steady: &SteadyStates<'_, PopulationModel>,
 ) -> Result<(Vec<PreparedWindow>, usize), TwinError> {
     let steps: Vec<usize> = windows.iter().map(|w| w.start).collect();
-    let starts = window_starts(
-        &*recipe.population,
+    let starts = window_starts_with(
+        steady,
         person,
         &cut.inputs,
         &steps,

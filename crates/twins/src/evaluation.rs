@@ -19,6 +19,7 @@ use stats::Bootstrap;
 
 use crate::error::TwinError;
 use crate::protocol::{PersonWindows, Protocol};
+use crate::start::SteadyStates;
 use crate::twin::Twin;
 
 pub use forecast::{FORECAST_MINUTES, ForecastError, Forecaster};
@@ -119,6 +120,7 @@ pub fn evaluate(
     population: &Arc<PopulationModel>,
     settings: &EvaluationSettings,
 ) -> Result<Evaluation, TwinError> {
+    let steady = SteadyStates::new(&**population);
     let judged: Vec<Result<Judged, TwinError>> = cohort
         .people
         .par_iter()
@@ -132,7 +134,7 @@ pub fn evaluate(
                 None => Ok(Judged::Out("no twin was given".to_owned())),
                 Some(twin) => {
                     let found =
-                        person::evaluate_person(index, person, &cut, twin, population, settings)?;
+                        person::evaluate_person(index, person, &cut, twin, &steady, settings)?;
                     Ok(Judged::In(Box::new(found)))
                 }
             }

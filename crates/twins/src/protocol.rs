@@ -27,9 +27,10 @@ pub struct Protocol {
 
 impl Protocol {
     /// The paper: two weeks train, the rest tests; 5-hour windows with 90 % overlap in training,
-    /// complete readings and doses. Test windows follow each other without overlap, and windows
-    /// start from carried states: the paper leaves the first open and describes the second for
-    /// training. At least 10 windows in either part, so that a person's averages mean something.
+    /// complete readings and doses. Test windows follow each other without overlap, which the paper
+    /// leaves open. Windows start from a steady state, in training and test alike, as the paper
+    /// starts its simulations. At least 10 windows in either part, so that a person's averages
+    /// mean something.
     #[must_use]
     pub const fn paper() -> Self {
         Self {
@@ -37,7 +38,7 @@ impl Protocol {
             held_out_days: 0,
             training: WindowRule::TRAINING,
             test: WindowRule::EVALUATION,
-            start: WindowStart::Carried,
+            start: WindowStart::SteadyState,
             least_windows: 10,
         }
     }

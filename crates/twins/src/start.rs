@@ -3,7 +3,11 @@
 //! The paper simulates, for training, all states but Q1 with the population model and takes Q1 from
 //! the sensor ("Development dataset preprocessing"), and starts its evaluations from a steady state
 //! ("Estimating initial states"). Both are here. A steady state forgets the insulin and the meal
-//! that a person has on board when a window opens; [`WindowStart::Carried`] does not.
+//! that a person has on board when a window opens. Carried states keep them, but they also bring
+//! every error of the plant's insulin sensitivity into the first minutes; on the two open data sets
+//! that this was tried on, all methods err less from steady states.
+
+use std::sync::OnceLock;
 
 use cohort::Person;
 use nn_statespace::initial_state::{SteadyStateOutcome, steady_state};
@@ -143,8 +147,22 @@ pub fn window_starts<P: Startable>(
     start: WindowStart,
     mean_basal: UnitsPerHour,
 ) -> Result<Starts<P::State>, TwinError> {
+    let steady = SteadyStates::new(plant);
+    window_starts_with(&steady, person, inputs, steps, start, mean_basal)
+}
+
+/// [`window_starts`] with steady states that are shared between people.
+pub(crate) fn window_starts_with<P: Startable>(
+    steady: &SteadyStates<'_, P>,
+    person: &Person,
+    inputs: &[StepInput],
+    steps: &[usize],
+    start: WindowStart,
+    mean_basal: UnitsPerHour,
+) -> Result<Starts<P::State>, TwinError> {
+    let plant = steady.plant;
     match start {
-        WindowStart::SteadyState => steady_starts(plant, person, steps),
+        WindowStart::SteadyState => steady_starts(steady, person, steps),
         WindowStart::Carried => {
             let states = carried_starts(plant, person, inputs, steps, mean_basal)?;
             Ok(Starts { states, not_at_rest: 0 })
@@ -152,29 +170,55 @@ pub fn window_starts<P: Startable>(
     }
 }
 
+/// The steady states of a plant, solved when first asked for, once for each mg/dL.
+///
+/// Sensors report whole mg/dL, so that a cohort's windows need far fewer solutions than there are
+/// windows; a network's takes some 20 ms.
+#[derive(Debug)]
+pub(crate) struct SteadyStates<'a, P: Startable> {
+    plant: &'a P,
+    solved: Vec<OnceLock<(P::State, AtRest)>>,
+}
+
+/// Above this glucose, mg/dL, nothing is kept: no sensor reads that far.
+const HIGHEST_KEPT: usize = 600;
+
+impl<'a, P: Startable> SteadyStates<'a, P> {
+    pub(crate) fn new(plant: &'a P) -> Self {
+        Self { plant, solved: (0..=HIGHEST_KEPT).map(|_| OnceLock::new()).collect() }
+    }
+
+    /// The plant.
+    pub(crate) fn plant(&self) -> &'a P {
+        self.plant
+    }
+
+    /// The steady state at the glucose rounded to 1 mg/dL, with the glucose itself set.
+    fn at(&self, glucose: MgPerDl) -> Result<(P::State, AtRest), TwinError> {
+        let rounded = glucose.0.round().max(1.0);
+        let place = self.solved.get(rounded as usize);
+        let (state, rest) = match place.and_then(OnceLock::get) {
+            Some(known) => known.clone(),
+            None => {
+                // Two threads may solve the same glucose at once; both find the same.
+                let solved = self.plant.at_steady_state(MgPerDl(rounded))?;
+                place.map_or_else(|| solved.clone(), |p| p.get_or_init(|| solved.clone()).clone())
+            }
+        };
+        Ok((self.plant.with_glucose(&state, glucose), rest))
+    }
+}
+
 fn steady_starts<P: Startable>(
-    plant: &P,
+    steady: &SteadyStates<'_, P>,
     person: &Person,
     steps: &[usize],
 ) -> Result<Starts<P::State>, TwinError> {
-    // Sensors report whole mg/dL, so that a person's windows need far fewer solutions than there
-    // are windows.
-    let mut solved: Vec<(f64, P::State, AtRest)> = Vec::new();
     let mut starts = Starts { states: Vec::with_capacity(steps.len()), not_at_rest: 0 };
     for step in steps {
-        let glucose = reading(person, *step)?;
-        let position = match solved.iter().position(|(g, _, _)| *g == glucose.0.round()) {
-            Some(position) => position,
-            None => {
-                let rounded = glucose.0.round();
-                let (state, rest) = plant.at_steady_state(MgPerDl(rounded))?;
-                solved.push((rounded, state, rest));
-                solved.len() - 1
-            }
-        };
-        let (_, state, rest) = &solved[position];
-        starts.states.push(plant.with_glucose(state, glucose));
-        starts.not_at_rest += usize::from(*rest == AtRest::Nearly);
+        let (state, rest) = steady.at(reading(person, *step)?)?;
+        starts.states.push(state);
+        starts.not_at_rest += usize::from(rest == AtRest::Nearly);
     }
     Ok(starts)
 }

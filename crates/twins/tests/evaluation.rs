@@ -15,7 +15,7 @@ use twins::{
 };
 
 fn protocol() -> Protocol {
-    Protocol { training_days: 4, ..Protocol::paper() }
+    Protocol { training_days: 4, start: WindowStart::Carried, ..Protocol::paper() }
 }
 
 fn settings() -> EvaluationSettings {

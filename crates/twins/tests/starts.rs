@@ -7,7 +7,9 @@ use nn_statespace::{GlucoseClamp, PopulationModel, ScaledStates};
 use physiology::{Compartment, MgPerDl, OpenLoop, UnitsPerHour, simulate};
 use synthetic::{cohort_of, planted, population, twin_of};
 use twins::evaluation::ode_baseline;
-use twins::{ReplayStart, ResidualNetwork, Startable, WindowStart, replay, settled, window_starts};
+use twins::{
+    AtRest, ReplayStart, ResidualNetwork, Startable, WindowStart, replay, settled, window_starts,
+};
 
 /// Three days that follow the population model exactly.
 fn person() -> Person {

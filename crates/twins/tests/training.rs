@@ -8,13 +8,18 @@ use nn_statespace::GlucoseClamp;
 use synthetic::{cohort_of, planted, population, twin_of};
 use twins::{
     BuiltTwin, InputSet, KeptEpoch, Protocol, ResidualNetwork, TrainingPlan, TwinRecipe,
-    build_twin, build_twins,
+    WindowStart, build_twin, build_twins,
 };
 
 /// Six training days, two test days, windows an hour apart: enough for a small network to learn
 /// from, short enough for a test.
 fn recipe() -> TwinRecipe {
-    let protocol = Protocol { training_days: 6, least_windows: 5, ..Protocol::quick() };
+    let protocol = Protocol {
+        training_days: 6,
+        least_windows: 5,
+        start: WindowStart::Carried,
+        ..Protocol::quick()
+    };
     let plan = TrainingPlan {
         learning_rate: 1e-3,
         epochs: 8,

@@ -4,8 +4,6 @@
 //! in the paper. Persistence and linear extrapolation stand beside them, so that the errors mean
 //! something.
 
-use std::sync::Arc;
-
 use cohort::{Person, WindowRule, split_by_time, windows};
 use nn_statespace::PopulationModel;
 use ode_sim::OdePlant;
@@ -15,7 +13,7 @@ use crate::error::TwinError;
 use crate::evaluation::person::{readings, sensor_reading};
 use crate::evaluation::{EvaluationSettings, Method};
 use crate::protocol::{PersonWindows, measured};
-use crate::start::window_starts;
+use crate::start::{SteadyStates, window_starts, window_starts_with};
 use crate::twin::Twin;
 
 /// Horizons of the paper, min.
@@ -80,7 +78,7 @@ pub(super) fn forecast_errors(
     person: &Person,
     cut: &PersonWindows,
     twin: &Twin,
-    population: &Arc<PopulationModel>,
+    steady: &SteadyStates<'_, PopulationModel>,
     ode: &OdePlant,
     settings: &EvaluationSettings,
 ) -> Result<Vec<ForecastError>, TwinError> {
@@ -97,7 +95,7 @@ pub(super) fn forecast_errors(
     let origins: Vec<usize> = cuts.iter().map(|window| window.start + BEFORE).collect();
     let start = settings.protocol.start;
     let of_network =
-        window_starts(&**population, person, &cut.inputs, &origins, start, cut.mean_basal)?;
+        window_starts_with(steady, person, &cut.inputs, &origins, start, cut.mean_basal)?;
     let of_ode = window_starts(ode, person, &cut.inputs, &origins, start, cut.mean_basal)?;
 
     let mut squares = [[0.0; FORECAST_MINUTES.len()]; Forecaster::ALL.len()];
@@ -105,7 +103,7 @@ pub(super) fn forecast_errors(
         let inputs = &cut.inputs[*origin..origin + AHEAD];
         let readings_of = [
             readings(twin, of_network.states[n], inputs)?,
-            readings(&**population, of_network.states[n], inputs)?,
+            readings(steady.plant(), of_network.states[n], inputs)?,
             readings(ode, of_ode.states[n], inputs)?,
         ];
         let measured = measured(person, window)?;

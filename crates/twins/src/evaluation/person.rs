@@ -1,7 +1,5 @@
 //! One person's held-out windows under every method.
 
-use std::sync::Arc;
-
 use cohort::{Person, Window};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel};
 use physiology::{MgPerDl, OpenLoop, Plant, StepInput, simulate};
@@ -12,7 +10,7 @@ use crate::evaluation::forecast::{ForecastError, forecast_errors};
 use crate::evaluation::{EvaluationSettings, Method, ode_baseline};
 use crate::inputs::MissingContext;
 use crate::protocol::{PersonWindows, inputs_within, measured};
-use crate::start::{Starts, window_starts};
+use crate::start::{Starts, SteadyStates, window_starts, window_starts_with};
 use crate::twin::Twin;
 
 /// One person's figures.
@@ -58,14 +56,14 @@ pub(super) fn evaluate_person(
     person: &Person,
     cut: &PersonWindows,
     twin: &Twin,
-    population: &Arc<PopulationModel>,
+    steady: &SteadyStates<'_, PopulationModel>,
     settings: &EvaluationSettings,
 ) -> Result<PersonEvaluation, TwinError> {
     let steps: Vec<usize> = cut.test.iter().map(|window| window.start).collect();
     let ode = ode_baseline(person.weight);
     let start = settings.protocol.start;
     let network_starts =
-        window_starts(&**population, person, &cut.inputs, &steps, start, cut.mean_basal)?;
+        window_starts_with(steady, person, &cut.inputs, &steps, start, cut.mean_basal)?;
     let ode_starts = window_starts(&ode, person, &cut.inputs, &steps, start, cut.mean_basal)?;
 
     let mut actual = Vec::with_capacity(cut.test.len());
@@ -75,7 +73,7 @@ pub(super) fn evaluate_person(
     }
     let methods = [
         judge(Method::Twin, twin, person, cut, &network_starts)?,
-        judge(Method::Population, &**population, person, cut, &network_starts)?,
+        judge(Method::Population, steady.plant(), person, cut, &network_starts)?,
         judge(Method::Ode, &ode, person, cut, &ode_starts)?,
     ];
     let within = cut.test.iter().flat_map(|window| inputs_within(&cut.inputs, window));
@@ -84,7 +82,7 @@ pub(super) fn evaluate_person(
         windows: cut.test.len(),
         actual: Outcomes::average(&actual)?,
         methods,
-        forecast: forecast_errors(index, person, cut, twin, population, &ode, settings)?,
+        forecast: forecast_errors(index, person, cut, twin, steady, &ode, settings)?,
         missing: MissingContext::count(within),
     })
 }
