@@ -12,15 +12,16 @@ use std::error::Error;
 use nn_statespace::GlucoseClamp;
 use synthetic::{cohort_of, planted, population, twin_of};
 use twins::evaluation::{EvaluationSettings, Method, evaluate};
-use twins::{InputSet, Protocol, TrainingPlan, TwinRecipe, build_twin};
+use twins::{InputSet, Protocol, TrainingPlan, TwinRecipe, WindowStart, build_twin};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let truth = twin_of(planted(), GlucoseClamp::Reproduction);
     let cohort = cohort_of(&truth, 1, 18);
     let recipe = TwinRecipe {
         population: population(GlucoseClamp::Reproduction),
-        protocol: Protocol::quick(),
-        plan: TrainingPlan { epochs: 10, ..TrainingPlan::quick() },
+        // The record is long enough to know what insulin and food is on board.
+        protocol: Protocol { start: WindowStart::Carried, ..Protocol::quick() },
+        plan: TrainingPlan::quick(),
         inputs: InputSet::All,
         seed: 1,
     };
