@@ -403,9 +403,11 @@ impl NormalEquations {
             curvature[place][place] += precision;
             gradient[place] += precision * factors.0[place];
         }
-        for row in 0..FACTORS {
-            for column in 0..row {
-                curvature[column][row] = curvature[row][column];
+        // Only the lower triangle was summed.
+        for row in 1..FACTORS {
+            let (upper, lower) = curvature.split_at_mut(row);
+            for (above, below) in upper.iter_mut().zip(&lower[0]) {
+                above[row] = *below;
             }
         }
         Ok(Self { curvature, gradient })
@@ -459,7 +461,8 @@ mod tests {
     #[test]
     fn factors_act_on_the_parameters_they_name() {
         let population = OdeParameters::nominal();
-        let cases: [(Factor, fn(&OdeParameters) -> f64); FACTORS] = [
+        type Reading = fn(&OdeParameters) -> f64;
+        let cases: [(Factor, Reading); FACTORS] = [
             (Factor::Action, |p| p.s_f2),
             (Factor::Egp0, |p| p.egp_0),
             (Factor::TMaxG, |p| p.t_max_g),

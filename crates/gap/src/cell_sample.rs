@@ -81,7 +81,7 @@ impl Sample {
             0.0
         };
         // `within` was summed for the mean over people; a person's own is n times that.
-        (within > 0.0).then(|| Self {
+        (within > 0.0).then_some(Self {
             mean,
             people: means.len(),
             errors,

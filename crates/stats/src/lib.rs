@@ -29,6 +29,8 @@ mod moments;
 pub mod multiplicity;
 mod outcomes;
 pub mod paired;
+pub mod profile;
+mod quantile;
 pub mod tost;
 pub mod wilcoxon;
 
@@ -39,4 +41,5 @@ pub use error::StatsError;
 pub use moments::Summary;
 pub use outcomes::{Outcome, Outcomes};
 pub use paired::PairedComparison;
+pub use profile::Profile;
 pub use tost::Tost;

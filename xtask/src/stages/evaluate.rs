@@ -15,7 +15,7 @@ use crate::models::{find, read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::twin::read_cohort;
-use crate::stages::{example_day, train, twin};
+use crate::stages::{example_day, glucose_profile, train, twin};
 
 /// Fewest people over whom an equivalence test is defined.
 const FEWEST_PEOPLE: usize = 2;
@@ -59,6 +59,14 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
     } else {
         let table = OutcomesTable::new(&name, &evaluation, &settings)?;
         output.write_json("outcomes.json", &table)?;
+        let profile = glucose_profile::over_held_out_windows(
+            &cohort,
+            &twins,
+            &population,
+            &evaluation,
+            &protocol,
+        )?;
+        output.write_json("agp.json", &profile)?;
         let text = text(&table);
         output.write("outcomes.txt", text.as_bytes())?;
         note(text);

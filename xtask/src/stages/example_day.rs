@@ -112,13 +112,28 @@ fn start<P: Startable>(
     protocol: &Protocol,
     step: usize,
 ) -> Result<P::State> {
-    let starts =
-        window_starts(plant, person, &cut.inputs, &[step], protocol.start, cut.mean_basal)?;
-    starts.states.into_iter().next().context("one start was asked for")
+    let found = starts(plant, person, cut, protocol, &[step])?;
+    found.into_iter().next().context("one start was asked for")
+}
+
+/// The states of a plant at the start of each of `steps`.
+pub(crate) fn starts<P: Startable>(
+    plant: &P,
+    person: &Person,
+    cut: &PersonWindows,
+    protocol: &Protocol,
+    steps: &[usize],
+) -> Result<Vec<P::State>> {
+    let found = window_starts(plant, person, &cut.inputs, steps, protocol.start, cut.mean_basal)?;
+    Ok(found.states)
 }
 
 /// Glucose at the start of each step, mg/dL.
-fn glucose<P: Plant>(plant: &P, start: P::State, inputs: &[StepInput]) -> Result<Vec<f64>> {
+pub(crate) fn glucose<P: Plant>(
+    plant: &P,
+    start: P::State,
+    inputs: &[StepInput],
+) -> Result<Vec<f64>> {
     let run = simulate(plant, start, &mut OpenLoop::new(inputs), inputs.len())?;
     let mut glucose: Vec<f64> = run.glucose(plant).into_iter().map(MgPerDl::value).collect();
     glucose.truncate(inputs.len());

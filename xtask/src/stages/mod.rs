@@ -4,6 +4,7 @@ pub(crate) mod check;
 pub(crate) mod diagnose;
 pub(crate) mod evaluate;
 pub(crate) mod example_day;
+pub(crate) mod glucose_profile;
 pub(crate) mod import;
 pub(crate) mod import_model;
 pub(crate) mod pipeline;

@@ -5,6 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::error::open_unit;
 use crate::moments::{mean, mean_and_sd};
+use crate::quantile::quantile;
 use crate::{Estimate, Interval, StatsError};
 
 /// Bootstrap replicates, `(replicates, statistics)`, with the values on the full sample and with
@@ -150,26 +151,9 @@ impl ReplicateMatrix {
     }
 }
 
-/// Quantile of sorted values by linear interpolation (type 7 of Hyndman and Fan 1996).
-fn quantile(sorted: &[f64], p: f64) -> f64 {
-    let position = p.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
-    let low = position.floor() as usize;
-    let high = (low + 1).min(sorted.len() - 1);
-    sorted[low] + (position - low as f64) * (sorted[high] - sorted[low])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quantiles_interpolate() {
-        // numpy.quantile([1, 2, 4, 8], [0, 0.1, 0.5, 0.9, 1])
-        let sorted = [1.0, 2.0, 4.0, 8.0];
-        for (p, numpy) in [(0.0, 1.0), (0.1, 1.3), (0.5, 3.0), (0.9, 6.8), (1.0, 8.0)] {
-            assert!((quantile(&sorted, p) - numpy).abs() < 1e-14, "{p}");
-        }
-    }
 
     #[test]
     fn what_cannot_be_used_is_named() {

@@ -1,0 +1,72 @@
+//! The ambulatory glucose profile of the held-out windows, measured and simulated by the twins.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result};
+use chrono::Timelike as _;
+use cohort::Cohort;
+use nn_statespace::PopulationModel;
+use physiology::STEPS_PER_DAY;
+use serde::Serialize;
+use stats::Profile;
+use twins::evaluation::Evaluation;
+use twins::{PersonWindows, Protocol, Twin};
+
+use crate::stages::example_day::{glucose, starts};
+
+/// Slots of the day: half hours.
+const SLOTS: usize = 48;
+
+/// `agp.json`.
+#[derive(Debug, Serialize)]
+pub(crate) struct GlucoseProfile {
+    person_id: &'static str,
+    /// Middle of each slot, h.
+    hour: Vec<f64>,
+    observed: Profile,
+    twin: Profile,
+    /// Held-out windows behind both.
+    windows: usize,
+}
+
+/// The profile over everybody who was judged: the same windows and steps for both curves.
+pub(crate) fn over_held_out_windows(
+    cohort: &Cohort,
+    twins: &BTreeMap<String, Twin>,
+    population: &Arc<PopulationModel>,
+    evaluation: &Evaluation,
+    protocol: &Protocol,
+) -> Result<GlucoseProfile> {
+    let mut observed = Vec::new();
+    let mut simulated = Vec::new();
+    let mut windows = 0;
+    for judged in &evaluation.people {
+        let (index, person) = cohort.find(&judged.person_id).context("a judged person")?;
+        let twin = twins.get(&judged.person_id).context("a judged person's twin")?;
+        let cut = PersonWindows::new(index, person, protocol)?;
+        let steps: Vec<usize> = cut.test.iter().map(|window| window.start).collect();
+        let starts = starts(&**population, person, &cut, protocol, &steps)?;
+        for (window, start) in cut.test.iter().zip(starts) {
+            let range = window.range();
+            let course = glucose(twin, start, &cut.inputs[range.clone()])?;
+            windows += 1;
+            // The start is the reading itself and shows nothing about the twin.
+            for (step, simulated_glucose) in range.zip(course).skip(1) {
+                let Some(reading) = person.record.cgm()[step] else { continue };
+                let time = person.record.time(step);
+                let step_of_day = time.num_seconds_from_midnight() as usize / 300;
+                let slot = step_of_day * SLOTS / STEPS_PER_DAY;
+                observed.push((slot, reading));
+                simulated.push((slot, simulated_glucose));
+            }
+        }
+    }
+    Ok(GlucoseProfile {
+        person_id: "cohort",
+        hour: (0..SLOTS).map(|slot| (slot as f64 + 0.5) * 24.0 / SLOTS as f64).collect(),
+        observed: Profile::of(observed, SLOTS).context("the measured profile")?,
+        twin: Profile::of(simulated, SLOTS).context("the simulated profile")?,
+        windows,
+    })
+}
