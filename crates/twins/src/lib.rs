@@ -5,7 +5,7 @@
 //! dQ1/dt inside the simulation loop (Roquemen-Echeverri et al., section "Individual-level model";
 //! the *paper* in this workspace). The crate trains such networks ([`build_twins`]), keeps them in
 //! files ([`Twin::to_bytes`]), reads those that the paper's authors published
-//! ([`published_twin`]), runs records through them ([`replay`]) and judges them on held-out days
+//! ([`published_twin`]), runs records through them ([`replay()`]) and judges them on held-out days
 //! beside the population model and the ODE ([`evaluation`]).
 //!
 //! An untrained twin is the population model, exactly:
