@@ -39,10 +39,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
     let output = OutputFolder::begin(&args.out)?;
     let progress = Progress::begin("evaluate", 1);
     let evaluation = evaluate(&cohort, &twins, &population, &settings).context("the evaluation")?;
-    let name = args.cohort.file_name().map_or_else(
-        || args.cohort.display().to_string(),
-        |name| name.to_string_lossy().into_owned(),
-    );
+    let name = cohort_name(&args.cohort);
     let judged = evaluation.people.len();
     if judged < FEWEST_PEOPLE {
         let reasons: Vec<String> = evaluation
@@ -83,6 +80,16 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
         place.display()
     ));
     Ok(())
+}
+
+/// The folder's name, or its parent's where the folder is just called "cohort".
+fn cohort_name(folder: &Path) -> String {
+    let named = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    match named(folder) {
+        Some(name) if name == "cohort" => folder.parent().and_then(named).unwrap_or(name),
+        Some(name) => name,
+        None => folder.display().to_string(),
+    }
 }
 
 /// The population model and the twins in an output folder of `twin`.
