@@ -211,6 +211,10 @@ pub(crate) struct ImportModelArgs {
     pub from: ModelFormat,
     /// Folder of the published files.
     pub folder: PathBuf,
+    /// Population model that a published twin belongs to [default: the published one in the folder
+    /// above the twin's].
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/import-model")]
     pub out: PathBuf,

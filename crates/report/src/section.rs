@@ -1,6 +1,7 @@
 //! The page and its sections, in reading order.
 
 mod agp;
+mod any_json;
 mod conformance;
 mod data_quality;
 mod effects;

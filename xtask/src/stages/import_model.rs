@@ -9,7 +9,7 @@ use twins::published_twin;
 
 use crate::cli::{ImportModelArgs, ModelFormat};
 use crate::manifest::Manifest;
-use crate::models::{find, read_bytes};
+use crate::models::{self, find, read_bytes};
 use crate::output::OutputFolder;
 use crate::progress::note;
 use crate::stages::train;
@@ -63,27 +63,29 @@ fn import_population(
 
 fn import_twin(args: &ImportModelArgs, weights: &Path, config: serde_json::Value) -> Result<()> {
     let scaler = args.folder.join("scaler_robust.pkl");
-    let parent = args.folder.canonicalize().ok().and_then(|f| f.parent().map(Path::to_path_buf));
-    let parent = parent.with_context(|| format!("'{}' has no parent", args.folder.display()))?;
-    let files = population_files(&parent).with_context(|| {
-        format!(
-            "a twin belongs to its population model, which is looked for above '{}'",
-            args.folder.display()
-        )
-    })?;
-    let population = Arc::new(read_population(&files)?);
+    let mut manifest =
+        Manifest::new("import-model", config, None).with_input(weights)?.with_input(&scaler)?;
+    let population = match &args.model {
+        Some(path) => {
+            manifest = manifest.with_input(path)?;
+            models::read_population(path)?
+        }
+        None => {
+            let files = population_above(&args.folder)?;
+            manifest = manifest
+                .with_input(&files.weights)?
+                .with_input(&files.states)?
+                .with_input(&files.inputs)?;
+            read_population(&files)?
+        }
+    };
+    let population = Arc::new(population);
     let name = args.folder.file_name().map_or_else(
         || "published".to_owned(),
         |name| name.to_string_lossy().trim_start_matches("Model").to_owned(),
     );
     let twin = published_twin(&read_bytes(weights)?, &read_bytes(&scaler)?, population, &name)
         .with_context(|| format!("the twin in '{}'", args.folder.display()))?;
-    let manifest = Manifest::new("import-model", config, None)
-        .with_input(weights)?
-        .with_input(&scaler)?
-        .with_input(&files.weights)?
-        .with_input(&files.states)?
-        .with_input(&files.inputs)?;
     let output = OutputFolder::begin(&args.out)?;
     output.write(TWIN, &twin.to_bytes()?)?;
     output.write(train::MODEL, &twin.population.to_safetensors())?;
@@ -94,6 +96,21 @@ fn import_twin(args: &ImportModelArgs, weights: &Path, config: serde_json::Value
         train::MODEL
     ));
     Ok(())
+}
+
+/// The published population model beside a twin's folder.
+fn population_above(folder: &Path) -> Result<PopulationFiles> {
+    let folder = folder
+        .canonicalize()
+        .with_context(|| format!("cannot find the folder '{}'", folder.display()))?;
+    let parent = folder.parent().unwrap_or(&folder);
+    population_files(parent).with_context(|| {
+        format!(
+            "a twin belongs to its population model, and there is none above '{}'; give it with \
+             --model population.safetensors",
+            folder.display()
+        )
+    })
 }
 
 fn population_files(folder: &Path) -> Result<PopulationFiles> {

@@ -5,7 +5,7 @@
 
 use serde_json::Value;
 
-use super::data_quality::json;
+use super::any_json::json;
 use super::words::plain;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, compact};

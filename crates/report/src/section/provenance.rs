@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::data_quality::json;
+use super::any_json::json;
 use crate::html::{Column, Html};
 use crate::{Inputs, ReportError};
 
