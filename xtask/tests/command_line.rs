@@ -271,20 +271,8 @@ fn simulate_reproduces_the_published_virtual_patients() {
         "-q",
     ]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let keyed = |path: &Path| -> std::collections::HashMap<String, Vec<f64>> {
-        let table = fs::read_to_string(path).expect("readable");
-        table
-            .lines()
-            .skip(1)
-            .map(|line| {
-                let cells: Vec<&str> = line.split(',').collect();
-                let numbers = cells[3..].iter().map(|c| c.parse().expect("a number")).collect();
-                (cells[..3].join(","), numbers)
-            })
-            .collect()
-    };
-    let theirs = keyed(&vpp.join("traces.csv"));
-    let ours = keyed(&out.join("traces.csv"));
+    let theirs = trace_rows(&vpp.join("traces.csv"));
+    let ours = trace_rows(&out.join("traces.csv"));
     assert!(theirs.len() > 10_000);
     for (key, expected) in &theirs {
         let found = &ours[key];
@@ -294,6 +282,50 @@ fn simulate_reproduces_the_published_virtual_patients() {
             assert!((a - b).abs() <= 6e-9 * b.abs().max(1e-6), "{key}: {a} {b}");
         }
     }
+}
+
+#[test]
+fn simulate_gives_our_own_golden_traces() {
+    let golden = workspace().join("fixtures/golden");
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let (patients, meals) = (golden.join("patients.csv"), golden.join("meals.csv"));
+    let output = xtask(&[
+        "simulate",
+        "--patients",
+        text(&patients),
+        "--meals",
+        text(&meals),
+        "--days",
+        "1",
+        "--out",
+        text(&out),
+        "-q",
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let expected = trace_rows(&golden.join("traces.csv"));
+    let found = trace_rows(&out.join("traces.csv"));
+    assert_eq!(found.len(), expected.len());
+    for (key, expected) in &expected {
+        for (a, b) in found[key].iter().zip(expected) {
+            // exp() may differ in the last bits between platforms; a day amplifies that little.
+            assert!((a - b).abs() <= 1e-9 * b.abs().max(1e-6), "{key}: {a} {b}");
+        }
+    }
+}
+
+/// The rows of a `traces.csv`: patient, scenario and step to the numbers behind them.
+fn trace_rows(path: &Path) -> std::collections::HashMap<String, Vec<f64>> {
+    let table = fs::read_to_string(path).expect("readable");
+    table
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            let numbers = cells[3..].iter().map(|c| c.parse().expect("a number")).collect();
+            (cells[..3].join(","), numbers)
+        })
+        .collect()
 }
 
 /// A column of a CSV file as numbers.
