@@ -18,13 +18,7 @@ pub(crate) fn remove_if_interrupted(folder: &Path) {
             for folder in building().iter() {
                 let _ = std::fs::remove_dir_all(folder);
             }
-            #[expect(
-                clippy::print_stderr,
-                reason = "the command line tells its user what happened"
-            )]
-            {
-                eprintln!("interrupted; nothing half-written was left behind");
-            }
+            crate::progress::say("interrupted; nothing half-written was left behind");
             std::process::exit(INTERRUPTED);
         });
     });

@@ -17,19 +17,32 @@ use clap::Parser as _;
 
 use cli::{Command, CommandLine};
 
+/// Most threads that can be asked for; more would only wait for each other.
+const MOST_THREADS: usize = 1024;
+
 fn main() -> ExitCode {
+    quiet_caught_panics();
     // clap prints its own message and ends with status 2 on wrong usage.
     let line = CommandLine::parse();
     match run(line) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            #[expect(clippy::print_stderr, reason = "the command line reports its error here")]
-            {
-                eprintln!("error: {error:#}");
-            }
+            progress::say(&format!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }
+}
+
+/// The table library panics on some damaged Parquet files; the cohort's reader catches that and
+/// says in words what is wrong. The panic's own message would only confuse.
+fn quiet_caught_panics() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let from_tables = panic.location().is_some_and(|place| place.file().contains("polars"));
+        if !from_tables {
+            usual(panic);
+        }
+    }));
 }
 
 fn run(line: CommandLine) -> Result<()> {
@@ -37,7 +50,10 @@ fn run(line: CommandLine) -> Result<()> {
         progress::be_quiet();
     }
     if let Some(threads) = line.threads {
-        anyhow::ensure!(threads > 0, "--threads 0 leaves nobody to work; give 1 or more");
+        anyhow::ensure!(
+            (1..=MOST_THREADS).contains(&threads),
+            "--threads {threads} must be from 1 to {MOST_THREADS}"
+        );
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global()

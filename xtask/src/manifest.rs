@@ -27,12 +27,17 @@ pub(crate) struct Manifest {
     /// The seed, where one was used.
     pub seed: Option<u64>,
     /// Every file that was read.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<FileHash>,
+    /// Every file that was written beside the manifest, by its path within the folder.
+    pub outputs: Vec<FileHash>,
 }
 
-/// One file that was read.
+/// Value of [`Manifest::schema`].
+const SCHEMA: &str = "manifest/1";
+
+/// One file with its bytes' hash.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Input {
+pub(crate) struct FileHash {
     /// Path as given, with `/` between its parts.
     pub path: String,
     /// SHA-256 of its bytes, hexadecimal.
@@ -43,13 +48,14 @@ impl Manifest {
     /// A manifest without inputs.
     pub(crate) fn new(stage: &str, config: serde_json::Value, seed: Option<u64>) -> Self {
         Self {
-            schema: "manifest/1".to_owned(),
+            schema: SCHEMA.to_owned(),
             stage: stage.to_owned(),
             command: command_line(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             config,
             seed,
             inputs: Vec::new(),
+            outputs: Vec::new(),
         }
     }
 
@@ -59,9 +65,48 @@ impl Manifest {
         collect(path, &mut files)?;
         for file in files {
             let sha256 = hash_file(&file)?;
-            self.inputs.push(Input { path: slashed(&file), sha256 });
+            self.inputs.push(FileHash { path: slashed(&file), sha256 });
         }
         Ok(self)
+    }
+
+    /// The manifest with the hashes of every file in `folder`, which is about to be finished.
+    pub(crate) fn with_outputs_in(mut self, folder: &Path) -> Result<Self> {
+        let mut files = Vec::new();
+        collect(folder, &mut files)?;
+        self.outputs = files
+            .iter()
+            .map(|file| {
+                let path = slashed(file.strip_prefix(folder).unwrap_or(file));
+                Ok(FileHash { path, sha256: hash_file(file)? })
+            })
+            .collect::<Result<_>>()?;
+        Ok(self)
+    }
+
+    /// Files in `folder` that this manifest does not name, the manifest itself left out.
+    pub(crate) fn strangers_in(&self, folder: &Path) -> Result<Vec<String>> {
+        let mut files = Vec::new();
+        collect(folder, &mut files)?;
+        let names = files.iter().map(|file| slashed(file.strip_prefix(folder).unwrap_or(file)));
+        Ok(names.filter(|name| !self.outputs.iter().any(|known| known.path == *name)).collect())
+    }
+
+    /// Whether every output is there with the bytes that were written.
+    pub(crate) fn outputs_intact_in(&self, folder: &Path) -> bool {
+        // The command `report` may have drawn the report anew.
+        let kept = self.outputs.iter().filter(|o| o.path != crate::stages::report::FILE);
+        kept.into_iter().all(|output| {
+            hash_file(&folder.join(&output.path)).is_ok_and(|found| found == output.sha256)
+        })
+    }
+
+    /// The first input that lies within `folder`, if any.
+    pub(crate) fn input_within(&self, folder: &Path) -> Option<&str> {
+        let folder = folder.canonicalize().ok()?;
+        let inside =
+            |path: &str| Path::new(path).canonicalize().is_ok_and(|path| path.starts_with(&folder));
+        self.inputs.iter().map(|input| input.path.as_str()).find(|path| inside(path))
     }
 
     /// Whether a folder written with `self` would hold what one written with `other` holds.
@@ -79,7 +124,8 @@ impl Manifest {
 
     /// The manifest in `folder`, or `None` if there is none that can be read.
     pub(crate) fn read(folder: &Path) -> Option<Self> {
-        serde_json::from_slice(&fs::read(folder.join(FILE)).ok()?).ok()
+        let manifest: Self = serde_json::from_slice(&fs::read(folder.join(FILE)).ok()?).ok()?;
+        (manifest.schema == SCHEMA).then_some(manifest)
     }
 }
 

@@ -17,37 +17,38 @@ use crate::manifest::{self, Manifest};
 pub(crate) struct OutputFolder {
     target: PathBuf,
     building: tempfile::TempDir,
+    manifest: Manifest,
 }
 
+/// How the names of folders under construction begin; the number of the process follows.
+const BUILDING: &str = ".building-";
+
 impl OutputFolder {
-    /// Begins the folder `target`.
+    /// Begins the folder `target` for the run that `manifest` describes.
     ///
     /// # Errors
-    /// If `target` is a file, or a folder that holds something but no `manifest.json` (it was not
-    /// made by this program and is not replaced), or if its parent cannot be written.
-    pub(crate) fn begin(target: &Path) -> Result<Self> {
-        if target.is_file() {
-            bail!("'{}' is a file; give --out a folder", target.display());
-        }
-        if target.is_dir() && !is_ours(target)? {
-            bail!(
-                "'{}' holds files that this program did not write; give --out an empty or new \
-                 folder",
-                target.display()
-            );
-        }
+    /// If `target` is a file, holds an input of the run, or holds anything but the output of the
+    /// same command (it is not replaced), or if its parent cannot be written.
+    pub(crate) fn begin(target: &Path, manifest: Manifest) -> Result<Self> {
+        check_replaceable(target, &manifest)?;
         let parent = match target.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
             _ => PathBuf::from("."),
         };
         fs::create_dir_all(&parent)
             .with_context(|| format!("cannot make the folder '{}'", parent.display()))?;
+        sweep(&parent);
         let building = tempfile::Builder::new()
-            .prefix(".building-")
+            .prefix(&format!("{BUILDING}{}-", std::process::id()))
             .tempdir_in(&parent)
             .with_context(|| format!("cannot write in '{}'", parent.display()))?;
         crate::interrupt::remove_if_interrupted(building.path());
-        Ok(Self { target: target.to_path_buf(), building })
+        Ok(Self { target: target.to_path_buf(), building, manifest })
+    }
+
+    /// The manifest of the run, outputs not yet listed.
+    pub(crate) fn manifest(&self) -> &Manifest {
+        &self.manifest
     }
 
     /// The folder in which to write.
@@ -77,8 +78,9 @@ impl OutputFolder {
     }
 
     /// Adds the manifest and puts the folder in its place.
-    pub(crate) fn finish(self, manifest: &Manifest) -> Result<PathBuf> {
-        self.write_json(manifest::FILE, manifest)?;
+    pub(crate) fn finish(self) -> Result<PathBuf> {
+        let manifest = self.manifest.clone().with_outputs_in(self.path())?;
+        self.write_json(manifest::FILE, &manifest)?;
         if self.target.is_dir() {
             fs::remove_dir_all(&self.target)
                 .with_context(|| format!("cannot replace '{}'", self.target.display()))?;
@@ -91,11 +93,66 @@ impl OutputFolder {
     }
 }
 
-/// Whether `folder` is empty or was made by [`OutputFolder::finish`].
-fn is_ours(folder: &Path) -> Result<bool> {
-    let mut entries = fs::read_dir(folder)
-        .with_context(|| format!("cannot read the folder '{}'", folder.display()))?;
-    Ok(entries.next().is_none() || folder.join(manifest::FILE).is_file())
+/// Refuses a target whose replacement would lose something.
+fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
+    if target.is_file() {
+        bail!("'{}' is a file; give --out a folder", target.display());
+    }
+    if !target.is_dir() {
+        return Ok(());
+    }
+    if let Some(input) = manifest.input_within(target) {
+        bail!(
+            "'{}' holds '{input}', an input of this run, and would be replaced; give another --out",
+            target.display()
+        );
+    }
+    let mut entries = fs::read_dir(target)
+        .with_context(|| format!("cannot read the folder '{}'", target.display()))?;
+    if entries.next().is_none() {
+        return Ok(());
+    }
+    let strangers = match Manifest::read(target) {
+        Some(before) if before.stage == manifest.stage => {
+            let mut strangers = before.strangers_in(target)?;
+            // The command `report` adds its file to folders that are finished.
+            strangers.retain(|name| name != crate::stages::report::FILE);
+            strangers
+        }
+        Some(before) => bail!(
+            "'{}' is the output of '{}'; give --out an empty or new folder",
+            target.display(),
+            before.stage
+        ),
+        None => vec!["no manifest of this program".to_owned()],
+    };
+    if let Some(first) = strangers.first() {
+        bail!(
+            "'{}' holds files that this program did not write ({first}); give --out an empty or new \
+             folder",
+            target.display()
+        );
+    }
+    Ok(())
+}
+
+/// Removes what a killed run left in `parent`. Best effort: another run may be at work beside us.
+fn sweep(parent: &Path) {
+    let Ok(entries) = fs::read_dir(parent) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let process = name
+            .to_str()
+            .and_then(|name| name.strip_prefix(BUILDING))
+            .and_then(|rest| rest.split('-').next())
+            .and_then(|number| number.parse::<u32>().ok());
+        let dead = process.is_some_and(|id| {
+            Path::new("/proc").is_dir() && !Path::new(&format!("/proc/{id}")).exists()
+        });
+        if dead {
+            let _ = fs::remove_dir_all(entry.path());
+        }
+    }
 }
 
 #[cfg(test)]
@@ -110,10 +167,10 @@ mod tests {
     fn the_folder_appears_only_when_finished() {
         let parent = tempfile::tempdir().expect("temporary folder");
         let target = parent.path().join("result");
-        let output = OutputFolder::begin(&target).expect("new folder");
+        let output = OutputFolder::begin(&target, manifest()).expect("new folder");
         output.write("deep/a.txt", b"a").expect("writable");
         assert!(!target.exists());
-        output.finish(&manifest()).expect("renamed");
+        output.finish().expect("renamed");
         assert_eq!(fs::read(target.join("deep/a.txt")).expect("file"), b"a");
         assert!(target.join(manifest::FILE).is_file());
         assert_eq!(fs::read_dir(parent.path()).expect("folder").count(), 1);
@@ -123,10 +180,10 @@ mod tests {
     fn an_abandoned_folder_leaves_the_old_one_and_no_trace() {
         let parent = tempfile::tempdir().expect("temporary folder");
         let target = parent.path().join("result");
-        let output = OutputFolder::begin(&target).expect("new folder");
+        let output = OutputFolder::begin(&target, manifest()).expect("new folder");
         output.write("a.txt", b"old").expect("writable");
-        output.finish(&manifest()).expect("renamed");
-        let abandoned = OutputFolder::begin(&target).expect("ours");
+        output.finish().expect("renamed");
+        let abandoned = OutputFolder::begin(&target, manifest()).expect("ours");
         abandoned.write("a.txt", b"new").expect("writable");
         drop(abandoned);
         assert_eq!(fs::read(target.join("a.txt")).expect("file"), b"old");
@@ -134,10 +191,43 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_lost_in_a_folder_that_was_ours() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        let target = parent.path().join("result");
+        let output = OutputFolder::begin(&target, manifest()).expect("new folder");
+        output.write("a.txt", b"ours").expect("writable");
+        output.finish().expect("renamed");
+
+        let other = Manifest::new("other", serde_json::json!({}), None);
+        let error = OutputFolder::begin(&target, other).expect_err("another command's");
+        assert!(error.to_string().contains("output of 'test'"), "{error}");
+
+        let input = Manifest::new("test", serde_json::json!({}), None)
+            .with_input(&target.join("a.txt"))
+            .expect("readable");
+        let error = OutputFolder::begin(&target, input).expect_err("an input");
+        assert!(error.to_string().contains("an input of this run"), "{error}");
+
+        fs::write(target.join("notes.txt"), "mine").expect("writable");
+        let error = OutputFolder::begin(&target, manifest()).expect_err("a stranger's file");
+        assert!(error.to_string().contains("notes.txt"), "{error}");
+    }
+
+    #[test]
+    fn what_a_killed_run_left_is_swept_away() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        // Process numbers end below 2^22 on Linux.
+        let stale = parent.path().join(".building-4194999-abc");
+        fs::create_dir(&stale).expect("writable");
+        OutputFolder::begin(&parent.path().join("result"), manifest()).expect("new folder");
+        assert!(!stale.exists());
+    }
+
+    #[test]
     fn a_strangers_folder_is_not_replaced() {
         let parent = tempfile::tempdir().expect("temporary folder");
         fs::write(parent.path().join("thesis.txt"), "years of work").expect("writable");
-        let error = OutputFolder::begin(parent.path()).expect_err("not ours");
+        let error = OutputFolder::begin(parent.path(), manifest()).expect_err("not ours");
         assert!(error.to_string().contains("did not write"), "{error}");
     }
 }

@@ -3,7 +3,7 @@
 //! On a terminal a bar with count, rate and time left; otherwise plain lines now and then; nothing
 //! with `-q`.
 
-use std::io::IsTerminal as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -22,11 +22,13 @@ pub(crate) fn be_quiet() {
 /// Writes one line for the person at the terminal.
 pub(crate) fn note(text: impl AsRef<str>) {
     if !QUIET.load(Ordering::Relaxed) {
-        #[expect(clippy::print_stderr, reason = "the command line speaks to its user")]
-        {
-            eprintln!("{}", text.as_ref());
-        }
+        say(text.as_ref());
     }
+}
+
+/// Writes one line to standard error. That nobody listens is no reason to lose the work.
+pub(crate) fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Progress of one stage over `total` items.

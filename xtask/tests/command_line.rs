@@ -162,6 +162,45 @@ fn a_folder_that_is_not_ours_is_left_alone() {
 }
 
 #[test]
+fn an_input_is_never_replaced_by_the_output() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let copy = folder.path().join("cohort");
+    fs::create_dir(&copy).expect("a folder");
+    for file in ["people.csv", "records.parquet"] {
+        fs::copy(Path::new(&embedded()).join(file), copy.join(file)).expect("copied");
+    }
+    let first = folder.path().join("first");
+    let arguments = ["diagnose", "--cohort", text(&copy), "--out", text(&first), "-q"];
+    assert!(xtask(&arguments).status.success());
+    // The cohort folder now carries a manifest of the right command, as if it were an output.
+    fs::copy(first.join("manifest.json"), copy.join("manifest.json")).expect("copied");
+    let output = xtask(&["diagnose", "--cohort", text(&copy), "--out", text(&copy), "-q"]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("an input of this run"), "{message}");
+    assert!(copy.join("records.parquet").is_file());
+
+    // Another command's output is left alone as well.
+    let output = xtask(&["import", "--from", "t1dsim", text(&copy), "--out", text(&first), "-q"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(first.join("diagnosis.json").is_file());
+}
+
+#[test]
+fn numbers_out_of_bounds_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let golden = workspace().join("fixtures/golden");
+    let (patients, meals) = (golden.join("patients.csv"), golden.join("meals.csv"));
+    let simulate = ["simulate", "--patients", text(&patients), "--meals", text(&meals)];
+    refused(&[&simulate[..], &["--days", "1000000"]].concat(), &out, &["--days"]);
+    refused(&[&simulate[..], &["--days", "0"]].concat(), &out, &["--days"]);
+    refused(&[&simulate[..], &["--threads", "100000"]].concat(), &out, &["--threads"]);
+    let model = folder.path().join("m");
+    refused(&["verify", "--model", text(&model), "--limit", "1e300"], &out, &["--limit"]);
+}
+
+#[test]
 fn a_diagnosis_is_the_same_for_any_number_of_threads_and_ends_in_a_report() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = |threads: &str| {

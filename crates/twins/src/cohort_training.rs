@@ -80,7 +80,8 @@ pub fn build_twins(
         .par_iter()
         .enumerate()
         .map(|(index, person)| {
-            let built = build_with(index, person, recipe, None, &steady);
+            let built = build_with(index, person, recipe, None, &steady)
+                .map_err(|error| error.of_person(&person.id));
             if let Ok(built) = &built {
                 finished(built);
             }
@@ -105,6 +106,7 @@ pub fn build_twin(
     before: Option<&Twin>,
 ) -> Result<PersonTwin, TwinError> {
     build_with(index, person, recipe, before, &SteadyStates::new(&*recipe.population))
+        .map_err(|error| error.of_person(&person.id))
 }
 
 fn build_with(

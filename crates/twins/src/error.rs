@@ -151,10 +151,28 @@ pub enum TwinError {
     /// A simulation stopped.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// A simulation of this person's record failed.
+    #[error("person '{person}': {source}")]
+    OfPerson {
+        /// The person's identifier.
+        person: String,
+        /// What failed.
+        source: SimulationError,
+    },
     /// The ODE plant.
     #[error(transparent)]
     Ode(#[from] OdeError),
     /// The tensor library.
     #[error("tensor library: {0}")]
     Candle(#[from] candle_core::Error),
+}
+
+impl TwinError {
+    /// The same error with the person's name where a failed simulation does not tell it.
+    pub(crate) fn of_person(self, person: &str) -> Self {
+        match self {
+            Self::Simulation(source) => Self::OfPerson { person: person.to_owned(), source },
+            named => named,
+        }
+    }
 }

@@ -134,7 +134,8 @@ pub fn evaluate(
                 None => Ok(Judged::Out("no twin was given".to_owned())),
                 Some(twin) => {
                     let found =
-                        person::evaluate_person(index, person, &cut, twin, &steady, settings)?;
+                        person::evaluate_person(index, person, &cut, twin, &steady, settings)
+                            .map_err(|error| error.of_person(&person.id))?;
                     Ok(Judged::In(Box::new(found)))
                 }
             }

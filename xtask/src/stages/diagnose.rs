@@ -26,7 +26,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     }
     let manifest = manifest(args)?;
     let cohort = read_cohort(&args.cohort)?;
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("diagnose", cohort.people.len());
     let diagnosis =
         diagnose_with_progress(&cohort, &DiagnosisConfig::working(), args.seed, &|_, _| {
@@ -35,8 +35,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
         .context("the diagnosis")?;
     output.write_json("diagnosis.json", &diagnosis)?;
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
-    report::write_into(output.path(), &manifest)?;
-    let place = output.finish(&manifest)?;
+    report::write_into(output.path(), output.manifest())?;
+    let place = output.finish()?;
     progress.finish(&format!(
         "{} people, {excluded} excluded, {} cells, {}",
         diagnosis.people.len(),

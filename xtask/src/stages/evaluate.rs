@@ -32,25 +32,23 @@ pub(crate) fn manifest(args: &EvaluateArgs) -> Result<Manifest> {
 pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
     let manifest = manifest(args)?;
     let cohort = read_cohort(&args.cohort)?;
+    note_other_records(&args.twins, &manifest);
     let (population, twins) = read_twins(&args.twins)?;
     let (protocol, _) = twin::protocol(profile_of(&args.twins)?);
     let settings = EvaluationSettings::paper(protocol, args.seed);
 
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("evaluate", 1);
     let evaluation = evaluate(&cohort, &twins, &population, &settings).context("the evaluation")?;
     let name = cohort_name(&args.cohort);
     let judged = evaluation.people.len();
+    for excluded in &evaluation.exclusions {
+        note(format!("evaluate: {} left out: {}", excluded.person_id, excluded.reason));
+    }
     if judged < FEWEST_PEOPLE {
-        let reasons: Vec<String> = evaluation
-            .exclusions
-            .iter()
-            .map(|excluded| format!("{}: {}", excluded.person_id, excluded.reason))
-            .collect();
         note(format!(
-            "evaluate: {judged} people could be judged; tests over people need {FEWEST_PEOPLE}. \
-             Left out: {}",
-            if reasons.is_empty() { "nobody".to_owned() } else { reasons.join("; ") }
+            "evaluate: {judged} judged; tests over people need {FEWEST_PEOPLE}, so that there are no \
+             outcomes"
         ));
         output.write_json("exclusions.json", &evaluation.exclusions)?;
     } else {
@@ -73,13 +71,26 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
         output.write_json("example_day.json", &day)?;
     }
     progress.advance("people");
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     progress.finish(&format!(
         "{judged} people judged, {} left out, {}",
         evaluation.exclusions.len(),
         place.display()
     ));
     Ok(())
+}
+
+/// Says so if the twins were trained on other records: held-out days may not be held out then.
+fn note_other_records(twins: &Path, manifest: &Manifest) {
+    let Some(trained) = Manifest::read(twins) else { return };
+    let records = |path: &str| path.ends_with("records.csv") || path.ends_with("records.parquet");
+    let known = |hash: &str| trained.inputs.iter().any(|input| input.sha256 == hash);
+    if manifest.inputs.iter().any(|input| records(&input.path) && !known(&input.sha256)) {
+        note(
+            "evaluate: the twins were trained on other records than these; days that are held out \
+             here may have trained them",
+        );
+    }
 }
 
 /// The folder's name, or its parent's where the folder is just called "cohort".

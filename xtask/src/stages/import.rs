@@ -24,10 +24,10 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     let config = serde_json::json!({ "from": args.from, "parquet": args.parquet });
     let manifest = Manifest::new("import", config, None).with_input(&args.source)?;
 
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     write_folder(&imported.cohort, output.path(), records).context("writing the cohort")?;
     output.write_json("import_report.json", &imported.report)?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     imported.report.lines().for_each(note);
     for inference in &imported.report.inferences {
         note(format!("inferred: {inference}"));

@@ -54,9 +54,9 @@ fn import_population(
         .with_input(&files.weights)?
         .with_input(&files.states)?
         .with_input(&files.inputs)?;
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     output.write(train::MODEL, &model.to_safetensors())?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     note(format!("import-model: {}", place.join(train::MODEL).display()));
     Ok(())
 }
@@ -86,10 +86,10 @@ fn import_twin(args: &ImportModelArgs, weights: &Path, config: serde_json::Value
     );
     let twin = published_twin(&read_bytes(weights)?, &read_bytes(&scaler)?, population, &name)
         .with_context(|| format!("the twin in '{}'", args.folder.display()))?;
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     output.write(TWIN, &twin.to_bytes()?)?;
     output.write(train::MODEL, &twin.population.to_safetensors())?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     note(format!(
         "import-model: {} and the {} it belongs to",
         place.join(TWIN).display(),
@@ -134,6 +134,10 @@ fn population_files(folder: &Path) -> Result<PopulationFiles> {
 }
 
 fn read_population(files: &PopulationFiles) -> Result<PopulationModel> {
+    // By themselves first, so that the message names the files at fault.
+    import::scaler(&read_bytes(&files.states)?, &read_bytes(&files.inputs)?).with_context(
+        || format!("the scalers '{}' and '{}'", files.states.display(), files.inputs.display()),
+    )?;
     import::population(
         &read_bytes(&files.weights)?,
         &read_bytes(&files.states)?,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use clap::ValueEnum;
 use cohort::{Cohort, MassBalance, findings};
 
@@ -59,6 +59,12 @@ impl Stage {
 
 /// Runs the command.
 pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
+    if let Some(model) = args.model.as_deref().filter(|model| !model.is_file()) {
+        bail!("there is no model file '{}'", model.display());
+    }
+    if let Some(cohort) = args.cohort.as_deref().filter(|cohort| !cohort.is_dir()) {
+        bail!("there is no cohort folder '{}'", cohort.display());
+    }
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("cannot make the folder '{}'", args.out.display()))?;
     let at = |stage: Stage| args.out.join(stage.folder());
@@ -73,7 +79,10 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
     })?;
 
     let model = match &args.model {
-        Some(path) => path.clone(),
+        Some(path) => {
+            discard(args, Stage::Train)?;
+            path.clone()
+        }
         None => {
             let train = TrainArgs { profile: args.profile, out: at(Stage::Train), seed: args.seed };
             step(args, Stage::Train, &train.out, train::manifest(&train), || train::run(&train))?;
@@ -98,6 +107,7 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
             verify::run(&verify)
         })?;
     } else {
+        discard(args, Stage::Verify)?;
         note(format!(
             "verify: left out, since there is no {} beside '{}'",
             train::REGION,
@@ -142,12 +152,38 @@ fn step(
     work: impl FnOnce() -> Result<()>,
 ) -> Result<()> {
     let wanted_anew = args.from.is_some_and(|from| stage >= from);
-    let done = Manifest::read(folder).is_some_and(|before| before.same_work(&manifest));
+    let done = Manifest::read(folder)
+        .is_some_and(|before| before.same_work(&manifest) && before.outputs_intact_in(folder));
     if done && !wanted_anew {
         note(format!("{}: done before, kept ({})", stage.name(), folder.display()));
         return Ok(());
     }
+    // What follows from an older result must not stand beside the new one, even if a later stage
+    // fails.
+    for later in Stage::value_variants().iter().filter(|later| **later > stage) {
+        discard(args, *later)?;
+    }
     work().with_context(|| format!("stage {}", stage.name()))
+}
+
+/// Removes an earlier result of a stage, and the report that may show it.
+fn discard(args: &PipelineArgs, stage: Stage) -> Result<()> {
+    let report = args.out.join(report::FILE);
+    if report.is_file() {
+        std::fs::remove_file(&report)
+            .with_context(|| format!("cannot remove the outdated '{}'", report.display()))?;
+    }
+    let folder = args.out.join(stage.folder());
+    let Some(before) = Manifest::read(&folder) else { return Ok(()) };
+    if let Some(stranger) = before.strangers_in(&folder)?.first() {
+        bail!(
+            "'{}' is outdated but holds a file that this program did not write ({stranger}); move \
+             it elsewhere",
+            folder.display()
+        );
+    }
+    std::fs::remove_dir_all(&folder)
+        .with_context(|| format!("cannot remove the outdated '{}'", folder.display()))
 }
 
 /// The cohort that lies in the repository.
@@ -162,12 +198,12 @@ fn cohort_manifest(folder: &Path) -> Result<Manifest> {
 /// Reads the records and says, person by person, whether their amounts are plausible.
 fn judge_cohort(folder: &Path, out: &Path) -> Result<()> {
     let cohort = read_cohort(folder)?;
-    let output = OutputFolder::begin(out)?;
+    let output = OutputFolder::begin(out, cohort_manifest(folder)?)?;
     output.write_json("import_report.json", &account(&cohort, folder)?)?;
     for person in &cohort.people {
         note(MassBalance::of(person).to_string());
     }
-    output.finish(&cohort_manifest(folder)?)?;
+    output.finish()?;
     note(format!("cohort: {} people", cohort.people.len()));
     Ok(())
 }

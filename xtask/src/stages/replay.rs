@@ -72,7 +72,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<()> {
             cohort.people.len()
         ));
     }
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("replay", cohort.people.len());
     let mut text = String::from("person_id,time,step");
     for compartment in COLUMNS {
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<()> {
         progress.advance(&person.id);
     }
     output.write("traces.csv", text.as_bytes())?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     progress.finish(&place.join("traces.csv").display().to_string());
     Ok(())
 }

@@ -54,12 +54,17 @@ pub(crate) fn gather(folder: &Path) -> Result<Inputs> {
         && inputs.diagnosis.is_none()
         && inputs.training.is_none()
         && inputs.twins.is_none()
-        && inputs.import_report.is_none();
+        && inputs.import_report.is_none()
+        && inputs.example_day.is_none();
     if nothing {
+        let parts = Part::ALL.into_iter().filter(|part| *part != Part::Manifest);
+        let names: Vec<&str> = parts.map(Part::file_name).collect();
+        let what = Manifest::read(folder)
+            .map_or_else(String::new, |manifest| format!("the output of {}, ", manifest.stage));
         bail!(
-            "'{}' holds none of {}; give the output folder of a command",
+            "'{}', {what}holds nothing that a report shows: none of {}",
             folder.display(),
-            Part::ALL.map(Part::file_name).join(", ")
+            names.join(", ")
         );
     }
     Ok(inputs)

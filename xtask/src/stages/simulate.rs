@@ -9,15 +9,19 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail};
 use ode_sim::vpp_scenario::{Meal, Row, START_GLUCOSE, Scenario, VirtualPatient, trace};
 use ode_sim::{OdeParameters, OdeState, OdeVector};
-use physiology::{Compartment, Grams, Kilograms, Units};
+use physiology::{Compartment, Grams, Kilograms, STEPS_PER_DAY, Units};
 use rayon::prelude::*;
 
 use crate::cli::SimulateArgs;
 use crate::inputs::Table;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::Progress;
+use crate::progress::{Progress, note};
 
+/// Most days of a trace: ten years, beyond which memory runs out before anyone reads it.
+const MOST_DAYS: usize = 3650;
+/// Largest plausible meal, g; a larger one is said.
+const LARGE_MEAL: f64 = 250.0;
 /// Columns of `traces.csv`.
 const HEADER: &str = "patient,scenario,step,bg_mg_dl,insulin_u_h,q1,q2,s1,s2,i,x1,x2,x3";
 /// The eight states of a trace, in the order of its columns.
@@ -44,11 +48,11 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
             ),
         },
     };
-    if args.days == 0 {
-        bail!("--days 0 simulates nothing; give 1 or more");
+    if !(1..=MOST_DAYS).contains(&args.days) {
+        bail!("--days {} must be from 1 to {MOST_DAYS}", args.days);
     }
     let patients = read_patients(&args.patients)?;
-    let meals = read_meals(&args.meals)?;
+    let meals = read_meals(&args.meals, args.days * STEPS_PER_DAY)?;
     let initial = args.initial.as_deref().map(read_initial_states).transpose()?;
 
     let config = serde_json::json!({
@@ -63,7 +67,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     if let Some(path) = &args.initial {
         manifest = manifest.with_input(path)?;
     }
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
 
     let jobs: Vec<(&(String, VirtualPatient), Scenario)> =
         scenarios.iter().flat_map(|s| patients.iter().map(move |p| (p, *s))).collect();
@@ -84,7 +88,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     let mut text = format!("{HEADER}\n");
     traces.iter().for_each(|t| text.push_str(t));
     output.write("traces.csv", text.as_bytes())?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     progress.finish(&format!(
         "{} patients, {} scenarios, {} days in {}",
         patients.len(),
@@ -124,6 +128,12 @@ fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
             Ok(value)
         };
         let name = table.text("patient", row)?.to_owned();
+        if name.contains([',', '"', '\n', '\r']) {
+            bail!(
+                "{}: the name '{name}' cannot stand in a CSV file; rename the patient",
+                table.place("patient", row)
+            );
+        }
         if name.is_empty() || patients.iter().any(|(known, _)| *known == name) {
             bail!("{}: '{name}' is empty or not unique", table.place("patient", row));
         }
@@ -156,7 +166,7 @@ fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
     Ok(patients)
 }
 
-fn read_meals(path: &Path) -> Result<Vec<Meal>> {
+fn read_meals(path: &Path, last_step: usize) -> Result<Vec<Meal>> {
     let table = Table::read(path)?;
     (0..table.rows())
         .map(|row| {
@@ -164,23 +174,43 @@ fn read_meals(path: &Path) -> Result<Vec<Meal>> {
             if grams < 0.0 {
                 bail!("{}: a meal of {grams} g", table.place("carbs_g", row));
             }
-            Ok(Meal { step: table.whole("step", row)?, carbs: Grams(grams) })
+            if grams > LARGE_MEAL {
+                note(format!(
+                    "{}: a meal of {grams} g; check the unit",
+                    table.place("carbs_g", row)
+                ));
+            }
+            let step = table.whole("step", row)?;
+            if step > last_step {
+                note(format!(
+                    "{}: the meal lies after the last step, {last_step}, and is not eaten",
+                    table.place("step", row)
+                ));
+            }
+            Ok(Meal { step, carbs: Grams(grams) })
         })
         .collect()
 }
 
 fn read_initial_states(path: &Path) -> Result<Vec<(String, OdeState)>> {
     let table = Table::read(path)?;
-    (0..table.rows())
-        .map(|row| {
-            let mut x = OdeVector::default();
-            for (column, compartment) in STATES {
-                x[compartment] = table.number(column, row)?;
+    let mut starts: Vec<(String, OdeState)> = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let mut x = OdeVector::default();
+        for (column, compartment) in STATES {
+            let value = table.number(column, row)?;
+            if value < 0.0 {
+                bail!("{}: {value} must not be negative", table.place(column, row));
             }
-            let name = table.text("patient", row)?.to_owned();
-            Ok((name, OdeState::default().with_vector(&x)))
-        })
-        .collect()
+            x[compartment] = value;
+        }
+        let name = table.text("patient", row)?.to_owned();
+        if starts.iter().any(|(known, _)| *known == name) {
+            bail!("{}: '{name}' has two rows", table.place("patient", row));
+        }
+        starts.push((name, OdeState::default().with_vector(&x)));
+    }
+    Ok(starts)
 }
 
 fn start_of(table: &[(String, OdeState)], patient: &str) -> Result<OdeState> {

@@ -59,7 +59,7 @@ pub(crate) fn run(args: &SteadyStateArgs) -> Result<()> {
             Some(read_table(path)?)
         }
     };
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     let rows = GLUCOSE
         .iter()
         .map(|glucose| row(&model, MgPerDl(*glucose), table.as_ref()))
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &SteadyStateArgs) -> Result<()> {
         &serde_json::json!({ "schema": "steady_state/1", "rows": rows }),
     )?;
     output.write("steady_state.txt", text.as_bytes())?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     note(text);
     note(format!("steady-state: {}", place.join("steady_state.json").display()));
     Ok(())

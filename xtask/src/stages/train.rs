@@ -83,7 +83,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let began = Instant::now();
     let recipe = Recipe::new(args.profile, args.seed);
     let manifest = manifest(args);
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
 
     let weeks = simulate_weeks(&recipe.plan)?;
     let (training, validation) = windows(&weeks)?;
@@ -146,7 +146,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         }),
     )?;
     let kept = &report.epochs[report.kept_epoch].validation;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     progress.finish(&format!(
         "balanced validation error {:.1} mg/dL (in range, low, other: {}), {}",
         kept.balanced(),

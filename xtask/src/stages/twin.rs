@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
-use cohort::{Cohort, read_folder};
+use cohort::{Cohort, findings, read_folder};
 use twins::evaluation::{EvaluationSettings, TwinsTable, evaluate};
 use twins::{InputSet, Protocol, TrainingPlan, Twin, TwinRecipe, build_twins};
 
@@ -13,11 +13,14 @@ use crate::cli::{Profile, TwinArgs};
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
-use crate::progress::Progress;
+use crate::progress::{Progress, note};
 use crate::stages::train;
 
 /// Folder of the twins within the output folder.
 pub(crate) const TWINS: &str = "twins";
+
+/// Implausible figures of a cohort that are said.
+const FINDINGS_SAID: usize = 10;
 
 /// How a profile cuts records and trains.
 pub(crate) fn protocol(profile: Profile) -> (Protocol, TrainingPlan) {
@@ -46,7 +49,7 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
         inputs: InputSet::All,
         seed: args.seed,
     };
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("twin", cohort.people.len());
     let built = build_twins(&cohort, &recipe, &|person| progress.advance(&person.person_id))
         .context("training the twins")?;
@@ -69,7 +72,7 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
     output.write_json("twins.json", &TwinsTable::new(&built, &judged))?;
     // A twin is of no use without the model it was trained on.
     output.write(train::MODEL, &population.to_safetensors())?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     progress.finish(&format!(
         "{trained} twins, {} people left out, {}",
         built.len() - trained,
@@ -79,6 +82,17 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
 }
 
 /// A cohort folder.
+///
+/// What is implausible in it is said, a line each, up to a limit; nothing is changed.
 pub(crate) fn read_cohort(folder: &Path) -> Result<Cohort> {
-    read_folder(folder).with_context(|| format!("the cohort '{}'", folder.display()))
+    let cohort =
+        read_folder(folder).with_context(|| format!("the cohort '{}'", folder.display()))?;
+    let found: Vec<_> = cohort.people.iter().flat_map(findings).collect();
+    for finding in found.iter().take(FINDINGS_SAID) {
+        note(format!("implausible: {finding}"));
+    }
+    if found.len() > FINDINGS_SAID {
+        note(format!("implausible: {} findings more", found.len() - FINDINGS_SAID));
+    }
+    Ok(cohort)
 }

@@ -23,6 +23,8 @@ use crate::stages::train;
 
 /// Relative gap at which a row counts as solved.
 const RELATIVE_GAP: f64 = 1e-9;
+/// Longest time limit of a row, s: a week.
+const LONGEST_LIMIT: f64 = 604_800.0;
 /// Points at which the violating share of the box is sampled.
 const SHARE_POINTS: usize = 100_000;
 /// Networks up to this many inputs are also solved as a MILP.
@@ -59,13 +61,13 @@ pub(crate) fn manifest(args: &VerifyArgs) -> Result<Manifest> {
 
 /// Runs the command.
 pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
-    if !(args.limit.is_finite() && args.limit > 0.0) {
-        bail!("--limit {} must be a positive number of seconds", args.limit);
+    if !(args.limit > 0.0 && args.limit <= LONGEST_LIMIT) {
+        bail!("--limit {} must be above 0 and at most {LONGEST_LIMIT} s", args.limit);
     }
     let manifest = manifest(args)?;
     let model = read_population(&args.model)?;
     let region = read_region(&region_path(args)?, &model)?;
-    let output = OutputFolder::begin(&args.out)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
 
     let clock = Instant::now();
     let properties = paper_properties();
@@ -88,7 +90,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     let table = table(&rows);
     output.write_json("conformance.json", &Report { rows })?;
     output.write("conformance.txt", table.as_bytes())?;
-    let place = output.finish(&manifest)?;
+    let place = output.finish()?;
     note(table);
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
     Ok(())

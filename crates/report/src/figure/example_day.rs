@@ -103,7 +103,8 @@ fn doses(
     for (hour, grams) in hours.iter().zip(&day.carbs_g) {
         let Some(grams) = grams.filter(|g| *g > 0.0) else { continue };
         let (x, _) = panel.at(*hour, panel.y.range.0);
-        let height = f64::from(panel.bottom - panel.top) * 0.3 * grams / most;
+        // Divided first: the product of a large number would leave the finite ones.
+        let height = f64::from(panel.bottom - panel.top) * 0.3 * (grams / most);
         let end = panel.top + height.round() as i32;
         canvas.rectangle((x - 7, panel.top), (x + 7, end), ORANGE, 1.0)?;
         // A meal logged over several steps is labelled once.
