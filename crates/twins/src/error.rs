@@ -141,7 +141,7 @@ pub enum TwinError {
     },
     /// The record.
     #[error(transparent)]
-    Cohort(#[from] CohortError),
+    Cohort(Box<CohortError>),
     /// A statistic.
     #[error(transparent)]
     Stats(#[from] StatsError),
@@ -165,6 +165,12 @@ pub enum TwinError {
     /// The tensor library.
     #[error("tensor library: {0}")]
     Candle(#[from] candle_core::Error),
+}
+
+impl From<CohortError> for TwinError {
+    fn from(error: CohortError) -> Self {
+        Self::Cohort(Box::new(error))
+    }
 }
 
 impl TwinError {

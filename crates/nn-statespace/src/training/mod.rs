@@ -2,7 +2,7 @@
 //!
 //! Windows of simulated days are rolled out from their first state by Forward Euler, and the
 //! whole roll-out is compared with the simulation: [`WindowSet`] holds the data, [`RollOut`] is
-//! the computation as a plain candle graph, [`loss`](self::loss) compares, [`train`] is the loop.
+//! the computation as a plain candle graph, [`loss`] compares, [`train`] is the loop.
 
 mod config;
 mod epoch;
