@@ -41,4 +41,5 @@ pub use record::{Channel, Record};
 pub use resting_heart_rate::{RestRule, RestingHeartRate};
 pub use split::{PersonSplit, TRAINING_DAYS, TimeSplit, split_by_person, split_by_time};
 pub use straight_lines::StraightLines;
+pub use text_table::{TextColumn, TextTable};
 pub use window::{DoseRule, Window, WindowRule, windows};

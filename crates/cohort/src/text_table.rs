@@ -20,8 +20,13 @@ const LONGEST_ROW: usize = 4 << 20;
 /// Longest piece of a cell that is repeated in a message, characters.
 const SHOWN: usize = 40;
 
-/// A text file taken apart into text cells.
-pub(crate) struct TextTable {
+/// A delimited text file taken apart into text cells that know their line.
+///
+/// Strict: bytes that are not UTF-8, an open quote, a row with another number of fields than the
+/// header or a repeated column name are errors that name file and row. Byte-order marks, either
+/// line end and blank lines are accepted.
+#[derive(Debug)]
+pub struct TextTable {
     file: String,
     header: Vec<String>,
     frame: DataFrame,
@@ -30,7 +35,8 @@ pub(crate) struct TextTable {
 }
 
 /// A column of a [`TextTable`].
-pub(crate) struct TextColumn<'a> {
+#[derive(Debug)]
+pub struct TextColumn<'a> {
     file: &'a str,
     name: &'a str,
     cells: StringChunked,
@@ -39,7 +45,10 @@ pub(crate) struct TextColumn<'a> {
 
 impl TextTable {
     /// Reads the file at `path`; `name` stands for it in messages.
-    pub(crate) fn read(path: &Path, name: &str, separator: u8) -> Result<Self, CohortError> {
+    ///
+    /// # Errors
+    /// [`CohortError`] with file and row if it cannot be read or is not such a table.
+    pub fn read(path: &Path, name: &str, separator: u8) -> Result<Self, CohortError> {
         Self::parse(read_bytes(path, name)?, name, separator)
     }
 
@@ -90,8 +99,9 @@ impl TextTable {
         Ok(Self { file: name.into(), header, frame, lines })
     }
 
-    /// Number of data rows.
-    pub(crate) fn height(&self) -> usize {
+    /// Number of data rows, at least 1.
+    #[must_use]
+    pub fn height(&self) -> usize {
         self.lines.len()
     }
 
@@ -105,13 +115,20 @@ impl TextTable {
         &self.header
     }
 
-    /// The row `i` as a place.
-    pub(crate) fn place(&self, i: usize) -> Place {
+    /// The row `i`, counted from 0 below the header, as a place.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    #[must_use]
+    pub fn place(&self, i: usize) -> Place {
         Place::row(&self.file, self.lines[i] as usize)
     }
 
     /// The column `name`, or `None` if there is none.
-    pub(crate) fn optional(&self, name: &str) -> Result<Option<TextColumn<'_>>, CohortError> {
+    ///
+    /// # Errors
+    /// [`CohortError::Table`] if the table library does not hold it as text.
+    pub fn optional(&self, name: &str) -> Result<Option<TextColumn<'_>>, CohortError> {
         let Some(index) = self.header.iter().position(|column| column == name) else {
             return Ok(None);
         };
@@ -129,7 +146,10 @@ impl TextTable {
     }
 
     /// The column `name`.
-    pub(crate) fn column(&self, name: &str) -> Result<TextColumn<'_>, CohortError> {
+    ///
+    /// # Errors
+    /// [`CohortError::MissingColumn`] with the columns there are.
+    pub fn column(&self, name: &str) -> Result<TextColumn<'_>, CohortError> {
         self.optional(name)?.ok_or_else(|| CohortError::MissingColumn {
             file: self.file.clone(),
             column: name.into(),
@@ -139,18 +159,26 @@ impl TextTable {
 }
 
 impl TextColumn<'_> {
-    /// The cell's text without surrounding blanks, `None` if that is empty.
-    pub(crate) fn text(&self, i: usize) -> Option<&str> {
+    /// The text of row `i` without surrounding blanks, `None` if that is empty.
+    #[must_use]
+    pub fn text(&self, i: usize) -> Option<&str> {
         self.cells.get(i).map(str::trim).filter(|text| !text.is_empty())
     }
 
-    /// The cell as a place.
-    pub(crate) fn place(&self, i: usize) -> Place {
+    /// The cell of row `i` as a place.
+    ///
+    /// # Panics
+    /// If there is no such row.
+    #[must_use]
+    pub fn place(&self, i: usize) -> Place {
         Place::cell(self.file, self.lines[i] as usize, self.name)
     }
 
-    /// The cell as a finite number, `None` if it is empty.
-    pub(crate) fn number(&self, i: usize) -> Result<Option<f64>, CohortError> {
+    /// The cell of row `i` as a finite number, `None` if it is empty.
+    ///
+    /// # Errors
+    /// [`CohortError::Cell`] for anything else.
+    pub fn number(&self, i: usize) -> Result<Option<f64>, CohortError> {
         let Some(text) = self.text(i) else { return Ok(None) };
         match text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Some(value)),
@@ -159,8 +187,11 @@ impl TextColumn<'_> {
         }
     }
 
-    /// The cell as a finite number, an error if it is empty.
-    pub(crate) fn required_number(&self, i: usize) -> Result<f64, CohortError> {
+    /// The cell of row `i` as a finite number.
+    ///
+    /// # Errors
+    /// [`CohortError::Cell`] for anything else, also if it is empty.
+    pub fn required_number(&self, i: usize) -> Result<f64, CohortError> {
         self.number(i)?.ok_or_else(|| self.wrong(i, "a number; the cell is empty"))
     }
 

@@ -1,5 +1,7 @@
 //! How a person's record is cut into training and test windows.
 
+use std::ops::Range;
+
 use cohort::{MissingDoses, Person, Record, Window, WindowRule, split_by_time, windows};
 use physiology::{STEPS_PER_DAY, StepInput, UnitsPerHour};
 
@@ -105,12 +107,11 @@ impl PersonWindows {
         let few = |part, found: usize| {
             (found < needed).then_some(Exclusion::TooFewWindows { part, found, needed })
         };
-        let no_test_days = split.test.is_empty().then_some(Exclusion::TooFewWindows {
-            part: Part::Test,
-            found: 0,
-            needed,
-        });
-        let excluded = no_test_days
+        let no_days = |range: &Range<usize>, part| {
+            range.is_empty().then_some(Exclusion::TooFewWindows { part, found: 0, needed })
+        };
+        let excluded = no_days(&split.train, Part::Training)
+            .or_else(|| no_days(&split.test, Part::Test))
             .or_else(|| without_doses(person, &split.train, &split.test))
             .or_else(|| few(Part::Training, train.len()))
             .or_else(|| few(Part::Test, test.len()));

@@ -127,15 +127,15 @@ fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
             }
             Ok(value)
         };
-        let name = table.text("patient", row)?.to_owned();
+        let name = table.text("patient", row)?;
         if name.contains([',', '"', '\n', '\r']) {
             bail!(
                 "{}: the name '{name}' cannot stand in a CSV file; rename the patient",
                 table.place("patient", row)
             );
         }
-        if name.is_empty() || patients.iter().any(|(known, _)| *known == name) {
-            bail!("{}: '{name}' is empty or not unique", table.place("patient", row));
+        if patients.iter().any(|(known, _)| *known == name) {
+            bail!("{}: '{name}' stands there twice", table.place("patient", row));
         }
         let parameters = OdeParameters {
             f_01: number("f01c_mmol_kg_min")?,
@@ -204,7 +204,7 @@ fn read_initial_states(path: &Path) -> Result<Vec<(String, OdeState)>> {
             }
             x[compartment] = value;
         }
-        let name = table.text("patient", row)?.to_owned();
+        let name = table.text("patient", row)?;
         if starts.iter().any(|(known, _)| *known == name) {
             bail!("{}: '{name}' has two rows", table.place("patient", row));
         }
