@@ -7,10 +7,15 @@ use rand_chacha::ChaCha8Rng;
 use crate::network::HiddenLayerNetwork;
 use crate::per_compartment::PerCompartment;
 use crate::widths::Widths;
-use crate::wiring::Wiring;
+use crate::wiring::{Signal, Wiring};
 
 /// Networks with weights and biases uniform within `1/sqrt(fan-in)` of zero, PyTorch's
 /// initialisation of a linear layer, with the output layers' times `output_gain`.
+///
+/// C1 has no ground truth, so that a network which holds less of it after a meal fits as well as one
+/// which holds more. To start on the physical side, which the soft constraint C1 >= 0 means, the
+/// output weights of C1 take the signs of the hidden units' weights on carbohydrate, and those of
+/// C2 the signs of the weights on C1: both slopes begin positive everywhere.
 ///
 /// Each network draws from its own stream, so that a width does not change its neighbours.
 #[must_use]
@@ -31,8 +36,19 @@ pub fn initial_networks(
         };
         let w1 = draw(hidden * inputs, inputs, 1.0);
         let b1 = draw(hidden, inputs, 1.0);
-        let w2 = draw(hidden, hidden, output_gain);
+        let mut w2 = draw(hidden, hidden, output_gain);
         let b2 = draw(1, hidden, output_gain)[0];
+        let rising = match compartment {
+            Compartment::C1 => Some(Signal::Carbs),
+            Compartment::C2 => Some(Signal::State(Compartment::C1)),
+            _ => None,
+        };
+        let place = wiring.inputs(compartment).iter().position(|signal| Some(*signal) == rising);
+        if let Some(place) = place {
+            for (out, hidden) in w2.iter_mut().zip(w1.chunks_exact(inputs)) {
+                *out = out.abs().copysign(hidden[place]);
+            }
+        }
         HiddenLayerNetwork::new(inputs, w1, b1, w2, b2).expect("widths are positive")
     })
 }
@@ -58,6 +74,24 @@ mod tests {
         let (a, b) = (draw(&quick, 7), draw(&Widths::new(wider).expect("positive"), 7));
         for compartment in Compartment::ALL {
             assert_eq!(a[compartment] == b[compartment], compartment != Compartment::I);
+        }
+    }
+
+    #[test]
+    fn carbohydrate_raises_c1_and_c1_raises_c2_from_the_start() {
+        let wiring = Wiring::paper();
+        let networks = initial_networks(&wiring, &Widths::quick(), 1.0, 3);
+        for (compartment, signal) in
+            [(Compartment::C1, Signal::Carbs), (Compartment::C2, Signal::State(Compartment::C1))]
+        {
+            let inputs = wiring.inputs(compartment);
+            let place = inputs.iter().position(|s| *s == signal).expect("wired");
+            for start in [-3.0, 0.0, 2.0] {
+                let mut point = vec![start; inputs.len()];
+                let before = networks[compartment].evaluate(&point);
+                point[place] += 5.0;
+                assert!(networks[compartment].evaluate(&point) > before, "{compartment} {start}");
+            }
         }
     }
 
