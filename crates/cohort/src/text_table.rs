@@ -380,16 +380,16 @@ mod tests {
             ("a,b\r1,2\r", "carriage returns alone"),
             ("a,b\n1,\u{0}\n", "t.csv, row 2: a zero byte"),
         ] {
-            let message = parse(text).err().expect("refused").to_string();
+            let message = parse(text).expect_err("refused").to_string();
             assert!(message.contains(says), "{text:?}: {message}");
         }
         let latin =
-            TextTable::parse(b"a,b\n1,caf\xE9\n".to_vec(), "t.csv", b',').err().expect("refused");
+            TextTable::parse(b"a,b\n1,caf\xE9\n".to_vec(), "t.csv", b',').expect_err("refused");
         assert!(latin.to_string().contains("t.csv, row 2: not UTF-8"), "{latin}");
-        let wide = TextTable::parse(b"\xFF\xFEa\0".to_vec(), "t.csv", b',').err().expect("refused");
+        let wide = TextTable::parse(b"\xFF\xFEa\0".to_vec(), "t.csv", b',').expect_err("refused");
         assert!(wide.to_string().contains("UTF-16"), "{wide}");
         let long = format!("a,b\n1,{}\n", "x".repeat(LONGEST_ROW));
-        let long = parse(&long).err().expect("refused");
+        let long = parse(&long).expect_err("refused");
         assert!(long.to_string().contains("t.csv, row 2: longer than 4 MiB"), "{long}");
     }
 
@@ -410,7 +410,7 @@ mod tests {
         assert_eq!(b.number(5).ok(), Some(None));
         let message = b.required_number(5).expect_err("empty").to_string();
         assert!(message.contains("'' is not a number; the cell is empty"), "{message}");
-        let missing = table.column("c").err().expect("no such column").to_string();
+        let missing = table.column("c").expect_err("no such column").to_string();
         assert_eq!(missing, "t.csv: no column 'c'; found a, b");
     }
 }
