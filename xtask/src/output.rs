@@ -40,6 +40,7 @@ impl OutputFolder {
         sweep(&parent);
         let building = tempfile::Builder::new()
             .prefix(&format!("{BUILDING}{}-", std::process::id()))
+            .permissions(everyones(0o777))
             .tempdir_in(&parent)
             .with_context(|| format!("cannot write in '{}'", parent.display()))?;
         crate::interrupt::remove_if_interrupted(building.path());
@@ -91,6 +92,12 @@ impl OutputFolder {
         crate::interrupt::forget(&built);
         Ok(self.target)
     }
+}
+
+/// Permissions of which the user's mask takes away what it will; temporary files are otherwise for
+/// their owner's eyes only, which results are not.
+pub(crate) fn everyones(mode: u32) -> fs::Permissions {
+    std::os::unix::fs::PermissionsExt::from_mode(mode)
 }
 
 /// Refuses a target whose replacement would lose something.
@@ -173,6 +180,11 @@ mod tests {
         output.finish().expect("renamed");
         assert_eq!(fs::read(target.join("deep/a.txt")).expect("file"), b"a");
         assert!(target.join(manifest::FILE).is_file());
+        let mode = fs::metadata(&target).expect("a folder").permissions();
+        let plain = parent.path().join("plain");
+        fs::create_dir(&plain).expect("writable");
+        assert_eq!(mode, fs::metadata(&plain).expect("a folder").permissions());
+        fs::remove_dir(&plain).expect("empty");
         assert_eq!(fs::read_dir(parent.path()).expect("folder").count(), 1);
     }
 

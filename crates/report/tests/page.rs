@@ -314,9 +314,9 @@ fn an_importers_account_is_shown_in_words() {
             "findings": [{"person": "P1", "column": "carbs_g", "date": null, "time": "2020-01-01 08:00:00",
                 "what": "meal", "value": 900.0, "unit": "g", "plausible": [0.0, 250.0]}],
         }],
-        "inferences": [{"person": "P1", "place": {"file": "a.csv", "column": "carb_input"},
+        "inferences": [{"person": "P1", "file": "a.csv", "column": "carb_input",
             "conclusion": "servings of 10 g", "evidence": "16 g/U"}],
-        "notes": [{"person": "P1", "place": {"file": "a.csv", "row": 7}, "what": "filled gap", "count": 3}],
+        "notes": [{"person": "P1", "file": "a.csv", "row": 7, "what": "filled gap", "count": 3}],
     });
     let html = page(&[(Part::ImportReport, account)]);
     check_structure(&html);

@@ -9,6 +9,7 @@ use report::{Inputs, Part, render};
 
 use crate::cli::ReportArgs;
 use crate::manifest::Manifest;
+use crate::output::everyones;
 use crate::progress::note;
 
 /// The report's file name.
@@ -23,7 +24,9 @@ pub(crate) fn run(args: &ReportArgs) -> Result<()> {
     let inputs = gather(folder)?;
     let html = render(&inputs).context("rendering the report")?;
     let path = folder.join(FILE);
-    let mut whole = tempfile::NamedTempFile::new_in(folder)
+    let mut whole = tempfile::Builder::new()
+        .permissions(everyones(0o666))
+        .tempfile_in(folder)
         .with_context(|| format!("cannot write in '{}'", folder.display()))?;
     whole
         .write_all(html.as_bytes())

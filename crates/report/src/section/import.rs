@@ -25,6 +25,7 @@ pub(super) fn body(html: &mut Html, report: &Value) {
     let rows = people.iter().map(|p| vec![text(&p["line"]), text(&p["therapy"])]).collect();
     table(html, "Daily amounts by person", &["Amounts", "Therapy"], rows);
 
+    html.literal("<details>\n").element("summary", "The account of the import");
     let nested = |key| people.iter().flat_map(move |p| list(p, key).iter().map(move |x| (p, x)));
     let rows = nested("findings")
         .map(|(_, f)| {
@@ -48,14 +49,7 @@ pub(super) fn body(html: &mut Html, report: &Value) {
     );
     let rows = list(report, "inferences")
         .iter()
-        .map(|i| {
-            vec![
-                text(&i["person"]),
-                place(&i["place"]),
-                text(&i["conclusion"]),
-                text(&i["evidence"]),
-            ]
-        })
+        .map(|i| vec![text(&i["person"]), place(i), text(&i["conclusion"]), text(&i["evidence"])])
         .collect();
     table(
         html,
@@ -65,7 +59,7 @@ pub(super) fn body(html: &mut Html, report: &Value) {
     );
     let rows = list(report, "notes")
         .iter()
-        .map(|n| vec![text(&n["person"]), place(&n["place"]), text(&n["what"]), text(&n["count"])])
+        .map(|n| vec![text(&n["person"]), place(n), text(&n["what"]), text(&n["count"])])
         .collect();
     table(
         html,
@@ -86,6 +80,7 @@ pub(super) fn body(html: &mut Html, report: &Value) {
         &["Person", "Column", "Unit", "Source", "Record", "Left out"],
         rows,
     );
+    html.literal("</details>\n");
 }
 
 /// A table of texts, if there is a row; the last columns fall away where every row lacks them.
@@ -123,7 +118,7 @@ fn text(value: &Value) -> String {
     }
 }
 
-/// `{file, row, column}` as words.
+/// The entry's `file`, `row` and `column` as words.
 fn place(value: &Value) -> String {
     let mut parts = Vec::new();
     for (key, label) in [("file", ""), ("row", "row "), ("column", "column ")] {
