@@ -332,3 +332,19 @@ fn an_importers_account_is_shown_in_words() {
     }
     assert!(!html.contains("{&quot;"), "no JSON is left in the page");
 }
+
+#[test]
+fn the_same_finding_in_several_people_is_one_row() {
+    let finding = |person: &str, estimate: Value| {
+        json!({"check": "missing_channel", "person_id": person, "finding": "no sleep on record",
+            "estimate": estimate})
+    };
+    let exact = json!({"value": 62.0, "lower": 62.0, "upper": 62.0, "unit": "% of values"});
+    let list =
+        json!([finding("Q1", Value::Null), finding("Q2", Value::Null), finding("Q3", exact)]);
+    let html = page(&with(made_up::parts(), Part::Diagnosis, "/data_quality", list));
+    check_structure(&html);
+    assert!(html.contains("Q1, Q2"));
+    assert_eq!(html.matches("no sleep on record").count(), 2);
+    assert!(html.contains("62.0 % of values<"), "an interval without width is a number");
+}

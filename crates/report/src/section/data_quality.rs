@@ -15,33 +15,38 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.paragraph("The checks of the diagnosis found nothing doubtful.");
         }
         Some(diagnosis) => {
-            let rows: Vec<(bool, Vec<String>)> = diagnosis
-                .data_quality
-                .iter()
-                .map(|finding| {
-                    let estimate = finding.estimate.as_ref().map_or_else(
-                        || ABSENT.to_owned(),
-                        |e| {
-                            format!(
-                                "{} {} ({} to {})",
-                                fixed(e.value, 1),
-                                e.unit,
-                                fixed(e.lower, 1),
-                                fixed(e.upper, 1)
-                            )
-                        },
-                    );
-                    let check = plain(&finding.check);
-                    (
-                        false,
-                        vec![finding.person_id.clone(), check, finding.finding.clone(), estimate],
-                    )
+            // The same finding in several people is one row; one with an estimate is a person's own.
+            let mut rows: Vec<(Vec<String>, String, String, String)> = Vec::new();
+            for finding in &diagnosis.data_quality {
+                let (check, words) = (plain(&finding.check), finding.finding.clone());
+                let estimate = finding.estimate.as_ref().map_or_else(
+                    || ABSENT.to_owned(),
+                    |e| {
+                        let (value, unit) = (fixed(e.value, 1), &e.unit);
+                        if e.lower == e.upper {
+                            return format!("{value} {unit}");
+                        }
+                        format!("{value} {unit} ({} to {})", fixed(e.lower, 1), fixed(e.upper, 1))
+                    },
+                );
+                let same = rows.iter_mut().find(|row| {
+                    estimate == ABSENT && (&row.1, &row.2, &row.3) == (&check, &words, &estimate)
+                });
+                match same {
+                    Some(row) => row.0.push(finding.person_id.clone()),
+                    None => rows.push((vec![finding.person_id.clone()], check, words, estimate)),
+                }
+            }
+            let rows: Vec<(bool, Vec<String>)> = rows
+                .into_iter()
+                .map(|(people, check, words, estimate)| {
+                    (false, vec![people.join(", "), check, words, estimate])
                 })
                 .collect();
             html.table(
-                "Findings by person; offered as they are, nothing was corrected silently",
+                "What was found; offered as it is, nothing was corrected silently",
                 &[
-                    ("Person", Column::Text),
+                    ("People", Column::Text),
                     ("Check", Column::Text),
                     ("Finding", Column::Text),
                     ("Estimate (interval)", Column::Text),
