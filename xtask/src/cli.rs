@@ -103,7 +103,7 @@ pub(crate) enum Command {
 pub(crate) enum Profile {
     /// Minutes on two cores.
     Quick,
-    /// The paper's scale.
+    /// The paper's widths and schedules; hours. `train` uses a tenth of the paper's simulated days.
     Paper,
 }
 

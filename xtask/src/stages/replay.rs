@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
 use cohort::MissingDoses;
+use nn_statespace::import::FILE_ORDER;
 use nn_statespace::initial_state::InitialStateTable;
-use physiology::Compartment;
 use twins::{ReplayRow, ReplayStart, replay};
 
 use crate::cli::ReplayArgs;
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<()> {
     let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("replay", cohort.people.len());
     let mut text = String::from("person_id,time,step");
-    for compartment in COLUMNS {
+    for compartment in FILE_ORDER {
         write!(text, ",{compartment}").expect("writing to a String cannot fail");
     }
     text.push('\n');
@@ -107,24 +107,10 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<()> {
     Ok(())
 }
 
-/// Order of the states in `traces.csv`, as in the published traces.
-const COLUMNS: [Compartment; 10] = [
-    Compartment::Q1,
-    Compartment::Q2,
-    Compartment::S1,
-    Compartment::S2,
-    Compartment::I,
-    Compartment::X1,
-    Compartment::X2,
-    Compartment::X3,
-    Compartment::C2,
-    Compartment::C1,
-];
-
 fn write_row(text: &mut String, person: &str, row: &ReplayRow) {
     write!(text, "{person},{},{}", row.time.format("%Y-%m-%dT%H:%M:%S"), row.step)
         .expect("writing to a String cannot fail");
-    for compartment in COLUMNS {
+    for compartment in FILE_ORDER {
         write!(text, ",{}", row.states[compartment]).expect("writing to a String cannot fail");
     }
     text.push('\n');

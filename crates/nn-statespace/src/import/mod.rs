@@ -24,8 +24,8 @@ use crate::population::{GlucoseClamp, PopulationModel};
 use crate::scaler::{CentreAndScale, Scaler};
 use crate::wiring::Wiring;
 
-/// Order of the states in the authors' files.
-pub(crate) const FILE_ORDER: [Compartment; 10] = [
+/// Order of the states in the authors' weights, scalers and published traces.
+pub const FILE_ORDER: [Compartment; 10] = [
     Compartment::Q1,
     Compartment::Q2,
     Compartment::S1,
