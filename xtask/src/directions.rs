@@ -18,7 +18,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("stats", &["physiology"]),
     ("twins", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats"]),
     ("world", &["physiology", "ode-sim", "cohort"]),
-    ("gap", &["physiology", "ode-sim", "cohort", "stats"]),
+    ("effects", &[]),
+    ("gap", &["physiology", "ode-sim", "cohort", "stats", "effects"]),
     ("report", &[]),
 ];
 

@@ -1,0 +1,33 @@
+//! The library of effects that a glucose model may be missing.
+//!
+//! An effect is a *port* (a place in the model or the measurement), a *driver* (a time course known
+//! from the record, or events hidden in it) and an *amplitude* that is 1 at the published size. Each
+//! stands in its own file with its source, the channels that signal it, what it does to the residuals
+//! and what it is easily mistaken for. The library is open: implement [`Effect`] and hand it to the
+//! diagnosis beside [`library`]; `examples/own_effect.rs` adds one.
+//!
+//! Nothing here knows a model. A driver is written as a [`Modulation`] per five-minute step, and
+//! whoever simulates decides what a port is in their equations.
+//!
+//! ```
+//! use effects::{Port, library};
+//!
+//! let dawn = library().into_iter().find(|e| e.card().name == "dawn").expect("in the library");
+//! assert_eq!(dawn.card().port, Port::Egp);
+//! ```
+//!
+//! Research software. Not a medical device; not validated for any treatment decision.
+
+mod card;
+mod course;
+mod effect;
+mod library;
+mod modulation;
+mod port;
+
+pub use card::{Card, Channel, Prior};
+pub use course::Course;
+pub use effect::{Effect, EventShape, Form, RandomUnit};
+pub use library::library;
+pub use modulation::{FIELDS, Field, Modulation};
+pub use port::Port;
