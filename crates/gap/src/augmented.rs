@@ -1,16 +1,20 @@
 //! The model inside the filter: the ODE plant, an unexplained glucose flux, interstitial glucose
 //! and a sensor error.
 //!
+//! What effects change in a step enters as a [`Modulation`].
+//!
 //! Thirteen states: the ten compartments, an Ornstein-Uhlenbeck flux into Q1, interstitial glucose
 //! that follows plasma glucose with a first-order lag, and an autoregressive sensor error. A
 //! reading is interstitial glucose plus sensor error plus white noise.
 
+use effects::{Field, Modulation};
+use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, renal_clearance};
 use ode_sim::gut::glucose_dose;
 use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{
-    Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, NonFinite, Plant, STEP, States, StepInput,
-    UnitsPerHour,
+    Grams, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, NonFinite, Plant, STEP, States, StepInput,
+    Units, UnitsPerHour,
 };
 
 use crate::covariance::Covariance;
@@ -27,6 +31,19 @@ pub const SENSOR: usize = 12;
 
 /// Glucose below which a correction by the filter is cut off; sensors end at 40 mg/dL.
 pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);
+
+/// Interstitial glucose below which counter-regulation adds production, mg/dL, and the depth at which
+/// it does so in full.
+const LOW_GLUCOSE: f64 = 70.0;
+const LOW_DEPTH: f64 = 20.0;
+
+/// What acts in one step under a modulation.
+struct Acting {
+    plant: OdePlant,
+    input: StepInput,
+    flux: f64,
+    lag_decay: f64,
+}
 
 /// The augmented state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,6 +131,13 @@ impl AugmentedModel {
         &self.plant
     }
 
+    /// The same model of a person with other parameters.
+    #[must_use]
+    pub fn with_parameters(&self, change: impl Fn(&OdeParameters) -> OdeParameters) -> Self {
+        let parameters = change(&self.plant.parameters);
+        Self { plant: OdePlant { parameters, ..self.plant }, ..*self }
+    }
+
     /// The noise settings.
     #[must_use]
     pub fn noise(&self) -> &NoiseModel {
@@ -122,8 +146,10 @@ impl AugmentedModel {
 
     /// The expected reading of a state, mg/dL.
     #[must_use]
-    pub fn reading(&self, state: &AugmentedState) -> f64 {
-        state.interstitial.0 + state.sensor.0
+    pub fn reading(&self, state: &AugmentedState, modulation: &Modulation) -> f64 {
+        state.interstitial.0 * modulation[Field::SensorGain]
+            + modulation[Field::SensorOffset]
+            + state.sensor.0
     }
 
     /// The expected state one step later.
@@ -137,12 +163,17 @@ impl AugmentedModel {
         &self,
         state: &AugmentedState,
         input: &StepInput,
+        modulation: &Modulation,
     ) -> Result<AugmentedState, OdeError> {
-        let body = self.plant.advance(&state.body, input, state.flux)?;
-        Ok(self.around(state, body))
+        let acting = self.acting(state, input, modulation);
+        let body = acting.plant.advance(&state.body, &acting.input, acting.flux)?;
+        Ok(self.around(state, body, acting.lag_decay))
     }
 
     /// The expected state one step later and the derivative by the state before.
+    ///
+    /// What a modulation makes depend on glucose (counter-regulation, the kidneys) is held while the
+    /// derivative is taken: it acts above its share in few steps, and the gains need no more.
     ///
     /// # Errors
     /// As [`OdePlant::linearised`].
@@ -150,8 +181,10 @@ impl AugmentedModel {
         &self,
         state: &AugmentedState,
         input: &StepInput,
+        modulation: &Modulation,
     ) -> Result<(AugmentedState, Transition), OdeError> {
-        let (body, inner) = self.plant.linearised(&state.body, input, state.flux)?;
+        let Acting { plant, input, flux, lag_decay } = self.acting(state, input, modulation);
+        let (body, inner) = plant.linearised(&state.body, &input, flux)?;
         let mut transition = Transition::default();
         for (row, values) in inner.0.iter().enumerate() {
             transition.0[row][..values.len()].copy_from_slice(values);
@@ -161,12 +194,12 @@ impl AugmentedModel {
         transition.0[FLUX][FLUX] = self.flux_decay;
         transition.0[SENSOR][SENSOR] = self.noise.sensor_correlation;
         // Interstitial glucose follows the mean of Q1 before and after.
-        let share = 0.5 * (1.0 - self.lag_decay) * self.glucose_per_q1();
+        let share = 0.5 * (1.0 - lag_decay) * self.glucose_per_q1();
         let mut row = transition.0[q1].map(|value| share * value);
         row[q1] += share;
-        row[INTERSTITIAL] = self.lag_decay;
+        row[INTERSTITIAL] = lag_decay;
         transition.0[INTERSTITIAL] = row;
-        Ok((self.around(state, body), transition))
+        Ok((self.around(state, body, lag_decay), transition))
     }
 
     /// The state corrected by `gain` times `innovation`, cut off at [`GLUCOSE_FLOOR`].
@@ -256,12 +289,54 @@ impl AugmentedModel {
         MG_PER_DL_PER_MMOL_PER_L / self.plant.parameters.v_g
     }
 
-    fn around(&self, state: &AugmentedState, body: OdeState) -> AugmentedState {
+    /// Plant, input and flux of a step under a modulation.
+    fn acting(&self, state: &AugmentedState, input: &StepInput, modulation: &Modulation) -> Acting {
+        if modulation.is_neutral() {
+            let (plant, lag_decay) = (self.plant, self.lag_decay);
+            return Acting { plant, input: *input, flux: state.flux, lag_decay };
+        }
+        let p = self.plant.parameters;
+        let depth = ((LOW_GLUCOSE - state.interstitial.0) / LOW_DEPTH).clamp(0.0, 1.0);
+        let counter = 1.0 + modulation[Field::LowGlucoseProduction] * depth;
+        let parameters = OdeParameters {
+            t_max_i: p.t_max_i * modulation[Field::InsulinTime],
+            t_max_g: p.t_max_g * modulation[Field::GutTime],
+            s_f1: p.s_f1 * modulation[Field::Action],
+            s_f2: p.s_f2 * modulation[Field::Action],
+            s_f3: p.s_f3 * modulation[Field::LiverAction],
+            egp_0: p.egp_0 * modulation[Field::Production] * counter,
+            ..p
+        };
+        let delivered = modulation[Field::InsulinInput];
+        let input = StepInput {
+            basal: UnitsPerHour(input.basal.0 * delivered),
+            bolus: Units(input.bolus.0 * delivered),
+            carbs: Grams(
+                input.carbs.0 * modulation[Field::CarbAmount] + modulation[Field::ExtraCarbs],
+            ),
+            ..*input
+        };
+        let g = state.body.q1 / p.v_g;
+        let shift = modulation[Field::RenalThreshold] / MG_PER_DL_PER_MMOL_PER_L;
+        let cleared = modulation[Field::RenalRate]
+            * RENAL_RATE
+            * (g - RENAL_THRESHOLD - shift).max(0.0)
+            * p.v_g
+            - renal_clearance(g, p.v_g);
+        Acting {
+            plant: OdePlant { parameters, ..self.plant },
+            input,
+            flux: state.flux + modulation[Field::Flux] - cleared,
+            lag_decay: self.lag_decay.powf(1.0 / modulation[Field::SensorLag]),
+        }
+    }
+
+    fn around(&self, state: &AugmentedState, body: OdeState, lag_decay: f64) -> AugmentedState {
         let plasma = 0.5 * (self.plant.glucose(&state.body).0 + self.plant.glucose(&body).0);
         AugmentedState {
             body,
             flux: state.flux * self.flux_decay,
-            interstitial: MgPerDl(plasma + (state.interstitial.0 - plasma) * self.lag_decay),
+            interstitial: MgPerDl(plasma + (state.interstitial.0 - plasma) * lag_decay),
             sensor: MgPerDl(state.sensor.0 * self.noise.sensor_correlation),
         }
     }
@@ -273,10 +348,12 @@ impl Plant for AugmentedModel {
 
     fn step(&self, state: &AugmentedState, input: &StepInput) -> Result<AugmentedState, NonFinite> {
         // The Euler step has no other way to fail than a state that is not finite.
-        AugmentedModel::step(self, state, input).map_err(|error| match error {
-            OdeError::NonFinite { compartment } => NonFinite { compartment },
-            _ => NonFinite { compartment: Q1 },
-        })
+        AugmentedModel::step(self, state, input, &Modulation::NEUTRAL).map_err(
+            |error| match error {
+                OdeError::NonFinite { compartment } => NonFinite { compartment },
+                _ => NonFinite { compartment: Q1 },
+            },
+        )
     }
 
     fn glucose(&self, state: &AugmentedState) -> MgPerDl {
@@ -316,7 +393,6 @@ impl AugmentedState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use physiology::{Grams, Units};
     use proptest::prelude::*;
 
     fn model() -> AugmentedModel {
@@ -348,8 +424,8 @@ mod tests {
                 basal: UnitsPerHour(basal), bolus: Units(bolus), carbs: Grams(carbs),
                 ..StepInput::default()
             };
-            let (following, transition) = model.linearised(&state, &input).expect("finite");
-            prop_assert_eq!(following, model.step(&state, &input).expect("finite"));
+            let (following, transition) = model.linearised(&state, &input, &Modulation::NEUTRAL).expect("finite");
+            prop_assert_eq!(following, model.step(&state, &input, &Modulation::NEUTRAL).expect("finite"));
             let x = state.vector();
             for column in 0..STATES {
                 // A step that balances truncation (the model is quadratic) against rounding.
@@ -357,7 +433,7 @@ mod tests {
                 let moved = |by: f64| {
                     let mut y = x;
                     y[column] += by;
-                    model.step(&state.with_vector(&y), &input).expect("finite").vector()
+                    model.step(&state.with_vector(&y), &input, &Modulation::NEUTRAL).expect("finite").vector()
                 };
                 let (above, below) = (moved(h), moved(-h));
                 for row in 0..STATES {
@@ -380,7 +456,7 @@ mod tests {
         let model = model();
         let (start, _) = model.start(UnitsPerHour(1.0), MgPerDl(120.0));
         let input = StepInput { basal: UnitsPerHour(1.0), ..StepInput::default() };
-        let next = model.step(&start, &input).expect("finite");
+        let next = model.step(&start, &input, &Modulation::NEUTRAL).expect("finite");
         for compartment in [S1, S2, I, X1, X2, X3] {
             let (a, b) = (start.body.vector()[compartment], next.body.vector()[compartment]);
             assert!((a - b).abs() <= 1e-12 * a.abs(), "{compartment}: {a} to {b}"); // rounding

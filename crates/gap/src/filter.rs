@@ -57,7 +57,7 @@ pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered,
     };
     for step in 0..n {
         let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
-        let expected = model.reading(&state);
+        let expected = model.reading(&state, record.modulation(step));
         let seen = correction(record.readings[step], expected);
         let mut gain = None;
         if let Some(value) = seen {
@@ -76,7 +76,8 @@ pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered,
 
         let input = &record.inputs[step];
         model.add_meal_noise(&mut covariance, input);
-        let (following, transition) = model.linearised(&state, input).map_err(|_| failed())?;
+        let (following, transition) =
+            model.linearised(&state, input, record.modulation(step)).map_err(|_| failed())?;
         covariance = covariance.propagated(&transition);
         model.add_process_noise(&mut covariance, input, &following);
         let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());
@@ -104,13 +105,15 @@ pub fn replay(
     let (mut state, _) = start(model, record);
     let mut innovations = Vec::with_capacity(record.len());
     for (step, gain) in frozen.gains.iter().enumerate() {
-        let difference = record.readings[step].value().map(|value| value - model.reading(&state));
+        let difference = record.readings[step]
+            .value()
+            .map(|value| value - model.reading(&state, record.modulation(step)));
         if let (Some(gain), Some(difference)) = (gain, difference) {
             state = model.corrected(&state, &gain.gain, difference);
         }
         innovations.push(difference.filter(|_| frozen.innovations[step].is_some()));
         state = model
-            .step(&state, &record.inputs[step])
+            .step(&state, &record.inputs[step], record.modulation(step))
             .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
     }
     Ok(innovations)

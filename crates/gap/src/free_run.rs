@@ -141,6 +141,7 @@ mod tests {
             readings: vec![Reading::Within(MgPerDl(150.0)); steps],
             inputs: vec![StepInput::default(); steps],
             doses_recorded: vec![true; steps],
+            modulations: Vec::new(),
             interpolated_share: 0.0,
         }
     }

@@ -42,6 +42,8 @@ mod moderation;
 mod noise;
 pub mod observations;
 mod person;
+pub mod quality;
+pub mod tangent;
 pub mod whitening;
 
 pub use calibration::CalibrationRule;

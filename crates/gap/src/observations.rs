@@ -1,6 +1,7 @@
 //! A person's record as the filter and the free runs read it.
 
 use cohort::{Channel, Person, StraightLines};
+use effects::Modulation;
 use physiology::{Context, Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 use serde::{Deserialize, Serialize};
 
@@ -84,6 +85,8 @@ pub struct Observations {
     pub inputs: Vec<StepInput>,
     /// Whether basal, bolus and carbohydrate of the step were all recorded.
     pub doses_recorded: Vec<bool>,
+    /// What effects change in each step; empty where none is assumed.
+    pub modulations: Vec<Modulation>,
     /// Share of CGM values that lie strictly inside drawn lines; above [`INTERPOLATED_SHARE`] they
     /// are marked [`Reading::Interpolated`].
     pub interpolated_share: f64,
@@ -155,8 +158,15 @@ impl Observations {
             readings,
             inputs,
             doses_recorded,
+            modulations: Vec::new(),
             interpolated_share: lines.share,
         })
+    }
+
+    /// What effects change in a step.
+    #[must_use]
+    pub fn modulation(&self, step: usize) -> &Modulation {
+        self.modulations.get(step).unwrap_or(&Modulation::NEUTRAL)
     }
 
     /// Number of steps.
