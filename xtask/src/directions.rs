@@ -20,6 +20,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("world", &["physiology", "ode-sim", "cohort"]),
     ("effects", &[]),
     ("gap", &["physiology", "ode-sim", "cohort", "stats", "effects"]),
+    ("blind", &["stats"]),
     ("report", &[]),
 ];
 

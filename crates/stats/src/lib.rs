@@ -30,6 +30,7 @@ pub mod multiplicity;
 mod outcomes;
 pub mod paired;
 pub mod profile;
+pub mod proportion;
 mod quantile;
 pub mod tost;
 pub mod wilcoxon;
