@@ -1,6 +1,6 @@
 //! The analysis of one person: filter, calibration, free runs, errors by cell.
 
-use cohort::{Channel, Person};
+use cohort::Person;
 use ode_sim::OdeParameters;
 use physiology::{Plant, STEPS_PER_DAY};
 
@@ -8,13 +8,13 @@ use crate::calibration::{Calibration, Factor, calibrate};
 use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
 use crate::diagnosis::{
-    CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, FindingEstimate,
-    PersonSummary,
+    CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, PersonSummary,
 };
 use crate::error::GapError;
 use crate::free_run::{FreeRunRule, Start, free_run_errors};
 use crate::localisation::DayCells;
-use crate::observations::{INTERPOLATED_SHARE, MissingDosePolicy, Observations, Reading};
+use crate::observations::{MissingDosePolicy, Observations, Reading};
+use crate::quality;
 
 /// A cell of `where`, persons aside.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,10 +92,10 @@ pub(crate) fn analyse(
     config: &DiagnosisConfig,
 ) -> Result<PersonOutcome, GapError> {
     let observations = Observations::from_person(person)?;
-    let mut findings = missing_channels(person);
-    findings.extend(interpolated_cgm(&observations));
+    let quality = quality::findings(person, &observations);
     let days = person.record.len() / STEPS_PER_DAY;
-    let (excluded, analysis) = match reason_to_exclude(person, &observations, config) {
+    let reason = reason_to_exclude(person, &observations, config);
+    let (excluded, analysis) = match reason.or_else(|| quality::exclusion(&quality)) {
         Some(reason) => (Some(reason), None),
         None => match errors_of(person, &observations, config) {
             Ok(analysis) if analysis.summary.runs == 0 => {
@@ -107,59 +107,8 @@ pub(crate) fn analyse(
     };
     let calibration = analysis.as_ref().map(|a| a.summary.clone());
     let summary = PersonSummary { person_id: person.id.clone(), days, excluded, calibration };
+    let findings = quality.into_iter().map(|finding| finding.reported).collect();
     Ok(PersonOutcome { summary, findings, analysis })
-}
-
-fn missing_channels(person: &Person) -> Vec<DataQualityFinding> {
-    let record = &person.record;
-    let never = |channel| record.channel(channel).iter().all(Option::is_none);
-    let mut missing = Vec::new();
-    if never(Channel::Basal) && never(Channel::Bolus) {
-        missing.push("no insulin on record".to_owned());
-    } else if never(Channel::Basal) {
-        missing.push("no basal insulin on record; boluses alone are used".to_owned());
-    }
-    for (channel, name) in [
-        (Channel::Cgm, "CGM"),
-        (Channel::Carbs, "carbohydrate"),
-        (Channel::HeartRate, "heart rate"),
-        (Channel::SleepEfficiency, "sleep"),
-        (Channel::SetChange, "infusion set changes"),
-    ] {
-        if never(channel) {
-            missing.push(format!("no {name} on record"));
-        }
-    }
-    if person.weight.is_none() {
-        let assumed = crate::observations::DEFAULT_WEIGHT;
-        missing.push(format!("no body weight on record; {assumed} assumed"));
-    }
-    missing
-        .into_iter()
-        .map(|finding| DataQualityFinding {
-            check: "missing_channel".to_owned(),
-            person_id: person.id.clone(),
-            finding,
-            estimate: None,
-        })
-        .collect()
-}
-
-fn interpolated_cgm(observations: &Observations) -> Option<DataQualityFinding> {
-    let share = observations.interpolated_share;
-    (share > INTERPOLATED_SHARE).then(|| DataQualityFinding {
-        check: "interpolated_cgm".to_owned(),
-        person_id: observations.person.clone(),
-        finding: "CGM values lie on straight lines between readings; the filter uses the readings \
-                  alone"
-            .to_owned(),
-        estimate: Some(FindingEstimate {
-            value: 100.0 * share,
-            lower: 100.0 * share,
-            upper: 100.0 * share,
-            unit: "% of values".to_owned(),
-        }),
-    })
 }
 
 fn reason_to_exclude(

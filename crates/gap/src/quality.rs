@@ -1,0 +1,107 @@
+//! What is doubtful about a person's data, judged before anything is diagnosed.
+//!
+//! A clock that is an hour off, carbohydrate in servings or a basal rate in U per five minutes makes
+//! a plant miss as surely as a missing effect does. Each check reads one person's record and
+//! reports what it found, with an estimate and its interval where there is one, and what would mend
+//! it. Nothing is corrected here. [`Consequence`] says what a diagnosis should do about it.
+//!
+//! Thresholds stand at the head of each check's file with their source.
+
+mod basal_unit;
+mod carb_unit;
+mod clock_offset;
+mod dose_is_flag;
+mod heart_rate;
+mod interleaved_cgm;
+mod interpolated_cgm;
+mod missing_channel;
+mod plausible_day;
+
+use cohort::{Channel, Person};
+
+use crate::diagnosis::{DataQualityFinding, FindingEstimate};
+use crate::observations::Observations;
+
+/// What a diagnosis should do about a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Consequence {
+    /// Say it and go on.
+    Note,
+    /// Leave the person out: their insulin, carbohydrate or glucose cannot be read as recorded.
+    ExcludePerson,
+    /// Go on without this channel.
+    IgnoreChannel(Channel),
+}
+
+/// A finding and its consequence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// What is written.
+    pub reported: DataQualityFinding,
+    /// What follows from it.
+    pub consequence: Consequence,
+}
+
+impl Finding {
+    /// A finding that `check` made about `person`, to be noted; text without an estimate.
+    fn note(check: &str, person: &Person, text: impl Into<String>) -> Self {
+        let reported = DataQualityFinding {
+            check: check.to_owned(),
+            person_id: person.id.clone(),
+            finding: text.into(),
+            estimate: None,
+        };
+        Self { reported, consequence: Consequence::Note }
+    }
+
+    fn with_estimate(mut self, estimate: FindingEstimate) -> Self {
+        self.reported.estimate = Some(estimate);
+        self
+    }
+
+    fn with_consequence(mut self, consequence: Consequence) -> Self {
+        self.consequence = consequence;
+        self
+    }
+}
+
+/// Every finding about a person, in the order of the checks.
+///
+/// `observations` are the person's, from [`Observations::from_person`]. The answer depends on the
+/// two alone: no check draws random numbers.
+#[must_use]
+pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
+    let mut found = missing_channel::findings(person);
+    found.extend(interpolated_cgm::finding(person, observations));
+    found.extend(interleaved_cgm::finding(person));
+    found.extend(dose_is_flag::findings(person));
+    found.extend(basal_unit::finding(person));
+    found.extend(carb_unit::finding(person));
+    found.extend(plausible_day::findings(person, &found));
+    found.extend(heart_rate::finding(person));
+    found.extend(clock_offset::findings(person, observations));
+    found
+}
+
+/// Why a person is to be excluded: the first finding with that consequence, in words.
+#[must_use]
+pub fn exclusion(findings: &[Finding]) -> Option<String> {
+    findings
+        .iter()
+        .find(|finding| finding.consequence == Consequence::ExcludePerson)
+        .map(|finding| format!("{}: {}", finding.reported.check, finding.reported.finding))
+}
+
+/// The channels that are to be ignored, each once.
+#[must_use]
+pub fn ignored_channels(findings: &[Finding]) -> Vec<Channel> {
+    let mut channels = Vec::new();
+    for finding in findings {
+        if let Consequence::IgnoreChannel(channel) = finding.consequence
+            && !channels.contains(&channel)
+        {
+            channels.push(channel);
+        }
+    }
+    channels
+}

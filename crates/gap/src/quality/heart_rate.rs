@@ -1,0 +1,9 @@
+//! `heart_rate`.
+
+use cohort::Person;
+
+use super::Finding;
+
+pub(super) fn finding(_person: &Person) -> Option<Finding> {
+    None
+}

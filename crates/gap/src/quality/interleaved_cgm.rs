@@ -1,0 +1,9 @@
+//! `interleaved_cgm`.
+
+use cohort::Person;
+
+use super::Finding;
+
+pub(super) fn finding(_person: &Person) -> Option<Finding> {
+    None
+}
