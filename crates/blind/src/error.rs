@@ -1,0 +1,23 @@
+//! What can go wrong in this crate.
+
+/// Errors of sealing and scoring.
+#[derive(Debug, thiserror::Error)]
+pub enum BlindError {
+    /// A label is not the one that was sealed.
+    #[error("world {id}: the label is not the one that was sealed; it was changed after the seal")]
+    Tampered {
+        /// The world.
+        id: String,
+    },
+    /// A world was sealed and has no label, or the other way round.
+    #[error("world {id}: {problem}")]
+    Unmatched {
+        /// The world.
+        id: String,
+        /// What is missing.
+        problem: &'static str,
+    },
+    /// A statistic could not be formed.
+    #[error(transparent)]
+    Stats(#[from] stats::StatsError),
+}

@@ -1,0 +1,89 @@
+//! What is true of a world.
+
+use serde::{Deserialize, Serialize};
+
+/// What kind of truth a world holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// No effect acts.
+    Null,
+    /// One effect of the library acts.
+    Single,
+    /// Two effects of the library act.
+    Pair,
+    /// One effect acts that the library does not hold.
+    Outside,
+}
+
+/// The label of a world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Label {
+    /// Name of the world and of its folder.
+    pub id: String,
+    /// What kind of truth.
+    pub kind: Kind,
+    /// Effects that act; empty for a null world.
+    pub effects: Vec<TrueEffect>,
+    /// Which simulator made the world.
+    pub generator: String,
+    /// How basal insulin is decided.
+    pub regime: String,
+    /// Number of people.
+    pub people: usize,
+    /// Days of each before any was taken away.
+    pub days: usize,
+    /// What was done to the record whatever acts: missing channels, gaps, uneven days.
+    pub nuisances: Vec<String>,
+    /// Seed of the world.
+    pub seed: u64,
+}
+
+/// An effect that acts in a world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrueEffect {
+    /// Its name.
+    pub effect: String,
+    /// Where it enters; stated for effects outside the library, whose place is all there is to find.
+    pub port: Option<String>,
+    /// Whether the library holds it.
+    pub in_library: bool,
+    /// Mean amplitude over the people; 1 is the published size.
+    pub amplitude: f64,
+    /// Mean absolute shift of glucose that was aimed at, mg/dL.
+    pub target_mg_dl: f64,
+    /// Mean absolute shift of glucose that it causes in this cohort, mg/dL.
+    pub achieved_mg_dl: f64,
+    /// Whether the amplitude was held at its limit, so that the target is out of reach.
+    pub at_limit: bool,
+}
+
+impl Label {
+    /// The label of a world in which nothing acts.
+    #[must_use]
+    pub fn null(id: &str, generator: &str, regime: &str, people: usize, days: usize) -> Self {
+        Self {
+            id: id.to_owned(),
+            kind: Kind::Null,
+            effects: Vec::new(),
+            generator: generator.to_owned(),
+            regime: regime.to_owned(),
+            people,
+            days,
+            nuisances: Vec::new(),
+            seed: 0,
+        }
+    }
+
+    /// Whether an effect of this name acts.
+    #[must_use]
+    pub fn has(&self, effect: &str) -> bool {
+        self.effects.iter().any(|e| e.in_library && e.effect == effect)
+    }
+
+    /// Largest shift that one of the effects causes, mg/dL; 0 in a null world.
+    #[must_use]
+    pub fn largest_shift(&self) -> f64 {
+        self.effects.iter().map(|e| e.achieved_mg_dl).fold(0.0, f64::max)
+    }
+}

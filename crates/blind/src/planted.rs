@@ -1,0 +1,48 @@
+//! Planted labels and answers for the tests.
+
+use crate::{Amplitude, Answer, Found, Kind, Label, ScoredWorld, TrueEffect, Verdict};
+
+/// A label whose effects each cause a shift of `shift` mg/dL.
+pub(crate) fn label(id: &str, kind: Kind, effects: &[&str], shift: f64) -> Label {
+    let effects = effects
+        .iter()
+        .map(|effect| TrueEffect {
+            effect: (*effect).to_owned(),
+            port: (kind == Kind::Outside).then(|| "egp".to_owned()),
+            in_library: kind != Kind::Outside,
+            amplitude: 1.0,
+            target_mg_dl: shift,
+            achieved_mg_dl: shift,
+            at_limit: false,
+        })
+        .collect();
+    Label { kind, effects, ..Label::null(id, "hovorka", "aid", 5, 14) }
+}
+
+/// An answer that names these effects with probability 0.9.
+pub(crate) fn answer(effects: &[&str]) -> Answer {
+    let found = effects
+        .iter()
+        .map(|effect| Found {
+            effect: (*effect).to_owned(),
+            port: "egp".to_owned(),
+            gain_nats: 20.0,
+            probability: 0.9,
+            amplitude: Amplitude { value: 1.0, lower: 0.5, upper: 1.5 },
+            confusable_with: Vec::new(),
+        })
+        .collect();
+    Answer { verdict: Verdict::Effect, found, ..Answer::none() }
+}
+
+/// An answer that names one effect with a probability.
+pub(crate) fn with_probability(effect: &str, probability: f64) -> Answer {
+    let mut planted = answer(&[effect]);
+    planted.found[0].probability = probability;
+    planted
+}
+
+/// A world whose effects cause a shift of 5 mg/dL.
+pub(crate) fn world(id: &str, kind: Kind, effects: &[&str], answer: Answer) -> ScoredWorld {
+    ScoredWorld { label: label(id, kind, effects, 5.0), answer }
+}

@@ -1,0 +1,83 @@
+//! How often an effect is found, by its name and by the shift that it causes.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::answer::Verdict;
+use crate::check::ScoredWorld;
+use crate::error::BlindError;
+use crate::label::Kind;
+use crate::outcome::Outcome;
+use crate::share::Share;
+
+/// Lower ends of the bins of the achieved shift, mg/dL; the last has no upper end. They part the
+/// targets 2.5, 5, 10 and 15 halfway.
+pub const SHIFT_BINS: [f64; 4] = [0.0, 3.75, 7.5, 12.5];
+
+/// The worlds with one effect whose shift lies in one bin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PowerRow {
+    /// The effect; `None` for all effects together.
+    pub effect: Option<String>,
+    /// Lower end of the bin, mg/dL.
+    pub from_mg_dl: f64,
+    /// Upper end of the bin, mg/dL, itself not in it; `None` where there is none.
+    pub to_mg_dl: Option<f64>,
+    /// Mean achieved shift of the worlds, mg/dL.
+    pub mean_shift_mg_dl: f64,
+    /// Worlds in which the effect, and nothing else, was named.
+    pub named: Share,
+    /// As `named`, or the effect stands in the set that the answer offers.
+    pub named_or_in_set: Share,
+    /// Worlds in which the answer was not "none".
+    pub detected: Share,
+}
+
+/// Rows of all effects together, then of each effect; bins without a world have no row.
+pub(crate) fn power(worlds: &[ScoredWorld]) -> Result<Vec<PowerRow>, BlindError> {
+    let singles: Vec<&ScoredWorld> =
+        worlds.iter().filter(|w| w.label.kind == Kind::Single).collect();
+    let names: BTreeSet<&str> =
+        singles.iter().flat_map(|w| &w.label.effects).map(|e| e.effect.as_str()).collect();
+    let mut rows = Vec::new();
+    for effect in std::iter::once(None).chain(names.into_iter().map(Some)) {
+        for (place, from) in SHIFT_BINS.into_iter().enumerate() {
+            let to = SHIFT_BINS.get(place + 1).copied();
+            let within: Vec<&ScoredWorld> = singles
+                .iter()
+                .copied()
+                .filter(|w| effect.is_none_or(|name| w.label.has(name)))
+                .filter(|w| {
+                    let shift = w.label.largest_shift();
+                    from <= shift && to.is_none_or(|to| shift < to)
+                })
+                .collect();
+            if !within.is_empty() {
+                rows.push(row(effect, from, to, &within)?);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn row(
+    effect: Option<&str>,
+    from_mg_dl: f64,
+    to_mg_dl: Option<f64>,
+    worlds: &[&ScoredWorld],
+) -> Result<PowerRow, BlindError> {
+    let outcome = |w: &ScoredWorld| Outcome::of(&w.label, &w.answer);
+    let shifts: f64 = worlds.iter().map(|w| w.label.largest_shift()).sum();
+    Ok(PowerRow {
+        effect: effect.map(str::to_owned),
+        from_mg_dl,
+        to_mg_dl,
+        mean_shift_mg_dl: shifts / worlds.len() as f64,
+        named: Share::among(worlds, |w| outcome(w) == Outcome::Correct)?,
+        named_or_in_set: Share::among(worlds, |w| outcome(w).is_correct_or_in_set())?,
+        detected: Share::among(worlds, |w| {
+            matches!(w.answer.verdict, Verdict::Effect | Verdict::Unknown)
+        })?,
+    })
+}

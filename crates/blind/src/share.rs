@@ -1,0 +1,77 @@
+//! Counted shares with their intervals, and other figures with theirs.
+
+use serde::{Deserialize, Serialize};
+use stats::{Bootstrap, proportion};
+
+use crate::error::BlindError;
+
+/// Confidence level of every two-sided interval.
+pub(crate) const LEVEL: f64 = 0.95;
+/// Replicates of the bootstrap over worlds.
+const REPLICATES: usize = 2000;
+
+/// How many of how many, with two-sided 95 % intervals.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Share {
+    /// How many.
+    pub count: usize,
+    /// Of how many.
+    pub of: usize,
+    /// Their ratio; `None` where nothing was counted.
+    pub value: Option<f64>,
+    /// Lower end of the Clopper-Pearson interval.
+    pub lower: f64,
+    /// Upper end of the Clopper-Pearson interval.
+    pub upper: f64,
+    /// Lower end of the Wilson interval.
+    pub wilson_lower: f64,
+    /// Upper end of the Wilson interval.
+    pub wilson_upper: f64,
+}
+
+impl Share {
+    /// `count` of `of`.
+    ///
+    /// # Errors
+    /// If there are more than all.
+    pub fn of(count: usize, of: usize) -> Result<Self, BlindError> {
+        let exact = proportion::clopper_pearson(count, of, LEVEL)?;
+        let score = proportion::wilson(count, of, LEVEL)?;
+        Ok(Self {
+            count,
+            of,
+            value: (of > 0).then(|| count as f64 / of as f64),
+            lower: exact.lower,
+            upper: exact.upper,
+            wilson_lower: score.lower,
+            wilson_upper: score.upper,
+        })
+    }
+
+    /// How many of the items `is` holds for.
+    pub(crate) fn among<T>(
+        items: impl IntoIterator<Item = T>,
+        is: impl Fn(&T) -> bool,
+    ) -> Result<Self, BlindError> {
+        let (mut count, mut of) = (0, 0);
+        for item in items {
+            of += 1;
+            count += usize::from(is(&item));
+        }
+        Self::of(count, of)
+    }
+}
+
+/// Ends of the bootstrap interval of a statistic over worlds; `None` below two worlds.
+pub(crate) fn interval_over_worlds<W: Sync>(
+    worlds: &[W],
+    seed: u64,
+    statistic: impl Fn(&[&W]) -> f64 + Sync,
+) -> Result<Option<(f64, f64)>, BlindError> {
+    if worlds.len() < 2 {
+        return Ok(None);
+    }
+    let plan = Bootstrap { replicates: REPLICATES, level: LEVEL, seed };
+    let estimate = plan.people(worlds, statistic)?;
+    Ok(Some((estimate.percentile.lower, estimate.percentile.upper)))
+}
