@@ -27,11 +27,14 @@
 //! Research software. Not a medical device; not validated for any treatment decision.
 
 pub mod augmented;
+mod background;
 pub mod calibration;
 mod cell_sample;
 mod config;
 pub mod context;
+mod course;
 pub mod covariance;
+pub mod design;
 mod diagnose;
 pub mod diagnosis;
 mod error;

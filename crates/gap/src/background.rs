@@ -1,0 +1,171 @@
+//! Directions that are always allowed for: what may differ between any two bodies and is no effect.
+//!
+//! A person's parameters, the plant's structure (how meals and insulin are absorbed and act over
+//! time), and the clock. Each has a Gaussian prior; an effect must explain what these cannot. A plant of other
+//! structure than the body's leaves errors after every meal and every bolus; without the kernels below the
+//! effect that looks most like those errors would be named for them.
+
+use effects::Field;
+use ode_sim::gut::glucose_dose;
+use physiology::{Grams, STEP, STEPS_PER_HOUR};
+
+use crate::observations::Observations;
+use crate::tangent::{Direction, Parameter};
+
+/// One direction of the background with the standard deviation of its prior.
+#[derive(Debug, Clone)]
+pub(crate) struct BackgroundDirection {
+    /// Name for output and tests.
+    pub(crate) name: String,
+    /// What it belongs to.
+    pub(crate) kind: BackgroundKind,
+    /// The direction.
+    pub(crate) direction: Direction,
+    /// Standard deviation of its amplitude.
+    pub(crate) prior_sd: f64,
+}
+
+/// What a direction of the background belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BackgroundKind {
+    /// A calibrated parameter.
+    Calibrated,
+    /// A parameter that is not calibrated.
+    Structure,
+    /// The course of glucose after meals.
+    MealKernel,
+    /// The course of glucose after insulin.
+    InsulinKernel,
+    /// The clock.
+    Clock,
+}
+
+/// Parameters of the calibration, in its order, with half the spread of its prior: what is left to
+/// move once a person is calibrated.
+const CALIBRATED: [(Parameter, &str, f64); 6] = [
+    (Parameter::Action, "action", 0.15),
+    (Parameter::Egp0, "egp_0", 0.075),
+    (Parameter::TMaxG, "t_max_g", 0.125),
+    (Parameter::TMaxI, "t_max_i", 0.10),
+    (Parameter::AG, "a_g", 0.10),
+    (Parameter::F01, "f_01", 0.075),
+];
+/// Parameters that are not calibrated, with spreads of Hovorka et al. (2002): 30 to 60 %, halved.
+const STRUCTURE: [(Parameter, &str, f64); 6] = [
+    (Parameter::KA1, "k_a1", 0.3),
+    (Parameter::KA2, "k_a2", 0.3),
+    (Parameter::KA3, "k_a3", 0.3),
+    (Parameter::K12, "k_12", 0.3),
+    (Parameter::KE, "k_e", 0.2),
+    (Parameter::VG, "v_g", 0.15),
+];
+/// Times at which the bumps of the meal kernel are highest, min.
+const MEAL_PEAKS: [f64; 5] = [15.0, 40.0, 80.0, 140.0, 240.0];
+/// Times at which the bumps of the insulin kernel are highest, min.
+const INSULIN_PEAKS: [f64; 5] = [25.0, 60.0, 110.0, 190.0, 320.0];
+/// Share of a meal's glucose that an amplitude of 1 adds in a bump.
+const MEAL_SHARE: f64 = 0.15;
+/// Glucose that an amplitude of 1 removes in a bump for each unit of insulin, mmol kg/kg/U: a fifth of what a
+/// unit does at a correction factor of 40 mg/dL/U in 70 kg.
+const INSULIN_SHARE: f64 = 0.2 * 40.0 / 18.0 * 0.16 * 70.0;
+/// Harmonics of the day.
+const HARMONICS: usize = 4;
+/// Flux of a harmonic at amplitude 1, mmol/kg/min: 12 % of endogenous production.
+const CLOCK_FLUX: f64 = 0.002;
+
+/// The background of a person.
+pub(crate) fn background(record: &Observations, hours: &[f64]) -> Vec<BackgroundDirection> {
+    let mut all = Vec::new();
+    for (kind, list) in
+        [(BackgroundKind::Calibrated, CALIBRATED), (BackgroundKind::Structure, STRUCTURE)]
+    {
+        for (parameter, name, prior_sd) in list {
+            let direction = Direction::Parameter(parameter);
+            all.push(BackgroundDirection { name: name.to_owned(), kind, direction, prior_sd });
+        }
+    }
+    let meals: Vec<f64> = record
+        .inputs
+        .iter()
+        .map(|i| MEAL_SHARE * glucose_dose(Grams(i.carbs.0), record.weight))
+        .collect();
+    for (place, bump) in bumps(&MEAL_PEAKS).iter().enumerate() {
+        all.push(BackgroundDirection {
+            name: format!("meal_{}", MEAL_PEAKS[place]),
+            kind: BackgroundKind::MealKernel,
+            direction: Direction::Course(vec![(Field::Flux, filtered(&meals, bump))]),
+            prior_sd: 1.0,
+        });
+    }
+    let insulin: Vec<f64> =
+        record.inputs.iter().map(|i| i.insulin().during(STEP).0 / record.weight.0).collect();
+    let mean = insulin.iter().sum::<f64>() / insulin.len().max(1) as f64;
+    let insulin: Vec<f64> = insulin.iter().map(|u| -INSULIN_SHARE * (u - mean)).collect();
+    for (place, bump) in bumps(&INSULIN_PEAKS).iter().enumerate() {
+        all.push(BackgroundDirection {
+            name: format!("insulin_{}", INSULIN_PEAKS[place]),
+            kind: BackgroundKind::InsulinKernel,
+            direction: Direction::Course(vec![(Field::Flux, filtered(&insulin, bump))]),
+            prior_sd: 1.0,
+        });
+    }
+    for harmonic in 1..=HARMONICS {
+        for (phase, name) in [(0.0, "cos"), (0.25, "sin")] {
+            let wave = |hour: &f64| {
+                let turns = harmonic as f64 * hour / 24.0 - phase;
+                CLOCK_FLUX * (std::f64::consts::TAU * turns).cos()
+            };
+            all.push(BackgroundDirection {
+                name: format!("{name}_{harmonic}"),
+                kind: BackgroundKind::Clock,
+                direction: Direction::Course(vec![(Field::Flux, hours.iter().map(wave).collect())]),
+                prior_sd: 1.0,
+            });
+        }
+    }
+    all
+}
+
+/// Bumps in logarithmic time between neighbouring peaks, per minute, each of area 1.
+fn bumps(peaks: &[f64]) -> Vec<Vec<f64>> {
+    let logs: Vec<f64> = peaks.iter().map(|p| p.ln()).collect();
+    let last = logs.len() - 1;
+    (0..logs.len())
+        .map(|k| {
+            let before = if k > 0 { logs[k] - logs[k - 1] } else { logs[1] - logs[0] };
+            let after = if k < last { logs[k + 1] - logs[k] } else { logs[last] - logs[last - 1] };
+            let length = (peaks[k] * after.exp() / STEP.0).ceil() as usize;
+            let mut bump: Vec<f64> = (0..length)
+                .map(|step| {
+                    let time = ((step as f64 + 0.5) * STEP.0).ln() - logs[k];
+                    let x = if time < 0.0 { time / before } else { time / after };
+                    if x.abs() < 1.0 { 0.5 * (1.0 + (std::f64::consts::PI * x).cos()) } else { 0.0 }
+                })
+                .collect();
+            let area: f64 = bump.iter().sum::<f64>() * STEP.0;
+            for value in &mut bump {
+                *value /= area;
+            }
+            bump
+        })
+        .collect()
+}
+
+/// A series of doses through a kernel that starts with the dose.
+fn filtered(doses: &[f64], kernel: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; doses.len()];
+    for (step, dose) in doses.iter().enumerate().filter(|(_, dose)| **dose != 0.0) {
+        for (value, k) in out[step..].iter_mut().zip(kernel) {
+            *value += dose * k;
+        }
+    }
+    out
+}
+
+/// Local hour at the start of each step of a record.
+pub(crate) fn hours(record: &cohort::Record) -> Vec<f64> {
+    use chrono::Timelike;
+    let seconds = f64::from(record.start().time().num_seconds_from_midnight());
+    let first = seconds / 3600.0;
+    (0..record.len()).map(|k| (first + k as f64 / STEPS_PER_HOUR as f64) % 24.0).collect()
+}

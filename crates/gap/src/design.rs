@@ -1,0 +1,255 @@
+//! The linear model of a person's innovations: what every effect and the background would do to them.
+//!
+//! Rows are steps, whitened and in units of the innovations' scale; columns are directions. Nothing
+//! is decided here.
+
+use cohort::Person;
+use effects::{Course, Effect, EventShape, Field, Form, Modulation, RandomUnit};
+use physiology::{Plant as _, STEPS_PER_HOUR};
+
+use crate::background::{BackgroundKind, background, hours};
+use crate::calibration::Calibration;
+use crate::course::course;
+use crate::error::GapError;
+use crate::observations::Observations;
+use crate::tangent::{Direction, signatures};
+use crate::whitening::huber_weight;
+
+/// Amplitude over which a driver's slope is taken: half the published size.
+const AMPLITUDE: f64 = 0.5;
+/// Steps that the answer of the filter to an event is followed beyond the event: 6 h.
+const ANSWER: usize = 6 * STEPS_PER_HOUR;
+/// Most directions that one kind of event may take.
+const EVENT_LANES: usize = 24;
+
+/// What a column of a design stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Column {
+    /// A direction of the background: name and standard deviation of its prior.
+    Background {
+        /// Its name.
+        name: String,
+        /// Standard deviation of its prior.
+        prior_sd: f64,
+        /// Whether it stands for the clock.
+        clock: bool,
+    },
+    /// A variant of a driven effect.
+    Effect {
+        /// Place in the library.
+        effect: usize,
+        /// Its variant.
+        variant: usize,
+    },
+}
+
+/// Hidden events of one effect at every place where one could start.
+#[derive(Debug, Clone)]
+pub struct EventBank {
+    /// Place in the library.
+    pub effect: usize,
+    /// Its shape.
+    pub shape: EventShape,
+    /// Steps at which an event may start.
+    pub onsets: Vec<usize>,
+    /// Information about the amplitude of an event there: the weighted square of its signature.
+    pub information: Vec<f64>,
+    /// Score of an event there: minus the weighted product of signature and residual.
+    pub score: Vec<f64>,
+}
+
+/// A person's linear model.
+#[derive(Debug, Clone)]
+pub struct Design {
+    /// Whitened innovations in units of their scale, one a step; 0 where not scored.
+    pub residuals: Vec<f64>,
+    /// Huber's weights; 0 where not scored.
+    pub weights: Vec<f64>,
+    /// Calendar day of each step.
+    pub days: Vec<usize>,
+    /// Hour of each step.
+    pub hours: Vec<f64>,
+    /// What the columns stand for.
+    pub columns: Vec<Column>,
+    /// Signatures, a list a column, an entry a step.
+    pub signatures: Vec<Vec<f64>>,
+    /// Hidden events.
+    pub events: Vec<EventBank>,
+    /// Random effects: place in the library, field, unit, spread at amplitude 1.
+    pub random: Vec<(usize, Field, RandomUnit, f64)>,
+    /// Effects that the record cannot show: places in the library.
+    pub untried: Vec<usize>,
+}
+
+/// Directions of one kind of event: many events share a direction as long as their answers do not meet.
+struct EventLanes {
+    effect: usize,
+    shape: EventShape,
+    /// Onsets of each lane.
+    lanes: Vec<Vec<usize>>,
+    /// Steps from an onset in which its answer is looked for.
+    reach: usize,
+}
+
+/// The linear model of a calibrated person.
+///
+/// # Errors
+/// As [`signatures`].
+pub fn design(
+    person: &Person,
+    observations: &Observations,
+    calibration: &Calibration,
+    library: &[Box<dyn Effect>],
+) -> Result<Design, GapError> {
+    let plant = calibration.model.plant();
+    let glucose: Vec<f64> =
+        calibration.filtered.states.iter().map(|s| plant.glucose(&s.body).0).collect();
+    let course = course(person, glucose);
+    let mut columns = Vec::new();
+    let mut directions = Vec::new();
+    for entry in background(observations, &hours(&person.record)) {
+        columns.push(Column::Background {
+            name: entry.name,
+            prior_sd: entry.prior_sd,
+            clock: entry.kind == BackgroundKind::Clock,
+        });
+        directions.push(entry.direction);
+    }
+    let (mut events, mut random, mut untried) = (Vec::new(), Vec::new(), Vec::new());
+    for (place, effect) in library.iter().enumerate() {
+        match effect.form(&course) {
+            None => untried.push(place),
+            Some(Form::Driven) => {
+                for variant in 0..effect.variants() {
+                    columns.push(Column::Effect { effect: place, variant });
+                    directions.push(driven(effect.as_ref(), variant, &course));
+                }
+            }
+            Some(Form::Events(shape)) => events.push(lanes(place, shape)),
+            Some(Form::Random { field, unit, log_sd }) => {
+                random.push((place, field, unit, log_sd));
+            }
+        }
+    }
+    let driven = directions.len();
+    for event in &events {
+        directions
+            .extend(event.lanes.iter().map(|onsets| pulses(onsets, &event.shape, course.len())));
+    }
+    let raw = signatures(&calibration.model, observations, &calibration.filtered, &directions)?;
+    let whitener = Whitener { calibration };
+    let mut whitened: Vec<Vec<f64>> = raw.iter().map(|column| whitener.column(column)).collect();
+    let pulses = whitened.split_off(driven);
+    let residuals: Vec<f64> = calibration.whitened.iter().map(|w| w.unwrap_or(0.0)).collect();
+    let weights: Vec<f64> =
+        calibration.whitened.iter().map(|w| w.map_or(0.0, |w| huber_weight(w, 1.0))).collect();
+    let mut pulses = pulses.into_iter();
+    let events = events
+        .into_iter()
+        .map(|event| {
+            let answers: Vec<Vec<f64>> = pulses.by_ref().take(event.lanes.len()).collect();
+            bank(event, &answers, &residuals, &weights)
+        })
+        .collect();
+    Ok(Design {
+        residuals,
+        weights,
+        days: course.day,
+        hours: course.hour,
+        columns,
+        signatures: whitened,
+        events,
+        random,
+        untried,
+    })
+}
+
+/// Brings signatures into the units of the whitened innovations.
+struct Whitener<'a> {
+    calibration: &'a Calibration,
+}
+
+impl Whitener<'_> {
+    fn column(&self, raw: &[f64]) -> Vec<f64> {
+        let calibration = self.calibration;
+        let spacing = calibration.autoregression.spacing;
+        let (a1, a2) = (calibration.autoregression.a1, calibration.autoregression.a2);
+        let normalised: Vec<f64> = raw
+            .iter()
+            .zip(&calibration.filtered.innovations)
+            .map(|(value, i)| i.map_or(0.0, |i| value / i.variance.sqrt()))
+            .collect();
+        (0..raw.len())
+            .map(|k| match calibration.whitened[k] {
+                Some(_) => {
+                    let earlier = a1 * normalised[k - spacing] + a2 * normalised[k - 2 * spacing];
+                    (normalised[k] - earlier) / calibration.scale
+                }
+                None => 0.0,
+            })
+            .collect()
+    }
+}
+
+/// The slope of a driver.
+fn driven(effect: &dyn Effect, variant: usize, course: &Course) -> Direction {
+    let mut steps = vec![Modulation::NEUTRAL; course.len()];
+    effect.modulate(variant, AMPLITUDE, course, &mut steps);
+    let changed = |field: Field| {
+        let change: Vec<f64> =
+            steps.iter().map(|m| (m[field] - field.neutral()) / AMPLITUDE).collect();
+        change.iter().any(|c| *c != 0.0).then_some((field, change))
+    };
+    Direction::Course(Field::ALL.into_iter().filter_map(changed).collect())
+}
+
+fn lanes(effect: usize, shape: EventShape) -> EventLanes {
+    let reach = shape.profile.len() + ANSWER;
+    // Onsets on a grid that is coarse enough for the lanes.
+    let grid = reach.div_ceil(EVENT_LANES).max(3);
+    let mut lanes = vec![Vec::new(); reach.div_ceil(grid)];
+    let mut taken = None;
+    for onset in &shape.onsets {
+        let cell = onset / grid;
+        if taken != Some(cell) {
+            taken = Some(cell);
+            let lane = cell % lanes.len();
+            lanes[lane].push(cell * grid);
+        }
+    }
+    EventLanes { effect, shape, lanes, reach }
+}
+
+fn pulses(onsets: &[usize], shape: &EventShape, steps: usize) -> Direction {
+    let mut course = vec![0.0; steps];
+    for onset in onsets {
+        for (value, add) in course[*onset..].iter_mut().zip(&shape.profile) {
+            *value += add;
+        }
+    }
+    Direction::Course(vec![(shape.field, course)])
+}
+
+/// Information and score of every event.
+fn bank(event: EventLanes, answers: &[Vec<f64>], residuals: &[f64], weights: &[f64]) -> EventBank {
+    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    for (onsets, answer) in event.lanes.iter().zip(answers) {
+        for onset in onsets {
+            let end = (onset + event.reach).min(answer.len());
+            let (mut information, mut score) = (0.0, 0.0);
+            for step in *onset..end {
+                information += weights[step] * answer[step] * answer[step];
+                score -= weights[step] * answer[step] * residuals[step];
+            }
+            found.push((*onset, information, score));
+        }
+    }
+    found.sort_by_key(|(onset, _, _)| *onset);
+    EventBank {
+        effect: event.effect,
+        shape: event.shape,
+        onsets: found.iter().map(|f| f.0).collect(),
+        information: found.iter().map(|f| f.1).collect(),
+        score: found.iter().map(|f| f.2).collect(),
+    }
+}
