@@ -1,5 +1,8 @@
 //! What a driver may look at: a person's record and filtered glucose, step by step.
 
+/// Length of a step, min.
+pub const STEP_MINUTES: f64 = 5.0;
+
 /// One person's time courses; every list has one entry per five-minute step.
 ///
 /// A channel that was never recorded is `None` as a whole; gaps inside a channel are `None` entries.

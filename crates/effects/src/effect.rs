@@ -61,6 +61,15 @@ pub trait Effect: Debug + Send + Sync {
         1
     }
 
+    /// Number of alternative shapes that differ for this record, at most [`variants`](Self::variants).
+    ///
+    /// Where a log settles what would otherwise be guessed (when sets were changed, how old a sensor is)
+    /// only the first few are worth trying.
+    fn variants_for(&self, course: &Course) -> usize {
+        let _ = course;
+        self.variants()
+    }
+
     /// Adds the effect of an amplitude to each step: factors multiply what is there, additions add.
     ///
     /// Only for [`Form::Driven`]; `into` has one entry a step of `course`. `variant` is below

@@ -18,16 +18,23 @@
 //!
 //! Research software. Not a medical device; not validated for any treatment decision.
 
+mod activity;
 mod card;
 mod course;
 mod effect;
 mod library;
+mod meals;
 mod modulation;
 mod port;
+mod presence;
+#[cfg(test)]
+mod sample;
+mod slot_centring;
 
 pub use card::{Card, Channel, Prior};
-pub use course::Course;
+pub use course::{Course, STEP_MINUTES};
 pub use effect::{Effect, EventShape, Form, RandomUnit};
-pub use library::library;
+pub use library::{find, library, names};
 pub use modulation::{FIELDS, Field, Modulation};
 pub use port::Port;
+pub use slot_centring::centre_within_clock_slots;

@@ -1,11 +1,41 @@
 //! Every effect that is tried unless the user says otherwise.
 
+mod circadian_sensitivity;
 mod dawn;
+mod exercise;
+mod missed_meals;
+mod post_exercise_sensitivity;
+mod set_ageing;
+mod sleep_loss;
+mod slow_meals;
+mod unlogged_rescue_carbs;
 
 use crate::effect::Effect;
 
 /// The effects of the library, in a fixed order.
 #[must_use]
 pub fn library() -> Vec<Box<dyn Effect>> {
-    vec![Box::new(dawn::Dawn)]
+    vec![
+        Box::new(exercise::Exercise),
+        Box::new(post_exercise_sensitivity::PostExerciseSensitivity),
+        Box::new(dawn::Dawn),
+        Box::new(circadian_sensitivity::CircadianSensitivity),
+        Box::new(sleep_loss::SleepLoss),
+        Box::new(slow_meals::SlowMeals),
+        Box::new(missed_meals::MissedMeals),
+        Box::new(unlogged_rescue_carbs::UnloggedRescueCarbs),
+        Box::new(set_ageing::SetAgeing),
+    ]
+}
+
+/// Names of the effects of the library, in its order.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    library().iter().map(|effect| effect.card().name).collect()
+}
+
+/// The effect of that name.
+#[must_use]
+pub fn find(name: &str) -> Option<Box<dyn Effect>> {
+    library().into_iter().find(|effect| effect.card().name == name)
 }
