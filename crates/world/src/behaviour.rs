@@ -59,7 +59,8 @@ impl Life {
         let nights = sleep::nights(habits, &calendar, &late, &mut sleep_rng);
         let asleep = sleep::efficiency(habits, &calendar, &nights, &mut sleep_rng);
         let sessions = exercise::sessions(habits, &calendar, &nights, &mut rng(Concept::Exercise));
-        let meals = meals::meals(habits, &calendar, &nights, &mut rng(Concept::Meals));
+        let mut meals = meals::meals(habits, &calendar, &nights, &mut rng(Concept::Meals));
+        meals::count_again(&mut meals, &mut rng(Concept::Counting));
         let sets = InfusionSets::sample(habits, &calendar, &mut rng(Concept::InfusionSets));
         let wearable =
             wearable::wearable(habits, &calendar, &asleep, &sessions, &mut rng(Concept::Wearable));

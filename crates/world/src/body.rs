@@ -1,10 +1,11 @@
 //! The simulated body: the ODE with a person's parameters at one-minute resolution, and what acts
 //! on free-living people beyond it.
 
+use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, renal_clearance};
 use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, steady_state};
 use physiology::{MgPerDl, MmolPerL, NonFinite, Plant, States, StepInput, Units, UnitsPerHour};
 
-use crate::effects::{Amplitudes, Condition, Effect, ExerciseTrace};
+use crate::effects::{Amplitudes, Condition, Effect, ExerciseTrace, LowTrace};
 use crate::person::BodyParameters;
 
 /// Runge-Kutta steps within the five minutes: one a minute.
@@ -29,6 +30,8 @@ pub struct BodyState {
     pub ode: OdeState,
     /// What exercise has left.
     pub exercise: ExerciseTrace,
+    /// How far a low has roused counter-regulation.
+    pub low: LowTrace,
     /// Steps done.
     pub step: usize,
 }
@@ -57,7 +60,12 @@ impl<'a> Body<'a> {
     pub fn at_rest(&self, glucose: MgPerDl) -> Result<(BodyState, UnitsPerHour), OdeError> {
         let found =
             steady_state::at_glucose(&self.parameters.model, self.parameters.weight, glucose)?;
-        let state = BodyState { ode: found.state, exercise: ExerciseTrace::default(), step: 0 };
+        let state = BodyState {
+            ode: found.state,
+            exercise: ExerciseTrace::default(),
+            low: LowTrace::default(),
+            step: 0,
+        };
         Ok((state, found.basal))
     }
 
@@ -69,6 +77,14 @@ impl<'a> Body<'a> {
             integrator: Integrator::RungeKutta4 { substeps: SUBSTEPS },
             egp: EgpMode::NonNegative,
         }
+    }
+
+    /// Renal clearance at a glucose (mmol/L) beyond that of the ODE, mmol/kg/min.
+    fn renal_excess(&self, condition: &Condition, glucose: f64) -> f64 {
+        let threshold = RENAL_THRESHOLD * condition.renal_threshold;
+        let rate = RENAL_RATE * condition.renal_slope;
+        let v_g = self.parameters.model.v_g;
+        rate * (glucose - threshold).max(0.0) * v_g - renal_clearance(glucose, v_g)
     }
 
     /// The model's parameters in one step.
@@ -87,39 +103,31 @@ impl<'a> Body<'a> {
     }
 }
 
-impl Condition {
-    /// The body as drawn.
-    pub const AS_DRAWN: Self = Self {
-        production: 1.0,
-        action: 1.0,
-        liver_action: 1.0,
-        insulin_time: 1.0,
-        gut_time: 1.0,
-        bioavailability: 1.0,
-    };
-}
-
 impl Plant for Body<'_> {
     type State = BodyState;
 
     fn step(&self, state: &BodyState, input: &StepInput) -> Result<BodyState, NonFinite> {
-        let condition = self.conditions.get(state.step).unwrap_or(&Condition::AS_DRAWN);
+        let glucose = self.glucose(state);
+        let drawn = self.conditions.get(state.step).unwrap_or(&Condition::AS_DRAWN);
+        let low = state.low.after_step(glucose, drawn.low_response_time);
+        let condition = &drawn.at_glucose(glucose, &low);
         let exercise = state.exercise.after_step(input.exercise);
         let plant = self.plant(self.parameters_in(condition, &exercise));
-        let glucose = MmolPerL::from(plant.glucose(&state.ode)).0;
+        let glucose = MmolPerL::from(glucose).0;
         let uptake = exercise.uptake(glucose, self.amplitudes.of(Effect::Exercise));
+        let flux = condition.glucose_flux - uptake - self.renal_excess(condition, glucose);
         let absorbed = StepInput {
             basal: UnitsPerHour(input.basal.0 * condition.bioavailability),
             bolus: Units(input.bolus.0 * condition.bioavailability),
             exercise: None,
             ..*input
         };
-        let ode = plant.advance(&state.ode, &absorbed, -uptake).map_err(|error| match error {
+        let ode = plant.advance(&state.ode, &absorbed, flux).map_err(|error| match error {
             OdeError::NonFinite { compartment } => NonFinite { compartment },
             // Runge-Kutta steps fail in no other way; were there one, glucose is what is lost.
             _ => NonFinite { compartment: physiology::Compartment::Q1 },
         })?;
-        Ok(BodyState { ode, exercise, step: state.step + 1 })
+        Ok(BodyState { ode, exercise, low, step: state.step + 1 })
     }
 
     fn glucose(&self, state: &BodyState) -> MgPerDl {

@@ -3,11 +3,13 @@
 //! The error model of a sensor is [`ode_sim::SensorModel`]; this adds that sensors differ, are
 //! changed, and lose readings.
 
+use ode_sim::sensor::clamp_to_display;
 use ode_sim::{OdeError, Sensor, SensorModel};
 use physiology::MgPerDl;
 use rand_chacha::ChaCha8Rng;
 
 use crate::behaviour::standard_normal;
+use crate::effects::{Lagged, Sensing};
 use crate::wear::SensorWear;
 
 /// Spread of the gain between sensors, as a share: with drift and noise this gives absolute
@@ -21,14 +23,17 @@ const GAIN_SPREAD: f64 = 0.05;
 #[derive(Debug, Clone)]
 pub(crate) struct WornSensors {
     wear: SensorWear,
+    sensing: Sensing,
+    lagged: Lagged,
     rng: ChaCha8Rng,
     current: Option<Sensor>,
 }
 
 impl WornSensors {
-    /// Sensors worn as `wear` says, with error drawn from `rng`.
-    pub(crate) fn new(wear: SensorWear, rng: ChaCha8Rng) -> Self {
-        Self { wear, rng, current: None }
+    /// Sensors worn as `wear` says, with error drawn from `rng` and what `sensing` adds to it.
+    pub(crate) fn new(wear: SensorWear, sensing: Sensing, rng: ChaCha8Rng) -> Self {
+        let lagged = Lagged::new(sensing.lag);
+        Self { wear, sensing, lagged, rng, current: None }
     }
 
     /// The reading of `step`, in whole mg/dL; `None` if it is lost. Steps are read in order.
@@ -40,6 +45,19 @@ impl WornSensors {
         step: usize,
         glucose: MgPerDl,
     ) -> Result<Option<MgPerDl>, OdeError> {
+        Ok(self.sense(step, glucose)?.map(|shown| MgPerDl(shown.0.round())))
+    }
+
+    /// As [`Self::read`], before it is rounded.
+    ///
+    /// # Errors
+    /// [`OdeError::Argument`] if glucose is not finite.
+    pub(crate) fn sense(
+        &mut self,
+        step: usize,
+        glucose: MgPerDl,
+    ) -> Result<Option<MgPerDl>, OdeError> {
+        let glucose = self.lagged.pass(glucose);
         let reading = match self.current.as_mut().filter(|_| !self.wear.starts_at(step)) {
             Some(sensor) => sensor.next(glucose, &mut self.rng)?,
             None => {
@@ -47,7 +65,9 @@ impl WornSensors {
                 self.current.insert(sensor).reading()
             }
         };
-        let shown = MgPerDl(reading.shown.0.round());
+        let (gain, offset) = self.sensing.at(step);
+        let shown =
+            clamp_to_display(MgPerDl(reading.raw.0 + gain * reading.interstitial.0 + offset));
         Ok((!self.wear.is_lost(step)).then_some(shown))
     }
 
@@ -92,7 +112,7 @@ mod tests {
         let read = |glucose: &dyn Fn(usize) -> f64| -> Vec<Option<f64>> {
             let mut rng = stream(2, 0, Concept::Sensor);
             let wear = SensorWear::sample(&calendar, &mut rng);
-            let mut sensors = WornSensors::new(wear, rng);
+            let mut sensors = WornSensors::new(wear, Sensing::undisturbed(), rng);
             (0..calendar.steps())
                 .map(|s| Some(sensors.read(s, MgPerDl(glucose(s))).expect("finite")?.0))
                 .collect()

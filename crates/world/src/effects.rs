@@ -5,24 +5,49 @@
 //! that the file names; 0 switches the effect off and leaves everything else as it was.
 
 mod alcohol;
+mod circadian_sensitivity;
+mod compression_lows;
 mod conditions;
+mod counter_regulation;
 mod dawn;
 mod exercise;
+mod happenings;
+mod outside;
+mod port;
+mod renal_threshold;
+mod sensing;
+mod sensor_drift;
+mod sensor_lag;
 mod set_ageing;
+mod set_failure;
+mod shapes;
 mod sleep_loss;
 mod slow_meals;
 mod variability;
 
+pub use circadian_sensitivity::CircadianPattern;
+pub use compression_lows::Compression;
 pub use conditions::{Condition, conditions};
+pub use counter_regulation::LowTrace;
 pub use exercise::ExerciseTrace;
+pub use happenings::Happenings;
+pub use outside::{Event, Events, OutsideEffect};
+pub use port::Port;
+pub use renal_threshold::Kidneys;
+pub use sensing::{Sensing, sensing};
+pub use sensor_drift::Drift;
+pub use set_failure::SetFailure;
+pub use shapes::Shapes;
 pub use variability::Variability;
+
+pub(crate) use sensor_lag::Lagged;
 
 use rand::Rng;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
 use crate::behaviour::standard_normal;
 
-/// An effect that can be switched.
+/// An effect that a diagnosis can name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Effect {
     /// More endogenous glucose before and after waking.
@@ -41,17 +66,31 @@ pub enum Effect {
     SetAgeing,
     /// Insulin absorbed faster on some days than on others.
     InsulinAbsorption,
-    /// Carbohydrate counted is not carbohydrate eaten.
+    /// Carbohydrate counted with a bias.
     CarbMiscount,
     /// Meals that are neither logged nor covered by a bolus.
     MissedMeals,
     /// Fast carbohydrate against a low that is not logged.
     UnloggedRescueCarbs,
+    /// Lower insulin action at some hours of the day.
+    CircadianSensitivity,
+    /// Sets that fail before they are changed.
+    SetFailure,
+    /// More endogenous glucose in a low.
+    CounterRegulation,
+    /// Kidneys that let glucose go at another concentration.
+    RenalThreshold,
+    /// A sensor that follows later.
+    SensorLag,
+    /// Sensors whose gain and offset drift.
+    SensorDrift,
+    /// Readings that fall while the person lies on the sensor.
+    CompressionLows,
 }
 
 impl Effect {
     /// Every effect.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 18] = [
         Self::Dawn,
         Self::Exercise,
         Self::PostExerciseSensitivity,
@@ -63,6 +102,13 @@ impl Effect {
         Self::CarbMiscount,
         Self::MissedMeals,
         Self::UnloggedRescueCarbs,
+        Self::CircadianSensitivity,
+        Self::SetFailure,
+        Self::CounterRegulation,
+        Self::RenalThreshold,
+        Self::SensorLag,
+        Self::SensorDrift,
+        Self::CompressionLows,
     ];
 
     /// The name that files use.
@@ -80,6 +126,33 @@ impl Effect {
             Self::CarbMiscount => "carb_miscount",
             Self::MissedMeals => "missed_meals",
             Self::UnloggedRescueCarbs => "unlogged_rescue_carbs",
+            Self::CircadianSensitivity => "circadian_sensitivity",
+            Self::SetFailure => "set_failure",
+            Self::CounterRegulation => "counter_regulation",
+            Self::RenalThreshold => "renal_threshold",
+            Self::SensorLag => "sensor_lag",
+            Self::SensorDrift => "sensor_drift",
+            Self::CompressionLows => "compression_lows",
+        }
+    }
+
+    /// Where it acts.
+    #[must_use]
+    pub const fn port(self) -> Port {
+        match self {
+            Self::Dawn | Self::Alcohol | Self::CounterRegulation => Port::Egp,
+            Self::Exercise
+            | Self::RenalThreshold
+            | Self::MissedMeals
+            | Self::UnloggedRescueCarbs => Port::GlucoseFlux,
+            Self::PostExerciseSensitivity | Self::SleepLoss | Self::CircadianSensitivity => {
+                Port::InsulinAction
+            }
+            Self::SlowMeals => Port::GutAbsorption,
+            Self::SetAgeing | Self::SetFailure => Port::InsulinInput,
+            Self::InsulinAbsorption => Port::InsulinAbsorption,
+            Self::CarbMiscount => Port::CarbAmount,
+            Self::SensorLag | Self::SensorDrift | Self::CompressionLows => Port::Sensor,
         }
     }
 }
@@ -103,10 +176,29 @@ impl Effect {
             }
             Self::SetAgeing => "14 % of the insulin lost when a set is three days old",
             Self::InsulinAbsorption => "time of insulin absorption varies by 15 % between days",
-            Self::CarbMiscount => "counted over eaten log-normal: 63 % below 1, mean error 21 %",
+            Self::CarbMiscount => {
+                "counts 28 % below what is eaten, 34 % for large meals, with 12 % more spread"
+            }
             Self::MissedMeals => "7 % of meals and snacks neither logged nor covered by a bolus",
             Self::UnloggedRescueCarbs => {
                 "half of the carbohydrate taken against lows is not logged"
+            }
+            Self::CircadianSensitivity => {
+                "insulin action 22 % lower at the hour of its trough than half a day later"
+            }
+            Self::SetFailure => {
+                "3.3 % of sets give 0 to 30 % of the insulin for their last 4 to 14 h"
+            }
+            Self::CounterRegulation => {
+                "endogenous glucose production 50 to 100 % higher at 50 mg/dL, 10 to 20 min late"
+            }
+            Self::RenalThreshold => "renal threshold and slope 30 % off, in opposite directions",
+            Self::SensorLag => "readings a further 4.5 to 9.5 min late",
+            Self::SensorDrift => {
+                "gain 8 % lower late in a sensor's life, offset 5 mg/dL (SD) off after ten days"
+            }
+            Self::CompressionLows => {
+                "readings 24 (10 to 48) mg/dL too low for 45 (30 to 70) min, 3 nights in 10"
             }
         }
     }
@@ -114,28 +206,47 @@ impl Effect {
 
 /// The amplitude of each effect in one person; 1 is the published size, 0 is off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Amplitudes([f64; Effect::ALL.len()]);
+pub struct Amplitudes {
+    named: [f64; Effect::ALL.len()],
+    outside: [f64; OutsideEffect::ALL.len()],
+}
 
 impl Amplitudes {
     /// No effect acts.
-    pub const NONE: Self = Self([0.0; Effect::ALL.len()]);
+    pub const NONE: Self =
+        Self { named: [0.0; Effect::ALL.len()], outside: [0.0; OutsideEffect::ALL.len()] };
 
-    /// Draws log-normal amplitudes with median 1 and spread 0.25 (assumed).
+    /// Draws log-normal amplitudes of every named effect with median 1 and spread 0.25 (assumed);
+    /// none outside the library acts.
     #[must_use]
     pub fn sample(rng: &mut (impl Rng + ?Sized)) -> Self {
-        Self(std::array::from_fn(|_| (0.25 * standard_normal(rng)).clamp(-0.6, 0.6).exp()))
+        let mut amplitude = || (0.25 * standard_normal(rng)).clamp(-0.6, 0.6).exp();
+        Self { named: std::array::from_fn(|_| amplitude()), ..Self::NONE }
     }
 
     /// The amplitude of one effect.
     #[must_use]
     pub fn of(&self, effect: Effect) -> f64 {
-        self.0[effect as usize]
+        self.named[effect as usize]
+    }
+
+    /// The amplitude of an effect outside the library.
+    #[must_use]
+    pub fn of_outside(&self, effect: OutsideEffect) -> f64 {
+        self.outside[effect as usize]
     }
 
     /// The same amplitudes but one.
     #[must_use]
     pub fn with(mut self, effect: Effect, amplitude: f64) -> Self {
-        self.0[effect as usize] = amplitude;
+        self.named[effect as usize] = amplitude;
+        self
+    }
+
+    /// The same amplitudes but that of an effect outside the library.
+    #[must_use]
+    pub fn with_outside(mut self, effect: OutsideEffect, amplitude: f64) -> Self {
+        self.outside[effect as usize] = amplitude;
         self
     }
 
@@ -144,13 +255,33 @@ impl Amplitudes {
     pub fn without(self, effect: Effect) -> Self {
         self.with(effect, 0.0)
     }
+
+    /// The same amplitudes with an effect outside the library switched off.
+    #[must_use]
+    pub fn without_outside(self, effect: OutsideEffect) -> Self {
+        self.with_outside(effect, 0.0)
+    }
+
+    /// The same amplitudes of these effects; all others are off.
+    #[must_use]
+    pub fn only(&self, effects: &[Effect]) -> Self {
+        effects.iter().fold(Self::NONE, |kept, effect| kept.with(*effect, self.of(*effect)))
+    }
+
+    /// The effects that act, by name and with their amplitudes.
+    pub fn acting(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let named = Effect::ALL.map(|e| (e.name(), self.of(e)));
+        let outside = OutsideEffect::ALL.map(|e| (e.name(), self.of_outside(e)));
+        named.into_iter().chain(outside).filter(|(_, amplitude)| *amplitude != 0.0)
+    }
 }
 
 impl Serialize for Amplitudes {
+    /// A map of the effects that act.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(Effect::ALL.len()))?;
-        for effect in Effect::ALL {
-            map.serialize_entry(effect.name(), &self.of(effect))?;
+        let mut map = serializer.serialize_map(None)?;
+        for (name, amplitude) in self.acting() {
+            map.serialize_entry(name, &amplitude)?;
         }
         map.end()
     }
@@ -172,6 +303,12 @@ mod tests {
             let amplitudes = Amplitudes::NONE.with(effect, 0.7);
             assert_eq!(amplitudes.of(effect), 0.7);
             assert_eq!(amplitudes.without(effect), Amplitudes::NONE);
+            assert_eq!(amplitudes.acting().collect::<Vec<_>>(), [(effect.name(), 0.7)]);
+        }
+        for effect in OutsideEffect::ALL {
+            let amplitudes = Amplitudes::NONE.with_outside(effect, 0.7);
+            assert_eq!(amplitudes.of_outside(effect), 0.7);
+            assert_eq!(amplitudes.without_outside(effect), Amplitudes::NONE);
         }
     }
 }

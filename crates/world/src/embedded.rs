@@ -4,7 +4,9 @@ use chrono::NaiveDate;
 use cohort::Cohort;
 use rayon::prelude::*;
 
+use crate::background::Background;
 use crate::calendar::Calendar;
+use crate::effects::{Effect, Shapes};
 use crate::error::WorldError;
 use crate::therapy::Regime;
 use crate::virtual_person::{LivedDays, VirtualPerson};
@@ -19,6 +21,8 @@ pub const EMBEDDED_SEED: u64 = 20_240_123;
 pub const EMBEDDED_PEOPLE: usize = 6;
 /// Number of days of each.
 pub const EMBEDDED_DAYS: usize = 28;
+/// The first effects of [`Effect::ALL`] act in it.
+const EMBEDDED_EFFECTS: usize = 11;
 /// Therapy of each person.
 const REGIMES: [Regime; EMBEDDED_PEOPLE] = [
     Regime::OpenLoopPump,
@@ -31,13 +35,24 @@ const REGIMES: [Regime; EMBEDDED_PEOPLE] = [
 
 /// The people of the embedded cohort.
 ///
+/// They were made when the crate had fewer effects, in their typical forms, and one amplitude for
+/// every error in counting carbohydrate; all of that is kept.
+///
 /// # Errors
 /// As [`VirtualPerson::sample`].
 pub fn embedded_people(seed: u64) -> Result<Vec<VirtualPerson>, WorldError> {
     REGIMES
         .into_par_iter()
         .enumerate()
-        .map(|(index, regime)| VirtualPerson::sample(seed, index, regime))
+        .map(|(index, regime)| {
+            let person = VirtualPerson::sample(seed, index, regime)?;
+            Ok(VirtualPerson {
+                amplitudes: person.amplitudes.only(&Effect::ALL[..EMBEDDED_EFFECTS]),
+                shapes: Shapes::TYPICAL,
+                background: Background::ERRORS_IN_EFFECT,
+                ..person
+            })
+        })
         .collect()
 }
 

@@ -13,39 +13,56 @@
 //! # Ok::<(), world::WorldError>(())
 //! ```
 
+mod background;
 mod behaviour;
 mod body;
 mod calendar;
+mod circumstances;
 mod devices;
 mod effects;
 mod embedded;
 mod error;
+mod generator;
 mod living;
+mod logging;
+pub mod padova;
 mod person;
+mod physique;
 pub mod plausibility;
 mod reactions;
+mod shift;
 mod stream;
 mod therapy;
+mod virtual_body;
 mod virtual_person;
 mod wear;
 mod world_info;
 
+pub use background::{Background, Counting};
 pub use behaviour::{
     BolusTiming, Drinking, Habits, InfusionSets, Life, Meal, MealKind, Night, Session, Sport,
     Wearable,
 };
 pub use body::{Body, BodyState};
 pub use calendar::Calendar;
-pub use effects::{Amplitudes, Condition, Effect, ExerciseTrace, Variability, conditions};
+pub use effects::{
+    Amplitudes, CircadianPattern, Compression, Condition, Drift, Effect, Event, Events,
+    ExerciseTrace, Happenings, Kidneys, LowTrace, OutsideEffect, Port, Sensing, SetFailure, Shapes,
+    Variability, conditions, sensing,
+};
 pub use embedded::{
     EMBEDDED_DAYS, EMBEDDED_PEOPLE, EMBEDDED_SEED, embedded_cohort, embedded_people,
 };
 pub use error::WorldError;
+pub use generator::Generator;
 pub use person::BodyParameters;
+pub use physique::Physique;
+pub use shift::Counterfactual;
 pub use stream::{Concept, stream};
 pub use therapy::{
     Aid, Controller, Depot, Observation, OpenLoopPump, Order, Regime, TherapySettings,
 };
+pub use virtual_body::VirtualBody;
 pub use virtual_person::{LivedDays, VirtualPerson};
 pub use wear::SensorWear;
 pub use world_info::{PersonInfo, WorldInfo};

@@ -7,9 +7,9 @@ use physiology::{
     Units, UnitsPerHour,
 };
 
-use crate::behaviour::{BolusTiming, Life, Meal};
+use crate::behaviour::{BolusTiming, Life};
 use crate::devices::WornSensors;
-use crate::effects::{Amplitudes, Effect};
+use crate::logging::Logging;
 use crate::reactions::Reaction;
 use crate::therapy::{Controller, Depot, Observation, Regime, TherapySettings};
 
@@ -18,11 +18,6 @@ const INSULIN_TAU: Minutes = Minutes(75.0);
 const CARBS_TAU: Minutes = Minutes(45.0);
 /// Steps for which a reading is of use after it was taken: 20 min.
 const READING_LIVES: usize = 4;
-/// Share of meals that are neither logged nor covered at amplitude 1; about 0.25 a day of 20 to 60
-/// g (0.2 to 1 a day of 20 to 25 g is what studies of meal detection assume).
-const MISSED_SHARE: f64 = 0.07;
-/// Share of rescue carbohydrate that is not logged at amplitude 1; assumed.
-const UNLOGGED_SHARE: f64 = 0.5;
 /// Readings that are treated, awake and (through the alarm) asleep, mg/dL.
 const LOW_AWAKE: f64 = 68.0;
 const LOW_ASLEEP: f64 = 60.0;
@@ -60,7 +55,7 @@ pub(crate) struct Logged {
 /// A life lived under a therapy, step by step.
 pub(crate) struct Living<'a> {
     life: &'a Life,
-    amplitudes: Amplitudes,
+    logging: Logging,
     reactions: &'a [Reaction],
     sensors: WornSensors,
     pump: Pump,
@@ -86,7 +81,7 @@ impl<'a> Living<'a> {
     /// If the settings are not positive numbers.
     pub(crate) fn new(
         life: &'a Life,
-        amplitudes: Amplitudes,
+        logging: Logging,
         reactions: &'a [Reaction],
         sensors: WornSensors,
         settings: TherapySettings,
@@ -94,7 +89,7 @@ impl<'a> Living<'a> {
     ) -> Result<Self, OdeError> {
         Ok(Self {
             life,
-            amplitudes,
+            logging,
             reactions,
             sensors,
             pump: Pump::new(pump::INCREMENT)?,
@@ -144,11 +139,7 @@ impl<'a> Living<'a> {
         while let Some(meal) = self.life.meals.get(self.next_meal).filter(|m| m.step <= step) {
             self.next_meal += 1;
             eaten = eaten + meal.eaten;
-            let missed = self.amplitudes.of(Effect::MissedMeals) * MISSED_SHARE;
-            if meal.logging_draw < missed {
-                continue;
-            }
-            let counted = counted(meal, &self.amplitudes);
+            let Some(counted) = self.logging.of_meal(meal) else { continue };
             logged = logged + counted;
             match meal.bolus {
                 BolusTiming::Prompt => self.due.push((step, counted)),
@@ -200,16 +191,9 @@ impl<'a> Living<'a> {
         }
         self.last_treatment = Some(step);
         let eaten = Grams((12.0 + 8.0 * reaction.treat_size).round());
-        let unlogged = self.amplitudes.of(Effect::UnloggedRescueCarbs) * UNLOGGED_SHARE;
-        let logged = if reaction.treat_log < unlogged { Grams(0.0) } else { eaten };
+        let logged = if self.logging.omits_rescue(reaction) { Grams(0.0) } else { eaten };
         (eaten, logged)
     }
-}
-
-/// Carbohydrate of a meal as the person counts it, in whole grams.
-fn counted(meal: &Meal, amplitudes: &Amplitudes) -> Grams {
-    let error = amplitudes.of(Effect::CarbMiscount) * meal.log_counting_error;
-    Grams((meal.eaten.0 * error.exp()).round().max(1.0))
 }
 
 impl Living<'_> {

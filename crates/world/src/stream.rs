@@ -38,6 +38,18 @@ pub enum Concept {
     Sensor = 11,
     /// Reactions to a low or a high reading, one set of draws a step.
     Reactions = 12,
+    /// Forms of the effects.
+    Shapes = 13,
+    /// Second errors in counting carbohydrate.
+    Counting = 14,
+    /// Failures of infusion sets.
+    SetFailures = 15,
+    /// Pressure on the sensor.
+    Compressions = 16,
+    /// Drift of sensors.
+    SensorDrifts = 17,
+    /// Events of effects outside the library.
+    Outside = 18,
 }
 
 /// The stream of one person for one concept.

@@ -1,23 +1,22 @@
 //! A whole person: body, habits, settings, effects; and their days.
 
 use cohort::{Channel, Person, Record, Therapy};
-use physiology::{BeatsPerMinute, MgPerDl, StepInput, simulate};
+use physiology::{BeatsPerMinute, MgPerDl, StepInput};
 
+use crate::background::Background;
 use crate::behaviour::{Habits, Life};
-use crate::body::Body;
 use crate::calendar::Calendar;
-use crate::devices::WornSensors;
-use crate::effects::{Amplitudes, Variability, conditions};
+use crate::effects::{Amplitudes, Shapes, conditions};
 use crate::error::WorldError;
+use crate::generator::Generator;
 use crate::living::{Living, Logged};
-use crate::person::BodyParameters;
+use crate::physique::Physique;
 use crate::reactions::reactions;
 use crate::stream::{Concept, stream};
 use crate::therapy::{Regime, TherapySettings};
-use crate::wear::SensorWear;
 
 /// Glucose at the start of the record.
-const FIRST_GLUCOSE: MgPerDl = MgPerDl(140.0);
+pub(crate) const FIRST_GLUCOSE: MgPerDl = MgPerDl(140.0);
 
 /// A person of a world.
 ///
@@ -33,7 +32,7 @@ pub struct VirtualPerson {
     /// Identifier in the cohort.
     pub id: String,
     /// The body.
-    pub body: BodyParameters,
+    pub body: Physique,
     /// The habits.
     pub habits: Habits,
     /// The settings in use.
@@ -42,6 +41,10 @@ pub struct VirtualPerson {
     pub regime: Regime,
     /// What acts beyond the equations, and how strongly.
     pub amplitudes: Amplitudes,
+    /// The forms that effects take.
+    pub shapes: Shapes,
+    /// What is there whether an effect acts or not.
+    pub background: Background,
 }
 
 /// The days of a person: what is recorded, and what truly happened.
@@ -58,14 +61,30 @@ pub struct LivedDays {
 }
 
 impl VirtualPerson {
-    /// Draws person `index` of the world with this seed.
+    /// Draws person `index` of the world with this seed, with a body of [`Generator::Hovorka`].
     ///
     /// # Errors
     /// If no body can be drawn, or its settings cannot be found.
     pub fn sample(seed: u64, index: usize, regime: Regime) -> Result<Self, WorldError> {
+        Self::sample_from(Generator::Hovorka, seed, index, regime)
+    }
+
+    /// Draws person `index` of the world with this seed, with a body of either kind.
+    ///
+    /// Habits, amplitudes and the errors of the settings are the same for both.
+    ///
+    /// # Errors
+    /// If no body can be drawn, or its settings cannot be found.
+    pub fn sample_from(
+        generator: Generator,
+        seed: u64,
+        index: usize,
+        regime: Regime,
+    ) -> Result<Self, WorldError> {
         let rng = |concept| stream(seed, index, concept);
-        let body = BodyParameters::sample(index, &mut rng(Concept::Body))?;
-        let found = TherapySettings::by_trial(&body)
+        let body = Physique::sample(generator, index, &mut rng(Concept::Body))?;
+        let found = body
+            .settings_by_trial()
             .map_err(|source| WorldError::Body { person: index, source })?;
         Ok(Self {
             seed,
@@ -76,6 +95,8 @@ impl VirtualPerson {
             settings: found.in_use(&mut rng(Concept::Settings)),
             regime,
             amplitudes: Amplitudes::sample(&mut rng(Concept::Effects)),
+            shapes: Shapes::sample(&mut rng(Concept::Shapes)),
+            background: Background::REALISTIC,
         })
     }
 
@@ -86,21 +107,26 @@ impl VirtualPerson {
     pub fn live(&self, calendar: Calendar) -> Result<LivedDays, WorldError> {
         let in_body = |source: ode_sim::OdeError| WorldError::Body { person: self.index, source };
         let rng = |concept| stream(self.seed, self.index, concept);
-        let life = Life::sample(&self.habits, calendar, self.seed, self.index);
-        let days = Variability::sample(&calendar, &mut rng(Concept::Variability));
-        let course = conditions(&self.habits, &life, &days, &self.amplitudes);
-        let body = Body::new(self.body, &course, self.amplitudes);
+        let life = self.life(calendar);
+        let happenings = self.happenings(&life);
+        let course = conditions(&self.habits, &life, &happenings, &self.shapes, &self.amplitudes);
         let reactions = reactions(&calendar, &mut rng(Concept::Reactions));
-        let mut sensor_rng = rng(Concept::Sensor);
-        let wear = SensorWear::sample(&calendar, &mut sensor_rng);
-        let sensors = WornSensors::new(wear, sensor_rng);
-        let mut living =
-            Living::new(&life, self.amplitudes, &reactions, sensors, self.settings, self.regime)
-                .map_err(in_body)?;
-        let (start, _) = body.at_rest(FIRST_GLUCOSE).map_err(in_body)?;
-        let run = simulate(&body, start, &mut living, calendar.steps())
-            .map_err(|source| in_body(source.into()))?;
-        let mut glucose = run.glucose(&body);
+        let sensors = self.sensors(&life, &happenings, &self.amplitudes);
+        let (settings, regime) = (self.settings, self.regime);
+        let mut living = Living::new(
+            &life,
+            self.logging(&self.amplitudes),
+            &reactions,
+            sensors,
+            settings,
+            regime,
+        )
+        .map_err(in_body)?;
+        let run = self
+            .body
+            .run(&course, self.amplitudes, FIRST_GLUCOSE, &mut living, calendar.steps())
+            .map_err(in_body)?;
+        let mut glucose = run.glucose;
         glucose.truncate(calendar.steps());
         let recorded = self.recorded(&life, &living.into_log().map_err(in_body)?)?;
         Ok(LivedDays { recorded, inputs: run.inputs, glucose, life })
@@ -129,7 +155,7 @@ impl VirtualPerson {
         fill(Channel::SetChange, &|s| Some(f64::from(u8::from(life.sets.changed_at(s)))));
         Ok(Person {
             id: self.id.clone(),
-            weight: Some(physiology::Kilograms((10.0 * self.body.weight.0).round() / 10.0)),
+            weight: Some(physiology::Kilograms((10.0 * self.body.weight().0).round() / 10.0)),
             therapy: match self.regime {
                 Regime::OpenLoopPump => Therapy::OpenLoopPump,
                 Regime::Aid => Therapy::Aid,

@@ -69,6 +69,13 @@ impl SensorWear {
         self.starts.binary_search(&(step as i64)).is_ok()
     }
 
+    /// Index of the sensor worn at `step`, counted from the one worn at the start.
+    #[must_use]
+    pub fn sensor(&self, step: usize) -> usize {
+        let worn = |step: i64| self.starts.partition_point(|start| *start <= step);
+        worn(step as i64).saturating_sub(worn(0).max(1))
+    }
+
     /// Age in days of the sensor worn at `step`.
     #[must_use]
     pub fn age_days(&self, step: usize) -> f64 {

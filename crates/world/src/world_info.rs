@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::background::{self, Background};
 use crate::behaviour::Habits;
-use crate::effects::{Amplitudes, Effect};
+use crate::effects::{Amplitudes, Effect, OutsideEffect};
+use crate::generator::Generator;
 use crate::therapy::{Regime, TherapySettings};
 use crate::virtual_person::VirtualPerson;
 
@@ -18,7 +20,7 @@ pub struct WorldInfo {
     pub seed: u64,
     /// Days of each person.
     pub days: usize,
-    /// What an amplitude of 1 does, by effect.
+    /// What an amplitude of 1 does, by effect, of those that act in somebody.
     pub effects: BTreeMap<&'static str, &'static str>,
     /// The people, in the order of the cohort.
     pub people: Vec<PersonInfo>,
@@ -31,7 +33,9 @@ pub struct PersonInfo {
     pub person_id: String,
     /// Body weight, kg.
     pub weight_kg: f64,
-    /// Parameters of the ODE model by the name of their field, in its units.
+    /// Kind of body.
+    pub generator: Generator,
+    /// Parameters of its model by the name of their field, in its units.
     pub parameters: BTreeMap<&'static str, f64>,
     /// Habits.
     pub habits: Habits,
@@ -39,7 +43,7 @@ pub struct PersonInfo {
     pub regime: Regime,
     /// Settings in use.
     pub settings: TherapySettings,
-    /// Effects that act, with their amplitudes: 1 is the published size, 0 is off.
+    /// Effects that act, with their amplitudes: 1 is the published size.
     pub effects: Amplitudes,
 }
 
@@ -47,19 +51,30 @@ impl WorldInfo {
     /// The truth about these people.
     #[must_use]
     pub fn new(seed: u64, days: usize, people: &[VirtualPerson]) -> Self {
+        let acts = |name: &str| {
+            people.iter().any(|person| person.amplitudes.acting().any(|(acting, _)| acting == name))
+        };
+        let in_effect = people.iter().any(|p| p.background == Background::ERRORS_IN_EFFECT);
+        let size = |effect: Effect| match effect {
+            Effect::CarbMiscount if in_effect => background::SIZE_OF_ERRORS_IN_EFFECT,
+            _ => effect.size_at_one(),
+        };
+        let named = Effect::ALL.into_iter().map(|e| (e.name(), size(e)));
+        let outside = OutsideEffect::ALL.into_iter().map(|e| (e.name(), e.size_at_one()));
+        let effects = named.chain(outside).filter(|(name, _)| acts(name)).collect();
         let people = people
             .iter()
             .map(|person| PersonInfo {
                 person_id: person.id.clone(),
-                weight_kg: person.body.weight.0,
-                parameters: person.body.model.named().into_iter().collect(),
+                weight_kg: person.body.weight().0,
+                generator: person.body.generator(),
+                parameters: person.body.named(),
                 habits: person.habits,
                 regime: person.regime,
                 settings: person.settings,
                 effects: person.amplitudes,
             })
             .collect();
-        let effects = Effect::ALL.into_iter().map(|e| (e.name(), e.size_at_one())).collect();
         Self { version: env!("CARGO_PKG_VERSION"), seed, days, effects, people }
     }
 }

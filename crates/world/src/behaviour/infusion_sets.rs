@@ -31,6 +31,12 @@ impl InfusionSets {
         Self { changes }
     }
 
+    /// Steps of the changes in their order; the first ones may lie before the record.
+    #[must_use]
+    pub fn changes(&self) -> &[i64] {
+        &self.changes
+    }
+
     /// Whether the set is changed within `step`.
     #[must_use]
     pub fn changed_at(&self, step: usize) -> bool {

@@ -43,9 +43,14 @@ pub struct Meal {
     pub kind: MealKind,
     /// What is truly eaten.
     pub eaten: Grams,
-    /// Logarithm of counted over eaten at the published size of counting errors; an amplitude
-    /// scales it.
+    /// Logarithm of counted over eaten with the bias and spread of one study; an amplitude scales
+    /// it in a [background](crate::Counting::AllInEffect) that knows no other error.
     pub log_counting_error: f64,
+    /// Standard normal draws, within two standard deviations, of the counting error that is always
+    /// there and of the spread that an effect adds.
+    pub counting_draw: f64,
+    /// See [`Self::counting_draw`].
+    pub second_counting_draw: f64,
     /// Uniform draw from 0 to 1 that decides, with an amplitude, whether the meal is logged.
     pub logging_draw: f64,
     /// When its bolus is given.
@@ -105,6 +110,13 @@ pub(super) fn meals(
     }
     meals.sort_by_key(|m| m.step);
     meals
+}
+
+/// Draws the second counting errors, from a stream of their own.
+pub(super) fn count_again(meals: &mut [Meal], rng: &mut (impl Rng + ?Sized)) {
+    for meal in meals {
+        meal.second_counting_draw = standard_normal(rng).clamp(-2.0, 2.0);
+    }
 }
 
 impl MealKind {
@@ -170,12 +182,14 @@ fn draw_meal(
         MealKind::Lunch => 0.15,
         MealKind::Breakfast | MealKind::Snack => 0.0,
     };
+    let counting_draw = standard_normal(rng).clamp(-2.0, 2.0);
     Meal {
         step: 0,
         kind,
         eaten: Grams(eaten),
-        log_counting_error: -0.085 - 0.08 * (eaten / 62.0).log2()
-            + 0.26 * standard_normal(rng).clamp(-2.0, 2.0),
+        log_counting_error: -0.085 - 0.08 * (eaten / 62.0).log2() + 0.26 * counting_draw,
+        counting_draw,
+        second_counting_draw: 0.0,
         logging_draw: rng.random(),
         bolus,
         richness: if rich_draw < rich_probability { rich_size } else { 0.0 },

@@ -7,10 +7,10 @@ const LOSS_AT_THREE_DAYS: f64 = 0.14;
 
 /// Share of the delivered insulin that reaches the tissue from a set worn for `age_days`.
 ///
-/// Nothing is lost on the first day; then the loss grows with the square of the age.
+/// Nothing is lost until `onset_days`; then the loss grows with the square of the time.
 #[must_use]
-pub(super) fn bioavailability(age_days: f64, amplitude: f64) -> f64 {
-    let worn = (age_days - 1.0).max(0.0) / 2.0;
+pub(super) fn bioavailability(age_days: f64, onset_days: f64, amplitude: f64) -> f64 {
+    let worn = (age_days - onset_days).max(0.0) / (3.0 - onset_days).max(0.5);
     (1.0 - amplitude * LOSS_AT_THREE_DAYS * worn * worn).max(0.2)
 }
 
@@ -20,8 +20,10 @@ mod tests {
 
     #[test]
     fn a_fresh_set_loses_nothing_and_an_old_one_does() {
-        assert_eq!(bioavailability(0.9, 1.0), 1.0);
-        assert!((bioavailability(3.0, 1.0) - 0.86).abs() < 1e-12); // rounding
-        assert_eq!(bioavailability(3.0, 0.0), 1.0);
+        for onset in [0.6, 1.0, 1.8] {
+            assert_eq!(bioavailability(0.9 * onset, onset, 1.0), 1.0);
+            assert!((bioavailability(3.0, onset, 1.0) - 0.86).abs() < 1e-12); // rounding
+            assert_eq!(bioavailability(3.0, onset, 0.0), 1.0);
+        }
     }
 }

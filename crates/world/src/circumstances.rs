@@ -1,0 +1,47 @@
+//! The parts of a person's days that are fixed before the body is simulated.
+
+use crate::behaviour::Life;
+use crate::calendar::Calendar;
+use crate::devices::WornSensors;
+use crate::effects::{Amplitudes, Happenings, sensing};
+use crate::generator::Generator;
+use crate::logging::Logging;
+use crate::padova::action_within_days;
+use crate::stream::{Concept, stream};
+use crate::virtual_person::VirtualPerson;
+use crate::wear::SensorWear;
+
+impl VirtualPerson {
+    /// What the person does over the days of a calendar.
+    pub(crate) fn life(&self, calendar: Calendar) -> Life {
+        Life::sample(&self.habits, calendar, self.seed, self.index)
+    }
+
+    /// What chance brings to a life.
+    pub(crate) fn happenings(&self, life: &Life) -> Happenings {
+        let mut happenings = Happenings::sample(life, self.seed, self.index);
+        if self.body.generator() == Generator::Padova {
+            let mut rng = stream(self.seed, self.index, Concept::Variability);
+            happenings.variability.action = action_within_days(&life.calendar, &mut rng);
+        }
+        happenings
+    }
+
+    /// The sensors worn through a life in which effects act with `amplitudes`.
+    pub(crate) fn sensors(
+        &self,
+        life: &Life,
+        happenings: &Happenings,
+        amplitudes: &Amplitudes,
+    ) -> WornSensors {
+        let mut rng = stream(self.seed, self.index, Concept::Sensor);
+        let wear = SensorWear::sample(&life.calendar, &mut rng);
+        let sensing = sensing(life, &wear, happenings, &self.shapes, amplitudes);
+        WornSensors::new(wear, sensing, rng)
+    }
+
+    /// How the person keeps the log while effects act with `amplitudes`.
+    pub(crate) fn logging(&self, amplitudes: &Amplitudes) -> Logging {
+        Logging::new(self.background, &self.shapes, amplitudes)
+    }
+}

@@ -1,0 +1,86 @@
+//! Readings fall while the person lies on the sensor, and rebound when they turn.
+
+use physiology::STEP;
+use rand::{Rng, RngExt};
+
+use crate::behaviour::{Life, standard_normal};
+
+/// Candidates in each night; each comes about with [`CHANCE`] times the amplitude.
+const CANDIDATES: usize = 3;
+/// Chance of a candidate at amplitude 1: an event on three nights in ten (assumed).
+const CHANCE: f64 = 0.1;
+/// Fall of the reading, mg/dL: 24 (10 to 48), and its length, min: 45 (30 to 70) (sizes of the
+/// design of this effect, after Mensh et al., J Diabetes Sci Technol 2013;7:863 and Baysal et al.,
+/// J Diabetes Sci Technol 2014;8:1091).
+const FALL: (f64, f64, f64) = (24.0, 10.0, 48.0);
+const MINUTES: (f64, f64, f64) = (45.0, 30.0, 70.0);
+/// Time constants of the fall and of the rebound, min: sharp.
+const FALL_TIME: f64 = 6.0;
+const REBOUND_TIME: f64 = 8.0;
+
+/// Pressure on the sensor that would come about in a night.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compression {
+    /// Uniform draw from 0 to 1: it comes about if this lies below its chance.
+    pub draw: f64,
+    /// First step.
+    pub from: usize,
+    /// Length, min.
+    pub minutes: f64,
+    /// Fall of the reading, mg/dL.
+    pub fall: f64,
+}
+
+/// Draws the candidates of every night.
+#[must_use]
+pub(super) fn sample(life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<Compression> {
+    let mut drawn = Vec::with_capacity(CANDIDATES * life.nights.len());
+    for night in &life.nights {
+        for _ in 0..CANDIDATES {
+            let (draw, place) = (rng.random(), rng.random_range(0.1..0.85));
+            let mut around = |(middle, low, high): (f64, f64, f64)| {
+                (middle * (0.35 * standard_normal(rng)).exp()).clamp(low, high)
+            };
+            let (fall, minutes) = (around(FALL), around(MINUTES));
+            let from = night.onset + (place * (night.wake - night.onset) as f64) as i64;
+            if let Ok(from) = usize::try_from(from) {
+                drawn.push(Compression { draw, from, minutes, fall });
+            }
+        }
+    }
+    drawn
+}
+
+/// Lowers `offset` (mg/dL, one value a step) by the events that come about.
+pub(super) fn act(offset: &mut [f64], candidates: &[Compression], amplitude: f64) {
+    for event in candidates.iter().filter(|c| c.draw < amplitude * CHANCE) {
+        let steps = ((event.minutes + 6.0 * REBOUND_TIME) / STEP.0) as usize;
+        for (later, slot) in offset.iter_mut().skip(event.from).take(steps).enumerate() {
+            *slot -= event.fall * course(later as f64 * STEP.0, event.minutes);
+        }
+    }
+}
+
+/// Share of the fall `minutes` after its beginning.
+fn course(minutes: f64, length: f64) -> f64 {
+    let pressed = 1.0 - (-minutes.min(length) / FALL_TIME).exp();
+    pressed * (-(minutes - length).max(0.0) / REBOUND_TIME).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reading_falls_sharply_and_comes_back() {
+        let event = Compression { draw: 0.05, from: 10, minutes: 45.0, fall: 24.0 };
+        let mut offset = [0.0; 60];
+        act(&mut offset, &[event], 1.0);
+        assert_eq!(offset[10], 0.0);
+        assert!(offset[12] < -0.8 * 24.0 && offset[18] < -0.99 * 24.0);
+        assert!(offset[22] > -0.2 * 24.0 && offset[40] == 0.0, "{offset:?}");
+        let mut untouched = [0.0; 60];
+        act(&mut untouched, &[event], 0.4);
+        assert_eq!(untouched, [0.0; 60]);
+    }
+}

@@ -1,0 +1,60 @@
+//! The liver answers a low with more glucose.
+
+use physiology::{MgPerDl, Minutes, STEP};
+
+/// Glucose below which counter-regulation begins and at which it is fully roused, mg/dL: adrenaline
+/// is released from about 68 mg/dL on (Schwartz et al., J Clin Invest 1987;79:777) and near its
+/// height 20 mg/dL lower.
+const BEGINS: f64 = 70.0;
+const FULL: f64 = 50.0;
+
+/// Share by which the production rises at amplitude 1 in a person whose response is `own`.
+///
+/// Without glucagon, as in long-standing type 1 diabetes, adrenaline raises the production by 50 to
+/// 100 % (Cryer, N Engl J Med 2013;369:362, of the order of).
+#[must_use]
+pub(super) fn response(own: f64, amplitude: f64) -> f64 {
+    amplitude * own
+}
+
+/// How far a low has roused counter-regulation; it follows glucose with a lag.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LowTrace {
+    level: f64,
+}
+
+impl LowTrace {
+    /// The trace one step later, with `glucose` held through the step and a time constant `time`.
+    #[must_use]
+    pub fn after_step(self, glucose: MgPerDl, time: Minutes) -> Self {
+        let wanted = ((BEGINS - glucose.0) / (BEGINS - FULL)).clamp(0.0, 1.0);
+        let keep = (-STEP.0 / time.0).exp();
+        Self { level: wanted + keep * (self.level - wanted) }
+    }
+
+    /// Factor on the production when a full response raises it by the share `response`.
+    #[must_use]
+    pub fn production_factor(&self, response: f64) -> f64 {
+        1.0 + response * self.level
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn production_rises_behind_a_low_and_not_without_one() {
+        let run = |glucose: f64, steps: usize| {
+            (0..steps)
+                .fold(LowTrace::default(), |t, _| t.after_step(MgPerDl(glucose), Minutes(15.0)))
+        };
+        assert_eq!(run(71.0, 20).production_factor(1.0), 1.0);
+        let response = response(0.8, 1.0);
+        let early = run(50.0, 1).production_factor(response);
+        let late = run(50.0, 24).production_factor(response);
+        assert!(early < 1.3 && (late - 1.8).abs() < 1e-3, "{early} {late}"); // eight time constants
+        assert!(run(60.0, 24).production_factor(response) < 1.41);
+        assert_eq!(run(50.0, 24).production_factor(0.0), 1.0);
+    }
+}

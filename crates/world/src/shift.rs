@@ -1,0 +1,130 @@
+//! How far effects move glucose: the measured size of a gap.
+//!
+//! Closed-loop insulin and the person's reactions answer an effect and hide it. What a diagnosis
+//! can see is the effect under the insulin that was delivered and the carbohydrate that was logged,
+//! so the days are replayed without the effect under both.
+
+use physiology::{Grams, MgPerDl, OpenLoop, StepInput};
+
+use crate::behaviour::Life;
+use crate::effects::{Amplitudes, Effect, OutsideEffect, Port, conditions};
+use crate::error::WorldError;
+use crate::reactions::reactions;
+use crate::stream::{Concept, stream};
+use crate::virtual_person::{FIRST_GLUCOSE, LivedDays, VirtualPerson};
+
+/// Glucose as it would have been.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counterfactual {
+    /// True glucose at the start of each step.
+    pub glucose: Vec<MgPerDl>,
+    /// What the sensor would have shown, not rounded; `None` where readings were lost.
+    pub sensed: Vec<Option<MgPerDl>>,
+}
+
+impl VirtualPerson {
+    /// The days that this person lived, again, with other amplitudes but the insulin delivered and
+    /// the carbohydrate logged in `lived`.
+    ///
+    /// What is eaten follows the log: with a smaller amplitude of [`Effect::MissedMeals`] or
+    /// [`Effect::UnloggedRescueCarbs`], carbohydrate that was left out of the log because of the
+    /// difference is not eaten; with another amplitude of [`Effect::CarbMiscount`] a meal is of the
+    /// size that would have been counted as it was.
+    ///
+    /// # Errors
+    /// If the body's model fails.
+    pub fn counterfactual(
+        &self,
+        lived: &LivedDays,
+        amplitudes: &Amplitudes,
+    ) -> Result<Counterfactual, WorldError> {
+        let in_body = |source: ode_sim::OdeError| WorldError::Body { person: self.index, source };
+        let happenings = self.happenings(&lived.life);
+        let course = conditions(&self.habits, &lived.life, &happenings, &self.shapes, amplitudes);
+        let inputs = self.inputs_behind_the_log(lived, amplitudes);
+        let steps = inputs.len();
+        let run = self
+            .body
+            .run(&course, *amplitudes, FIRST_GLUCOSE, &mut OpenLoop::new(&inputs), steps)
+            .map_err(in_body)?;
+        let mut glucose = run.glucose;
+        glucose.truncate(steps);
+        let sensed = self.sensed(&lived.life, &glucose, amplitudes)?;
+        Ok(Counterfactual { glucose, sensed })
+    }
+
+    /// How far the effects that `without` switches off (or weakens) move glucose: the mean absolute
+    /// difference between the days as lived and their [counterfactual](Self::counterfactual).
+    ///
+    /// Of true glucose, or of what the sensor shows if an effect on the sensor differs.
+    ///
+    /// # Errors
+    /// If the body's model fails.
+    pub fn shift(&self, lived: &LivedDays, without: &Amplitudes) -> Result<MgPerDl, WorldError> {
+        let other = self.counterfactual(lived, without)?;
+        if !self.sensors_differ(without) {
+            let pairs = lived.glucose.iter().zip(&other.glucose);
+            return Ok(mean_absolute(pairs.map(|(a, b)| a.0 - b.0)));
+        }
+        let sensed = self.sensed(&lived.life, &lived.glucose, &self.amplitudes)?;
+        let pairs = sensed.iter().zip(&other.sensed);
+        Ok(mean_absolute(pairs.filter_map(|(a, b)| Some((*a)?.0 - (*b)?.0))))
+    }
+
+    /// Whether an effect on the sensor differs from this person's.
+    fn sensors_differ(&self, other: &Amplitudes) -> bool {
+        let named = |e: &Effect| self.amplitudes.of(*e) != other.of(*e);
+        let outside = |e: &OutsideEffect| self.amplitudes.of_outside(*e) != other.of_outside(*e);
+        Effect::ALL.iter().any(|e| e.port() == Port::Sensor && named(e))
+            || OutsideEffect::ALL.iter().any(|e| e.port() == Port::Sensor && outside(e))
+    }
+
+    /// What the sensors of a life show of a course of glucose.
+    fn sensed(
+        &self,
+        life: &Life,
+        glucose: &[MgPerDl],
+        amplitudes: &Amplitudes,
+    ) -> Result<Vec<Option<MgPerDl>>, WorldError> {
+        let mut sensors = self.sensors(life, &self.happenings(life), amplitudes);
+        glucose
+            .iter()
+            .enumerate()
+            .map(|(step, value)| sensors.sense(step, *value))
+            .collect::<Result<_, _>>()
+            .map_err(|source| WorldError::Body { person: self.index, source })
+    }
+
+    /// The inputs of the days, with what is eaten as `amplitudes` has it behind the same log.
+    fn inputs_behind_the_log(&self, lived: &LivedDays, amplitudes: &Amplitudes) -> Vec<StepInput> {
+        let mut inputs = lived.inputs.clone();
+        let (kept, other) = (self.logging(&self.amplitudes), self.logging(amplitudes));
+        if kept == other {
+            return inputs;
+        }
+        for meal in &lived.life.meals {
+            let Some(input) = inputs.get_mut(meal.step) else { continue };
+            let eaten = match (kept.of_meal(meal), other.of_meal(meal)) {
+                // Of a meal that both count, the size behind the count.
+                (Some(_), Some(_)) => kept.behind_the_same_count(&other, meal),
+                // Left out of the log, and the other log would hold it: there was none.
+                (None, Some(_)) => Grams(0.0),
+                (_, None) => meal.eaten,
+            };
+            input.carbs = Grams(input.carbs.0 - meal.eaten.0 + eaten.0);
+        }
+        let mut rng = stream(self.seed, self.index, Concept::Reactions);
+        for (input, reaction) in inputs.iter_mut().zip(reactions(&lived.life.calendar, &mut rng)) {
+            if kept.omits_rescue(&reaction) && !other.omits_rescue(&reaction) {
+                input.rescue.amount = Grams(0.0);
+            }
+        }
+        inputs
+    }
+}
+
+/// Mean absolute value; 0 of none.
+fn mean_absolute(differences: impl Iterator<Item = f64>) -> MgPerDl {
+    let (sum, n) = differences.fold((0.0, 0_usize), |(sum, n), d| (sum + d.abs(), n + 1));
+    MgPerDl(if n == 0 { 0.0 } else { sum / n as f64 })
+}
