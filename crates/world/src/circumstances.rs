@@ -4,9 +4,7 @@ use crate::behaviour::Life;
 use crate::calendar::Calendar;
 use crate::devices::WornSensors;
 use crate::effects::{Amplitudes, Happenings, sensing};
-use crate::generator::Generator;
 use crate::logging::Logging;
-use crate::padova::action_within_days;
 use crate::stream::{Concept, stream};
 use crate::virtual_person::VirtualPerson;
 use crate::wear::SensorWear;
@@ -20,10 +18,7 @@ impl VirtualPerson {
     /// What chance brings to a life.
     pub(crate) fn happenings(&self, life: &Life) -> Happenings {
         let mut happenings = Happenings::sample(life, self.seed, self.index);
-        if self.body.generator() == Generator::Padova {
-            let mut rng = stream(self.seed, self.index, Concept::Variability);
-            happenings.variability.action = action_within_days(&life.calendar, &mut rng);
-        }
+        self.body.vary(&mut happenings, &life.calendar, self.seed, self.index);
         happenings
     }
 

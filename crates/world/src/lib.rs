@@ -30,6 +30,7 @@ mod person;
 mod physique;
 pub mod plausibility;
 mod reactions;
+pub mod replayed;
 mod shift;
 mod stream;
 mod therapy;

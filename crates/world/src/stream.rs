@@ -50,6 +50,8 @@ pub enum Concept {
     SensorDrifts = 17,
     /// Events of effects outside the library.
     Outside = 18,
+    /// Insulin action within and between the days of a Padova body.
+    ActionWithinDays = 19,
 }
 
 /// The stream of one person for one concept.

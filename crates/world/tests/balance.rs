@@ -2,7 +2,7 @@
 
 use chrono::NaiveDate;
 use physiology::{Compartment, OpenLoop, Plant, STEP, StepInput, Units, UnitsPerHour, simulate};
-use world::{Body, Calendar, Effect, Regime, VirtualPerson};
+use world::{Body, Calendar, Effect, Physique, Regime, VirtualPerson};
 
 fn calendar() -> Calendar {
     Calendar::new(NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date"), 14)
@@ -60,13 +60,14 @@ fn omissions_lower_the_log_and_nothing_else_does() {
 #[test]
 fn insulin_is_conserved_on_its_way_through_the_body() {
     let person = VirtualPerson::sample(11, 2, Regime::OpenLoopPump).expect("a person");
-    let body = Body::undisturbed(person.body);
+    let Physique::Hovorka(drawn) = person.body else { panic!("drawn as such") };
+    let body = Body::undisturbed(drawn);
     let (start, _) = body.at_rest(physiology::MgPerDl(140.0)).expect("a steady state");
     let mut inputs = vec![StepInput { basal: UnitsPerHour(0.8), ..StepInput::default() }; 288];
     inputs[24].bolus = Units(4.0);
     let run = simulate(&body, start, &mut OpenLoop::new(&inputs), 288).expect("finite");
     let states = run.report(&body);
-    let p = person.body.model;
+    let p = drawn.model;
     let held = |k: usize| {
         let x = &states[k];
         x[Compartment::S1] + x[Compartment::S2] + p.v_i * x[Compartment::I]
@@ -75,8 +76,8 @@ fn insulin_is_conserved_on_its_way_through_the_body() {
         .windows(2)
         .map(|w| 0.5 * STEP.0 * p.k_e * p.v_i * (w[0][Compartment::I] + w[1][Compartment::I]))
         .sum();
-    let delivered: f64 = inputs.iter().map(|i| i.insulin().during(STEP).0).sum::<f64>() * 1000.0
-        / person.body.weight.0;
+    let delivered: f64 =
+        inputs.iter().map(|i| i.insulin().during(STEP).0).sum::<f64>() * 1000.0 / drawn.weight.0;
     let balance = delivered - eliminated - (held(288) - held(0));
     // Trapezoids of 5 min over a curve with time constants of 40 min and more.
     assert!((balance / delivered).abs() < 2e-3, "{balance} of {delivered}");

@@ -31,6 +31,12 @@ impl InfusionSets {
         Self { changes }
     }
 
+    /// Sets of which the changes are known, in their order; none if nothing is known of them.
+    #[must_use]
+    pub(crate) fn recorded(changes: Vec<i64>) -> Self {
+        Self { changes }
+    }
+
     /// Steps of the changes in their order; the first ones may lie before the record.
     #[must_use]
     pub fn changes(&self) -> &[i64] {

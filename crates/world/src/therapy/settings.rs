@@ -3,15 +3,14 @@
 use ode_sim::dosing::Correction;
 use ode_sim::{BolusCalculator, OdeError};
 use physiology::{
-    Grams, GramsPerUnit, MgPerDl, OpenLoop, Plant, SimulationError, StepInput, Units, UnitsPerHour,
+    Grams, GramsPerUnit, MgPerDl, OpenLoop, SimulationError, StepInput, Units, UnitsPerHour,
     simulate,
 };
 use rand::{Rng, RngExt};
 use serde::{Serialize, Serializer, ser::SerializeStruct};
 
 use crate::behaviour::standard_normal;
-use crate::body::Body;
-use crate::person::BodyParameters;
+use crate::virtual_body::VirtualBody;
 
 /// Glucose that the basal profile aims at, and the target of the bolus calculator.
 const TARGET: MgPerDl = MgPerDl(125.0);
@@ -34,7 +33,7 @@ pub struct TherapySettings {
 }
 
 impl TherapySettings {
-    /// The settings that trials on the undisturbed body give.
+    /// The settings that trials on a body give; hand it an undisturbed one.
     ///
     /// Basal: the rate that holds 125 mg/dL. ISF: the fall within six hours after 1 U given at a
     /// steady 180 mg/dL. ICR: the ratio with which a meal of 50 g ends at its start after six
@@ -42,16 +41,15 @@ impl TherapySettings {
     ///
     /// # Errors
     /// If the body has no steady state at these values or its simulation fails.
-    pub fn by_trial(body: &BodyParameters) -> Result<Self, OdeError> {
-        let plant = Body::undisturbed(*body);
-        let (start, basal) = plant.at_rest(MgPerDl(180.0))?;
+    pub fn by_trial<B: VirtualBody>(body: &B) -> Result<Self, OdeError> {
+        let (start, basal) = body.at_rest(MgPerDl(180.0))?;
         let correction = StepInput { bolus: Units(1.0), ..StepInput::default() };
-        let fall = 180.0 - glucose_after_trial(&plant, &start, basal, correction)?;
+        let fall = 180.0 - glucose_after_trial(body, &start, basal, correction)?;
 
-        let (start, basal) = plant.at_rest(TARGET)?;
+        let (start, basal) = body.at_rest(TARGET)?;
         let ends_high = |bolus: f64| -> Result<bool, SimulationError> {
             let meal = StepInput { carbs: TRIAL_MEAL, bolus: Units(bolus), ..StepInput::default() };
-            Ok(glucose_after_trial(&plant, &start, basal, meal)? > TARGET.0)
+            Ok(glucose_after_trial(body, &start, basal, meal)? > TARGET.0)
         };
         let (mut low, mut high) = (0.0, 50.0);
         for _ in 0..40 {
@@ -120,32 +118,40 @@ impl Serialize for TherapySettings {
 }
 
 /// Glucose, mg/dL, six hours after `first`, with basal insulin held.
-fn glucose_after_trial(
-    plant: &Body<'_>,
-    start: &<Body<'_> as Plant>::State,
+fn glucose_after_trial<B: VirtualBody>(
+    body: &B,
+    start: &B::State,
     basal: UnitsPerHour,
     first: StepInput,
 ) -> Result<f64, SimulationError> {
     let mut inputs = [StepInput { basal, ..StepInput::default() }; TRIAL];
     inputs[0] = StepInput { basal, ..first };
-    let run = simulate(plant, *start, &mut OpenLoop::new(&inputs), TRIAL)?;
-    Ok(run.states.last().map_or(f64::NAN, |state| plant.glucose(state).0))
+    let run = simulate(body, start.clone(), &mut OpenLoop::new(&inputs), TRIAL)?;
+    Ok(run.states.last().map_or(f64::NAN, |state| body.glucose(state).0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::Body;
+    use crate::padova::{PadovaBody, PadovaParameters};
+    use crate::person::BodyParameters;
     use ode_sim::OdeParameters;
     use physiology::Kilograms;
 
     #[test]
     fn trials_on_the_nominal_body_give_settings_of_the_usual_size() {
         let body = BodyParameters { model: OdeParameters::nominal(), weight: Kilograms(76.3) };
-        let found = TherapySettings::by_trial(&body).expect("the nominal body has a steady state");
-        // Resalat et al. 2019: 42.3 U a day, of which 1/1.78 basal (0.99 U/h), ICR 1700 / (3 x
-        // 42.3) = 13 g/U; trials and that rule of thumb agree within a factor of two.
-        assert!((0.5..=2.0).contains(&(found.basal[0] / 0.99)), "{}", found.basal[0]);
-        assert!((0.5..=2.0).contains(&(found.icr.0 / 13.4)), "{}", found.icr.0);
-        assert!((20.0..90.0).contains(&found.isf), "{}", found.isf);
+        let hovorka = TherapySettings::by_trial(&Body::undisturbed(body));
+        let padova =
+            TherapySettings::by_trial(&PadovaBody::undisturbed(PadovaParameters::nominal()));
+        for found in [hovorka, padova] {
+            let found = found.expect("the nominal body has a steady state");
+            // Resalat et al. 2019: 42.3 U a day, of which 1/1.78 basal (0.99 U/h), ICR 1700 / (3 x
+            // 42.3) = 13 g/U; trials and that rule of thumb agree within a factor of two.
+            assert!((0.5..=2.0).contains(&(found.basal[0] / 0.99)), "{}", found.basal[0]);
+            assert!((0.5..=2.0).contains(&(found.icr.0 / 13.4)), "{}", found.icr.0);
+            assert!((20.0..90.0).contains(&found.isf), "{}", found.isf);
+        }
     }
 }

@@ -1,0 +1,48 @@
+//! Which kind of body a world is made of.
+
+use serde::Serialize;
+
+/// A generator of bodies. The two share no equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Generator {
+    /// The ODE of Resalat et al. 2019 (after Hovorka et al. 2004) with a person's own parameters, at
+    /// one minute: [`Body`](crate::Body).
+    Hovorka,
+    /// The structure of the UVA/Padova simulator (Dalla Man et al. 2007 and 2014):
+    /// [`padova::PadovaBody`](crate::padova::PadovaBody).
+    Padova,
+}
+
+impl Generator {
+    /// Every generator.
+    pub const ALL: [Self; 2] = [Self::Hovorka, Self::Padova];
+
+    /// The name that files use.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hovorka => "hovorka",
+            Self::Padova => "padova",
+        }
+    }
+
+    /// The generator of a name, `None` for a word that is none.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|generator| generator.name() == name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn generators_are_read_as_they_are_written() {
+        for generator in Generator::ALL {
+            assert_eq!(Generator::from_name(generator.name()), Some(generator));
+        }
+        assert_eq!(Generator::from_name("bergman"), None);
+    }
+}

@@ -1,0 +1,112 @@
+//! The basal rate and the state that hold a glucose concentration for ever.
+
+use ode_sim::OdeError;
+use physiology::{MgPerDl, UnitsPerHour};
+
+#[cfg(test)]
+use super::equations::{Forcing, derivative};
+use super::equations::{brain_uptake, excretion, production, uptake};
+use super::parameters::PadovaParameters;
+use super::state::PadovaState;
+
+/// Insulin of one unit, pmol.
+pub(crate) const PMOL_PER_UNIT: f64 = 6000.0;
+/// Highest plasma insulin that is considered, pmol/L.
+const MOST_INSULIN: f64 = 4000.0;
+/// Largest net glucose flux at which a state counts as standing still, mg/kg/min.
+const TOLERANCE: f64 = 1e-9;
+
+/// The steady state at a glucose concentration, with its basal rate.
+///
+/// Production falls and uptake rises with insulin, so the plasma insulin that balances them is
+/// found by bisection; everything else follows from it in closed form.
+///
+/// # Errors
+/// [`OdeError::Argument`] for a glucose that cannot be, [`OdeError::NoBasal`] where uptake exceeds
+/// production without insulin, and [`OdeError::SteadyState`] where 4,000 pmol/L do not hold it.
+pub(super) fn at_glucose(
+    p: &PadovaParameters,
+    glucose: MgPerDl,
+) -> Result<(PadovaState, UnitsPerHour), OdeError> {
+    if !(glucose.0.is_finite() && glucose.0 > 0.0) {
+        let requirement = "positive and finite";
+        return Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement });
+    }
+    if let Some((name, value)) =
+        p.named().into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0))
+    {
+        return Err(OdeError::Parameter { name, value });
+    }
+    let surplus = |insulin: f64| net(p, glucose.0, insulin).0;
+    if surplus(0.0) < 0.0 {
+        return Err(OdeError::NoBasal { glucose: glucose.0 });
+    }
+    let (mut low, mut high) = (0.0, MOST_INSULIN);
+    if surplus(high) > 0.0 {
+        let residual = surplus(high);
+        return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 0 });
+    }
+    // The interval reaches the spacing of the numbers after some sixty halvings.
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if surplus(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    let (residual, g_t) = net(p, glucose.0, high);
+    if residual.abs() > TOLERANCE {
+        return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 80 });
+    }
+    Ok(held_by(p, glucose.0, high, g_t))
+}
+
+/// Net glucose flux (mg/kg/min) with plasma insulin held at `insulin`, and the G_t that goes with it.
+fn net(p: &PadovaParameters, glucose: f64, insulin: f64) -> (f64, f64) {
+    let g_p = glucose * p.v_g;
+    let x = insulin - p.i_b;
+    // k_1 G_p - k_2 G_t = U_id(G_t) rises in G_t on the right and falls on the left.
+    let (mut low, mut high) = (0.0, p.k_1 * g_p / p.k_2);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        let inflow = p.k_1 * g_p - p.k_2 * middle;
+        if inflow > uptake(p, glucose, middle, x, 1.0) { low = middle } else { high = middle }
+    }
+    let flux = production(p, g_p, insulin)
+        - brain_uptake(p, glucose)
+        - excretion(p.k_e1, p.k_e2, g_p)
+        - p.k_1 * g_p
+        + p.k_2 * high;
+    (flux, high)
+}
+
+/// The state of a plasma insulin and its infusion as a rate.
+fn held_by(
+    p: &PadovaParameters,
+    glucose: f64,
+    insulin: f64,
+    g_t: f64,
+) -> (PadovaState, UnitsPerHour) {
+    let i_p = insulin * p.v_i;
+    let i_l = p.m_2 * i_p / (p.m_1 + p.m_3);
+    let infusion = (p.m_2 + p.m_4) * i_p - p.m_1 * i_l; // what is absorbed is what is infused
+    let i_sc1 = infusion / (p.k_a1 + p.k_d);
+    let state = PadovaState {
+        g_p: glucose * p.v_g,
+        g_t,
+        i_p,
+        i_l,
+        i_1: insulin,
+        x_l: insulin,
+        x: insulin - p.i_b,
+        i_sc1,
+        i_sc2: p.k_d * i_sc1 / p.k_a2,
+        ..PadovaState::default()
+    };
+    (state, UnitsPerHour(infusion * p.weight.0 * 60.0 / PMOL_PER_UNIT))
+}
+
+/// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
+#[cfg(test)]
+pub(super) fn residual(p: &PadovaParameters, state: &PadovaState, basal: UnitsPerHour) -> f64 {
+    let insulin = basal.0 * PMOL_PER_UNIT / 60.0 / p.weight.0;
+    let slope = derivative(p, state, &Forcing { insulin, ..Forcing::NONE });
+    slope.entries().iter().fold(0.0_f64, |largest, (_, rate)| largest.max(rate.abs()))
+}

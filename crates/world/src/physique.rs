@@ -1,0 +1,175 @@
+//! The body of one person, of either kind.
+
+use std::collections::BTreeMap;
+
+use ode_sim::OdeError;
+use physiology::{InputSource, Kilograms, MgPerDl, StepInput, UnitsPerHour, simulate};
+use rand::Rng;
+
+use crate::body::Body;
+use crate::calendar::Calendar;
+use crate::effects::{Amplitudes, Condition, Happenings};
+use crate::error::WorldError;
+use crate::generator::Generator;
+use crate::padova::{PadovaBody, PadovaParameters, action_within_days};
+use crate::person::BodyParameters;
+use crate::stream::{Concept, stream};
+use crate::therapy::TherapySettings;
+use crate::virtual_body::VirtualBody;
+
+/// Parameters of a body, with the equations they belong to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Physique {
+    /// A body of [`Generator::Hovorka`].
+    Hovorka(BodyParameters),
+    /// A body of [`Generator::Padova`].
+    Padova(PadovaParameters),
+}
+
+/// What acted on a body and its glucose.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Course {
+    /// What acted, one entry a step.
+    pub(crate) inputs: Vec<StepInput>,
+    /// Glucose at the start of each step, and at the end of the last.
+    pub(crate) glucose: Vec<MgPerDl>,
+}
+
+impl Physique {
+    /// Draws a body of a generator.
+    ///
+    /// # Errors
+    /// As [`BodyParameters::sample`].
+    pub fn sample(
+        generator: Generator,
+        person: usize,
+        rng: &mut (impl Rng + ?Sized),
+    ) -> Result<Self, WorldError> {
+        match generator {
+            Generator::Hovorka => BodyParameters::sample(person, rng).map(Self::Hovorka),
+            Generator::Padova => PadovaParameters::sample(person, rng).map(Self::Padova),
+        }
+    }
+
+    /// The generator of this body.
+    #[must_use]
+    pub const fn generator(&self) -> Generator {
+        match self {
+            Self::Hovorka(_) => Generator::Hovorka,
+            Self::Padova(_) => Generator::Padova,
+        }
+    }
+
+    /// Body weight.
+    #[must_use]
+    pub const fn weight(&self) -> Kilograms {
+        match self {
+            Self::Hovorka(body) => body.weight,
+            Self::Padova(body) => body.weight,
+        }
+    }
+
+    /// The same body with another weight.
+    #[must_use]
+    pub fn with_weight(self, weight: Kilograms) -> Self {
+        match self {
+            Self::Hovorka(body) => Self::Hovorka(BodyParameters { weight, ..body }),
+            Self::Padova(body) => Self::Padova(PadovaParameters { weight, ..body }),
+        }
+    }
+
+    /// The same body in which `1 / factor` of the insulin does the same work.
+    #[must_use]
+    pub fn with_action_scaled(self, factor: f64) -> Self {
+        match self {
+            Self::Hovorka(body) => Self::Hovorka(BodyParameters {
+                model: body.model.with_sensitivity_scaled(factor),
+                ..body
+            }),
+            Self::Padova(body) => Self::Padova(body.with_action_scaled(factor)),
+        }
+    }
+
+    /// The model's parameters by the name of their field, in its units.
+    #[must_use]
+    pub fn named(&self) -> BTreeMap<&'static str, f64> {
+        match self {
+            Self::Hovorka(body) => body.model.named().into_iter().collect(),
+            Self::Padova(body) => body.named().into_iter().collect(),
+        }
+    }
+
+    /// The basal rate that holds a glucose concentration in the undisturbed body.
+    ///
+    /// # Errors
+    /// As [`VirtualBody::at_rest`].
+    pub fn basal_at(&self, glucose: MgPerDl) -> Result<UnitsPerHour, OdeError> {
+        Ok(match self {
+            Self::Hovorka(body) => Body::undisturbed(*body).at_rest(glucose)?.1,
+            Self::Padova(body) => PadovaBody::undisturbed(*body).at_rest(glucose)?.1,
+        })
+    }
+
+    /// Puts the day-to-day variability that belongs to this kind of body in the place of the drawn
+    /// one.
+    pub(crate) fn vary(
+        &self,
+        happenings: &mut Happenings,
+        calendar: &Calendar,
+        seed: u64,
+        person: usize,
+    ) {
+        match self {
+            Self::Hovorka(_) => {}
+            Self::Padova(_) => {
+                let mut rng = stream(seed, person, Concept::ActionWithinDays);
+                happenings.variability.action = action_within_days(calendar, &mut rng);
+            }
+        }
+    }
+
+    /// Runs the body from a steady state at `start` under the course of `conditions`.
+    ///
+    /// # Errors
+    /// If there is no such steady state or a compartment leaves the finite numbers.
+    pub(crate) fn run(
+        &self,
+        conditions: &[Condition],
+        amplitudes: Amplitudes,
+        start: MgPerDl,
+        source: &mut impl InputSource,
+        steps: usize,
+    ) -> Result<Course, OdeError> {
+        match self {
+            Self::Hovorka(body) => {
+                course(&Body::new(*body, conditions, amplitudes), start, source, steps)
+            }
+            Self::Padova(body) => {
+                course(&PadovaBody::new(*body, conditions, amplitudes), start, source, steps)
+            }
+        }
+    }
+
+    /// The settings that trials on the undisturbed body give.
+    ///
+    /// # Errors
+    /// As [`TherapySettings::by_trial`].
+    pub fn settings_by_trial(&self) -> Result<TherapySettings, OdeError> {
+        match self {
+            Self::Hovorka(body) => TherapySettings::by_trial(&Body::undisturbed(*body)),
+            Self::Padova(body) => TherapySettings::by_trial(&PadovaBody::undisturbed(*body)),
+        }
+    }
+}
+
+fn course<B: VirtualBody>(
+    body: &B,
+    start: MgPerDl,
+    source: &mut impl InputSource,
+    steps: usize,
+) -> Result<Course, OdeError> {
+    let (start, _) = body.at_rest(start)?;
+    let run = simulate(body, start, source, steps)?;
+    let glucose = run.glucose(body);
+    Ok(Course { inputs: run.inputs, glucose })
+}
