@@ -15,6 +15,7 @@
 
 mod background;
 mod behaviour;
+pub mod blind;
 mod body;
 mod calendar;
 mod circumstances;

@@ -1,0 +1,31 @@
+//! Worlds for a blind check: their plan, the amplitudes that reach a given shift, their nuisances.
+//!
+//! A [`Plan`] says how many worlds of which kind; [`Plan::worlds`] draws them in an order that tells
+//! nothing. [`PlannedWorld::realise`] draws the people and finds the common factor on an effect's
+//! amplitudes at which it moves glucose as far as planned. [`RealisedWorld::cohort`] lives the days
+//! and is what a diagnosis is given; everything else is the label.
+//!
+//! ```no_run
+//! use world::blind::Plan;
+//!
+//! for planned in Plan::check(28, 12).worlds(7) {
+//!     let world = planned.realise()?;
+//!     println!("{}: {:?}", planned.seed, world.effects);
+//!     let cohort = world.cohort()?;
+//!     assert_eq!(cohort.people.len(), planned.people);
+//! }
+//! # Ok::<(), world::WorldError>(())
+//! ```
+
+mod amplitude_search;
+mod nuisances;
+mod plan;
+mod planned_effect;
+mod realised;
+mod streams;
+
+pub use amplitude_search::{MOST_EVALUATIONS, Reached, search};
+pub use nuisances::Nuisances;
+pub use plan::{DAYS, PEOPLE, Plan, PlannedWorld, SHIFTS};
+pub use planned_effect::PlannedEffect;
+pub use realised::{RealisedEffect, RealisedWorld};

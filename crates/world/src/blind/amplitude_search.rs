@@ -1,0 +1,126 @@
+//! The factor on an effect's amplitudes at which it moves glucose as far as planned.
+
+/// Most evaluations of a search; each is a few simulated weeks.
+pub const MOST_EVALUATIONS: usize = 6;
+/// Relative distance from the target at which a search ends.
+const TOLERANCE: f64 = 0.04;
+/// Smallest factor that is tried.
+const SMALLEST: f64 = 1.0 / 64.0;
+
+/// Where a search ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reached {
+    /// The factor, the best of those that were tried.
+    pub factor: f64,
+    /// The shift it gives, in the unit of the target.
+    pub shift: f64,
+    /// Whether the largest factor falls short of the target.
+    pub at_limit: bool,
+}
+
+/// Finds a factor in (1/64, `largest`) whose shift lies within 4 % of `target`, in at most
+/// [`MOST_EVALUATIONS`] evaluations; otherwise the nearest that was tried.
+///
+/// The shift grows about in proportion to the factor where it is small, so the search goes by
+/// secants of the logarithms, kept within a bracket. `shift_of` gives `None` where a body fails; the
+/// search then looks below.
+pub fn search(target: f64, largest: f64, mut shift_of: impl FnMut(f64) -> Option<f64>) -> Reached {
+    let mut below: Option<(f64, f64)> = None; // largest factor known to fall short, with its shift
+    let mut above: Option<(f64, Option<f64>)> = None; // smallest known to exceed, or to fail
+    let mut best = Reached { factor: SMALLEST, shift: 0.0, at_limit: false };
+    let mut factor = 1.0_f64.min(largest);
+    for _ in 0..MOST_EVALUATIONS {
+        let shift = shift_of(factor);
+        if let Some(shift) = shift {
+            if (shift - target).abs() <= (best.shift - target).abs() {
+                best = Reached { factor, shift, at_limit: false };
+            }
+            if (shift / target - 1.0).abs() <= TOLERANCE {
+                return best;
+            }
+        }
+        match shift {
+            Some(shift) if shift < target => {
+                if factor >= largest {
+                    return Reached { factor, shift, at_limit: true };
+                }
+                below = Some((factor, shift));
+            }
+            _ => above = Some((factor, shift)),
+        }
+        factor = next(target, largest, below, above);
+    }
+    best
+}
+
+/// The next factor to try.
+fn next(
+    target: f64,
+    largest: f64,
+    below: Option<(f64, f64)>,
+    above: Option<(f64, Option<f64>)>,
+) -> f64 {
+    let proportional = |(factor, shift): (f64, f64)| factor * target / shift.max(0.02 * target);
+    match (below, above) {
+        // Somewhat further than in proportion: most effects saturate.
+        (Some(below), None) => (1.1 * proportional(below)).min(largest),
+        (None, Some((factor, Some(shift)))) => proportional((factor, shift)).max(SMALLEST),
+        (None, Some((factor, None))) => (0.5 * factor).max(SMALLEST),
+        (Some((low, shift_low)), Some((high, Some(shift_high)))) if shift_low > 0.0 => {
+            let share = (target / shift_low).ln() / (shift_high / shift_low).ln();
+            // Not too near an end, or the bracket would not shrink.
+            let share = if share.is_finite() { share.clamp(0.08, 0.92) } else { 0.5 };
+            low * (high / low).powf(share)
+        }
+        (Some((low, _)), Some((high, _))) => (low * high).sqrt(),
+        (None, None) => 1.0_f64.min(largest),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counted(target: f64, largest: f64, shift: impl Fn(f64) -> Option<f64>) -> (Reached, usize) {
+        let mut evaluations = 0;
+        let reached = search(target, largest, |factor| {
+            evaluations += 1;
+            assert!((SMALLEST..=largest).contains(&factor), "{factor}");
+            shift(factor)
+        });
+        (reached, evaluations)
+    }
+
+    #[test]
+    fn straight_saturating_and_steepening_effects_are_met() {
+        let effects: [(&str, fn(f64) -> f64); 4] = [
+            ("straight", |a| 4.0 * a),
+            ("saturating", |a| 25.0 * a / (1.0 + a)),
+            ("steepening", |a| 2.0 * a.powf(1.6)),
+            ("strong", |a| 90.0 * a),
+        ];
+        for (name, effect) in effects {
+            for target in [2.5, 5.0, 10.0, 15.0] {
+                let (reached, evaluations) = counted(target, 6.0, |a| Some(effect(a)));
+                assert!((reached.shift / target - 1.0).abs() <= TOLERANCE, "{name} {target}");
+                assert!(!reached.at_limit && evaluations <= MOST_EVALUATIONS, "{name} {target}");
+                assert_eq!(reached.shift, effect(reached.factor));
+            }
+        }
+    }
+
+    #[test]
+    fn a_target_out_of_reach_keeps_the_limit() {
+        let (reached, _) = counted(15.0, 6.0, |a| Some(1.2 * a));
+        assert_eq!(reached, Reached { factor: 6.0, shift: 1.2 * 6.0, at_limit: true });
+        let (nothing, evaluations) = counted(5.0, 2.0, |_| Some(0.0));
+        assert_eq!(nothing, Reached { factor: 2.0, shift: 0.0, at_limit: true });
+        assert!(evaluations <= 2);
+    }
+
+    #[test]
+    fn a_body_that_fails_is_left_alone() {
+        let (reached, _) = counted(10.0, 6.0, |a| (a < 0.9).then_some(20.0 * a));
+        assert!((reached.shift - 10.0).abs() < 0.5, "{reached:?}");
+    }
+}

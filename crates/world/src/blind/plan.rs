@@ -1,0 +1,250 @@
+//! Which worlds there are.
+
+use chrono::{NaiveDate, TimeDelta};
+use rand::seq::SliceRandom as _;
+use rand::{Rng, RngExt};
+
+use super::nuisances::Nuisances;
+use super::planned_effect::PlannedEffect;
+use super::streams::{Purpose, stream};
+use crate::effects::{Effect, OutsideEffect};
+use crate::generator::Generator;
+use crate::therapy::Regime;
+
+/// Mean absolute shifts of glucose that single effects are to cause, mg/dL.
+pub const SHIFTS: [f64; 4] = [2.5, 5.0, 10.0, 15.0];
+/// Shifts of each of two effects, and of effects outside the library: those that can be expected
+/// to be found.
+const LARGER_SHIFTS: [f64; 3] = [5.0, 10.0, 15.0];
+/// Numbers of people.
+pub const PEOPLE: [usize; 3] = [3, 5, 10];
+/// Numbers of days.
+pub const DAYS: [usize; 3] = [7, 14, 28];
+/// Days on which a record may begin: two years from 2023 on.
+const FIRST_DAYS: i64 = 730;
+
+/// How many worlds of which kind.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Plan {
+    /// Worlds with one effect of the library.
+    pub singles: usize,
+    /// Worlds with two effects of the library.
+    pub pairs: usize,
+    /// Worlds with an effect outside the library.
+    pub outside: usize,
+    /// Worlds without an effect.
+    pub nulls: usize,
+    /// Generators, taken in turns.
+    pub generators: Vec<Generator>,
+}
+
+/// A world to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedWorld {
+    /// Seed of its people.
+    pub seed: u64,
+    /// What acts, with the mean absolute shift of glucose that it is to cause, mg/dL.
+    pub effects: Vec<(PlannedEffect, f64)>,
+    /// Which bodies.
+    pub generator: Generator,
+    /// How basal insulin is decided.
+    pub regime: Regime,
+    /// Number of people.
+    pub people: usize,
+    /// Days of each, before nuisances.
+    pub days: usize,
+    /// First day of the record.
+    pub start: NaiveDate,
+    /// What is missing from the record.
+    pub nuisances: Nuisances,
+}
+
+impl Plan {
+    /// A check of `worlds` worlds in which something acts, in the proportions 40 : 15 : 15 of one
+    /// effect, two effects and effects outside the library, and `nulls` in which nothing does; both
+    /// generators in turns.
+    #[must_use]
+    pub fn check(worlds: usize, nulls: usize) -> Self {
+        let outside = (worlds * 15).div_ceil(70).min(worlds);
+        let pairs = outside.min(worlds - outside);
+        Self {
+            singles: worlds - pairs - outside,
+            pairs,
+            outside,
+            nulls,
+            generators: Generator::ALL.to_vec(),
+        }
+    }
+
+    /// As [`Self::check`], from one generator: worlds on which thresholds are fixed, to be tested
+    /// on the other.
+    #[must_use]
+    pub fn calibration(worlds: usize, nulls: usize, generator: Generator) -> Self {
+        Self { generators: vec![generator], ..Self::check(worlds, nulls) }
+    }
+
+    /// Draws the worlds, in an order that tells nothing of what acts.
+    ///
+    /// Single effects are balanced over the library, and within an effect over shifts and
+    /// generators; the rest is drawn.
+    #[must_use]
+    pub fn worlds(&self, master_seed: u64) -> Vec<PlannedWorld> {
+        let mut rng = stream(master_seed, Purpose::Plan, 0);
+        let truths = self
+            .single_effects(&mut rng)
+            .into_iter()
+            .chain(self.two_effects(&mut rng))
+            .chain(self.outside_effects(&mut rng))
+            .chain((0..self.nulls).map(|place| (Vec::new(), place)));
+        let mut worlds: Vec<PlannedWorld> = truths
+            .enumerate()
+            .map(|(item, (effects, turn))| self.world(master_seed, item, effects, turn))
+            .collect();
+        worlds.shuffle(&mut stream(master_seed, Purpose::Order, 0));
+        worlds
+    }
+
+    /// What is drawn of world `item` whatever acts in it.
+    fn world(
+        &self,
+        master_seed: u64,
+        item: usize,
+        effects: Vec<(PlannedEffect, f64)>,
+        turn: usize,
+    ) -> PlannedWorld {
+        let mut rng = stream(master_seed, Purpose::Plan, item + 1);
+        let people = PEOPLE[rng.random_range(0..PEOPLE.len())];
+        let regime = if rng.random_bool(0.5) { Regime::OpenLoopPump } else { Regime::Aid };
+        PlannedWorld {
+            seed: rng.random(),
+            effects,
+            generator: turned(&self.generators, turn),
+            regime,
+            people,
+            days: DAYS[rng.random_range(0..DAYS.len())],
+            start: first_day(&mut rng),
+            nuisances: Nuisances::sample(people, &mut rng),
+        }
+    }
+
+    /// Passes through the library, each effect with another shift in each pass, and with the other
+    /// generator when a shift comes again.
+    fn single_effects(&self, rng: &mut impl Rng) -> Vec<Truth> {
+        let mut order = Effect::ALL;
+        order.shuffle(rng);
+        let offsets = order.map(|_| rng.random_range(0..SHIFTS.len()));
+        (0..self.singles)
+            .map(|k| {
+                let (pass, place) = (k / order.len(), k % order.len());
+                let shift = SHIFTS[(pass + offsets[place]) % SHIFTS.len()];
+                let turn = pass + pass / SHIFTS.len() + place;
+                (vec![(PlannedEffect::Named(order[place]), shift)], turn)
+            })
+            .collect()
+    }
+
+    fn two_effects(&self, rng: &mut impl Rng) -> Vec<Truth> {
+        (0..self.pairs)
+            .map(|turn| {
+                let mut effects = Effect::ALL;
+                effects.shuffle(rng);
+                let two = effects.into_iter().take(2);
+                (two.map(|e| (PlannedEffect::Named(e), larger_shift(rng))).collect(), turn)
+            })
+            .collect()
+    }
+
+    fn outside_effects(&self, rng: &mut impl Rng) -> Vec<Truth> {
+        let mut order = OutsideEffect::ALL;
+        order.shuffle(rng);
+        (0..self.outside)
+            .map(|k| {
+                let (pass, place) = (k / order.len(), k % order.len());
+                let effect = PlannedEffect::Outside(order[place]);
+                (vec![(effect, larger_shift(rng))], pass + place)
+            })
+            .collect()
+    }
+}
+
+/// What acts, with a number by whose parity the generator is chosen.
+type Truth = (Vec<(PlannedEffect, f64)>, usize);
+
+fn larger_shift(rng: &mut impl Rng) -> f64 {
+    LARGER_SHIFTS[rng.random_range(0..LARGER_SHIFTS.len())]
+}
+
+fn turned(generators: &[Generator], turn: usize) -> Generator {
+    generators.get(turn % generators.len().max(1)).copied().unwrap_or(Generator::Hovorka)
+}
+
+fn first_day(rng: &mut impl Rng) -> NaiveDate {
+    let from = NaiveDate::from_ymd_opt(2023, 1, 1).expect("a date of the calendar");
+    from + TimeDelta::days(rng.random_range(0..FIRST_DAYS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    #[test]
+    fn worlds_have_the_planned_proportions() {
+        let plan = Plan::check(252, 150);
+        assert_eq!((plan.singles, plan.pairs, plan.outside, plan.nulls), (144, 54, 54, 150));
+        let worlds = plan.worlds(3);
+        assert_eq!(worlds.len(), 402);
+        assert_eq!(worlds.iter().filter(|w| w.effects.is_empty()).count(), 150);
+        assert_eq!(worlds.iter().filter(|w| w.effects.len() == 2).count(), 54);
+        for few in 0..9 {
+            let plan = Plan::check(few, 0);
+            assert_eq!(plan.singles + plan.pairs + plan.outside, few);
+        }
+    }
+
+    #[test]
+    fn each_effect_meets_each_shift_once_from_each_generator() {
+        let plan = Plan { pairs: 0, outside: 0, nulls: 0, ..Plan::check(252, 0) };
+        let mut cells: BTreeMap<(PlannedEffect, u64, Generator), usize> = BTreeMap::new();
+        for world in plan.worlds(5) {
+            let (effect, shift) = world.effects[0];
+            *cells.entry((effect, shift.to_bits(), world.generator)).or_default() += 1;
+        }
+        assert_eq!(cells.len(), 18 * 4 * 2);
+        assert!(cells.values().all(|count| *count == 1));
+    }
+
+    #[test]
+    fn a_plan_is_its_seed_and_nothing_else() {
+        let plan = Plan::check(28, 12);
+        assert_eq!(plan.worlds(1), plan.worlds(1));
+        assert_ne!(plan.worlds(1), plan.worlds(2));
+        let seeds: BTreeSet<u64> = plan.worlds(1).iter().map(|w| w.seed).collect();
+        assert_eq!(seeds.len(), 40);
+    }
+
+    #[test]
+    fn two_effects_differ_and_calibration_has_one_generator() {
+        let plan = Plan::calibration(140, 60, Generator::Padova);
+        for world in plan.worlds(8) {
+            assert_eq!(world.generator, Generator::Padova);
+            if let [(one, _), (other, _)] = world.effects[..] {
+                assert_ne!(one, other);
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_does_not_tell_what_acts() {
+        let nulls: Vec<usize> = Plan::check(200, 200)
+            .worlds(11)
+            .iter()
+            .enumerate()
+            .filter(|(_, world)| world.effects.is_empty())
+            .map(|(place, _)| place)
+            .collect();
+        let mean = nulls.iter().sum::<usize>() as f64 / nulls.len() as f64;
+        // Middle 199.5; the mean of half of 400 places drawn at random has a SD of 5.8.
+        assert!((mean - 199.5).abs() < 20.0, "{mean}");
+    }
+}

@@ -1,0 +1,258 @@
+//! A planned world with its people and the amplitudes that were found.
+
+use cohort::Cohort;
+use rand_distr::{Distribution as _, LogNormal};
+use rayon::prelude::*;
+
+use super::amplitude_search::{Reached, search};
+use super::plan::PlannedWorld;
+use super::planned_effect::PlannedEffect;
+use super::streams::{Purpose, stream};
+use crate::calendar::Calendar;
+use crate::effects::Amplitudes;
+use crate::error::WorldError;
+use crate::virtual_person::VirtualPerson;
+
+/// People on whom an amplitude is sought; the shift that is reported is that of all.
+const SEARCHED_PEOPLE: usize = 3;
+/// Spread of the logarithm of amplitudes between people (assumed; as for the named effects).
+const SPREAD: f64 = 0.25;
+/// Worlds drawn in place of one whose bodies fail.
+const ATTEMPTS: u64 = 8;
+
+/// A world that can be lived.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RealisedWorld {
+    /// What was planned; the seed is that of the people, another one if those of the planned seed
+    /// could not be drawn.
+    pub planned: PlannedWorld,
+    /// The people.
+    pub people: Vec<VirtualPerson>,
+    /// What acts, and how far it goes.
+    pub effects: Vec<RealisedEffect>,
+}
+
+/// An effect with what was reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RealisedEffect {
+    /// The effect.
+    pub effect: PlannedEffect,
+    /// Mean amplitude over the people; 1 is the published size.
+    pub amplitude: f64,
+    /// Planned mean absolute shift of glucose, mg/dL.
+    pub target: f64,
+    /// Mean absolute shift of glucose over all people when it acts alone, mg/dL.
+    pub achieved: f64,
+    /// Whether the largest amplitude that is allowed falls short of the target.
+    pub at_limit: bool,
+}
+
+impl PlannedWorld {
+    /// The days of every person.
+    #[must_use]
+    pub fn calendar(&self) -> Calendar {
+        Calendar::new(self.start, self.days)
+    }
+
+    /// Draws the people and finds the amplitudes.
+    ///
+    /// # Errors
+    /// If no body can be drawn or lived in, from this seed and from a few others.
+    pub fn realise(&self) -> Result<RealisedWorld, WorldError> {
+        let mut attempt = 0;
+        loop {
+            // An odd step runs through all seeds.
+            let seed = self.seed.wrapping_add(attempt * 0x9e37_79b9_7f4a_7c15);
+            match (Self { seed, ..self.clone() }).realise_once() {
+                Err(_) if attempt < ATTEMPTS => attempt += 1,
+                result => return result,
+            }
+        }
+    }
+
+    fn realise_once(&self) -> Result<RealisedWorld, WorldError> {
+        let mut people: Vec<VirtualPerson> = (0..self.people)
+            .into_par_iter()
+            .map(|index| VirtualPerson::sample_from(self.generator, self.seed, index, self.regime))
+            .collect::<Result<_, _>>()?;
+        let own: Vec<Vec<f64>> = people.iter().map(|person| self.own_amplitudes(person)).collect();
+        for person in &mut people {
+            person.amplitudes = Amplitudes::NONE;
+        }
+        // The body must be able to live without any effect.
+        let calendar = self.calendar();
+        people.par_iter().try_for_each(|person| person.live(calendar).map(|_| ()))?;
+        let mut effects = Vec::new();
+        for (place, (effect, target)) in self.effects.iter().enumerate() {
+            let own: Vec<f64> = own.iter().map(|own| own[place]).collect();
+            let found = reach(*effect, *target, &people, &own, calendar)?;
+            effects.push(RealisedEffect {
+                effect: *effect,
+                amplitude: found.factor * own.iter().sum::<f64>() / own.len() as f64,
+                target: *target,
+                achieved: found.shift,
+                at_limit: found.at_limit,
+            });
+            for (person, own) in people.iter_mut().zip(&own) {
+                person.amplitudes = effect.set(person.amplitudes, found.factor * own);
+            }
+        }
+        Ok(RealisedWorld { planned: self.clone(), people, effects })
+    }
+
+    /// How strongly each effect acts in one person, relative to others.
+    fn own_amplitudes(&self, person: &VirtualPerson) -> Vec<f64> {
+        let mut rng = stream(self.seed, Purpose::Amplitudes, person.index);
+        let spread = LogNormal::new(0.0, SPREAD).expect("a positive spread");
+        self.effects.iter().map(|_| spread.sample(&mut rng).clamp(0.55, 1.8)).collect()
+    }
+}
+
+/// The factor on the people's own amplitudes at which an effect alone shifts glucose by `target`,
+/// and the shift over all of them.
+fn reach(
+    effect: PlannedEffect,
+    target: f64,
+    people: &[VirtualPerson],
+    own: &[f64],
+    calendar: Calendar,
+) -> Result<Reached, WorldError> {
+    let shift = |factor: f64, count: usize| -> Result<f64, WorldError> {
+        let shifts: Vec<f64> = people
+            .par_iter()
+            .zip(own)
+            .take(count)
+            .map(|(person, own)| alone(person, effect, factor * own, calendar))
+            .collect::<Result<_, _>>()?;
+        Ok(shifts.iter().sum::<f64>() / shifts.len() as f64)
+    };
+    let mut found =
+        search(target, effect.largest_factor(), |factor| shift(factor, SEARCHED_PEOPLE).ok());
+    // A body that was not among those searched may fail where they did not.
+    for _ in 0..3 {
+        match shift(found.factor, people.len()) {
+            Ok(shift) => return Ok(Reached { shift, ..found }),
+            Err(_) => found.factor *= 0.7,
+        }
+    }
+    shift(found.factor, people.len()).map(|shift| Reached { shift, ..found })
+}
+
+impl RealisedWorld {
+    /// Lives the days: what a diagnosis is given.
+    ///
+    /// # Errors
+    /// If a body fails under several effects together.
+    pub fn cohort(&self) -> Result<Cohort, WorldError> {
+        let calendar = self.planned.calendar();
+        let people = self
+            .people
+            .par_iter()
+            .map(|person| person.live(calendar).map(|days| days.recorded))
+            .collect::<Result<_, _>>()?;
+        let mut cohort = Cohort { people };
+        self.planned.nuisances.take_from(&mut cohort, self.planned.seed);
+        Ok(cohort)
+    }
+}
+
+/// Mean absolute shift of one person's glucose, mg/dL, when an effect acts and nothing else does.
+fn alone(
+    person: &VirtualPerson,
+    effect: PlannedEffect,
+    amplitude: f64,
+    calendar: Calendar,
+) -> Result<f64, WorldError> {
+    let amplitudes = effect.set(Amplitudes::NONE, amplitude);
+    let person = VirtualPerson { amplitudes, ..person.clone() };
+    let lived = person.live(calendar)?;
+    let shift = person.shift(&lived, &Amplitudes::NONE)?.0;
+    if shift.is_finite() {
+        return Ok(shift);
+    }
+    let compartment = physiology::Compartment::Q1;
+    let source = ode_sim::OdeError::NonFinite { compartment };
+    Err(WorldError::Body { person: person.index, source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blind::{Nuisances, Plan};
+    use crate::effects::Effect;
+    use crate::generator::Generator;
+    use crate::therapy::Regime;
+    use cohort::Channel;
+
+    fn planned(effects: Vec<(PlannedEffect, f64)>) -> PlannedWorld {
+        PlannedWorld {
+            seed: 5,
+            effects,
+            generator: Generator::Hovorka,
+            regime: Regime::OpenLoopPump,
+            people: 3,
+            days: 7,
+            ..Plan::check(1, 0).worlds(5).swap_remove(0)
+        }
+    }
+
+    #[test]
+    fn the_amplitude_reaches_the_planned_shift() {
+        let dawn = PlannedEffect::Named(Effect::Dawn);
+        let world = planned(vec![(dawn, 10.0)]).realise().expect("a world");
+        let [found] = world.effects[..] else { panic!("one effect: {:?}", world.effects) };
+        // Searched on all three people, to within 4 %.
+        assert!((found.achieved / 10.0 - 1.0).abs() < 0.05, "{found:?}");
+        let person = &world.people[0];
+        let lived = person.live(world.planned.calendar()).expect("a week");
+        let shift = person.shift(&lived, &Amplitudes::NONE).expect("a shift").0;
+        assert!(shift > 4.0, "{shift}");
+        let mean: f64 = world.people.iter().map(|p| p.amplitudes.of(Effect::Dawn)).sum::<f64>();
+        assert!((mean / 3.0 - found.amplitude).abs() < 1e-12); // rounding
+    }
+
+    #[test]
+    fn an_effect_changes_values_and_nothing_that_would_give_it_away() {
+        let torn =
+            Nuisances { without_heart_rate: 1, gaps: true, uneven_days: true, unlogged_sets: true };
+        let of = |effects| {
+            let world = PlannedWorld { nuisances: torn, ..planned(effects) };
+            world.realise().expect("a world").cohort().expect("a cohort")
+        };
+        let null = of(Vec::new());
+        for effect in [Effect::MissedMeals, Effect::SensorLag, Effect::Exercise] {
+            let with = of(vec![(PlannedEffect::Named(effect), 5.0)]);
+            assert_ne!(with, null, "{}", effect.name());
+            assert_eq!(with.people.len(), null.people.len());
+            for (a, b) in with.people.iter().zip(&null.people) {
+                assert_eq!((&a.id, a.weight, a.therapy), (&b.id, b.weight, b.therapy));
+                assert_eq!(a.heart_rate_baseline, b.heart_rate_baseline);
+                assert_eq!((a.record.start(), a.record.len()), (b.record.start(), b.record.len()));
+                for channel in Channel::ALL {
+                    let present = |record: &cohort::Record| -> Vec<bool> {
+                        record.channel(channel).iter().map(Option::is_some).collect()
+                    };
+                    assert_eq!(present(&a.record), present(&b.record), "{}", channel.column());
+                }
+            }
+        }
+        let lacking = null.people.iter().filter(|p| p.heart_rate_baseline.is_none()).count();
+        assert_eq!(lacking, 1);
+        let sets = null.people.iter().flat_map(|p| p.record.set_change());
+        assert!(sets.clone().count() > 0 && sets.flatten().next().is_none());
+    }
+
+    #[test]
+    fn two_effects_act_together_and_each_is_measured_alone() {
+        let two = vec![
+            (PlannedEffect::Named(Effect::SetAgeing), 5.0),
+            (PlannedEffect::Named(Effect::Dawn), 10.0),
+        ];
+        let world = planned(two).realise().expect("a world");
+        for (found, target) in world.effects.iter().zip([5.0, 10.0]) {
+            assert!((found.achieved / target - 1.0).abs() < 0.05, "{found:?}");
+        }
+        let acting: Vec<&str> = world.people[1].amplitudes.acting().map(|(name, _)| name).collect();
+        assert_eq!(acting, ["dawn", "set_ageing"]);
+    }
+}

@@ -1,0 +1,27 @@
+//! Random streams of a plan, apart from those of the people.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// What a stream is used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// Which worlds there are.
+    Plan = 0,
+    /// The order in which they stand.
+    Order = 1,
+    /// Which person lacks which part of the record.
+    Nuisances = 2,
+    /// How strongly an effect outside the library acts in each person.
+    Amplitudes = 3,
+}
+
+/// Keeps these streams apart from the people's, which are drawn from the seed as it is.
+const APART: u64 = 0x626c_696e_6420_3031;
+
+/// The stream of one item for one purpose.
+pub(super) fn stream(seed: u64, purpose: Purpose, item: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ APART);
+    rng.set_stream(((item as u64) << 8) | purpose as u64);
+    rng
+}
