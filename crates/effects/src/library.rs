@@ -1,11 +1,22 @@
 //! Every effect that is tried unless the user says otherwise.
 
+mod alcohol;
+mod carb_miscount;
 mod circadian_sensitivity;
+mod compression_lows;
+#[cfg(test)]
+mod contract;
+mod counter_regulation;
 mod dawn;
 mod exercise;
+mod insulin_absorption;
 mod missed_meals;
 mod post_exercise_sensitivity;
+mod renal_threshold;
+mod sensor_drift;
+mod sensor_lag;
 mod set_ageing;
+mod set_failure;
 mod sleep_loss;
 mod slow_meals;
 mod unlogged_rescue_carbs;
@@ -22,9 +33,18 @@ pub fn library() -> Vec<Box<dyn Effect>> {
         Box::new(circadian_sensitivity::CircadianSensitivity),
         Box::new(sleep_loss::SleepLoss),
         Box::new(slow_meals::SlowMeals),
+        Box::new(carb_miscount::CarbMiscount),
         Box::new(missed_meals::MissedMeals),
         Box::new(unlogged_rescue_carbs::UnloggedRescueCarbs),
         Box::new(set_ageing::SetAgeing),
+        Box::new(set_failure::SetFailure),
+        Box::new(insulin_absorption::InsulinAbsorption),
+        Box::new(counter_regulation::CounterRegulation),
+        Box::new(alcohol::Alcohol),
+        Box::new(renal_threshold::RenalThreshold),
+        Box::new(sensor_lag::SensorLag),
+        Box::new(sensor_drift::SensorDrift),
+        Box::new(compression_lows::CompressionLows),
     ]
 }
 

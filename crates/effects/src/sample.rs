@@ -14,12 +14,12 @@ pub(crate) const BOUT: usize = 4 * DAY + 204;
 pub(crate) const BOUT_STEPS: usize = 9;
 /// Days with a bout.
 const BOUT_DAYS: [usize; 3] = [1, 4, 9];
-/// A day whose night before was four hours short.
+/// A day whose night before was four hours short and broken.
 pub(crate) const SHORT_NIGHT_BEFORE: usize = 6;
 /// A step at which filtered glucose falls below 70 mg/dL with nothing logged nearby.
 pub(crate) const LOW: usize = 8 * DAY + 187;
 
-/// Fourteen days from midnight with meals, bouts, one short night, lows in some afternoons, set changes every
+/// Fourteen days from midnight with meals, bouts, one short and broken night, lows in some afternoons, set changes every
 /// third day at 15 h and a sensor changed on day 7 at noon.
 pub(crate) fn fortnight() -> Course {
     let n = DAYS * DAY;
@@ -45,8 +45,8 @@ pub(crate) fn fortnight() -> Course {
             heart_rate[start..start + BOUT_STEPS].fill(Some(50.0));
             walked[start..start + BOUT_STEPS].fill(Some(600.0));
         }
-        let wakes = if d == SHORT_NIGHT_BEFORE { 3.0 } else { 7.0 };
-        asleep[at(0.0)..at(wakes)].fill(Some(0.95));
+        let (wakes, share) = if d == SHORT_NIGHT_BEFORE { (3.0, 0.8) } else { (7.0, 0.95) };
+        asleep[at(0.0)..at(wakes)].fill(Some(share));
         asleep[at(23.0)..(d + 1) * DAY].fill(Some(0.95));
         if d % 3 == 0 {
             set_changed[at(15.0)] = true;

@@ -50,8 +50,8 @@ impl Effect for PostExerciseSensitivity {
             summary: "insulin acts more strongly for half a day after exercise",
             size_at_one: "action 30 % higher after 45 min of moderate exercise, decaying over 10 h",
             source: "20 to 50 % over 10 to 16 h: Mikines et al., Am J Physiol 1988;254:E248; late peak after 7 to \
-                     11 h: McMahon et al., J Clin Endocrinol Metab 2007;92:963; tail of 600 min: Deichmann et al., \
-                     PLoS Comput Biol 2023;19:e1010289",
+                     11 h: McMahon et al., J Clin Endocrinol Metab 2007;92:963; tail of 600 min: Breton, J \
+                     Diabetes Sci Technol 2008;2:169",
             signature: "glucose over-predicted in the evening and night after active days, not after others",
             channels: &[Channel::Activity],
             confusable_with: &["exercise", "sleep_loss", "alcohol"],

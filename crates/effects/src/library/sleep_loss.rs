@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn action_is_down_through_the_day_after_a_short_night_and_on_no_other() {
         let course = fortnight();
-        for variant in 0..2 {
+        for variant in 0..SleepLoss.variants() {
             let steps = modulated(&SleepLoss, variant, 1.0, &course);
             let noon = |day: usize| steps[day * DAY + DAY / 2][Field::Action];
             assert!(noon(SHORT_NIGHT_BEFORE) < 0.95, "variant {variant}");

@@ -1,0 +1,86 @@
+//! Compression lows: lying on the sensor makes it read low.
+
+use crate::card::{Card, Channel, Prior};
+use crate::course::Course;
+use crate::effect::{Effect, EventShape, Form};
+use crate::modulation::{Field, Modulation};
+use crate::port::Port;
+
+/// Depth of an event of size 1, mg/dL.
+const DEPTH: f64 = -24.0;
+/// Its course in steps of five minutes, as a share of the depth: down within ten minutes, 45 minutes in all.
+const COURSE: [f64; 9] = [0.6, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.7, 0.3];
+/// Relative sizes and their weights: 12, 24 and 48 mg/dL.
+const SIZES: [(f64, f64); 3] = [(0.5, 0.3), (1.0, 0.45), (2.0, 0.25)];
+/// Events a day: 3 % of the readings of a night of 8.5 h, 45 min each.
+const PER_DAY: f64 = 0.34;
+/// Share of a step asleep from which the person lies.
+const ASLEEP: f64 = 0.5;
+/// Hours of the night where sleep is unknown.
+const NIGHT: (f64, f64) = (23.0, 7.0);
+
+/// See the module.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CompressionLows;
+
+impl Effect for CompressionLows {
+    fn card(&self) -> Card {
+        Card {
+            name: "compression_lows",
+            port: Port::Sensor,
+            summary: "the sensor reads low for a while when the sleeper lies on it",
+            size_at_one: "24 mg/dL low (12 to 48) for 45 min, one night in three",
+            source: "3 % of the readings of 1,125 nights: Baysal et al., J Diabetes Sci Technol 2014;8:1091; in volunteers: \
+                     Mensh et al., J Diabetes Sci Technol 2013;7:863",
+            signature: "sharp falls in sleep that end as sharply, without insulin or a rescue",
+            channels: &[Channel::Sleep, Channel::Clock],
+            confusable_with: &["unlogged_rescue_carbs", "counter_regulation"],
+            prior: Prior { median: 1.0, log_sd: 0.3, largest: 2.5 },
+        }
+    }
+
+    fn form(&self, course: &Course) -> Option<Form> {
+        let lying = |k: usize, hour: f64| {
+            let share = course.asleep.as_ref().and_then(|shares| shares.get(k).copied().flatten());
+            share.map_or(hour >= NIGHT.0 || hour < NIGHT.1, |share| share >= ASLEEP)
+        };
+        let steps = course.hour.iter().enumerate();
+        let onsets: Vec<usize> =
+            steps.filter(|(k, hour)| lying(*k, **hour)).map(|(k, _)| k).collect();
+        (!onsets.is_empty()).then(|| {
+            Form::Events(EventShape {
+                field: Field::SensorOffset,
+                profile: COURSE.iter().map(|share| DEPTH * share).collect(),
+                onsets,
+                per_day: PER_DAY,
+                sizes: SIZES.to_vec(),
+            })
+        })
+    }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::{DAY, SHORT_NIGHT_BEFORE, fortnight};
+
+    #[test]
+    fn the_sensor_reads_low_in_sleep_only() {
+        let mut course = fortnight();
+        let onsets = |course: &Course| match CompressionLows.form(course) {
+            Some(Form::Events(events)) => {
+                assert!(events.profile.iter().all(|offset| *offset < 0.0));
+                events.onsets
+            }
+            other => panic!("nights are there: {other:?}"),
+        };
+        let awake_at_5h = SHORT_NIGHT_BEFORE * DAY + 60;
+        let asleep = onsets(&course);
+        assert!(asleep.contains(&(DAY + 24)) && !asleep.contains(&awake_at_5h));
+        assert!(asleep.iter().all(|k| course.hour[*k] < 7.0 || course.hour[*k] >= 23.0));
+        course.asleep = None;
+        assert!(onsets(&course).contains(&awake_at_5h), "by the clock where sleep is unknown");
+    }
+}
