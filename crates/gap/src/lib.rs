@@ -40,6 +40,7 @@ pub mod diagnosis;
 mod error;
 pub mod filter;
 pub mod free_run;
+pub mod how_far;
 pub mod localisation;
 mod moderation;
 mod noise;
