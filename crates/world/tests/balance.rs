@@ -2,7 +2,7 @@
 
 use chrono::NaiveDate;
 use physiology::{Compartment, OpenLoop, Plant, STEP, StepInput, Units, UnitsPerHour, simulate};
-use world::{Body, Calendar, Effect, Physique, Regime, VirtualPerson};
+use world::{Background, Body, Calendar, Effect, Physique, Regime, VirtualPerson};
 
 fn calendar() -> Calendar {
     Calendar::new(NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date"), 14)
@@ -33,6 +33,7 @@ fn recorded_insulin_is_the_insulin_delivered() {
 #[test]
 fn without_counting_errors_and_omissions_the_log_holds_what_was_eaten() {
     let mut person = VirtualPerson::sample(11, 1, Regime::OpenLoopPump).expect("a person");
+    person.background = Background::ERRORS_IN_EFFECT;
     for effect in [Effect::CarbMiscount, Effect::MissedMeals, Effect::UnloggedRescueCarbs] {
         person.amplitudes = person.amplitudes.without(effect);
     }

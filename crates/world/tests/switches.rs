@@ -2,14 +2,17 @@
 
 use chrono::NaiveDate;
 use physiology::STEPS_PER_HOUR;
-use world::{Calendar, Effect, LivedDays, Regime, VirtualPerson};
+use world::{Calendar, Effect, LivedDays, Port, Regime, Shapes, VirtualPerson};
 
 fn calendar() -> Calendar {
     Calendar::new(NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date"), 28)
 }
 
 fn person(regime: Regime) -> VirtualPerson {
-    VirtualPerson::sample(17, 3, regime).expect("a person")
+    let person = VirtualPerson::sample(17, 3, regime).expect("a person");
+    // Every third set fails, so that one does in four weeks.
+    let amplitudes = person.amplitudes.with(Effect::SetFailure, 10.0);
+    VirtualPerson { amplitudes, shapes: Shapes::TYPICAL, ..person }
 }
 
 fn without(person: &VirtualPerson, effect: Effect) -> VirtualPerson {
@@ -37,15 +40,14 @@ fn each_effect_acts_and_changes_nothing_that_chance_brings() {
     let with = person.live(calendar()).expect("four weeks");
     for effect in Effect::ALL {
         let off = without(&person, effect).live(calendar()).expect("four weeks");
-        let acts = if effect == Effect::UnloggedRescueCarbs {
-            with.glucose == off.glucose
-                && with.recorded.record.carbs() != off.recorded.record.carbs()
-        } else {
-            with.glucose != off.glucose
+        let (a, b) = (&with.recorded.record, &off.recorded.record);
+        let acts = match effect {
+            Effect::UnloggedRescueCarbs => with.glucose == off.glucose && a.carbs() != b.carbs(),
+            _ if effect.port() == Port::Sensor => a.cgm() != b.cgm(),
+            _ => with.glucose != off.glucose,
         };
         assert!(acts, "{} does nothing, or what it should not", effect.name());
         assert!(with.life == off.life, "{} changes the life", effect.name());
-        let (a, b) = (&with.recorded.record, &off.recorded.record);
         assert!(a.heart_rate() == b.heart_rate() && a.set_change() == b.set_change());
         for (x, y) in a.cgm().iter().zip(b.cgm()) {
             assert_eq!(x.is_some(), y.is_some(), "{} changes lost readings", effect.name());

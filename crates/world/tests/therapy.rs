@@ -1,7 +1,7 @@
 //! The same person under another therapy.
 
 use chrono::NaiveDate;
-use world::{Calendar, EMBEDDED_SEED, LivedDays, Regime, VirtualPerson};
+use world::{Calendar, EMBEDDED_SEED, LivedDays, Regime, VirtualPerson, embedded_people};
 
 fn percent_above_180(days: &LivedDays) -> f64 {
     100.0 * days.glucose.iter().filter(|g| g.0 > 180.0).count() as f64 / days.glucose.len() as f64
@@ -11,9 +11,8 @@ fn percent_above_180(days: &LivedDays) -> f64 {
 fn automated_delivery_spends_less_time_high_than_the_profile_does() {
     let calendar = Calendar::new(NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date"), 28);
     let mut gains = Vec::new();
-    for index in 0..6 {
-        let open =
-            VirtualPerson::sample(EMBEDDED_SEED, index, Regime::OpenLoopPump).expect("drawn");
+    for (index, person) in embedded_people(EMBEDDED_SEED).expect("drawn").into_iter().enumerate() {
+        let open = VirtualPerson { regime: Regime::OpenLoopPump, ..person };
         let closed = VirtualPerson { regime: Regime::Aid, ..open.clone() };
         let (open, closed) =
             (open.live(calendar).expect("open"), closed.live(calendar).expect("closed"));
