@@ -25,6 +25,7 @@ mod effect;
 mod library;
 mod meals;
 mod modulation;
+mod overview;
 mod port;
 mod presence;
 #[cfg(test)]
@@ -36,5 +37,6 @@ pub use course::{Course, STEP_MINUTES};
 pub use effect::{Effect, EventShape, Form, RandomUnit};
 pub use library::{find, library, names};
 pub use modulation::{FIELDS, Field, Modulation};
+pub use overview::overview;
 pub use port::Port;
 pub use slot_centring::centre_within_clock_slots;

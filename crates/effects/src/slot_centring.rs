@@ -18,23 +18,20 @@ const SLOTS_PER_HOUR: f64 = 12.0;
 /// place where a later day reaches an earlier one: as a constant of the slot, never as an event.
 #[must_use]
 pub fn centre_within_clock_slots(course: &Course, values: &[Option<f64>]) -> Vec<f64> {
-    let mut sums = vec![(0.0_f64, 0.0_f64); SLOTS];
-    for (hour, value) in course.hour.iter().zip(values) {
+    let slots: Vec<usize> = course.hour.iter().map(|hour| slot(*hour)).collect();
+    let mut means = [0.0_f64; SLOTS];
+    let mut counts = [0.0_f64; SLOTS];
+    for (slot, value) in slots.iter().zip(values) {
         if let Some(value) = value {
-            let (sum, count) = &mut sums[slot(*hour)];
-            *sum += value;
-            *count += 1.0;
+            means[*slot] += value;
+            counts[*slot] += 1.0;
         }
     }
-    course
-        .hour
-        .iter()
-        .zip(values)
-        .map(|(hour, value)| {
-            let (sum, count) = sums[slot(*hour)];
-            value.map_or(0.0, |value| value - sum / count)
-        })
-        .collect()
+    for (mean, count) in means.iter_mut().zip(&counts) {
+        *mean /= count.max(1.0);
+    }
+    let known = slots.iter().zip(values);
+    known.map(|(slot, value)| value.map_or(0.0, |value| value - means[*slot])).collect()
 }
 
 /// Slot of an hour of the day.
