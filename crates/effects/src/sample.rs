@@ -90,7 +90,7 @@ pub(crate) fn other_after(course: &Course, step: usize) -> Course {
     let mut other = course.clone();
     for k in step..course.len() {
         let odd = k % 7 == 0;
-        other.carbs[k] = if odd { 30.0 } else { 0.0 };
+        other.carbs[k] = if odd { 30.0 } else { 1.0 };
         other.glucose[k] = 60.0 + (k % 200) as f64;
         if let Some(rates) = &mut other.heart_rate_over_rest {
             rates[k] = odd.then_some(90.0);
@@ -111,8 +111,9 @@ pub(crate) fn other_after(course: &Course, step: usize) -> Course {
     other
 }
 
-/// Steps at which the future is exchanged.
-pub(crate) const CUTS: [usize; 4] = [3 * DAY + 17, LOW + 2, 8 * DAY + 230, BOUT + 3];
+/// Steps at which the future is exchanged: a night, right after a breakfast and an onset of a low, after a dinner, in
+/// a bout.
+pub(crate) const CUTS: [usize; 5] = [3 * DAY + 17, 3 * DAY + 94, LOW + 1, 8 * DAY + 230, BOUT + 3];
 
 /// A driver before centring must not change before a step when the record changes from there on.
 pub(crate) fn looks_only_back(driver: impl Fn(&Course) -> Vec<Option<f64>>) {

@@ -15,7 +15,7 @@ const COURSE: (f64, f64, f64) = (60.0, 480.0, 720.0);
 const EVENING: (f64, f64) = (19.0, 24.0);
 /// Onsets are tried this far apart, min, before a free day and before a working day. As all onsets are equally
 /// likely, this makes the evenings before Saturday and Sunday twice as likely.
-const ONSETS_APART: (f64, f64) = (30.0, 60.0);
+const ONSETS_APART: (f64, f64) = (45.0, 90.0);
 /// Evenings with alcohol a day.
 const PER_DAY: f64 = 0.15;
 /// Relative sizes and their weights: production down by 20, 40 and 56 %.
@@ -100,7 +100,7 @@ mod tests {
         };
         let on = |day: usize| events.onsets.iter().filter(|k| **k / DAY == day).count();
         // Days 5 and 6 are the weekend: the evenings of days 4 and 5 come before a free day.
-        assert_eq!((on(3), on(4), on(5), on(6)), (5, 10, 10, 5));
+        assert_eq!((on(3), on(4), on(5), on(6)), (4, 7, 7, 4));
         assert!(events.onsets.iter().all(|k| course.hour[*k] >= 19.0));
         assert!(events.profile.iter().all(|p| (LESS..=0.0).contains(p)));
         assert!((events.profile[50] - LESS).abs() < 1e-12);
