@@ -23,7 +23,7 @@ impl Channel {
 
 /// Cards of effects as Markdown: a table of all, then a paragraph on each.
 ///
-/// `docs/effects.md` is this of [`library`](crate::library).
+/// `docs/effects.md` is this of [`library()`](crate::library()).
 #[must_use]
 pub fn overview(effects: &[Box<dyn Effect>]) -> String {
     let mut text = String::from(
