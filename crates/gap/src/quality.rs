@@ -79,7 +79,7 @@ pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
     found.extend(carb_unit::finding(person));
     found.extend(plausible_day::findings(person, &found));
     found.extend(heart_rate::finding(person));
-    found.extend(clock_offset::findings(person, observations));
+    found.extend(clock_offset::findings(person));
     found
 }
 
