@@ -6,10 +6,11 @@
 //! and what it is easily mistaken for. The library is open: implement [`Effect`] and hand it to the
 //! diagnosis beside [`library()`]; `examples/own_effect.rs` adds one.
 //!
-//! Three habits keep an effect from being named for another's gap. A driver that is not about the clock is centred
-//! across days within the clock slot ([`centre_within_clock_slots`]). One that looks at glucose looks at
-//! [`Course::glucose`], which is filtered, and never ahead. One whose channel was recorded in less than a fifth of
-//! the steps has no [`Form`] for that person.
+//! Three habits keep an effect from being named for another's gap. A driver that lasts for
+//! many hours and is not about the clock is centred across days within the clock slot
+//! ([`centre_within_clock_slots`]); one that follows a logged meal, a bout or a low for some hours is tied to
+//! it and is not. One that looks at glucose looks at [`Course::glucose`], which is filtered, and never ahead. One
+//! whose channel was recorded in less than a fifth of the steps has no [`Form`] for that person.
 //!
 //! Nothing here knows a model. A driver is written as a [`Modulation`] per five-minute step, and
 //! whoever simulates decides what a port is in their equations.
