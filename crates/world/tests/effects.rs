@@ -2,6 +2,7 @@
 
 use chrono::NaiveDate;
 use physiology::STEPS_PER_DAY;
+use rayon::prelude::*;
 use world::{
     Amplitudes, Background, Calendar, Effect, Generator, LivedDays, OutsideEffect, Port, Regime,
     Shapes, VirtualPerson,
@@ -79,20 +80,17 @@ fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
 fn shifts_grow_with_the_amplitude_from_nothing() {
     for generator in Generator::ALL {
         let people = people(generator);
-        for switch in Switch::all() {
-            let shifts: Vec<f64> = [0.0, 0.5, 1.0, 2.0]
-                .map(|amplitude| {
-                    mean(people.iter().map(|person| {
-                        let person = with(person, switch.at(amplitude));
-                        let lived = live(&person);
-                        person.shift(&lived, &Amplitudes::NONE).expect("finite").0
-                    }))
-                })
-                .to_vec();
+        Switch::all().collect::<Vec<_>>().into_par_iter().for_each(|switch| {
+            let shifts = [0.0, 0.5, 1.0, 2.0].map(|amplitude| {
+                mean(people.iter().map(|person| {
+                    let person = with(person, switch.at(amplitude));
+                    person.shift(&live(&person), &Amplitudes::NONE).expect("finite").0
+                }))
+            });
             assert_eq!(shifts[0], 0.0, "{switch:?}");
             assert!(shifts.is_sorted_by(|a, b| a < b), "{generator:?} {switch:?}: {shifts:?}");
             assert!(shifts[2] > 0.05, "{generator:?} {switch:?}: {shifts:?}");
-        }
+        });
     }
 }
 

@@ -6,10 +6,9 @@ use super::super::Condition;
 use super::event::{Event, on_some_days};
 use crate::behaviour::Life;
 
-/// Fall of the action on the liver, as a logarithm: 40 %. Raised fatty acids take away about half of
-/// the suppression of the production by insulin (Boden et al., Am J Physiol Endocrinol Metab
-/// 2002;283:E12), and fat dinners ask for more insulin through the night (Wolpert et al., Diabetes
-/// Care 2013;36:810).
+/// Fall of the action on the liver, as a logarithm: 40 %. Fatty acids keep insulin from suppressing
+/// the production (Boden et al., Am J Physiol Endocrinol Metab 2002;283:E12), and fat dinners asked
+/// for 42 % more insulin (Wolpert et al., Diabetes Care 2013;36:810).
 const FALL: f64 = 0.51;
 
 /// Eight to thirteen hours from between 20:00 and 22:30 on, 35 % of evenings (assumed).
