@@ -26,6 +26,6 @@ mod streams;
 
 pub use amplitude_search::{MOST_EVALUATIONS, Reached, search};
 pub use nuisances::Nuisances;
-pub use plan::{DAYS, PEOPLE, Plan, PlannedWorld, SHIFTS};
+pub use plan::{DAYS, PEOPLE, Plan, PlannedWorld, Role, SHIFTS};
 pub use planned_effect::PlannedEffect;
 pub use realised::{RealisedEffect, RealisedWorld};

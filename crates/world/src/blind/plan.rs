@@ -20,12 +20,25 @@ const LARGER_SHIFTS: [f64; 3] = [5.0, 10.0, 15.0];
 pub const PEOPLE: [usize; 3] = [3, 5, 10];
 /// Numbers of days.
 pub const DAYS: [usize; 3] = [7, 14, 28];
+/// Keeps the seeds of calibration worlds apart from those of a check.
+const CALIBRATION: u64 = 0x6361_6c69_6272_6174;
 /// Days on which a record may begin: two years from 2023 on.
 const FIRST_DAYS: i64 = 730;
+
+/// What a plan's worlds are for. The same seed gives other worlds in another role.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// A diagnosis is tested on them.
+    Check,
+    /// Thresholds are fixed on them.
+    Calibration,
+}
 
 /// How many worlds of which kind.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
+    /// What they are for.
+    pub role: Role,
     /// Worlds with one effect of the library.
     pub singles: usize,
     /// Worlds with two effects of the library.
@@ -68,6 +81,7 @@ impl Plan {
         let outside = (worlds * 15).div_ceil(70).min(worlds);
         let pairs = outside.min(worlds - outside);
         Self {
+            role: Role::Check,
             singles: worlds - pairs - outside,
             pairs,
             outside,
@@ -80,7 +94,8 @@ impl Plan {
     /// on the other.
     #[must_use]
     pub fn calibration(worlds: usize, nulls: usize, generator: Generator) -> Self {
-        Self { generators: vec![generator], ..Self::check(worlds, nulls) }
+        let role = Role::Calibration;
+        Self { role, generators: vec![generator], ..Self::check(worlds, nulls) }
     }
 
     /// Draws the worlds, in an order that tells nothing of what acts.
@@ -89,6 +104,10 @@ impl Plan {
     /// generators; the rest is drawn.
     #[must_use]
     pub fn worlds(&self, master_seed: u64) -> Vec<PlannedWorld> {
+        let master_seed = match self.role {
+            Role::Check => master_seed,
+            Role::Calibration => master_seed ^ CALIBRATION,
+        };
         let mut rng = stream(master_seed, Purpose::Plan, 0);
         let truths = self
             .single_effects(&mut rng)
@@ -116,7 +135,8 @@ impl Plan {
         let people = PEOPLE[rng.random_range(0..PEOPLE.len())];
         let regime = if rng.random_bool(0.5) { Regime::OpenLoopPump } else { Regime::Aid };
         PlannedWorld {
-            seed: rng.random(),
+            // 53 bits: a number that every reader of JSON holds exactly.
+            seed: rng.random::<u64>() >> 11,
             effects,
             generator: turned(&self.generators, turn),
             regime,
@@ -219,6 +239,8 @@ mod tests {
         let plan = Plan::check(28, 12);
         assert_eq!(plan.worlds(1), plan.worlds(1));
         assert_ne!(plan.worlds(1), plan.worlds(2));
+        let calibration = Plan { role: Role::Calibration, ..plan.clone() };
+        assert!(calibration.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
         let seeds: BTreeSet<u64> = plan.worlds(1).iter().map(|w| w.seed).collect();
         assert_eq!(seeds.len(), 40);
     }

@@ -59,10 +59,11 @@ impl PlannedWorld {
     /// # Errors
     /// If no body can be drawn or lived in, from this seed and from a few others.
     pub fn realise(&self) -> Result<RealisedWorld, WorldError> {
-        let mut attempt = 0;
+        let mut attempt = 0_u64;
         loop {
-            // An odd step runs through all seeds.
-            let seed = self.seed.wrapping_add(attempt * 0x9e37_79b9_7f4a_7c15);
+            // An odd step runs through all seeds of 53 bits.
+            let step = attempt.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let seed = self.seed.wrapping_add(step) & ((1 << 53) - 1);
             match (Self { seed, ..self.clone() }).realise_once() {
                 Err(_) if attempt < ATTEMPTS => attempt += 1,
                 result => return result,
@@ -79,9 +80,7 @@ impl PlannedWorld {
         for person in &mut people {
             person.amplitudes = Amplitudes::NONE;
         }
-        // The body must be able to live without any effect.
         let calendar = self.calendar();
-        people.par_iter().try_for_each(|person| person.live(calendar).map(|_| ()))?;
         let mut effects = Vec::new();
         for (place, (effect, target)) in self.effects.iter().enumerate() {
             let own: Vec<f64> = own.iter().map(|own| own[place]).collect();
@@ -97,6 +96,8 @@ impl PlannedWorld {
                 person.amplitudes = effect.set(person.amplitudes, found.factor * own);
             }
         }
+        // The bodies must be able to live with all effects together, or with none.
+        people.par_iter().try_for_each(|person| person.live(calendar).map(|_| ()))?;
         Ok(RealisedWorld { planned: self.clone(), people, effects })
     }
 
