@@ -20,7 +20,6 @@ mod state;
 mod steady_state;
 
 pub use body::{PadovaBody, PadovaBodyState};
-pub use equations::{Forcing, derivative, gastric_emptying, production, uptake};
 pub use exertion::Exertion;
 pub use parameters::PadovaParameters;
 pub use state::PadovaState;

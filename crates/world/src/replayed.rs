@@ -26,18 +26,18 @@ use physiology::MgPerDl;
 use crate::background::Background;
 use crate::behaviour::Life;
 use crate::devices::WornSensors;
-use crate::effects::{Amplitudes, Effect, Happenings, Shapes, conditions, sensing};
+use crate::effects::{Amplitudes, Condition, Effect, Happenings, Shapes, conditions, sensing};
 use crate::error::WorldError;
 use crate::generator::Generator;
 use crate::physique::{Course, Physique};
-use crate::reactions::reactions;
+use crate::reactions::{Reaction, reactions};
 use crate::stream::{Concept, stream};
 use crate::virtual_person::LivedDays;
 use crate::wear::SensorWear;
 
 use doses::Doses;
 use recorded_life::RecordedLife;
-use replaying::Replaying;
+use replaying::{Eaten, Replaying};
 
 /// A person of a cohort whose recorded days a body lives again.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,16 +106,16 @@ pub enum NotReplayed {
 /// The effects that can act on a person's replayed days: all but those that depend on what is not
 /// recorded.
 ///
-/// Alcohol never; sleep loss without a sleep channel; exercise and its aftermath without heart
-/// rate; ageing and failing sets without set changes.
+/// Never alcohol. Sleep loss where sleep is recorded and a night a week is an hour short; exercise
+/// and its aftermath where heart rate shows a session a week; ageing and failing sets where set
+/// changes are recorded.
 #[must_use]
 pub fn available(original: &Person) -> Vec<Effect> {
-    let recorded = |channel| original.record.channel(channel).iter().any(Option::is_some);
-    let (sleep, heart, sets) = (
-        recorded(Channel::SleepEfficiency),
-        recorded(Channel::HeartRate),
-        original.record.set_change().iter().any(|change| *change == Some(1.0)),
-    );
+    let life = RecordedLife::new(0, 0, original).life;
+    let weekly = |count: usize| count > 0 && 7 * count >= life.calendar.days();
+    let sleep = weekly(life.nights.iter().filter(|night| night.hours_short > 1.0).count());
+    let heart = weekly(life.sessions.len());
+    let sets = life.sets.count() > 0;
     Effect::ALL
         .into_iter()
         .filter(|effect| match effect {
@@ -161,7 +161,8 @@ impl ReplayedPerson {
             source: Box::new(source),
         })?;
         let life = self.recorded_life();
-        let course = self.course(&life, &doses, &self.amplitudes, &self.restoring, self.body)?;
+        let days = Days::new(self, &life, &doses, self.amplitudes);
+        let course = days.lived(self.body, &self.restoring)?;
         let mut glucose = course.glucose;
         glucose.truncate(self.original.record.len());
         let mut recorded = self.original.clone();
@@ -171,30 +172,6 @@ impl ReplayedPerson {
 
     fn recorded_life(&self) -> RecordedLife {
         RecordedLife::new(self.seed, self.index, &self.original)
-    }
-
-    /// The course of a body under the recorded doses.
-    fn course(
-        &self,
-        recorded: &RecordedLife,
-        doses: &Doses,
-        amplitudes: &Amplitudes,
-        restoring: &[f64],
-        body: Physique,
-    ) -> Result<Course, WorldError> {
-        let mut life = recorded.life.clone();
-        let miscount = amplitudes.of(Effect::CarbMiscount);
-        recorded_life::eaten(&mut life, &self.background, self.shapes.counting_bias, miscount);
-        let happenings = self.happenings(&life);
-        let mut conditions =
-            conditions(&recorded.habits, &life, &happenings, &self.shapes, amplitudes)
-                .split_off(recorded.offset);
-        fit::restore(&mut conditions, recorded.offset, restoring);
-        let reactions = reactions(&life.calendar, &mut self.rng(Concept::Reactions));
-        let mut source = Replaying::new(recorded, &life, doses, &reactions, *amplitudes);
-        let start = MgPerDl(fit::first_glucose(&self.original));
-        body.run(&conditions, *amplitudes, start, &mut source, doses.len())
-            .map_err(|source| WorldError::Body { person: self.index, source })
     }
 
     fn happenings(&self, life: &Life) -> Happenings {
@@ -235,5 +212,55 @@ impl ReplayedPerson {
             *slot = slot.and(reading);
         }
         Ok(())
+    }
+}
+
+/// Everything about the recorded days of a person under given amplitudes but the body.
+struct Days<'a> {
+    person: usize,
+    offset: usize,
+    doses: &'a Doses,
+    life: Life,
+    conditions: Vec<Condition>,
+    eaten: Eaten,
+    reactions: Vec<Reaction>,
+    amplitudes: Amplitudes,
+    start: MgPerDl,
+}
+
+impl<'a> Days<'a> {
+    fn new(
+        person: &ReplayedPerson,
+        recorded: &RecordedLife,
+        doses: &'a Doses,
+        amplitudes: Amplitudes,
+    ) -> Self {
+        let mut life = recorded.life.clone();
+        let miscount = amplitudes.of(Effect::CarbMiscount);
+        recorded_life::eaten(&mut life, &person.background, person.shapes.counting_bias, miscount);
+        let happenings = person.happenings(&life);
+        let mut conditions =
+            conditions(&recorded.habits, &life, &happenings, &person.shapes, &amplitudes);
+        conditions.drain(..recorded.offset);
+        Self {
+            person: person.index,
+            offset: recorded.offset,
+            doses,
+            conditions,
+            eaten: Eaten::new(recorded, &life, &amplitudes),
+            reactions: reactions(&life.calendar, &mut person.rng(Concept::Reactions)),
+            life,
+            amplitudes,
+            start: MgPerDl(fit::first_glucose(&person.original)),
+        }
+    }
+
+    /// The course of a body with a restoring change through these days.
+    fn lived(&self, body: Physique, restoring: &[f64]) -> Result<Course, WorldError> {
+        let mut conditions = self.conditions.clone();
+        fit::restore(&mut conditions, self.offset, restoring);
+        let mut source = Replaying::new(self);
+        body.run(&conditions, self.amplitudes, self.start, &mut source, self.doses.len())
+            .map_err(|source| WorldError::Body { person: self.person, source })
     }
 }

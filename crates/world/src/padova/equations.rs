@@ -9,36 +9,53 @@ use super::state::PadovaState;
 /// Glucose below which the risk of S2013 grows no further, mg/dL.
 const RISK_FLOOR: f64 = 60.0;
 
-/// What acts on the compartments through one step. All factors are 1 in the body as drawn.
+/// Parameters with what follows from them, so that it is not reckoned anew at every moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Forcing {
-    /// Insulin infusion under the skin, pmol/kg/min.
-    pub insulin: f64,
-    /// Carbohydrate of the last meal with what was then left in the stomach D, mg.
-    pub meal: f64,
-    /// Glucose flux into plasma beside meals and production, mg/kg/min.
-    pub glucose_flux: f64,
-    /// Factor on production.
-    pub production: f64,
-    /// Factor on the insulin that acts on uptake.
-    pub action: f64,
-    /// Factor on the insulin that acts on production.
-    pub liver_action: f64,
-    /// Factor on the uptake capacity at basal insulin V_m0.
-    pub capacity: f64,
-    /// Factor on the times of insulin absorption.
-    pub insulin_time: f64,
-    /// Factor on the times of stomach and intestine.
-    pub gut_time: f64,
-    /// Factor on the renal threshold.
-    pub renal_threshold: f64,
-    /// Factor on the renal excretion rate.
-    pub renal_slope: f64,
+pub(super) struct Prepared {
+    pub(super) p: PadovaParameters,
+    k_p1: f64,
+    v_m0: f64,
+    /// ln(G_b)^r_2
+    log_basal: f64,
 }
 
+impl Prepared {
+    pub(super) fn new(p: PadovaParameters) -> Self {
+        Self { p, k_p1: p.k_p1(), v_m0: p.v_m0(), log_basal: p.g_b.ln().powf(p.r_2) }
+    }
+}
+
+/// What acts on the compartments through one step. All factors are 1 in the body as drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Forcing {
+    /// Insulin infusion under the skin, pmol/kg/min.
+    pub(super) insulin: f64,
+    /// Carbohydrate of the last meal with what was then left in the stomach D, mg.
+    pub(super) meal: f64,
+    /// Glucose flux into plasma beside meals and production, mg/kg/min.
+    pub(super) glucose_flux: f64,
+    /// Factor on production.
+    pub(super) production: f64,
+    /// Factor on the insulin that acts on uptake.
+    pub(super) action: f64,
+    /// Factor on the insulin that acts on production.
+    pub(super) liver_action: f64,
+    /// Factor on the uptake capacity at basal insulin V_m0.
+    pub(super) capacity: f64,
+    /// Factor on the times of insulin absorption.
+    pub(super) insulin_time: f64,
+    /// Factor on the times of stomach and intestine.
+    pub(super) gut_time: f64,
+    /// Factor on the renal threshold.
+    pub(super) renal_threshold: f64,
+    /// Factor on the renal excretion rate.
+    pub(super) renal_slope: f64,
+}
+
+#[cfg(test)]
 impl Forcing {
     /// Nothing acts on the body as drawn.
-    pub const NONE: Self = Self {
+    pub(super) const NONE: Self = Self {
         insulin: 0.0,
         meal: 0.0,
         glucose_flux: 0.0,
@@ -58,7 +75,7 @@ impl Forcing {
 /// k_min + (k_max - k_min)/2 (tanh(alpha (q - b D)) - tanh(beta (q - d D)) + 2) with alpha = 5/(2 D
 /// (1 - b)) and beta = 5/(2 D d) (Dalla Man et al. 2006 and 2007); k_max without a meal.
 #[must_use]
-pub fn gastric_emptying(p: &PadovaParameters, q_sto: f64, meal: f64) -> f64 {
+pub(super) fn gastric_emptying(p: &PadovaParameters, q_sto: f64, meal: f64) -> f64 {
     if meal <= 0.0 {
         return p.k_max;
     }
@@ -70,8 +87,9 @@ pub fn gastric_emptying(p: &PadovaParameters, q_sto: f64, meal: f64) -> f64 {
 
 /// Endogenous production EGP = k_p1 - k_p2 G_p - k_p3 X^L, mg/kg/min, never negative.
 #[must_use]
-pub fn production(p: &PadovaParameters, g_p: f64, x_l: f64) -> f64 {
-    (p.k_p1() - p.k_p2 * g_p - p.k_p3 * x_l).max(0.0)
+pub(super) fn production(body: &Prepared, g_p: f64, x_l: f64) -> f64 {
+    let p = &body.p;
+    (body.k_p1 - p.k_p2 * g_p - p.k_p3 * x_l).max(0.0)
 }
 
 /// Insulin-dependent uptake U_id, mg/kg/min: V_m G_t/(K_m0 + G_t).
@@ -80,14 +98,15 @@ pub fn production(p: &PadovaParameters, g_p: f64, x_l: f64) -> f64 {
 /// ln(G_b)^r_2)^2 below basal glucose, 0 above it, and does not grow below 60 mg/dL. `glucose` in
 /// mg/dL, `g_t` in mg/kg, `x` in pmol/L.
 #[must_use]
-pub fn uptake(p: &PadovaParameters, glucose: f64, g_t: f64, x: f64, capacity: f64) -> f64 {
+pub(super) fn uptake(body: &Prepared, glucose: f64, g_t: f64, x: f64, capacity: f64) -> f64 {
+    let p = &body.p;
     let risk = if glucose < p.g_b {
-        let distance = glucose.max(RISK_FLOOR).ln().powf(p.r_2) - p.g_b.ln().powf(p.r_2);
+        let distance = glucose.max(RISK_FLOOR).ln().powf(p.r_2) - body.log_basal;
         10.0 * distance * distance
     } else {
         0.0
     };
-    let v_m = capacity * p.v_m0() + p.v_mx * x * (1.0 + p.r_1 * risk);
+    let v_m = capacity * body.v_m0 + p.v_mx * x * (1.0 + p.r_1 * risk);
     v_m.max(0.0) * g_t / (p.k_m0 + g_t)
 }
 
@@ -107,7 +126,8 @@ pub(super) fn brain_uptake(p: &PadovaParameters, glucose: f64) -> f64 {
 
 /// Rate of change of the twelve compartments, per minute.
 #[must_use]
-pub fn derivative(p: &PadovaParameters, s: &PadovaState, forcing: &Forcing) -> PadovaState {
+pub(super) fn derivative(body: &Prepared, s: &PadovaState, forcing: &Forcing) -> PadovaState {
+    let p = &body.p;
     let glucose = s.g_p / p.v_g;
     let insulin = s.i_p / p.v_i;
     let k_empt = if s.q_sto2 == 0.0 && s.q_sto1 == 0.0 {
@@ -122,12 +142,14 @@ pub fn derivative(p: &PadovaParameters, s: &PadovaState, forcing: &Forcing) -> P
     let appearance = p.f * absorbed / p.weight.0;
     let renal = excretion(p.k_e1 * forcing.renal_slope, p.k_e2 * forcing.renal_threshold, s.g_p);
     PadovaState {
-        g_p: forcing.production * production(p, s.g_p, s.x_l) + appearance + forcing.glucose_flux
+        g_p: forcing.production * production(body, s.g_p, s.x_l)
+            + appearance
+            + forcing.glucose_flux
             - brain_uptake(p, glucose)
             - renal
             - p.k_1 * s.g_p
             + p.k_2 * s.g_t,
-        g_t: p.k_1 * s.g_p - p.k_2 * s.g_t - uptake(p, glucose, s.g_t, s.x, forcing.capacity),
+        g_t: p.k_1 * s.g_p - p.k_2 * s.g_t - uptake(body, glucose, s.g_t, s.x, forcing.capacity),
         i_p: p.m_1 * s.i_l - (p.m_2 + p.m_4) * s.i_p
             + depot * (p.k_a1 * s.i_sc1 + p.k_a2 * s.i_sc2),
         i_l: p.m_2 * s.i_p - (p.m_1 + p.m_3) * s.i_l,

@@ -12,8 +12,8 @@ use crate::calendar::Calendar;
 
 /// Spread (log) of the action of a day, and of a third of a day about it; assumed, such that their
 /// sum is that of the other generator.
-const BETWEEN_DAYS: f64 = 0.11;
-const WITHIN_DAYS: f64 = 0.11;
+const BETWEEN_DAYS: f64 = 0.14;
+const WITHIN_DAYS: f64 = 0.14;
 /// Thirds of a day.
 const PARTS: usize = 3;
 /// Width over which one part passes into the next, steps.

@@ -5,7 +5,7 @@ use physiology::{MgPerDl, UnitsPerHour};
 
 #[cfg(test)]
 use super::equations::{Forcing, derivative};
-use super::equations::{brain_uptake, excretion, production, uptake};
+use super::equations::{Prepared, brain_uptake, excretion, production, uptake};
 use super::parameters::PadovaParameters;
 use super::state::PadovaState;
 
@@ -25,9 +25,10 @@ const TOLERANCE: f64 = 1e-9;
 /// [`OdeError::Argument`] for a glucose that cannot be, [`OdeError::NoBasal`] where uptake exceeds
 /// production without insulin, and [`OdeError::SteadyState`] where 4,000 pmol/L do not hold it.
 pub(super) fn at_glucose(
-    p: &PadovaParameters,
+    body: &Prepared,
     glucose: MgPerDl,
 ) -> Result<(PadovaState, UnitsPerHour), OdeError> {
+    let p = &body.p;
     if !(glucose.0.is_finite() && glucose.0 > 0.0) {
         let requirement = "positive and finite";
         return Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement });
@@ -37,7 +38,7 @@ pub(super) fn at_glucose(
     {
         return Err(OdeError::Parameter { name, value });
     }
-    let surplus = |insulin: f64| net(p, glucose.0, insulin).0;
+    let surplus = |insulin: f64| net(body, glucose.0, insulin).0;
     if surplus(0.0) < 0.0 {
         return Err(OdeError::NoBasal { glucose: glucose.0 });
     }
@@ -51,7 +52,7 @@ pub(super) fn at_glucose(
         let middle = 0.5 * (low + high);
         if surplus(middle) > 0.0 { low = middle } else { high = middle }
     }
-    let (residual, g_t) = net(p, glucose.0, high);
+    let (residual, g_t) = net(body, glucose.0, high);
     if residual.abs() > TOLERANCE {
         return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 80 });
     }
@@ -59,7 +60,8 @@ pub(super) fn at_glucose(
 }
 
 /// Net glucose flux (mg/kg/min) with plasma insulin held at `insulin`, and the G_t that goes with it.
-fn net(p: &PadovaParameters, glucose: f64, insulin: f64) -> (f64, f64) {
+fn net(body: &Prepared, glucose: f64, insulin: f64) -> (f64, f64) {
+    let p = &body.p;
     let g_p = glucose * p.v_g;
     let x = insulin - p.i_b;
     // k_1 G_p - k_2 G_t = U_id(G_t) rises in G_t on the right and falls on the left.
@@ -67,9 +69,9 @@ fn net(p: &PadovaParameters, glucose: f64, insulin: f64) -> (f64, f64) {
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
         let inflow = p.k_1 * g_p - p.k_2 * middle;
-        if inflow > uptake(p, glucose, middle, x, 1.0) { low = middle } else { high = middle }
+        if inflow > uptake(body, glucose, middle, x, 1.0) { low = middle } else { high = middle }
     }
-    let flux = production(p, g_p, insulin)
+    let flux = production(body, g_p, insulin)
         - brain_uptake(p, glucose)
         - excretion(p.k_e1, p.k_e2, g_p)
         - p.k_1 * g_p
@@ -105,8 +107,8 @@ fn held_by(
 
 /// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
 #[cfg(test)]
-pub(super) fn residual(p: &PadovaParameters, state: &PadovaState, basal: UnitsPerHour) -> f64 {
-    let insulin = basal.0 * PMOL_PER_UNIT / 60.0 / p.weight.0;
-    let slope = derivative(p, state, &Forcing { insulin, ..Forcing::NONE });
+pub(super) fn residual(body: &Prepared, state: &PadovaState, basal: UnitsPerHour) -> f64 {
+    let insulin = basal.0 * PMOL_PER_UNIT / 60.0 / body.p.weight.0;
+    let slope = derivative(body, state, &Forcing { insulin, ..Forcing::NONE });
     slope.entries().iter().fold(0.0_f64, |largest, (_, rate)| largest.max(rate.abs()))
 }

@@ -1,11 +1,10 @@
 //! The search for a body that can live a recorded person's days.
 
 use cohort::Person;
-use physiology::{Kilograms, STEPS_PER_DAY};
+use physiology::{Kilograms, MgPerDl, STEP, STEPS_PER_DAY};
 
 use super::doses::Doses;
-use super::recorded_life::RecordedLife;
-use super::{NotReplayed, ReplayedPerson};
+use super::{Days, NotReplayed, ReplayedPerson};
 use crate::background::Background;
 use crate::effects::{Amplitudes, Condition, Shapes};
 use crate::error::WorldError;
@@ -35,8 +34,14 @@ const DAY_EXTREMES: (f64, f64) = (55.0, 340.0);
 const WITHIN: f64 = 0.97;
 const OFF_TARGET: f64 = 15.0;
 /// Fall of mean glucose with the logarithm of insulin action, mg/dL, of the order that bodies of
-/// either kind have; the searches step by it.
+/// either kind have, and the range of it; the searches step by it.
 const SLOPE: f64 = 200.0;
+const SLOPES: (f64, f64) = (80.0, 500.0);
+/// Simulations of a search, and the further ones with effects.
+const ROUNDS: usize = 9;
+const ROUNDS_WITH_EFFECTS: usize = 3;
+/// Bodies that are tried.
+const BODIES: usize = 4;
 
 /// The log factor on insulin action of a step, passing from day to day within two hours about 3:00.
 pub(super) fn change_at(restoring: &[f64], step: usize) -> f64 {
@@ -89,20 +94,42 @@ pub(super) fn fit(
         return Err(NotReplayed::NoCarbohydrate { percent: 100.0 * fed });
     }
 
-    let rng = |concept| stream(seed, index, concept);
-    let drawn = Physique::sample(generator, index, &mut rng(Concept::Body)).map_err(failed)?;
-    let weight = original.weight.map_or(drawn.weight(), |w| Kilograms(w.0.clamp(35.0, 160.0)));
-    let person = ReplayedPerson {
+    let mut bodies = stream(seed, index, Concept::Body);
+    let mut person = ReplayedPerson {
         seed,
         index,
         original: original.clone(),
-        body: drawn.with_weight(weight),
+        body: Physique::sample(generator, index, &mut bodies).map_err(failed)?,
         amplitudes,
-        shapes: Shapes::sample(&mut rng(Concept::Shapes)),
+        shapes: Shapes::sample(&mut stream(seed, index, Concept::Shapes)),
         background: Background::REALISTIC,
         restoring: Vec::new(),
     };
-    Search { life: person.recorded_life(), doses, target: target(original), person }.run()
+    let life = person.recorded_life();
+    let search = Search {
+        plain: Days::new(&person, &life, &doses, Amplitudes::NONE),
+        acting: (amplitudes != Amplitudes::NONE)
+            .then(|| Days::new(&person, &life, &doses, amplitudes)),
+        days: life.life.calendar.days(),
+        daily_insulin: doses.inputs.iter().map(|i| i.insulin().during(STEP).0).sum::<f64>() / days,
+        target: target(original),
+    };
+    let weighed = |body: Physique| {
+        let drawn = body.weight();
+        body.with_weight(original.weight.map_or(drawn, |w| Kilograms(w.0.clamp(35.0, 160.0))))
+    };
+    let mut found = search.run(weighed(person.body));
+    for _ in 1..BODIES {
+        if found.is_ok() {
+            break;
+        }
+        let next = Physique::sample(generator, index, &mut bodies).map_err(failed)?;
+        found = search.run(weighed(next));
+    }
+    let (body, restoring) = found?;
+    person.body = body;
+    person.restoring = restoring;
+    Ok(person)
 }
 
 /// Mean glucose that is sought, mg/dL.
@@ -112,78 +139,54 @@ fn target(person: &Person) -> f64 {
     if mean.is_finite() { mean.clamp(TARGETS.0, TARGETS.1) } else { 0.5 * (TARGETS.0 + TARGETS.1) }
 }
 
-struct Search {
-    person: ReplayedPerson,
-    life: RecordedLife,
-    doses: Doses,
+/// The days of one person without and with effects, and what is sought.
+struct Search<'a> {
+    plain: Days<'a>,
+    acting: Option<Days<'a>>,
+    days: usize,
+    daily_insulin: f64,
     target: f64,
 }
 
-impl Search {
-    fn run(mut self) -> Result<ReplayedPerson, NotReplayed> {
-        let none = Amplitudes::NONE;
-        let (mut low, mut high) = SCALES;
-        for _ in 0..7 {
-            let middle = 0.5 * (low + high);
-            // A body that cannot rest at the first glucose is too sensitive to insulin's absence.
-            match self.glucose(middle, &[], &none) {
-                Ok(glucose) if mean(&glucose) < self.target => high = middle,
-                Ok(_) => low = middle,
-                Err(error) => return Err(NotReplayed::Failed(error.to_string())),
+impl Search<'_> {
+    /// The drawn body with the insulin action that the record asks for, and its restoring change.
+    fn run(&self, drawn: Physique) -> Result<(Physique, Vec<f64>), NotReplayed> {
+        let mut toward = Toward::new(self.first_scale(drawn)?);
+        let mut restoring = vec![0.0; self.days];
+        for round in 0..ROUNDS {
+            let glucose = simulated(&self.plain, drawn, toward.scale, &restoring)?;
+            if round > 0 {
+                self.restore_days(&glucose, &mut restoring);
             }
+            toward.step(mean(&glucose) - self.target);
         }
-        let mut scale = 0.5 * (low + high);
-        let mut restoring = vec![0.0; self.life.life.calendar.days()];
-        for _ in 0..12 {
-            let glucose = self.simulated(scale, &restoring, &none)?;
-            self.restore_days(&glucose, &mut restoring);
-            scale += 0.7 * (mean(&glucose) - self.target) / SLOPE;
-        }
-        for _ in 0..3 {
-            let glucose = self.simulated(scale, &restoring, &none)?;
-            scale += 0.7 * (mean(&glucose) - self.target) / SLOPE;
-        }
-        self.judge(&self.simulated(scale, &restoring, &none)?, &restoring)?;
-
-        let amplitudes = self.person.amplitudes;
-        if amplitudes != none {
-            for _ in 0..4 {
-                let glucose = self.simulated(scale, &restoring, &amplitudes)?;
-                scale += 0.7 * (mean(&glucose) - self.target) / SLOPE;
+        let mut last = simulated(&self.plain, drawn, toward.scale, &restoring)?;
+        self.judge(&last, &restoring)?;
+        if let Some(acting) = &self.acting {
+            for _ in 0..ROUNDS_WITH_EFFECTS {
+                last = simulated(acting, drawn, toward.scale, &restoring)?;
+                toward.step(mean(&last) - self.target);
             }
-            self.judge(&self.simulated(scale, &restoring, &amplitudes)?, &restoring)?;
+            last = simulated(acting, drawn, toward.scale, &restoring)?;
+            self.judge(&last, &restoring)?;
         }
-        self.person.body = self.person.body.with_action_scaled(scale.exp());
-        self.person.restoring = restoring;
-        Ok(self.person)
+        Ok((drawn.with_action_scaled(toward.scale.exp()), restoring))
     }
 
-    fn simulated(
-        &self,
-        scale: f64,
-        restoring: &[f64],
-        amplitudes: &Amplitudes,
-    ) -> Result<Vec<f64>, NotReplayed> {
-        self.glucose(scale, restoring, amplitudes)
-            .map_err(|error| NotReplayed::Failed(error.to_string()))
-    }
-
-    fn glucose(
-        &self,
-        scale: f64,
-        restoring: &[f64],
-        amplitudes: &Amplitudes,
-    ) -> Result<Vec<f64>, WorldError> {
-        let body = self.person.body.with_action_scaled(scale.exp());
-        let run = self.person.course(&self.life, &self.doses, amplitudes, restoring, body)?;
-        Ok(run.glucose.iter().map(|g| g.0).collect())
+    /// Log action with which half of the recorded insulin would be the body's basal need.
+    fn first_scale(&self, drawn: Physique) -> Result<f64, NotReplayed> {
+        let need = drawn
+            .basal_at(MgPerDl(self.target))
+            .map_err(|error| NotReplayed::Failed(error.to_string()))?;
+        let scale = (2.0 * 24.0 * need.0 / self.daily_insulin.max(1.0)).ln();
+        Ok(scale.clamp(SCALES.0, SCALES.1))
     }
 
     /// Changes the action of days that leave the range, no further than needed.
     fn restore_days(&self, glucose: &[f64], restoring: &mut [f64]) {
         for (day, change) in restoring.iter_mut().enumerate() {
-            let from = (day * STEPS_PER_DAY + CHANGE).saturating_sub(self.life.offset);
-            let to = ((day + 1) * STEPS_PER_DAY + CHANGE).saturating_sub(self.life.offset);
+            let from = (day * STEPS_PER_DAY + CHANGE).saturating_sub(self.plain.offset);
+            let to = ((day + 1) * STEPS_PER_DAY + CHANGE).saturating_sub(self.plain.offset);
             let Some(within) = glucose.get(from..to.min(glucose.len())) else { continue };
             if within.len() < STEPS_PER_DAY / 4 {
                 continue;
@@ -230,4 +233,42 @@ impl Search {
 /// Mean of values taken within what a sensor shows, so that one runaway day does not rule it.
 fn mean(glucose: &[f64]) -> f64 {
     glucose.iter().map(|g| g.clamp(40.0, 400.0)).sum::<f64>() / glucose.len() as f64
+}
+
+/// Glucose of a drawn body, mg/dL, with its insulin action scaled.
+fn simulated(
+    days: &Days<'_>,
+    drawn: Physique,
+    scale: f64,
+    restoring: &[f64],
+) -> Result<Vec<f64>, NotReplayed> {
+    let run = days
+        .lived(drawn.with_action_scaled(scale.exp()), restoring)
+        .map_err(|error| NotReplayed::Failed(error.to_string()))?;
+    Ok(run.glucose.iter().map(|g| g.0).collect())
+}
+
+/// A secant search for the log action, with the slope kept within what bodies have.
+struct Toward {
+    scale: f64,
+    slope: f64,
+    last: Option<(f64, f64)>,
+}
+
+impl Toward {
+    fn new(scale: f64) -> Self {
+        Self { scale, slope: SLOPE, last: None }
+    }
+
+    /// One step, given how far the mean is too high, mg/dL.
+    fn step(&mut self, excess: f64) {
+        if let Some((scale, before)) = self.last
+            && (self.scale - scale).abs() > 0.005
+        {
+            self.slope = ((before - excess) / (self.scale - scale)).clamp(SLOPES.0, SLOPES.1);
+        }
+        self.last = Some((self.scale, excess));
+        let step = (excess / self.slope).clamp(-0.5, 0.5);
+        self.scale = (self.scale + step).clamp(SCALES.0, SCALES.1);
+    }
 }

@@ -14,9 +14,9 @@ use crate::behaviour::{
 use crate::calendar::Calendar;
 use crate::stream::{Concept, stream};
 
-/// Share of the heart-rate reserve from which on, held for [`SHORTEST`] steps, a person exercises:
-/// the lower bound of moderate intensity (ACSM).
-const EXERCISING: f64 = 40.0;
+/// Share of the heart-rate reserve from which on, held for [`SHORTEST`] steps, a person exercises,
+/// per cent: light to moderate intensity begins at 30 and 40 (ACSM).
+const EXERCISING: f64 = 35.0;
 const SHORTEST: usize = 3;
 /// Highest heart rate assumed, 1/min (208 - 0.7 age at 35 years, Tanaka et al. 2001), and the reserve
 /// where the record holds differences from rest.

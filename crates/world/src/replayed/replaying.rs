@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use physiology::{Grams, InputSource, MgPerDl, StepInput};
 
-use super::doses::Doses;
+use super::Days;
 use super::recorded_life::RecordedLife;
 use crate::behaviour::Life;
 use crate::effects::{Amplitudes, Effect};
-use crate::reactions::Reaction;
 
 /// Glucose at which rescue carbohydrate that no record holds may be eaten, how likely it is in a
 /// step, and the steps between two such treatments, as in the made worlds.
@@ -18,26 +17,12 @@ const PAUSE: usize = 3;
 /// Share of treatments that are not logged at amplitude 1; the logged ones are in the record.
 const UNLOGGED: f64 = 0.5;
 
-/// The doses of a record, with what is eaten in truth.
-pub(super) struct Replaying<'a> {
-    offset: usize,
-    doses: &'a Doses,
-    life: &'a Life,
-    reactions: &'a [Reaction],
-    amplitudes: Amplitudes,
-    eaten: BTreeMap<usize, f64>,
-    last_treatment: Option<usize>,
-}
+/// Carbohydrate that is eaten beside treatments, g, by step of the calendar.
+pub(super) struct Eaten(BTreeMap<usize, f64>);
 
-impl<'a> Replaying<'a> {
-    /// The doses of a record whose `life` holds what was eaten.
-    pub(super) fn new(
-        recorded: &RecordedLife,
-        life: &'a Life,
-        doses: &'a Doses,
-        reactions: &'a [Reaction],
-        amplitudes: Amplitudes,
-    ) -> Self {
+impl Eaten {
+    /// The meals of a `life` that holds what was eaten, and what is eaten beside the record.
+    pub(super) fn new(recorded: &RecordedLife, life: &Life, amplitudes: &Amplitudes) -> Self {
         let mut eaten = BTreeMap::new();
         for meal in &life.meals {
             *eaten.entry(meal.step).or_insert(0.0) += meal.eaten.0;
@@ -48,21 +33,38 @@ impl<'a> Replaying<'a> {
                 *eaten.entry(*step).or_insert(0.0) += grams.0;
             }
         }
-        let offset = recorded.offset;
-        Self { offset, doses, life, reactions, amplitudes, eaten, last_treatment: None }
+        Self(eaten)
+    }
+}
+
+/// The doses of a record, with what is eaten in truth.
+pub(super) struct Replaying<'a> {
+    days: &'a Days<'a>,
+    unlogged: f64,
+    last_treatment: Option<usize>,
+}
+
+impl<'a> Replaying<'a> {
+    /// The doses of these days.
+    pub(super) fn new(days: &'a Days<'a>) -> Self {
+        let unlogged = UNLOGGED * days.amplitudes.of(Effect::UnloggedRescueCarbs);
+        Self { days, unlogged, last_treatment: None }
     }
 }
 
 impl InputSource for Replaying<'_> {
     fn next(&mut self, step: usize, glucose: MgPerDl) -> Option<StepInput> {
-        let mut input = *self.doses.inputs.get(step)?;
-        let at = step + self.offset;
-        input.carbs = Grams(self.eaten.get(&at).copied().unwrap_or(0.0));
-        input.exercise = self.life.session_at(at).map(|session| session.exercise);
-        let reaction = self.reactions.get(at)?;
-        let unlogged = UNLOGGED * self.amplitudes.of(Effect::UnloggedRescueCarbs);
+        let mut input = *self.days.doses.inputs.get(step)?;
+        let at = step + self.days.offset;
+        input.carbs = Grams(self.days.eaten.0.get(&at).copied().unwrap_or(0.0));
+        input.exercise = self.days.life.session_at(at).map(|session| session.exercise);
+        let reaction = self.days.reactions.get(at)?;
         let waits = self.last_treatment.is_some_and(|last| step - last < PAUSE);
-        if glucose.0 < LOW && !waits && reaction.treat < TREATS && reaction.treat_log < unlogged {
+        if glucose.0 < LOW
+            && !waits
+            && reaction.treat < TREATS
+            && reaction.treat_log < self.unlogged
+        {
             self.last_treatment = Some(step);
             input.rescue.amount = Grams((12.0 + 8.0 * reaction.treat_size).round());
         }
