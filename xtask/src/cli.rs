@@ -83,6 +83,18 @@ pub(crate) enum Command {
         after_help = "Example:\n  cargo xtask diagnose --cohort fixtures/embedded/cohort --out out/diagnose"
     )]
     Diagnose(DiagnoseArgs),
+    /// Ask the diagnosis for effects that are hidden from it, and score the answers.
+    #[command(
+        after_help = "Examples:\n  cargo xtask blind-check\n  cargo xtask blind-check --full --out out/blind-check\n  \
+        cargo xtask blind-check --worlds 7 --nulls 3 --seed 5"
+    )]
+    BlindCheck(BlindCheckArgs),
+    /// Make cohorts with known effects, with their labels beside them.
+    #[command(
+        after_help = "Examples:\n  cargo xtask worlds --effect dawn --shift 10 --count 4 --out out/dawn\n  \
+        cargo xtask worlds --mixture 28 --nulls 12 --seed 7 --out out/mixture"
+    )]
+    Worlds(WorldsArgs),
     /// Write report.html for an output folder.
     #[command(after_help = "Example:\n  cargo xtask report out/pipeline")]
     Report(ReportArgs),
@@ -312,6 +324,89 @@ pub(crate) struct DiagnoseArgs {
     /// Seed of the bootstrap.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+}
+
+/// How basal insulin is decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum RegimeName {
+    /// A pump that follows its programme.
+    OpenLoop,
+    /// Automated insulin delivery.
+    ClosedLoop,
+}
+
+/// Options of `blind-check`.
+#[derive(Debug, Args)]
+pub(crate) struct BlindCheckArgs {
+    /// Worlds with one effect, two effects, or one outside the library [default: 28; 252 with
+    /// --full].
+    #[arg(long, value_name = "N")]
+    pub worlds: Option<usize>,
+    /// Worlds without an effect [default: 12; 150 with --full].
+    #[arg(long, value_name = "N")]
+    pub nulls: Option<usize>,
+    /// As many worlds as it takes to test every target.
+    #[arg(long)]
+    pub full: bool,
+    /// Worlds of one generator on which to fix thresholds: writes calibration.json in place of a
+    /// score.
+    #[arg(long, value_name = "GENERATOR", value_parser = generator, hide = true)]
+    pub calibrate: Option<world::Generator>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/blind-check")]
+    pub out: PathBuf,
+    /// Seed of the worlds [default: a fresh one, which is said].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// Options of `worlds`.
+#[derive(Debug, Args)]
+pub(crate) struct WorldsArgs {
+    /// What acts: an effect, two of them joined by `+`, or `none`.
+    #[arg(long, value_name = "NAME", default_value = "none")]
+    pub effect: String,
+    /// Mean absolute shift of glucose that each effect is to cause, mg/dL.
+    #[arg(long, value_name = "MG_DL", default_value_t = 5.0)]
+    pub shift: f64,
+    /// Generator of the bodies, `hovorka` or `padova` [default: both in turns].
+    #[arg(long, value_name = "NAME", value_parser = generator)]
+    pub generator: Option<world::Generator>,
+    /// How basal insulin is decided [default: drawn].
+    #[arg(long, value_enum, value_name = "REGIME")]
+    pub regime: Option<RegimeName>,
+    /// People in each world.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub people: usize,
+    /// Days of each.
+    #[arg(long, value_name = "N", default_value_t = 14)]
+    pub days: usize,
+    /// Missing heart rates, gaps, uneven days and unlogged set changes as in a blind check.
+    #[arg(long)]
+    pub nuisances: bool,
+    /// Worlds.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub count: usize,
+    /// In place of one effect: this many worlds with effects, mixed as in a blind check.
+    #[arg(long, value_name = "N", conflicts_with_all = ["effect", "shift", "regime", "people",
+        "days", "nuisances", "count"])]
+    pub mixture: Option<usize>,
+    /// With --mixture: worlds without an effect.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "mixture")]
+    pub nulls: usize,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/worlds")]
+    pub out: PathBuf,
+    /// Seed of the worlds.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+fn generator(name: &str) -> Result<world::Generator, String> {
+    world::Generator::from_name(name).ok_or_else(|| {
+        format!("expected one of {}", world::Generator::ALL.map(world::Generator::name).join(", "))
+    })
 }
 
 /// Options of `report`.

@@ -1,9 +1,11 @@
 //! The command line and the pipeline's stages: the only crate that opens files for the user.
 
+mod asked;
 mod cli;
 mod directions;
 mod inputs;
 mod interrupt;
+mod labels;
 mod manifest;
 mod models;
 mod output;
@@ -70,6 +72,8 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Replay(args) => stages::replay::run(&args),
         Command::Evaluate(args) => stages::evaluate::run(&args),
         Command::Diagnose(args) => stages::diagnose::run(&args),
+        Command::BlindCheck(args) => stages::blind_check::run(&args),
+        Command::Worlds(args) => stages::worlds::run(&args),
         Command::Report(args) => stages::report::run(&args),
         Command::SteadyState(args) => stages::steady_state::run(&args),
         Command::Check(args) => stages::check::run(&args),

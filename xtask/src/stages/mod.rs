@@ -1,5 +1,6 @@
 //! One file a command. Each reads what it is given, calls the crates, and writes one folder.
 
+pub(crate) mod blind_check;
 pub(crate) mod check;
 pub(crate) mod diagnose;
 pub(crate) mod evaluate;
@@ -15,3 +16,4 @@ pub(crate) mod steady_state;
 pub(crate) mod train;
 pub(crate) mod twin;
 pub(crate) mod verify;
+pub(crate) mod worlds;

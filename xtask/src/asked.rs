@@ -1,0 +1,164 @@
+//! A diagnosis that is asked about one cohort folder and told nothing else.
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, bail};
+use blind::Answer;
+
+use crate::interrupt;
+
+/// Where the diagnosis runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Asked {
+    /// In a process of its own.
+    AnotherProcess,
+    /// In this one: quicker, and for tests of everything else.
+    #[cfg(test)]
+    ThisProcess,
+}
+
+/// Longest time of one diagnosis; what takes longer has failed.
+const LIMIT: Duration = Duration::from_secs(1800);
+/// How often a process is looked after.
+const PAUSE: Duration = Duration::from_millis(20);
+/// Characters of a failed diagnosis' message that are kept.
+const KEPT: usize = 400;
+
+/// Diagnoses a copy of the cohort in `folder`, under a random name and without any environment.
+///
+/// Returns the answer and the text of its `diagnosis.json`. A diagnosis that fails is an answer.
+///
+/// # Errors
+/// If the copy cannot be made or a process not be started: that is no fault of the diagnosis.
+pub(crate) fn ask(folder: &Path, seed: u64, asked: Asked) -> Result<(Answer, Option<Vec<u8>>)> {
+    let apart = Scratch::new()?;
+    let copy = apart.path().join("cohort");
+    copy_files(folder, &copy)?;
+    let begun = Instant::now();
+    let ended = match asked {
+        Asked::AnotherProcess => in_another_process(apart.path(), seed)?,
+        #[cfg(test)]
+        Asked::ThisProcess => in_this_process(apart.path(), seed),
+    };
+    let seconds = begun.elapsed().as_secs_f64();
+    let text = match ended {
+        Ok(()) => fs::read(apart.path().join("answer").join("diagnosis.json"))
+            .map_err(|error| format!("no diagnosis.json: {error}")),
+        Err(reason) => Err(reason),
+    };
+    Ok(match text {
+        Err(reason) => (Answer::failed(reason, seconds), None),
+        Ok(text) => match serde_json::from_slice::<Answer>(&text) {
+            Err(error) => (Answer::failed(format!("diagnosis.json: {error}"), seconds), None),
+            Ok(answer) => (Answer { seconds, ..answer }, Some(text)),
+        },
+    })
+}
+
+/// The arguments after the program's name.
+fn arguments(seed: u64) -> [String; 9] {
+    let seed = seed.to_string();
+    ["diagnose", "--cohort", "cohort", "--out", "answer", "--seed", &seed, "--threads", "1"]
+        .map(str::to_owned)
+}
+
+/// `Err` holds why there is no answer.
+type Ended = Result<(), String>;
+
+fn in_another_process(apart: &Path, seed: u64) -> Result<Ended> {
+    let program = std::env::current_exe().context("cannot tell which program this is")?;
+    let messages = apart.join("messages");
+    let errors = File::create(&messages).context("cannot write in the temporary folder")?;
+    let mut child = Command::new(program)
+        .args(arguments(seed))
+        .arg("--quiet")
+        .current_dir(apart)
+        .env_clear()
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(errors)
+        .spawn()
+        .context("cannot start the diagnosis")?;
+    Ok(match wait(&mut child)? {
+        None => Err(format!("killed after {} s", LIMIT.as_secs())),
+        Some(status) if status.success() => Ok(()),
+        Some(status) => {
+            let said = fs::read(&messages).unwrap_or_default();
+            let said: String = String::from_utf8_lossy(&said).trim().chars().take(KEPT).collect();
+            Err(format!("{status}: {said}"))
+        }
+    })
+}
+
+/// `None` if the process had to be killed.
+fn wait(child: &mut Child) -> Result<Option<ExitStatus>> {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().context("waiting for the diagnosis")? {
+            return Ok(Some(status));
+        }
+        if begun.elapsed() > LIMIT {
+            child.kill().context("killing the diagnosis")?;
+            child.wait().context("waiting for the diagnosis")?;
+            return Ok(None);
+        }
+        std::thread::sleep(PAUSE);
+    }
+}
+
+#[cfg(test)]
+fn in_this_process(apart: &Path, seed: u64) -> Ended {
+    use crate::cli::{Command, CommandLine};
+    use clap::Parser as _;
+
+    let mut words = arguments(seed).map(std::ffi::OsString::from);
+    words[2] = apart.join("cohort").into_os_string();
+    words[4] = apart.join("answer").into_os_string();
+    let program = std::iter::once(std::ffi::OsString::from("xtask"));
+    let line = CommandLine::try_parse_from(program.chain(words)).map_err(|e| e.to_string())?;
+    match line.command {
+        Command::Diagnose(args) => {
+            crate::stages::diagnose::run(&args).map_err(|error| format!("{error:#}"))
+        }
+        _ => Err("not a diagnosis".to_owned()),
+    }
+}
+
+/// A temporary folder under a random name, removed on interruption too.
+struct Scratch(tempfile::TempDir);
+
+impl Scratch {
+    fn new() -> Result<Self> {
+        let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
+        interrupt::remove_if_interrupted(folder.path());
+        Ok(Self(folder))
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        interrupt::forget(self.0.path());
+    }
+}
+
+fn copy_files(from: &Path, to: &Path) -> Result<()> {
+    fs::create_dir(to).context("cannot make a temporary folder")?;
+    let entries = fs::read_dir(from).with_context(|| format!("reading '{}'", from.display()))?;
+    for entry in entries {
+        let entry = entry.with_context(|| format!("reading '{}'", from.display()))?;
+        let name = entry.file_name();
+        if !entry.path().is_file() {
+            bail!("'{}' is not a file of a cohort", entry.path().display());
+        }
+        fs::copy(entry.path(), to.join(&name))
+            .with_context(|| format!("copying '{}'", name.display()))?;
+    }
+    Ok(())
+}

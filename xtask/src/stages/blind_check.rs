@@ -1,0 +1,290 @@
+//! `blind-check`: a diagnosis is asked for what it cannot know, and scored.
+//!
+//! Worlds are drawn and their labels sealed: the hashes are on disk before the first cohort. Each
+//! cohort is then diagnosed by another process that is given a copy of its folder and nothing else.
+//! Only when every answer is written are the labels opened, compared with the seal, and scored.
+
+use std::hash::{BuildHasher as _, Hasher as _};
+
+use anyhow::{Context as _, Result, ensure};
+use blind::{Answer, BlindCheck, CalibrationTable, Label, OpenedLabel, ScoredWorld, Seal};
+use cohort::{RecordsFormat, write_folder};
+use rand::{Rng as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use world::blind::{Plan, PlannedWorld, RealisedWorld};
+
+use crate::asked::{Asked, ask};
+use crate::cli::BlindCheckArgs;
+use crate::labels::label;
+use crate::manifest::{Manifest, hexadecimal};
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::report;
+
+/// Worlds with an effect and without, of a check that takes minutes.
+const QUICK: (usize, usize) = (28, 12);
+/// The same of a whole check: each effect meets each shift once from each generator, and no more
+/// than six false alarms keep their upper limit below 8 %.
+const FULL: (usize, usize) = (252, 150);
+/// Most worlds of one check.
+const MOST_WORLDS: usize = 10_000;
+/// Bits of a drawn seed: a number that every reader of JSON holds exactly, and a person can copy.
+const SEED_BITS: u32 = 32;
+
+/// Runs the command.
+pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
+    let (with_effects, without) = if args.full { FULL } else { QUICK };
+    let worlds = args.worlds.unwrap_or(with_effects);
+    let nulls = args.nulls.unwrap_or(without);
+    let asked = worlds.saturating_add(nulls);
+    ensure!((1..=MOST_WORLDS).contains(&asked), "{asked} worlds; from 1 to {MOST_WORLDS} can be");
+    let seed = args.seed.unwrap_or_else(drawn_seed);
+    note(format!("blind-check: {asked} worlds from --seed {seed}"));
+    let plan = match args.calibrate {
+        Some(generator) => Plan::calibration(worlds, nulls, generator),
+        None => Plan::check(worlds, nulls),
+    };
+    let config = serde_json::json!({
+        "worlds": worlds,
+        "nulls": nulls,
+        "calibrate": args.calibrate.map(world::Generator::name),
+    });
+    let output = OutputFolder::begin(&args.out, Manifest::new("blind-check", config, Some(seed)))?;
+    let answered = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
+    if args.calibrate.is_some() {
+        output.write_json("calibration.json", &CalibrationTable::new(seed, answered))?;
+        let place = output.finish()?;
+        note(format!("blind-check: {}", place.join("calibration.json").display()));
+        return Ok(());
+    }
+    let scored = score(seed, answered)?;
+    output.write_json("blind_check.json", &scored)?;
+    report::write_into(output.path(), output.manifest())?;
+    let place = output.finish()?;
+    say(&scored);
+    note(format!("blind-check: {}", place.join("report.html").display()));
+    Ok(())
+}
+
+/// A seed from the randomness of the operating system.
+fn drawn_seed() -> u64 {
+    // The standard library seeds every hasher of this kind anew.
+    let random = std::collections::hash_map::RandomState::new().build_hasher().finish();
+    random >> (u64::BITS - SEED_BITS)
+}
+
+/// Seals the labels of the worlds, asks for an answer to each, and opens the labels.
+///
+/// Writes `seal.json` before anything else, `cohorts/` and `answers/`, and at the end `labels.json`.
+fn check(
+    planned: Vec<PlannedWorld>,
+    seed: u64,
+    asked: Asked,
+    output: &OutputFolder,
+) -> Result<Vec<(Label, Answer)>> {
+    let progress = Progress::begin("worlds", planned.len());
+    let worlds = planned
+        .par_iter()
+        .enumerate()
+        .map(|(place, planned)| {
+            let world = planned.realise().with_context(|| format!("world {}", name(place)))?;
+            progress.advance("");
+            Ok(world)
+        })
+        .collect::<Result<Vec<RealisedWorld>>>()?;
+    progress.finish(&format!("{} drawn", worlds.len()));
+
+    let labels: Vec<Label> =
+        worlds.iter().enumerate().map(|(place, world)| label(&name(place), world)).collect();
+    let closed = labels
+        .iter()
+        .enumerate()
+        .map(|(place, label)| {
+            Ok(OpenedLabel::new(&label.id, salt(seed, place), serde_json::to_string(label)?))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    output.write_json("seal.json", &Seal::of(&closed))?;
+
+    let progress = Progress::begin("diagnoses", worlds.len());
+    let answers = worlds
+        .par_iter()
+        .enumerate()
+        .map(|(place, world)| {
+            let answer = answer(place, world, seed, asked, output)?;
+            progress.advance("");
+            Ok(answer)
+        })
+        .collect::<Result<Vec<Answer>>>()?;
+    progress.finish(&format!("{} answers", answers.len()));
+
+    // The seal as it lies on the disk, not as we remember it.
+    let sealed: Seal = serde_json::from_slice(
+        &std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?,
+    )
+    .context("reading seal.json again")?;
+    sealed.verify(&closed).context("opening the labels")?;
+    output.write_json("labels.json", &closed)?;
+    Ok(labels.into_iter().zip(answers).collect())
+}
+
+/// Writes the cohort of one world and its answer.
+fn answer(
+    place: usize,
+    world: &RealisedWorld,
+    seed: u64,
+    asked: Asked,
+    output: &OutputFolder,
+) -> Result<Answer> {
+    let id = name(place);
+    let cohort = world.cohort().with_context(|| format!("world {id}"))?;
+    let folder = output.path().join("cohorts").join(&id);
+    write_folder(&cohort, &folder, RecordsFormat::Parquet)
+        .with_context(|| format!("world {id}"))?;
+    drop(cohort);
+    let (answer, text) = ask(&folder, diagnosis_seed(seed, place), asked)?;
+    match text {
+        Some(diagnosis) => output.write(&format!("answers/{id}.json"), &diagnosis)?,
+        None => output.write_json(&format!("answers/{id}.json"), &answer)?,
+    }
+    Ok(answer)
+}
+
+fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
+    let worlds: Vec<ScoredWorld> =
+        answered.into_iter().map(|(label, answer)| ScoredWorld { label, answer }).collect();
+    BlindCheck::score(seed, &worlds).context("scoring the answers")
+}
+
+/// The name of a world; it tells its place in an order that was drawn.
+fn name(place: usize) -> String {
+    format!("world_{:04}", place + 1)
+}
+
+/// Streams of the master seed that belong to this stage, apart from those of the plan.
+fn stream(seed: u64, purpose: u64, place: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_616c);
+    rng.set_stream(((place as u64) << 8) | purpose);
+    rng
+}
+
+fn salt(seed: u64, place: usize) -> String {
+    let mut bytes = [0; 32];
+    stream(seed, 1, place).fill_bytes(&mut bytes);
+    hexadecimal(&bytes)
+}
+
+/// The seed that a diagnosis is told: not that of its world.
+fn diagnosis_seed(seed: u64, place: usize) -> u64 {
+    stream(seed, 2, place).next_u64() >> (u64::BITS - SEED_BITS)
+}
+
+/// The figures that were promised, a line each.
+fn say(check: &BlindCheck) {
+    for target in &check.targets {
+        let sign = match target.bound {
+            blind::Bound::AtLeast => "at least",
+            blind::Bound::AtMost => "at most",
+        };
+        let percent = |x: f64| format!("{:.1} %", 100.0 * x);
+        let value = target.value.map_or_else(|| "not tested".to_owned(), percent);
+        let ends = match (target.lower, target.upper) {
+            (Some(lower), Some(upper)) => format!(" ({} to {})", percent(lower), percent(upper)),
+            _ => String::new(),
+        };
+        let met = match target.met {
+            Some(true) => "",
+            Some(false) => ": FALLS SHORT",
+            None => ": not tested",
+        };
+        let limit = percent(target.target);
+        note(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use world::blind::PlannedEffect;
+    use world::{Effect, Generator, OutsideEffect};
+
+    /// Four small worlds: none, one effect, two, and one outside the library.
+    fn planned() -> Vec<PlannedWorld> {
+        let named = |effect| (PlannedEffect::Named(effect), 10.0);
+        let truths = [
+            vec![named(Effect::Dawn)],
+            Vec::new(),
+            vec![(PlannedEffect::Outside(OutsideEffect::Stress), 10.0)],
+            vec![named(Effect::SetAgeing), named(Effect::SlowMeals)],
+        ];
+        let drawn = Plan { nulls: 4, ..Plan::check(0, 0) }.worlds(1);
+        let worlds = drawn.into_iter().zip(truths).map(|(drawn, effects)| PlannedWorld {
+            effects,
+            generator: Generator::Hovorka,
+            people: 3,
+            days: 7,
+            ..drawn
+        });
+        worlds.collect()
+    }
+
+    #[test]
+    fn answers_are_given_on_sealed_worlds_and_scored() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let target = parent.path().join("check");
+        let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
+        let output = OutputFolder::begin(&target, manifest).expect("new");
+        let answered = check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
+        let scored = score(1, answered).expect("countable");
+        let target = output.finish().expect("renamed");
+
+        assert_eq!(scored.worlds.len(), 4);
+        assert_eq!(scored.failed.count, 0, "{:?}", scored.worlds);
+        assert_eq!(
+            (scored.false_alarms.of, scored.pairs.worlds, scored.unknown.recalled.of),
+            (1, 1, 1)
+        );
+        let read = |name: &str| std::fs::read(target.join(name)).expect("written");
+        let seal: Seal = serde_json::from_slice(&read("seal.json")).expect("a seal");
+        let mut labels: Vec<OpenedLabel> =
+            serde_json::from_slice(&read("labels.json")).expect("labels");
+        seal.verify(&labels).expect("as sealed");
+        let truth: Label = serde_json::from_str(&labels[0].label).expect("a label");
+        assert_eq!((truth.id.as_str(), truth.has("dawn")), ("world_0001", true));
+        labels[0].label = labels[0].label.replace("dawn", "alcohol");
+        assert!(seal.verify(&labels).is_err());
+
+        // What a diagnosis is given: two files, and no word of what acts.
+        let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());
+        let sealed = sealed.expect("a time");
+        for place in 0..4 {
+            let folder = target.join("cohorts").join(name(place));
+            let mut files: Vec<_> = std::fs::read_dir(&folder)
+                .expect("a cohort")
+                .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
+                .collect();
+            files.sort();
+            assert_eq!(files, ["people.csv", "records.parquet"]);
+            for file in files {
+                let bytes = std::fs::read(folder.join(&file)).expect("a file");
+                for effect in PlannedEffect::all() {
+                    let word = effect.name().as_bytes();
+                    // The schema names a channel after what changes sets, and no effect.
+                    assert!(!bytes.windows(word.len()).any(|w| w == word), "{}", effect.name());
+                }
+                let written = std::fs::metadata(folder.join(&file)).and_then(|m| m.modified());
+                assert!(sealed <= written.expect("a time"), "a cohort before the seal");
+            }
+        }
+    }
+
+    #[test]
+    fn salts_and_seeds_differ_and_follow_from_the_seed() {
+        assert_eq!(salt(1, 0), salt(1, 0));
+        assert_ne!(salt(1, 0), salt(1, 1));
+        assert_ne!(salt(1, 0), salt(2, 0));
+        assert_eq!(salt(1, 0).len(), 64);
+        assert_ne!(diagnosis_seed(1, 0), diagnosis_seed(1, 1));
+        assert_ne!(drawn_seed(), drawn_seed());
+    }
+}
