@@ -45,7 +45,7 @@ impl Switch {
 }
 
 fn people(generator: Generator) -> Vec<VirtualPerson> {
-    (0..4)
+    (0..3)
         .map(|index| {
             VirtualPerson::sample_from(generator, 21, index, Regime::OpenLoopPump)
                 .expect("a person")
