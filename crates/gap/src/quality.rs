@@ -10,6 +10,7 @@
 mod basal_unit;
 mod carb_unit;
 mod clock_offset;
+mod daily_doses;
 mod dose_is_flag;
 mod heart_rate;
 mod interleaved_cgm;
@@ -76,7 +77,10 @@ pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
     found.extend(interleaved_cgm::finding(person));
     found.extend(dose_is_flag::findings(person));
     found.extend(basal_unit::finding(person));
-    found.extend(carb_unit::finding(person));
+    // Flags and the wrong unit of one dose make another look wrong.
+    if exclusion(&found).is_none() {
+        found.extend(carb_unit::finding(person));
+    }
     found.extend(plausible_day::findings(person, &found));
     found.extend(heart_rate::finding(person));
     found.extend(clock_offset::findings(person));
@@ -104,4 +108,45 @@ pub fn ignored_channels(findings: &[Finding]) -> Vec<Channel> {
         }
     }
     channels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cohort::{Record, Therapy};
+    use physiology::STEPS_PER_DAY;
+
+    /// A person of a fortnight with nothing but some doses, one every two hours.
+    pub(super) fn person_with(channel: Channel, doses: &[f64]) -> Person {
+        let start = "2024-03-04T00:00:00".parse().expect("a literal time");
+        let mut record = Record::new(start, 14 * STEPS_PER_DAY).expect("on the grid");
+        let values = record.channel_mut(channel);
+        values.fill(Some(0.0));
+        for (place, dose) in doses.iter().enumerate() {
+            values[24 * place] = Some(*dose);
+        }
+        Person {
+            id: "p".into(),
+            weight: None,
+            therapy: Therapy::OpenLoopPump,
+            heart_rate_baseline: None,
+            record,
+        }
+    }
+
+    #[test]
+    fn consequences_are_gathered() {
+        let person = person_with(Channel::Bolus, &[]);
+        let note = Finding::note("carb_unit", &person, "servings");
+        let ignored = Consequence::IgnoreChannel(Channel::HeartRate);
+        let list = [
+            note.clone(),
+            note.clone().with_consequence(ignored),
+            note.clone().with_consequence(ignored),
+        ];
+        assert_eq!(exclusion(&list), None);
+        assert_eq!(ignored_channels(&list), [Channel::HeartRate]);
+        let excluded = [note.clone(), note.with_consequence(Consequence::ExcludePerson)];
+        assert_eq!(exclusion(&excluded).as_deref(), Some("carb_unit: servings"));
+    }
 }

@@ -1,9 +1,114 @@
-//! `plausible_day`.
+//! `plausible_day`: doses that do not add up to a day that a person can live.
+//!
+//! Four points: insulin per body weight, the share of basal in it, carbohydrate, and carbohydrate
+//! per unit of bolus. Insulin that cannot be (0.2 to 1.5 U/kg are plausible, 0.4 to 1.0 typical: ADA
+//! Standards of Care) excludes the person, as do two other points together; one alone is noted.
 
 use cohort::Person;
 
-use super::Finding;
+use super::daily_doses::{days, mean_with_interval};
+use super::{Consequence, Finding};
+use crate::diagnosis::FindingEstimate;
+use crate::observations::DEFAULT_WEIGHT;
 
-pub(super) fn findings(_person: &Person, _before: &[Finding]) -> Vec<Finding> {
-    Vec::new()
+/// Plausible insulin a day, U/kg.
+const INSULIN_U_KG: (f64, f64) = (0.2, 1.5);
+/// Plausible insulin a day where the weight is unknown, U: a small child's to a heavy adult's.
+const INSULIN_U: (f64, f64) = (8.0, 150.0);
+/// Plausible share of basal insulin. Some controllers give little else than micro-boluses.
+const BASAL_SHARE: (f64, f64) = (0.1, 0.9);
+/// Plausible carbohydrate a day, g: below, people eat ketogenic food or do not log.
+const CARBS_G: (f64, f64) = (30.0, 500.0);
+/// Plausible carbohydrate per unit of bolus, g/U: ratios in use are 3 to 30, and carbohydrate may be
+/// logged without bolus or the other way round.
+const GRAMS_PER_UNIT: (f64, f64) = (1.5, 60.0);
+/// From this daily insulin on, per kg, units are likely thousandths.
+const THOUSANDTHS_U_KG: f64 = 30.0;
+
+/// A point of the day.
+struct Point {
+    name: &'static str,
+    unit: &'static str,
+    /// Mean and its interval.
+    mean: (f64, f64, f64),
+    plausible: (f64, f64),
+}
+
+impl Point {
+    /// Whether the interval lies wholly outside.
+    fn outside(&self) -> bool {
+        self.mean.2 < self.plausible.0 || self.mean.1 > self.plausible.1
+    }
+}
+
+/// The findings; none where an earlier finding about a unit or a flag (in `before`) says why.
+pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
+    let explained = before.iter().any(|finding| {
+        ["dose_is_flag", "basal_unit", "carb_unit"].contains(&finding.reported.check.as_str())
+    });
+    let days = days(person);
+    let of = |value: fn(&super::daily_doses::Day) -> Option<f64>| -> Option<(f64, f64, f64)> {
+        mean_with_interval(&days.iter().filter_map(value).collect::<Vec<f64>>())
+    };
+    let Some(insulin) = of(|day| Some(day.insulin())) else { return Vec::new() };
+    if explained || insulin.0 <= 0.0 {
+        return Vec::new();
+    }
+    let insulin = match person.weight {
+        Some(weight) => {
+            let (mean, lower, upper) = insulin;
+            let mean = (mean / weight.0, lower / weight.0, upper / weight.0);
+            Point { name: "insulin", unit: "U/kg/day", mean, plausible: INSULIN_U_KG }
+        }
+        None => Point { name: "insulin", unit: "U/day", mean: insulin, plausible: INSULIN_U },
+    };
+    if insulin.outside() {
+        let per_kg = match person.weight {
+            Some(_) => insulin.mean.0,
+            None => insulin.mean.0 / DEFAULT_WEIGHT.0,
+        };
+        let cure = if per_kg > THOUSANDTHS_U_KG {
+            "doses in thousandths of a unit; divide them by 1000"
+        } else if insulin.mean.0 > insulin.plausible.1 {
+            "check the units of basal_u_h and bolus_u"
+        } else {
+            "doses are missing or their unit is larger than U; check basal_u_h and bolus_u"
+        };
+        return vec![report(person, &insulin, cure, Consequence::ExcludePerson)];
+    }
+    let mut points = Vec::new();
+    if let Some(mean) = of(|day| (day.insulin() > 0.0).then(|| day.basal / day.insulin())) {
+        let name = "basal share of insulin";
+        points.push((
+            Point { name, unit: "of all insulin", mean, plausible: BASAL_SHARE },
+            "check whether boluses or basal rates are missing",
+        ));
+    }
+    if let Some(mean) = of(|day| day.carbs) {
+        points.push((
+            Point { name: "carbohydrate", unit: "g/day", mean, plausible: CARBS_G },
+            "check its unit and whether meals are logged",
+        ));
+    }
+    let total = |value: fn(&super::daily_doses::Day) -> f64| days.iter().map(value).sum::<f64>();
+    let (carbs, bolus) = (total(|day| day.carbs.unwrap_or(0.0)), total(|day| day.bolus));
+    if carbs > 0.0 && bolus > 0.0 {
+        let mean = (carbs / bolus, carbs / bolus, carbs / bolus);
+        points.push((
+            Point { name: "carbohydrate per bolus", unit: "g/U", mean, plausible: GRAMS_PER_UNIT },
+            "check the units of carbs_g and bolus_u",
+        ));
+    }
+    points.retain(|(point, _)| point.outside());
+    let consequence = if points.len() > 1 { Consequence::ExcludePerson } else { Consequence::Note };
+    points.iter().map(|(point, cure)| report(person, point, cure, consequence)).collect()
+}
+
+fn report(person: &Person, point: &Point, cure: &str, consequence: Consequence) -> Finding {
+    let ((value, lower, upper), (low, high)) = (point.mean, point.plausible);
+    let (name, unit) = (point.name, point.unit);
+    let text = format!("{name} of {value:.2} {unit} is outside {low} to {high}; {cure}");
+    Finding::note("plausible_day", person, text)
+        .with_estimate(FindingEstimate { value, lower, upper, unit: unit.to_owned() })
+        .with_consequence(consequence)
 }

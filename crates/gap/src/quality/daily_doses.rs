@@ -1,0 +1,73 @@
+//! What a day of the record adds up to.
+
+use cohort::{Channel, Person};
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+
+/// Share of a day's steps that must be recorded for the day to count.
+const RECORDED: f64 = 0.9;
+
+/// Doses of one day of the record (288 steps from its start, not from midnight).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Day {
+    /// First step.
+    pub(super) start: usize,
+    /// Basal insulin, U.
+    pub(super) basal: f64,
+    /// Bolus insulin, U.
+    pub(super) bolus: f64,
+    /// Carbohydrate logged, g; `None` where it is not recorded.
+    pub(super) carbs: Option<f64>,
+}
+
+impl Day {
+    /// Basal and bolus, U.
+    pub(super) fn insulin(&self) -> f64 {
+        self.basal + self.bolus
+    }
+}
+
+/// The days on which basal and bolus are recorded nearly throughout.
+pub(super) fn days(person: &Person) -> Vec<Day> {
+    let record = &person.record;
+    let total = |channel: Channel, start: usize| {
+        let values = record.channel(channel)[start..start + STEPS_PER_DAY].iter().flatten();
+        let (sum, count) =
+            values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+        let share = count / STEPS_PER_DAY as f64;
+        (share >= RECORDED).then(|| sum / share)
+    };
+    (0..record.len() / STEPS_PER_DAY)
+        .filter_map(|day| {
+            let start = day * STEPS_PER_DAY;
+            Some(Day {
+                start,
+                basal: total(Channel::Basal, start)? / STEPS_PER_HOUR as f64,
+                bolus: total(Channel::Bolus, start)?,
+                carbs: total(Channel::Carbs, start),
+            })
+        })
+        .collect()
+}
+
+/// The mean with a 95 % interval by Student's t; `None` with fewer than three values.
+pub(super) fn mean_with_interval(values: &[f64]) -> Option<(f64, f64, f64)> {
+    use statrs::distribution::{ContinuousCDF, StudentsT};
+    let n = values.len() as f64;
+    if values.len() < 3 {
+        return None;
+    }
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let t = StudentsT::new(0.0, 1.0, n - 1.0).ok()?.inverse_cdf(0.975);
+    let half = t * (variance / n).sqrt();
+    Some((mean, mean - half, mean + half))
+}
+
+/// The median; 0 for no value.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
