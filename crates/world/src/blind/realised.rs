@@ -13,18 +13,19 @@ use crate::effects::Amplitudes;
 use crate::error::WorldError;
 use crate::virtual_person::VirtualPerson;
 
-/// People on whom an amplitude is sought; the shift that is reported is that of all.
-const SEARCHED_PEOPLE: usize = 3;
 /// Spread of the logarithm of amplitudes between people (assumed; as for the named effects).
 const SPREAD: f64 = 0.25;
-/// Worlds drawn in place of one whose bodies fail.
+/// Worlds drawn in place of one whose bodies fail, or in which an effect finds no occasion.
 const ATTEMPTS: u64 = 8;
+/// Shift below which an effect has not found an occasion, mg/dL: no body drank, fell ill, or wore a
+/// set that failed.
+const NO_OCCASION: f64 = 0.25;
 
 /// A world that can be lived.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RealisedWorld {
     /// What was planned; the seed is that of the people, another one if those of the planned seed
-    /// could not be drawn.
+    /// could not be drawn or gave an effect no occasion.
     pub planned: PlannedWorld,
     /// The people.
     pub people: Vec<VirtualPerson>,
@@ -64,10 +65,14 @@ impl PlannedWorld {
             // An odd step runs through all seeds of 53 bits.
             let step = attempt.wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let seed = self.seed.wrapping_add(step) & ((1 << 53) - 1);
-            match (Self { seed, ..self.clone() }).realise_once() {
-                Err(_) if attempt < ATTEMPTS => attempt += 1,
-                result => return result,
+            let result = (Self { seed, ..self.clone() }).realise_once();
+            let vain = |world: &RealisedWorld| {
+                world.effects.iter().any(|found| found.achieved < NO_OCCASION)
+            };
+            if attempt == ATTEMPTS || result.as_ref().is_ok_and(|world| !vain(world)) {
+                return result;
             }
+            attempt += 1;
         }
     }
 
@@ -84,7 +89,7 @@ impl PlannedWorld {
         let mut effects = Vec::new();
         for (place, (effect, target)) in self.effects.iter().enumerate() {
             let own: Vec<f64> = own.iter().map(|own| own[place]).collect();
-            let found = reach(*effect, *target, &people, &own, calendar)?;
+            let found = reach(*effect, *target, &people, &own, calendar);
             effects.push(RealisedEffect {
                 effect: *effect,
                 amplitude: found.factor * own.iter().sum::<f64>() / own.len() as f64,
@@ -109,34 +114,23 @@ impl PlannedWorld {
     }
 }
 
-/// The factor on the people's own amplitudes at which an effect alone shifts glucose by `target`,
-/// and the shift over all of them.
+/// The factor on the people's own amplitudes at which an effect alone shifts glucose by `target`.
 fn reach(
     effect: PlannedEffect,
     target: f64,
     people: &[VirtualPerson],
     own: &[f64],
     calendar: Calendar,
-) -> Result<Reached, WorldError> {
-    let shift = |factor: f64, count: usize| -> Result<f64, WorldError> {
-        let shifts: Vec<f64> = people
+) -> Reached {
+    search(target, effect.largest_factor(), |factor| {
+        let shifts = people
             .par_iter()
             .zip(own)
-            .take(count)
             .map(|(person, own)| alone(person, effect, factor * own, calendar))
-            .collect::<Result<_, _>>()?;
-        Ok(shifts.iter().sum::<f64>() / shifts.len() as f64)
-    };
-    let mut found =
-        search(target, effect.largest_factor(), |factor| shift(factor, SEARCHED_PEOPLE).ok());
-    // A body that was not among those searched may fail where they did not.
-    for _ in 0..3 {
-        match shift(found.factor, people.len()) {
-            Ok(shift) => return Ok(Reached { shift, ..found }),
-            Err(_) => found.factor *= 0.7,
-        }
-    }
-    shift(found.factor, people.len()).map(|shift| Reached { shift, ..found })
+            .collect::<Result<Vec<f64>, WorldError>>()
+            .ok()?;
+        Some(shifts.iter().sum::<f64>() / shifts.len() as f64)
+    })
 }
 
 impl RealisedWorld {
