@@ -7,7 +7,7 @@
 //! typical, ADA Standards of Care). A unit is doubted where the record as it stands is outside and
 //! the record with the other unit is inside.
 
-use cohort::Person;
+use cohort::{Person, Therapy};
 use physiology::STEPS_PER_HOUR;
 
 use super::daily_doses::{Day, days, mean_with_interval, median};
@@ -24,6 +24,8 @@ const BASAL_SHARE: (f64, f64) = (0.2, 0.9);
 /// Lowest plausible insulin from midnight to six, U/kg/day: a body without any goes into
 /// ketoacidosis, and the lowest programmed profiles give about 0.1.
 const NIGHT_U_KG: f64 = 0.06;
+/// Share of basal insulin that no programmed profile goes below, %.
+const LEAST_PROGRAMMED: f64 = 12.0;
 /// Fewest days on each side for units that change.
 const FEWEST_DAYS: usize = 2;
 /// How far apart the days' basal amounts must lie for units that change: around the factor.
@@ -45,19 +47,24 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     let bolus = days.iter().map(|day| day.bolus).sum::<f64>() / days.len() as f64;
     let fits = |basal: f64| {
         let insulin = basal + bolus;
-        within(insulin / weight, INSULIN_U_KG) && within(basal / insulin, BASAL_SHARE)
+        // Without boluses there is no share to judge.
+        within(insulin / weight, INSULIN_U_KG)
+            && (bolus == 0.0 || within(basal / insulin, BASAL_SHARE))
     };
     if fits(mean) {
         return None;
     }
     let share = 100.0 * mean / (mean + bolus);
-    if mean / (mean + bolus) < BASAL_SHARE.0
+    // Controllers may give nearly all insulin as boluses, but then they give them at night as well.
+    let bare = night_insulin(person) < NIGHT_U_KG * weight;
+    let programmed = share < LEAST_PROGRAMMED && person.therapy == Therapy::OpenLoopPump;
+    if (mean / (mean + bolus) < BASAL_SHARE.0 || bolus == 0.0)
         && fits(FACTOR * mean)
-        && night_insulin(person) < NIGHT_U_KG * weight
+        && (bare || programmed)
     {
         let text = format!(
-            "basal insulin of {mean:.1} U a day is {share:.0} % of all insulin and leaves the body \
-             without any at night: amounts per 5 min recorded as U/h; multiply basal_u_h by 12"
+            "basal insulin of {mean:.1} U a day is {share:.0} % of all insulin, less than a body \
+             without meals needs: amounts per 5 min recorded as U/h; multiply basal_u_h by 12"
         );
         return Some(excluding(person, text, (mean, lower, upper)));
     }

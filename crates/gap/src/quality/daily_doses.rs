@@ -26,7 +26,8 @@ impl Day {
     }
 }
 
-/// The days on which basal and bolus are recorded nearly throughout.
+/// The days on which basal and bolus are recorded nearly throughout. One of the two that is never
+/// recorded counts as none; with neither there is no day.
 pub(super) fn days(person: &Person) -> Vec<Day> {
     let record = &person.record;
     let total = |channel: Channel, start: usize| {
@@ -36,13 +37,19 @@ pub(super) fn days(person: &Person) -> Vec<Day> {
         let share = count / STEPS_PER_DAY as f64;
         (share >= RECORDED).then(|| sum / share)
     };
+    let never = |channel| record.channel(channel).iter().all(Option::is_none);
+    let (no_basal, no_bolus) = (never(Channel::Basal), never(Channel::Bolus));
+    if no_basal && no_bolus {
+        return Vec::new();
+    }
     (0..record.len() / STEPS_PER_DAY)
         .filter_map(|day| {
             let start = day * STEPS_PER_DAY;
             Some(Day {
                 start,
-                basal: total(Channel::Basal, start)? / STEPS_PER_HOUR as f64,
-                bolus: total(Channel::Bolus, start)?,
+                basal: if no_basal { 0.0 } else { total(Channel::Basal, start)? }
+                    / STEPS_PER_HOUR as f64,
+                bolus: if no_bolus { 0.0 } else { total(Channel::Bolus, start)? },
                 carbs: total(Channel::Carbs, start),
             })
         })

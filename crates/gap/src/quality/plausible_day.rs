@@ -54,13 +54,26 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
     if explained || insulin.0 <= 0.0 {
         return Vec::new();
     }
+    // Where only one of basal and bolus is recorded, the day is known from above alone.
+    let whole = days.iter().any(|day| day.basal > 0.0) && days.iter().any(|day| day.bolus > 0.0);
+    let least = |low: f64| if whole { low } else { 0.0 };
     let insulin = match person.weight {
         Some(weight) => {
             let (mean, lower, upper) = insulin;
             let mean = (mean / weight.0, lower / weight.0, upper / weight.0);
-            Point { name: "insulin", unit: "U/kg/day", mean, plausible: INSULIN_U_KG }
+            Point {
+                name: "insulin",
+                unit: "U/kg/day",
+                mean,
+                plausible: (least(INSULIN_U_KG.0), INSULIN_U_KG.1),
+            }
         }
-        None => Point { name: "insulin", unit: "U/day", mean: insulin, plausible: INSULIN_U },
+        None => Point {
+            name: "insulin",
+            unit: "U/day",
+            mean: insulin,
+            plausible: (least(INSULIN_U.0), INSULIN_U.1),
+        },
     };
     if insulin.outside() {
         let per_kg = match person.weight {
@@ -77,7 +90,8 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
         return vec![report(person, &insulin, cure, Consequence::ExcludePerson)];
     }
     let mut points = Vec::new();
-    if let Some(mean) = of(|day| (day.insulin() > 0.0).then(|| day.basal / day.insulin())) {
+    if whole && let Some(mean) = of(|day| (day.insulin() > 0.0).then(|| day.basal / day.insulin()))
+    {
         let name = "basal share of insulin";
         points.push((
             Point { name, unit: "of all insulin", mean, plausible: BASAL_SHARE },
