@@ -15,29 +15,32 @@
 //! its channel was not recorded. Counting errors change what is eaten, not what is logged; missed
 //! meals and unlogged rescue carbohydrate are eaten beside what the record holds.
 
+mod days;
 mod doses;
 mod fit;
 mod recorded_life;
 mod replaying;
+mod restoring;
+mod toward;
 
-use cohort::{Channel, Person};
+use cohort::{Channel, Cohort, Person};
 use physiology::MgPerDl;
+use rayon::prelude::*;
 
 use crate::background::Background;
 use crate::behaviour::Life;
 use crate::devices::WornSensors;
-use crate::effects::{Amplitudes, Condition, Effect, Happenings, Shapes, conditions, sensing};
+use crate::effects::{Amplitudes, Effect, Happenings, OutsideEffect, Port, Shapes, sensing};
 use crate::error::WorldError;
 use crate::generator::Generator;
 use crate::physique::{Course, Physique};
-use crate::reactions::{Reaction, reactions};
 use crate::stream::{Concept, stream};
 use crate::virtual_person::LivedDays;
 use crate::wear::SensorWear;
 
+use days::Days;
 use doses::Doses;
 use recorded_life::RecordedLife;
-use replaying::{Eaten, Replaying};
 
 /// A person of a cohort whose recorded days a body lives again.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,6 +150,15 @@ impl ReplayedPerson {
         fit::fit(generator, seed, index, original, amplitudes)
     }
 
+    /// The same person with other amplitudes and the insulin action that brings mean glucose back
+    /// to the one sought; body and restoring change stay what they are otherwise.
+    ///
+    /// # Errors
+    /// [`NotReplayed`] with the reason.
+    pub fn with_amplitudes(&self, amplitudes: Amplitudes) -> Result<Self, NotReplayed> {
+        fit::with_amplitudes(self, amplitudes)
+    }
+
     /// Lives the recorded days with the amplitudes, shapes and body at hand.
     ///
     /// The record of the result starts and ends with the original; its readings are whole mg/dL
@@ -156,18 +168,32 @@ impl ReplayedPerson {
     /// # Errors
     /// If the body's model fails or a dose is not finite.
     pub fn live(&self) -> Result<LivedDays, WorldError> {
-        let doses = Doses::of(&self.original).map_err(|source| WorldError::Record {
-            person: self.index,
-            source: Box::new(source),
-        })?;
-        let life = self.recorded_life();
-        let days = Days::new(self, &life, &doses, self.amplitudes);
-        let course = days.lived(self.body, &self.restoring)?;
-        let mut glucose = course.glucose;
-        glucose.truncate(self.original.record.len());
+        let (course, life, offset) = self.course(self.amplitudes)?;
+        let glucose = course.glucose;
         let mut recorded = self.original.clone();
-        self.read(&life, &glucose, &mut recorded)?;
-        Ok(LivedDays { recorded, inputs: course.inputs, glucose, life: life.life })
+        let readings = self.sensed(&life, offset, &glucose, &self.amplitudes)?;
+        for (slot, reading) in recorded.record.channel_mut(Channel::Cgm).iter_mut().zip(readings) {
+            *slot = slot.and(Some(reading.0.round()));
+        }
+        Ok(LivedDays { recorded, inputs: course.inputs, glucose, life })
+    }
+
+    /// How far the effects that `without` switches off (or weakens) move glucose: the mean absolute
+    /// difference between the days lived with either, on the same doses and the same log.
+    ///
+    /// Of true glucose, or of what the sensor shows if an effect on the sensor differs.
+    ///
+    /// # Errors
+    /// As [`Self::live`].
+    pub fn shift(&self, without: &Amplitudes) -> Result<MgPerDl, WorldError> {
+        let (with, life, offset) = self.course(self.amplitudes)?;
+        let (other, other_life, _) = self.course(*without)?;
+        if !sensors_differ(&self.amplitudes, without) {
+            return Ok(mean_difference(&with.glucose, &other.glucose));
+        }
+        let shown = self.sensed(&life, offset, &with.glucose, &self.amplitudes)?;
+        let other_shown = self.sensed(&other_life, offset, &other.glucose, without)?;
+        Ok(mean_difference(&shown, &other_shown))
     }
 
     fn recorded_life(&self) -> RecordedLife {
@@ -180,87 +206,105 @@ impl ReplayedPerson {
         happenings
     }
 
-    fn rng(&self, concept: Concept) -> rand_chacha::ChaCha8Rng {
-        stream(self.seed, self.index, concept)
+    /// The course of the body, the life as it was truly lived, and the steps from its start to
+    /// that of the record.
+    fn course(&self, amplitudes: Amplitudes) -> Result<(Course, Life, usize), WorldError> {
+        let doses = Doses::of(&self.original).map_err(|source| WorldError::Record {
+            person: self.index,
+            source: Box::new(source),
+        })?;
+        let days = Days::new(self, &self.recorded_life(), &doses, amplitudes);
+        let mut course = days.lived(self.body, &self.restoring)?;
+        course.glucose.truncate(self.original.record.len());
+        let offset = days.offset;
+        Ok((course, days.life, offset))
     }
 
-    /// Puts the readings of the course into the record.
-    fn read(
+    /// What the sensors show of a course of glucose, not rounded; no reading is lost.
+    fn sensed(
         &self,
-        recorded: &RecordedLife,
+        life: &Life,
+        offset: usize,
         glucose: &[MgPerDl],
-        person: &mut Person,
-    ) -> Result<(), WorldError> {
-        let life = &recorded.life;
-        let mut rng = self.rng(Concept::Sensor);
+        amplitudes: &Amplitudes,
+    ) -> Result<Vec<MgPerDl>, WorldError> {
+        let mut rng = stream(self.seed, self.index, Concept::Sensor);
         let wear = SensorWear::sample(&life.calendar, &mut rng).without_losses();
-        let happenings = self.happenings(life);
-        let sensing = sensing(life, &wear, &happenings, &self.shapes, &self.amplitudes);
+        let sensing = sensing(life, &wear, &self.happenings(life), &self.shapes, amplitudes);
         let mut sensors = WornSensors::new(wear, sensing, rng);
-        let mut readings = Vec::with_capacity(glucose.len());
-        let first = glucose.first().copied().unwrap_or(MgPerDl(0.0));
-        for step in 0..recorded.offset + glucose.len() {
-            let now = step.checked_sub(recorded.offset).map_or(first, |k| glucose[k]);
+        let first = glucose.first().copied().unwrap_or_default();
+        let mut shown = Vec::with_capacity(offset + glucose.len());
+        // Worn from the midnight before the record on.
+        for (step, now) in
+            std::iter::repeat_n(first, offset).chain(glucose.iter().copied()).enumerate()
+        {
             let reading = sensors
-                .read(step, now)
+                .sense(step, now)
                 .map_err(|source| WorldError::Body { person: self.index, source })?;
-            if step >= recorded.offset {
-                readings.push(reading.map(|g| g.0));
+            shown.push(reading.unwrap_or(now));
+        }
+        Ok(shown.split_off(offset))
+    }
+}
+
+/// The people of a cohort whose days a generator could live again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replayed {
+    /// Those that could, in the order of the cohort.
+    pub people: Vec<ReplayedPerson>,
+    /// Those that could not, with the reason.
+    pub skipped: Vec<(String, NotReplayed)>,
+}
+
+impl Replayed {
+    /// Finds a body for everybody; person k of the cohort is person k of the world.
+    ///
+    /// The result depends on the seed alone, whatever the number of threads.
+    #[must_use]
+    pub fn fit(generator: Generator, seed: u64, cohort: &Cohort, amplitudes: Amplitudes) -> Self {
+        let fitted: Vec<_> = cohort
+            .people
+            .par_iter()
+            .enumerate()
+            .map(|(index, person)| {
+                ReplayedPerson::fit(generator, seed, index, person, amplitudes)
+                    .map_err(|reason| (person.id.clone(), reason))
+            })
+            .collect();
+        let (mut people, mut skipped) = (Vec::new(), Vec::new());
+        for person in fitted {
+            match person {
+                Ok(person) => people.push(person),
+                Err(reason) => skipped.push(reason),
             }
         }
-        for (slot, reading) in person.record.channel_mut(Channel::Cgm).iter_mut().zip(readings) {
-            *slot = slot.and(reading);
-        }
-        Ok(())
+        Self { people, skipped }
+    }
+
+    /// The cohort that a study would see: the recorded people with the readings of their bodies.
+    ///
+    /// # Errors
+    /// As [`ReplayedPerson::live`].
+    pub fn cohort(&self) -> Result<Cohort, WorldError> {
+        let people = self
+            .people
+            .par_iter()
+            .map(|person| Ok(person.live()?.recorded))
+            .collect::<Result<_, WorldError>>()?;
+        Ok(Cohort { people })
     }
 }
 
-/// Everything about the recorded days of a person under given amplitudes but the body.
-struct Days<'a> {
-    person: usize,
-    offset: usize,
-    doses: &'a Doses,
-    life: Life,
-    conditions: Vec<Condition>,
-    eaten: Eaten,
-    reactions: Vec<Reaction>,
-    amplitudes: Amplitudes,
-    start: MgPerDl,
+/// Whether an effect on the sensor differs.
+fn sensors_differ(one: &Amplitudes, other: &Amplitudes) -> bool {
+    let named = |e: &Effect| e.port() == Port::Sensor && one.of(*e) != other.of(*e);
+    let outside =
+        |e: &OutsideEffect| e.port() == Port::Sensor && one.of_outside(*e) != other.of_outside(*e);
+    Effect::ALL.iter().any(named) || OutsideEffect::ALL.iter().any(outside)
 }
 
-impl<'a> Days<'a> {
-    fn new(
-        person: &ReplayedPerson,
-        recorded: &RecordedLife,
-        doses: &'a Doses,
-        amplitudes: Amplitudes,
-    ) -> Self {
-        let mut life = recorded.life.clone();
-        let miscount = amplitudes.of(Effect::CarbMiscount);
-        recorded_life::eaten(&mut life, &person.background, person.shapes.counting_bias, miscount);
-        let happenings = person.happenings(&life);
-        let mut conditions =
-            conditions(&recorded.habits, &life, &happenings, &person.shapes, &amplitudes);
-        conditions.drain(..recorded.offset);
-        Self {
-            person: person.index,
-            offset: recorded.offset,
-            doses,
-            conditions,
-            eaten: Eaten::new(recorded, &life, &amplitudes),
-            reactions: reactions(&life.calendar, &mut person.rng(Concept::Reactions)),
-            life,
-            amplitudes,
-            start: MgPerDl(fit::first_glucose(&person.original)),
-        }
-    }
-
-    /// The course of a body with a restoring change through these days.
-    fn lived(&self, body: Physique, restoring: &[f64]) -> Result<Course, WorldError> {
-        let mut conditions = self.conditions.clone();
-        fit::restore(&mut conditions, self.offset, restoring);
-        let mut source = Replaying::new(self);
-        body.run(&conditions, self.amplitudes, self.start, &mut source, self.doses.len())
-            .map_err(|source| WorldError::Body { person: self.person, source })
-    }
+/// Mean absolute difference; 0 of none.
+fn mean_difference(one: &[MgPerDl], other: &[MgPerDl]) -> MgPerDl {
+    let sum: f64 = one.iter().zip(other).map(|(a, b)| (a.0 - b.0).abs()).sum();
+    MgPerDl(sum / (one.len() as f64).max(1.0))
 }

@@ -246,6 +246,14 @@ mod tests {
         // Simpson's rule at 5 min over courses of 17 min and more.
         assert!((absorbed + left - 90_000.0).abs() < 180.0, "{absorbed} and {left} mg");
         assert!(left < 1.0, "{left} mg after a day");
+        // Of what leaves the intestine the share f reaches plasma.
+        let prepared = Prepared::new(p);
+        let slope = |q_gut: f64| {
+            let state = PadovaState { q_gut, ..run.states[0].compartments };
+            derivative(&prepared, &state, &Forcing::NONE).g_p
+        };
+        let appearance = slope(1000.0) - slope(0.0);
+        assert!((appearance - p.f * p.k_abs * 1000.0 / p.weight.0).abs() < 1e-12); // rounding
     }
 
     #[test]

@@ -3,10 +3,14 @@
 use cohort::Person;
 use physiology::{Kilograms, MgPerDl, STEP, STEPS_PER_DAY};
 
+use super::days::Days;
 use super::doses::Doses;
-use super::{Days, NotReplayed, ReplayedPerson};
+use super::recorded_life::RecordedLife;
+use super::restoring::{LARGEST_SPREAD, mend, spread};
+use super::toward::Toward;
+use super::{NotReplayed, ReplayedPerson};
 use crate::background::Background;
-use crate::effects::{Amplitudes, Condition, Shapes};
+use crate::effects::{Amplitudes, Shapes};
 use crate::error::WorldError;
 use crate::generator::Generator;
 use crate::physique::Physique;
@@ -19,48 +23,18 @@ const BASAL_RECORDED: f64 = 0.8;
 const CARBS_RECORDED: f64 = 0.6;
 /// Means that are sought, mg/dL: the recorded one within these.
 const TARGETS: (f64, f64) = (110.0, 190.0);
-/// Logarithms of the factor on insulin action between which it is sought.
-const SCALES: (f64, f64) = (-1.6, 1.6);
-/// Hour of the day about which one day's restoring change passes into the next's, steps.
-const CHANGE: usize = 3 * physiology::STEPS_PER_HOUR;
-/// Largest restoring change (log), and the largest spread between days that is believed.
-const LARGEST_CHANGE: f64 = 0.9;
-const LARGEST_SPREAD: f64 = 0.45;
-/// Range in which a day's mean and its 5th and 95th percentiles shall lie, mg/dL.
-const DAY_MEANS: (f64, f64) = (95.0, 230.0);
-const DAY_EXTREMES: (f64, f64) = (55.0, 340.0);
 /// Least share of the steps within 40 to 400 mg/dL, and largest distance of the mean from the one
 /// sought, mg/dL.
 const WITHIN: f64 = 0.97;
 const OFF_TARGET: f64 = 15.0;
 /// Fall of mean glucose with the logarithm of insulin action, mg/dL, of the order that bodies of
-/// either kind have, and the range of it; the searches step by it.
-const SLOPE: f64 = 200.0;
-const SLOPES: (f64, f64) = (80.0, 500.0);
+/// either kind have; the searches step by it.
+pub(super) const SLOPE: f64 = 200.0;
 /// Simulations of a search, and the further ones with effects.
 const ROUNDS: usize = 9;
 const ROUNDS_WITH_EFFECTS: usize = 3;
 /// Bodies that are tried.
 const BODIES: usize = 4;
-
-/// The log factor on insulin action of a step, passing from day to day within two hours about 3:00.
-pub(super) fn change_at(restoring: &[f64], step: usize) -> f64 {
-    let of = |day: usize| restoring.get(day).or(restoring.last()).copied().unwrap_or(0.0);
-    let day = step / STEPS_PER_DAY;
-    let into = (step % STEPS_PER_DAY) as f64 - CHANGE as f64;
-    let share = (into / (2.0 * physiology::STEPS_PER_HOUR as f64) + 0.5).clamp(0.0, 1.0);
-    let before = if day == 0 { of(0) } else { of(day - 1) };
-    before + share * (of(day) - before)
-}
-
-/// Lets the restoring change act on the conditions of a record that starts at `offset`.
-pub(super) fn restore(conditions: &mut [Condition], offset: usize, restoring: &[f64]) {
-    for (step, condition) in conditions.iter_mut().enumerate() {
-        let factor = change_at(restoring, step + offset).exp();
-        condition.action *= factor;
-        condition.liver_action *= factor;
-    }
-}
 
 /// Glucose at the start, mg/dL: the first reading, within what bodies can rest at.
 pub(super) fn first_glucose(person: &Person) -> f64 {
@@ -106,14 +80,7 @@ pub(super) fn fit(
         restoring: Vec::new(),
     };
     let life = person.recorded_life();
-    let search = Search {
-        plain: Days::new(&person, &life, &doses, Amplitudes::NONE),
-        acting: (amplitudes != Amplitudes::NONE)
-            .then(|| Days::new(&person, &life, &doses, amplitudes)),
-        days: life.life.calendar.days(),
-        daily_insulin: doses.inputs.iter().map(|i| i.insulin().during(STEP).0).sum::<f64>() / days,
-        target: target(original),
-    };
+    let search = Search::new(&person, &life, &doses);
     let weighed = |body: Physique| {
         let drawn = body.weight();
         body.with_weight(original.weight.map_or(drawn, |w| Kilograms(w.0.clamp(35.0, 160.0))))
@@ -132,6 +99,21 @@ pub(super) fn fit(
     Ok(person)
 }
 
+/// See [`ReplayedPerson::with_amplitudes`].
+pub(super) fn with_amplitudes(
+    person: &ReplayedPerson,
+    amplitudes: Amplitudes,
+) -> Result<ReplayedPerson, NotReplayed> {
+    let doses =
+        Doses::of(&person.original).map_err(|error| NotReplayed::Failed(error.to_string()))?;
+    let mut other = ReplayedPerson { amplitudes, ..person.clone() };
+    let life = person.recorded_life();
+    let search = Search::new(&other, &life, &doses);
+    let acting = search.acting.as_ref().unwrap_or(&search.plain);
+    other.body = search.adjusted(acting, person.body, &person.restoring)?;
+    Ok(other)
+}
+
 /// Mean glucose that is sought, mg/dL.
 fn target(person: &Person) -> f64 {
     let readings: Vec<f64> = person.record.cgm().iter().flatten().copied().collect();
@@ -148,7 +130,20 @@ struct Search<'a> {
     target: f64,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(person: &ReplayedPerson, life: &RecordedLife, doses: &'a Doses) -> Self {
+        let acting = person.amplitudes != Amplitudes::NONE;
+        let days = doses.len() as f64 / STEPS_PER_DAY as f64;
+        let insulin: f64 = doses.inputs.iter().map(|input| input.insulin().during(STEP).0).sum();
+        Self {
+            plain: Days::new(person, life, doses, Amplitudes::NONE),
+            acting: acting.then(|| Days::new(person, life, doses, person.amplitudes)),
+            days: life.life.calendar.days(),
+            daily_insulin: insulin / days,
+            target: target(&person.original),
+        }
+    }
+
     /// The drawn body with the insulin action that the record asks for, and its restoring change.
     fn run(&self, drawn: Physique) -> Result<(Physique, Vec<f64>), NotReplayed> {
         let mut toward = Toward::new(self.first_scale(drawn)?);
@@ -156,21 +151,33 @@ impl Search<'_> {
         for round in 0..ROUNDS {
             let glucose = simulated(&self.plain, drawn, toward.scale, &restoring)?;
             if round > 0 {
-                self.restore_days(&glucose, &mut restoring);
+                mend(&mut restoring, &glucose, self.plain.offset);
             }
             toward.step(mean(&glucose) - self.target);
         }
-        let mut last = simulated(&self.plain, drawn, toward.scale, &restoring)?;
-        self.judge(&last, &restoring)?;
-        if let Some(acting) = &self.acting {
-            for _ in 0..ROUNDS_WITH_EFFECTS {
-                last = simulated(acting, drawn, toward.scale, &restoring)?;
-                toward.step(mean(&last) - self.target);
-            }
-            last = simulated(acting, drawn, toward.scale, &restoring)?;
-            self.judge(&last, &restoring)?;
+        self.judge(&simulated(&self.plain, drawn, toward.scale, &restoring)?, &restoring)?;
+        let found = drawn.with_action_scaled(toward.scale.exp());
+        let body = match &self.acting {
+            Some(acting) => self.adjusted(acting, found, &restoring)?,
+            None => found,
+        };
+        Ok((body, restoring))
+    }
+
+    /// A found body with the insulin action that brings the mean back while effects act.
+    fn adjusted(
+        &self,
+        acting: &Days<'_>,
+        found: Physique,
+        restoring: &[f64],
+    ) -> Result<Physique, NotReplayed> {
+        let mut toward = Toward::new(0.0);
+        for _ in 0..ROUNDS_WITH_EFFECTS {
+            let glucose = simulated(acting, found, toward.scale, restoring)?;
+            toward.step(mean(&glucose) - self.target);
         }
-        Ok((drawn.with_action_scaled(toward.scale.exp()), restoring))
+        self.judge(&simulated(acting, found, toward.scale, restoring)?, restoring)?;
+        Ok(found.with_action_scaled(toward.scale.exp()))
     }
 
     /// Log action with which half of the recorded insulin would be the body's basal need.
@@ -179,34 +186,7 @@ impl Search<'_> {
             .basal_at(MgPerDl(self.target))
             .map_err(|error| NotReplayed::Failed(error.to_string()))?;
         let scale = (2.0 * 24.0 * need.0 / self.daily_insulin.max(1.0)).ln();
-        Ok(scale.clamp(SCALES.0, SCALES.1))
-    }
-
-    /// Changes the action of days that leave the range, no further than needed.
-    fn restore_days(&self, glucose: &[f64], restoring: &mut [f64]) {
-        for (day, change) in restoring.iter_mut().enumerate() {
-            let from = (day * STEPS_PER_DAY + CHANGE).saturating_sub(self.plain.offset);
-            let to = ((day + 1) * STEPS_PER_DAY + CHANGE).saturating_sub(self.plain.offset);
-            let Some(within) = glucose.get(from..to.min(glucose.len())) else { continue };
-            if within.len() < STEPS_PER_DAY / 4 {
-                continue;
-            }
-            let mut sorted = within.to_vec();
-            sorted.sort_by(f64::total_cmp);
-            let at = |share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
-            let level = mean(within);
-            let beyond = |value: f64, (low, high): (f64, f64)| {
-                (value - high).max(0.0) + (value - low).min(0.0)
-            };
-            let (lowest, highest) = (at(0.05), at(0.95));
-            let mut step = beyond(level, DAY_MEANS) / SLOPE;
-            if lowest < DAY_EXTREMES.0 {
-                step -= (DAY_EXTREMES.0 - lowest) / SLOPE;
-            } else if highest > DAY_EXTREMES.1 {
-                step += 0.5 * (highest - DAY_EXTREMES.1) / SLOPE;
-            }
-            *change = (*change + step.clamp(-0.25, 0.25)).clamp(-LARGEST_CHANGE, LARGEST_CHANGE);
-        }
+        Ok(scale)
     }
 
     /// Whether a course is believable.
@@ -214,9 +194,7 @@ impl Search<'_> {
         let n = glucose.len() as f64;
         let within = glucose.iter().filter(|g| (40.0..=400.0).contains(*g)).count() as f64 / n;
         let level = mean(glucose);
-        let days = restoring.len() as f64;
-        let middle = restoring.iter().sum::<f64>() / days;
-        let spread = (restoring.iter().map(|c| (c - middle).powi(2)).sum::<f64>() / days).sqrt();
+        let spread = spread(restoring);
         let off = (level - self.target).abs();
         if within < WITHIN || off > OFF_TARGET || spread > LARGEST_SPREAD {
             return Err(NotReplayed::NoBody {
@@ -231,7 +209,7 @@ impl Search<'_> {
 }
 
 /// Mean of values taken within what a sensor shows, so that one runaway day does not rule it.
-fn mean(glucose: &[f64]) -> f64 {
+pub(super) fn mean(glucose: &[f64]) -> f64 {
     glucose.iter().map(|g| g.clamp(40.0, 400.0)).sum::<f64>() / glucose.len() as f64
 }
 
@@ -246,29 +224,4 @@ fn simulated(
         .lived(drawn.with_action_scaled(scale.exp()), restoring)
         .map_err(|error| NotReplayed::Failed(error.to_string()))?;
     Ok(run.glucose.iter().map(|g| g.0).collect())
-}
-
-/// A secant search for the log action, with the slope kept within what bodies have.
-struct Toward {
-    scale: f64,
-    slope: f64,
-    last: Option<(f64, f64)>,
-}
-
-impl Toward {
-    fn new(scale: f64) -> Self {
-        Self { scale, slope: SLOPE, last: None }
-    }
-
-    /// One step, given how far the mean is too high, mg/dL.
-    fn step(&mut self, excess: f64) {
-        if let Some((scale, before)) = self.last
-            && (self.scale - scale).abs() > 0.005
-        {
-            self.slope = ((before - excess) / (self.scale - scale)).clamp(SLOPES.0, SLOPES.1);
-        }
-        self.last = Some((self.scale, excess));
-        let step = (excess / self.slope).clamp(-0.5, 0.5);
-        self.scale = (self.scale + step).clamp(SCALES.0, SCALES.1);
-    }
 }

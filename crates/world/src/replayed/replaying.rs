@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use physiology::{Grams, InputSource, MgPerDl, StepInput};
 
-use super::Days;
+use super::days::Days;
 use super::recorded_life::RecordedLife;
 use crate::behaviour::Life;
 use crate::effects::{Amplitudes, Effect};
