@@ -73,7 +73,8 @@ impl Target {
     }
 
     fn share(self, share: &Share) -> Self {
-        self.measured(share.value, Some((share.lower, share.upper)), share.of)
+        let ends = share.value.map(|_| (share.lower, share.upper));
+        self.measured(share.value, ends, share.of)
     }
 
     fn counting_sets(self, value: Option<f64>) -> Self {

@@ -195,7 +195,7 @@ fn say(check: &BlindCheck) {
         let met = match target.met {
             Some(true) => "",
             Some(false) => ": FALLS SHORT",
-            None => ": not tested",
+            None => "",
         };
         let limit = percent(target.target);
         note(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));

@@ -78,8 +78,9 @@ impl Plan {
     /// generators in turns.
     #[must_use]
     pub fn check(worlds: usize, nulls: usize) -> Self {
-        let outside = (worlds * 15).div_ceil(70).min(worlds);
-        let pairs = outside.min(worlds - outside);
+        // Rounded; of three worlds each kind gets one.
+        let outside = (worlds * 15 + 35) / 70;
+        let pairs = outside;
         Self {
             role: Role::Check,
             singles: worlds - pairs - outside,
