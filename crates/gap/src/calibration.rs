@@ -345,7 +345,7 @@ fn distance(a: &PersonalFactors, b: &PersonalFactors) -> f64 {
 
 /// Standard deviation with values clipped at Huber's threshold, so that wild readings do not
 /// inflate it; 1 where nothing is scored.
-fn clipped_scale(whitened: &[Option<f64>]) -> f64 {
+pub(crate) fn clipped_scale(whitened: &[Option<f64>]) -> f64 {
     let robust = robust_scale(whitened);
     let limit = HUBER_THRESHOLD * robust;
     let (mut sum, mut n) = (0.0, 0.0);

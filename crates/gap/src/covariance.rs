@@ -204,7 +204,8 @@ mod tests {
                 ..StepInput::default()
             };
             model.add_meal_noise(&mut p, &input);
-            let (following, transition) = model.linearised(&state, &input).expect("finite");
+            let (following, transition) =
+                model.linearised(&state, &input, &effects::Modulation::NEUTRAL).expect("finite");
             p = p.propagated(&transition);
             model.add_process_noise(&mut p, &input, &following);
             state = following;

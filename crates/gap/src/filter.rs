@@ -140,7 +140,7 @@ fn correction(reading: Reading, expected: f64) -> Option<f64> {
     }
 }
 
-fn start(
+pub(crate) fn start(
     model: &AugmentedModel,
     record: &Observations,
 ) -> (AugmentedState, crate::covariance::Covariance) {

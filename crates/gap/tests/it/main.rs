@@ -2,6 +2,7 @@
 
 mod calibration;
 mod filter;
+mod how_far;
 mod hupa;
 mod localisation;
 mod synthetic;

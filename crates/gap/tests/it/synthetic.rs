@@ -17,6 +17,8 @@ pub(crate) enum Gap {
     None,
     /// Endogenous production up by this share from 03:00 to 08:00.
     Dawn(f64),
+    /// Endogenous production up by this share at 06:00, a cosine bump from 03:00 to 09:00.
+    MorningBump(f64),
 }
 
 /// A world's settings.
@@ -108,6 +110,11 @@ pub(crate) fn person(
         let missing = match world.gap {
             Gap::Dawn(size) if (3..8).contains(&record.hour(step)) => {
                 size * parameters.egp_0 * (1.0 - state.x3).max(0.0)
+            }
+            Gap::MorningBump(size) => {
+                let distance = ((step % 288) as f64 / 12.0 - 6.0) / 3.0;
+                let bump = 0.5 * (1.0 + (std::f64::consts::PI * distance.clamp(-1.0, 1.0)).cos());
+                size * bump * parameters.egp_0 * (1.0 - state.x3).max(0.0)
             }
             _ => 0.0,
         };

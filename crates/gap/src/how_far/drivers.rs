@@ -1,0 +1,145 @@
+//! What the driven effects found do in each step of one person's record.
+
+use effects::{Course, Effect, Field, Form, Modulation};
+
+use crate::tangent::Direction;
+
+/// Half the distance of amplitudes over which a modulation's slope is taken. Modulations are linear or
+/// exponential in the amplitude.
+const SPACING: f64 = 0.05;
+
+/// A driven effect in its variant.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Driver<'a> {
+    pub(super) effect: &'a dyn Effect,
+    pub(super) variant: usize,
+    /// Whether the person's record signals it; where not, it never acts.
+    pub(super) signalled: bool,
+    /// Whether it changes with glucose, so that a free run must feed it its own.
+    pub(super) reads_glucose: bool,
+}
+
+impl<'a> Driver<'a> {
+    pub(super) fn new(effect: &'a dyn Effect, variant: usize, course: &Course) -> Self {
+        let signalled = effect.form(course) == Some(Form::Driven);
+        let at = |glucose: f64| {
+            let course = Course { glucose: vec![glucose; course.len()], ..course.clone() };
+            let mut steps = vec![Modulation::NEUTRAL; course.len()];
+            effect.modulate(variant, 1.0, &course, &mut steps);
+            steps
+        };
+        let as_is = {
+            let mut steps = vec![Modulation::NEUTRAL; course.len()];
+            effect.modulate(variant, 1.0, course, &mut steps);
+            steps
+        };
+        let reads_glucose = signalled && [60.0, 240.0].into_iter().any(|g| at(g) != as_is);
+        Self { effect, variant, signalled, reads_glucose }
+    }
+}
+
+/// Modulations of some drivers at their amplitudes, one entry a step.
+pub(super) fn modulations(
+    drivers: &[Driver<'_>],
+    amplitudes: &[f64],
+    course: &Course,
+    only: impl Fn(&Driver<'_>) -> bool,
+) -> Vec<Modulation> {
+    let mut steps = vec![Modulation::NEUTRAL; course.len()];
+    add(drivers, amplitudes, course, only, &mut steps);
+    steps
+}
+
+/// Adds some drivers to modulations that are there: factors multiply and additions add, so that the order
+/// does not matter.
+pub(super) fn add(
+    drivers: &[Driver<'_>],
+    amplitudes: &[f64],
+    course: &Course,
+    only: impl Fn(&Driver<'_>) -> bool,
+    steps: &mut [Modulation],
+) {
+    for (driver, amplitude) in drivers.iter().zip(amplitudes) {
+        if driver.signalled && *amplitude != 0.0 && only(driver) {
+            driver.effect.modulate(driver.variant, *amplitude, course, steps);
+        }
+    }
+}
+
+/// The slope of the modulations along each amplitude.
+pub(super) fn directions(
+    drivers: &[Driver<'_>],
+    amplitudes: &[f64],
+    course: &Course,
+) -> Vec<Direction> {
+    (0..drivers.len())
+        .map(|place| {
+            let at = |by: f64| {
+                let mut moved = amplitudes.to_vec();
+                moved[place] += by;
+                modulations(drivers, &moved, course, |_| true)
+            };
+            // Amplitudes are never negative.
+            let below = SPACING.min(amplitudes[place]);
+            let (low, high) = (at(-below), at(SPACING));
+            let width = SPACING + below;
+            let slope = |field: Field| {
+                let slopes: Vec<f64> =
+                    high.iter().zip(&low).map(|(h, l)| (h[field] - l[field]) / width).collect();
+                slopes.iter().any(|slope| *slope != 0.0).then_some((field, slopes))
+            };
+            Direction::Course(Field::ALL.into_iter().filter_map(slope).collect())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn course() -> Course {
+        let steps = 576;
+        Course {
+            hour: (0..steps).map(|k| (k % 288) as f64 / 12.0).collect(),
+            day: (0..steps).map(|k| k / 288).collect(),
+            carbs: (0..steps).map(|k| if k % 288 == 220 { 50.0 } else { 0.0 }).collect(),
+            glucose: (0..steps).map(|k| 120.0 + 60.0 * (k as f64 / 30.0).sin()).collect(),
+            heart_rate_over_rest: Some(
+                (0..steps).map(|k| Some(if k % 100 < 9 { 60.0 } else { 0.0 })).collect(),
+            ),
+            ..Course::default()
+        }
+    }
+
+    #[test]
+    fn what_reads_glucose_is_found_out() {
+        for (name, expected) in [("dawn", false), ("slow_meals", false), ("exercise", true)] {
+            let effect = effects::find(name).expect("in the library");
+            let driver = Driver::new(effect.as_ref(), 0, &course());
+            assert_eq!((driver.signalled, driver.reads_glucose), (true, expected), "{name}");
+        }
+        let lows = effects::find("unlogged_rescue_carbs").expect("in the library");
+        let driver = Driver::new(lows.as_ref(), 0, &course());
+        assert!(driver.signalled && driver.reads_glucose);
+    }
+
+    #[test]
+    fn slopes_belong_to_the_point_at_which_they_are_taken() {
+        let course = course();
+        let names = ["dawn", "slow_meals"];
+        let found: Vec<_> =
+            names.iter().map(|name| effects::find(name).expect("in the library")).collect();
+        let drivers: Vec<Driver<'_>> =
+            found.iter().map(|effect| Driver::new(effect.as_ref(), 0, &course)).collect();
+        let at = [0.0, 0.8];
+        let slopes = directions(&drivers, &at, &course);
+        let Direction::Course(fields) = &slopes[1] else { panic!("a course") };
+        let (_, gut) = fields.iter().find(|(f, _)| *f == Field::GutTime).expect("gut time");
+        let here = modulations(&drivers, &at, &course, |_| true);
+        for (step, slope) in gut.iter().enumerate().filter(|(_, s)| **s != 0.0) {
+            // d/da 1.4^a = ln 1.4 times the value; central differences err by (0.05 ln 1.4)^2 / 6.
+            let expected = 1.4f64.ln() * here[step][Field::GutTime];
+            assert!((slope / expected - 1.0).abs() < 1e-4, "{slope} against {expected}");
+        }
+    }
+}

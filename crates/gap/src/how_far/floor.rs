@@ -1,0 +1,125 @@
+//! The error that a perfect model would still have: noise that nobody can predict.
+//!
+//! The filter's own covariance is carried from a start to each horizon without readings. It is a bound
+//! under the noise model and not a measurement: real noise may be smaller or larger.
+
+use effects::{Field, Modulation};
+use physiology::StepInput;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::modulated_plant::ModulatedState;
+use crate::augmented::{AugmentedModel, FLUX, INTERSTITIAL, SENSOR};
+use crate::covariance::Covariance;
+use crate::error::GapError;
+use crate::filter::Filtered;
+use crate::observations::{Observations, within_sensor_range};
+
+/// Points of the normal distribution over which an absolute error is averaged.
+const POINTS: usize = 32;
+
+/// Covariances of a filter's run, and of free runs that leave it.
+pub(super) struct Rollouts<'a> {
+    model: &'a AugmentedModel,
+    record: &'a Observations,
+    filtered: &'a Filtered,
+    /// The step before whose reading `covariance` holds.
+    at: usize,
+    covariance: Covariance,
+    /// Quantiles of the standard normal.
+    points: Vec<f64>,
+}
+
+impl<'a> Rollouts<'a> {
+    /// At the start of the record that was filtered.
+    pub(super) fn new(
+        model: &'a AugmentedModel,
+        record: &'a Observations,
+        filtered: &'a Filtered,
+    ) -> Self {
+        let normal = Normal::standard();
+        let points =
+            (0..POINTS).map(|k| normal.inverse_cdf((k as f64 + 0.5) / POINTS as f64)).collect();
+        let covariance = crate::filter::start(model, record).1;
+        Self { model, record, filtered, at: 0, covariance, points }
+    }
+
+    /// Expected absolute errors of a free run that is right but for noise, mg/dL, one entry a step from the
+    /// start on.
+    ///
+    /// `offset` is the run's start in the filtered record, not before that of the last call; `inputs` begin
+    /// there, `modulations` belong to the steps of `states`. The run leaves out the filter's flux and
+    /// sensor error, so that their size counts as error.
+    ///
+    /// # Errors
+    /// [`GapError::FilterNotFinite`].
+    pub(super) fn expected_errors(
+        &mut self,
+        offset: usize,
+        states: &[ModulatedState],
+        inputs: &[StepInput],
+        modulations: &[Modulation],
+    ) -> Result<Vec<f64>, GapError> {
+        while self.at < offset {
+            self.covariance = self.after_reading(self.at);
+            let state = &self.filtered.states[self.at];
+            let input = &self.record.inputs[self.at];
+            let modulation = self.record.modulation(self.at);
+            self.covariance = self.onward(&self.covariance, state, input, modulation, self.at)?;
+            self.at += 1;
+        }
+        let mut covariance = self.after_reading(offset);
+        let start = &self.filtered.states[offset];
+        covariance.add(FLUX, start.flux.powi(2));
+        covariance.add(SENSOR, start.sensor.0.powi(2));
+        let mut expected = Vec::with_capacity(states.len());
+        for (place, state) in states.iter().enumerate() {
+            let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);
+            let gain = modulation[Field::SensorGain];
+            let variance = gain * gain * covariance.get(INTERSTITIAL, INTERSTITIAL)
+                + 2.0 * gain * covariance.get(INTERSTITIAL, SENSOR)
+                + covariance.get(SENSOR, SENSOR)
+                + self.model.noise().reading_sd.powi(2);
+            let reading = self.model.reading(&state.state, modulation);
+            expected.push(self.absolute(reading, variance.max(0.0).sqrt()));
+            if let Some(input) = inputs.get(place).filter(|_| place + 1 < states.len()) {
+                let step = offset + place;
+                covariance = self.onward(&covariance, &state.state, input, modulation, step)?;
+            }
+        }
+        Ok(expected)
+    }
+
+    /// Expected distance of a reading from its prediction, both within the sensor's range.
+    fn absolute(&self, prediction: f64, sd: f64) -> f64 {
+        let shown = within_sensor_range(prediction);
+        let distance = |z: &f64| (within_sensor_range(prediction + sd * z) - shown).abs();
+        self.points.iter().map(distance).sum::<f64>() / self.points.len() as f64
+    }
+
+    fn after_reading(&self, offset: usize) -> Covariance {
+        let mut covariance = self.covariance;
+        if self.filtered.gains[offset].is_some() {
+            covariance.update(self.model.noise().reading_sd.powi(2));
+        }
+        covariance
+    }
+
+    fn onward(
+        &self,
+        covariance: &Covariance,
+        state: &crate::augmented::AugmentedState,
+        input: &StepInput,
+        modulation: &Modulation,
+        step: usize,
+    ) -> Result<Covariance, GapError> {
+        let mut before = *covariance;
+        self.model.add_meal_noise(&mut before, input);
+        let (following, transition) = self
+            .model
+            .linearised(state, input, modulation)
+            .map_err(|_| GapError::FilterNotFinite { person: self.record.person.clone(), step })?;
+        let mut after = before.propagated(&transition);
+        self.model.add_process_noise(&mut after, input, &following);
+        Ok(after)
+    }
+}

@@ -1,0 +1,417 @@
+//! Free runs and one-step predictions of one person on the days held out in one fold.
+
+use std::ops::Range;
+
+use effects::{Course, Modulation};
+use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, simulate};
+use stats::Outcomes;
+
+use super::drivers::{self, Driver};
+use super::modulated_plant::{ModulatedPlant, ModulatedState};
+use super::refit::{Fit, model, stretch};
+use super::{HowFarRule, floor};
+use crate::augmented::{AugmentedModel, AugmentedState};
+use crate::config::DiagnosisConfig;
+use crate::error::GapError;
+use crate::filter::{Filtered, filter};
+use crate::observations::{Observations, Reading};
+use crate::whitening::huber_loss;
+
+/// Steps of record that the filter sees before the first day held out: a day, twice the burn-in.
+const LEAD: usize = STEPS_PER_DAY;
+/// Rounds in which a run and what its own glucose drives are brought into agreement.
+const ROUNDS: usize = 6;
+/// Largest change of a run's glucose at which the two agree, mg/dL.
+const AGREED: f64 = 0.5;
+
+/// One held-out day of a person.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Day {
+    /// Free runs by horizon.
+    pub(super) runs: Vec<f64>,
+    /// Sums of absolute errors by horizon, mg/dL.
+    pub(super) sizes: Vec<f64>,
+    /// Log-likelihood of the readings, nats.
+    pub(super) log_likelihood: f64,
+    /// Readings that it counts.
+    pub(super) innovations: f64,
+    /// Outcomes of the readings and of the free run through the day.
+    pub(super) outcomes: Option<(Outcomes, Outcomes)>,
+    /// Free runs by horizon whose floor was taken.
+    pub(super) floor_runs: Vec<f64>,
+    /// Sums of expected absolute errors of a perfect model by horizon, mg/dL.
+    pub(super) floors: Vec<f64>,
+}
+
+impl Day {
+    fn new(horizons: usize) -> Self {
+        let none = vec![0.0; horizons];
+        Self {
+            runs: none.clone(),
+            sizes: none.clone(),
+            floor_runs: none.clone(),
+            floors: none,
+            ..Self::default()
+        }
+    }
+}
+
+/// What is judged: a fit, under drivers or none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate<'a> {
+    pub(super) fit: &'a Fit,
+    pub(super) drivers: &'a [Driver<'a>],
+}
+
+/// Whether the error floor is wanted as well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Floor {
+    Skip,
+    Take,
+}
+
+/// A person's record with one block of days held out.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HeldOut<'a> {
+    pub(super) observations: &'a Observations,
+    pub(super) block: &'a Range<usize>,
+    /// First steps of the whole days in the block.
+    pub(super) whole_days: &'a [usize],
+    pub(super) config: &'a DiagnosisConfig,
+    pub(super) rule: &'a HowFarRule,
+}
+
+impl HeldOut<'_> {
+    /// Judges a candidate; one entry a calendar day of the block, with its number.
+    ///
+    /// `course` is what drivers look at. Its glucose up to each start is that of a filter that has seen the
+    /// readings up to there; it is replaced by this candidate's.
+    ///
+    /// # Errors
+    /// As [`filter`] and [`GapError::FreeRun`].
+    pub(super) fn judge(
+        &self,
+        candidate: &Candidate<'_>,
+        course: &mut Course,
+        floor: Floor,
+    ) -> Result<Vec<(usize, Day)>, GapError> {
+        let model = model(self.observations, &candidate.fit.factors, self.config);
+        let amplitudes = &candidate.fit.amplitudes;
+        let seen = self.block.start.saturating_sub(LEAD)..self.block.end;
+        let modulations = drivers::modulations(candidate.drivers, amplitudes, course, |_| true);
+        let record = stretch(self.observations, &seen, &modulations);
+        let filtered = filter(&model, &record)?;
+        for (offset, state) in filtered.states.iter().enumerate() {
+            course.glucose[seen.start + offset] = model.plant().glucose(&state.body).0;
+        }
+        let mut days = Days::new(&course.day, self.block, self.config.free_run.horizons.len());
+        self.score_innovations(&filtered, &seen, candidate.fit, &mut days);
+
+        let known =
+            drivers::modulations(candidate.drivers, amplitudes, course, |d| !d.reads_glucose);
+        let runner = Runner { held_out: self, candidate, model: &model, course, known: &known };
+        let starts = self.starts(&course.day, seen.start);
+        let mut rollouts = floor::Rollouts::new(&model, &record, &filtered);
+        for (place, start) in starts.iter().enumerate() {
+            let run = runner.run(*start, &filtered.states[*start - seen.start])?;
+            let day = days.of(course.day[*start]);
+            self.score_run(*start, &run, day);
+            if floor == Floor::Take && place % FLOOR_EVERY == 0 {
+                let offset = *start - seen.start;
+                let inputs = &self.observations.inputs[*start..];
+                let acting = run.own.as_deref().unwrap_or(&known);
+                let expected = rollouts.expected_errors(offset, &run.states, inputs, acting)?;
+                for (horizon, steps) in self.config.free_run.horizons.iter().enumerate() {
+                    if let Some(error) = expected.get(*steps) {
+                        day.floor_runs[horizon] += 1.0;
+                        day.floors[horizon] += error;
+                    }
+                }
+            }
+        }
+        Ok(days.0)
+    }
+
+    /// Steps at which runs start: every so often from the first step of each day, with a reading, and with
+    /// no unrecorded dose that could still act.
+    fn starts(&self, days: &[usize], first_seen: usize) -> Vec<usize> {
+        let rule = &self.config.free_run;
+        let trusted = self.observations.trusted(rule.dose_memory);
+        let earliest = self.block.start.max(first_seen + rule.burn_in);
+        let every = self.rule.every.max(1);
+        let mut first_of_day = self.block.start;
+        (self.block.clone())
+            .filter(|step| {
+                if days[*step] != days[first_of_day] {
+                    first_of_day = *step;
+                }
+                *step >= earliest
+                    && (step - first_of_day).is_multiple_of(every)
+                    && trusted[*step]
+                    && self.observations.readings[*step] != Reading::Missing
+            })
+            .collect()
+    }
+
+    fn score_innovations(
+        &self,
+        filtered: &Filtered,
+        seen: &Range<usize>,
+        fit: &Fit,
+        days: &mut Days,
+    ) {
+        let trusted = self.observations.trusted(self.config.calibration.dose_memory);
+        let burn_in = self.config.calibration.burn_in;
+        let z: Vec<Option<f64>> = filtered
+            .innovations
+            .iter()
+            .enumerate()
+            .map(|(offset, i)| {
+                i.filter(|_| offset >= burn_in && trusted[seen.start + offset])
+                    .map(|i| i.normalised())
+            })
+            .collect();
+        let whitened = fit.autoregression.whitened(&z);
+        for (offset, value) in whitened.iter().enumerate() {
+            let step = seen.start + offset;
+            let (Some(value), Some(innovation)) = (value, filtered.innovations[offset]) else {
+                continue;
+            };
+            if let Some(day) = days.at(step, self.block) {
+                let spread = fit.scale * (std::f64::consts::TAU * innovation.variance).sqrt();
+                day.log_likelihood -= huber_loss(value / fit.scale, 1.0) + spread.ln();
+                day.innovations += 1.0;
+            }
+        }
+    }
+
+    fn score_run(&self, start: usize, run: &Run, day: &mut Day) {
+        let readings = &self.observations.readings;
+        for (horizon, steps) in self.config.free_run.horizons.iter().enumerate() {
+            let target = start + steps;
+            if *steps >= run.readings.len() {
+                continue;
+            }
+            let complete =
+                self.observations.doses_recorded[start..target].iter().all(|recorded| *recorded);
+            if let Some(observed) = readings[target].value().filter(|_| complete) {
+                day.runs[horizon] += 1.0;
+                day.sizes[horizon] += (observed - run.readings[*steps]).abs();
+            }
+        }
+        let through_the_day = self.whole_days.contains(&start)
+            && run.readings.len() >= STEPS_PER_DAY
+            && self.observations.doses_recorded[start..start + STEPS_PER_DAY].iter().all(|r| *r);
+        if through_the_day {
+            // The first reading is where the run starts.
+            let pairs: Vec<(f64, f64)> = (1..STEPS_PER_DAY)
+                .filter_map(|k| Some((readings[start + k].value()?, run.readings[k])))
+                .collect();
+            let enough = self.rule.least_readings * (STEPS_PER_DAY - 1) as f64;
+            if pairs.len() as f64 >= enough {
+                let real = Outcomes::of(pairs.iter().map(|(observed, _)| MgPerDl(*observed)));
+                let simulated =
+                    Outcomes::of(pairs.iter().map(|(_, predicted)| MgPerDl(*predicted)));
+                day.outcomes = real.ok().zip(simulated.ok());
+            }
+        }
+    }
+}
+
+/// One start in so many has its floor taken: at two hours between starts, every ten hours, so that all
+/// parts of the day come up.
+const FLOOR_EVERY: usize = 5;
+
+/// Days of a block by their number.
+struct Days(Vec<(usize, Day)>, Vec<usize>);
+
+impl Days {
+    fn new(of_step: &[usize], block: &Range<usize>, horizons: usize) -> Self {
+        let mut days: Vec<(usize, Day)> = Vec::new();
+        for day in &of_step[block.clone()] {
+            if days.last().is_none_or(|(last, _)| last != day) {
+                days.push((*day, Day::new(horizons)));
+            }
+        }
+        Self(days, of_step.to_vec())
+    }
+
+    fn of(&mut self, number: usize) -> &mut Day {
+        let place = self.0.iter().position(|(day, _)| *day == number);
+        &mut self.0[place.expect("every step of the block lies on one of its days")].1
+    }
+
+    fn at(&mut self, step: usize, block: &Range<usize>) -> Option<&mut Day> {
+        let number = self.1[step];
+        block.contains(&step).then(|| self.of(number))
+    }
+}
+
+/// A free run.
+struct Run {
+    /// States from the start on.
+    states: Vec<ModulatedState>,
+    /// What a sensor would show in them, mg/dL.
+    readings: Vec<f64>,
+    /// Modulations of the whole record under which it ran, where they are its own.
+    own: Option<Vec<Modulation>>,
+}
+
+/// Starts free runs of one candidate.
+struct Runner<'a> {
+    held_out: &'a HeldOut<'a>,
+    candidate: &'a Candidate<'a>,
+    model: &'a AugmentedModel,
+    course: &'a Course,
+    /// Modulations that do not look at glucose.
+    known: &'a [Modulation],
+}
+
+impl Runner<'_> {
+    /// A run from the start of a step, as long as the longest horizon and no longer than the block.
+    ///
+    /// What reads glucose is driven by the run's own: the run is repeated with the glucose of the round
+    /// before until they agree. Effects look only back, so that each round is right for longer.
+    fn run(&self, start: usize, filtered: &AugmentedState) -> Result<Run, GapError> {
+        let longest = self.held_out.config.free_run.horizons.iter().copied().max().unwrap_or(0);
+        let steps = longest.min(self.held_out.block.end - 1 - start);
+        let drivers = self.candidate.drivers;
+        let amplitudes = &self.candidate.fit.amplitudes;
+        let feeds_back = drivers.iter().zip(amplitudes).any(|(driver, amplitude)| {
+            driver.signalled && driver.reads_glucose && *amplitude > 0.0
+        });
+        if !feeds_back {
+            return self.simulated(start, filtered, steps, None);
+        }
+        let mut course = self.course.clone();
+        let now = self.model.plant().glucose(&filtered.body).0;
+        course.glucose[start..].fill(now);
+        let mut run = None;
+        for _ in 0..ROUNDS {
+            let mut modulations = self.known.to_vec();
+            drivers::add(drivers, amplitudes, &course, |d| d.reads_glucose, &mut modulations);
+            let found = self.simulated(start, filtered, steps, Some(modulations))?;
+            let mut change = 0.0f64;
+            for (offset, state) in found.states.iter().enumerate() {
+                let glucose = self.model.plant().glucose(&state.state.body).0;
+                let held = &mut course.glucose[start + offset];
+                change = change.max((glucose - *held).abs());
+                *held = glucose;
+            }
+            let last = found.states.len() - 1;
+            let end = course.glucose[start + last];
+            course.glucose[start + last..].fill(end);
+            run = Some(found);
+            if change < AGREED {
+                break;
+            }
+        }
+        match run {
+            Some(run) => Ok(run),
+            None => self.simulated(start, filtered, steps, None),
+        }
+    }
+
+    fn simulated(
+        &self,
+        start: usize,
+        filtered: &AugmentedState,
+        steps: usize,
+        own: Option<Vec<Modulation>>,
+    ) -> Result<Run, GapError> {
+        let observations = self.held_out.observations;
+        let plant = ModulatedPlant::new(self.model, own.as_deref().unwrap_or(self.known));
+        let begin = ModulatedPlant::start(start, filtered);
+        let mut inputs = OpenLoop::new(&observations.inputs[start..]);
+        let run = simulate(&plant, begin, &mut inputs, steps).map_err(|source| {
+            GapError::FreeRun { person: observations.person.clone(), start, source }
+        })?;
+        let readings = run.states.iter().map(|state| plant.reading(state)).collect();
+        Ok(Run { states: run.states, readings, own })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cohort::{Channel, Person};
+
+    use super::super::sample;
+    use super::*;
+    use crate::calibration::PersonalFactors;
+    use crate::course::course;
+    use crate::free_run::FreeRunRule;
+    use crate::whitening::Autoregression;
+
+    const BLOCK: Range<usize> = 864..1152;
+    const HORIZONS: [usize; 4] = [6, 60, 200, 287];
+
+    /// Absolute errors of the run that starts with the block, by horizon, under two effects that read
+    /// glucose.
+    fn errors(person: &Person) -> Vec<f64> {
+        let observations = Observations::from_person(person).expect("a good record");
+        let mut course = course(person, vec![100.0; person.record.len()]);
+        course.glucose[10] = 60.0; // a low, so that the rescue has a form
+        let found = ["exercise", "unlogged_rescue_carbs"]
+            .map(|n| effects::find(n).expect("in the library"));
+        let drivers: Vec<Driver<'_>> =
+            found.iter().map(|effect| Driver::new(effect.as_ref(), 0, &course)).collect();
+        assert!(drivers.iter().all(|driver| driver.signalled && driver.reads_glucose));
+        let fit = Fit {
+            factors: PersonalFactors::default(),
+            amplitudes: vec![1.0, 1.0],
+            autoregression: Autoregression::WHITE,
+            scale: 1.0,
+        };
+        let config = DiagnosisConfig {
+            free_run: FreeRunRule { horizons: HORIZONS.to_vec(), ..FreeRunRule::working() },
+            ..DiagnosisConfig::working()
+        };
+        let rule = HowFarRule { every: 288, ..HowFarRule::working() };
+        let held_out = HeldOut {
+            observations: &observations,
+            block: &BLOCK,
+            whole_days: &[],
+            config: &config,
+            rule: &rule,
+        };
+        let candidate = Candidate { fit: &fit, drivers: &drivers };
+        let days = held_out.judge(&candidate, &mut course, Floor::Skip).expect("runs");
+        let (_, day) = &days[0];
+        assert_eq!(day.runs, [1.0; HORIZONS.len()]);
+        day.sizes.clone()
+    }
+
+    fn with_readings(from: usize, value: impl Fn(usize) -> f64) -> Person {
+        let mut person = sample::person(5);
+        for (step, reading) in
+            person.record.channel_mut(Channel::Cgm).iter_mut().enumerate().skip(from)
+        {
+            *reading = Some(value(step));
+        }
+        person
+    }
+
+    #[test]
+    fn a_run_does_not_know_the_readings_after_its_start() {
+        // Readings wobble: a straight line would be taken for drawn.
+        let low = |step: usize| 41.0 + (step * step % 7) as f64;
+        let high = |step: usize| 390.0 - (step * step % 5) as f64;
+        let after = BLOCK.start + 1;
+        let lows = errors(&with_readings(after, low));
+        let highs = errors(&with_readings(after, high));
+        for ((steps, below), above) in HORIZONS.into_iter().zip(lows).zip(highs) {
+            let target = BLOCK.start + steps;
+            // The prediction lies between both readings, so that the two errors add up to their distance.
+            let sum = below + above;
+            let distance = high(target) - low(target);
+            assert!((sum - distance).abs() < 1e-9, "{steps} steps: {sum} against {distance}"); // rounding
+        }
+    }
+
+    #[test]
+    fn a_run_knows_the_readings_before_its_start() {
+        let before = errors(&sample::person(5));
+        let moved = errors(&with_readings(BLOCK.start - 6, |step| 200.0 + (step % 3) as f64));
+        assert!((before[0] - moved[0]).abs() > 1.0);
+    }
+}

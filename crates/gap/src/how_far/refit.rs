@@ -1,0 +1,364 @@
+//! One Gauss-Newton iteration of a person's calibration and amplitudes on training days.
+
+use std::ops::Range;
+
+use effects::{Course, Modulation};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use ode_sim::{EgpMode, OdeParameters};
+use physiology::Plant;
+
+use super::drivers::{self, Driver};
+use super::hierarchy::Evidence;
+use crate::augmented::AugmentedModel;
+use crate::calibration::{FACTORS, Factor, PersonalFactors, clipped_scale};
+use crate::config::DiagnosisConfig;
+use crate::error::GapError;
+use crate::filter::filter;
+use crate::observations::Observations;
+use crate::tangent::{Direction, Parameter, signatures};
+use crate::whitening::{Autoregression, huber_weight};
+
+/// Longest move of a log factor in one iteration.
+const LONGEST_MOVE: f64 = 0.3;
+
+/// The calibrated parameters in the order of [`Factor::ALL`].
+const PARAMETERS: [Parameter; FACTORS] = [
+    Parameter::Action,
+    Parameter::Egp0,
+    Parameter::TMaxG,
+    Parameter::TMaxI,
+    Parameter::AG,
+    Parameter::F01,
+];
+
+/// A person's parameters and how her innovations are whitened.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    pub(super) factors: PersonalFactors,
+    /// One entry an effect.
+    pub(super) amplitudes: Vec<f64>,
+    pub(super) autoregression: Autoregression,
+    /// Standard deviation of whitened innovations, at least 1.
+    pub(super) scale: f64,
+}
+
+/// The training days of a person in one fold.
+#[derive(Debug, Clone)]
+pub(super) struct Training<'a> {
+    pub(super) observations: &'a Observations,
+    /// Stretches of training steps; the filter starts anew in each.
+    pub(super) stretches: Vec<Range<usize>>,
+    pub(super) drivers: Vec<Driver<'a>>,
+    /// What drivers look at. Its glucose is the latest filter's, and meaningless outside of the
+    /// stretches.
+    pub(super) course: Course,
+}
+
+/// Least squares at one point: what the training days say about factors and amplitudes.
+#[derive(Debug, Clone)]
+pub(super) struct Equations {
+    /// Covariance of the factors given the amplitudes, priors included.
+    factors: Mat<f64>,
+    /// Gradient along the factors, priors included.
+    gradient: Vec<f64>,
+    /// Mixed curvature, `(factors, effects)`.
+    mixed: Mat<f64>,
+    /// Information on the amplitudes with the factors profiled out.
+    pub(super) information: Mat<f64>,
+    /// Information times the estimates.
+    pub(super) weighted: Vec<f64>,
+    /// Sum over days of the squared score of each amplitude: what its information would be if days, not
+    /// steps, were independent.
+    pub(super) by_day: Vec<f64>,
+}
+
+/// The model of a person with some factors.
+pub(super) fn model(
+    observations: &Observations,
+    factors: &PersonalFactors,
+    config: &DiagnosisConfig,
+) -> AugmentedModel {
+    let parameters = factors.applied_to(&OdeParameters::nominal());
+    let egp: EgpMode = config.production.into();
+    AugmentedModel::new(parameters, observations.weight, egp, config.noise)
+}
+
+/// A stretch of a record under modulations of the whole record.
+pub(super) fn stretch(
+    observations: &Observations,
+    range: &Range<usize>,
+    modulations: &[Modulation],
+) -> Observations {
+    Observations {
+        person: observations.person.clone(),
+        weight: observations.weight,
+        readings: observations.readings[range.clone()].to_vec(),
+        inputs: observations.inputs[range.clone()].to_vec(),
+        doses_recorded: observations.doses_recorded[range.clone()].to_vec(),
+        modulations: modulations.get(range.clone()).map(<[Modulation]>::to_vec).unwrap_or_default(),
+        interpolated_share: observations.interpolated_share,
+    }
+}
+
+impl Training<'_> {
+    /// The equations at a fit; whitening and the course's glucose are brought up to date.
+    ///
+    /// # Errors
+    /// As [`filter`] and [`signatures`]; [`GapError::Singular`].
+    pub(super) fn equations(
+        &mut self,
+        fit: &mut Fit,
+        config: &DiagnosisConfig,
+    ) -> Result<Equations, GapError> {
+        let steps = self.observations.len();
+        let effects = fit.amplitudes.len();
+        let columns = FACTORS + effects;
+        let model = model(self.observations, &fit.factors, config);
+        let (modulations, slopes) = if effects == 0 {
+            (Vec::new(), Vec::new())
+        } else {
+            let all = drivers::modulations(&self.drivers, &fit.amplitudes, &self.course, |_| true);
+            (all, drivers::directions(&self.drivers, &fit.amplitudes, &self.course))
+        };
+        let trusted = self.observations.trusted(config.calibration.dose_memory);
+        let mut innovations = vec![None; steps];
+        let mut derivatives = vec![vec![None; steps]; columns];
+        for range in &self.stretches {
+            let record = stretch(self.observations, range, &modulations);
+            let run = filter(&model, &record)?;
+            let mut directions: Vec<Direction> =
+                PARAMETERS.into_iter().map(Direction::Parameter).collect();
+            directions.extend(slopes.iter().map(|slope| part(slope, range)));
+            let found = signatures(&model, &record, &run, &directions)?;
+            for (offset, innovation) in run.innovations.iter().enumerate() {
+                let step = range.start + offset;
+                let glucose = model.plant().glucose(&run.states[offset].body);
+                self.course.glucose[step] = glucose.0;
+                if offset < config.calibration.burn_in || !trusted[step] {
+                    continue;
+                }
+                if let Some(innovation) = innovation {
+                    let sd = innovation.variance.sqrt();
+                    innovations[step] = Some(innovation.value / sd);
+                    for (column, values) in derivatives.iter_mut().zip(&found) {
+                        column[step] = Some(values[offset] / sd);
+                    }
+                }
+            }
+        }
+        fit.autoregression = Autoregression::fitted(&innovations);
+        let residuals = fit.autoregression.whitened(&innovations);
+        // Readings smoother than the noise model are not trusted more for that.
+        fit.scale = clipped_scale(&residuals).max(1.0);
+        let whitened: Vec<Vec<Option<f64>>> =
+            derivatives.iter().map(|column| fit.autoregression.whitened(column)).collect();
+        let rows = Rows::of(&residuals, &whitened, fit.scale, &self.course.day);
+        rows.equations(fit, effects)
+            .ok_or_else(|| GapError::Singular { person: self.observations.person.clone() })
+    }
+}
+
+/// The part of a direction that lies in a range.
+fn part(direction: &Direction, range: &Range<usize>) -> Direction {
+    match direction {
+        Direction::Course(fields) => Direction::Course(
+            fields.iter().map(|(field, course)| (*field, course[range.clone()].to_vec())).collect(),
+        ),
+        Direction::Parameter(parameter) => Direction::Parameter(*parameter),
+    }
+}
+
+/// Whitened rows in units of their scale: residual, weight, derivatives, day.
+struct Rows {
+    residuals: Vec<f64>,
+    weights: Vec<f64>,
+    days: Vec<usize>,
+    /// A list a row.
+    derivatives: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    fn of(
+        residuals: &[Option<f64>],
+        whitened: &[Vec<Option<f64>>],
+        scale: f64,
+        days: &[usize],
+    ) -> Self {
+        let mut rows =
+            Self { residuals: vec![], weights: vec![], days: vec![], derivatives: vec![] };
+        for (step, residual) in residuals.iter().enumerate() {
+            let Some(residual) = residual else { continue };
+            rows.residuals.push(residual / scale);
+            rows.weights.push(huber_weight(*residual, scale));
+            rows.days.push(days[step]);
+            let at = |column: &Vec<Option<f64>>| column[step].unwrap_or(0.0) / scale;
+            rows.derivatives.push(whitened.iter().map(at).collect());
+        }
+        rows
+    }
+
+    /// `None` where the factors' curvature is not positive definite.
+    fn equations(&self, fit: &Fit, effects: usize) -> Option<Equations> {
+        let columns = FACTORS + effects;
+        let mut curvature = Mat::<f64>::zeros(columns, columns);
+        let mut gradient = vec![0.0; columns];
+        for ((residual, weight), row) in
+            self.residuals.iter().zip(&self.weights).zip(&self.derivatives)
+        {
+            for a in 0..columns {
+                let weighted = weight * row[a];
+                gradient[a] += weighted * residual;
+                for b in 0..=a {
+                    curvature[(a, b)] += weighted * row[b];
+                }
+            }
+        }
+        let symmetric = |a: usize, b: usize| curvature[(a.max(b), a.min(b))];
+        let mut of_factors = Mat::from_fn(FACTORS, FACTORS, symmetric);
+        for (place, factor) in Factor::ALL.into_iter().enumerate() {
+            let precision = factor.prior_sd().powi(-2);
+            of_factors[(place, place)] += precision;
+            gradient[place] += precision * fit.factors.0[place];
+        }
+        let covariance =
+            of_factors.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(FACTORS, FACTORS));
+        let mixed = Mat::from_fn(FACTORS, effects, |a, b| symmetric(a, FACTORS + b));
+        // How the factors answer to each amplitude.
+        let answer = &covariance * &mixed;
+        let explained = mixed.transpose() * &answer;
+        let information = Mat::from_fn(effects, effects, |a, b| {
+            symmetric(FACTORS + a, FACTORS + b) - explained[(a, b)]
+        });
+        let weighted = (0..effects)
+            .map(|a| {
+                let carried: f64 = (0..FACTORS).map(|k| answer[(k, a)] * gradient[k]).sum();
+                let here: f64 = (0..effects).map(|b| information[(a, b)] * fit.amplitudes[b]).sum();
+                here - gradient[FACTORS + a] + carried
+            })
+            .collect();
+        let by_day = (0..effects).map(|a| self.by_day(a, &answer)).collect();
+        gradient.truncate(FACTORS);
+        Some(Equations { factors: covariance, gradient, mixed, information, weighted, by_day })
+    }
+
+    /// Sum over days of the squared distance of the day's score from the mean day's, along an amplitude
+    /// that the factors answer to.
+    fn by_day(&self, effect: usize, answer: &Mat<f64>) -> f64 {
+        let mut scores: Vec<(usize, f64)> = Vec::new();
+        for (place, row) in self.derivatives.iter().enumerate() {
+            let carried: f64 = (0..FACTORS).map(|k| answer[(k, effect)] * row[k]).sum();
+            let along = row[FACTORS + effect] - carried;
+            let score = self.weights[place] * along * self.residuals[place];
+            match scores.last_mut() {
+                Some((day, sum)) if *day == self.days[place] => *sum += score,
+                _ => scores.push((self.days[place], score)),
+            }
+        }
+        let n = scores.len() as f64;
+        if n < 2.0 {
+            return 0.0;
+        }
+        let mean = scores.iter().map(|(_, s)| s).sum::<f64>() / n;
+        n / (n - 1.0) * scores.iter().map(|(_, s)| (s - mean).powi(2)).sum::<f64>()
+    }
+}
+
+impl Equations {
+    /// What the person says about the amplitudes, when the information on each has to be divided by
+    /// `inflation`.
+    pub(super) fn evidence(&self, inflation: &[f64]) -> Evidence {
+        let n = self.weighted.len();
+        let shrunk =
+            |a: usize, b: usize| self.information[(a, b)] / (inflation[a] * inflation[b]).sqrt();
+        if inflation.iter().all(|factor| *factor == 1.0) {
+            return Evidence {
+                information: self.information.clone(),
+                weighted: self.weighted.clone(),
+            };
+        }
+        let information = Mat::from_fn(n, n, shrunk);
+        // The estimate stays where it is: weighted = shrunk information x (information^-1 weighted).
+        let right = Mat::from_fn(n, 1, |row, _| self.weighted[row]);
+        let ridge =
+            Mat::from_fn(n, n, |a, b| self.information[(a, b)] + if a == b { RIDGE } else { 0.0 });
+        let weighted = match ridge.llt(Side::Lower) {
+            Ok(factor) => {
+                let estimate = factor.solve(&right);
+                (0..n)
+                    .map(|a| (0..n).map(|b| information[(a, b)] * estimate[(b, 0)]).sum())
+                    .collect()
+            }
+            Err(_) => (0..n).map(|a| self.weighted[a] / inflation[a]).collect(),
+        };
+        Evidence { information, weighted }
+    }
+
+    /// Moves the factors, and the amplitudes to `amplitudes`.
+    pub(super) fn step(&self, fit: &mut Fit, amplitudes: Vec<f64>, bound: f64) {
+        for row in 0..FACTORS {
+            let step: f64 = (0..FACTORS)
+                .map(|k| {
+                    let pushed: f64 = amplitudes
+                        .iter()
+                        .zip(&fit.amplitudes)
+                        .enumerate()
+                        .map(|(effect, (new, old))| self.mixed[(k, effect)] * (new - old))
+                        .sum();
+                    -self.factors[(row, k)] * (self.gradient[k] + pushed)
+                })
+                .sum();
+            let step = step.clamp(-LONGEST_MOVE, LONGEST_MOVE);
+            fit.factors.0[row] = (fit.factors.0[row] + step).clamp(-bound, bound);
+        }
+        fit.amplitudes = amplitudes;
+    }
+}
+
+/// Information added so that an effect nobody's record shows has an estimate.
+const RIDGE: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use cohort::Channel;
+
+    use super::super::sample;
+    use super::*;
+    use crate::course::course;
+
+    #[test]
+    fn training_does_not_know_the_readings_held_out() {
+        let person = sample::person(6);
+        let mut other = person.clone();
+        for reading in &mut other.record.channel_mut(Channel::Cgm)[576..1152] {
+            *reading = reading.map(|value| 400.0 - value);
+        }
+        let exercise = effects::find("exercise").expect("in the library");
+        let weighted = |person: &cohort::Person| {
+            let observations = Observations::from_person(person).expect("a good record");
+            let course = course(person, vec![120.0; person.record.len()]);
+            let drivers = vec![Driver::new(exercise.as_ref(), 0, &course)];
+            let stretches = vec![0..576, 1152..1728];
+            let mut training = Training { observations: &observations, stretches, drivers, course };
+            let mut fit = Fit {
+                factors: PersonalFactors::default(),
+                amplitudes: vec![0.5],
+                autoregression: Autoregression::WHITE,
+                scale: 1.0,
+            };
+            let config = DiagnosisConfig::working();
+            let mut found = Vec::new();
+            for _ in 0..2 {
+                let equations = training.equations(&mut fit, &config).expect("solves");
+                found.push((equations.weighted.clone(), equations.information[(0, 0)]));
+                equations.step(&mut fit, vec![0.7], 0.9);
+            }
+            (found, fit.factors)
+        };
+        let trained = weighted(&person);
+        assert_eq!(trained, weighted(&other));
+        let mut changed = person.clone();
+        changed.record.channel_mut(Channel::Cgm)[300] = Some(150.0);
+        assert_ne!(trained, weighted(&changed), "a training reading counts");
+    }
+}

@@ -1,0 +1,246 @@
+//! From everyone's held-out days to what is reported.
+
+use std::num::NonZeroUsize;
+
+use stats::{Bootstrap, Outcomes, compare_outcomes};
+
+use super::HowFarRule;
+use super::judge::Day;
+use super::shrinkage::shrinkage;
+use crate::config::DiagnosisConfig;
+use crate::diagnosis::{
+    HorizonChange, InnovationChange, OutcomeChange, PersonChange, WithInterval,
+};
+use crate::error::GapError;
+
+/// A held-out day, judged before and after.
+#[derive(Debug, Clone)]
+pub(super) struct Pair {
+    pub(super) before: Day,
+    pub(super) after: Day,
+}
+
+/// Everyone's held-out days, and how they are resampled.
+pub(super) struct Summary<'a> {
+    /// Name and days of each person.
+    pub(super) people: &'a [(String, Vec<Pair>)],
+    pub(super) config: &'a DiagnosisConfig,
+    pub(super) rule: &'a HowFarRule,
+    pub(super) seed: u64,
+}
+
+/// Sums over one person's days: count, before, after.
+type Sums = [f64; 3];
+
+impl Summary<'_> {
+    /// The rows of the horizons.
+    ///
+    /// # Errors
+    /// [`GapError::Statistics`].
+    pub(super) fn horizons(&self, reconstructed: bool) -> Result<Vec<HorizonChange>, GapError> {
+        let mut rows = Vec::new();
+        for (place, steps) in self.config.free_run.horizons.iter().enumerate() {
+            let of = |pair: &Pair| {
+                // Both have the same starts.
+                [pair.before.runs[place], pair.before.sizes[place], pair.after.sizes[place]]
+            };
+            let people = self.sums(of);
+            let Some((means, difference)) = self.change(&people)? else { continue };
+            let (floor, share_above_floor) = self.floor(place, reconstructed)?;
+            rows.push(HorizonChange {
+                minutes: u32::try_from(5 * steps).unwrap_or(u32::MAX),
+                mae_before: means[0],
+                mae_after: means[1],
+                difference,
+                reconstructed,
+                floor,
+                share_above_floor,
+                people: people.len(),
+                runs: people.iter().flatten().map(|sums| sums[0]).sum::<f64>() as usize,
+            });
+        }
+        Ok(rows)
+    }
+
+    /// Change of the one-step log-likelihood.
+    ///
+    /// # Errors
+    /// [`GapError::Statistics`].
+    pub(super) fn innovations(&self) -> Result<Option<InnovationChange>, GapError> {
+        let of = |pair: &Pair| {
+            let scored = f64::from(u8::from(pair.before.innovations > 0.0));
+            [scored, pair.before.log_likelihood, pair.after.log_likelihood]
+        };
+        Ok(self.change(&self.sums(of))?.map(|(means, difference)| InnovationChange {
+            before: means[0],
+            after: means[1],
+            difference,
+        }))
+    }
+
+    /// The rows of the outcomes; none below two people.
+    ///
+    /// # Errors
+    /// [`GapError::Statistics`].
+    pub(super) fn outcomes(&self) -> Result<Vec<OutcomeChange>, GapError> {
+        let mut columns: [Vec<Outcomes>; 3] = Default::default();
+        for (_, days) in self.people {
+            let both = days.iter().filter_map(|pair| {
+                let (real, before) = pair.before.outcomes?;
+                let (_, after) = pair.after.outcomes?;
+                Some([real, before, after])
+            });
+            let windows: Vec<[Outcomes; 3]> = both.collect();
+            if windows.is_empty() {
+                continue;
+            }
+            for (place, column) in columns.iter_mut().enumerate() {
+                let of_person: Vec<Outcomes> = windows.iter().map(|w| w[place]).collect();
+                column.push(Outcomes::average(&of_person)?);
+            }
+        }
+        let [real, before, after] = columns;
+        if real.len() < 2 {
+            return Ok(Vec::new());
+        }
+        let before = compare_outcomes(&real, &before, self.rule.alpha)?;
+        let after = compare_outcomes(&real, &after, self.rule.alpha)?;
+        let row =
+            |(b, a): (&stats::OutcomeEquivalence, &stats::OutcomeEquivalence)| OutcomeChange {
+                metric: b.metric.key().to_owned(),
+                margin: b.margin,
+                p_before: b.p,
+                p_after: a.p,
+                difference_before: b.difference.value,
+                difference_after: a.difference.value,
+                people: real.len(),
+            };
+        Ok(before.iter().zip(&after).map(row).collect())
+    }
+
+    /// Everyone's errors.
+    pub(super) fn people(&self) -> Vec<PersonChange> {
+        let horizons = self.config.free_run.horizons.len();
+        self.people
+            .iter()
+            .map(|(person, days)| {
+                let errors = |of: fn(&Pair) -> &Day| -> Vec<Option<f64>> {
+                    (0..horizons).map(|horizon| mean_error(days, horizon, of)).collect()
+                };
+                let judged = |pair: &&Pair| pair.before.runs.iter().any(|runs| *runs > 0.0);
+                PersonChange {
+                    person_id: person.clone(),
+                    days: days.iter().filter(judged).count(),
+                    mae_before: errors(|pair| &pair.before),
+                    mae_after: errors(|pair| &pair.after),
+                }
+            })
+            .collect()
+    }
+
+    /// The floor at a horizon and the share of the error above it that was removed.
+    fn floor(
+        &self,
+        place: usize,
+        reconstructed: bool,
+    ) -> Result<(Option<f64>, Option<WithInterval>), GapError> {
+        let (mut before, mut after, mut floors) = (Vec::new(), Vec::new(), Vec::new());
+        for (_, days) in self.people {
+            let runs: f64 = days.iter().map(|pair| pair.after.floor_runs[place]).sum();
+            let sum: f64 = days.iter().map(|pair| pair.after.floors[place]).sum();
+            let errors =
+                mean_error(days, place, |pair| &pair.before)
+                    .zip(mean_error(days, place, |pair| &pair.after));
+            if let Some((b, a)) = errors.filter(|_| runs > 0.0) {
+                before.push(b);
+                after.push(a);
+                floors.push(sum / runs);
+            }
+        }
+        if floors.is_empty() || reconstructed {
+            return Ok((None, None));
+        }
+        let floor = floors.iter().sum::<f64>() / floors.len() as f64;
+        if floors.len() < 2 {
+            return Ok((Some(floor), None));
+        }
+        let found = shrinkage(&before, &after, &floors, self.rule.least_gap, &self.plan())?;
+        Ok((Some(floor), found.share))
+    }
+
+    /// Days that count, by person; people without one are left out.
+    fn sums(&self, of: impl Fn(&Pair) -> Sums) -> Vec<Vec<Sums>> {
+        self.people
+            .iter()
+            .map(|(_, days)| days.iter().map(&of).filter(|sums| sums[0] > 0.0).collect())
+            .filter(|days: &Vec<Sums>| !days.is_empty())
+            .collect()
+    }
+
+    /// Means before and after, and their difference with an interval: over people, and over days within
+    /// people where there are few; over days alone for one person. `None` where nothing can be
+    /// resampled.
+    fn change(&self, people: &[Vec<Sums>]) -> Result<Option<([f64; 2], WithInterval)>, GapError> {
+        let plan = self.plan();
+        let block =
+            NonZeroUsize::new(self.config.localisation.block_days).unwrap_or(NonZeroUsize::MIN);
+        let matrix = match people {
+            [] => return Ok(None),
+            [days] if days.len() < 2 => return Ok(None),
+            [days] => plan.people_matrix(days, |drawn| statistics(&[drawn.to_vec()]))?,
+            few if few.len() < self.rule.few_people => {
+                plan.people_and_days_matrix(few, block, |drawn| statistics(drawn))?
+            }
+            many => plan.people_matrix(many, |drawn| {
+                statistics(&drawn.iter().map(|days| days.iter().collect()).collect::<Vec<_>>())
+            })?,
+        };
+        let means = [matrix.estimates()[0], matrix.estimates()[1]];
+        let estimate = matrix.estimate(2, plan.level)?;
+        let wider = small_sample_factor(people.len(), self.rule.few_people);
+        let interval = estimate.percentile;
+        let difference = WithInterval {
+            value: estimate.value,
+            lower: estimate.value - wider * (estimate.value - interval.lower),
+            upper: estimate.value + wider * (interval.upper - estimate.value),
+        };
+        Ok(Some((means, difference)))
+    }
+
+    fn plan(&self) -> Bootstrap {
+        let replicates = self.config.localisation.replicates;
+        Bootstrap { replicates, level: 0.95, seed: self.seed }
+    }
+}
+
+fn mean_error(days: &[Pair], horizon: usize, of: fn(&Pair) -> &Day) -> Option<f64> {
+    let runs: f64 = days.iter().map(|pair| of(pair).runs[horizon]).sum();
+    let sizes: f64 = days.iter().map(|pair| of(pair).sizes[horizon]).sum();
+    (runs > 0.0).then(|| sizes / runs)
+}
+
+/// Mean over people of each person's mean before, after, and their difference.
+fn statistics(people: &[Vec<&Sums>]) -> Vec<f64> {
+    let (mut before, mut after) = (0.0, 0.0);
+    for days in people {
+        let sum = days.iter().fold([0.0; 3], |sum, day| std::array::from_fn(|k| sum[k] + day[k]));
+        before += sum[1] / sum[0];
+        after += sum[2] / sum[0];
+    }
+    let n = people.len() as f64;
+    vec![before / n, after / n, (after - before) / n]
+}
+
+/// What the percentiles of a bootstrap over `n` people are too narrow by: resampling underestimates the
+/// standard error by sqrt((n - 1) / n) and knows nothing of Student's t (Hesterberg, Am Stat
+/// 2015;69:371). Below `few` people days are resampled as well, which widens the interval by itself.
+fn small_sample_factor(n: usize, few: usize) -> f64 {
+    use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+    if n < few.max(2) {
+        return 1.0;
+    }
+    let n = n as f64;
+    let student = StudentsT::new(0.0, 1.0, n - 1.0).expect("two people and more");
+    let ratio = student.inverse_cdf(0.975) / Normal::standard().inverse_cdf(0.975);
+    ratio * (n / (n - 1.0)).sqrt()
+}

@@ -1,0 +1,169 @@
+//! What a found effect removes on held-out days.
+
+use cohort::Cohort;
+use effects::{Card, Course, Effect, Form, Modulation};
+use gap::calibration::{Calibration, calibrate};
+use gap::diagnosis::HowFar;
+use gap::how_far::{Amplitude, HowFarRule, NamedEffect, PersonInput, how_far, shrinkage};
+use gap::{DiagnosisConfig, LocalisationRule, Observations};
+use ode_sim::OdeParameters;
+use rayon::prelude::*;
+
+use crate::synthetic::{Gap, World, cohort};
+
+fn config() -> DiagnosisConfig {
+    let working = DiagnosisConfig::working();
+    let localisation = LocalisationRule { replicates: 500, ..working.localisation };
+    DiagnosisConfig { localisation, ..working }
+}
+
+/// Everybody's observations and calibration.
+fn calibrated(cohort: &Cohort) -> Vec<(Observations, Calibration)> {
+    let config = config();
+    cohort
+        .people
+        .par_iter()
+        .map(|person| {
+            let observations = Observations::from_person(person).expect("a good record");
+            let calibration = calibrate(
+                &OdeParameters::nominal(),
+                config.production.into(),
+                &config.noise,
+                &observations,
+                &config.calibration,
+            )
+            .expect("calibrates");
+            (observations, calibration)
+        })
+        .collect()
+}
+
+fn measured(cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
+    let known = calibrated(cohort);
+    let people: Vec<PersonInput<'_>> = cohort
+        .people
+        .iter()
+        .zip(&known)
+        .map(|(person, (observations, calibration))| PersonInput {
+            person,
+            observations,
+            calibration,
+        })
+        .collect();
+    let found: Vec<NamedEffect<'_>> = effects
+        .iter()
+        .map(|(effect, variant)| NamedEffect {
+            effect: *effect,
+            variant: *variant,
+            amplitude: Amplitude::Population { mean: 1.0, sd: 0.5 },
+        })
+        .collect();
+    how_far(&people, &found, &config(), &HowFarRule::working(), 1).expect("measured")
+}
+
+/// The truth itself: what acts does not depend on the amplitude asked for.
+#[derive(Debug)]
+struct Truth(f64);
+
+impl Effect for Truth {
+    fn card(&self) -> Card {
+        effects::find("dawn").expect("in the library").card()
+    }
+
+    fn form(&self, _: &Course) -> Option<Form> {
+        Some(Form::Driven)
+    }
+
+    fn modulate(&self, _: usize, _: f64, course: &Course, into: &mut [Modulation]) {
+        let dawn = effects::find("dawn").expect("in the library");
+        dawn.modulate(PEAK_AT_SIX, self.0, course, into);
+    }
+}
+
+/// The variant of the library's dawn that has the form of [`Gap::MorningBump`].
+const PEAK_AT_SIX: usize = 1;
+/// Rise of production at the peak at amplitude 1 in the library's dawn.
+const RISE: f64 = 0.22;
+
+fn errors(found: &HowFar, horizon: usize) -> (Vec<f64>, Vec<f64>) {
+    let of = |person: &gap::diagnosis::PersonChange| {
+        let error = |errors: &[Option<f64>]| errors[horizon].expect("everyone has runs");
+        (error(&person.mae_before), error(&person.mae_after))
+    };
+    found.people.iter().map(of).unzip()
+}
+
+#[test]
+fn a_planted_effect_shrinks_the_error_nearly_as_far_as_the_truth_would() {
+    let planted = 2.0;
+    let world = World { gap: Gap::MorningBump(planted * RISE), days: 14, spread: 0.7 };
+    let cohort = cohort(&world, 8, 21);
+    let dawn = effects::find("dawn").expect("in the library");
+    let found = measured(&cohort, &[(dawn.as_ref(), PEAK_AT_SIX)]);
+    let oracle = measured(&cohort, &[(&Truth(planted), 0)]);
+
+    let amplitude = found.amplitudes[0].mean;
+    assert!(amplitude.lower < planted && planted < amplitude.upper, "{amplitude:?}");
+    assert!(amplitude.upper - amplitude.lower < 1.5, "{amplitude:?} says little");
+    for (place, row) in found.horizons.iter().enumerate() {
+        assert!(!row.reconstructed && row.people == 8, "{row:?}");
+        let change = row.mae_after - row.mae_before;
+        assert!((row.difference.value - change).abs() < 1e-9, "rounding of means: {row:?}");
+        assert!(row.difference.upper < 0.0, "{row:?}");
+        let (before, after) = errors(&found, place);
+        let (same, truth) = errors(&oracle, place);
+        assert_eq!(before, same, "the baseline knows nothing of the effect");
+        let plan = stats::Bootstrap { replicates: 500, level: 0.95, seed: 3 };
+        let share = shrinkage(&before, &after, &truth, 0.1, &plan).expect("eight people").share;
+        let share = share.expect("more than 0.1 mg/dL can be removed");
+        // Amplitudes come from seven days; what they miss by costs a few per cent of what they remove. A
+        // day ahead a tenth as many errors are independent, and only the interval is held to.
+        let near = (0.85..1.15).contains(&share.value) || row.minutes == 1440;
+        assert!(near && share.lower < 1.0 && share.upper > 0.9, "{} min: {share:?}", row.minutes);
+    }
+    let innovations = found.innovations.expect("scored");
+    assert!(innovations.difference.lower > 0.0, "{innovations:?}");
+    // A model that lacks nothing but its noise comes close to its own floor.
+    let hour = &found.horizons[0];
+    let floor = hour.floor.expect("taken");
+    assert!((hour.mae_after / floor - 1.0).abs() < 0.15, "{hour:?}");
+    assert_eq!(found.outcomes.len(), 6);
+    assert!(found.notes.is_empty(), "{:?}", found.notes);
+}
+
+#[test]
+fn without_the_effect_nothing_is_gained() {
+    let dawn = effects::find("dawn").expect("in the library");
+    let mut covered = [0; 3];
+    let worlds = 8;
+    for seed in 0..worlds {
+        let world = World { gap: Gap::None, days: 10, spread: 0.7 };
+        let found = measured(&cohort(&world, 5, 300 + seed), &[(dawn.as_ref(), PEAK_AT_SIX)]);
+        for (count, row) in covered.iter_mut().zip(&found.horizons) {
+            *count += usize::from(row.difference.lower <= 0.0 && row.difference.upper >= 0.0);
+            assert!(row.difference.value.abs() < 0.5, "{row:?}");
+        }
+        assert!(found.amplitudes[0].mean.value < 0.8, "{:?}", found.amplitudes);
+    }
+    // At 95 %, fewer than six of eight happen in 0.6 % of such tests.
+    assert!(covered.iter().all(|count| *count >= 6), "{covered:?} of {worlds}");
+}
+
+#[test]
+fn the_answer_does_not_depend_on_the_number_of_threads() {
+    let world = World { gap: Gap::MorningBump(0.3), days: 6, spread: 0.5 };
+    let cohort = cohort(&world, 3, 5);
+    let dawn = effects::find("dawn").expect("in the library");
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| measured(&cohort, &[(dawn.as_ref(), PEAK_AT_SIX)]))
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn nothing_found_changes_nothing() {
+    let world = World { gap: Gap::None, days: 5, spread: 0.5 };
+    let found = measured(&cohort(&world, 2, 5), &[]);
+    assert_eq!(found, HowFar::default());
+}
