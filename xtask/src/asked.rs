@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
@@ -72,7 +73,8 @@ fn in_another_process(apart: &Path, seed: u64) -> Result<Ended> {
     let program = std::env::current_exe().context("cannot tell which program this is")?;
     let messages = apart.join("messages");
     let errors = File::create(&messages).context("cannot write in the temporary folder")?;
-    let mut child = Command::new(program)
+    let mut running = running();
+    let child = Command::new(program)
         .args(arguments(seed))
         .arg("--quiet")
         .current_dir(apart)
@@ -82,7 +84,12 @@ fn in_another_process(apart: &Path, seed: u64) -> Result<Ended> {
         .stderr(errors)
         .spawn()
         .context("cannot start the diagnosis")?;
-    Ok(match wait(&mut child)? {
+    let child = Arc::new(Mutex::new(child));
+    running.push(Arc::clone(&child));
+    drop(running);
+    let ended = wait(&child);
+    self::running().retain(|other| !Arc::ptr_eq(other, &child));
+    Ok(match ended? {
         None => Err(format!("killed after {} s", LIMIT.as_secs())),
         Some(status) if status.success() => Ok(()),
         Some(status) => {
@@ -94,19 +101,43 @@ fn in_another_process(apart: &Path, seed: u64) -> Result<Ended> {
 }
 
 /// `None` if the process had to be killed.
-fn wait(child: &mut Child) -> Result<Option<ExitStatus>> {
+fn wait(child: &Mutex<Child>) -> Result<Option<ExitStatus>> {
     let begun = Instant::now();
     loop {
-        if let Some(status) = child.try_wait().context("waiting for the diagnosis")? {
+        if let Some(status) = held(child).try_wait().context("waiting for the diagnosis")? {
             return Ok(Some(status));
         }
         if begun.elapsed() > LIMIT {
-            child.kill().context("killing the diagnosis")?;
-            child.wait().context("waiting for the diagnosis")?;
+            end(child);
             return Ok(None);
         }
         std::thread::sleep(PAUSE);
     }
+}
+
+/// Processes that have not been seen to end.
+static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
+
+fn running() -> MutexGuard<'static, Vec<Arc<Mutex<Child>>>> {
+    held(&RUNNING)
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Ends a process of ours; one that has ended by itself is as good.
+fn end(child: &Mutex<Child>) {
+    let mut child = held(child);
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// Ends every process that was asked. None begins as long as the returned guard is held.
+pub(crate) fn end_all() -> MutexGuard<'static, impl Sized> {
+    let running = running();
+    running.iter().for_each(|child| end(child));
+    running
 }
 
 #[cfg(test)]
