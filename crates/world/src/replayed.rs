@@ -18,6 +18,7 @@
 mod days;
 mod doses;
 mod fit;
+mod info;
 mod recorded_life;
 mod replaying;
 mod restoring;
@@ -37,6 +38,8 @@ use crate::physique::{Course, Physique};
 use crate::stream::{Concept, stream};
 use crate::virtual_person::LivedDays;
 use crate::wear::SensorWear;
+
+pub use info::ReplayedInfo;
 
 use days::Days;
 use doses::Doses;

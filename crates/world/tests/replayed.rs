@@ -99,8 +99,8 @@ fn sessions_and_nights_are_found_in_the_record() {
     let (mut seen, mut all) = (0, 0);
     for session in in_record {
         all += 1;
-        let near = |s: &&world::Session| s.start.abs_diff(session.start) <= 3;
-        seen += usize::from(found.life.sessions.iter().any(|s| near(&s)));
+        let near = |found: usize| found.abs_diff(session.start) <= 3;
+        seen += usize::from(found.life.sessions.iter().any(|s| near(s.start)));
     }
     // Sessions at the lower end of what counts as exercise stay below the threshold.
     assert!(all >= 4 && 3 * seen >= 2 * all, "{seen} of {all}");
@@ -195,6 +195,20 @@ fn miscounted_carbohydrate_is_eaten_and_not_logged() {
     assert!(eaten(Effect::CarbMiscount) > 1.15 * without); // a median of -28 % and more
     assert!(eaten(Effect::MissedMeals) > without + 3.0); // 0.25 a day of 35 g: 9 g a day
     assert!(eaten(Effect::UnloggedRescueCarbs) > without);
+}
+
+#[test]
+fn the_label_holds_the_truth_and_the_record_does_not() {
+    let original = recorded();
+    let amplitudes = Amplitudes::NONE.with(Effect::Dawn, 0.8);
+    let person = fit(Generator::Padova, &original, amplitudes);
+    let label = serde_json::to_value(person.info()).expect("numbers and names");
+    assert_eq!(label["person_id"], original.id);
+    assert_eq!(label["generator"], "padova");
+    assert_eq!(label["effects"]["dawn"], 0.8);
+    assert_eq!(label["restoring"].as_array().map(Vec::len), Some(person.restoring.len()));
+    assert!(label["parameters"]["k_max"].as_f64().is_some_and(|k| k > 0.0));
+    assert_eq!(person.live().expect("days").recorded.id, original.id);
 }
 
 #[test]

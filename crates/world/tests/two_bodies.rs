@@ -5,8 +5,8 @@ use ode_sim::{EgpMode, Integrator, OdeParameters, OdePlant, steady_state};
 use physiology::{Grams, Kilograms, MgPerDl, OpenLoop, StepInput, Units, UnitsPerHour, simulate};
 use world::padova::{PadovaBody, PadovaParameters};
 use world::{
-    Amplitudes, Calendar, Concept, Generator, Regime, VirtualBody, VirtualPerson, plausibility,
-    stream,
+    Amplitudes, Calendar, Concept, Effect, Generator, Regime, VirtualBody, VirtualPerson,
+    plausibility, stream,
 };
 
 fn calendar(days: usize) -> Calendar {
@@ -197,5 +197,38 @@ fn no_calibration_of_the_ode_is_a_padova_body() {
     assert!(recovered < 0.5, "{recovered} mg/dL");
     for left in left {
         assert!(left > 2.5, "{left} mg/dL");
+    }
+}
+
+#[test]
+fn every_effect_acts_on_a_padova_body_and_on_nothing_else() {
+    let mut person =
+        VirtualPerson::sample_from(Generator::Padova, 17, 3, Regime::OpenLoopPump).expect("drawn");
+    person.amplitudes = Amplitudes::NONE;
+    let off = person.live(calendar(14)).expect("two weeks");
+    // Insulin that does not answer to the sensor, so that the effect alone is seen.
+    for effect in [
+        Effect::Dawn,
+        Effect::Exercise,
+        Effect::PostExerciseSensitivity,
+        Effect::SleepLoss,
+        Effect::SlowMeals,
+        Effect::SetAgeing,
+        Effect::InsulinAbsorption,
+        Effect::CircadianSensitivity,
+        Effect::CounterRegulation,
+        Effect::RenalThreshold,
+    ] {
+        person.amplitudes = Amplitudes::NONE.with(effect, 1.0);
+        let on = person.live(calendar(14)).expect("two weeks");
+        assert!(on.glucose != off.glucose, "{} does nothing", effect.name());
+        assert!(on.life == off.life, "{} changes the life", effect.name());
+        let moved = person.shift(&on, &Amplitudes::NONE).expect("days").0;
+        // The published renal excretion of this body is a tenth of that of the other.
+        let least = match effect {
+            Effect::RenalThreshold | Effect::CounterRegulation => 0.01,
+            _ => 0.5,
+        };
+        assert!(moved > least, "{}: {moved} mg/dL", effect.name());
     }
 }

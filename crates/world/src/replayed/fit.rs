@@ -30,8 +30,10 @@ const OFF_TARGET: f64 = 15.0;
 /// Fall of mean glucose with the logarithm of insulin action, mg/dL, of the order that bodies of
 /// either kind have; the searches step by it.
 pub(super) const SLOPE: f64 = 200.0;
-/// Simulations of a search, and the further ones with effects.
-const ROUNDS: usize = 9;
+/// Simulations of a search, those at its end that change the mean alone, and the further ones with
+/// effects.
+const ROUNDS: usize = 10;
+const ROUNDS_AFTER: usize = 3;
 const ROUNDS_WITH_EFFECTS: usize = 3;
 /// Bodies that are tried.
 const BODIES: usize = 4;
@@ -150,7 +152,7 @@ impl<'a> Search<'a> {
         let mut restoring = vec![0.0; self.days];
         for round in 0..ROUNDS {
             let glucose = simulated(&self.plain, drawn, toward.scale, &restoring)?;
-            if round > 0 {
+            if (1..ROUNDS - ROUNDS_AFTER).contains(&round) {
                 mend(&mut restoring, &glucose, self.plain.offset);
             }
             toward.step(mean(&glucose) - self.target);
