@@ -1,21 +1,31 @@
 //! Figures of the report, drawn by the SVG backend of `plotters`.
 
 mod agp;
+mod before_after;
 mod canvas;
 mod equivalence;
 mod example_day;
 mod forest;
 mod palette;
 mod panel;
+mod power;
+mod reliability;
+mod schematic;
+mod targets;
 mod training;
 mod twins;
 
 pub(crate) use agp::agp;
+pub(crate) use before_after::before_after;
 pub(crate) use canvas::Svg;
 pub(crate) use equivalence::equivalence;
 pub(crate) use example_day::example_day;
-pub(crate) use forest::{ForestRow, forest};
+pub(crate) use forest::{ForestFrame, ForestRow, forest};
 pub(crate) use palette::{Key, Stroke};
+pub(crate) use power::power;
+pub(crate) use reliability::reliability;
+pub(crate) use schematic::{PortShade, schematic};
+pub(crate) use targets::targets;
 pub(crate) use training::training;
 pub(crate) use twins::twins;
 

@@ -3,7 +3,12 @@
 //! [`Html`] can be made only from literals of this crate ([`Html::literal`]), from escaped text, and
 //! from other [`Html`]; a string from a JSON file has no other way in.
 
+mod heat;
+
+pub(crate) use heat::{Heat, HeatCell};
+
 use crate::figure::{Key, Stroke, Svg};
+use crate::number::{ABSENT, percent};
 
 /// A piece of a page.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -84,6 +89,19 @@ impl Html {
         columns: &[(&str, Column)],
         rows: &[(bool, Vec<String>)],
     ) -> &mut Self {
+        let cells = |row: &Vec<String>| row.iter().map(|cell| Self::of_text(cell)).collect();
+        let rows: Vec<(bool, Vec<Self>)> =
+            rows.iter().map(|(bold, row)| (*bold, cells(row))).collect();
+        self.table_of(caption, columns, &rows)
+    }
+
+    /// As [`Html::table`], with cells that may hold more than text.
+    pub(crate) fn table_of(
+        &mut self,
+        caption: &str,
+        columns: &[(&str, Column)],
+        rows: &[(bool, Vec<Self>)],
+    ) -> &mut Self {
         self.literal("<div class=\"scroll\" tabindex=\"0\">\n<table>\n");
         // The span stays in view while the table scrolls sideways under it.
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
@@ -102,11 +120,43 @@ impl Html {
                     Column::Text => "<td>",
                     Column::Number => "<td class=\"number\">",
                 });
-                self.text(cell).literal("</td>");
+                self.push(cell).literal("</td>");
             }
             self.literal("</tr>\n");
         }
         self.literal("</tbody>\n</table>\n</div>\n")
+    }
+
+    /// Text alone.
+    pub(crate) fn of_text(text: &str) -> Self {
+        let mut html = Self::default();
+        html.text(text);
+        html
+    }
+
+    /// A probability or share as a bar with its number.
+    pub(crate) fn bar(share: Option<f64>) -> Self {
+        let mut html = Self::default();
+        let Some(share) = share.filter(|share| share.is_finite()) else {
+            html.text(ABSENT);
+            return html;
+        };
+        let length = (100.0 * share.clamp(0.0, 1.0)).round() as u32;
+        html.literal(
+            "<span class=\"bar\"><svg viewBox=\"0 0 100 10\" preserveAspectRatio=\"none\" ",
+        );
+        html.literal("aria-hidden=\"true\"><rect class=\"trough\" width=\"100\" height=\"10\"/>");
+        html.literal("<rect width=\"")
+            .text(&length.to_string())
+            .literal("\" height=\"10\"/></svg>");
+        html.text(&percent(share)).literal("</span>");
+        html
+    }
+
+    /// Something that opens when its summary is clicked.
+    pub(crate) fn folded(&mut self, summary: &str, body: &Self) -> &mut Self {
+        self.literal("<details>\n").element("summary", summary);
+        self.push(body).literal("</details>\n")
     }
 
     /// The finished text.

@@ -5,7 +5,9 @@ use std::io::Read;
 use serde::de::DeserializeOwned;
 
 use crate::ReportError;
-use crate::view::{Agp, Conformance, Diagnosis, ExampleDay, Manifest, Outcomes, Training, Twins};
+use crate::view::{
+    Agp, BlindCheck, Conformance, Diagnosis, ExampleDay, Manifest, Outcomes, Seal, Training, Twins,
+};
 
 /// One JSON output of the pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,11 +30,15 @@ pub enum Part {
     ExampleDay,
     /// Ambulatory glucose profile, measured and simulated.
     Agp,
+    /// Answers of the diagnosis scored against labels that it could not see.
+    BlindCheck,
+    /// Hashes of those labels.
+    Seal,
 }
 
 impl Part {
     /// Every part.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Manifest,
         Self::Outcomes,
         Self::Conformance,
@@ -42,6 +48,8 @@ impl Part {
         Self::ImportReport,
         Self::ExampleDay,
         Self::Agp,
+        Self::BlindCheck,
+        Self::Seal,
     ];
 
     /// Name of the file that holds the part in an output folder.
@@ -57,6 +65,8 @@ impl Part {
             Self::ImportReport => "import_report.json",
             Self::ExampleDay => "example_day.json",
             Self::Agp => "agp.json",
+            Self::BlindCheck => "blind_check.json",
+            Self::Seal => "seal.json",
         }
     }
 }
@@ -82,9 +92,27 @@ pub struct Inputs {
     pub example_day: Option<ExampleDay>,
     /// From `agp.json`.
     pub agp: Option<Agp>,
+    /// From `blind_check.json`.
+    pub blind_check: Option<BlindCheck>,
+    /// From `seal.json`.
+    pub seal: Option<Seal>,
 }
 
 impl Inputs {
+    /// Whether there is nothing that a report shows; a manifest or a seal alone is nothing.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.outcomes.is_none()
+            && self.conformance.is_none()
+            && self.diagnosis.is_none()
+            && self.training.is_none()
+            && self.twins.is_none()
+            && self.import_report.is_none()
+            && self.example_day.is_none()
+            && self.agp.is_none()
+            && self.blind_check.is_none()
+    }
+
     /// Reads one part. A manifest is added to those already read; any other part replaces one
     /// read before. Unknown keys are ignored.
     ///
@@ -111,6 +139,8 @@ impl Inputs {
                 agp.check()?;
                 self.agp = Some(agp);
             }
+            Part::BlindCheck => self.blind_check = Some(parse(part, reader)?),
+            Part::Seal => self.seal = Some(parse(part, reader)?),
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Numbers as text: fixed digits, a true minus sign, and never "NaN".
 
-use crate::view::{Spread, WithInterval};
+use crate::view::{Range, Share, Spread, WithInterval};
 
 /// What stands where there is no number.
 pub(crate) const ABSENT: &str = "\u{2013}";
@@ -50,6 +50,49 @@ pub(crate) fn compact(value: f64) -> String {
     }
 }
 
+/// A share or probability as a percentage; never 0 or 100 where it only rounds to that.
+pub(crate) fn percent(share: f64) -> String {
+    let size = 100.0 * share;
+    if !size.is_finite() {
+        return ABSENT.to_owned();
+    }
+    if size > 0.0 && size < 0.5 {
+        return "<1\u{a0}%".to_owned();
+    }
+    if size > 99.5 && size < 100.0 {
+        return ">99\u{a0}%".to_owned();
+    }
+    format!("{}\u{a0}%", fixed(size, 0))
+}
+
+/// A counted share with its interval: `12 of 20: 60 % (36 to 81)`.
+pub(crate) fn share(share: &Share) -> String {
+    let Share { count, of, .. } = share;
+    let Some(value) = share.value else {
+        return format!("{count} of {of}");
+    };
+    match (share.lower, share.upper) {
+        (Some(lower), Some(upper)) => format!(
+            "{count} of {of}: {} ({} to {})",
+            percent(value),
+            fixed(100.0 * lower, 0),
+            fixed(100.0 * upper, 0)
+        ),
+        _ => format!("{count} of {of}: {}", percent(value)),
+    }
+}
+
+/// Estimate and interval, as far as they are there.
+pub(crate) fn range(range: Option<Range>, digits: usize) -> String {
+    let Some(range) = range else {
+        return ABSENT.to_owned();
+    };
+    match range.whole() {
+        Some(whole) => interval(whole, digits),
+        None => optional(range.value, digits),
+    }
+}
+
 /// A p-value as papers print it.
 pub(crate) fn p_value(p: f64) -> String {
     if !p.is_finite() {
@@ -85,6 +128,9 @@ mod tests {
 
     #[test]
     fn numbers_read_as_numbers() {
+        let of_twenty =
+            Share { count: 12, of: 20, value: Some(0.6), lower: Some(0.36), upper: Some(0.81) };
+        assert_eq!(share(&of_twenty), "12 of 20: 60\u{a0}% (36 to 81)");
         for (text, expected) in [
             (fixed(-1.25, 1), "\u{2212}1.2"),
             (fixed(-0.04, 1), "0.0"),
@@ -100,6 +146,14 @@ mod tests {
             (p_value(0.0004), "<0.001"),
             (p_value(0.0123), "0.012"),
             (count(1, "person", "people"), "1 person"),
+            (percent(0.973), "97\u{a0}%"),
+            (percent(0.0), "0\u{a0}%"),
+            (percent(0.001), "<1\u{a0}%"),
+            (percent(0.999), ">99\u{a0}%"),
+            (percent(1.0), "100\u{a0}%"),
+            (share(&Share::default()), "0 of 0"),
+            (range(None, 1), ABSENT),
+            (range(Some(Range { value: Some(1.0), ..Range::default() }), 1), "1.0"),
         ] {
             assert_eq!(text, expected);
         }

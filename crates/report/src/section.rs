@@ -2,6 +2,8 @@
 
 mod agp;
 mod any_json;
+mod blind_check;
+mod candidates;
 mod conformance;
 mod data_quality;
 mod effects;
@@ -11,6 +13,7 @@ mod how_far;
 mod import;
 mod location;
 mod outcomes;
+mod ports;
 mod provenance;
 mod training;
 mod twins;
@@ -20,28 +23,87 @@ mod words;
 use crate::html::Html;
 use crate::{DISCLAIMER, Inputs, ReportError};
 
-/// A section: its anchor, its heading, and what writes it.
-type Section = (&'static str, &'static str, fn(&Inputs) -> Result<Html, ReportError>);
+/// A section of the page.
+struct Section {
+    /// Its anchor.
+    id: &'static str,
+    /// Its heading.
+    heading: &'static str,
+    /// Whether a folder with these inputs has the section.
+    applies: fn(&Inputs) -> bool,
+    /// What writes it.
+    body: fn(&Inputs) -> Result<Html, ReportError>,
+}
+
+const fn section(
+    id: &'static str,
+    heading: &'static str,
+    applies: fn(&Inputs) -> bool,
+    body: fn(&Inputs) -> Result<Html, ReportError>,
+) -> Section {
+    Section { id, heading, applies, body }
+}
+
+const HAS_DIAGNOSIS: fn(&Inputs) -> bool = |inputs| inputs.diagnosis.is_some();
+const SOUGHT_EFFECTS: fn(&Inputs) -> bool =
+    |inputs| inputs.diagnosis.as_ref().is_some_and(|d| d.sought_effects());
+const HAS_BLIND_CHECK: fn(&Inputs) -> bool = |inputs| inputs.blind_check.is_some();
 
 /// Every section below the verdict.
-const SECTIONS: [Section; 12] = [
-    ("data-quality", "Data quality", data_quality::body),
-    ("where", "Where the gap lies", location::body),
-    ("which", "Which effect explains it", effects::body),
-    ("how-far", "How far the gap shrinks", how_far::body),
-    ("outcomes", "Glucose outcomes", outcomes::body),
-    ("agp", "Ambulatory glucose profile", agp::body),
-    ("example-day", "An example day", example_day::body),
-    ("conformance", "Physiological conformance", conformance::body),
-    ("training", "Training of the population network", training::body),
-    ("twins", "Digital twins", twins::body),
-    ("exclusions", "Who was left out", exclusions::body),
-    ("provenance", "How to reproduce this", provenance::body),
+const SECTIONS: [Section; 20] = [
+    section(
+        "data-quality",
+        "Data quality",
+        |inputs| inputs.diagnosis.is_some() || inputs.import_report.is_some(),
+        data_quality::body,
+    ),
+    section("which", "Which effect explains the gap", HAS_DIAGNOSIS, effects::body),
+    section("how-far", "How far the gap shrinks", HAS_DIAGNOSIS, how_far::body),
+    section("tried", "What was weighed", SOUGHT_EFFECTS, candidates::body),
+    section("ports", "Where in the model something is missing", SOUGHT_EFFECTS, ports::body),
+    section("where", "When and for whom the model errs", HAS_DIAGNOSIS, location::body),
+    section("targets", "Blind check: targets", HAS_BLIND_CHECK, blind_check::targets),
+    section("confusion", "Blind check: truth and answer", HAS_BLIND_CHECK, blind_check::confusion),
+    section("power", "Blind check: how small an effect is found", HAS_BLIND_CHECK, {
+        blind_check::power
+    }),
+    section("reliability", "Blind check: do probabilities come true", HAS_BLIND_CHECK, {
+        blind_check::reliability
+    }),
+    section("scores", "Blind check: false alarms and other counts", HAS_BLIND_CHECK, {
+        blind_check::scores
+    }),
+    section("worlds", "Blind check: every world", HAS_BLIND_CHECK, blind_check::worlds),
+    section("outcomes", "Glucose outcomes", |i| i.outcomes.is_some(), outcomes::body),
+    section("agp", "Ambulatory glucose profile", |i| i.agp.is_some(), agp::body),
+    section("example-day", "An example day", |i| i.example_day.is_some(), example_day::body),
+    section(
+        "conformance",
+        "Physiological conformance",
+        |i| i.conformance.is_some(),
+        conformance::body,
+    ),
+    section(
+        "training",
+        "Training of the population network",
+        |i| i.training.is_some(),
+        training::body,
+    ),
+    section("twins", "Digital twins", |i| i.twins.is_some(), twins::body),
+    section(
+        "exclusions",
+        "Who was left out",
+        |i| i.diagnosis.is_some() || i.twins.is_some() || i.outcomes.is_some(),
+        exclusions::body,
+    ),
+    section("provenance", "How to reproduce this", |_| true, provenance::body),
 ];
 
 /// The whole document.
 pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {
     let title = verdict::title(inputs);
+    let (shown, left_out): (Vec<&Section>, Vec<&Section>) =
+        SECTIONS.iter().partition(|section| (section.applies)(inputs));
     let mut html = Html::default();
     html.literal("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     html.literal("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
@@ -52,13 +114,20 @@ pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {
     html.literal("<p class=\"disclaimer\">").text(DISCLAIMER).literal("</p>\n</header>\n");
     html.literal("<main>\n<section id=\"verdict\">\n").push(&verdict::body(inputs));
     html.literal("</section>\n<nav aria-label=\"Contents\">\n<ul>");
-    for (id, heading, _) in SECTIONS {
+    for Section { id, heading, .. } in &shown {
         html.literal("<li><a href=\"#").literal(id).literal("\">").text(heading);
         html.literal("</a></li>");
     }
     html.literal("</ul>\n</nav>\n");
-    for (id, heading, body) in SECTIONS {
+    for Section { id, heading, body, .. } in &shown {
         html.push(&Html::section(id, heading, &body(inputs)?));
+    }
+    if !left_out.is_empty() {
+        let names: Vec<String> =
+            left_out.iter().map(|section| section.heading.to_owned()).collect();
+        html.literal("<p class=\"absent\" id=\"left-out\">");
+        html.text("This folder holds nothing for: ").text(&names.join("; "));
+        html.literal(".</p>\n");
     }
     html.literal("</main>\n<footer>\n<p class=\"disclaimer\">").text(DISCLAIMER);
     html.literal("</p>\n</footer>\n</body>\n</html>\n");

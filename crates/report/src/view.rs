@@ -5,25 +5,34 @@
 //! absent.
 
 mod agp;
+mod blind_check;
 mod conformance;
 mod diagnosis;
 mod example_day;
+mod lenient;
 mod manifest;
 mod outcomes;
+mod seal;
 mod training;
 mod twins;
 
 pub use agp::{Agp, Percentiles};
+pub use blind_check::{
+    BlindCheck, Confusion, ConfusionRow, NamedEffect, Pairs, PowerRow, Reliability, ReliabilityBin,
+    Share, Target, TrueEffect, UnknownScore, World,
+};
 pub use conformance::{Conformance, ConformanceRow, Verdict};
 pub use diagnosis::{
-    Candidate, CellGap, DataQualityFinding, Diagnosis, DiagnosisPerson, DiagnosisVerdict, Effect,
-    FindingEstimate, HorizonChange, HorizonError, HowFar, OutcomeChange, PortEvidence,
+    Candidate, CellGap, DataQualityFinding, DetectionPower, Diagnosis, DiagnosisPerson,
+    DiagnosisVerdict, Effect, FindingEstimate, HorizonChange, HorizonError, HowFar, OutcomeChange,
+    PersonAmplitude, PortEvidence, Untried,
 };
 pub use example_day::ExampleDay;
 pub use manifest::{Manifest, ManifestInput};
 pub use outcomes::{
     Comparison, Exclusion, ForecastRow, IntervalMethod, Method, OutcomeRow, Outcomes,
 };
+pub use seal::{Seal, SealedWorld};
 use serde::Deserialize;
 pub use training::{Epoch, Training, TrainingData};
 pub use twins::{TwinPerson, Twins};
@@ -46,4 +55,24 @@ pub struct WithInterval {
     pub lower: f64,
     /// Upper end.
     pub upper: f64,
+}
+
+/// A number with the ends of its interval, any of which may be absent.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct Range {
+    /// The estimate.
+    pub value: Option<f64>,
+    /// Lower end.
+    pub lower: Option<f64>,
+    /// Upper end.
+    pub upper: Option<f64>,
+}
+
+impl Range {
+    /// The three numbers, if all are there.
+    #[must_use]
+    pub fn whole(self) -> Option<WithInterval> {
+        Some(WithInterval { value: self.value?, lower: self.lower?, upper: self.upper? })
+    }
 }

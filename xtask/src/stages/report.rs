@@ -52,15 +52,9 @@ pub(crate) fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
 /// If there is nothing, or a file does not hold what its name says.
 pub(crate) fn gather(folder: &Path) -> Result<Inputs> {
     let inputs = gather_parts(folder)?;
-    let nothing = inputs.outcomes.is_none()
-        && inputs.conformance.is_none()
-        && inputs.diagnosis.is_none()
-        && inputs.training.is_none()
-        && inputs.twins.is_none()
-        && inputs.import_report.is_none()
-        && inputs.example_day.is_none();
-    if nothing {
-        let parts = Part::ALL.into_iter().filter(|part| *part != Part::Manifest);
+    if inputs.is_empty() {
+        let shown = |part: &Part| !matches!(part, Part::Manifest | Part::Seal);
+        let parts = Part::ALL.into_iter().filter(shown);
         let names: Vec<&str> = parts.map(Part::file_name).collect();
         let what = Manifest::read(folder)
             .map_or_else(String::new, |manifest| format!("the output of {}, ", manifest.stage));

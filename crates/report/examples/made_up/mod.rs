@@ -1,9 +1,29 @@
 //! A made-up run: JSON of every part, as the pipeline would write it.
 
+mod blind_check;
+mod diagnosis;
+
 use std::f64::consts::TAU;
 
 use report::Part;
 use serde_json::{Value, json};
+
+pub(crate) use blind_check::{blind_check, seal};
+pub(crate) use diagnosis::diagnosis;
+
+/// The parts that the output folder of a command holds: `diagnose`, `none` and `unknown` for
+/// diagnoses with that verdict, `blind-check`; anything else has every part.
+pub(crate) fn folder(of: &str) -> Vec<(Part, Value)> {
+    let manifest = (Part::Manifest, manifest());
+    match of {
+        "diagnose" => vec![manifest, (Part::Diagnosis, diagnosis("effect"))],
+        "none" | "unknown" => vec![manifest, (Part::Diagnosis, diagnosis(of))],
+        "blind-check" => {
+            vec![manifest, (Part::BlindCheck, blind_check()), (Part::Seal, seal())]
+        }
+        _ => parts(),
+    }
+}
 
 /// Every part with its JSON.
 pub(crate) fn parts() -> Vec<(Part, Value)> {
@@ -11,12 +31,14 @@ pub(crate) fn parts() -> Vec<(Part, Value)> {
         (Part::Manifest, manifest()),
         (Part::Outcomes, outcomes()),
         (Part::Conformance, conformance()),
-        (Part::Diagnosis, diagnosis()),
+        (Part::Diagnosis, diagnosis("effect")),
         (Part::Training, training()),
         (Part::Twins, twins()),
         (Part::ImportReport, import_report()),
         (Part::ExampleDay, example_day()),
         (Part::Agp, agp()),
+        (Part::BlindCheck, blind_check()),
+        (Part::Seal, seal()),
     ]
 }
 
@@ -78,43 +100,6 @@ fn conformance() -> Value {
         row("X2", "X2", "decreasing", "physical", -0.0108953, -0.0108953, "proved"),
         row("C1", "u_carbs", "increasing", "physical", -1.2e-4, 2.0e-5, "undecided"),
         row("X2", "I", "decreasing", "opposite_informational", 0.041, 0.0411, "violated")]})
-}
-
-fn diagnosis() -> Value {
-    let cell = |factor: &str, level: &str, mean: f64, half: f64, share: f64| {
-        let p = if mean.abs() > half { 0.0005 } else { 0.42 };
-        json!({"factor": factor, "level": level, "mean_error_mg_dl": mean, "lower": mean - half,
-            "upper": mean + half, "p_adjusted": p, "share_of_gap": share, "horizon_minutes": 300,
-            "people": 12, "runs": 900})
-    };
-    let error = |value: f64| json!({"value": value, "lower": 0.9 * value, "upper": 1.1 * value});
-    json!({"schema": "diagnosis/1", "stage": "where", "verdict": "unknown", "plant": "ode",
-        "effects": [], "candidates": [], "ports": [],
-        "where": [
-            cell("hour", "04-08", 31.0, 11.0, 0.21), cell("person", "p07", 28.0, 14.0, 0.08),
-            cell("context", "after_exercise", -19.0, 9.0, 0.07),
-            cell("hour", "20-24", -12.0, 10.0, 0.04),
-            cell("context", "day_after_short_sleep", 9.0, 10.0, 0.02),
-            cell("hour", "00-04", 6.0, 9.0, 0.01), cell("hour", "08-12", -4.0, 8.0, 0.01),
-            cell("hour", "12-16", 1.0, 8.0, 0.0), cell("hour", "16-20", -3.0, 9.0, 0.0),
-            cell("context", "after_meal", -5.0, 7.0, 0.01),
-            cell("context", "sleep", 8.0, 6.0, 0.03), cell("context", "other", 0.5, 4.0, 0.0),
-            cell("person", "p03", -7.0, 15.0, 0.01),
-            cell("person", "a person with a very long identifier", 3.0, 12.0, 0.0),
-            cell("glucose_band", "<70", -14.0, 6.0, 0.02),
-            cell("glucose_band", "70-180", -2.0, 4.0, 0.01),
-            cell("glucose_band", ">180", 17.0, 8.0, 0.05)],
-        "how_far": {"horizons": [], "outcomes": []},
-        "baseline": [
-            {"minutes": 60, "mae": error(14.5), "rmse": error(20.1), "bias": error(1.2)},
-            {"minutes": 300, "mae": error(30.4), "rmse": error(41.7), "bias": error(3.8)}],
-        "data_quality": [{"check": "insulin_clock_offset", "person_id": "p05",
-            "finding": "insulin runs ahead of glucose",
-            "estimate": {"value": 55.0, "lower": 45.0, "upper": 65.0, "unit": "min"}},
-            {"check": "missing_channel", "person_id": "p09", "finding": "no heart rate",
-            "estimate": null}],
-        "people": [{"person_id": "p01", "days": 28, "excluded": null},
-            {"person_id": "p11", "days": 3, "excluded": "fewer than 7 days of record"}]})
 }
 
 fn training() -> Value {

@@ -1,9 +1,9 @@
-//! Estimates with their intervals, a line each, around zero.
+//! Estimates with their intervals, a line each, around zero or another place.
 
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{WIDTH, draw};
-use super::palette::{BLUE, GREY, Key, Marker, VERMILLION, dashed, solid};
+use super::palette::{BLUE, GREEN, GREY, Key, Marker, VERMILLION, dashed, solid};
 use super::panel::{Axis, Panel};
 use super::{Drawn, Stroke};
 use crate::ReportError;
@@ -24,10 +24,32 @@ pub(crate) struct ForestRow {
     pub(crate) stands_out: bool,
 }
 
-/// Draws the rows in their order; `unit` is the title of the axis.
+/// What the rows of a figure are read against.
+pub(crate) struct ForestFrame<'a> {
+    /// Name of the figure.
+    pub(crate) label: &'a str,
+    /// Title of the axis, with its unit.
+    pub(crate) axis: &'a str,
+    /// Places to compare with; the first is the one that rows stand out from.
+    pub(crate) references: &'a [(f64, &'a str)],
+    /// Key of rows that stand out and of those that do not.
+    pub(crate) keys: [&'a str; 2],
+}
+
+impl<'a> ForestFrame<'a> {
+    /// Differences around zero.
+    pub(crate) const fn around_zero(label: &'a str, axis: &'a str) -> Self {
+        let keys = ["Differs from zero", "Cannot be told from zero"];
+        Self { label, axis, references: &[(0.0, "")], keys }
+    }
+}
+
+/// Dashes of the references, in their order.
+const REFERENCES: [Stroke; 2] = [dashed(BLUE, 3, 8, 8), dashed(GREEN, 4, 20, 8)];
+
+/// Draws the rows in their order.
 pub(crate) fn forest(
-    label: &str,
-    axis_title: &str,
+    frame: &ForestFrame<'_>,
     rows: &[ForestRow],
 ) -> Result<Option<Drawn>, ReportError> {
     if rows.is_empty() {
@@ -36,20 +58,23 @@ pub(crate) fn forest(
     let longest = rows.iter().map(|row| row.label.chars().count().min(LABEL)).max().unwrap_or(0);
     let ends = rows.iter().flat_map(|row| [row.value.lower, row.value.upper, row.value.value]);
     let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
+    let places = || frame.references.iter().map(|(place, _)| *place);
     let panel = Panel {
         left: 40 + 16 * longest as i32,
         right: WIDTH - 30,
         top: 20,
         bottom: 20 + height,
-        x: Axis::over(ends.chain([0.0]), 5),
+        x: Axis::over(ends.chain(places()), 5),
         y: Axis::bare(0.0, rows.len() as f64),
     };
     let strokes: [Stroke; 2] = [solid(GREY, 4), solid(VERMILLION, 6)];
 
-    let svg = draw(label, panel.bottom + 110, |canvas| {
-        panel.frame(canvas, axis_title, "")?;
-        let zero = [(0.0, Some(0.0)), (0.0, Some(rows.len() as f64))];
-        panel.line(canvas, zero, dashed(BLUE, 3, 8, 8))?;
+    let svg = draw(frame.label, panel.bottom + 110, |canvas| {
+        panel.frame(canvas, frame.axis, "")?;
+        for (place, stroke) in places().zip(REFERENCES) {
+            let ends = [(place, Some(0.0)), (place, Some(rows.len() as f64))];
+            panel.line(canvas, ends, stroke)?;
+        }
         for (index, row) in rows.iter().enumerate() {
             let y = rows.len() as f64 - index as f64 - 0.5;
             let [from, to, at] =
@@ -66,15 +91,17 @@ pub(crate) fn forest(
         }
         Ok(())
     })?;
-    let keys = vec![
-        Key::marker("Differs from zero", strokes[1], Marker::Disc),
-        Key::marker("Cannot be told from zero", strokes[0], Marker::Ring),
+    let mut keys = vec![
+        Key::marker(frame.keys[0], strokes[1], Marker::Disc),
+        Key::marker(frame.keys[1], strokes[0], Marker::Ring),
     ];
+    let named = frame.references.iter().zip(REFERENCES).filter(|((_, name), _)| !name.is_empty());
+    keys.extend(named.map(|((_, name), stroke)| Key::line(name, stroke)));
     Ok(Some((svg, keys)))
 }
 
 /// The label, or its beginning.
-fn shortened(label: &str) -> String {
+pub(super) fn shortened(label: &str) -> String {
     if label.chars().count() <= LABEL {
         return label.to_owned();
     }

@@ -1,10 +1,14 @@
-//! Which unmodelled effect explains the gap.
+//! Which unmodelled effect explains the gap: a card for each effect that was found.
 
-use super::words::plain;
-use crate::html::{Column, Html};
-use crate::number::{fixed, interval};
-use crate::view::{Diagnosis, DiagnosisVerdict};
+use super::words::{effect, list, plain, port, sentence};
+use crate::figure::{ForestFrame, ForestRow, forest};
+use crate::html::Html;
+use crate::number::{ABSENT, fixed, optional, percent, range, significant};
+use crate::view::{Diagnosis, DiagnosisVerdict, Effect, PersonAmplitude, WithInterval};
 use crate::{Inputs, ReportError};
+
+/// People in one figure.
+const SHOWN: usize = 40;
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
@@ -12,97 +16,250 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no diagnosis in this folder, so no effect was sought.");
         return Ok(html);
     };
-    if diagnosis.sought_effects() {
-        html.paragraph(match diagnosis.verdict {
-            DiagnosisVerdict::Effect => "Verdict: a named effect was found.",
-            DiagnosisVerdict::Unknown => {
-                "Verdict: unknown. There is a gap, and none of the effects tried explains it."
-            }
-            DiagnosisVerdict::None => "Verdict: none. No effect is called for.",
-        });
-        found(&mut html, diagnosis);
-        tried(&mut html, diagnosis);
-    } else {
+    if !diagnosis.sought_effects() {
         html.absent(
             "Naming the effect is not part of this run: the diagnosis measured and located the gap, \
              and tried no effect.",
         );
+        return Ok(html);
     }
-    ports(&mut html, diagnosis);
+    match diagnosis.verdict {
+        DiagnosisVerdict::Effect if !diagnosis.effects.is_empty() => {
+            html.paragraph(
+                "Effects stand in the order in which they were found; each is judged with those \
+                 above it already in the model.",
+            );
+        }
+        DiagnosisVerdict::Effect => {
+            html.absent("The verdict says that an effect was found, but the file names none.");
+        }
+        DiagnosisVerdict::Unknown => {
+            html.paragraph(
+                "No effect is named: something is missing, and none of the effects tried explains \
+                 it.",
+            );
+        }
+        DiagnosisVerdict::None => {
+            html.paragraph("No effect is named, and none is called for.");
+        }
+    }
+    for (index, found) in diagnosis.effects.iter().enumerate() {
+        html.push(&card(index, found, diagnosis)?);
+    }
+    power(&mut html, diagnosis);
     Ok(html)
 }
 
-fn found(html: &mut Html, diagnosis: &Diagnosis) {
-    if diagnosis.effects.is_empty() {
-        return;
+/// One effect.
+fn card(index: usize, found: &Effect, diagnosis: &Diagnosis) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    html.literal("<article class=\"card\">\n");
+    html.element("h3", &format!("{}. {}", index + 1, sentence(&effect(&found.effect))));
+    html.literal("<dl>\n");
+    entry(&mut html, "Name in files", Html::of_text(&found.effect));
+    if !found.port.is_empty() {
+        entry(&mut html, "Enters at", Html::of_text(&port(&found.port)));
     }
-    let rows: Vec<(bool, Vec<String>)> = diagnosis
-        .effects
+    entry(&mut html, "Probability", Html::bar(found.probability));
+    let gain = found.gain_nats.map_or_else(|| ABSENT.to_owned(), gain_in_words);
+    entry(&mut html, "Evidence", Html::of_text(&gain));
+    let size = match found.amplitude.and_then(|a| a.value) {
+        Some(_) => {
+            format!("{} times the published size", range(found.amplitude, 2))
+        }
+        None => ABSENT.to_owned(),
+    };
+    entry(&mut html, "Size", Html::of_text(&size));
+    let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
+    let like = if like.is_empty() {
+        "nothing else in the library".to_owned()
+    } else {
+        format!("{}; the answer is this set, not the one name", list(&like))
+    };
+    entry(&mut html, "Cannot be told apart from", Html::of_text(&like));
+    if !found.people.is_empty() {
+        entry(&mut html, "In single people", Html::of_text(&agreement(&found.people)));
+    }
+    html.literal("</dl>\n");
+    amplitudes(&mut html, found)?;
+    if index + 1 == diagnosis.effects.len() && !diagnosis.effects.is_empty() {
+        html.literal("<p class=\"note\">").text(
+            "A gain of x nats says that readings which were held out are e to the power of x times \
+             as probable with the effect as without it. The words are those of Kass and Raftery \
+             (1995): above 1 positive, above 3 strong, above 5 very strong.",
+        );
+        html.literal("</p>\n");
+    }
+    html.literal("</article>\n");
+    Ok(html)
+}
+
+fn entry(html: &mut Html, name: &str, value: Html) {
+    html.literal("<div>").element("dt", name);
+    html.literal("<dd>").push(&value).literal("</dd></div>\n");
+}
+
+/// A gain in nats with what it means.
+fn gain_in_words(nats: f64) -> String {
+    let words = match nats {
+        _ if !nats.is_finite() => return ABSENT.to_owned(),
+        ..0.0 => "evidence against it",
+        ..1.0 => "not worth more than a mention",
+        ..3.0 => "positive",
+        ..5.0 => "strong",
+        _ => "very strong",
+    };
+    let size = fixed(nats, 1);
+    if nats < 0.0 {
+        return format!("{size} nats: {words}");
+    }
+    let times = match nats {
+        ..9.0 => format!("{} times", significant(Some(nats.exp()))),
+        _ => format!("about 10 to the power of {} times", fixed(nats / std::f64::consts::LN_10, 0)),
+    };
+    format!("{size} nats, {words}: held-out readings are {times} as probable with it as without")
+}
+
+/// How many people show the effect by themselves.
+fn agreement(people: &[PersonAmplitude]) -> String {
+    let of = people.len();
+    let shows = |p: &&PersonAmplitude| p.lower.is_some_and(|lower| lower > 0.0);
+    let favours = |p: &&PersonAmplitude| p.gain_nats.is_some_and(|gain| gain > 0.0);
+    let (shown, favoured) =
+        (people.iter().filter(shows).count(), people.iter().filter(favours).count());
+    let mut text = format!("the interval lies above zero in {shown} of {of}");
+    if people.iter().any(|p| p.gain_nats.is_some()) {
+        text.push_str(&format!("; the data of {favoured} of {of} favour it"));
+    }
+    text
+}
+
+/// Amplitude over all and by person, against the published size.
+fn amplitudes(html: &mut Html, found: &Effect) -> Result<(), ReportError> {
+    let row = |label: &str, value: WithInterval| ForestRow {
+        label: label.to_owned(),
+        value,
+        stands_out: value.lower > 0.0,
+    };
+    let everyone = found.amplitude.and_then(|a| a.whole()).map(|value| row("everyone", value));
+    let mut people: Vec<(f64, ForestRow)> = found
+        .people
         .iter()
-        .map(|effect| {
-            let like: Vec<String> = effect.confusable_with.iter().map(|e| plain(e)).collect();
-            let cells = vec![
-                plain(&effect.effect),
-                plain(&effect.port),
-                fixed(effect.probability, 2),
-                fixed(effect.gain_nats, 1),
-                interval(effect.amplitude, 2),
-                if like.is_empty() { "nothing".to_owned() } else { like.join(", ") },
-            ];
-            (true, cells)
+        .filter_map(|p| {
+            let value = WithInterval { value: p.amplitude?, lower: p.lower?, upper: p.upper? };
+            Some((p.gain_nats.unwrap_or(0.0), row(&p.person_id, value)))
         })
         .collect();
-    html.table(
-        "Effects found, in the order in which the data were conditioned on them",
-        &[
-            ("Effect", Column::Text),
-            ("Enters at", Column::Text),
-            ("Probability", Column::Number),
-            ("Held-out gain, nats", Column::Number),
-            ("Amplitude (1 = published size)", Column::Number),
-            ("Cannot be told from", Column::Text),
-        ],
-        &rows,
-    );
+    let all = people.len();
+    if all > SHOWN {
+        people.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+        people.truncate(SHOWN);
+    }
+    people.sort_by(|a, b| b.1.value.value.total_cmp(&a.1.value.value));
+    let rows: Vec<ForestRow> =
+        everyone.into_iter().chain(people.into_iter().map(|(_, row)| row)).collect();
+    let name = format!("Size of the effect: {}", plain(&found.effect));
+    let frame = ForestFrame {
+        label: &name,
+        axis: "Size (1 = published)",
+        references: &[(0.0, "No effect"), (1.0, "Published size")],
+        keys: ["Interval above zero", "Interval reaches zero"],
+    };
+    if let Some((svg, keys)) = forest(&frame, &rows)? {
+        let shown = if all > SHOWN {
+            format!(" Shown are the {SHOWN} of {all} people whose data say most.")
+        } else {
+            String::new()
+        };
+        let caption = if all == 0 {
+            "Size of the effect with its interval, against no effect (0) and the published size (1)."
+        } else {
+            "Size of the effect with intervals, for everyone together and in single people, against \
+             no effect (0) and the published size (1). Marks on one side of zero say that people \
+             agree."
+        };
+        html.figure(&svg, &keys, &format!("{caption}{shown}"));
+    }
+    Ok(())
 }
 
-fn tried(html: &mut Html, diagnosis: &Diagnosis) {
-    let mut candidates: Vec<_> = diagnosis.candidates.iter().collect();
-    if candidates.is_empty() {
+/// What would have been found.
+fn power(html: &mut Html, diagnosis: &Diagnosis) {
+    use crate::html::{Heat, HeatCell};
+    if diagnosis.power.is_empty() {
         return;
     }
-    candidates.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let rows: Vec<(bool, Vec<String>)> = candidates
-        .into_iter()
-        .map(|c| (false, vec![plain(&c.effect), fixed(c.probability, 2), fixed(c.gain_nats, 1)]))
-        .collect();
-    html.table(
-        "Every effect that was tried",
-        &[
-            ("Effect", Column::Text),
-            ("Probability", Column::Number),
-            ("Held-out gain, nats", Column::Number),
-        ],
-        &rows,
-    );
-}
-
-fn ports(html: &mut Html, diagnosis: &Diagnosis) {
-    if diagnosis.ports.is_empty() {
-        return;
+    let mut shifts: Vec<f64> = diagnosis.power.iter().map(|p| p.shift_mg_dl).collect();
+    shifts.sort_by(f64::total_cmp);
+    shifts.dedup();
+    let mut names: Vec<Option<&str>> = Vec::new();
+    for row in &diagnosis.power {
+        if !names.contains(&row.effect.as_deref()) {
+            names.push(row.effect.as_deref());
+        }
     }
-    let rows: Vec<(bool, Vec<String>)> = diagnosis
-        .ports
+    let rows = names
         .iter()
-        .map(|p| (false, vec![plain(&p.port), fixed(p.probability, 2), fixed(p.gain_nats, 1)]))
+        .map(|name| {
+            let cells = shifts
+                .iter()
+                .map(|shift| {
+                    let row = diagnosis
+                        .power
+                        .iter()
+                        .find(|p| p.effect.as_deref() == *name && p.shift_mg_dl == *shift);
+                    row.map_or_else(HeatCell::default, |row| HeatCell {
+                        text: percent(row.power),
+                        shade: row.power,
+                        framed: row.power >= super::verdict::POWER,
+                    })
+                })
+                .collect();
+            (name.map_or_else(|| "any effect".to_owned(), effect), cells)
+        })
         .collect();
-    html.table(
-        "Evidence that something is missing, by place in the equations",
-        &[
-            ("Port", Column::Text),
-            ("Probability", Column::Number),
-            ("Held-out gain, nats", Column::Number),
-        ],
-        &rows,
+    let columns = shifts.iter().map(|shift| format!("{} mg/dL", optional(Some(*shift), 1)));
+    html.element("h3", "What these data would have shown");
+    html.heat(
+        "Probability of finding an effect by the mean shift of glucose that it causes; framed: 90 % \
+         or more",
+        &Heat { corner: "Effect".to_owned(), columns: columns.collect(), rows },
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gains_have_words() {
+        for (nats, words) in [
+            (-2.0, "\u{2212}2.0 nats: evidence against it"),
+            (0.5, "0.5 nats, not worth more than a mention"),
+            (2.0, "2.0 nats, positive: held-out readings are 7.39 times"),
+            (4.0, "4.0 nats, strong: held-out readings are 54.6 times"),
+            (31.2, "31.2 nats, very strong: held-out readings are about 10 to the power of 14"),
+            (f64::NAN, ABSENT),
+        ] {
+            assert!(gain_in_words(nats).starts_with(words), "{}", gain_in_words(nats));
+        }
+    }
+
+    #[test]
+    fn people_are_counted_by_their_intervals() {
+        let person = |lower: Option<f64>, gain_nats: Option<f64>| PersonAmplitude {
+            person_id: "p".to_owned(),
+            amplitude: Some(1.0),
+            lower,
+            upper: Some(2.0),
+            gain_nats,
+        };
+        let people =
+            [person(Some(0.2), Some(3.0)), person(Some(-0.1), Some(-1.0)), person(None, None)];
+        assert_eq!(
+            agreement(&people),
+            "the interval lies above zero in 1 of 3; the data of 1 of 3 favour it"
+        );
+        assert_eq!(agreement(&people[2..]), "the interval lies above zero in 0 of 1");
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::verdict::LEVEL;
 use super::words::plain;
-use crate::figure::{ForestRow, forest};
+use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Html};
 use crate::number::{fixed, interval, p_value};
 use crate::view::{CellGap, Diagnosis, WithInterval};
@@ -36,6 +36,8 @@ const FIGURES: [(&str, &str, &str); 4] = [
     ),
 ];
 
+/// Title of the axis of every figure.
+const AXIS: &str = "Observed \u{2212} predicted (mg/dL)";
 /// Rows of one figure that a page can hold.
 const SHOWN: usize = 40;
 
@@ -85,7 +87,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 stands_out: cell.p_adjusted < LEVEL,
             })
             .collect();
-        if let Some((svg, keys)) = forest(name, "Observed \u{2212} predicted (mg/dL)", &rows)? {
+        if let Some((svg, keys)) = forest(&ForestFrame::around_zero(name, AXIS), &rows)? {
             let shown = if all > SHOWN {
                 format!(" Shown are the {SHOWN} of {all} with the largest error.")
             } else {

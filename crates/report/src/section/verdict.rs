@@ -1,18 +1,25 @@
 //! The answer in sentences, before anything else.
 
-use super::words::{list, plain, sentence, situation};
+use super::words::{ahead, effect, list, number, port, situation};
 use crate::Inputs;
 use crate::html::Html;
-use crate::number::{count, fixed, p_value};
-use crate::view::{CellGap, Conformance, Diagnosis, DiagnosisVerdict, Outcomes, Verdict};
+use crate::number::{count, fixed, p_value, percent};
+use crate::view::{
+    BlindCheck, CellGap, Conformance, Diagnosis, DiagnosisVerdict, Effect, Outcomes, Verdict,
+};
 
 /// Family-wise level at which a situation is named in the verdict.
 pub(super) const LEVEL: f64 = 0.05;
 
+/// Power from which an effect counts as one that would have been found.
+pub(super) const POWER: f64 = 0.9;
+
 /// Title of the page.
 pub(super) fn title(inputs: &Inputs) -> String {
+    let only_check = inputs.blind_check.is_some() && inputs.diagnosis.is_none();
     match &inputs.outcomes {
         Some(outcomes) => format!("Sim-to-real report: {}", outcomes.cohort),
+        None if only_check => "Blind check of the diagnosis".to_owned(),
         None => "Sim-to-real report".to_owned(),
     }
 }
@@ -20,77 +27,240 @@ pub(super) fn title(inputs: &Inputs) -> String {
 /// One sentence for each question that the inputs answer.
 pub(super) fn body(inputs: &Inputs) -> Html {
     let mut html = Html::default();
-    let sentences: Vec<String> = [
-        inputs.diagnosis.as_ref().map(diagnosis),
-        inputs.outcomes.as_ref().map(outcomes),
-        inputs.conformance.as_ref().map(conformance),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
+    let mut paragraphs: Vec<String> = inputs.diagnosis.as_ref().map(diagnosis).unwrap_or_default();
+    paragraphs.extend(inputs.blind_check.as_ref().map(blind_check));
+    paragraphs.extend(inputs.outcomes.as_ref().map(outcomes));
+    paragraphs.extend(inputs.conformance.as_ref().map(conformance));
     html.literal("<div class=\"verdict\">\n");
-    if sentences.is_empty() {
-        html.absent("This folder holds no diagnosis, no outcomes and no conformance table, so there is no verdict.");
+    if paragraphs.is_empty() {
+        html.absent(
+            "This folder holds no diagnosis, no blind check, no outcomes and no conformance table, so \
+             there is no verdict.",
+        );
     }
-    for sentence in &sentences {
-        html.paragraph(sentence);
+    for (index, paragraph) in paragraphs.iter().enumerate() {
+        if index == 0 {
+            html.literal("<p class=\"lead\">").text(paragraph).literal("</p>\n");
+        } else {
+            html.paragraph(paragraph);
+        }
     }
     html.literal("</div>\n");
     html
 }
 
-/// Where the gap is, and what explains it.
-fn diagnosis(diagnosis: &Diagnosis) -> String {
-    match diagnosis.verdict {
-        DiagnosisVerdict::None => {
-            "No situation shows a gap between simulated and real glucose that these data can tell \
-             from none."
-                .to_owned()
+/// What is missing, where the gap is, and what changes; the answer comes first.
+fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
+    let mut parts: Vec<String> = Vec::new();
+    match (diagnosis.verdict, diagnosis.sought_effects()) {
+        (DiagnosisVerdict::None, false) => {
+            parts.push(
+                "No situation shows a gap between simulated and real glucose that these data can tell \
+                 from none."
+                    .to_owned(),
+            );
         }
-        DiagnosisVerdict::Unknown if diagnosis.sought_effects() => {
-            format!("{} None of the effects tried explains it.", place(diagnosis))
-        }
-        DiagnosisVerdict::Unknown => {
-            format!("{} Naming the effect is not part of this run.", place(diagnosis))
-        }
-        DiagnosisVerdict::Effect => {
-            let named: Vec<String> = diagnosis
-                .effects
-                .iter()
-                .map(|e| format!("{} (probability {})", plain(&e.effect), fixed(e.probability, 2)))
-                .collect();
-            let verb = if named.len() == 1 { "explains" } else { "explain" };
-            let mut text = place(diagnosis);
-            if !named.is_empty() {
-                text.push_str(&format!(" {} {verb} it.", sentence(&list(&named))));
+        (_, false) => parts
+            .extend([place(diagnosis), "Naming the effect is not part of this run.".to_owned()]),
+        (DiagnosisVerdict::None, true) => {
+            parts.push("No effect was found that these data could show.".to_owned());
+            parts.extend(would_have_been_found(diagnosis));
+            if let Some(cell) = worst(diagnosis) {
+                parts.push(format!("An error remains that no effect accounts for: {}.", gap(cell)));
             }
-            if let Some(change) =
-                diagnosis.how_far.iter().flat_map(|h| &h.horizons).max_by_key(|h| h.minutes)
-            {
-                text.push_str(&format!(
-                    " With it, the mean absolute error {} min ahead goes from {} to {} mg/dL.",
-                    change.minutes,
-                    fixed(change.mae_before, 1),
-                    fixed(change.mae_after, 1)
-                ));
+        }
+        (DiagnosisVerdict::Unknown, true) => {
+            parts.push(missing(diagnosis));
+            parts.extend(worst(diagnosis).map(|cell| format!("{}.", gap(cell))));
+        }
+        (DiagnosisVerdict::Effect, true) => {
+            parts.push(found(&diagnosis.effects));
+            parts.extend(worst(diagnosis).map(|cell| format!("{}.", gap(cell))));
+            parts.extend(shrinks(diagnosis));
+        }
+    }
+    parts
+}
+
+/// The effects found, in one sentence.
+fn found(effects: &[Effect]) -> String {
+    if effects.is_empty() {
+        return "An effect was found.".to_owned();
+    }
+    let named: Vec<String> = effects
+        .iter()
+        .map(|found| {
+            let stated = found.probability.map(|p| format!("probability {}", percent(p)));
+            let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
+            let set =
+                (!like.is_empty()).then(|| format!("cannot be told apart from {}", list(&like)));
+            let aside: Vec<String> = [stated, set].into_iter().flatten().collect();
+            match aside.is_empty() {
+                true => effect(&found.effect),
+                false => format!("{} ({})", effect(&found.effect), aside.join("; ")),
             }
-            text
+        })
+        .collect();
+    match effects.len() {
+        1 => format!("One effect was found: {}.", list(&named)),
+        n => format!("{} effects were found: {}.", number(n), list(&named)),
+    }
+}
+
+/// Where something is missing that has no name.
+fn missing(diagnosis: &Diagnosis) -> String {
+    match super::ports::best(diagnosis) {
+        None => "Something is missing, and nothing in the library explains it.".to_owned(),
+        Some(best) => {
+            let others = best.confusable_with.iter().filter(|other| **other != best.port);
+            let mut places = vec![port(&best.port)];
+            places.extend(others.map(|other| port(other)));
+            let (where_, apart) = match places.len() {
+                1 => (places.concat(), ""),
+                _ => (places.join(" or "), " (the data cannot tell which)"),
+            };
+            format!(
+                "Something is missing at {where_}{apart}, and nothing in the library explains it."
+            )
         }
     }
 }
 
+/// From which shift on effects would have been found, and which would not have been at any.
+fn would_have_been_found(diagnosis: &Diagnosis) -> Option<String> {
+    let mut names: Vec<Option<&str>> = Vec::new();
+    for row in &diagnosis.power {
+        if !names.contains(&row.effect.as_deref()) {
+            names.push(row.effect.as_deref());
+        }
+    }
+    let (mut largest, mut never): (Option<f64>, Vec<String>) = (None, Vec::new());
+    for name in names {
+        let least = least_found(diagnosis, name);
+        match least {
+            Some(shift) => largest = Some(largest.map_or(shift, |known| known.max(shift))),
+            None => never.push(name.map_or_else(|| "any effect".to_owned(), effect)),
+        }
+    }
+    let found = largest.map(|shift| {
+        format!(
+            "Effects that move glucose by at least {} mg/dL would have been found with {} \
+             probability.",
+            fixed(shift, if shift.fract() == 0.0 { 0 } else { 1 }),
+            percent(POWER)
+        )
+    });
+    let not = (!never.is_empty()).then(|| {
+        let also =
+            if found.is_some() { "This does not hold for" } else { "There was no such power for" };
+        format!("{also} {}, at any size that was tried.", list(&never))
+    });
+    let both: Vec<String> = [found, not].into_iter().flatten().collect();
+    (!both.is_empty()).then(|| both.join(" "))
+}
+
+/// The least shift from which on every larger one that was tried has the power.
+fn least_found(diagnosis: &Diagnosis, name: Option<&str>) -> Option<f64> {
+    let mut rows: Vec<(f64, f64)> = diagnosis
+        .power
+        .iter()
+        .filter(|row| row.effect.as_deref() == name)
+        .map(|row| (row.shift_mg_dl, row.power))
+        .collect();
+    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    rows.iter().take_while(|(_, power)| *power >= POWER).last().map(|(shift, _)| *shift)
+}
+
+/// What the effects do to the error, at the longest horizon at which it changes for certain, or
+/// at the longest.
+fn shrinks(diagnosis: &Diagnosis) -> Option<String> {
+    let changes = &diagnosis.how_far.as_ref()?.horizons;
+    let certain = |h: &&crate::view::HorizonChange| {
+        h.difference.and_then(|d| d.upper).is_some_and(|upper| upper < 0.0)
+    };
+    let change = changes
+        .iter()
+        .filter(certain)
+        .max_by_key(|h| h.minutes)
+        .or_else(|| changes.iter().max_by_key(|h| h.minutes))?;
+    let (before, after) = (change.mae_before?, change.mae_after?);
+    let with = if diagnosis.effects.len() == 1 { "With it" } else { "With them" };
+    let open = if certain(&change) { "" } else { ", a change that the data cannot tell from none" };
+    Some(format!(
+        "{with}, the mean absolute error {} ahead on held-out days goes from {} to {} mg/dL{open}.",
+        ahead(change.minutes),
+        fixed(before, 1),
+        fixed(after, 1)
+    ))
+}
+
+fn interval_of_share(lower: f64, upper: f64) -> String {
+    let (lower, upper) = (fixed(100.0 * lower, 0), fixed(100.0 * upper, 0));
+    format!("95\u{a0}% interval {lower} to {upper}\u{a0}%")
+}
+
+/// How many targets are met, and the two that matter most.
+fn blind_check(check: &BlindCheck) -> String {
+    let (met, missed, untested) = (
+        check.targets.iter().filter(|t| t.met == Some(true)).count(),
+        check.targets.iter().filter(|t| t.met == Some(false)).count(),
+        check.targets.iter().filter(|t| t.met.is_none()).count(),
+    );
+    let worlds = count(check.worlds.len(), "world", "worlds");
+    let mut text = format!("Blind check on {worlds} whose truth was sealed: ");
+    if check.targets.is_empty() {
+        text.push_str("no target was set.");
+    } else {
+        text.push_str(&format!("{met} of {} targets are met", check.targets.len()));
+        for (n, word) in [(missed, "missed"), (untested, "not tested")] {
+            if n > 0 {
+                text.push_str(&format!(", {n} {word}"));
+            }
+        }
+        text.push('.');
+    }
+    let named = check.targets.iter().find(|t| t.name == "named_at_5");
+    if let Some((named, value)) = named.and_then(|t| Some((t, t.value?))) {
+        text.push_str(&format!(
+            " An effect that moves glucose by 5 mg/dL or more is named in {} of {}",
+            percent(value),
+            count(named.of, "world", "worlds")
+        ));
+        if let (Some(lower), Some(upper)) = (named.lower, named.upper) {
+            text.push_str(&format!(" ({})", interval_of_share(lower, upper)));
+        }
+        text.push('.');
+    }
+    if let Some(alarms) = check.false_alarms.filter(|alarms| alarms.of > 0) {
+        text.push_str(&format!(
+            " Where nothing acts, something was found in {} of {}",
+            alarms.count,
+            count(alarms.of, "world", "worlds")
+        ));
+        if let (Some(lower), Some(upper)) = (alarms.lower, alarms.upper) {
+            text.push_str(&format!(" ({})", interval_of_share(lower, upper)));
+        }
+        text.push('.');
+    }
+    text
+}
+
 /// The largest gap that stands out. People and horizons are left to their tables.
 fn place(diagnosis: &Diagnosis) -> String {
-    let worst = diagnosis
+    match worst(diagnosis) {
+        Some(cell) => format!("{}.", gap(cell)),
+        None => "There is a gap between simulated and real glucose.".to_owned(),
+    }
+}
+
+/// The situation that stands out with the largest share of the error.
+fn worst(diagnosis: &Diagnosis) -> Option<&CellGap> {
+    diagnosis
         .cells
         .iter()
         .filter(|cell| cell.p_adjusted < LEVEL)
         .filter(|cell| matches!(cell.factor.as_str(), "hour" | "context" | "glucose_band"))
-        .max_by(|a, b| a.share_of_gap.total_cmp(&b.share_of_gap));
-    match worst {
-        Some(cell) => format!("{}.", gap(cell)),
-        None => "There is a gap between simulated and real glucose.".to_owned(),
-    }
+        .max_by(|a, b| a.share_of_gap.total_cmp(&b.share_of_gap))
 }
 
 /// One gap in words.
@@ -102,7 +272,8 @@ fn gap(cell: &CellGap) -> String {
     } else {
         ("over", -cell.mean_error_mg_dl, -cell.upper, -cell.lower)
     };
-    let horizon = cell.horizon_minutes.map_or_else(String::new, |m| format!(", {m} min ahead"));
+    let horizon =
+        cell.horizon_minutes.map_or_else(String::new, |m| format!(", {} ahead", ahead(m)));
     format!(
         "Glucose is {direction}-predicted by {} mg/dL {}{horizon} (simultaneous interval {} to {}, \
          adjusted p {})",

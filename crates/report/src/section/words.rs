@@ -28,6 +28,98 @@ pub(super) fn situation(factor: &str, level: &str) -> String {
     }
 }
 
+/// An effect in words; one that this version does not know keeps its key.
+pub(super) fn effect(key: &str) -> String {
+    let words = match key {
+        "exercise" => "glucose uptake during exercise",
+        "post_exercise_sensitivity" => "higher insulin sensitivity after exercise",
+        "dawn" => "dawn phenomenon",
+        "circadian_sensitivity" => "insulin sensitivity that follows the clock",
+        "sleep_loss" => "lower insulin sensitivity after short sleep",
+        "slow_meals" => "slow meals (fat and protein)",
+        "carb_miscount" => "miscounted carbohydrate",
+        "missed_meals" => "meals that were not logged",
+        "unlogged_rescue_carbs" => "rescue carbohydrate that was not logged",
+        "set_ageing" => "ageing of the infusion set",
+        "set_failure" => "failure of the infusion set",
+        "insulin_absorption" => "insulin absorption that varies by day",
+        "counter_regulation" => "counter-regulation after low glucose",
+        "alcohol" => "alcohol",
+        "renal_threshold" => "another renal threshold",
+        "sensor_lag" => "lag of the sensor",
+        "sensor_drift" => "drift of the sensor",
+        "compression_lows" => "compression lows of the sensor",
+        "none" => "none: nothing is missing",
+        "unknown" => "unknown: something that the library does not hold",
+        "failed" => "no answer",
+        _ => {
+            return key.strip_prefix("outside:").map_or_else(
+                || plain(key),
+                |name| format!("outside the library: {}", plain(name)),
+            );
+        }
+    };
+    words.to_owned()
+}
+
+/// An effect as short as a heading of a column must be.
+pub(super) fn short_effect(key: &str) -> String {
+    match key.strip_prefix("outside:") {
+        Some(name) => format!("({})", plain(name)),
+        None => plain(key),
+    }
+}
+
+/// A place in the model in words; one that this version does not know keeps its key.
+pub(super) fn port(key: &str) -> String {
+    let words = match key {
+        "insulin_input" => "the share of the delivered insulin that becomes available",
+        "insulin_absorption" => "the speed of insulin absorption",
+        "insulin_action" => "insulin action on glucose uptake",
+        "insulin_action_liver" => "insulin action on the liver",
+        "egp" => "the liver's glucose production",
+        "gut_absorption" => "the speed of meal absorption",
+        "carb_amount" => "the amount of carbohydrate eaten",
+        "glucose_flux" => "a glucose flux that the model does not have",
+        "sensor" => "the sensor",
+        _ => return plain(key),
+    };
+    words.to_owned()
+}
+
+/// A target of the blind check in words; one that this version does not know keeps its key.
+pub(super) fn target(key: &str) -> String {
+    let words = match key {
+        "named_at_5" => "named from 5 mg/dL",
+        "named_at_10" => "named from 10 mg/dL",
+        "false_alarms_limit" => "false alarms, limit",
+        "right_port" => "right place",
+        "pairs_f1" => "names in pairs (F1)",
+        "failed" => "without an answer",
+        _ => return plain(key),
+    };
+    words.to_owned()
+}
+
+/// A length of time ahead: minutes below two hours, hours above.
+pub(super) fn ahead(minutes: u32) -> String {
+    match minutes {
+        120.. if minutes.is_multiple_of(60) => format!("{} h", minutes / 60),
+        _ => format!("{minutes} min"),
+    }
+}
+
+/// A small number as sentences begin: `One`, `Two`, then digits.
+pub(super) fn number(n: usize) -> String {
+    match n {
+        1 => "One".to_owned(),
+        2 => "Two".to_owned(),
+        3 => "Three".to_owned(),
+        4 => "Four".to_owned(),
+        _ => n.to_string(),
+    }
+}
+
 /// Joins with commas and a final "and".
 pub(super) fn list(items: &[String]) -> String {
     match items {
@@ -61,6 +153,24 @@ mod tests {
         }
         let items = ["a", "b", "c"].map(str::to_owned);
         assert_eq!(list(&items), "a, b and c");
+        for (words, expected) in [
+            (effect("dawn"), "dawn phenomenon"),
+            (effect("new_effect"), "new effect"),
+            (effect("outside:injection_site"), "outside the library: injection site"),
+            (short_effect("outside:injection_site"), "(injection site)"),
+            (port("egp"), "the liver's glucose production"),
+            (port("new_port"), "new port"),
+            (target("pairs_f1"), "names in pairs (F1)"),
+            (target("new_target"), "new target"),
+            (ahead(60), "60 min"),
+            (ahead(300), "5 h"),
+            (ahead(1440), "24 h"),
+            (ahead(130), "130 min"),
+            (number(2), "Two"),
+            (number(12), "12"),
+        ] {
+            assert_eq!(words, expected);
+        }
         assert_eq!(sentence("dawn"), "Dawn");
         assert_eq!(sentence(""), "");
     }

@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use super::WithInterval;
+use super::lenient::{entries, lenient};
+use super::{Range, WithInterval};
 
 /// A diagnosis, schema `diagnosis/1`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -18,6 +19,12 @@ pub struct Diagnosis {
     /// Every effect that was tried.
     #[serde(default)]
     pub candidates: Vec<Candidate>,
+    /// Effects that were not tried.
+    #[serde(default, deserialize_with = "entries")]
+    pub untried: Vec<Untried>,
+    /// How probably effects would have been found.
+    #[serde(default, deserialize_with = "entries")]
+    pub power: Vec<DetectionPower>,
     /// Evidence by place in the equations.
     #[serde(default)]
     pub ports: Vec<PortEvidence>,
@@ -67,16 +74,64 @@ pub struct Effect {
     /// Its name.
     pub effect: String,
     /// Where it enters.
+    #[serde(default)]
     pub port: String,
     /// Held-out evidence, nats.
-    pub gain_nats: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub gain_nats: Option<f64>,
     /// Probability among the candidates.
-    pub probability: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub probability: Option<f64>,
     /// Amplitude; 1 is the published size.
-    pub amplitude: WithInterval,
+    #[serde(default, deserialize_with = "lenient")]
+    pub amplitude: Option<Range>,
     /// Effects that the data cannot tell from it.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "entries")]
     pub confusable_with: Vec<String>,
+    /// The same amplitude in every person.
+    #[serde(default, deserialize_with = "entries")]
+    pub people: Vec<PersonAmplitude>,
+}
+
+/// The amplitude of an effect in one person.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct PersonAmplitude {
+    /// The person.
+    pub person_id: String,
+    /// Estimate; 1 is the published size.
+    #[serde(default, deserialize_with = "lenient")]
+    pub amplitude: Option<f64>,
+    /// Lower end.
+    #[serde(default, deserialize_with = "lenient")]
+    pub lower: Option<f64>,
+    /// Upper end.
+    #[serde(default, deserialize_with = "lenient")]
+    pub upper: Option<f64>,
+    /// Evidence in this person's data, nats.
+    #[serde(default, deserialize_with = "lenient")]
+    pub gain_nats: Option<f64>,
+}
+
+/// An effect that was not tried.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub struct Untried {
+    /// Its name.
+    pub effect: String,
+    /// Why, e.g. the channel that is missing.
+    #[serde(default)]
+    pub reason: String,
+}
+
+/// How probably an effect of some size would have been found in data like these.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct DetectionPower {
+    /// The effect; absent where any effect is meant.
+    #[serde(default)]
+    pub effect: Option<String>,
+    /// Mean absolute shift of glucose that the effect causes, mg/dL.
+    pub shift_mg_dl: f64,
+    /// Probability of finding it.
+    pub power: f64,
 }
 
 /// An effect that was tried.
@@ -85,9 +140,11 @@ pub struct Candidate {
     /// Its name.
     pub effect: String,
     /// Held-out evidence, nats.
-    pub gain_nats: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub gain_nats: Option<f64>,
     /// Probability among the candidates.
-    pub probability: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub probability: Option<f64>,
 }
 
 /// Evidence that something is missing at a port.
@@ -96,9 +153,14 @@ pub struct PortEvidence {
     /// Its name.
     pub port: String,
     /// Held-out evidence, nats.
-    pub gain_nats: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub gain_nats: Option<f64>,
     /// Probability among the ports.
-    pub probability: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub probability: Option<f64>,
+    /// Ports that the data cannot tell from it.
+    #[serde(default, deserialize_with = "entries")]
+    pub confusable_with: Vec<String>,
 }
 
 /// The gap in one situation.
@@ -135,6 +197,9 @@ pub struct HowFar {
     /// Equivalence of outcomes.
     #[serde(default)]
     pub outcomes: Vec<OutcomeChange>,
+    /// What a reader of these figures should know.
+    #[serde(default, deserialize_with = "entries")]
+    pub notes: Vec<String>,
 }
 
 /// Held-out error at one horizon, before and after.
@@ -143,11 +208,18 @@ pub struct HorizonChange {
     /// Horizon, min.
     pub minutes: u32,
     /// Mean absolute error before, mg/dL.
-    pub mae_before: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub mae_before: Option<f64>,
     /// Mean absolute error after, mg/dL.
-    pub mae_after: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub mae_after: Option<f64>,
     /// After minus before, mg/dL.
-    pub difference: WithInterval,
+    #[serde(default, deserialize_with = "lenient")]
+    pub difference: Option<Range>,
+    /// Whether the effect after was fed with a driver that the record does not hold and that was
+    /// reconstructed from it.
+    #[serde(default)]
+    pub reconstructed: bool,
 }
 
 /// Equivalence of one outcome, before and after.
@@ -156,11 +228,17 @@ pub struct OutcomeChange {
     /// The outcome's key.
     pub metric: String,
     /// Its margin.
-    pub margin: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub margin: Option<f64>,
     /// p before.
-    pub p_before: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub p_before: Option<f64>,
     /// p after.
-    pub p_after: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    pub p_after: Option<f64>,
+    /// As in [`HorizonChange::reconstructed`].
+    #[serde(default)]
+    pub reconstructed: bool,
 }
 
 /// Errors of the calibrated plant at one horizon.

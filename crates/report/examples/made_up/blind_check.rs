@@ -1,0 +1,275 @@
+//! A made-up blind check.
+
+use serde_json::{Value, json};
+
+/// Effects with the shift at which half are found, mg/dL, and the one that they are taken for.
+const EFFECTS: [(&str, f64, usize); 14] = [
+    ("alcohol", 7.0, 2),
+    ("carb_miscount", 6.0, 9),
+    ("circadian_sensitivity", 4.0, 3),
+    ("dawn", 3.0, 2),
+    ("exercise", 3.5, 7),
+    ("insulin_absorption", 6.0, 11),
+    ("missed_meals", 3.0, 12),
+    ("post_exercise_sensitivity", 4.0, 4),
+    ("renal_threshold", 8.0, 9),
+    ("sensor_drift", 4.0, 10),
+    ("sensor_lag", 3.0, 9),
+    ("set_ageing", 4.0, 5),
+    ("slow_meals", 4.5, 6),
+    ("unlogged_rescue_carbs", 3.0, 6),
+];
+/// Bins of the shift, mg/dL: lower end, upper end, mean, worlds of each effect.
+const BINS: [(f64, Option<f64>, f64, usize); 4] = [
+    (0.0, Some(3.75), 2.4, 4),
+    (3.75, Some(7.5), 5.2, 5),
+    (7.5, Some(12.5), 9.8, 5),
+    (12.5, None, 15.3, 4),
+];
+
+/// `count` of `of` with an interval that is about right.
+fn share(count: usize, of: usize) -> Value {
+    let (k, n) = (count as f64, of as f64);
+    // Agresti and Coull (1998).
+    let (n_, p_) = (n + 4.0, (k + 2.0) / (n + 4.0));
+    let half = 2.0 * (p_ * (1.0 - p_) / n_).sqrt();
+    json!({"count": count, "of": of, "value": if of > 0 { json!(k / n) } else { Value::Null },
+        "lower": (p_ - half).max(0.0), "upper": (p_ + half).min(1.0)})
+}
+
+/// How many of the worlds of an effect are named, and how many are found at all.
+fn found(half: f64, shift: f64, worlds: usize) -> (usize, usize) {
+    let power = 1.0 / (1.0 + (shift / half).powi(-4));
+    let all = worlds as f64;
+    ((power * all).round() as usize, ((power + 0.15) * all).round().min(all) as usize)
+}
+
+pub(crate) fn blind_check() -> Value {
+    json!({"schema": "blind-check/1", "master_seed": 20_261_121_u64,
+        "worlds": worlds(), "confusion": confusion(), "power": power(),
+        "false_alarms": share(3, 150), "wrong_names": share(5, 252),
+        "unknown": {"recalled": share(31, 36), "right_port": share(25, 31),
+            "right_port_or_in_set": share(28, 31)},
+        "pairs": {"worlds": 40, "precision": share(66, 71), "recall": share(66, 80),
+            "both": share(27, 40), "f1": 0.874, "f1_lower": 0.81, "f1_upper": 0.93},
+        "reliability": reliability(),
+        "amplitudes": {"worlds": 190, "rank_correlation": 0.71},
+        "failed": share(0, 478), "targets": targets()})
+}
+
+pub(crate) fn seal() -> Value {
+    let worlds: Vec<Value> = (1..=6_u64)
+        .map(|k| {
+            let hash = format!("{:016x}", k.wrapping_mul(0x9e37_79b9_7f4a_7c15)).repeat(4);
+            json!({"id": format!("world_{k:04}"), "sha256": hash})
+        })
+        .collect();
+    json!({"schema": "seal/1", "hash": "SHA-256 of salt, line feed (0x0a), label",
+        "worlds": worlds})
+}
+
+fn confusion() -> Value {
+    let mut answers: Vec<&str> = EFFECTS.iter().map(|(name, ..)| *name).collect();
+    answers.extend(["none", "unknown", "failed"]);
+    let (none, unknown) = (EFFECTS.len(), EFFECTS.len() + 1);
+    let mut rows: Vec<Value> = Vec::new();
+    for (place, (name, half, taken_for)) in EFFECTS.into_iter().enumerate() {
+        let mut counts = vec![0; answers.len()];
+        for (_, _, shift, worlds) in BINS {
+            let (named, detected) = found(half, shift, worlds);
+            counts[place] += named;
+            counts[taken_for] += (detected - named) / 2;
+            counts[unknown] += detected - named - (detected - named) / 2;
+            counts[none] += worlds - detected;
+        }
+        rows.push(json!({"truth": name, "counts": counts}));
+    }
+    let mut nulls = vec![0; answers.len()];
+    (nulls[none], nulls[unknown], nulls[3]) = (147, 2, 1);
+    rows.push(json!({"truth": "none", "counts": nulls}));
+    for (name, right) in [("outside:injection_site", 15), ("outside:caffeine", 16)] {
+        let mut counts = vec![0; answers.len()];
+        (counts[unknown], counts[none], counts[11]) = (right, 17 - right, 1);
+        rows.push(json!({"truth": name, "counts": counts}));
+    }
+    json!({"answers": answers, "rows": rows})
+}
+
+fn power() -> Value {
+    let row = |effect: Value, bin: usize, named: usize, detected: usize, of: usize| {
+        let (from, to, mean, _) = BINS[bin];
+        let in_set = named + (detected - named) / 2;
+        json!({"effect": effect, "from_mg_dl": from, "to_mg_dl": to, "mean_shift_mg_dl": mean,
+            "named": share(named, of), "named_or_in_set": share(in_set, of),
+            "detected": share(detected, of)})
+    };
+    let mut rows: Vec<Value> = Vec::new();
+    for (bin, (_, _, shift, worlds)) in BINS.into_iter().enumerate() {
+        let (mut named, mut detected) = (0, 0);
+        for (_, half, _) in EFFECTS {
+            let (n, d) = found(half, shift, worlds);
+            named += n;
+            detected += d;
+        }
+        rows.push(row(Value::Null, bin, named, detected, worlds * EFFECTS.len()));
+    }
+    for (name, half, _) in EFFECTS {
+        for (bin, (_, _, shift, worlds)) in BINS.into_iter().enumerate() {
+            let (named, detected) = found(half, shift, worlds);
+            rows.push(row(json!(name), bin, named, detected, worlds));
+        }
+    }
+    json!(rows)
+}
+
+fn reliability() -> Value {
+    let bins: Vec<Value> = [
+        (0.45, 4, 9),
+        (0.55, 8, 15),
+        (0.66, 12, 20),
+        (0.75, 22, 29),
+        (0.86, 41, 48),
+        (0.97, 205, 213),
+    ]
+    .iter()
+    .map(|(stated, true_, of)| {
+        let from = (stated * 10.0_f64).floor() / 10.0;
+        json!({"from": from, "to": from + 0.1, "mean_probability": stated,
+                "came_true": share(*true_, *of)})
+    })
+    .collect();
+    json!({"bins": bins, "probabilities": 334, "expected_calibration_error": 0.021,
+        "lower": 0.014, "upper": 0.043, "error_counting_sets": 0.019})
+}
+
+fn targets() -> Value {
+    let target = |name: &str, says: &str, bound: &str, limit: f64, ends: Value, of: usize| {
+        let value = ends[0].as_f64();
+        let met = value.map(|v| if bound == "at_least" { v >= limit } else { v <= limit });
+        json!({"name": name, "says": says, "bound": bound, "target": limit, "value": ends[0],
+            "lower": ends[1], "upper": ends[2], "value_counting_sets": ends[3], "of": of, "met": met})
+    };
+    json!([
+        target(
+            "named_at_5",
+            "one effect that moves glucose by 5 mg/dL or more is named",
+            "at_least",
+            0.9,
+            json!([0.886, 0.83, 0.93, 0.931]),
+            168
+        ),
+        target(
+            "named_at_10",
+            "one effect that moves glucose by 10 mg/dL or more is named",
+            "at_least",
+            0.97,
+            json!([0.981, 0.93, 1.0, 1.0]),
+            103
+        ),
+        target(
+            "wrong_names",
+            "with one effect, another is named that cannot be confused with it",
+            "at_most",
+            0.02,
+            json!([0.0198, 0.006, 0.046]),
+            252
+        ),
+        target(
+            "false_alarms",
+            "nothing acts, and the answer is not \"none\"",
+            "at_most",
+            0.05,
+            json!([0.02, 0.004, 0.057]),
+            150
+        ),
+        target(
+            "false_alarms_limit",
+            "one-sided exact 95 % upper limit of the false alarms",
+            "at_most",
+            0.08,
+            json!([0.051]),
+            150
+        ),
+        target(
+            "unknown_recalled",
+            "an effect outside the library is called unknown",
+            "at_least",
+            0.8,
+            json!([0.861, 0.71, 0.95]),
+            36
+        ),
+        target(
+            "right_port",
+            "what is rightly called unknown is placed at its port",
+            "at_least",
+            0.85,
+            json!([0.806, 0.63, 0.93, 0.903]),
+            31
+        ),
+        target(
+            "calibration_error",
+            "expected calibration error of the stated probabilities",
+            "at_most",
+            0.05,
+            json!([0.021, 0.014, 0.043, 0.019]),
+            334
+        ),
+        target(
+            "shrinkage",
+            "shrinkage is within 10 % of the oracle's",
+            "at_least",
+            0.9,
+            json!([]),
+            0
+        ),
+        target(
+            "pairs_f1",
+            "F1 of the names in worlds with two effects",
+            "at_least",
+            0.8,
+            json!([0.874, 0.81, 0.93, 0.9]),
+            40
+        )
+    ])
+}
+
+fn worlds() -> Value {
+    let rows: Vec<Value> = (0..60_usize)
+        .map(|k| {
+            let (name, ..) = EFFECTS[k % EFFECTS.len()];
+            let kind = ["single", "single", "null", "single", "pair", "outside"][k % 6];
+            let truth = match kind {
+                "null" => json!([]),
+                "outside" => json!([{"effect": "injection_site", "achieved_mg_dl": 9.7}]),
+                "pair" => json!([{"effect": name, "achieved_mg_dl": 5.3},
+                    {"effect": "dawn", "achieved_mg_dl": 10.2}]),
+                _ => json!([{"effect": name, "achieved_mg_dl": 2.5 + (k % 4) as f64 * 4.1}]),
+            };
+            let right = k % 9 != 4;
+            let (verdict, outcome) = match (kind, right) {
+                ("null", true) => ("none", "correct"),
+                ("outside", true) => ("unknown", "correct"),
+                (_, true) => ("effect", "correct"),
+                ("pair", false) => ("effect", "partial"),
+                ("null", false) => ("unknown", "unknown"),
+                _ => ("none", "missed"),
+            };
+            let found: Vec<Value> = if verdict == "effect" {
+                let named = if outcome == "partial" { 1 } else { 2 };
+                let named = truth.as_array().into_iter().flatten().take(named);
+                named.map(|t| json!({"effect": t["effect"], "probability": 0.94})).collect()
+            } else {
+                Vec::new()
+            };
+            let generator = ["hovorka", "padova"][k % 2];
+            let regime = ["open_loop_pump", "aid"][k / 2 % 2];
+            let (people, days) = ([3, 5, 10][k % 3], [7, 14, 28][k / 3 % 3]);
+            json!({"id": format!("world_{:04}", k + 1), "kind": kind,
+                "generator": generator, "regime": regime, "people": people, "days": days,
+                "nuisances": if k % 4 == 0 { json!(["2 people without heart rate"]) } else { json!([]) },
+                "truth": truth, "verdict": verdict, "found": found, "outcome": outcome,
+                "seconds": 1.4 + (k % 7) as f64 / 5.0, "failure": null})
+        })
+        .collect();
+    json!(rows)
+}

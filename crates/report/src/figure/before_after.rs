@@ -1,0 +1,56 @@
+//! Held-out error at each horizon, before and after the effects are added.
+
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::Drawn;
+use super::canvas::{WIDTH, draw};
+use super::palette::{BLUE, GREY, Key};
+use super::panel::{Axis, Panel};
+use crate::ReportError;
+use crate::number::fixed;
+
+/// Thickness of a bar and distance between bars, canvas units.
+const BAR: i32 = 34;
+/// Height that one horizon takes, canvas units.
+const GROUP: i32 = 110;
+
+/// Draws two bars for each `(name, before, after)`, or `None` without a row.
+pub(crate) fn before_after(
+    rows: &[(String, Option<f64>, Option<f64>)],
+) -> Result<Option<Drawn>, ReportError> {
+    let errors = || rows.iter().flat_map(|(_, before, after)| [*before, *after]).flatten();
+    if errors().next().is_none() {
+        return Ok(None);
+    }
+    let height = GROUP * i32::try_from(rows.len()).unwrap_or(i32::MAX / GROUP);
+    let panel = Panel {
+        left: 130,
+        // Room for the number behind the longest bar.
+        right: WIDTH - 110,
+        top: 20,
+        bottom: 20 + height,
+        x: Axis::over(errors().chain([0.0]), 5),
+        y: Axis::bare(0.0, 1.0),
+    };
+    let svg = draw("Held-out error before and after by horizon", panel.bottom + 110, |canvas| {
+        panel.frame(canvas, "Mean absolute error (mg/dL)", "")?;
+        for (index, (name, before, after)) in rows.iter().enumerate() {
+            let middle = panel.top + GROUP * index as i32 + GROUP / 2;
+            canvas.text(name, (panel.left - 14, middle), (HPos::Right, VPos::Center))?;
+            let bars = [(before, GREY, middle - BAR - 4), (after, BLUE, middle + 4)];
+            for (value, colour, top) in bars {
+                let Some(value) = *value else { continue };
+                let (end, _) = panel.at(value, 0.0);
+                canvas.rectangle((panel.left, top), (end, top + BAR), colour, 1.0)?;
+                let place = (end + 10, top + BAR / 2);
+                canvas.text(&fixed(value, 1), place, (HPos::Left, VPos::Center))?;
+            }
+        }
+        Ok(())
+    })?;
+    let keys = vec![
+        Key::area("Before: the recalibrated model (upper bar)", GREY, 1.0),
+        Key::area("After: with the effects (lower bar)", BLUE, 1.0),
+    ];
+    Ok(Some((svg, keys)))
+}

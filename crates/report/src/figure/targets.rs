@@ -1,0 +1,68 @@
+//! What was promised against what was measured, a line each.
+
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::Drawn;
+use super::canvas::{WIDTH, draw};
+use super::forest::shortened;
+use super::palette::{BLACK, BLUE, Key, Marker, SHADE, VERMILLION, solid};
+use super::panel::{Axis, Panel};
+use crate::ReportError;
+use crate::view::Target;
+
+/// Height of a row, canvas units.
+const ROW: i32 = 60;
+
+/// Draws the targets under the names given, or `None` where none was measured.
+pub(crate) fn targets(rows: &[(String, &Target)]) -> Result<Option<Drawn>, ReportError> {
+    if rows.iter().all(|(_, target)| target.value.is_none()) {
+        return Ok(None);
+    }
+    let longest = rows.iter().map(|(name, _)| shortened(name).chars().count()).max().unwrap_or(0);
+    let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
+    let panel = Panel {
+        left: 40 + 16 * longest as i32,
+        right: WIDTH - 50,
+        top: 20,
+        bottom: 20 + height,
+        x: Axis::over([0.0, 1.0], 5),
+        y: Axis::bare(0.0, rows.len() as f64),
+    };
+    let (met, missed) = (solid(BLUE, 5), solid(VERMILLION, 5));
+    let svg = draw("Every target with what was measured", panel.bottom + 110, |canvas| {
+        panel.frame(canvas, "Measured (share, F1 or error)", "")?;
+        for (index, (name, target)) in rows.iter().enumerate() {
+            let y = rows.len() as f64 - index as f64 - 0.5;
+            let at = |x: f64| panel.at(x.clamp(0.0, 1.0), y);
+            let (_, middle) = at(0.0);
+            if let Some(limit) = target.target {
+                let end = if target.bound == "at_most" { 0.0 } else { 1.0 };
+                let (from, to) = (at(limit), at(end));
+                let corner = (from.0.min(to.0), middle - ROW / 3);
+                canvas.rectangle(corner, (from.0.max(to.0), middle + ROW / 3), SHADE, 1.0)?;
+                let tick = vec![(from.0, middle - ROW / 3), (from.0, middle + ROW / 3)];
+                canvas.path(tick, solid(BLACK, 4))?;
+            }
+            canvas.text(
+                &shortened(name),
+                (panel.left - 14, middle),
+                (HPos::Right, VPos::Center),
+            )?;
+            let Some(value) = target.value else { continue };
+            let is_met = target.met == Some(true);
+            let stroke = if is_met { met } else { missed };
+            if let (Some(lower), Some(upper)) = (target.lower, target.upper) {
+                canvas.path(vec![at(lower), at(upper)], stroke)?;
+            }
+            let marker = if is_met { Marker::Disc } else { Marker::Cross };
+            canvas.marker(at(value), marker, stroke.colour)?;
+        }
+        Ok(())
+    })?;
+    let keys = vec![
+        Key::marker("Met, with its 95 % interval", met, Marker::Disc),
+        Key::marker("Missed, with its 95 % interval", missed, Marker::Cross),
+        Key::area("Where the target is met; the black line is its limit", SHADE, 1.0),
+    ];
+    Ok(Some((svg, keys)))
+}

@@ -1,0 +1,108 @@
+//! Tables whose cells are shaded by their value: a heat map that can be read aloud and copied.
+
+use super::Html;
+
+/// A table of shaded cells.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Heat {
+    /// What the rows are.
+    pub(crate) corner: String,
+    /// Names of the columns.
+    pub(crate) columns: Vec<String>,
+    /// Name and cells of each row.
+    pub(crate) rows: Vec<(String, Vec<HeatCell>)>,
+}
+
+/// One shaded cell.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct HeatCell {
+    /// What it says.
+    pub(crate) text: String,
+    /// From −1 to 1: the darker the farther from 0, in another colour on each side.
+    pub(crate) shade: f64,
+    /// Whether it has a frame.
+    pub(crate) framed: bool,
+}
+
+/// Longest name of a column that is written level, characters.
+const LEVEL: usize = 10;
+/// Classes of the shades on the positive side, from none.
+const POSITIVE: [&str; 6] = ["", " p1", " p2", " p3", " p4", " p5"];
+/// Classes of the shades on the negative side, from none.
+const NEGATIVE: [&str; 6] = ["", " m1", " m2", " m3", " m4", " m5"];
+
+impl Html {
+    /// A heat map, with upright column names where one is long; it scrolls sideways where it is wider than the page.
+    pub(crate) fn heat(&mut self, caption: &str, heat: &Heat) -> &mut Self {
+        self.literal("<div class=\"scroll\" tabindex=\"0\">\n<table class=\"heat\">\n");
+        self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
+        self.literal("<th scope=\"col\">").text(&heat.corner).literal("</th>");
+        let upright = heat.columns.iter().any(|column| column.chars().count() > LEVEL);
+        for column in &heat.columns {
+            self.literal("<th scope=\"col\" class=\"").literal(if upright {
+                "upright"
+            } else {
+                "level"
+            });
+            self.literal("\"><span>").text(column);
+            self.literal("</span></th>");
+        }
+        self.literal("</tr></thead>\n<tbody>\n");
+        for (name, cells) in &heat.rows {
+            self.literal("<tr><th scope=\"row\">").text(name).literal("</th>");
+            for cell in cells.iter().take(heat.columns.len()) {
+                let frame = if cell.framed { "framed" } else { "" };
+                self.literal("<td class=\"").literal(frame).literal(shade(cell.shade));
+                self.literal("\">").text(&cell.text).literal("</td>");
+            }
+            self.literal("</tr>\n");
+        }
+        self.literal("</tbody>\n</table>\n</div>\n")
+    }
+}
+
+fn shade(value: f64) -> &'static str {
+    if !value.is_finite() {
+        return "";
+    }
+    // Every value but 0 has a shade.
+    let step = (5.0 * value.abs().min(1.0)).ceil() as usize;
+    if value < 0.0 { NEGATIVE[step] } else { POSITIVE[step] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shades_follow_size_and_side() {
+        for (value, class) in [
+            (0.0, ""),
+            (f64::NAN, ""),
+            (0.01, " p1"),
+            (0.2, " p1"),
+            (0.5, " p3"),
+            (7.0, " p5"),
+            (-0.9, " m5"),
+        ] {
+            assert_eq!(shade(value), class, "{value}");
+        }
+    }
+
+    #[test]
+    fn names_are_escaped_and_rows_fit_the_columns() {
+        let cell = |text: &str| HeatCell { text: text.to_owned(), shade: 1.0, framed: true };
+        let mut html = Html::default();
+        html.heat(
+            "what",
+            &Heat {
+                corner: "truth".to_owned(),
+                columns: vec!["<b>".to_owned()],
+                rows: vec![("&".to_owned(), vec![cell("1"), cell("one too many")])],
+            },
+        );
+        let text = html.into_string();
+        assert!(text.contains("<span>&lt;b&gt;</span>") && text.contains(">&amp;</th>"), "{text}");
+        assert!(text.contains("<td class=\"framed p5\">1</td>") && !text.contains("too many"));
+    }
+}

@@ -1,0 +1,52 @@
+//! Truth against answer.
+
+use super::super::words::{effect, sentence, short_effect};
+use crate::html::{Heat, HeatCell, Html};
+use crate::{Inputs, ReportError};
+
+pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let check = match super::check(inputs) {
+        Ok(check) => check,
+        Err(html) => return Ok(html),
+    };
+    let mut html = Html::default();
+    let Some(confusion) = check.confusion.as_ref().filter(|c| !c.rows.is_empty()) else {
+        html.absent("No world with one truth was answered.");
+        return Ok(html);
+    };
+    let rows = confusion
+        .rows
+        .iter()
+        .map(|row| {
+            let all: usize = row.counts.iter().sum();
+            // Right is the effect itself, or "unknown" for one that the library does not hold.
+            let right = if row.truth.starts_with("outside:") { "unknown" } else { &row.truth };
+            let cells = row
+                .counts
+                .iter()
+                .zip(&confusion.answers)
+                .map(|(count, answer)| {
+                    let share = *count as f64 / all.max(1) as f64;
+                    let framed = answer == right;
+                    HeatCell {
+                        text: if *count == 0 { "\u{b7}".to_owned() } else { count.to_string() },
+                        shade: if framed { share } else { -share },
+                        framed,
+                    }
+                })
+                .collect();
+            (format!("{} ({all})", sentence(&effect(&row.truth))), cells)
+        })
+        .collect();
+    let columns = confusion.answers.iter().map(|answer| short_effect(answer)).collect();
+    html.heat(
+        "Worlds by truth (row, with their number) and answer (column)",
+        &Heat { corner: "Truth".to_owned(), columns, rows },
+    );
+    html.literal("<p class=\"note\">").text(
+        "Framed cells are right, others are not; the darker, the larger their share of the row. Where \
+         several effects were named the first counts. Worlds with two effects are scored apart.",
+    );
+    html.literal("</p>\n");
+    Ok(html)
+}

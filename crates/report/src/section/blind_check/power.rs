@@ -1,0 +1,111 @@
+//! How often an effect is found, by the shift of glucose that it causes.
+
+use super::super::words::{effect, sentence};
+use crate::html::{Column, Heat, HeatCell, Html};
+use crate::number::{compact, optional, share};
+use crate::view::PowerRow;
+use crate::{Inputs, ReportError, figure};
+
+pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let check = match super::check(inputs) {
+        Ok(check) => check,
+        Err(html) => return Ok(html),
+    };
+    let mut html = Html::default();
+    if check.power.is_empty() {
+        html.absent("No world with a single effect was answered.");
+        return Ok(html);
+    }
+    let (together, single): (Vec<&PowerRow>, Vec<&PowerRow>) =
+        check.power.iter().partition(|row| row.effect.is_none());
+    if let Some((svg, keys)) = figure::power(&together)? {
+        html.figure(
+            &svg,
+            &keys,
+            "Share of worlds with a single effect in which it was found, by the mean shift of \
+             glucose that it causes, with 95 % intervals. The lines should rise to the right.",
+        );
+    }
+    let rows: Vec<(bool, Vec<String>)> = together
+        .iter()
+        .map(|row| {
+            let cells = vec![
+                bin(row),
+                optional(row.mean_shift_mg_dl, 1),
+                share(&row.named),
+                share(&row.named_or_in_set),
+                share(&row.detected),
+            ];
+            (false, cells)
+        })
+        .collect();
+    if !rows.is_empty() {
+        html.table(
+            "All effects together: worlds, and share with its 95 % interval",
+            &[
+                ("Shift, mg/dL", Column::Text),
+                ("Mean shift", Column::Number),
+                ("Named", Column::Number),
+                ("Named or in set", Column::Number),
+                ("Something found", Column::Number),
+            ],
+            &rows,
+        );
+    }
+    by_effect(&mut html, &single);
+    Ok(html)
+}
+
+fn by_effect(html: &mut Html, rows: &[&PowerRow]) {
+    let mut bins: Vec<&PowerRow> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
+    for row in rows {
+        if bins.iter().all(|bin| bin.from_mg_dl != row.from_mg_dl) {
+            bins.push(row);
+        }
+        let name = row.effect.as_deref().unwrap_or_default();
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    if names.is_empty() {
+        return;
+    }
+    bins.sort_by(|a, b| a.from_mg_dl.total_cmp(&b.from_mg_dl));
+    let cell = |name: &str, bin: &PowerRow| {
+        let row = rows
+            .iter()
+            .find(|row| row.effect.as_deref() == Some(name) && row.from_mg_dl == bin.from_mg_dl);
+        row.map_or_else(HeatCell::default, |row| {
+            let named = &row.named;
+            let mut text = format!("{}/{}", named.count, named.of);
+            if row.named_or_in_set.count > named.count {
+                text.push_str(&format!(" +{}", row.named_or_in_set.count - named.count));
+            }
+            HeatCell { text, shade: named.value.unwrap_or(0.0), framed: false }
+        })
+    };
+    let cells = names
+        .iter()
+        .map(|name| {
+            let cells = bins.iter().map(|bin| cell(name, bin)).collect();
+            (sentence(&effect(name)), cells)
+        })
+        .collect();
+    let columns = bins.iter().map(|row| bin(row)).collect();
+    html.heat(
+        "Worlds in which the effect was named, of how many, by effect and shift (mg/dL); \
+         \u{201c}+1\u{201d}: one more has it in the set that cannot be told apart",
+        &Heat { corner: "Effect".to_owned(), columns, rows: cells },
+    );
+}
+
+/// The bin, mg/dL.
+fn bin(row: &PowerRow) -> String {
+    let from = compact(row.from_mg_dl);
+    match row.to_mg_dl {
+        Some(to) if row.from_mg_dl == 0.0 => format!("<{}", compact(to)),
+        Some(to) => format!("{from}\u{2013}{}", compact(to)),
+        None => format!("\u{2265}{from}"),
+    }
+}

@@ -1,0 +1,50 @@
+//! Whether stated probabilities come true.
+
+use crate::html::{Column, Html};
+use crate::number::{optional, percent, share};
+use crate::{Inputs, ReportError, figure};
+
+pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let check = match super::check(inputs) {
+        Ok(check) => check,
+        Err(html) => return Ok(html),
+    };
+    let mut html = Html::default();
+    let Some(reliability) = check.reliability.as_ref().filter(|r| !r.bins.is_empty()) else {
+        html.absent("No probability was stated.");
+        return Ok(html);
+    };
+    let error = optional(reliability.expected_calibration_error, 3);
+    let interval = match (reliability.lower, reliability.upper) {
+        (lower @ Some(_), upper @ Some(_)) => {
+            format!(" (95 % interval {} to {})", optional(lower, 3), optional(upper, 3))
+        }
+        _ => String::new(),
+    };
+    html.paragraph(&format!(
+        "Expected calibration error {error}{interval}, over {} stated probabilities.",
+        reliability.probabilities
+    ));
+    if let Some((svg, keys)) = figure::reliability(&reliability.bins)? {
+        html.figure(
+            &svg,
+            &keys,
+            "Stated probability against the share that came true. On the dashed line, \u{201c}80 \
+             %\u{201d} is true four times of five; below it the diagnosis is too sure of itself.",
+        );
+    }
+    let rows: Vec<(bool, Vec<String>)> = reliability
+        .bins
+        .iter()
+        .map(|bin| {
+            let stated = bin.mean_probability.map_or_else(String::new, percent);
+            (false, vec![stated, share(&bin.came_true)])
+        })
+        .collect();
+    html.table(
+        "Probabilities of about one size",
+        &[("Stated, mean", Column::Number), ("Came true (95 % interval)", Column::Number)],
+        &rows,
+    );
+    Ok(html)
+}

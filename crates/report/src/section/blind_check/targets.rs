@@ -1,0 +1,91 @@
+//! What the check had to reach, and whether it does.
+
+use super::super::words::{sentence, target as name};
+use crate::html::{Column, Html};
+use crate::number::{fixed, optional};
+use crate::view::Target;
+use crate::{Inputs, ReportError, figure};
+
+pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let check = match super::check(inputs) {
+        Ok(check) => check,
+        Err(html) => return Ok(html),
+    };
+    let mut html = Html::default();
+    html.paragraph(
+        "Worlds were made with effects that the diagnosis could not know: a hash of every label was \
+         written before the data, the diagnosis saw the data alone, and the labels were opened when \
+         all answers were in. A figure that falls short is printed as such.",
+    );
+    if check.targets.is_empty() {
+        html.absent("No target was set.");
+        return Ok(html);
+    }
+    let rows: Vec<(bool, Vec<String>)> = check
+        .targets
+        .iter()
+        .map(|target| {
+            let cells = vec![
+                sentence(&name(&target.name)),
+                match target.met {
+                    Some(true) => "\u{2713}\u{a0}met",
+                    Some(false) => "\u{2717}\u{a0}missed",
+                    None => "not\u{a0}tested",
+                }
+                .to_owned(),
+                limit(target),
+                measured(target),
+                optional(target.value_counting_sets, 3),
+                target.of.to_string(),
+                sentence(&target.says),
+            ];
+            (target.met == Some(false), cells)
+        })
+        .collect();
+    html.table(
+        "Targets; bold: missed",
+        &[
+            ("Target", Column::Text),
+            ("Verdict", Column::Text),
+            ("Limit", Column::Number),
+            ("Measured (95 % interval)", Column::Number),
+            ("Counting sets", Column::Number),
+            ("Of", Column::Number),
+            ("What is counted", Column::Text),
+        ],
+        &rows,
+    );
+    html.literal("<p class=\"note\">").text(
+        "Verdicts compare the measured value with its limit. \u{201c}Counting sets\u{201d}: an answer \
+         also counts if the truth stands in the set of effects that it says it cannot tell apart.",
+    );
+    html.literal("</p>\n");
+    let named: Vec<(String, &Target)> = check.targets.iter().map(|t| (name(&t.name), t)).collect();
+    if let Some((svg, keys)) = figure::targets(&named)? {
+        html.figure(
+            &svg,
+            &keys,
+            "Every target: the mark should lie in the shaded part of its line. An interval that \
+             reaches across the limit says that more worlds would be needed to be sure.",
+        );
+    }
+    Ok(html)
+}
+
+fn limit(target: &Target) -> String {
+    let sign = match target.bound.as_str() {
+        "at_least" => "\u{2265} ",
+        "at_most" => "\u{2264} ",
+        _ => "",
+    };
+    format!("{sign}{}", optional(target.target, 2))
+}
+
+fn measured(target: &Target) -> String {
+    match (target.lower, target.upper) {
+        (Some(lower), Some(upper)) => {
+            format!("{} ({} to {})", optional(target.value, 3), fixed(lower, 3), fixed(upper, 3))
+        }
+        _ => optional(target.value, 3),
+    }
+}

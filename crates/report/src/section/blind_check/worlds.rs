@@ -1,0 +1,146 @@
+//! Every world, and how its labels were sealed.
+
+use super::super::words::{plain, short_effect};
+use crate::html::{Column, Html};
+use crate::number::{count, optional, percent};
+use crate::view::{BlindCheck, Seal, World};
+use crate::{Inputs, ReportError};
+
+pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let check = match super::check(inputs) {
+        Ok(check) => check,
+        Err(html) => return Ok(html),
+    };
+    let mut html = Html::default();
+    if let Some(seed) = check.master_seed {
+        html.paragraph(&format!("All worlds were drawn from master seed {seed}."));
+    }
+    composition(&mut html, check);
+    let mut table = Html::default();
+    let rows: Vec<(bool, Vec<String>)> = check.worlds.iter().map(row).collect();
+    table.table(
+        "Every world; bold: not answered correctly",
+        &[
+            ("World", Column::Text),
+            ("Truth (shift, mg/dL)", Column::Text),
+            ("Answer (probability)", Column::Text),
+            ("Outcome", Column::Text),
+            ("Simulator", Column::Text),
+            ("Insulin", Column::Text),
+            ("People \u{d7} days", Column::Text),
+            ("Done to the record", Column::Text),
+            ("Seconds", Column::Number),
+        ],
+        &rows,
+    );
+    if !check.worlds.is_empty() {
+        let all = count(check.worlds.len(), "world", "worlds");
+        html.folded(&format!("Truth and answer of {all}"), &table);
+    }
+    match &inputs.seal {
+        Some(seal) => sealed(&mut html, seal),
+        None => {
+            html.absent(
+                "The seal is not in this folder, so the hashes of the labels are not shown here.",
+            );
+        }
+    }
+    Ok(html)
+}
+
+/// How many worlds of each kind and simulator there are.
+fn composition(html: &mut Html, check: &BlindCheck) {
+    if check.worlds.is_empty() {
+        html.absent("No world was made.");
+        return;
+    }
+    let mut counts: Vec<((&str, &str), usize, usize)> = Vec::new();
+    for world in &check.worlds {
+        let key = (world.kind.as_str(), world.generator.as_str());
+        let right = usize::from(world.outcome == "correct");
+        match counts.iter_mut().find(|(known, ..)| *known == key) {
+            Some((_, all, correct)) => {
+                *all += 1;
+                *correct += right;
+            }
+            None => counts.push((key, 1, right)),
+        }
+    }
+    counts.sort();
+    let rows: Vec<(bool, Vec<String>)> = counts
+        .into_iter()
+        .map(|((kind, generator), all, correct)| {
+            let kind = match kind {
+                "null" => "nothing acts".to_owned(),
+                "single" => "one effect of the library".to_owned(),
+                "pair" => "two effects of the library".to_owned(),
+                "outside" => "an effect outside the library".to_owned(),
+                other => plain(other),
+            };
+            (false, vec![kind, plain(generator), all.to_string(), correct.to_string()])
+        })
+        .collect();
+    html.table(
+        "Worlds by truth and simulator",
+        &[
+            ("Truth", Column::Text),
+            ("Simulator", Column::Text),
+            ("Worlds", Column::Number),
+            ("Answered correctly", Column::Number),
+        ],
+        &rows,
+    );
+}
+
+fn row(world: &World) -> (bool, Vec<String>) {
+    let truth: Vec<String> = world
+        .truth
+        .iter()
+        .map(|t| format!("{} ({})", plain(&t.effect), optional(t.achieved_mg_dl, 1)))
+        .collect();
+    let answer: Vec<String> = world
+        .found
+        .iter()
+        .map(|f| {
+            let stated = f.probability.map_or_else(String::new, |p| format!(" ({})", percent(p)));
+            format!("{}{stated}", short_effect(&f.effect))
+        })
+        .collect();
+    let or_word = |words: Vec<String>, word: &str| match words.is_empty() {
+        true => plain(word),
+        false => words.join(", "),
+    };
+    let outcome = match &world.failure {
+        Some(failure) => format!("{}: {failure}", plain(&world.outcome)),
+        None => plain(&world.outcome),
+    };
+    let cells = vec![
+        world.id.clone(),
+        or_word(truth, "none"),
+        or_word(answer, &world.verdict),
+        outcome,
+        plain(&world.generator),
+        plain(&world.regime),
+        format!("{} \u{d7} {}", world.people, world.days),
+        world.nuisances.join("; "),
+        optional(world.seconds, 1),
+    ];
+    (world.outcome != "correct", cells)
+}
+
+/// Hashes, so that nobody need take the labels on trust.
+fn sealed(html: &mut Html, seal: &Seal) {
+    let mut table = Html::default();
+    let rows: Vec<(bool, Vec<String>)> = seal
+        .worlds
+        .iter()
+        .map(|world| (false, vec![world.id.clone(), world.sha256.clone()]))
+        .collect();
+    let what = if seal.hash.is_empty() { "hash" } else { &seal.hash };
+    table.table(
+        &format!("Hashes of the labels: {what}"),
+        &[("World", Column::Text), ("SHA-256", Column::Text)],
+        &rows,
+    );
+    html.folded(&format!("The seal: {}", count(seal.worlds.len(), "hash", "hashes")), &table);
+}

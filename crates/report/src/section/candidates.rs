@@ -1,0 +1,56 @@
+//! Every effect that was tried, and those that were not.
+
+use super::words::effect;
+use crate::html::{Column, Html};
+use crate::number::optional;
+use crate::{Inputs, ReportError};
+
+pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    let Some(diagnosis) = &inputs.diagnosis else {
+        html.absent("There is no diagnosis in this folder, so no effect was tried.");
+        return Ok(html);
+    };
+    let mut candidates: Vec<_> = diagnosis.candidates.iter().collect();
+    // A gain that is absent comes last.
+    let gain = |gain: Option<f64>| gain.unwrap_or(f64::NEG_INFINITY);
+    candidates.sort_by(|a, b| gain(b.gain_nats).total_cmp(&gain(a.gain_nats)));
+    if candidates.is_empty() {
+        html.absent("No effect was tried.");
+    } else {
+        let rows: Vec<(bool, Vec<Html>)> = candidates
+            .into_iter()
+            .map(|c| {
+                let found = diagnosis.effects.iter().any(|found| found.effect == c.effect);
+                let cells = vec![
+                    Html::of_text(&effect(&c.effect)),
+                    Html::of_text(&optional(c.gain_nats, 1)),
+                    Html::bar(c.probability),
+                ];
+                (found, cells)
+            })
+            .collect();
+        html.table_of(
+            "Every answer that was weighed, by its held-out gain; bold: found",
+            &[
+                ("Effect", Column::Text),
+                ("Gain, nats", Column::Number),
+                ("Probability", Column::Text),
+            ],
+            &rows,
+        );
+    }
+    if !diagnosis.untried.is_empty() {
+        let rows: Vec<(bool, Vec<String>)> = diagnosis
+            .untried
+            .iter()
+            .map(|u| (false, vec![effect(&u.effect), u.reason.clone()]))
+            .collect();
+        html.table(
+            "Not tried; nothing is said about these",
+            &[("Effect", Column::Text), ("Why not", Column::Text)],
+            &rows,
+        );
+    }
+    Ok(html)
+}

@@ -1,0 +1,191 @@
+//! What the page says of a diagnosis: the verdict, the cards, the tables, and odd inputs.
+
+use report::Part;
+use serde_json::{Value, json};
+
+use crate::made_up;
+use crate::reading::{check_structure, page, with};
+
+fn diagnosis_page(verdict: &str, changes: &[(&str, Value)]) -> String {
+    let mut parts = vec![(Part::Diagnosis, made_up::diagnosis(verdict))];
+    for (pointer, value) in changes {
+        parts = with(parts, Part::Diagnosis, pointer, value.clone());
+    }
+    let html = page(&parts);
+    check_structure(&html);
+    html
+}
+
+/// The answer: the first paragraphs of the page.
+fn verdict_of(html: &str) -> &str {
+    let (verdict, _) = html.split_once("<nav").expect("the contents follow the verdict");
+    verdict
+}
+
+#[test]
+fn every_verdict_has_its_words() {
+    let places = |like: Value| json!([{"port": "egp", "gain_nats": 12.0, "probability": 0.8, "confusable_with": like}]);
+    let strong = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.95});
+    let weak = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.5});
+    let cases: &[(&str, &[(&str, Value)], &str)] = &[
+        ("where", &[], "Naming the effect is not part of this run."),
+        ("where", &[("/verdict", json!("none"))], "that these data can tell from none"),
+        (
+            "unknown",
+            &[("/ports", places(json!([])))],
+            "Something is missing at the liver&#39;s glucose production, and nothing in the library \
+             explains it.",
+        ),
+        (
+            "unknown",
+            &[("/ports", places(json!(["sensor"])))],
+            "at the liver&#39;s glucose production or the sensor (the data cannot tell which), and",
+        ),
+        ("unknown", &[("/ports", json!([]))], "Something is missing, and nothing in the library"),
+        ("none", &[], "No effect was found that these data could show."),
+        (
+            "none",
+            &[],
+            "Effects that move glucose by at least 10 mg/dL would have been found with 90\u{a0}% \
+             probability. This does not hold for alcohol, at any size that was tried.",
+        ),
+        (
+            "none",
+            // What is found at 5 but not at 10 is found from nowhere below 15.
+            &[("/power", json!([strong(5.0), weak(10.0), strong(15.0)]))],
+            "by at least 15 mg/dL",
+        ),
+        ("none", &[("/power", json!([weak(5.0)]))], "There was no such power for dawn phenomenon"),
+    ];
+    for (verdict, changes, words) in cases {
+        let html = diagnosis_page(verdict, changes);
+        assert!(verdict_of(&html).contains(words), "{words}: {}", verdict_of(&html));
+    }
+    let html = diagnosis_page("none", &[("/power", json!([]))]);
+    assert!(!verdict_of(&html).contains("would have been found"));
+}
+
+#[test]
+fn one_effect_is_one() {
+    let one = made_up::diagnosis("effect")["effects"][1].clone();
+    let html = diagnosis_page("effect", &[("/effects", json!([one]))]);
+    let words = "One effect was found: glucose uptake during exercise (probability 91\u{a0}%).";
+    assert!(verdict_of(&html).contains(words));
+    assert!(verdict_of(&html).contains("With it, the mean absolute error 5 h ahead"));
+    assert_eq!(html.matches("<article").count(), 1);
+}
+
+#[test]
+fn a_change_that_could_be_none_is_called_that() {
+    let change = json!([{"minutes": 60, "mae_before": 14.0, "mae_after": 13.9,
+        "difference": {"value": -0.1, "lower": -0.5, "upper": 0.3}}]);
+    let html = diagnosis_page("effect", &[("/how_far/horizons", change)]);
+    let words = "goes from 14.0 to 13.9 mg/dL, a change that the data cannot tell from none.";
+    assert!(verdict_of(&html).contains(words));
+}
+
+#[test]
+fn a_card_says_what_a_reader_asks() {
+    let html = diagnosis_page("effect", &[]);
+    let (_, card) = html.split_once("<article").expect("there is a card");
+    let (card, _) = card.split_once("</article>").expect("it ends");
+    for words in [
+        "1. Dawn phenomenon",
+        "the liver&#39;s glucose production",
+        "<rect width=\"97\" height=\"10\"/></svg>97\u{a0}%",
+        "31.2 nats, very strong",
+        "1.10 (0.70 to 1.50) times the published size",
+        "insulin sensitivity that follows the clock; the answer is this set, not the one name",
+        "the interval lies above zero in 11 of 11",
+        "Published size",
+    ] {
+        assert!(card.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn candidates_stand_by_gain_with_the_untried_below() {
+    let html = diagnosis_page("effect", &[]);
+    let place = |words: &str| html.find(words).unwrap_or_else(|| panic!("{words}"));
+    let (_, tried) = html.split_once("<section id=\"tried\">").expect("a section");
+    let order: Vec<usize> = [
+        "dawn phenomenon",
+        "insulin sensitivity that follows the clock",
+        "unknown: something that the library does not hold",
+        "none: nothing is missing",
+        "insulin absorption that varies by day",
+        "no person has sleep on record",
+    ]
+    .iter()
+    .map(|words| tried.find(words).unwrap_or_else(|| panic!("{words}")))
+    .collect();
+    assert!(order.is_sorted(), "{order:?}");
+    assert!(place("id=\"which\"") < place("id=\"tried\""));
+}
+
+#[test]
+fn reconstructed_rows_are_marked_and_explained() {
+    let html = diagnosis_page("effect", &[]);
+    assert!(html.contains("TBR (reconstructed)") && html.contains("no longer equivalent"));
+    assert!(html.contains("Rows marked as reconstructed") && html.contains("last third of each"));
+    let plain = json!([{"metric": "tir", "margin": 5.0, "p_before": 0.4, "p_after": 0.01}]);
+    let html = diagnosis_page("effect", &[("/how_far/outcomes", plain)]);
+    assert!(!html.contains("reconstructed") && html.contains("becomes equivalent"));
+}
+
+#[test]
+fn what_is_missing_or_odd_is_shown_as_absent() {
+    // The least that a file of this schema can hold.
+    for verdict in ["none", "effect", "unknown"] {
+        check_structure(&page(&[(Part::Diagnosis, json!({"verdict": verdict}))]));
+    }
+    let bare = json!([{"effect": "dawn"}, {"effect": "new_effect", "port": "new_port",
+        "gain_nats": null, "probability": null, "people": null, "confusable_with": null,
+        "amplitude": {"value": 1.0, "lower": null, "upper": 2.0}},
+        {"effect": "exercise", "gain_nats": -3.0, "probability": 2.0, "amplitude": "large",
+        "people": [{"person_id": "p1", "amplitude": 1.0}, 7]}]);
+    let html = diagnosis_page(
+        "effect",
+        &[
+            ("/effects", bare),
+            ("/candidates", json!([{"effect": "dawn"}, {"effect": "none", "gain_nats": 0.0}])),
+            ("/ports", json!([{"port": "egp"}, {"port": "new_port", "probability": 0.1}])),
+            ("/untried", json!([{"effect": "alcohol"}, 3])),
+            ("/power", json!([{"shift_mg_dl": 5.0, "power": 0.95}, {"effect": "dawn"}])),
+            ("/how_far/horizons", json!([{"minutes": 300}, {"minutes": 60, "mae_before": 3.0}])),
+            ("/how_far/outcomes", json!([{"metric": "tir"}])),
+            ("/where", json!([])),
+        ],
+    );
+    assert!(html.contains("3. Glucose uptake during exercise"), "every effect has its card");
+    assert!(html.contains("any effect") && html.contains("not tested"));
+}
+
+#[test]
+fn one_person_and_many_have_their_figures() {
+    let person = |k: u32| {
+        json!({"person_id": format!("q{k}"), "amplitude": 1.0, "lower": 0.5, "upper": 1.5,
+            "gain_nats": f64::from(k)})
+    };
+    for people in [1, 400_u32] {
+        let all: Vec<Value> = (1..=people).map(person).collect();
+        let html = diagnosis_page("effect", &[("/effects/0/people", json!(all))]);
+        assert!(html.contains(&format!("above zero in {people} of {people}")));
+        assert_eq!(html.contains("Shown are the 40 of 400"), people == 400);
+        assert_eq!(html.contains(">\nq1\n</text>"), people == 1, "those whose data say most");
+    }
+}
+
+#[test]
+fn the_sketch_has_every_place_and_its_table_says_the_same() {
+    let html = diagnosis_page("unknown", &[]);
+    let (_, section) = html.split_once("<section id=\"ports\">").expect("a section");
+    let (section, _) = section.split_once("</section>").expect("it ends");
+    for words in ["glucose production", "insulin available", "Sensor reading", "62\u{a0}%"] {
+        assert!(section.contains(&format!(">\n{words}\n</text>")), "{words} in the sketch");
+    }
+    assert!(section.contains("<tr class=\"bold\"><td>A glucose flux that the model does not have"));
+    // A place that was not assessed is said to be so, in the sketch alone.
+    let html = diagnosis_page("unknown", &[("/ports", json!([{"port": "sensor"}]))]);
+    assert_eq!(html.matches("not assessed").count(), 8);
+}

@@ -1,0 +1,8 @@
+//! The report as its readers see it, from made-up JSON.
+
+mod blind_check;
+mod diagnosis;
+#[path = "../../examples/made_up/mod.rs"]
+mod made_up;
+mod page;
+mod reading;
