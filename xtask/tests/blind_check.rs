@@ -44,3 +44,35 @@ fn a_small_check_is_sealed_answered_opened_and_the_same_again() {
     let left = fs::read_dir(parent.path()).expect("a folder").count();
     assert_eq!(left, 2, "something was left behind");
 }
+
+/// Names of what lies in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_check_leaves_nothing_and_no_process() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let temporary = parent.path().join("temporary");
+    fs::create_dir(&temporary).expect("writable");
+    let mut running = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(["blind-check", "--worlds", "0", "--nulls", "9", "--seed", "18", "-q", "--out"])
+        .arg(parent.path().join("out"))
+        .env("TMPDIR", &temporary)
+        .spawn()
+        .expect("the program starts");
+    // A folder under the temporary one: a diagnosis is being asked.
+    while names(&temporary).is_empty() {
+        assert!(running.try_wait().expect("ours").is_none(), "over before a diagnosis was seen");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let interrupt = Command::new("kill").args(["-INT", &running.id().to_string()]).status();
+    assert!(interrupt.expect("kill").success());
+    assert_eq!(running.wait().expect("ours").code(), Some(130));
+    assert_eq!(names(parent.path()), ["temporary"]);
+    // A diagnosis that went on would write its answer within a second.
+    std::thread::sleep(std::time::Duration::from_secs(1));
+    assert!(names(&temporary).is_empty(), "{:?}", names(&temporary));
+}
