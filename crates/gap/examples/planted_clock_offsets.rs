@@ -15,12 +15,15 @@ const INSULIN: [Channel; 2] = [Channel::Basal, Channel::Bolus];
 /// What the clock of a log stamps.
 const MEALS: [Channel; 1] = [Channel::Carbs];
 
-/// The person with some channels recorded `steps` later than they are.
-fn late(person: &Person, channels: &[Channel], steps: isize) -> Person {
+/// The person with some channels recorded `steps` later than they are, from step `from` on.
+fn late(person: &Person, channels: &[Channel], steps: isize, since: usize) -> Person {
     let mut moved = person.clone();
     for channel in channels {
         let old = person.record.channel(*channel);
         for (k, value) in moved.record.channel_mut(*channel).iter_mut().enumerate() {
+            if k < since {
+                continue;
+            }
             let from = k.checked_add_signed(-steps).filter(|from| *from < old.len());
             *value = match from {
                 Some(from) => old[from],
@@ -35,7 +38,9 @@ fn late(person: &Person, channels: &[Channel], steps: isize) -> Person {
 /// Stretches of 14 days in which every dose channel of the record is recorded.
 fn stretches(person: &Person) -> Vec<Person> {
     let record = &person.record;
-    let recorded = |k: usize| record.bolus()[k].is_some() && record.carbs()[k].is_some();
+    let meals = record.carbs().iter().any(Option::is_some);
+    let recorded =
+        |k: usize| record.bolus()[k].is_some() && (!meals || record.carbs()[k].is_some());
     let first = (0..record.len()).find(|k| recorded(*k)).unwrap_or(record.len());
     let last = (0..record.len()).rfind(|k| recorded(*k)).map_or(first, |k| k + 1);
     let mut found = Vec::new();
@@ -123,15 +128,25 @@ fn report(name: &str, people: &[Person], verbose: bool) {
         }
     }
     let both = [Channel::Basal, Channel::Bolus, Channel::Carbs];
-    for (what, channels) in [("insulin", &INSULIN[..]), ("meals", &MEALS), ("both", &both)] {
+    for (what, channels, half) in [
+        ("insulin", &INSULIN[..], false),
+        ("meals", &MEALS, false),
+        ("both", &both, false),
+        ("insulin from the middle on", &INSULIN, true),
+        ("meals from the middle on", &MEALS, true),
+    ] {
         for minutes in [30_isize, 60, 90, 120] {
             let mut tally = Tally::default();
             for person in &stretches {
+                if person.record.carbs().iter().all(Option::is_none) && channels != INSULIN {
+                    continue;
+                }
                 for sign in [1, -1] {
                     let planted = sign * minutes;
-                    let found = clock_findings(&late(person, channels, planted / 5));
+                    let since = if half { person.record.len() / 2 } else { 0 };
+                    let found = clock_findings(&late(person, channels, planted / 5, since));
                     let planted = planted as f64;
-                    let checks: &[(&str, f64)] = match what {
+                    let checks: &[(&str, f64)] = match what.split(' ').next().unwrap_or(what) {
                         "insulin" => &[("insulin_clock_offset", planted)],
                         "meals" => &[("meal_clock_offset", planted)],
                         _ => &[("insulin_clock_offset", planted), ("meal_clock_offset", planted)],

@@ -73,7 +73,13 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     let rule = RULE / daily;
     let found = median(&mut ratios);
     let ratio = found / rule;
-    if (BELIEVED.0..=BELIEVED.1).contains(&ratio) || (ratio < 1.0 && tail > LARGEST_SERVINGS) {
+    // Meals may lie beside boluses of another purpose (a clock that is off), and may be logged without
+    // boluses or the other way round: the whole record must say the same.
+    let units: f64 = bolus.iter().flatten().sum();
+    let overall = entries.iter().sum::<f64>() / units / rule;
+    let doubted = (ratio < BELIEVED.0 && overall < BELIEVED.0 && tail <= LARGEST_SERVINGS)
+        || (ratio > BELIEVED.1 && overall > BELIEVED.1);
+    if !doubted {
         return None;
     }
     let grams = TYPICAL / ratio;

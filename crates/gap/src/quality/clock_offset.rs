@@ -1,10 +1,12 @@
 //! `insulin_clock_offset`, `meal_clock_offset`: doses whose clock disagrees with the sensor's.
 //!
-//! Three witnesses, none of which needs the diagnosis' own model:
+//! Four witnesses, none of which needs the diagnosis' own model:
 //! - how far boluses lie from the meals they were given for ([`dose_distance`]): exact to a step,
 //!   but silent about which of the two clocks is off, and about both together;
 //! - when a controller's basal rate answered the sensor ([`controller`]): exact to a step for the
 //!   insulin clock, for automated delivery alone;
+//! - when glucose turned around boluses without a meal ([`corrections`]): the insulin clock of people
+//!   who correct by hand, to about a quarter of an hour;
 //! - how well glucose follows the doses when they are moved ([`sensor_fit`]): coarse, but it speaks of
 //!   either clock.
 //!
@@ -19,12 +21,14 @@
 //! clock within a record.
 
 mod controller;
+mod corrections;
 mod dose_distance;
 mod sensor_fit;
 
 use cohort::{Channel, Person};
 use physiology::STEPS_PER_DAY;
 
+use self::corrections::Corrections;
 use self::dose_distance::DoseDistances;
 use self::sensor_fit::{Offsets, SensorFit};
 use super::{Consequence, Finding};
@@ -35,7 +39,9 @@ use crate::diagnosis::FindingEstimate;
 const MARGIN: f64 = 15.0;
 /// Standard errors over days by which the sensor must prefer one reading to name it.
 const NAMED_Z: f64 = 2.0;
-/// The same where the sensor alone shows an offset, of both clocks: many offsets were tried.
+/// Standard errors from which two witnesses that differ in sign contradict each other.
+const CONTRADICTION_Z: f64 = 1.0;
+/// As [`NAMED_Z`] where the sensor alone shows an offset, of both clocks: many offsets were tried.
 const COMMON_Z: f64 = 2.5;
 /// Evidence that it needs besides, nats.
 const COMMON_GAIN: f64 = 5.0;
@@ -84,18 +90,60 @@ enum Clock {
     Meals,
 }
 
+/// The doses of a record or of a part of it, and what the sensor read.
+struct Doses<'a> {
+    person: &'a Person,
+    carbs: Vec<f64>,
+    bolus: Vec<f64>,
+}
+
+impl<'a> Doses<'a> {
+    fn of(person: &'a Person) -> Self {
+        let amounts = |channel: Channel| -> Vec<f64> {
+            person.record.channel(channel).iter().map(|dose| dose.unwrap_or(0.0)).collect()
+        };
+        Self { person, carbs: amounts(Channel::Carbs), bolus: amounts(Channel::Bolus) }
+    }
+
+    fn corrections(&self, apart: i32) -> Option<Corrections> {
+        Corrections::of(&self.carbs, &self.bolus, self.person.record.cgm(), apart)
+    }
+
+    fn sensor_fit(&self) -> Option<SensorFit> {
+        SensorFit::new(self.person, &self.carbs, &self.bolus)
+    }
+
+    /// By how many standard errors glucose prefers the first offsets to the second: the clearer of the
+    /// two witnesses or both together, and nothing where they contradict each other.
+    fn preference(&self, first: Offsets, second: Offsets) -> f64 {
+        let apart = first.insulin - first.meals;
+        let fit = self.sensor_fit().map(|fit| fit.compare(first, second).z);
+        let turns = self
+            .corrections(apart)
+            .map(|corrections| corrections.preference(first.insulin, second.insulin));
+        let (Some(fit), Some(turns)) = (fit, turns) else { return fit.or(turns).unwrap_or(0.0) };
+        if fit.min(turns) < -CONTRADICTION_Z && fit.max(turns) > CONTRADICTION_Z {
+            return 0.0;
+        }
+        let together = (fit + turns) * std::f64::consts::FRAC_1_SQRT_2;
+        let clearest =
+            [fit, turns, together].into_iter().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        clearest.unwrap_or(together)
+    }
+}
+
 pub(super) fn findings(person: &Person) -> Vec<Finding> {
-    let amounts = |channel: Channel| -> Vec<f64> {
-        person.record.channel(channel).iter().map(|dose| dose.unwrap_or(0.0)).collect()
-    };
-    let (carbs, bolus) = (amounts(Channel::Carbs), amounts(Channel::Bolus));
-    let distances = DoseDistances::count(&carbs, &bolus);
+    let doses = Doses::of(person);
+    let distances = DoseDistances::count(&doses.carbs, &doses.bolus);
     let controlled = controller::delay(person.record.basal(), person.record.cgm());
     let Some(distances) = distances else {
-        return controlled.and_then(|delay| by_controller(person, &delay)).into_iter().collect();
+        return match controlled {
+            Some(delay) => by_controller(person, &delay).into_iter().collect(),
+            None => by_corrections(&doses, None),
+        };
     };
     if let Some(day) = distances.change() {
-        let found = changed(person, &distances, day, &carbs, &bolus);
+        let found = changed(person, &distances, day);
         if !found.is_empty() {
             return found;
         }
@@ -109,15 +157,35 @@ pub(super) fn findings(person: &Person) -> Vec<Finding> {
         return by_controller(person, &delay).into_iter().chain(of_meals).collect();
     }
     if distance.beyond_habit() {
-        let fit = SensorFit::new(person, &carbs, &bolus);
-        return attributed(person, &distance, fit.as_ref(), "");
+        return attributed(&doses, &distance, "");
     }
-    // Distances that scatter say nothing, and then the sensor alone is too weak a witness.
+    // Distances that scatter say nothing, and then glucose alone is too weak a witness.
     if distance.upper - distance.lower > 2.0 * MARGIN {
         return Vec::new();
     }
-    SensorFit::new(person, &carbs, &bolus)
-        .map_or_else(Vec::new, |fit| both_clocks(person, &distance, &fit))
+    let by_fit = doses.sensor_fit().map(|fit| both_clocks(person, &distance, &fit));
+    match by_fit {
+        Some(found) if !found.is_empty() => found,
+        _ => by_corrections(&doses, Some(&distance)),
+    }
+}
+
+/// An offset that the turns around corrections show: of both clocks where `distance` ties the meals
+/// to the boluses.
+fn by_corrections(doses: &Doses<'_>, distance: Option<&Minutes95>) -> Vec<Finding> {
+    let apart = distance.map_or(0, Minutes95::steps);
+    let delay = doses.corrections(apart).and_then(|corrections| corrections.delay());
+    let Some(delay) = delay.filter(Minutes95::beyond_habit) else { return Vec::new() };
+    let about = "glucose turns around boluses without a meal at this offset; the sensor's own clock may \
+                 be the one that is off";
+    let mut found = vec![offset(doses.person, Clock::Insulin, &delay, about)];
+    if let Some(distance) = distance {
+        let meals = delay.minus(distance);
+        let about = "meals lie with the boluses, around which glucose turns at this offset; the sensor's \
+                     own clock may be the one that is off";
+        found.push(offset(doses.person, Clock::Meals, &meals, about));
+    }
+    found
 }
 
 /// An offset of the insulin clock that a controller's answers show.
@@ -127,15 +195,16 @@ fn by_controller(person: &Person, delay: &Minutes95) -> Option<Finding> {
 }
 
 /// Whose offset a distance between boluses and meals is, as far as the sensor tells.
-fn attributed(
-    person: &Person,
-    distance: &Minutes95,
-    fit: Option<&SensorFit>,
-    when: &str,
-) -> Vec<Finding> {
+fn attributed(doses: &Doses<'_>, distance: &Minutes95, when: &str) -> Vec<Finding> {
+    let person = doses.person;
     let insulin = Offsets { meals: 0, insulin: distance.steps() };
     let meals = Offsets { meals: -distance.steps(), insulin: 0 };
-    let z = fit.map_or(0.0, |fit| fit.compare(insulin, meals).z);
+    let z = match controller::delay(person.record.basal(), person.record.cgm()) {
+        // A controller's answer names the insulin clock's offset itself.
+        Some(delay) if (delay.value - distance.value).abs() < delay.value.abs() => f64::INFINITY,
+        Some(_) => f64::NEG_INFINITY,
+        None => doses.preference(insulin, meals),
+    };
     let about = format!("boluses lie at this distance from the meals they were given for{when}");
     if z >= NAMED_Z {
         let about = format!("{about}, and glucose follows the meals as logged");
@@ -162,13 +231,7 @@ fn attributed(
 }
 
 /// An offset that begins within the record.
-fn changed(
-    person: &Person,
-    distances: &DoseDistances,
-    day: usize,
-    carbs: &[f64],
-    bolus: &[f64],
-) -> Vec<Finding> {
+fn changed(person: &Person, distances: &DoseDistances, day: usize) -> Vec<Finding> {
     let (before, after) = (distances.peak(0..day), distances.peak(day..distances.days()));
     let (Some(before), Some(after)) = (before, after) else { return Vec::new() };
     let date = person.record.time(day * STEPS_PER_DAY).date();
@@ -177,11 +240,11 @@ fn changed(
         (true, false) => (before, 0..day, format!(" until {date}")),
         _ => return Vec::new(),
     };
-    // A part of the record: the sensor is asked about those days alone.
+    // Glucose is asked about those days alone.
     let steps = days.start * STEPS_PER_DAY..(days.end * STEPS_PER_DAY).min(person.record.len());
-    let part = person.record.slice(steps.clone()).map(|record| Person { record, ..person.clone() });
-    let fit = part.and_then(|part| SensorFit::new(&part, &carbs[steps.clone()], &bolus[steps]));
-    attributed(person, &wrong, fit.as_ref(), &when)
+    let Some(record) = person.record.slice(steps) else { return Vec::new() };
+    let part = Person { record, ..person.clone() };
+    attributed(&Doses::of(&part), &wrong, &when)
 }
 
 /// An offset of both clocks against the sensor.
