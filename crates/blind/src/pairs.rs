@@ -28,6 +28,10 @@ pub struct PairScore {
     /// F1 if a name whose set of confusable effects holds one that acts, and is not named itself,
     /// counts as that one.
     pub f1_counting_sets: Option<f64>,
+    /// Worlds in which both effects move glucose by 5 mg/dL or more.
+    pub worlds_at_5: usize,
+    /// F1 over those worlds alone.
+    pub f1_at_5: Option<f64>,
 }
 
 /// Names of one world.
@@ -37,6 +41,7 @@ struct Counts {
     right_counting_sets: usize,
     named: usize,
     act: usize,
+    smallest_shift: f64,
 }
 
 impl PairScore {
@@ -51,6 +56,7 @@ impl PairScore {
         let all: Vec<&Counts> = counts.iter().collect();
         let interval = interval_over_worlds(&counts, seed, |drawn| f1(drawn, |c| c.right))?;
         let some = !counts.is_empty();
+        let at_5: Vec<&Counts> = counts.iter().filter(|c| c.smallest_shift >= 5.0).collect();
         Ok(Self {
             worlds: counts.len(),
             precision: Share::of(sum(|c| c.right), sum(|c| c.named))?,
@@ -60,6 +66,8 @@ impl PairScore {
             f1_lower: interval.map(|ends| ends.0),
             f1_upper: interval.map(|ends| ends.1),
             f1_counting_sets: some.then(|| f1(&all, |c| c.right_counting_sets)),
+            worlds_at_5: at_5.len(),
+            f1_at_5: (!at_5.is_empty()).then(|| f1(&at_5, |c| c.right)),
         })
     }
 }
@@ -80,7 +88,14 @@ fn count(world: &ScoredWorld) -> Counts {
             by_set += 1;
         }
     }
-    Counts { right, right_counting_sets: right + by_set, named: found.len(), act: truth.len() }
+    let shifts = world.label.effects.iter().map(|e| e.achieved_mg_dl);
+    Counts {
+        right,
+        right_counting_sets: right + by_set,
+        named: found.len(),
+        act: truth.len(),
+        smallest_shift: shifts.fold(f64::INFINITY, f64::min),
+    }
 }
 
 /// 2 right / (named + acting).
@@ -112,6 +127,11 @@ mod tests {
         assert_eq!((score.both.count, score.both.of), (1, 4));
         assert_eq!(score.f1, Some(6.0 / 13.0));
         assert_eq!(score.f1_counting_sets, Some(8.0 / 13.0));
+        assert_eq!((score.worlds_at_5, score.f1_at_5), (4, score.f1));
+        let mut weaker = worlds.to_vec();
+        weaker[3].label.effects[1].achieved_mg_dl = 1.5;
+        let weaker = PairScore::of(&weaker, 1).expect("countable");
+        assert_eq!((weaker.worlds_at_5, weaker.f1_at_5), (3, Some(6.0 / 11.0)));
         let (lower, upper) = (score.f1_lower.expect("ends"), score.f1_upper.expect("ends"));
         assert!(0.0 <= lower && lower < 6.0 / 13.0 && 6.0 / 13.0 < upper && upper <= 1.0);
     }

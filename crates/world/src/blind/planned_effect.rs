@@ -48,10 +48,10 @@ impl PlannedEffect {
         matches!(self, Self::Named(_))
     }
 
-    /// Largest common factor on the amplitudes that a world may use: six times the published size,
+    /// Largest mean amplitude that a world may use: six times the published size,
     /// and less where the effect is a share that is complete before that.
     #[must_use]
-    pub const fn largest_factor(self) -> f64 {
+    pub const fn largest_amplitude(self) -> f64 {
         match self {
             // Half of the rescue carbohydrate at 1: all of it at 2.
             Self::Named(Effect::UnloggedRescueCarbs) => 2.0,
@@ -77,7 +77,7 @@ mod tests {
     fn every_name_is_read_as_it_is_written() {
         for effect in PlannedEffect::all() {
             assert_eq!(PlannedEffect::from_name(effect.name()), Some(effect));
-            assert!(effect.largest_factor() > 1.0);
+            assert!(effect.largest_amplitude() > 1.0);
         }
         assert_eq!(PlannedEffect::from_name("none"), None);
     }
