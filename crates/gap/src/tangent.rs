@@ -158,6 +158,9 @@ fn observe(
 ) {
     let Some(gain) = &frozen.gains[step] else { return };
     let scored = frozen.innovations[step].is_some();
+    // What was expected before the reading: the state after it holds part of the innovation itself.
+    let correction = frozen.innovations[step].map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
+    let expected = state.interstitial.0 - correction;
     for (block, (lanes, directions)) in lanes.iter_mut().zip(directions.chunks(LANES)).enumerate() {
         let mut change = [0.0; LANES];
         for lane in 0..LANES {
@@ -168,7 +171,7 @@ fn observe(
             if let Direction::Course(courses) = direction {
                 for (field, course) in courses {
                     match field {
-                        Field::SensorGain => change[lane] -= course[step] * state.interstitial.0,
+                        Field::SensorGain => change[lane] -= course[step] * expected,
                         Field::SensorOffset => change[lane] -= course[step],
                         _ => {}
                     }
