@@ -4,6 +4,7 @@ mod agp;
 mod before_after;
 mod canvas;
 mod equivalence;
+mod error_pairs;
 mod example_day;
 mod forest;
 mod palette;
@@ -13,12 +14,12 @@ mod reliability;
 mod schematic;
 mod targets;
 mod training;
-mod twins;
 
 pub(crate) use agp::agp;
-pub(crate) use before_after::before_after;
+pub(crate) use before_after::{Bars, before_after};
 pub(crate) use canvas::Svg;
 pub(crate) use equivalence::equivalence;
+pub(crate) use error_pairs::error_pairs;
 pub(crate) use example_day::example_day;
 pub(crate) use forest::{ForestFrame, ForestRow, forest};
 pub(crate) use palette::{Key, Stroke};
@@ -27,7 +28,6 @@ pub(crate) use reliability::reliability;
 pub(crate) use schematic::{PortShade, schematic};
 pub(crate) use targets::targets;
 pub(crate) use training::training;
-pub(crate) use twins::twins;
 
 /// A figure with the key to its lines.
 pub(crate) type Drawn = (Svg, Vec<Key>);

@@ -60,8 +60,8 @@ const SECTIONS: [Section; 20] = [
     section("which", "Which effect explains the gap", HAS_DIAGNOSIS, effects::body),
     section("how-far", "How far the gap shrinks", HAS_DIAGNOSIS, how_far::body),
     section("tried", "What was weighed", SOUGHT_EFFECTS, candidates::body),
-    section("ports", "Where in the model something is missing", SOUGHT_EFFECTS, ports::body),
-    section("where", "When and for whom the model errs", HAS_DIAGNOSIS, location::body),
+    section("ports", "At which place in the model", SOUGHT_EFFECTS, ports::body),
+    section("where", "Where the gap lies", HAS_DIAGNOSIS, location::body),
     section("targets", "Blind check: targets", HAS_BLIND_CHECK, blind_check::targets),
     section("confusion", "Blind check: truth and answer", HAS_BLIND_CHECK, blind_check::confusion),
     section("power", "Blind check: how small an effect is found", HAS_BLIND_CHECK, {

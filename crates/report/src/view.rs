@@ -24,8 +24,8 @@ pub use blind_check::{
 pub use conformance::{Conformance, ConformanceRow, Verdict};
 pub use diagnosis::{
     Candidate, CellGap, DataQualityFinding, DetectionPower, Diagnosis, DiagnosisPerson,
-    DiagnosisVerdict, Effect, FindingEstimate, HorizonChange, HorizonError, HowFar, OutcomeChange,
-    PersonAmplitude, PortEvidence, Untried,
+    DiagnosisVerdict, Effect, FindingEstimate, FittedAmplitude, HorizonChange, HorizonError,
+    HowFar, InnovationChange, OutcomeChange, PersonAmplitude, PersonChange, PortEvidence, Untried,
 };
 pub use example_day::ExampleDay;
 pub use manifest::{Manifest, ManifestInput};

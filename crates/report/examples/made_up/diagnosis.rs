@@ -115,19 +115,40 @@ fn power() -> Value {
 }
 
 fn how_far() -> Value {
-    let horizon = |minutes: u32, before: f64, change: f64, half: f64| {
+    let horizon = |minutes: u32, before: f64, change: f64, half: f64, reconstructed: bool| {
+        let floor = (!reconstructed).then_some(0.6 * before);
+        let removed = floor.map(|floor| -change / (before - floor));
         json!({"minutes": minutes, "mae_before": before, "mae_after": before + change,
-            "difference": {"value": change, "lower": change - half, "upper": change + half}})
+        "difference": {"value": change, "lower": change - half, "upper": change + half},
+        "reconstructed": reconstructed, "floor": floor, "people": 11, "runs": 2100,
+        "share_above_floor": removed.map(|value| {
+            json!({"value": value, "lower": value - 0.1, "upper": value + 0.1})
+        })})
     };
-    let outcome = |metric: &str, margin: f64, before: f64, after: f64, reconstructed: bool| {
+    let outcome = |metric: &str, margin: f64, before: f64, after: f64| {
         json!({"metric": metric, "margin": margin, "p_before": before, "p_after": after,
-            "reconstructed": reconstructed})
+            "difference_before": 0.6 * margin, "difference_after": 0.3 * margin, "people": 11})
     };
-    json!({"horizons": [horizon(60, 14.5, -0.9, 0.3), horizon(300, 30.4, -2.5, 0.9),
-            horizon(1440, 44.8, -1.1, 1.6)],
-        "outcomes": [outcome("tir", 5.0, 0.4, 0.01, false), outcome("tar", 5.0, 0.2, 0.03, false),
-            outcome("tbr", 1.0, 0.3, 0.2, true), outcome("lbgi", 0.5, 0.02, 0.01, false),
-            outcome("hbgi", 1.0, 0.3, 0.04, false), outcome("mg", 10.0, 0.01, 0.08, false)],
+    let people: Vec<Value> = (1..=11_u32)
+        .map(|k| {
+            let before = [12.0, 26.0, 39.0].map(|error| error + f64::from(k * 7 % 11));
+            let after =
+                [0.94, 0.92, 0.98].map(|share| share + 0.01 * (f64::from(k * 5 % 11) - 4.0));
+            let after: Vec<f64> = before.iter().zip(after).map(|(b, share)| b * share).collect();
+            json!({"person_id": format!("p{k:02}"), "days": 14, "mae_before": before,
+                "mae_after": after})
+        })
+        .collect();
+    json!({"horizons": [horizon(60, 14.5, -0.9, 0.3, false), horizon(300, 30.4, -2.5, 0.9, false),
+            horizon(1440, 44.8, -1.1, 1.6, false), horizon(300, 30.4, -6.1, 1.2, true)],
+        "outcomes": [outcome("tir", 5.0, 0.4, 0.01), outcome("tar", 5.0, 0.2, 0.03),
+            outcome("tbr", 1.0, 0.3, 0.2), outcome("lbgi", 0.5, 0.02, 0.01),
+            outcome("hbgi", 1.0, 0.3, 0.04), outcome("mg", 10.0, 0.01, 0.08)],
+        "amplitudes": [{"effect": "dawn", "variant": 0, "sd": 0.3, "people": [1.1, 1.0],
+            "mean": {"value": 1.05, "lower": 0.8, "upper": 1.3}}],
+        "innovations": {"before": -410.0, "after": -395.5,
+            "difference": {"value": 14.5, "lower": 8.1, "upper": 20.9}},
+        "people": people,
         "notes": ["Held-out days are the last third of each person's record."]})
 }
 

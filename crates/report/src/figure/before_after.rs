@@ -4,7 +4,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
 use super::canvas::{WIDTH, draw};
-use super::palette::{BLUE, GREY, Key};
+use super::palette::{BLUE, GREY, Key, Stroke, VERMILLION, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
 use crate::number::fixed;
@@ -13,12 +13,24 @@ use crate::number::fixed;
 const BAR: i32 = 34;
 /// Height that one horizon takes, canvas units.
 const GROUP: i32 = 110;
+/// The error of a perfect model.
+const FLOOR: Stroke = solid(VERMILLION, 7);
 
-/// Draws two bars for each `(name, before, after)`, or `None` without a row.
-pub(crate) fn before_after(
-    rows: &[(String, Option<f64>, Option<f64>)],
-) -> Result<Option<Drawn>, ReportError> {
-    let errors = || rows.iter().flat_map(|(_, before, after)| [*before, *after]).flatten();
+/// Errors at one horizon, mg/dL.
+pub(crate) struct Bars {
+    /// Its name.
+    pub(crate) name: String,
+    /// Error before.
+    pub(crate) before: Option<f64>,
+    /// Error after.
+    pub(crate) after: Option<f64>,
+    /// Error that a perfect model would have.
+    pub(crate) floor: Option<f64>,
+}
+
+/// Draws two bars a row, or `None` without an error.
+pub(crate) fn before_after(rows: &[Bars]) -> Result<Option<Drawn>, ReportError> {
+    let errors = || rows.iter().flat_map(|row| [row.before, row.after, row.floor]).flatten();
     if errors().next().is_none() {
         return Ok(None);
     }
@@ -34,7 +46,7 @@ pub(crate) fn before_after(
     };
     let svg = draw("Held-out error before and after by horizon", panel.bottom + 110, |canvas| {
         panel.frame(canvas, "Mean absolute error (mg/dL)", "")?;
-        for (index, (name, before, after)) in rows.iter().enumerate() {
+        for (index, Bars { name, before, after, floor }) in rows.iter().enumerate() {
             let middle = panel.top + GROUP * index as i32 + GROUP / 2;
             canvas.text(name, (panel.left - 14, middle), (HPos::Right, VPos::Center))?;
             let bars = [(before, GREY, middle - BAR - 4), (after, BLUE, middle + 4)];
@@ -45,12 +57,19 @@ pub(crate) fn before_after(
                 let place = (end + 10, top + BAR / 2);
                 canvas.text(&fixed(value, 1), place, (HPos::Left, VPos::Center))?;
             }
+            if let Some(floor) = *floor {
+                let (x, _) = panel.at(floor, 0.0);
+                canvas.path(vec![(x, middle - BAR - 12), (x, middle + BAR + 12)], FLOOR)?;
+            }
         }
         Ok(())
     })?;
-    let keys = vec![
+    let mut keys = vec![
         Key::area("Before: the recalibrated model (upper bar)", GREY, 1.0),
         Key::area("After: with the effects (lower bar)", BLUE, 1.0),
     ];
+    if rows.iter().any(|row| row.floor.is_some()) {
+        keys.push(Key::line("What a perfect model would leave (a bound)", FLOOR));
+    }
     Ok(Some((svg, keys)))
 }

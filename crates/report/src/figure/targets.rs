@@ -62,7 +62,7 @@ pub(crate) fn targets(rows: &[(String, &Target)]) -> Result<Option<Drawn>, Repor
     let keys = vec![
         Key::marker("Met, with its 95 % interval", met, Marker::Disc),
         Key::marker("Missed, with its 95 % interval", missed, Marker::Cross),
-        Key::area("Where the target is met; the black line is its limit", SHADE, 1.0),
+        Key::area("Where the target is met; the line across it is its limit", SHADE, 1.0),
     ];
     Ok(Some((svg, keys)))
 }

@@ -1,15 +1,16 @@
 //! How far the gap shrinks once the effects found are added.
 
-use super::words::ahead;
-use crate::figure::{ForestFrame, ForestRow, before_after, forest};
+mod outcomes;
+mod people;
+
+use super::words::{ahead, effect};
+use crate::figure::{Bars, ForestFrame, ForestRow, before_after, forest};
 use crate::html::{Column, Html};
-use crate::number::{optional, p_value, range};
-use crate::view::{HorizonChange, HowFar, OutcomeChange};
+use crate::number::{ABSENT, interval, optional, percent, range};
+use crate::view::{HorizonChange, HowFar};
 use crate::{Inputs, ReportError};
 
-/// Level of the equivalence tests.
-const LEVEL: f64 = 0.05;
-/// What marks a figure that rests on a reconstructed driver.
+/// What marks a figure that rests on events inferred from the readings that are to be predicted.
 const RECONSTRUCTED: &str = " (reconstructed)";
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
@@ -25,11 +26,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         );
     }
     horizons(&mut html, &how_far.horizons)?;
-    outcomes(&mut html, &how_far.outcomes);
+    outcomes::table(&mut html, &how_far.outcomes);
+    fits(&mut html, &how_far);
+    people::body(&mut html, &how_far)?;
     notes(&mut html, &how_far);
     Ok(html)
 }
 
+/// Name of a row in a figure.
 fn name(row: &HorizonChange) -> String {
     let mark = if row.reconstructed { "*" } else { "" };
     format!("{}{mark}", ahead(row.minutes))
@@ -39,8 +43,15 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
     if changes.is_empty() {
         return Ok(());
     }
-    let bars: Vec<_> =
-        changes.iter().map(|row| (name(row), row.mae_before, row.mae_after)).collect();
+    let bars: Vec<Bars> = changes
+        .iter()
+        .map(|row| Bars {
+            name: name(row),
+            before: row.mae_before,
+            after: row.mae_after,
+            floor: row.floor,
+        })
+        .collect();
     if let Some((svg, keys)) = before_after(&bars)? {
         html.figure(
             &svg,
@@ -69,16 +80,22 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
              is smaller with the effects.",
         );
     }
+    let whole = |n: Option<usize>| n.map_or_else(|| ABSENT.to_owned(), |n| n.to_string());
     let rows: Vec<(bool, Vec<String>)> = changes
         .iter()
         .map(|row| {
             let smaller = row.difference.and_then(|d| d.upper).is_some_and(|upper| upper < 0.0);
             let mark = if row.reconstructed { RECONSTRUCTED } else { "" };
+            let removed = row.share_above_floor.and_then(|share| share.value);
             let cells = vec![
                 format!("{}{mark}", ahead(row.minutes)),
                 optional(row.mae_before, 1),
                 optional(row.mae_after, 1),
                 range(row.difference, 1),
+                optional(row.floor, 1),
+                removed.map_or_else(|| ABSENT.to_owned(), percent),
+                whole(row.people),
+                whole(row.runs),
             ];
             (smaller, cells)
         })
@@ -90,63 +107,59 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
             ("Before", Column::Number),
             ("After", Column::Number),
             ("After \u{2212} before (interval over people)", Column::Number),
+            ("Perfect model", Column::Number),
+            ("Excess removed", Column::Number),
+            ("People", Column::Number),
+            ("Runs", Column::Number),
         ],
         &rows,
     );
     Ok(())
 }
 
-fn outcomes(html: &mut Html, changes: &[OutcomeChange]) {
-    if changes.is_empty() {
-        return;
-    }
-    let equivalent = |p: Option<f64>| p.is_some_and(|p| p < LEVEL);
-    let rows: Vec<(bool, Vec<String>)> = changes
+/// What was fitted on training days, and the one-step fit of the days held out.
+fn fits(html: &mut Html, how_far: &HowFar) {
+    let rows: Vec<(bool, Vec<String>)> = how_far
+        .amplitudes
         .iter()
-        .map(|row| {
-            let (before, after) = (equivalent(row.p_before), equivalent(row.p_after));
-            let words = match (row.p_before.is_some() && row.p_after.is_some(), before, after) {
-                (false, ..) => "not tested",
-                (_, false, true) => "becomes equivalent",
-                (_, true, false) => "no longer equivalent",
-                (_, true, true) => "equivalent, as before",
-                (_, false, false) => "not shown, as before",
-            };
-            let mark = if row.reconstructed { RECONSTRUCTED } else { "" };
-            let p = |p: Option<f64>| p_value(p.unwrap_or(f64::NAN));
-            let cells = vec![
-                format!("{}{mark}", row.metric.to_uppercase()),
-                optional(row.margin, 1),
-                p(row.p_before),
-                p(row.p_after),
-                words.to_owned(),
-            ];
-            (before != after, cells)
-        })
+        .map(|row| (false, vec![effect(&row.effect), range(row.mean, 2), optional(row.sd, 2)]))
         .collect();
-    html.table(
-        "Equivalence of simulated and real outcomes (p of the two one-sided tests; below 0.05: \
-         equivalent within the margin); bold: changes",
-        &[
-            ("Outcome", Column::Text),
-            ("Margin", Column::Number),
-            ("p before", Column::Number),
-            ("p after", Column::Number),
-            ("In words", Column::Text),
-        ],
-        &rows,
-    );
+    if !rows.is_empty() {
+        html.table(
+            "Size of the effects as fitted on training days (1 = published)",
+            &[
+                ("Effect", Column::Text),
+                ("Mean over people (interval)", Column::Number),
+                ("SD between people", Column::Number),
+            ],
+            &rows,
+        );
+    }
+    if let Some(innovations) = &how_far.innovations {
+        html.paragraph(&format!(
+            "The log-likelihood of a held-out day's readings, each predicted from those before it, \
+             changes by {} nats.",
+            interval(innovations.difference, 1)
+        ));
+    }
 }
 
 fn notes(html: &mut Html, how_far: &HowFar) {
     let mut notes = how_far.notes.clone();
+    if how_far.horizons.iter().any(|row| row.share_above_floor.is_some()) {
+        notes.push(
+            "Excess: the error before above that of a perfect model. The latter is a bound under the \
+             noise that the filter assumes, not a measurement."
+                .to_owned(),
+        );
+    }
     let reconstructed = how_far.horizons.iter().any(|row| row.reconstructed)
         || how_far.outcomes.iter().any(|row| row.reconstructed);
     if reconstructed {
         notes.push(
-            "Rows marked as reconstructed (* in figures) use events that the record does not hold \
-             and that were inferred from the same readings; they say how well the effect describes \
-             the data, not how well it forecasts."
+            "Rows marked as reconstructed (* in figures) use events that were inferred from the \
+             held-out readings themselves. They are no prediction: they say what knowing the events \
+             would remove."
                 .to_owned(),
         );
     }

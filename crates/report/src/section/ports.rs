@@ -33,8 +33,8 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         &svg,
         &keys,
         "The model in a sketch. Insulin comes from the left, meals from the right; both meet in \
-         blood glucose, which the sensor reads. The darker a place, the more probable it is that \
-         something is missing there. The table says the same in numbers.",
+         blood glucose, which the sensor reads. The deeper the colour of a place, the more probable it is \
+         that something is missing there. The table says the same in numbers.",
     );
     let mut ports: Vec<&PortEvidence> = diagnosis.ports.iter().collect();
     ports.sort_by(|a, b| order(b).total_cmp(&order(a)));

@@ -16,7 +16,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         count(made, "twin was", "twins were"),
         count(twins.people.len(), "person", "people")
     ));
-    if let Some((svg, keys)) = figure::twins(twins)? {
+    let points: Vec<(f64, f64)> =
+        twins.people.iter().filter_map(|p| Some((p.rmse_population?, p.rmse_twin?))).collect();
+    let titles = [
+        "Error of each twin against the population model",
+        "RMSE of the population network (mg/dL)",
+        "RMSE of the twin (mg/dL)",
+    ];
+    if let Some((svg, keys)) = figure::error_pairs(titles, &points)? {
         html.figure(
             &svg,
             &keys,

@@ -174,15 +174,16 @@ fn least_found(diagnosis: &Diagnosis, name: Option<&str>) -> Option<f64> {
 /// What the effects do to the error, at the longest horizon at which it changes for certain, or
 /// at the longest.
 fn shrinks(diagnosis: &Diagnosis) -> Option<String> {
-    let changes = &diagnosis.how_far.as_ref()?.horizons;
+    // A reconstruction is no prediction.
+    let predicted =
+        || diagnosis.how_far.iter().flat_map(|h| &h.horizons).filter(|h| !h.reconstructed);
     let certain = |h: &&crate::view::HorizonChange| {
         h.difference.and_then(|d| d.upper).is_some_and(|upper| upper < 0.0)
     };
-    let change = changes
-        .iter()
+    let change = predicted()
         .filter(certain)
         .max_by_key(|h| h.minutes)
-        .or_else(|| changes.iter().max_by_key(|h| h.minutes))?;
+        .or_else(|| predicted().max_by_key(|h| h.minutes))?;
     let (before, after) = (change.mae_before?, change.mae_after?);
     let with = if diagnosis.effects.len() == 1 { "With it" } else { "With them" };
     let open = if certain(&change) { "" } else { ", a change that the data cannot tell from none" };

@@ -197,9 +197,54 @@ pub struct HowFar {
     /// Equivalence of outcomes.
     #[serde(default)]
     pub outcomes: Vec<OutcomeChange>,
+    /// Amplitudes fitted on training days.
+    #[serde(default, deserialize_with = "entries")]
+    pub amplitudes: Vec<FittedAmplitude>,
+    /// Held-out one-step fit.
+    #[serde(default, deserialize_with = "lenient")]
+    pub innovations: Option<InnovationChange>,
+    /// Every person's errors.
+    #[serde(default, deserialize_with = "entries")]
+    pub people: Vec<PersonChange>,
     /// What a reader of these figures should know.
     #[serde(default, deserialize_with = "entries")]
     pub notes: Vec<String>,
+}
+
+/// Amplitude of an effect in people's training days.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct FittedAmplitude {
+    /// The effect.
+    pub effect: String,
+    /// Mean over people.
+    #[serde(default, deserialize_with = "lenient")]
+    pub mean: Option<Range>,
+    /// Standard deviation between people.
+    #[serde(default, deserialize_with = "lenient")]
+    pub sd: Option<f64>,
+}
+
+/// One-step predictions of held-out days before and after.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct InnovationChange {
+    /// Log-likelihood of a day's readings after minus before, nats.
+    pub difference: WithInterval,
+}
+
+/// Held-out errors of one person.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct PersonChange {
+    /// The person.
+    pub person_id: String,
+    /// Days held out that contribute a run.
+    #[serde(default)]
+    pub days: usize,
+    /// Mean absolute errors before, mg/dL, one a horizon that is not reconstructed.
+    #[serde(default)]
+    pub mae_before: Vec<Option<f64>>,
+    /// Mean absolute errors after, mg/dL.
+    #[serde(default)]
+    pub mae_after: Vec<Option<f64>>,
 }
 
 /// Held-out error at one horizon, before and after.
@@ -216,10 +261,22 @@ pub struct HorizonChange {
     /// After minus before, mg/dL.
     #[serde(default, deserialize_with = "lenient")]
     pub difference: Option<Range>,
-    /// Whether the effect after was fed with a driver that the record does not hold and that was
-    /// reconstructed from it.
+    /// Whether the effects were reconstructed from the held-out readings themselves: no prediction,
+    /// but what knowing the events would remove.
     #[serde(default)]
     pub reconstructed: bool,
+    /// The error that the model after would have if it were perfect, mg/dL.
+    #[serde(default, deserialize_with = "lenient")]
+    pub floor: Option<f64>,
+    /// Share of the error above the floor that is removed.
+    #[serde(default, deserialize_with = "lenient")]
+    pub share_above_floor: Option<Range>,
+    /// People who contribute.
+    #[serde(default, deserialize_with = "lenient")]
+    pub people: Option<usize>,
+    /// Free runs that contribute.
+    #[serde(default, deserialize_with = "lenient")]
+    pub runs: Option<usize>,
 }
 
 /// Equivalence of one outcome, before and after.
@@ -236,6 +293,12 @@ pub struct OutcomeChange {
     /// p after.
     #[serde(default, deserialize_with = "lenient")]
     pub p_after: Option<f64>,
+    /// Simulated minus measured before, in the outcome's unit.
+    #[serde(default, deserialize_with = "lenient")]
+    pub difference_before: Option<f64>,
+    /// The same after.
+    #[serde(default, deserialize_with = "lenient")]
+    pub difference_after: Option<f64>,
     /// As in [`HorizonChange::reconstructed`].
     #[serde(default)]
     pub reconstructed: bool,

@@ -126,11 +126,35 @@ fn candidates_stand_by_gain_with_the_untried_below() {
 #[test]
 fn reconstructed_rows_are_marked_and_explained() {
     let html = diagnosis_page("effect", &[]);
-    assert!(html.contains("TBR (reconstructed)") && html.contains("no longer equivalent"));
+    assert!(html.contains("5 h (reconstructed)") && html.contains("no longer equivalent"));
+    // A reconstruction is no prediction, and stays out of the verdict.
+    assert!(verdict_of(&html).contains("goes from 30.4 to 27.9 mg/dL"));
     assert!(html.contains("Rows marked as reconstructed") && html.contains("last third of each"));
     let plain = json!([{"metric": "tir", "margin": 5.0, "p_before": 0.4, "p_after": 0.01}]);
-    let html = diagnosis_page("effect", &[("/how_far/outcomes", plain)]);
+    let bare = json!({"horizons": [], "outcomes": plain});
+    let html = diagnosis_page("effect", &[("/how_far", bare)]);
     assert!(!html.contains("reconstructed") && html.contains("becomes equivalent"));
+}
+
+#[test]
+fn shrinkage_is_told_by_horizon_and_person() {
+    let html = diagnosis_page("effect", &[]);
+    let (_, section) = html.split_once("<section id=\"how-far\">").expect("a section");
+    let (section, _) = section.split_once("</section>").expect("it ends");
+    for words in [
+        // 2.5 of the 12.16 mg/dL above the floor.
+        "<td>5 h</td><td class=\"number\">30.4</td><td class=\"number\">27.9</td><td \
+         class=\"number\">\u{2212}2.5 (\u{2212}3.4 to \u{2212}1.6)</td><td \
+         class=\"number\">18.2</td><td class=\"number\">21\u{a0}%</td>",
+        "aria-label=\"Held-out error of every person before and after\"",
+        "Before, 5 h ahead (mg/dL)",
+        "Errors of 11 people",
+        "changes by 14.5 (8.1 to 20.9) nats",
+        "1.05 (0.80 to 1.30)",
+        "What a perfect model would leave",
+    ] {
+        assert!(section.contains(words), "{words}");
+    }
 }
 
 #[test]
@@ -154,6 +178,7 @@ fn what_is_missing_or_odd_is_shown_as_absent() {
             ("/power", json!([{"shift_mg_dl": 5.0, "power": 0.95}, {"effect": "dawn"}])),
             ("/how_far/horizons", json!([{"minutes": 300}, {"minutes": 60, "mae_before": 3.0}])),
             ("/how_far/outcomes", json!([{"metric": "tir"}])),
+            ("/how_far/people", json!([{"person_id": "p1"}, {"mae_before": [1.0]}])),
             ("/where", json!([])),
         ],
     );

@@ -7,11 +7,12 @@ use crate::made_up;
 use crate::reading::{SECTIONS, check_structure, page, with};
 
 /// Labels of the figures that the made-up run must show.
-const FIGURES: [&str; 17] = [
+const FIGURES: [&str; 18] = [
     "Size of the effect: dawn",
     "Size of the effect: exercise",
     "Held-out error before and after by horizon",
     "Change of the held-out error by horizon",
+    "Held-out error of every person before and after",
     "Where in the model something is missing",
     "Mean error by time of day",
     "Mean error by situation",

@@ -44,7 +44,8 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         &Heat { corner: "Truth".to_owned(), columns, rows },
     );
     html.literal("<p class=\"note\">").text(
-        "Framed cells are right, others are not; the darker, the larger their share of the row. Where \
+        "Framed cells are right, others are not; the deeper the colour, the larger their share of \
+         the row. Where \
          several effects were named the first counts. Worlds with two effects are scored apart.",
     );
     html.literal("</p>\n");

@@ -1,16 +1,17 @@
-//! Error of every twin against the error of the population model.
+//! Error of every person with one model against the error with another.
 
 use super::Drawn;
 use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREY, Key, Marker, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::Twins;
 
-/// Draws one point a person, or `None` where nobody has both errors.
-pub(crate) fn twins(twins: &Twins) -> Result<Option<Drawn>, ReportError> {
-    let points: Vec<(f64, f64)> =
-        twins.people.iter().filter_map(|p| Some((p.rmse_population?, p.rmse_twin?))).collect();
+/// Draws one point a person, or `None` without a point. Titles are those of the figure, of the
+/// horizontal and of the vertical axis.
+pub(crate) fn error_pairs(
+    titles: [&str; 3],
+    points: &[(f64, f64)],
+) -> Result<Option<Drawn>, ReportError> {
     if points.is_empty() {
         return Ok(None);
     }
@@ -25,12 +26,9 @@ pub(crate) fn twins(twins: &Twins) -> Result<Option<Drawn>, ReportError> {
         y: axis.clone(),
     };
     let diagonal = dashed(GREY, 3, 10, 8);
-    let svg = draw("Error of each twin against the population model", 750, |canvas| {
-        panel.frame(
-            canvas,
-            "RMSE of the population network (mg/dL)",
-            "RMSE of the twin (mg/dL)",
-        )?;
+    let [name, x_title, y_title] = titles;
+    let svg = draw(name, 750, |canvas| {
+        panel.frame(canvas, x_title, y_title)?;
         let (low, high) = axis.range;
         panel.line(canvas, [(low, Some(low)), (high, Some(high))], diagonal)?;
         points.iter().try_for_each(|(x, y)| canvas.marker(panel.at(*x, *y), Marker::Disc, BLUE))
