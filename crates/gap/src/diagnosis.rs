@@ -292,6 +292,10 @@ pub struct PersonChange {
     pub mae_before: Vec<Option<f64>>,
     /// Mean absolute errors after, mg/dL.
     pub mae_after: Vec<Option<f64>>,
+    /// Mean absolute errors with hidden events and random factors reconstructed as well, mg/dL; empty
+    /// where none were found. No prediction: see [`HorizonChange::reconstructed`].
+    #[serde(default)]
+    pub mae_reconstructed: Vec<Option<f64>>,
 }
 
 /// Errors of the calibrated plant at one horizon, with person-level 95 % intervals.

@@ -13,9 +13,11 @@
 mod drivers;
 mod floor;
 mod folds;
+mod hidden;
 mod hierarchy;
 mod judge;
 mod modulated_plant;
+mod reconstruction;
 mod refit;
 #[cfg(test)]
 mod sample;
@@ -30,8 +32,10 @@ use serde::{Deserialize, Serialize};
 
 use self::drivers::Driver;
 use self::folds::Folds;
+use self::hidden::Hidden;
 use self::hierarchy::{Hierarchy, empirical_bayes};
 use self::judge::{Candidate, Day, Floor, HeldOut};
+use self::reconstruction::{Linear, Strength, Tally};
 use self::refit::{Equations, Fit, Training};
 use self::summary::{Pair, Summary};
 use crate::calibration::Calibration;
@@ -154,23 +158,48 @@ pub fn how_far(
     for (place, subject) in subjects.iter_mut().enumerate() {
         subject.drive(place, &driven);
     }
+    let is_hidden = |place: &usize| {
+        subjects.iter().any(|subject| {
+            matches!(subject.forms[*place], Some(Form::Events(_) | Form::Random { .. }))
+        })
+    };
+    let hidden: Vec<usize> = (0..found.len()).filter(is_hidden).collect();
     let mut notes = Vec::new();
-    if driven.is_empty() {
+    if driven.is_empty() && hidden.is_empty() {
+        if !found.is_empty() {
+            notes.push("nobody's record signals the effects found".to_owned());
+        }
         return Ok(HowFar { notes, ..HowFar::default() });
     }
     let (units, hierarchies) = fitted(&subjects, &driven, config, rule);
-    let judged: Vec<Result<(usize, Vec<(usize, Pair)>), GapError>> =
-        units.into_par_iter().map(|unit| unit.judged(config, rule)).collect();
-    let days = gathered(&subjects, judged, &mut notes);
-    let summary = Summary { people: &days, config, rule, seed };
-    Ok(HowFar {
-        horizons: summary.horizons(false)?,
-        outcomes: summary.outcomes()?,
-        amplitudes: amplitudes(&driven, &hierarchies),
-        innovations: summary.innovations()?,
-        people: summary.people(),
+    let strengths = strengths(&subjects, &units, found, &hidden, config, rule, &mut notes);
+    let judged: Vec<Result<Judged, GapError>> = units
+        .par_iter()
+        .map(|unit| unit.judged(&subjects[unit.subject], &hidden, &strengths, config, rule))
+        .collect();
+    let (predicted, reconstructed) = gathered(&subjects, judged, &mut notes);
+    let summary = Summary { people: &predicted, config, rule, seed };
+    let mut changed = HowFar {
+        people: summary.people(if hidden.is_empty() { &[] } else { &reconstructed }),
         notes,
-    })
+        ..HowFar::default()
+    };
+    if !driven.is_empty() {
+        changed.horizons = summary.horizons(false)?;
+        changed.outcomes = summary.outcomes()?;
+        changed.innovations = summary.innovations()?;
+        changed.amplitudes = amplitudes(&driven, &hierarchies);
+    }
+    if !hidden.is_empty() {
+        let summary = Summary { people: &reconstructed, config, rule, seed };
+        changed.horizons.extend(summary.horizons(true)?);
+        let names: Vec<&str> = hidden.iter().map(|k| found[*k].effect.card().name).collect();
+        changed.notes.push(format!(
+            "{} cannot be predicted: rows marked as reconstructed use the readings of the days held out",
+            names.join(", ")
+        ));
+    }
+    Ok(changed)
 }
 
 /// A person with what her drivers look at.
@@ -242,18 +271,61 @@ impl Unit<'_> {
         }
     }
 
-    /// The unit's days, judged with both fits, and whose they are.
+    /// What training days say about each hidden effect.
+    ///
+    /// # Errors
+    /// As [`filter`](crate::filter::filter()).
+    fn tallies(
+        &self,
+        subject: &Subject<'_>,
+        hidden: &[(usize, Strength)],
+        config: &DiagnosisConfig,
+    ) -> Result<Vec<Tally>, GapError> {
+        let mut tallies = vec![Tally::default(); hidden.len()];
+        for range in &self.training.stretches {
+            let mut linear = self.linear(range, config)?;
+            for (tally, (place, strength)) in tallies.iter_mut().zip(hidden) {
+                if let Some(form) = &subject.forms[*place] {
+                    let course = &self.training.course;
+                    let (_, counted) = linear.reconstruct(form, *strength, range, course)?;
+                    *tally = tally.plus(counted);
+                }
+            }
+        }
+        Ok(tallies)
+    }
+
+    /// The innovations of a stretch under the fit with effects.
+    fn linear(
+        &self,
+        range: &std::ops::Range<usize>,
+        config: &DiagnosisConfig,
+    ) -> Result<Linear<'_>, GapError> {
+        let training = &self.training;
+        let modulations = drivers::modulations(
+            &training.drivers,
+            &self.after.amplitudes,
+            &training.course,
+            |_| true,
+        );
+        Linear::new(training.observations, range, &modulations, &self.after, config)
+    }
+
+    /// The unit's days, judged with both fits, and with hidden changes reconstructed where there are.
     fn judged(
-        self,
+        &self,
+        subject: &Subject<'_>,
+        hidden: &[usize],
+        strengths: &[Vec<Strength>],
         config: &DiagnosisConfig,
         rule: &HowFarRule,
-    ) -> Result<(usize, Vec<(usize, Pair)>), GapError> {
-        if let Some(error) = self.failed {
-            return Err(error);
+    ) -> Result<Judged, GapError> {
+        if let Some(error) = &self.failed {
+            return Err(error.clone());
         }
-        let Some(block) = self.folds.held_out(self.fold) else {
-            return Ok((self.subject, Vec::new()));
-        };
+        let mut judged =
+            Judged { subject: self.subject, predicted: Vec::new(), reconstructed: Vec::new() };
+        let Some(block) = self.folds.held_out(self.fold) else { return Ok(judged) };
         let held_out = HeldOut {
             observations: self.training.observations,
             whole_days: &self.folds.whole_days(&block),
@@ -261,16 +333,93 @@ impl Unit<'_> {
             config,
             rule,
         };
-        let mut course = self.training.course;
-        let before = Candidate { fit: &self.before, drivers: &[] };
+        let mut course = self.training.course.clone();
+        let before = Candidate { fit: &self.before, drivers: &[], hidden: None };
         let before = held_out.judge(&before, &mut course, Floor::Skip)?;
-        let after = Candidate { fit: &self.after, drivers: &self.training.drivers };
-        let after = held_out.judge(&after, &mut course, Floor::Take)?;
-        let pair = |((day, before), (_, after)): ((usize, Day), (usize, Day))| {
-            (day, Pair { before, after })
+        let after = if self.training.drivers.is_empty() {
+            before.clone()
+        } else {
+            let drivers = &self.training.drivers;
+            let candidate = Candidate { fit: &self.after, drivers, hidden: None };
+            held_out.judge(&candidate, &mut course, Floor::Take)?
         };
-        Ok((self.subject, before.into_iter().zip(after).map(pair).collect()))
+        if !hidden.is_empty() {
+            let mut linear = self.linear(&held_out.seen(), config)?;
+            let mut changes = Hidden::default();
+            for (place, strength) in hidden.iter().zip(&strengths[self.fold]) {
+                if let Some(form) = &subject.forms[*place] {
+                    changes.extend(linear.reconstruct(form, *strength, &block, &course)?.0);
+                }
+            }
+            let drivers = &self.training.drivers;
+            let candidate = Candidate { fit: &self.after, drivers, hidden: Some(&changes) };
+            let known = held_out.judge(&candidate, &mut course, Floor::Skip)?;
+            judged.reconstructed = pairs(after.clone(), known);
+        }
+        judged.predicted = pairs(before, after);
+        Ok(judged)
     }
+}
+
+/// A person's days of one fold, by number.
+struct Judged {
+    subject: usize,
+    predicted: Vec<(usize, Pair)>,
+    reconstructed: Vec<(usize, Pair)>,
+}
+
+fn pairs(before: Vec<(usize, Day)>, after: Vec<(usize, Day)>) -> Vec<(usize, Pair)> {
+    let pair =
+        |((day, before), (_, after)): ((usize, Day), (usize, Day))| (day, Pair { before, after });
+    before.into_iter().zip(after).map(pair).collect()
+}
+
+/// How frequent and strong each hidden effect is in the training days of each fold, over all people: one
+/// list a fold. Who cannot be counted is left to a note.
+fn strengths(
+    subjects: &[Subject<'_>],
+    units: &[Unit<'_>],
+    found: &[NamedEffect<'_>],
+    hidden: &[usize],
+    config: &DiagnosisConfig,
+    rule: &HowFarRule,
+    notes: &mut Vec<String>,
+) -> Vec<Vec<Strength>> {
+    let form_of = |place: usize| subjects.iter().find_map(|s| s.forms[place].as_ref());
+    let first: Vec<(usize, Strength)> = hidden
+        .iter()
+        .filter_map(|place| {
+            let people = subjects.len() as f64;
+            let amplitude = &found[*place].amplitude;
+            let mean = (0..subjects.len()).map(|i| amplitude.of(i)).sum::<f64>() / people;
+            Some((*place, reconstruction::published(form_of(*place)?, mean)?))
+        })
+        .collect();
+    let tallies: Vec<Option<Vec<Tally>>> = units
+        .par_iter()
+        .map(|unit| unit.tallies(&subjects[unit.subject], &first, config).ok())
+        .collect();
+    let lost = tallies.iter().filter(|tally| tally.is_none()).count();
+    if lost > 0 {
+        notes.push(format!("hidden events of {lost} fits could not be counted"));
+    }
+    (0..rule.folds)
+        .map(|fold| {
+            let of_fold = units.iter().zip(&tallies).filter(|(unit, _)| unit.fold == fold);
+            let mut sums = vec![Tally::default(); first.len()];
+            for tallies in of_fold.filter_map(|(_, tallies)| tallies.as_ref()) {
+                for (sum, tally) in sums.iter_mut().zip(tallies) {
+                    *sum = sum.plus(*tally);
+                }
+            }
+            sums.iter()
+                .zip(&first)
+                .map(|(sum, (place, strength))| {
+                    form_of(*place).map_or(*strength, |form| sum.strength(form, *strength))
+                })
+                .collect()
+        })
+        .collect()
 }
 
 /// Fits before and after for every person and fold, and the cohort's amplitudes in each fold.
@@ -296,6 +445,10 @@ fn fitted<'a>(
         }
     });
     let mut hierarchies: Vec<Hierarchy> = Vec::new();
+    if driven.is_empty() {
+        units.iter_mut().for_each(|unit| unit.after = unit.before.clone());
+        return (units, hierarchies);
+    }
     for _ in 0..rule.iterations {
         let equations: Vec<Option<Equations>> =
             units.par_iter_mut().map(|unit| unit.equations_after(config)).collect();
@@ -362,17 +515,25 @@ fn inflation(equations: &[&Equations], effects: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Everyone's days in their order; who fails is named.
+/// Everyone with their days.
+type People = Vec<(String, Vec<Pair>)>;
+
+/// Everyone's days in their order, predicted and reconstructed; who fails is named.
 fn gathered(
     subjects: &[Subject<'_>],
-    judged: Vec<Result<(usize, Vec<(usize, Pair)>), GapError>>,
+    judged: Vec<Result<Judged, GapError>>,
     notes: &mut Vec<String>,
-) -> Vec<(String, Vec<Pair>)> {
-    let mut people: Vec<(String, Vec<(usize, Pair)>)> =
-        subjects.iter().map(|s| (s.input.person.id.clone(), Vec::new())).collect();
+) -> (People, People) {
+    let nobody = || -> Vec<(String, Vec<(usize, Pair)>)> {
+        subjects.iter().map(|s| (s.input.person.id.clone(), Vec::new())).collect()
+    };
+    let (mut predicted, mut reconstructed) = (nobody(), nobody());
     for result in judged {
         match result {
-            Ok((place, days)) => people[place].1.extend(days),
+            Ok(days) => {
+                predicted[days.subject].1.extend(days.predicted);
+                reconstructed[days.subject].1.extend(days.reconstructed);
+            }
             Err(error) => notes.push(format!("some days could not be judged: {error}")),
         }
     }
@@ -380,7 +541,8 @@ fn gathered(
         days.sort_by_key(|(day, _)| *day);
         (person, days.into_iter().map(|(_, pair)| pair).collect())
     };
-    people.into_iter().map(in_order).collect()
+    let all = |people: Vec<_>| people.into_iter().map(in_order).collect();
+    (all(predicted), all(reconstructed))
 }
 
 /// Amplitudes over the folds.

@@ -7,6 +7,7 @@ use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, simulate};
 use stats::Outcomes;
 
 use super::drivers::{self, Driver};
+use super::hidden::Hidden;
 use super::modulated_plant::{ModulatedPlant, ModulatedState};
 use super::refit::{Fit, model, stretch};
 use super::{HowFarRule, floor};
@@ -61,6 +62,8 @@ impl Day {
 pub(super) struct Candidate<'a> {
     pub(super) fit: &'a Fit,
     pub(super) drivers: &'a [Driver<'a>],
+    /// What was reconstructed.
+    pub(super) hidden: Option<&'a Hidden>,
 }
 
 /// Whether the error floor is wanted as well.
@@ -97,8 +100,11 @@ impl HeldOut<'_> {
     ) -> Result<Vec<(usize, Day)>, GapError> {
         let model = model(self.observations, &candidate.fit.factors, self.config);
         let amplitudes = &candidate.fit.amplitudes;
-        let seen = self.block.start.saturating_sub(LEAD)..self.block.end;
-        let modulations = drivers::modulations(candidate.drivers, amplitudes, course, |_| true);
+        let seen = self.seen();
+        let mut modulations = drivers::modulations(candidate.drivers, amplitudes, course, |_| true);
+        if let Some(hidden) = candidate.hidden {
+            hidden.add_to(&mut modulations);
+        }
         let record = stretch(self.observations, &seen, &modulations);
         let filtered = filter(&model, &record)?;
         for (offset, state) in filtered.states.iter().enumerate() {
@@ -107,8 +113,11 @@ impl HeldOut<'_> {
         let mut days = Days::new(&course.day, self.block, self.config.free_run.horizons.len());
         self.score_innovations(&filtered, &seen, candidate.fit, &mut days);
 
-        let known =
+        let mut known =
             drivers::modulations(candidate.drivers, amplitudes, course, |d| !d.reads_glucose);
+        if let Some(hidden) = candidate.hidden {
+            hidden.add_to(&mut known);
+        }
         let runner = Runner { held_out: self, candidate, model: &model, course, known: &known };
         let starts = self.starts(&course.day, seen.start);
         let mut rollouts = floor::Rollouts::new(&model, &record, &filtered);
@@ -130,6 +139,11 @@ impl HeldOut<'_> {
             }
         }
         Ok(days.0)
+    }
+
+    /// Steps that the filter sees: the block and the day before it.
+    pub(super) fn seen(&self) -> Range<usize> {
+        self.block.start.saturating_sub(LEAD)..self.block.end
     }
 
     /// Steps at which runs start: every so often from the first step of each day, with a reading, and with
@@ -374,7 +388,7 @@ mod tests {
             config: &config,
             rule: &rule,
         };
-        let candidate = Candidate { fit: &fit, drivers: &drivers };
+        let candidate = Candidate { fit: &fit, drivers: &drivers, hidden: None };
         let days = held_out.judge(&candidate, &mut course, Floor::Skip).expect("runs");
         let (_, day) = &days[0];
         assert_eq!(day.runs, [1.0; HORIZONS.len()]);

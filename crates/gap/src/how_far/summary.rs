@@ -118,21 +118,28 @@ impl Summary<'_> {
         Ok(before.iter().zip(&after).map(row).collect())
     }
 
-    /// Everyone's errors.
-    pub(super) fn people(&self) -> Vec<PersonChange> {
+    /// Everyone's errors; `reconstructed` holds days of the same people with hidden changes reconstructed, or
+    /// is empty.
+    pub(super) fn people(&self, reconstructed: &[(String, Vec<Pair>)]) -> Vec<PersonChange> {
         let horizons = self.config.free_run.horizons.len();
         self.people
             .iter()
-            .map(|(person, days)| {
-                let errors = |of: fn(&Pair) -> &Day| -> Vec<Option<f64>> {
+            .enumerate()
+            .map(|(place, (person, days))| {
+                let of_days = |days: &[Pair], of: fn(&Pair) -> &Day| -> Vec<Option<f64>> {
                     (0..horizons).map(|horizon| mean_error(days, horizon, of)).collect()
                 };
+                let errors = |of: fn(&Pair) -> &Day| of_days(days, of);
+                let known = reconstructed.get(place);
                 let judged = |pair: &&Pair| pair.before.runs.iter().any(|runs| *runs > 0.0);
                 PersonChange {
                     person_id: person.clone(),
                     days: days.iter().filter(judged).count(),
                     mae_before: errors(|pair| &pair.before),
                     mae_after: errors(|pair| &pair.after),
+                    mae_reconstructed: known
+                        .map(|(_, days)| of_days(days, |pair| &pair.after))
+                        .unwrap_or_default(),
                 }
             })
             .collect()

@@ -5,14 +5,30 @@ use effects::{Card, Course, Effect, Form, Modulation};
 use gap::calibration::{Calibration, calibrate};
 use gap::diagnosis::HowFar;
 use gap::how_far::{Amplitude, HowFarRule, NamedEffect, PersonInput, how_far, shrinkage};
-use gap::{DiagnosisConfig, LocalisationRule, Observations};
+use gap::{DiagnosisConfig, LocalisationRule, NoiseModel, Observations};
 use ode_sim::OdeParameters;
 use rayon::prelude::*;
 
-use crate::synthetic::{Gap, World, cohort};
+use crate::synthetic::{Gap, World, cohort_under};
+
+/// Half of the noise that free-living people need, so that a few people for a fortnight show an effect.
+fn noise() -> NoiseModel {
+    let working = NoiseModel::working();
+    NoiseModel {
+        flux_sd: 0.5 * working.flux_sd,
+        carb_count_cv: 0.5 * working.carb_count_cv,
+        insulin_cv: 0.5 * working.insulin_cv,
+        effect_cv: 0.5 * working.effect_cv,
+        ..working
+    }
+}
+
+fn cohort(world: &World, people: usize, seed: u64) -> Cohort {
+    cohort_under(world, people, seed, &noise())
+}
 
 fn config() -> DiagnosisConfig {
-    let working = DiagnosisConfig::working();
+    let working = DiagnosisConfig { noise: noise(), ..DiagnosisConfig::working() };
     let localisation = LocalisationRule { replicates: 500, ..working.localisation };
     DiagnosisConfig { localisation, ..working }
 }
@@ -201,8 +217,6 @@ fn hidden_events_are_reconstructed_and_kept_apart() {
         assert_ne!(person.mae_reconstructed, person.mae_after);
     }
     let nothing_missed = measured(&logged, &[(missed.as_ref(), 0)]);
-    println!("{five_hours:?}");
-    println!("{:?}", nothing_missed.horizons);
     for row in &nothing_missed.horizons {
         assert!(row.difference.value.abs() < 0.5, "{row:?}");
     }
@@ -226,7 +240,6 @@ fn a_driven_and_a_hidden_effect_have_rows_of_their_own() {
         let chained = (predicted.mae_after - reconstructed.mae_before).abs();
         assert!(chained < 1e-9, "reconstruction goes on from the prediction: {chained}"); // rounding
     }
-    println!("{:?}", found.horizons);
     assert_eq!(found.amplitudes.len(), 1);
     assert_eq!(found.amplitudes[0].effect, "dawn");
 }

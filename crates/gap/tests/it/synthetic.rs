@@ -34,8 +34,13 @@ pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// A cohort; person `i` has a stream of their own.
+/// A cohort; person `i` has a stream of their own. The noise is what the filter expects.
 pub(crate) fn cohort(world: &World, people: usize, seed: u64) -> Cohort {
+    cohort_under(world, people, seed, &NoiseModel::working())
+}
+
+/// A cohort under some noise.
+pub(crate) fn cohort_under(world: &World, people: usize, seed: u64, noise: &NoiseModel) -> Cohort {
     let people = (0..people)
         .map(|index| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -44,7 +49,7 @@ pub(crate) fn cohort(world: &World, people: usize, seed: u64) -> Cohort {
             for (value, factor) in factors.0.iter_mut().zip(gap::calibration::Factor::ALL) {
                 *value = world.spread * factor.prior_sd() * normal(&mut rng);
             }
-            person(&format!("p{index}"), &factors, world, &mut rng)
+            person_under(&format!("p{index}"), &factors, world, noise, &mut rng)
         })
         .collect();
     Cohort { people }
@@ -57,6 +62,17 @@ pub(crate) fn person(
     world: &World,
     rng: &mut ChaCha8Rng,
 ) -> Person {
+    person_under(id, factors, world, &NoiseModel::working(), rng)
+}
+
+/// One person under some noise.
+fn person_under(
+    id: &str,
+    factors: &PersonalFactors,
+    world: &World,
+    noise: &NoiseModel,
+    rng: &mut ChaCha8Rng,
+) -> Person {
     let weight = Kilograms(76.3);
     let parameters = factors.applied_to(&OdeParameters::nominal());
     let plant = OdePlant {
@@ -65,7 +81,6 @@ pub(crate) fn person(
         integrator: Integrator::ForwardEuler,
         egp: EgpMode::NonNegative,
     };
-    let noise = NoiseModel::working();
     let rest = steady_state::at_glucose(&parameters, weight, MgPerDl(130.0)).expect("a basal rate");
     // Total insulin is 1.78 times basal; ICR = 1700/(3 TDI).
     let ratio = 1700.0 / (3.0 * 1.78 * 24.0 * rest.basal.0);

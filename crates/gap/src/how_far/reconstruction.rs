@@ -1,0 +1,405 @@
+//! Hidden events and random factors, reconstructed from the readings that they have changed.
+//!
+//! With the filter's gains frozen, every place where an event could start and every day or meal that could
+//! have a factor of its own is a direction in the innovations. Events are found one after the other,
+//! the likeliest first, as long as an event is likelier than none; each gets its posterior mean times its
+//! probability. Random factors get their joint posterior mean. How frequent and how strong both are
+//! comes from training days.
+
+use std::ops::Range;
+
+use effects::{Course, EventShape, Field, Form, Modulation, RandomUnit};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+
+use super::hidden::{Change, Hidden};
+use super::refit::{Fit, model, stretch};
+use crate::augmented::AugmentedModel;
+use crate::config::DiagnosisConfig;
+use crate::error::GapError;
+use crate::filter::{Filtered, filter};
+use crate::observations::Observations;
+use crate::tangent::{Direction, signatures};
+use crate::whitening::huber_weight;
+
+/// Steps that the filter's answer to a change is followed beyond its end: 6 h.
+const ANSWER: usize = 6 * STEPS_PER_HOUR;
+/// Fewest steps between places where an event may start: half an hour.
+const GRID: usize = STEPS_PER_HOUR / 2;
+/// Most directions that one kind of event takes.
+const MOST_LANES: usize = 24;
+/// Days of record that the published frequency of events counts for.
+const PRIOR_DAYS: f64 = 7.0;
+/// Events or units that the strength found on the whole record counts for.
+const PRIOR_UNITS: f64 = 5.0;
+
+/// How frequent and how strong an effect's hidden changes are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Strength {
+    /// Events a day; of no meaning for random factors.
+    pub(super) per_day: f64,
+    /// Size of events over the published one; standard deviation of the logarithm of random factors over
+    /// the published one.
+    pub(super) amplitude: f64,
+}
+
+/// What training days say about [`Strength`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Tally {
+    days: f64,
+    /// Events, each by its probability, or units of a random factor.
+    count: f64,
+    /// Sum of relative sizes of events, or of their squares for random factors.
+    sum: f64,
+}
+
+impl Tally {
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            days: self.days + other.days,
+            count: self.count + other.count,
+            sum: self.sum + other.sum,
+        }
+    }
+
+    /// The strength after these days when it was `before` them.
+    pub(super) fn strength(&self, form: &Form, before: Strength) -> Strength {
+        let n = self.count + PRIOR_UNITS;
+        let amplitude = match form {
+            Form::Random { .. } => ((self.sum + PRIOR_UNITS * before.amplitude.powi(2)) / n).sqrt(),
+            _ => (self.sum + PRIOR_UNITS * before.amplitude) / n,
+        };
+        let per_day = (self.count + PRIOR_DAYS * before.per_day) / (self.days + PRIOR_DAYS);
+        Strength { per_day, amplitude }
+    }
+}
+
+/// The strength with which an effect of amplitude `amplitude` was published; `None` for a driven one.
+pub(super) fn published(form: &Form, amplitude: f64) -> Option<Strength> {
+    match form {
+        Form::Driven => None,
+        Form::Events(shape) => Some(Strength { per_day: shape.per_day, amplitude }),
+        Form::Random { .. } => Some(Strength { per_day: 0.0, amplitude }),
+    }
+}
+
+/// A stretch of a record in the units of whitened innovations.
+pub(super) struct Linear<'a> {
+    range: Range<usize>,
+    fit: &'a Fit,
+    model: AugmentedModel,
+    record: Observations,
+    filtered: Filtered,
+    /// 0 where not scored.
+    residuals: Vec<f64>,
+    /// 0 where not scored.
+    weights: Vec<f64>,
+    scored: Vec<bool>,
+}
+
+impl<'a> Linear<'a> {
+    /// Filters a stretch under modulations of the whole record.
+    ///
+    /// # Errors
+    /// As [`filter`].
+    pub(super) fn new(
+        observations: &Observations,
+        range: &Range<usize>,
+        modulations: &[Modulation],
+        fit: &'a Fit,
+        config: &DiagnosisConfig,
+    ) -> Result<Self, GapError> {
+        let model = model(observations, &fit.factors, config);
+        let record = stretch(observations, range, modulations);
+        let filtered = filter(&model, &record)?;
+        let trusted = observations.trusted(config.calibration.dose_memory);
+        let scored: Vec<bool> = (0..range.len())
+            .map(|offset| offset >= config.calibration.burn_in && trusted[range.start + offset])
+            .collect();
+        let mut linear = Self {
+            range: range.clone(),
+            fit,
+            model,
+            record,
+            filtered,
+            residuals: Vec::new(),
+            weights: Vec::new(),
+            scored,
+        };
+        let values: Vec<f64> =
+            linear.filtered.innovations.iter().map(|i| i.map_or(0.0, |i| i.value)).collect();
+        let whitened = linear.whitened(&values);
+        linear.weights = whitened.iter().map(|w| w.map_or(0.0, |w| huber_weight(w, 1.0))).collect();
+        linear.residuals = whitened.into_iter().map(|w| w.unwrap_or(0.0)).collect();
+        Ok(linear)
+    }
+
+    /// Changes of the innovations, mg/dL, in units of whitened ones; `None` where not scored.
+    fn whitened(&self, values: &[f64]) -> Vec<Option<f64>> {
+        let z: Vec<Option<f64>> = values
+            .iter()
+            .zip(&self.filtered.innovations)
+            .zip(&self.scored)
+            .map(|((value, innovation), scored)| {
+                innovation.filter(|_| *scored).map(|i| value / i.variance.sqrt())
+            })
+            .collect();
+        let whitened = self.fit.autoregression.whitened(&z);
+        whitened.into_iter().map(|w| w.map(|w| w / self.fit.scale)).collect()
+    }
+
+    /// Answers to changes of one field; changes whose answers do not meet share a pass.
+    fn answers(&self, field: Field, changes: Vec<Pulse>) -> Result<Vec<Answer>, GapError> {
+        let n = self.range.len();
+        let mut lanes: Vec<(usize, Vec<f64>)> = Vec::new();
+        let mut placed = Vec::new();
+        for change in changes {
+            let reach = change.start..(change.start + change.course.len() + ANSWER).min(n);
+            let free = lanes.iter().position(|(until, _)| *until <= reach.start);
+            let lane = free.unwrap_or_else(|| {
+                lanes.push((0, vec![0.0; n]));
+                lanes.len() - 1
+            });
+            lanes[lane].0 = reach.end;
+            for (value, add) in lanes[lane].1[change.start..].iter_mut().zip(&change.course) {
+                *value += add;
+            }
+            placed.push((lane, reach));
+        }
+        let directions: Vec<Direction> =
+            lanes.into_iter().map(|(_, course)| Direction::Course(vec![(field, course)])).collect();
+        let raw = signatures(&self.model, &self.record, &self.filtered, &directions)?;
+        let whitened: Vec<Vec<Option<f64>>> =
+            raw.iter().map(|values| self.whitened(values)).collect();
+        Ok(placed
+            .into_iter()
+            .map(|(lane, reach)| Answer {
+                start: reach.start,
+                values: whitened[lane][reach].iter().map(|w| w.unwrap_or(0.0)).collect(),
+            })
+            .collect())
+    }
+
+    /// Weighted square of an answer, and minus its weighted product with the residuals.
+    fn information_and_score(&self, answer: &Answer) -> (f64, f64) {
+        let (mut information, mut score) = (0.0, 0.0);
+        for (offset, value) in answer.values.iter().enumerate() {
+            let step = answer.start + offset;
+            information += self.weights[step] * value * value;
+            score -= self.weights[step] * value * self.residuals[step];
+        }
+        (information, score)
+    }
+
+    /// Takes a change into the residuals.
+    fn explain(&mut self, answer: &Answer, amount: f64) {
+        for (residual, value) in self.residuals[answer.start..].iter_mut().zip(&answer.values) {
+            *residual += amount * value;
+        }
+    }
+
+    /// Reconstructs what an effect did in the steps of `within` (of the whole record), takes it out of the
+    /// residuals, and counts it.
+    ///
+    /// # Errors
+    /// As [`signatures`].
+    pub(super) fn reconstruct(
+        &mut self,
+        form: &Form,
+        strength: Strength,
+        within: &Range<usize>,
+        course: &Course,
+    ) -> Result<(Hidden, Tally), GapError> {
+        match form {
+            Form::Driven => Ok((Hidden::default(), Tally::default())),
+            Form::Events(shape) => self.events(shape, strength, within),
+            Form::Random { field, unit, log_sd } => {
+                self.factors(*field, *unit, log_sd * strength.amplitude, *log_sd, within, course)
+            }
+        }
+    }
+
+    fn events(
+        &mut self,
+        shape: &EventShape,
+        strength: Strength,
+        within: &Range<usize>,
+    ) -> Result<(Hidden, Tally), GapError> {
+        let grid = (shape.profile.len() + ANSWER).div_ceil(MOST_LANES).max(GRID);
+        let mut onsets: Vec<usize> = Vec::new();
+        for onset in shape.onsets.iter().filter(|o| within.contains(*o)) {
+            if onsets.last().is_none_or(|last| onset / grid != last / grid) {
+                onsets.push(*onset);
+            }
+        }
+        let days = within.len() as f64 / STEPS_PER_DAY as f64;
+        let mut tally = Tally { days, ..Tally::default() };
+        let mut hidden = Hidden::default();
+        if onsets.is_empty() || strength.amplitude <= 0.0 {
+            return Ok((hidden, tally));
+        }
+        let pulses = onsets
+            .iter()
+            .map(|onset| Pulse { start: onset - self.range.start, course: shape.profile.clone() })
+            .collect();
+        let answers = self.answers(shape.field, pulses)?;
+        let chance = (strength.per_day * days / onsets.len() as f64).clamp(1e-6, 0.5);
+        let prior_odds = (chance / (1.0 - chance)).ln();
+        let usual: f64 = shape.sizes.iter().map(|(size, weight)| size * weight).sum();
+        let mut state: Vec<Event> = answers
+            .iter()
+            .map(|answer| Event::of(self, answer, shape, strength.amplitude))
+            .collect();
+        for _ in 0..onsets.len() {
+            let best = (0..state.len())
+                .filter(|k| !state[*k].taken)
+                .max_by(|a, b| state[*a].log_odds.total_cmp(&state[*b].log_odds));
+            let Some(best) = best.filter(|k| state[*k].log_odds + prior_odds > 0.0) else { break };
+            let probability = 1.0 / (1.0 + (-state[best].log_odds - prior_odds).exp());
+            let amount = probability * state[best].size;
+            state[best].taken = true;
+            for (offset, value) in shape.profile.iter().enumerate() {
+                hidden.push(onsets[best] + offset, shape.field, Change::Added(amount * value));
+            }
+            tally.count += probability;
+            tally.sum += amount / usual;
+            self.explain(&answers[best], amount);
+            let touched = answers[best].start..answers[best].start + answers[best].values.len();
+            for (event, answer) in state.iter_mut().zip(&answers) {
+                let meets = answer.start < touched.end
+                    && touched.start < answer.start + answer.values.len();
+                if meets && !event.taken {
+                    *event = Event::of(self, answer, shape, strength.amplitude);
+                }
+            }
+        }
+        Ok((hidden, tally))
+    }
+
+    fn factors(
+        &mut self,
+        field: Field,
+        unit: RandomUnit,
+        sd: f64,
+        published_sd: f64,
+        within: &Range<usize>,
+        course: &Course,
+    ) -> Result<(Hidden, Tally), GapError> {
+        let units = units(unit, within, course);
+        let days = within.len() as f64 / STEPS_PER_DAY as f64;
+        let mut tally = Tally { days, ..Tally::default() };
+        let mut hidden = Hidden::default();
+        if units.is_empty() || sd <= 0.0 {
+            return Ok((hidden, tally));
+        }
+        let pulses = units
+            .iter()
+            .map(|steps| Pulse {
+                start: steps.start - self.range.start,
+                // The slope along the logarithm of a factor is the factor that is there.
+                course: steps
+                    .clone()
+                    .map(|step| self.record.modulation(step - self.range.start)[field])
+                    .collect(),
+            })
+            .collect();
+        let answers = self.answers(field, pulses)?;
+        let n = units.len();
+        let mut precision = Mat::<f64>::zeros(n, n);
+        let mut right = Mat::<f64>::zeros(n, 1);
+        for (row, answer) in answers.iter().enumerate() {
+            let (information, score) = self.information_and_score(answer);
+            precision[(row, row)] = information + sd.powi(-2);
+            right[(row, 0)] = score;
+            for (column, other) in answers.iter().enumerate().take(row) {
+                let shared = self.shared(answer, other);
+                precision[(row, column)] = shared;
+                precision[(column, row)] = shared;
+            }
+        }
+        let singular = || GapError::Singular { person: self.record.person.clone() };
+        let factor = precision.llt(Side::Lower).map_err(|_| singular())?;
+        let mean = factor.solve(&right);
+        let covariance = factor.solve(&Mat::<f64>::identity(n, n));
+        for (row, steps) in units.iter().enumerate() {
+            let log = mean[(row, 0)];
+            for step in steps.clone() {
+                hidden.push(step, field, Change::Factor(log.exp()));
+            }
+            self.explain(&answers[row], log);
+            tally.count += 1.0;
+            tally.sum += (log * log + covariance[(row, row)]) / published_sd.powi(2);
+        }
+        Ok((hidden, tally))
+    }
+
+    /// Weighted product of two answers.
+    fn shared(&self, a: &Answer, b: &Answer) -> f64 {
+        let from = a.start.max(b.start);
+        let to = (a.start + a.values.len()).min(b.start + b.values.len());
+        (from..to)
+            .map(|step| self.weights[step] * a.values[step - a.start] * b.values[step - b.start])
+            .sum()
+    }
+}
+
+/// A change of one field over some steps, from an offset in the stretch.
+struct Pulse {
+    start: usize,
+    course: Vec<f64>,
+}
+
+/// What a change does to the whitened innovations from its start on.
+struct Answer {
+    start: usize,
+    values: Vec<f64>,
+}
+
+/// A place where an event could be.
+struct Event {
+    /// Log of the evidence for an event there over none.
+    log_odds: f64,
+    /// Posterior mean size if there is one.
+    size: f64,
+    taken: bool,
+}
+
+impl Event {
+    fn of(linear: &Linear<'_>, answer: &Answer, shape: &EventShape, amplitude: f64) -> Self {
+        let (information, score) = linear.information_and_score(answer);
+        let logs: Vec<(f64, f64)> = shape
+            .sizes
+            .iter()
+            .map(|(size, weight)| {
+                let size = size * amplitude;
+                (size, weight.ln() + size * score - 0.5 * size * size * information)
+            })
+            .collect();
+        let top = logs.iter().map(|(_, log)| *log).fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = logs.iter().map(|(_, log)| (log - top).exp()).sum();
+        let size = logs.iter().map(|(size, log)| size * (log - top).exp()).sum::<f64>() / total;
+        Self { log_odds: top + total.ln(), size, taken: false }
+    }
+}
+
+/// Steps of each unit that lies in a range: calendar days, or steps in which a meal is logged.
+fn units(unit: RandomUnit, within: &Range<usize>, course: &Course) -> Vec<Range<usize>> {
+    match unit {
+        RandomUnit::Meal => within
+            .clone()
+            .filter(|step| course.carbs[*step] > 0.0)
+            .map(|step| step..step + 1)
+            .collect(),
+        RandomUnit::Day => {
+            let mut days: Vec<Range<usize>> = Vec::new();
+            for step in within.clone() {
+                match days.last_mut() {
+                    Some(day) if course.day[day.start] == course.day[step] => day.end = step + 1,
+                    _ => days.push(step..step + 1),
+                }
+            }
+            days
+        }
+    }
+}
