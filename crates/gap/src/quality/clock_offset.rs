@@ -43,6 +43,8 @@ const NAMED_Z: f64 = 2.0;
 const CONTRADICTION_Z: f64 = 1.0;
 /// As [`NAMED_Z`] where the sensor alone shows an offset, of both clocks: many offsets were tried.
 const COMMON_Z: f64 = 2.5;
+/// Standard errors from which the fit agrees with an offset of both clocks that corrections show.
+const AGREES_Z: f64 = 0.0;
 /// Evidence that it needs besides, nats.
 const COMMON_GAIN: f64 = 5.0;
 /// Offsets of both clocks together that are tried, steps: 40 min and more.
@@ -163,23 +165,33 @@ pub(super) fn findings(person: &Person) -> Vec<Finding> {
     if distance.upper - distance.lower > 2.0 * MARGIN {
         return Vec::new();
     }
-    let by_fit = doses.sensor_fit().map(|fit| both_clocks(person, &distance, &fit));
-    match by_fit {
-        Some(found) if !found.is_empty() => found,
-        _ => by_corrections(&doses, Some(&distance)),
-    }
+    let Some(fit) = doses.sensor_fit() else { return Vec::new() };
+    let found = both_clocks(person, &distance, &fit);
+    if found.is_empty() { by_corrections(&doses, Some((&distance, &fit))) } else { found }
 }
 
-/// An offset that the turns around corrections show: of both clocks where `distance` ties the meals
-/// to the boluses.
-fn by_corrections(doses: &Doses<'_>, distance: Option<&Minutes95>) -> Vec<Finding> {
-    let apart = distance.map_or(0, Minutes95::steps);
-    let delay = doses.corrections(apart).and_then(|corrections| corrections.delay());
-    let Some(delay) = delay.filter(Minutes95::beyond_habit) else { return Vec::new() };
+/// An offset that the turns around corrections show: of both clocks where a distance ties the meals
+/// to the boluses, and then only if the fit to the sensor agrees.
+fn by_corrections(doses: &Doses<'_>, meals: Option<(&Minutes95, &SensorFit)>) -> Vec<Finding> {
+    let apart = meals.map_or(0, |(distance, _)| distance.steps());
+    let Some(corrections) = doses.corrections(apart) else { return Vec::new() };
+    let Some(delay) = corrections.delay().filter(Minutes95::beyond_habit) else {
+        return Vec::new();
+    };
+    if corrections.preference(delay.steps(), 0) < NAMED_Z {
+        return Vec::new();
+    }
+    if let Some((_, fit)) = meals {
+        let moved = Offsets { meals: delay.steps() - apart, insulin: delay.steps() };
+        let still = Offsets { meals: 0, insulin: apart };
+        if fit.compare(moved, still).z < AGREES_Z {
+            return Vec::new();
+        }
+    }
     let about = "glucose turns around boluses without a meal at this offset; the sensor's own clock may \
                  be the one that is off";
     let mut found = vec![offset(doses.person, Clock::Insulin, &delay, about)];
-    if let Some(distance) = distance {
+    if let Some((distance, _)) = meals {
         let meals = delay.minus(distance);
         let about = "meals lie with the boluses, around which glucose turns at this offset; the sensor's \
                      own clock may be the one that is off";
