@@ -14,6 +14,9 @@ use crate::number::{ABSENT, percent};
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Html(String);
 
+/// Text above which a cell is long, bytes.
+const LONG: usize = 36;
+
 /// Alignment of a table column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Column {
@@ -117,6 +120,7 @@ impl Html {
             self.literal(if *bold { "<tr class=\"bold\">" } else { "<tr>" });
             for (cell, (_, column)) in cells.iter().zip(columns) {
                 self.literal(match column {
+                    Column::Text if cell.is_long_text() => "<td class=\"wide\">",
                     Column::Text => "<td>",
                     Column::Number => "<td class=\"number\">",
                 });
@@ -125,6 +129,11 @@ impl Html {
             self.literal("</tr>\n");
         }
         self.literal("</tbody>\n</table>\n</div>\n")
+    }
+
+    /// Whether it is text that needs a column of some width on a phone.
+    fn is_long_text(&self) -> bool {
+        self.0.len() > LONG && !self.0.contains('<')
     }
 
     /// Text alone.

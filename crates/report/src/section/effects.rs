@@ -2,8 +2,8 @@
 
 use super::words::{effect, list, plain, port, sentence};
 use crate::figure::{ForestFrame, ForestRow, forest};
-use crate::html::Html;
-use crate::number::{ABSENT, fixed, optional, percent, range, significant};
+use crate::html::{Heat, HeatCell, Html};
+use crate::number::{ABSENT, compact, fixed, percent, range, significant};
 use crate::view::{Diagnosis, DiagnosisVerdict, Effect, PersonAmplitude, WithInterval};
 use crate::{Inputs, ReportError};
 
@@ -185,7 +185,6 @@ fn amplitudes(html: &mut Html, found: &Effect) -> Result<(), ReportError> {
 
 /// What would have been found.
 fn power(html: &mut Html, diagnosis: &Diagnosis) {
-    use crate::html::{Heat, HeatCell};
     if diagnosis.power.is_empty() {
         return;
     }
@@ -218,11 +217,11 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
             (name.map_or_else(|| "any effect".to_owned(), effect), cells)
         })
         .collect();
-    let columns = shifts.iter().map(|shift| format!("{} mg/dL", optional(Some(*shift), 1)));
+    let columns = shifts.iter().map(|shift| compact(*shift));
     html.element("h3", "What these data would have shown");
     html.heat(
-        "Probability of finding an effect by the mean shift of glucose that it causes; framed: 90 % \
-         or more",
+        "Probability of finding an effect by the mean shift of glucose that it causes (mg/dL); \
+         framed: 90 % or more",
         &Heat { corner: "Effect".to_owned(), columns: columns.collect(), rows },
     );
 }

@@ -3,7 +3,7 @@
 use super::verdict::LEVEL;
 use super::words::plain;
 use crate::figure::{ForestFrame, ForestRow, forest};
-use crate::html::{Column, Html};
+use crate::html::{Column, Heat, HeatCell, Html};
 use crate::number::{fixed, interval, p_value};
 use crate::view::{CellGap, Diagnosis, WithInterval};
 use crate::{Inputs, ReportError};
@@ -96,9 +96,52 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.figure(&svg, &keys, &format!("{caption}{shown}"));
         }
     }
+    hours_by_context(&mut html, diagnosis);
     table(&mut html, diagnosis);
     baseline(&mut html, diagnosis);
     Ok(html)
+}
+
+/// A map of the cells that are set apart by hour and context both: factor `hour_context`, level
+/// `HH-HH/context`. Drawn only where there are such cells.
+fn hours_by_context(html: &mut Html, diagnosis: &Diagnosis) {
+    let cells: Vec<(&str, &str, &CellGap)> = diagnosis
+        .cells
+        .iter()
+        .filter(|cell| cell.factor == "hour_context")
+        .filter_map(|cell| cell.level.split_once('/').map(|(hour, at)| (hour, at, cell)))
+        .collect();
+    if cells.is_empty() {
+        return;
+    }
+    let distinct = |names: Vec<&str>| -> Vec<String> {
+        let mut names: Vec<String> = names.into_iter().map(str::to_owned).collect();
+        names.sort();
+        names.dedup();
+        names
+    };
+    let hours = distinct(cells.iter().map(|(hour, ..)| *hour).collect());
+    let contexts = distinct(cells.iter().map(|(_, context, _)| *context).collect());
+    let largest = cells.iter().map(|(.., cell)| cell.mean_error_mg_dl.abs()).fold(1.0, f64::max);
+    let rows = contexts
+        .iter()
+        .map(|context| {
+            let of_hour = |hour: &String| {
+                let found = cells.iter().find(|(h, c, _)| h == hour && c == context);
+                found.map_or_else(HeatCell::default, |(.., cell)| HeatCell {
+                    text: fixed(cell.mean_error_mg_dl, 0),
+                    shade: cell.mean_error_mg_dl / largest,
+                    framed: cell.p_adjusted < LEVEL,
+                })
+            };
+            (plain(context), hours.iter().map(of_hour).collect())
+        })
+        .collect();
+    html.heat(
+        "Mean of observed \u{2212} predicted by situation and hour, mg/dL; blue: under-predicted, \
+         orange: over-predicted, framed: differs from zero",
+        &Heat { corner: "Situation".to_owned(), columns: hours, rows },
+    );
 }
 
 fn table(html: &mut Html, diagnosis: &Diagnosis) {

@@ -28,7 +28,7 @@ pub(super) fn title(inputs: &Inputs) -> String {
 pub(super) fn body(inputs: &Inputs) -> Html {
     let mut html = Html::default();
     let mut paragraphs: Vec<String> = inputs.diagnosis.as_ref().map(diagnosis).unwrap_or_default();
-    paragraphs.extend(inputs.blind_check.as_ref().map(blind_check));
+    paragraphs.extend(inputs.blind_check.as_ref().map(blind_check).unwrap_or_default());
     paragraphs.extend(inputs.outcomes.as_ref().map(outcomes));
     paragraphs.extend(inputs.conformance.as_ref().map(conformance));
     html.literal("<div class=\"verdict\">\n");
@@ -195,22 +195,17 @@ fn shrinks(diagnosis: &Diagnosis) -> Option<String> {
     ))
 }
 
-fn interval_of_share(lower: f64, upper: f64) -> String {
-    let (lower, upper) = (fixed(100.0 * lower, 0), fixed(100.0 * upper, 0));
-    format!("95\u{a0}% interval {lower} to {upper}\u{a0}%")
-}
-
 /// How many targets are met, and the two that matter most.
-fn blind_check(check: &BlindCheck) -> String {
+fn blind_check(check: &BlindCheck) -> Vec<String> {
     let (met, missed, untested) = (
         check.targets.iter().filter(|t| t.met == Some(true)).count(),
         check.targets.iter().filter(|t| t.met == Some(false)).count(),
         check.targets.iter().filter(|t| t.met.is_none()).count(),
     );
     let worlds = count(check.worlds.len(), "world", "worlds");
-    let mut text = format!("Blind check on {worlds} whose truth was sealed: ");
+    let mut text = format!("Blind check on {worlds}: ");
     if check.targets.is_empty() {
-        text.push_str("no target was set.");
+        text.push_str("no target was set");
     } else {
         text.push_str(&format!("{met} of {} targets are met", check.targets.len()));
         for (n, word) in [(missed, "missed"), (untested, "not tested")] {
@@ -218,32 +213,34 @@ fn blind_check(check: &BlindCheck) -> String {
                 text.push_str(&format!(", {n} {word}"));
             }
         }
-        text.push('.');
     }
+    let mut paragraphs = vec![format!("{text}.")];
     let named = check.targets.iter().find(|t| t.name == "named_at_5");
     if let Some((named, value)) = named.and_then(|t| Some((t, t.value?))) {
-        text.push_str(&format!(
-            " An effect that moves glucose by 5 mg/dL or more is named in {} of {}",
-            percent(value),
-            count(named.of, "world", "worlds")
+        let worlds = count(named.of, "world", "worlds");
+        let ends = interval_of_share(named.lower, named.upper);
+        paragraphs.push(format!(
+            "An effect that moves glucose by 5 mg/dL or more is named in {} of {worlds}{ends}.",
+            percent(value)
         ));
-        if let (Some(lower), Some(upper)) = (named.lower, named.upper) {
-            text.push_str(&format!(" ({})", interval_of_share(lower, upper)));
-        }
-        text.push('.');
     }
     if let Some(alarms) = check.false_alarms.filter(|alarms| alarms.of > 0) {
-        text.push_str(&format!(
-            " Where nothing acts, something was found in {} of {}",
-            alarms.count,
-            count(alarms.of, "world", "worlds")
-        ));
-        if let (Some(lower), Some(upper)) = (alarms.lower, alarms.upper) {
-            text.push_str(&format!(" ({})", interval_of_share(lower, upper)));
-        }
-        text.push('.');
+        let worlds = count(alarms.of, "world", "worlds");
+        let ends = interval_of_share(alarms.lower, alarms.upper);
+        let found = alarms.count;
+        paragraphs
+            .push(format!("Where nothing acts, something was found in {found} of {worlds}{ends}."));
     }
-    text
+    paragraphs
+}
+
+/// Ends of the interval of a share, in brackets, if they are there.
+fn interval_of_share(lower: Option<f64>, upper: Option<f64>) -> String {
+    let (Some(lower), Some(upper)) = (lower, upper) else {
+        return String::new();
+    };
+    let (lower, upper) = (fixed(100.0 * lower, 0), fixed(100.0 * upper, 0));
+    format!(" (95\u{a0}% interval {lower} to {upper}\u{a0}%)")
 }
 
 /// The largest gap that stands out. People and horizons are left to their tables.

@@ -202,6 +202,23 @@ fn one_person_and_many_have_their_figures() {
 }
 
 #[test]
+fn cells_of_hour_and_context_make_a_map() {
+    let cell = |level: &str, mean: f64, p: f64| {
+        json!({"factor": "hour_context", "level": level, "mean_error_mg_dl": mean,
+            "lower": mean - 9.0, "upper": mean + 9.0, "p_adjusted": p, "share_of_gap": 0.1})
+    };
+    let cells = json!([cell("04-08/sleep", 30.0, 0.001), cell("16-20/after_meal", -14.0, 0.2)]);
+    let html = diagnosis_page("effect", &[("/where", cells)]);
+    for row in [
+        "<span>04-08</span></th><th scope=\"col\" class=\"level\"><span>16-20</span>",
+        "after meal</th><td class=\"\"></td><td class=\" m3\">\u{2212}14</td>",
+        "sleep</th><td class=\"framed p5\">30</td><td class=\"\"></td>",
+    ] {
+        assert!(html.contains(row), "{row}");
+    }
+}
+
+#[test]
 fn the_sketch_has_every_place_and_its_table_says_the_same() {
     let html = diagnosis_page("unknown", &[]);
     let (_, section) = html.split_once("<section id=\"ports\">").expect("a section");
@@ -209,7 +226,9 @@ fn the_sketch_has_every_place_and_its_table_says_the_same() {
     for words in ["glucose production", "insulin available", "Sensor reading", "62\u{a0}%"] {
         assert!(section.contains(&format!(">\n{words}\n</text>")), "{words} in the sketch");
     }
-    assert!(section.contains("<tr class=\"bold\"><td>A glucose flux that the model does not have"));
+    assert!(section.contains(
+        "<tr class=\"bold\"><td class=\"wide\">A glucose flux that the model does not have"
+    ));
     // A place that was not assessed is said to be so, in the sketch alone.
     let html = diagnosis_page("unknown", &[("/ports", json!([{"port": "sensor"}]))]);
     assert_eq!(html.matches("not assessed").count(), 8);
