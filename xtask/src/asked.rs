@@ -193,3 +193,33 @@ fn copy_files(from: &Path, to: &Path) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use blind::Verdict;
+
+    #[test]
+    fn a_diagnosis_that_fails_is_an_answer() {
+        let folder = tempfile::tempdir().expect("a folder");
+        fs::write(folder.path().join("people.csv"), "not,a,cohort\n").expect("writable");
+        // As another process this is the test program, which knows no diagnosis.
+        for asked in [Asked::ThisProcess, Asked::AnotherProcess] {
+            let (answer, text) = ask(folder.path(), 1, asked).expect("asked");
+            assert_eq!(answer.verdict, Verdict::Failed, "{asked:?}");
+            assert!(answer.failure.is_some_and(|reason| !reason.is_empty()), "{asked:?}");
+            assert_eq!(text, None);
+        }
+        let (answer, _) = ask(folder.path(), 1, Asked::ThisProcess).expect("asked");
+        let reason = answer.failure.expect("a reason");
+        assert!(reason.contains("people.csv"), "{reason}");
+    }
+
+    #[test]
+    fn what_is_no_cohort_is_not_copied() {
+        let folder = tempfile::tempdir().expect("a folder");
+        fs::create_dir(folder.path().join("labels")).expect("writable");
+        let error = ask(folder.path(), 1, Asked::ThisProcess).expect_err("a folder in it");
+        assert!(error.to_string().contains("labels"), "{error}");
+    }
+}

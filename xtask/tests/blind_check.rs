@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use blind::{BlindCheck, OpenedLabel, Seal};
+use blind::{BlindCheck, Label, OpenedLabel, Seal};
 
 /// Two worlds from a seed that draws small ones: five people and three, a week each.
 fn check(out: &Path, arguments: &[&str]) -> BlindCheck {
@@ -75,4 +75,66 @@ fn an_interrupted_check_leaves_nothing_and_no_process() {
     // A diagnosis that went on would write its answer within a second.
     std::thread::sleep(std::time::Duration::from_secs(1));
     assert!(names(&temporary).is_empty(), "{:?}", names(&temporary));
+}
+
+#[test]
+fn worlds_that_cannot_be_are_refused_in_words() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let out = parent.path().join("out");
+    for (arguments, status, word) in [
+        (&["blind-check", "--worlds", "0", "--nulls", "0"][..], 1, "0 worlds"),
+        (&["blind-check", "--worlds", "20000"], 1, "20012 worlds"),
+        (&["worlds", "--effect", "dusk"], 1, "there is no effect 'dusk'"),
+        (&["worlds", "--days", "0"], 1, "--days 0"),
+        (&["worlds", "--shift", "-1"], 2, "-1"),
+        (&["worlds", "--shift=-1"], 1, "--shift -1"),
+        (&["worlds", "--generator", "bergman"], 2, "hovorka, padova"),
+        (&["worlds", "--mixture", "3", "--effect", "dawn"], 2, "--effect"),
+        (&["worlds", "--nulls", "3"], 2, "--mixture"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
+            .args(arguments)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .expect("the program starts");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {message}");
+        assert!(message.contains(word), "{arguments:?}: {message}");
+        assert!(!out.exists(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn worlds_lie_beside_their_labels() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let out = parent.path().join("out");
+    let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args([
+            "worlds",
+            "--effect",
+            "dawn+illness",
+            "--shift",
+            "10",
+            "--people",
+            "3",
+            "--days",
+            "7",
+        ])
+        .args(["--generator", "padova", "--regime", "closed-loop", "--count", "2", "-q", "--out"])
+        .arg(&out)
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for place in ["001", "002"] {
+        let text = fs::read(out.join(place).join("label.json")).expect("a label");
+        let label: Label = serde_json::from_slice(&text).expect("its layout");
+        assert_eq!((label.generator.as_str(), label.regime.as_str()), ("padova", "aid"));
+        let acting: Vec<(&str, bool)> =
+            label.effects.iter().map(|e| (e.effect.as_str(), e.in_library)).collect();
+        assert_eq!(acting, [("dawn", true), ("illness", false)]);
+        let cohort = cohort::read_folder(&out.join(place).join("cohort")).expect("a cohort");
+        assert_eq!(cohort.people.len(), 3);
+        assert!(cohort.people.iter().all(|p| p.record.len() == 7 * 288));
+    }
 }
