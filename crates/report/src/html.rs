@@ -15,7 +15,9 @@ use crate::number::{ABSENT, percent};
 pub(crate) struct Html(String);
 
 /// Text above which a cell is long, bytes.
-const LONG: usize = 36;
+const LONG: usize = 24;
+/// Text up to which a cell is not broken, bytes.
+const SHORT: usize = 12;
 
 /// Alignment of a table column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,6 +123,7 @@ impl Html {
             for (cell, (_, column)) in cells.iter().zip(columns) {
                 self.literal(match column {
                     Column::Text if cell.is_long_text() => "<td class=\"wide\">",
+                    Column::Text if cell.0.len() <= SHORT => "<td class=\"short\">",
                     Column::Text => "<td>",
                     Column::Number => "<td class=\"number\">",
                 });
@@ -235,7 +238,7 @@ mod tests {
             "<caption><span>What</span></caption>",
             "<th scope=\"col\">Name</th>",
             "<td class=\"number\">1</td>",
-            "<tr class=\"bold\"><td>a&lt;b</td>",
+            "<tr class=\"bold\"><td class=\"short\">a&lt;b</td>",
         ] {
             assert!(text.contains(part), "{part} in {text}");
         }

@@ -63,7 +63,7 @@ fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
         (_, false) => parts
             .extend([place(diagnosis), "Naming the effect is not part of this run.".to_owned()]),
         (DiagnosisVerdict::None, true) => {
-            parts.push("No effect was found that these data could show.".to_owned());
+            parts.push("No effect was found among those that these data could show.".to_owned());
             parts.extend(would_have_been_found(diagnosis));
             if let Some(cell) = worst(diagnosis) {
                 parts.push(format!("An error remains that no effect accounts for: {}.", gap(cell)));
@@ -109,21 +109,15 @@ fn found(effects: &[Effect]) -> String {
 
 /// Where something is missing that has no name.
 fn missing(diagnosis: &Diagnosis) -> String {
-    match super::ports::best(diagnosis) {
-        None => "Something is missing, and nothing in the library explains it.".to_owned(),
-        Some(best) => {
-            let others = best.confusable_with.iter().filter(|other| **other != best.port);
-            let mut places = vec![port(&best.port)];
-            places.extend(others.map(|other| port(other)));
-            let (where_, apart) = match places.len() {
-                1 => (places.concat(), ""),
-                _ => (places.join(" or "), " (the data cannot tell which)"),
-            };
-            format!(
-                "Something is missing at {where_}{apart}, and nothing in the library explains it."
-            )
-        }
-    }
+    let what = "Something is missing that nothing in the library explains.";
+    let Some(best) = super::ports::best(diagnosis) else {
+        return what.to_owned();
+    };
+    let mut places = vec![port(&best.port)];
+    places
+        .extend(best.confusable_with.iter().filter(|other| **other != best.port).map(|p| port(p)));
+    let apart = if places.len() > 1 { " (the data cannot tell which)" } else { "" };
+    format!("{what} Most probably it concerns {}{apart}.", places.join(" or "))
 }
 
 /// From which shift on effects would have been found, and which would not have been at any.

@@ -33,16 +33,20 @@ fn every_verdict_has_its_words() {
         (
             "unknown",
             &[("/ports", places(json!([])))],
-            "Something is missing at the liver&#39;s glucose production, and nothing in the library \
-             explains it.",
+            "Something is missing that nothing in the library explains. Most probably it concerns the \
+             liver&#39;s glucose production.",
         ),
         (
             "unknown",
             &[("/ports", places(json!(["sensor"])))],
-            "at the liver&#39;s glucose production or the sensor (the data cannot tell which), and",
+            "the liver&#39;s glucose production or the sensor (the data cannot tell which).",
         ),
-        ("unknown", &[("/ports", json!([]))], "Something is missing, and nothing in the library"),
-        ("none", &[], "No effect was found that these data could show."),
+        (
+            "unknown",
+            &[("/ports", json!([]))],
+            "<p class=\"lead\">Something is missing that nothing in the library explains.</p>",
+        ),
+        ("none", &[], "No effect was found among those that these data could show."),
         (
             "none",
             &[],
@@ -143,7 +147,7 @@ fn shrinkage_is_told_by_horizon_and_person() {
     let (section, _) = section.split_once("</section>").expect("it ends");
     for words in [
         // 2.5 of the 12.16 mg/dL above the floor.
-        "<td>5 h</td><td class=\"number\">30.4</td><td class=\"number\">27.9</td><td \
+        "<td class=\"short\">5 h</td><td class=\"number\">30.4</td><td class=\"number\">27.9</td><td \
          class=\"number\">\u{2212}2.5 (\u{2212}3.4 to \u{2212}1.6)</td><td \
          class=\"number\">18.2</td><td class=\"number\">21\u{a0}%</td>",
         "aria-label=\"Held-out error of every person before and after\"",

@@ -120,8 +120,8 @@ fn row(world: &World) -> (bool, Vec<String>) {
         or_word(answer, &world.verdict),
         outcome,
         plain(&world.generator),
-        plain(&world.regime),
-        format!("{} \u{d7} {}", world.people, world.days),
+        plain(&world.regime).replace(' ', "\u{a0}"),
+        format!("{}\u{a0}\u{d7}\u{a0}{}", world.people, world.days),
         world.nuisances.join("; "),
         optional(world.seconds, 1),
     ];
