@@ -259,8 +259,8 @@ pub struct OutcomeChange {
 pub struct AmplitudeChange {
     /// The effect.
     pub effect: String,
-    /// Its variant.
-    pub variant: usize,
+    /// Its variant, chosen on the training days of each fold.
+    pub variants: Vec<usize>,
     /// Mean over people, with a 95 % interval.
     pub mean: WithInterval,
     /// Standard deviation between people.

@@ -428,4 +428,81 @@ mod tests {
         let moved = errors(&with_readings(BLOCK.start - 6, |step| 200.0 + (step % 3) as f64));
         assert!((before[0] - moved[0]).abs() > 1.0);
     }
+
+    /// Share of plasma glucose that leaves in a minute.
+    const DRAINED: f64 = 0.002;
+
+    /// A drain in proportion to glucose, and twice that for half an hour after glucose falls below 120.
+    #[derive(Debug)]
+    struct Drain;
+
+    impl effects::Effect for Drain {
+        fn card(&self) -> effects::Card {
+            effects::find("exercise").expect("in the library").card()
+        }
+
+        fn form(&self, _: &Course) -> Option<effects::Form> {
+            Some(effects::Form::Driven)
+        }
+
+        fn modulate(&self, _: usize, _: f64, course: &Course, into: &mut [Modulation]) {
+            let mut since = 99;
+            for (step, modulation) in into.iter_mut().enumerate() {
+                let crossed = step > 0 && course.glucose[step - 1] >= 120.0;
+                since = if crossed && course.glucose[step] < 120.0 { 0 } else { since + 1 };
+                let twice = if since < 6 { 2.0 } else { 1.0 };
+                modulation[effects::Field::Flux] -=
+                    twice * DRAINED * course.glucose[step] * 0.16 / 18.0;
+            }
+        }
+    }
+
+    #[test]
+    fn a_driver_that_reads_glucose_gets_the_runs_own() {
+        let person = sample::person(5);
+        let observations = Observations::from_person(&person).expect("a good record");
+        let course = course(&person, vec![150.0; person.record.len()]);
+        let drivers = [Driver::new(&Drain, 0, &course)];
+        let fit = Fit {
+            factors: PersonalFactors::default(),
+            amplitudes: vec![1.0],
+            autoregression: Autoregression::WHITE,
+            scale: 1.0,
+        };
+        let (config, rule) = (DiagnosisConfig::working(), HowFarRule::working());
+        let held_out = HeldOut {
+            observations: &observations,
+            block: &BLOCK,
+            whole_days: &[],
+            config: &config,
+            rule: &rule,
+        };
+        let candidate = Candidate { fit: &fit, drivers: &drivers, hidden: None };
+        let model = model(&observations, &fit.factors, &config);
+        let known = vec![Modulation::NEUTRAL; person.record.len()];
+        let runner = Runner {
+            held_out: &held_out,
+            candidate: &candidate,
+            model: &model,
+            course: &course,
+            known: &known,
+        };
+        let (mut state, _) = model.start(physiology::UnitsPerHour(1.0), MgPerDl(150.0));
+        let run = runner.run(BLOCK.start, &state).expect("finite");
+        // Step by step, with the glucose of each step as it comes.
+        let mut own = Course { glucose: vec![150.0; BLOCK.start], ..Course::default() };
+        for offset in 0..run.states.len() - 1 {
+            let step = BLOCK.start + offset;
+            own.glucose.push(model.plant().glucose(&state.body).0);
+            let mut steps = vec![Modulation::NEUTRAL; own.glucose.len()];
+            effects::Effect::modulate(&Drain, 0, 1.0, &own, &mut steps);
+            state = model.step(&state, &observations.inputs[step], &steps[step]).expect("finite");
+            let reading = crate::observations::within_sensor_range(state.interstitial.0);
+            let distance = (reading - run.readings[offset + 1]).abs();
+            // Rounds end when glucose moves by less than 0.5 mg/dL.
+            assert!(distance < AGREED, "{offset} steps on: {distance} mg/dL");
+        }
+        let drained = run.readings.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(drained < 120.0, "the crossing has to come up: {drained}");
+    }
 }

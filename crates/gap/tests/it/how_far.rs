@@ -115,7 +115,9 @@ fn a_planted_effect_shrinks_the_error_nearly_as_far_as_the_truth_would() {
     let world = World { gap: Gap::MorningBump(planted * RISE), days: 14, spread: 0.7 };
     let cohort = cohort(&world, 8, 21);
     let dawn = effects::find("dawn").expect("in the library");
-    let found = measured(&cohort, &[(dawn.as_ref(), PEAK_AT_SIX)]);
+    // The variant handed over is wrong: training days put it right.
+    let found = measured(&cohort, &[(dawn.as_ref(), 0)]);
+    assert_eq!(found.amplitudes[0].variants, [PEAK_AT_SIX; 2]);
     let oracle = measured(&cohort, &[(&Truth(planted), 0)]);
 
     let amplitude = found.amplitudes[0].mean;

@@ -1,0 +1,172 @@
+//! The fits before and after, all people of a fold together.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use super::hierarchy::{Hierarchy, empirical_bayes};
+use super::refit::Equations;
+use super::subject::Subject;
+use super::unit::Unit;
+use super::{HowFarRule, NamedEffect};
+use crate::config::DiagnosisConfig;
+
+/// What training days gave.
+pub(super) struct Fitted<'a> {
+    /// Every person in every fold.
+    pub(super) units: Vec<Unit<'a>>,
+    /// Amplitudes of the cohort in each fold.
+    pub(super) hierarchies: Vec<Hierarchy>,
+    /// Variant of each driven effect, a list a fold.
+    pub(super) variants: Vec<Vec<usize>>,
+}
+
+/// Fits before and after for every person and fold.
+///
+/// Variants are chosen anew in each fold, on its training days and with the calibration before.
+pub(super) fn fitted<'a>(
+    subjects: &'a [Subject<'a>],
+    driven: &[&NamedEffect<'_>],
+    config: &DiagnosisConfig,
+    rule: &HowFarRule,
+) -> Fitted<'a> {
+    let folds = 0..rule.folds;
+    let mut units: Vec<Unit<'_>> = folds
+        .clone()
+        .flat_map(|fold| subjects.iter().enumerate().map(move |(place, s)| (fold, place, s)))
+        .filter(|(fold, _, subject)| subject.folds.held_out(*fold).is_some())
+        .map(|(fold, place, subject)| Unit::new(place, fold, subject))
+        .collect();
+    let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
+    units.par_iter_mut().for_each(|unit| {
+        for _ in 0..rule.iterations {
+            if unit.failed.is_none() {
+                unit.iterate_before(config);
+            }
+        }
+    });
+    let mut hierarchies: Vec<Hierarchy> = Vec::new();
+    if driven.is_empty() {
+        units.iter_mut().for_each(|unit| unit.after = unit.before.clone());
+        return Fitted { units, hierarchies, variants: Vec::new() };
+    }
+    let variants = folds
+        .clone()
+        .map(|fold| {
+            let mut of_fold: Vec<&mut Unit<'_>> =
+                units.iter_mut().filter(|unit| unit.fold == fold).collect();
+            (0..driven.len())
+                .map(|place| choose_variant(&mut of_fold, subjects, driven, place, config))
+                .collect()
+        })
+        .collect();
+    for _ in 0..rule.iterations {
+        let equations: Vec<Option<Equations>> =
+            units.par_iter_mut().map(|unit| unit.equations_after(config)).collect();
+        hierarchies.clear();
+        for fold in folds.clone() {
+            let members: Vec<usize> = (0..units.len())
+                .filter(|k| units[*k].fold == fold && equations[*k].is_some())
+                .collect();
+            let known: Vec<&Equations> =
+                members.iter().filter_map(|k| equations[*k].as_ref()).collect();
+            if known.is_empty() {
+                continue;
+            }
+            let inflation = inflation(&known, priors.len());
+            let evidence: Vec<_> = known.iter().map(|e| e.evidence(&inflation)).collect();
+            let hierarchy = empirical_bayes(&evidence, &priors);
+            for ((member, equations), amplitudes) in
+                members.iter().zip(&known).zip(&hierarchy.people)
+            {
+                let bound = config.calibration.bound;
+                equations.step(&mut units[*member].after, amplitudes.clone(), bound);
+            }
+            hierarchies.push(hierarchy);
+        }
+    }
+    Fitted { units, hierarchies, variants }
+}
+
+/// By how much the information on each amplitude is overstated because steps of a day are not independent:
+/// the squared scores of days over the information, over all people together.
+fn inflation(equations: &[&Equations], effects: usize) -> Vec<f64> {
+    (0..effects)
+        .map(|effect| {
+            let by_day: f64 = equations.iter().map(|e| e.by_day[effect]).sum();
+            let by_step: f64 = equations.iter().map(|e| e.information[(effect, effect)]).sum();
+            if by_step > 0.0 { (by_day / by_step).max(1.0) } else { 1.0 }
+        })
+        .collect()
+}
+
+/// Gives an effect the variant that explains most of a fold's training days, and returns it.
+///
+/// The other effects keep their variants and are profiled out. The variant found on the whole record is
+/// kept unless another explains more.
+fn choose_variant(
+    units: &mut [&mut Unit<'_>],
+    subjects: &[Subject<'_>],
+    driven: &[&NamedEffect<'_>],
+    place: usize,
+    config: &DiagnosisConfig,
+) -> usize {
+    let effect = driven[place].effect;
+    let given = driven[place].variant;
+    let tried = subjects.iter().map(|s| effect.variants_for(&s.course)).max().unwrap_or(1);
+    if tried < 2 {
+        return given;
+    }
+    let equations: Vec<Equations> = units
+        .par_iter_mut()
+        .filter_map(|unit| unit.equations_of_variants(effect, tried, place, config))
+        .collect();
+    let known: Vec<&Equations> = equations.iter().collect();
+    let inflation = inflation(&known, tried);
+    let gain = |variant: usize| {
+        let (mut information, mut weighted) = (0.0, 0.0);
+        for equations in &known {
+            let (own, product) = profiled(equations, variant, tried);
+            information += own;
+            weighted += product;
+        }
+        // Amplitudes are not negative.
+        let gain = 0.5 * weighted.max(0.0).powi(2) / information;
+        if information > 0.0 { gain / inflation[variant] } else { 0.0 }
+    };
+    let mut best = (given, if given < tried { gain(given) } else { 0.0 });
+    for variant in 0..tried {
+        let gain = gain(variant);
+        if gain > best.1 {
+            best = (variant, gain);
+        }
+    }
+    for unit in units {
+        unit.set_variant(place, best.0);
+    }
+    best.0
+}
+
+/// Information on a variant and its product with the estimate, with the effects after the first `tried`
+/// columns profiled out and the other variants left out.
+fn profiled(equations: &Equations, variant: usize, tried: usize) -> (f64, f64) {
+    let all = equations.weighted.len();
+    let (own, product) = (equations.information[(variant, variant)], equations.weighted[variant]);
+    if all == tried {
+        return (own, product);
+    }
+    let others = all - tried;
+    let inner = Mat::from_fn(others, others, |a, b| {
+        let ridge = if a == b { 1.0 } else { 0.0 };
+        equations.information[(tried + a, tried + b)] + ridge
+    });
+    let mixed = Mat::from_fn(others, 1, |a, _| equations.information[(tried + a, variant)]);
+    let Ok(factor) = inner.llt(Side::Lower) else { return (own, product) };
+    let answer = factor.solve(&mixed);
+    let (mut own, mut product) = (own, product);
+    for a in 0..others {
+        own -= answer[(a, 0)] * mixed[(a, 0)];
+        product -= answer[(a, 0)] * equations.weighted[tried + a];
+    }
+    (own, product)
+}

@@ -1,0 +1,46 @@
+//! A person as every fold needs her.
+
+use effects::{Course, Form};
+use physiology::Plant;
+
+use super::drivers::Driver;
+use super::folds::Folds;
+use super::{HowFarRule, NamedEffect, PersonInput};
+use crate::course::course;
+
+/// A person with what her drivers look at.
+pub(super) struct Subject<'a> {
+    pub(super) input: &'a PersonInput<'a>,
+    pub(super) course: Course,
+    pub(super) folds: Folds,
+    /// How each effect found acts for her.
+    pub(super) forms: Vec<Option<Form>>,
+    /// The effects that have a driver in somebody's record, and the amplitudes at which fits start.
+    pub(super) drivers: Vec<Driver<'a>>,
+    pub(super) starts: Vec<f64>,
+}
+
+impl<'a> Subject<'a> {
+    pub(super) fn new(
+        input: &'a PersonInput<'a>,
+        found: &[NamedEffect<'_>],
+        rule: &HowFarRule,
+    ) -> Self {
+        let plant = input.calibration.model.plant();
+        let states = &input.calibration.filtered.states;
+        let course =
+            course(input.person, states.iter().map(|s| plant.glucose(&s.body).0).collect());
+        let folds = Folds::new(&course.day, rule.folds);
+        let forms = found.iter().map(|f| f.effect.form(&course)).collect();
+        Self { input, course, folds, forms, drivers: Vec::new(), starts: Vec::new() }
+    }
+
+    /// Gives the person the drivers of the effects that have one in somebody's record.
+    pub(super) fn drive(&mut self, place: usize, driven: &[&NamedEffect<'a>]) {
+        for found in driven {
+            self.drivers.push(Driver::new(found.effect, found.variant, &self.course));
+            let largest = found.effect.card().prior.largest;
+            self.starts.push(found.amplitude.of(place).clamp(0.0, largest));
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! A person in one fold: trained on the other days, judged on the fold's.
+
+use std::ops::Range;
+
+use effects::Effect;
+
+use super::HowFarRule;
+use super::drivers::{self, Driver};
+use super::folds::Folds;
+use super::hidden::Hidden;
+use super::judge::{Candidate, Day, Floor, HeldOut};
+use super::reconstruction::{Linear, Strength, Tally};
+use super::refit::{Equations, Fit, Training};
+use super::subject::Subject;
+use super::summary::Pair;
+use crate::config::DiagnosisConfig;
+use crate::error::GapError;
+
+/// A person in one fold.
+pub(super) struct Unit<'a> {
+    pub(super) subject: usize,
+    pub(super) fold: usize,
+    pub(super) folds: &'a Folds,
+    pub(super) training: Training<'a>,
+    pub(super) before: Fit,
+    pub(super) after: Fit,
+    pub(super) failed: Option<GapError>,
+}
+
+impl<'a> Unit<'a> {
+    pub(super) fn new(place: usize, fold: usize, subject: &'a Subject<'a>) -> Self {
+        let calibration = subject.input.calibration;
+        let fit = Fit {
+            factors: calibration.factors,
+            amplitudes: Vec::new(),
+            autoregression: calibration.autoregression,
+            scale: calibration.scale.max(1.0),
+        };
+        Self {
+            subject: place,
+            fold,
+            folds: &subject.folds,
+            training: Training {
+                observations: subject.input.observations,
+                stretches: subject.folds.training(fold),
+                drivers: subject.drivers.clone(),
+                course: subject.course.clone(),
+            },
+            after: Fit { amplitudes: subject.starts.clone(), ..fit.clone() },
+            before: fit,
+            failed: None,
+        }
+    }
+}
+
+impl Unit<'_> {
+    /// One iteration of the fit without effects.
+    pub(super) fn iterate_before(&mut self, config: &DiagnosisConfig) {
+        match self.training.equations(&mut self.before, config) {
+            Ok(equations) => {
+                equations.step(&mut self.before, Vec::new(), config.calibration.bound);
+            }
+            Err(error) => self.failed = Some(error),
+        }
+    }
+
+    /// The equations of the fit with effects; `None` for a unit that has failed.
+    pub(super) fn equations_after(&mut self, config: &DiagnosisConfig) -> Option<Equations> {
+        if self.failed.is_some() {
+            return None;
+        }
+        match self.training.equations(&mut self.after, config) {
+            Ok(equations) => Some(equations),
+            Err(error) => {
+                self.failed = Some(error);
+                None
+            }
+        }
+    }
+
+    /// The equations of an effect's variants side by side, each at amplitude zero, followed by the other
+    /// effects; `None` for a unit that has failed or fails at it.
+    pub(super) fn equations_of_variants(
+        &mut self,
+        effect: &dyn Effect,
+        tried: usize,
+        place: usize,
+        config: &DiagnosisConfig,
+    ) -> Option<Equations> {
+        if self.failed.is_some() {
+            return None;
+        }
+        let course = &self.training.course;
+        let mut drivers: Vec<Driver<'_>> =
+            (0..tried).map(|variant| Driver::new(effect, variant, course)).collect();
+        let mut fit = Fit { amplitudes: vec![0.0; tried], ..self.before.clone() };
+        for (other, driver) in self.training.drivers.iter().enumerate() {
+            if other != place {
+                drivers.push(*driver);
+                fit.amplitudes.push(self.after.amplitudes[other]);
+            }
+        }
+        let mut training = Training {
+            observations: self.training.observations,
+            stretches: self.training.stretches.clone(),
+            drivers,
+            course: course.clone(),
+        };
+        training.equations(&mut fit, config).ok()
+    }
+
+    /// Replaces the variant of an effect.
+    pub(super) fn set_variant(&mut self, place: usize, variant: usize) {
+        let driver = self.training.drivers[place];
+        if driver.variant != variant {
+            self.training.drivers[place] =
+                Driver::new(driver.effect, variant, &self.training.course);
+        }
+    }
+
+    /// What training days say about each hidden effect.
+    ///
+    /// # Errors
+    /// As [`filter`](crate::filter::filter()).
+    pub(super) fn tallies(
+        &self,
+        subject: &Subject<'_>,
+        hidden: &[(usize, Strength)],
+        config: &DiagnosisConfig,
+    ) -> Result<Vec<Tally>, GapError> {
+        let mut tallies = vec![Tally::default(); hidden.len()];
+        for range in &self.training.stretches {
+            let mut linear = self.linear(range, config)?;
+            for (tally, (place, strength)) in tallies.iter_mut().zip(hidden) {
+                if let Some(form) = &subject.forms[*place] {
+                    let course = &self.training.course;
+                    let (_, counted) = linear.reconstruct(form, *strength, range, course)?;
+                    *tally = tally.plus(counted);
+                }
+            }
+        }
+        Ok(tallies)
+    }
+
+    /// The innovations of a stretch under the fit with effects.
+    fn linear(
+        &self,
+        range: &Range<usize>,
+        config: &DiagnosisConfig,
+    ) -> Result<Linear<'_>, GapError> {
+        let training = &self.training;
+        let modulations = drivers::modulations(
+            &training.drivers,
+            &self.after.amplitudes,
+            &training.course,
+            |_| true,
+        );
+        Linear::new(training.observations, range, &modulations, &self.after, config)
+    }
+
+    /// The unit's days, judged with both fits, and with hidden changes reconstructed where there are.
+    pub(super) fn judged(
+        &self,
+        subject: &Subject<'_>,
+        hidden: &[usize],
+        strengths: &[Vec<Strength>],
+        config: &DiagnosisConfig,
+        rule: &HowFarRule,
+    ) -> Result<Judged, GapError> {
+        if let Some(error) = &self.failed {
+            return Err(error.clone());
+        }
+        let mut judged =
+            Judged { subject: self.subject, predicted: Vec::new(), reconstructed: Vec::new() };
+        let Some(block) = self.folds.held_out(self.fold) else { return Ok(judged) };
+        let held_out = HeldOut {
+            observations: self.training.observations,
+            whole_days: &self.folds.whole_days(&block),
+            block: &block,
+            config,
+            rule,
+        };
+        let mut course = self.training.course.clone();
+        let before = Candidate { fit: &self.before, drivers: &[], hidden: None };
+        let before = held_out.judge(&before, &mut course, Floor::Skip)?;
+        let after = if self.training.drivers.is_empty() {
+            before.clone()
+        } else {
+            let drivers = &self.training.drivers;
+            let candidate = Candidate { fit: &self.after, drivers, hidden: None };
+            held_out.judge(&candidate, &mut course, Floor::Take)?
+        };
+        if !hidden.is_empty() {
+            let mut linear = self.linear(&held_out.seen(), config)?;
+            let mut changes = Hidden::default();
+            for (place, strength) in hidden.iter().zip(&strengths[self.fold]) {
+                if let Some(form) = &subject.forms[*place] {
+                    changes.extend(linear.reconstruct(form, *strength, &block, &course)?.0);
+                }
+            }
+            let drivers = &self.training.drivers;
+            let candidate = Candidate { fit: &self.after, drivers, hidden: Some(&changes) };
+            let known = held_out.judge(&candidate, &mut course, Floor::Skip)?;
+            judged.reconstructed = pairs(after.clone(), known);
+        }
+        judged.predicted = pairs(before, after);
+        Ok(judged)
+    }
+}
+
+/// A person's days of one fold, by number.
+pub(super) struct Judged {
+    pub(super) subject: usize,
+    pub(super) predicted: Vec<(usize, Pair)>,
+    pub(super) reconstructed: Vec<(usize, Pair)>,
+}
+
+fn pairs(before: Vec<(usize, Day)>, after: Vec<(usize, Day)>) -> Vec<(usize, Pair)> {
+    let pair =
+        |((day, before), (_, after)): ((usize, Day), (usize, Day))| (day, Pair { before, after });
+    before.into_iter().zip(after).map(pair).collect()
+}
