@@ -19,7 +19,13 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         }
         html.literal("<pre><code>").text(&manifest.command).literal("</code></pre>\n");
         let seed = manifest.seed.map_or_else(|| "none".to_owned(), |seed| seed.to_string());
-        html.paragraph(&format!("Version {}, seed {seed}.", manifest.version));
+        let again = match manifest.seed {
+            Some(seed) if !manifest.command.contains("--seed") => {
+                format!(" Add --seed {seed} to the command to get the same again.")
+            }
+            _ => String::new(),
+        };
+        html.paragraph(&format!("Version {}, seed {seed}.{again}", manifest.version));
         let configured = match &manifest.config {
             Value::Null => false,
             Value::Object(config) => !config.is_empty(),

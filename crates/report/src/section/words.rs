@@ -101,6 +101,20 @@ pub(super) fn target(key: &str) -> String {
     words.to_owned()
 }
 
+/// How an answer of the blind check compares with the truth, in words.
+pub(super) fn outcome(key: &str) -> String {
+    let words = match key {
+        "with_extra" => "right, and another besides",
+        "partial" => "one of two",
+        "in_set" => "in the set",
+        "wrong" => "wrong name",
+        "unknown" => "called unknown",
+        "failed" => "no answer",
+        _ => return plain(key),
+    };
+    words.to_owned()
+}
+
 /// A length of time ahead: minutes below two hours, hours above.
 pub(super) fn ahead(minutes: u32) -> String {
     match minutes {
@@ -162,6 +176,8 @@ mod tests {
             (port("new_port"), "new port"),
             (target("pairs_f1"), "names in pairs (F1)"),
             (target("new_target"), "new target"),
+            (outcome("in_set"), "in the set"),
+            (outcome("correct"), "correct"),
             (ahead(60), "60 min"),
             (ahead(300), "5 h"),
             (ahead(1440), "24 h"),

@@ -97,13 +97,14 @@ fn power_is_told_by_effect_and_bin() {
 fn every_world_is_listed_folded() {
     let html = check_page(&[]);
     let (_, worlds) = html.split_once("Truth and answer of 60 worlds").expect("a summary");
-    for words in ["world_0001", "world_0060", "injection site (9.7)", "dawn (94\u{a0}%)", "partial"]
+    for words in
+        ["world_0001", "world_0060", "injection site (9.7)", "dawn (94\u{a0}%)", "one of two"]
     {
         assert!(worlds.contains(words), "{words}");
     }
     let failure =
         [("/worlds/0/failure", json!("ran out of time")), ("/worlds/0/outcome", json!("failed"))];
-    assert!(check_page(&failure).contains("failed: ran out of time"));
+    assert!(check_page(&failure).contains("no answer: ran out of time"));
 }
 
 #[test]

@@ -222,6 +222,15 @@ fn unknown_keys_are_tolerated_and_the_page_is_deterministic() {
 }
 
 #[test]
+fn a_seed_that_the_command_does_not_hold_is_told() {
+    let words = "Add --seed 1 to the command to get the same again.";
+    assert!(!page(&made_up::parts()).contains(words));
+    let command = json!("cargo xtask blind-check --out out");
+    let html = page(&with(made_up::parts(), Part::Manifest, "/command", command));
+    assert!(html.contains(words));
+}
+
+#[test]
 fn bad_json_is_refused_with_its_place() {
     let mut inputs = Inputs::default();
     let error = inputs.read(Part::Twins, "{\n \"people\": 3}".as_bytes());

@@ -1,6 +1,6 @@
 //! Every world, and how its labels were sealed.
 
-use super::super::words::{plain, short_effect};
+use super::super::words::{outcome as in_words, plain, short_effect};
 use crate::html::{Column, Html};
 use crate::number::{count, optional, percent};
 use crate::view::{BlindCheck, Seal, World};
@@ -111,8 +111,8 @@ fn row(world: &World) -> (bool, Vec<String>) {
         false => words.join(", "),
     };
     let outcome = match &world.failure {
-        Some(failure) => format!("{}: {failure}", plain(&world.outcome)),
-        None => plain(&world.outcome),
+        Some(failure) => format!("{}: {failure}", in_words(&world.outcome)),
+        None => in_words(&world.outcome),
     };
     let cells = vec![
         world.id.clone(),
