@@ -27,7 +27,7 @@ pub(crate) struct BackgroundDirection {
 
 /// What a direction of the background belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum BackgroundKind {
+pub enum BackgroundKind {
     /// A calibrated parameter.
     Calibrated,
     /// A parameter that is not calibrated.
@@ -36,6 +36,10 @@ pub(crate) enum BackgroundKind {
     MealKernel,
     /// The course of glucose after insulin.
     InsulinKernel,
+    /// The course of glucose after carbohydrate taken while glucose is low.
+    RescueKernel,
+    /// How fluxes depend on glucose.
+    Glucose,
     /// The clock.
     Clock,
 }
@@ -59,12 +63,26 @@ const STRUCTURE: [(Parameter, &str, f64); 6] = [
     (Parameter::KE, "k_e", 0.2),
     (Parameter::VG, "v_g", 0.15),
 ];
+/// Fields that may differ for good: ports that no parameter stands for. What an amplitude of 1 adds, and the
+/// spread of the prior. The flux is in units of nominal production.
+const FIELDS: [(Field, &str, f64, f64); 5] = [
+    (Field::InsulinInput, "insulin_input", 1.0, 0.1),
+    (Field::LiverAction, "liver_action", 1.0, 0.2),
+    (Field::Flux, "flux", 0.016, 0.0625),
+    (Field::SensorGain, "sensor_gain", 1.0, 0.05),
+    (Field::SensorOffset, "sensor_offset", 1.0, 5.0),
+];
 /// Times at which the bumps of the meal kernel are highest, min.
 const MEAL_PEAKS: [f64; 5] = [15.0, 40.0, 80.0, 140.0, 240.0];
 /// Times at which the bumps of the insulin kernel are highest, min.
 const INSULIN_PEAKS: [f64; 5] = [25.0, 60.0, 110.0, 190.0, 320.0];
 /// Share of a meal's glucose that an amplitude of 1 adds in a bump.
 const MEAL_SHARE: f64 = 0.15;
+/// Glucose below which carbohydrate is taken for a treatment, mg/dL, and its kernel, min: sugar is absorbed
+/// faster than the meals that a person's gut time is calibrated to.
+const TREATED_BELOW: f64 = 85.0;
+const RESCUE_PEAKS: [f64; 3] = [8.0, 20.0, 50.0];
+const RESCUE_SHARE: f64 = 0.3;
 /// Glucose that an amplitude of 1 removes in a bump for each unit of insulin, mmol kg/kg/U: a fifth of what a
 /// unit does at a correction factor of 40 mg/dL/U in 70 kg.
 const INSULIN_SHARE: f64 = 0.2 * 40.0 / 18.0 * 0.16 * 70.0;
@@ -73,8 +91,21 @@ const HARMONICS: usize = 4;
 /// Flux of a harmonic at amplitude 1, mmol/kg/min: 12 % of endogenous production.
 const CLOCK_FLUX: f64 = 0.002;
 
+/// Shapes of a flux over glucose, mg/dL: effectiveness, what defends against lows, what sheds highs.
+const GLUCOSE_SHAPES: [(&str, fn(f64) -> f64); 3] = [
+    ("effectiveness", |g| ((130.0 - g) / 100.0).clamp(-1.5, 1.0)),
+    ("defence", |g| ((80.0 - g) / 20.0).clamp(0.0, 2.0)),
+    ("shedding", |g| -((g - 170.0) / 80.0).clamp(0.0, 2.0)),
+];
+
 /// The background of a person.
-pub(crate) fn background(record: &Observations, hours: &[f64]) -> Vec<BackgroundDirection> {
+///
+/// `glucose` is the filtered plasma glucose, mg/dL.
+pub(crate) fn background(
+    record: &Observations,
+    hours: &[f64],
+    glucose: &[f64],
+) -> Vec<BackgroundDirection> {
     let mut all = Vec::new();
     for (kind, list) in
         [(BackgroundKind::Calibrated, CALIBRATED), (BackgroundKind::Structure, STRUCTURE)]
@@ -83,6 +114,11 @@ pub(crate) fn background(record: &Observations, hours: &[f64]) -> Vec<Background
             let direction = Direction::Parameter(parameter);
             all.push(BackgroundDirection { name: name.to_owned(), kind, direction, prior_sd });
         }
+    }
+    for (field, name, unit, prior_sd) in FIELDS {
+        let direction = Direction::Course(vec![(field, vec![unit; record.len()])]);
+        let kind = BackgroundKind::Structure;
+        all.push(BackgroundDirection { name: name.to_owned(), kind, direction, prior_sd });
     }
     let meals: Vec<f64> = record
         .inputs
@@ -94,6 +130,32 @@ pub(crate) fn background(record: &Observations, hours: &[f64]) -> Vec<Background
             name: format!("meal_{}", MEAL_PEAKS[place]),
             kind: BackgroundKind::MealKernel,
             direction: Direction::Course(vec![(Field::Flux, filtered(&meals, bump))]),
+            prior_sd: 1.0,
+        });
+    }
+    let treatments: Vec<f64> = record
+        .inputs
+        .iter()
+        .zip(glucose)
+        .map(|(i, g)| {
+            let taken = if *g < TREATED_BELOW { i.carbs.0 } else { 0.0 };
+            RESCUE_SHARE * glucose_dose(Grams(taken), record.weight)
+        })
+        .collect();
+    for (place, bump) in bumps(&RESCUE_PEAKS).iter().enumerate() {
+        all.push(BackgroundDirection {
+            name: format!("rescue_{}", RESCUE_PEAKS[place]),
+            kind: BackgroundKind::RescueKernel,
+            direction: Direction::Course(vec![(Field::Flux, filtered(&treatments, bump))]),
+            prior_sd: 1.0,
+        });
+    }
+    for (name, shape) in GLUCOSE_SHAPES {
+        let course = glucose.iter().map(|g| CLOCK_FLUX * shape(*g)).collect();
+        all.push(BackgroundDirection {
+            name: name.to_owned(),
+            kind: BackgroundKind::Glucose,
+            direction: Direction::Course(vec![(Field::Flux, course)]),
             prior_sd: 1.0,
         });
     }

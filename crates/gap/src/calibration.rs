@@ -8,6 +8,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use ode_sim::{EgpMode, OdeParameters};
+use physiology::Plant as _;
 use serde::{Deserialize, Serialize};
 
 use crate::augmented::AugmentedModel;
@@ -135,6 +136,44 @@ pub struct Calibration {
     pub converged: bool,
     /// Factors that ended at the rule's bound.
     pub at_bound: Vec<Factor>,
+}
+
+impl Calibration {
+    /// Filtered plasma glucose, mg/dL, one entry a step.
+    #[must_use]
+    pub fn glucose(&self) -> Vec<f64> {
+        let plant = self.model.plant();
+        self.filtered.states.iter().map(|s| plant.glucose(&s.body).0).collect()
+    }
+
+    /// The same factors on the same record under other modulations: the filter is run again and its
+    /// innovations are whitened anew.
+    ///
+    /// # Errors
+    /// As [`filter`].
+    pub fn about(&self, record: &Observations, rule: &CalibrationRule) -> Result<Self, GapError> {
+        let mut scored = record.trusted(rule.dose_memory);
+        let burn_in = rule.burn_in.min(scored.len());
+        scored[..burn_in].fill(false);
+        let filtered = filter(&self.model, record)?;
+        let z: Vec<Option<f64>> = filtered
+            .innovations
+            .iter()
+            .zip(&scored)
+            .map(|(i, scored)| i.filter(|_| *scored).map(|i| i.normalised()))
+            .collect();
+        let autoregression = Autoregression::fitted(&z);
+        let whitened = autoregression.whitened(&z);
+        let scale = clipped_scale(&whitened);
+        Ok(Self {
+            filtered,
+            autoregression,
+            whitened: whitened.iter().map(|w| w.map(|w| w / scale)).collect(),
+            scale,
+            at_bound: self.at_bound.clone(),
+            ..*self
+        })
+    }
 }
 
 /// Spacing of the differences in log factors. Wide enough to average over the kinks of uptake, renal

@@ -9,6 +9,7 @@ use crate::free_run::FreeRunRule;
 use crate::localisation::LocalisationRule;
 use crate::noise::NoiseModel;
 use crate::observations::MissingDosePolicy;
+use crate::which::Thresholds;
 
 /// Settings of a diagnosis. There is no default: each changes the result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +28,8 @@ pub struct DiagnosisConfig {
     pub production: Production,
     /// What is done about unrecorded doses.
     pub missing_doses: MissingDosePolicy,
+    /// Evidence that an effect or a port must show.
+    pub thresholds: Thresholds,
 }
 
 impl DiagnosisConfig {
@@ -41,6 +44,7 @@ impl DiagnosisConfig {
             inclusion: InclusionRule::working(),
             production: Production::NonNegative,
             missing_doses: MissingDosePolicy::HoldBasal,
+            thresholds: Thresholds::working(),
         }
     }
 

@@ -7,7 +7,8 @@ use cohort::Person;
 use effects::{Course, Effect, EventShape, Field, Form, Modulation, RandomUnit};
 use physiology::{Plant as _, STEPS_PER_HOUR};
 
-use crate::background::{BackgroundKind, background, hours};
+pub use crate::background::BackgroundKind;
+use crate::background::{background, hours};
 use crate::calibration::Calibration;
 use crate::course::course;
 use crate::error::GapError;
@@ -31,8 +32,8 @@ pub enum Column {
         name: String,
         /// Standard deviation of its prior.
         prior_sd: f64,
-        /// Whether it stands for the clock.
-        clock: bool,
+        /// What it belongs to.
+        kind: BackgroundKind,
     },
     /// A variant of a driven effect.
     Effect {
@@ -71,8 +72,8 @@ pub struct Design {
     pub hours: Vec<f64>,
     /// What the columns stand for.
     pub columns: Vec<Column>,
-    /// Signatures, a list a column, an entry a step.
-    pub signatures: Vec<Vec<f64>>,
+    /// Signatures, a list a column, an entry a step; single precision halves what a large cohort takes.
+    pub signatures: Vec<Vec<f32>>,
     /// Hidden events.
     pub events: Vec<EventBank>,
     /// Random effects: place in the library, field, unit, spread at amplitude 1.
@@ -105,13 +106,14 @@ pub fn design(
     let glucose: Vec<f64> =
         calibration.filtered.states.iter().map(|s| plant.glucose(&s.body).0).collect();
     let course = course(person, glucose);
+    let glucose = &course.glucose;
     let mut columns = Vec::new();
     let mut directions = Vec::new();
-    for entry in background(observations, &hours(&person.record)) {
+    for entry in background(observations, &hours(&person.record), glucose) {
         columns.push(Column::Background {
             name: entry.name,
             prior_sd: entry.prior_sd,
-            clock: entry.kind == BackgroundKind::Clock,
+            kind: entry.kind,
         });
         directions.push(entry.direction);
     }
@@ -120,7 +122,7 @@ pub fn design(
         match effect.form(&course) {
             None => untried.push(place),
             Some(Form::Driven) => {
-                for variant in 0..effect.variants() {
+                for variant in 0..effect.variants_for(&course) {
                     columns.push(Column::Effect { effect: place, variant });
                     directions.push(driven(effect.as_ref(), variant, &course));
                 }
@@ -157,7 +159,10 @@ pub fn design(
         days: course.day,
         hours: course.hour,
         columns,
-        signatures: whitened,
+        signatures: whitened
+            .into_iter()
+            .map(|column| column.into_iter().map(|value| value as f32).collect())
+            .collect(),
         events,
         random,
         untried,

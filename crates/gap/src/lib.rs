@@ -48,6 +48,7 @@ pub mod observations;
 mod person;
 pub mod quality;
 pub mod tangent;
+pub mod which;
 pub mod whitening;
 
 pub use calibration::CalibrationRule;
@@ -59,3 +60,4 @@ pub use free_run::FreeRunRule;
 pub use localisation::LocalisationRule;
 pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
+pub use which::{Threshold, Thresholds, Which, which};

@@ -1,0 +1,519 @@
+//! Which effect is missing: candidates against the background, one after the other.
+//!
+//! Every effect of the library is tested by held-out evidence on the linear model of the innovations
+//! ([`design`](crate::design)), with the background profiled and random differences between days integrated
+//! out. The effect that exceeds its threshold by most is named. The plant is then run again with it, and
+//! the others are tested on what is left; an effect that no longer clears its threshold beside a later one is
+//! dropped. Where nothing is named and a port varies by more than it does in anybody, the answer is "unknown".
+
+mod amplitude;
+mod events;
+mod held_out;
+mod ports;
+mod statistics;
+mod thresholds;
+mod variance;
+
+use effects::{Effect, Form, Modulation, Port};
+use faer::Mat;
+use rayon::prelude::*;
+
+use self::events::EventEvidence;
+use self::held_out::{Allowed, HeldOut, Trial, held_out};
+use self::statistics::Person as Statistics;
+use self::variance::{Estimated, Spreads};
+use crate::background::BackgroundKind;
+use crate::calibration::Calibration;
+use crate::config::DiagnosisConfig;
+use crate::course::course;
+use crate::design::{Column, Design, EventBank, design};
+use crate::error::GapError;
+use crate::how_far::PersonInput;
+use crate::observations::Observations;
+
+pub use self::thresholds::{Threshold, Thresholds};
+
+/// Most effects that are named.
+const MOST_EFFECTS: usize = 3;
+/// Correlation of two signatures, background profiled, above which the effects cannot be told apart.
+const SAME: f64 = 0.8;
+/// Nats within which a rival that clears its threshold is no worse an answer.
+const RIVAL: f64 = 3.0;
+/// Effects of the library that belong to the background of all others: every body sheds glucose when it is
+/// high and defends itself when it is low, and plants differ in how.
+const GUARDS: [&str; 2] = ["counter_regulation", "renal_threshold"];
+/// Standard deviation of the amplitude of a guard.
+const GUARD_SD: f64 = 0.5;
+
+/// The answer to "which".
+#[derive(Debug, Clone)]
+pub struct Which {
+    /// The effects named, in the order of conditioning.
+    pub named: Vec<Named>,
+    /// Every effect that was tried, at the first round.
+    pub candidates: Vec<Candidate>,
+    /// Evidence by port and scale, once the named effects are conditioned on.
+    pub ports: Vec<PortCandidate>,
+    /// Effects that no record could show.
+    pub untried: Vec<usize>,
+    /// People times days.
+    pub person_days: f64,
+}
+
+/// An effect that was tried.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Place in the library.
+    pub effect: usize,
+    /// Held-out evidence, nats.
+    pub gain: f64,
+    /// Evidence over the threshold, nats.
+    pub excess: f64,
+}
+
+/// A port that was tried.
+#[derive(Debug, Clone, Copy)]
+pub struct PortCandidate {
+    /// The port.
+    pub port: Port,
+    /// Evidence, nats.
+    pub gain: f64,
+    /// Evidence over the threshold, nats.
+    pub excess: f64,
+    /// Whether it varies within days rather than between them.
+    pub within_days: bool,
+}
+
+/// An effect that was named.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// Place in the library.
+    pub effect: usize,
+    /// Held-out evidence in the round in which it was named, nats.
+    pub gain: f64,
+    /// Evidence over the threshold, nats.
+    pub excess: f64,
+    /// Mean amplitude over people and its standard error.
+    pub amplitude: (f64, f64),
+    /// Each person's amplitude and its standard deviation.
+    pub personal: Vec<(f64, f64)>,
+    /// Each person's gain, nats.
+    pub gains: Vec<f64>,
+    /// Each person's variant.
+    pub variants: Vec<usize>,
+    /// Hidden events: person, step of onset, size relative to the published.
+    pub events: Vec<(usize, usize, f64)>,
+    /// Places in the library of effects that cannot be told from it.
+    pub confusable: Vec<usize>,
+    /// Candidates of its round.
+    pub rivals: Vec<Candidate>,
+}
+
+/// One person in one round: the model with what has been named so far.
+struct Subject {
+    design: Design,
+    statistics: Statistics,
+}
+
+/// Names the effects that are missing.
+///
+/// # Errors
+/// As [`design`].
+pub fn which(
+    people: &[PersonInput<'_>],
+    library: &[Box<dyn Effect>],
+    config: &DiagnosisConfig,
+) -> Result<Which, GapError> {
+    let thresholds = &config.thresholds;
+    let days: Vec<f64> = people
+        .iter()
+        .map(|p| p.observations.len() as f64 / physiology::STEPS_PER_DAY as f64)
+        .collect();
+    let person_days: f64 = days.iter().sum();
+    let mut named: Vec<Named> = Vec::new();
+    let mut first: Option<(Vec<Candidate>, Vec<usize>)> = None;
+    loop {
+        let round = Round::of(people, library, &named, config)?;
+        let scores = round.scores(library, &named);
+        let mut candidates: Vec<Candidate> = scores
+            .iter()
+            .map(|score| {
+                let threshold = thresholds.of_effect(library[score.effect].card().name);
+                let gain = score.gain();
+                Candidate { effect: score.effect, gain, excess: gain - threshold.over(person_days) }
+            })
+            .collect();
+        candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+        let untried: Vec<usize> = (0..library.len())
+            .filter(|e| round.subjects.iter().all(|s| s.design.untried.contains(e)))
+            .collect();
+        let (all, untried) = first.get_or_insert_with(|| (candidates.clone(), untried)).clone();
+        let best = candidates.first().filter(|best| best.excess > 0.0);
+        let (Some(best), true) = (best, named.len() < MOST_EFFECTS) else {
+            let ports = round.ports(thresholds, person_days);
+            return Ok(Which { named, candidates: all, ports, untried, person_days });
+        };
+        let score = scores
+            .iter()
+            .find(|s| s.effect == best.effect)
+            .expect("a candidate comes from a score");
+        named.push(round.named(score, best, &candidates, library));
+    }
+}
+
+/// Everything that is known in one round.
+struct Round {
+    subjects: Vec<Subject>,
+    /// Each person's days, random differences integrated out.
+    marginal: Vec<Vec<(Mat<f64>, Vec<f64>)>>,
+    estimated: Estimated,
+    /// Guards that are not themselves named, and named driven effects with their spread.
+    guards: Vec<(usize, f64)>,
+}
+
+/// Evidence of one effect.
+struct Score {
+    effect: usize,
+    evidence: Evidence,
+}
+
+enum Evidence {
+    Driven(HeldOut),
+    Events(EventEvidence),
+    /// Gain and spread over that at amplitude 1.
+    Random(f64, f64),
+}
+
+impl Score {
+    fn gain(&self) -> f64 {
+        match &self.evidence {
+            Evidence::Driven(found) => found.gain(),
+            Evidence::Events(found) => found.gains.iter().sum(),
+            Evidence::Random(gain, _) => *gain,
+        }
+    }
+}
+
+impl Round {
+    fn of(
+        people: &[PersonInput<'_>],
+        library: &[Box<dyn Effect>],
+        named: &[Named],
+        config: &DiagnosisConfig,
+    ) -> Result<Self, GapError> {
+        let subjects: Vec<Subject> = people
+            .par_iter()
+            .enumerate()
+            .map(|(place, input)| {
+                let design = if named.is_empty() {
+                    design(input.person, input.observations, input.calibration, library)?
+                } else {
+                    conditioned(input, place, library, named, config)?
+                };
+                let statistics = Statistics::of(&design);
+                Ok(Subject { design, statistics })
+            })
+            .collect::<Result<_, GapError>>()?;
+        let mut guards: Vec<(usize, f64)> = Vec::new();
+        for (effect, entry) in library.iter().enumerate() {
+            let known = named.iter().find(|n| n.effect == effect);
+            if let Some(known) = known {
+                guards.push((effect, (0.5 * known.amplitude.0).hypot(0.1)));
+            } else if GUARDS.contains(&entry.card().name) {
+                guards.push((effect, GUARD_SD));
+            }
+        }
+        let mut round = Self { subjects, marginal: Vec::new(), estimated: none(), guards };
+        // Constant directions, then spreads given them, twice: each needs the other.
+        for _ in 0..2 {
+            let spreads = round.estimated.spreads;
+            round.marginal = round
+                .subjects
+                .par_iter()
+                .map(|s| {
+                    let of_day = |day| variance::marginal(day, &s.statistics.random, &spreads);
+                    s.statistics.days.iter().map(of_day).collect()
+                })
+                .collect();
+            let fixed: Vec<Vec<f64>> = (0..round.subjects.len())
+                .into_par_iter()
+                .map(|person| round.constant(person))
+                .collect();
+            let statistics: Vec<Statistics> =
+                round.subjects.iter().map(|s| s.statistics.clone()).collect();
+            round.estimated = variance::estimate(&statistics, &fixed, spreads);
+        }
+        let spreads = round.estimated.spreads;
+        round.marginal = round
+            .subjects
+            .par_iter()
+            .map(|s| {
+                let of_day = |day| variance::marginal(day, &s.statistics.random, &spreads);
+                s.statistics.days.iter().map(of_day).collect()
+            })
+            .collect();
+        Ok(round)
+    }
+
+    /// What is allowed for when an effect is tested in a person; `None` for no effect in particular.
+    fn allowed(&self, person: usize, tested: Option<(usize, &str)>) -> Vec<Allowed> {
+        let columns = &self.subjects[person].statistics.columns;
+        let mut guarded: Vec<usize> = Vec::new();
+        columns
+            .iter()
+            .enumerate()
+            .filter_map(|(column, stands_for)| match stands_for {
+                Column::Background { name, prior_sd, kind } => {
+                    let own = tested.is_some_and(|(_, effect)| rivals(effect, *kind, name));
+                    (!own).then_some(Allowed { column, mean: 0.0, sd: *prior_sd })
+                }
+                Column::Effect { effect, .. } => {
+                    // One variant of each guard: its others differ in sign or phase.
+                    let (_, sd) = self.guards.iter().find(|(guard, _)| guard == effect)?;
+                    let skip =
+                        tested.is_some_and(|(own, _)| own == *effect) || guarded.contains(effect);
+                    guarded.push(*effect);
+                    (!skip).then_some(Allowed { column, mean: 0.0, sd: *sd })
+                }
+            })
+            .collect()
+    }
+
+    /// A person's constant directions, one number a column.
+    fn constant(&self, person: usize) -> Vec<f64> {
+        let allowed = self.allowed(person, None);
+        let columns = self.subjects[person].statistics.columns.len();
+        let mut out = vec![0.0; columns];
+        for (allowed, value) in
+            allowed.iter().zip(held_out::background(&self.marginal[person], &allowed))
+        {
+            out[allowed.column] = value;
+        }
+        out
+    }
+
+    fn trials(&self, effect: usize, name: &str) -> Vec<Trial<'_>> {
+        (0..self.subjects.len())
+            .map(|person| Trial {
+                days: &self.marginal[person],
+                allowed: self.allowed(person, Some((effect, name))),
+                variants: self.variants(person, effect),
+            })
+            .collect()
+    }
+
+    fn variants(&self, person: usize, wanted: usize) -> Vec<usize> {
+        let columns = &self.subjects[person].statistics.columns;
+        (0..columns.len())
+            .filter(|c| matches!(columns[*c], Column::Effect { effect, .. } if effect == wanted))
+            .collect()
+    }
+
+    /// Evidence of every effect that is not named yet.
+    fn scores(&self, library: &[Box<dyn Effect>], named: &[Named]) -> Vec<Score> {
+        let days: Vec<usize> = self.subjects.iter().map(|s| s.statistics.days.len()).collect();
+        (0..library.len())
+            .into_par_iter()
+            .filter(|effect| named.iter().all(|n| n.effect != *effect))
+            .filter_map(|effect| {
+                let trials = self.trials(effect, library[effect].card().name);
+                if trials.iter().any(|trial| !trial.variants.is_empty()) {
+                    let evidence = Evidence::Driven(held_out(&trials));
+                    return Some(Score { effect, evidence });
+                }
+                let banks: Vec<Option<&EventBank>> = self
+                    .subjects
+                    .iter()
+                    .map(|s| s.design.events.iter().find(|bank| bank.effect == effect))
+                    .collect();
+                if banks.iter().any(Option::is_some) {
+                    let evidence = Evidence::Events(events::score(&banks, &days));
+                    return Some(Score { effect, evidence });
+                }
+                let random = self
+                    .subjects
+                    .iter()
+                    .find_map(|s| s.design.random.iter().find(|random| random.0 == effect))?;
+                let (gain, spread) = self.random_gain(random.1)?;
+                Some(Score { effect, evidence: Evidence::Random(gain, spread / random.3) })
+            })
+            .collect()
+    }
+
+    /// Evidence that a field varies from day to day.
+    fn random_gain(&self, field: effects::Field) -> Option<(f64, f64)> {
+        let name = match field {
+            effects::Field::InsulinTime => "t_max_i",
+            effects::Field::GutTime => "t_max_g",
+            effects::Field::Action => "action",
+            effects::Field::CarbAmount => "a_g",
+            effects::Field::Production => "egp_0",
+            effects::Field::SensorGain => "sensor_gain",
+            effects::Field::Flux => "flux",
+            _ => return None,
+        };
+        let place = statistics::RANDOM.iter().position(|random| *random == name)?;
+        let evidence = self.estimated.day[place];
+        Some((evidence.gain, evidence.spread))
+    }
+
+    fn named(
+        &self,
+        score: &Score,
+        best: &Candidate,
+        candidates: &[Candidate],
+        library: &[Box<dyn Effect>],
+    ) -> Named {
+        let people = self.subjects.len();
+        let mut confusable = self.same(score, library);
+        for rival in candidates.iter().filter(|c| c.effect != best.effect && c.excess > 0.0) {
+            if best.excess - rival.excess < RIVAL && !confusable.contains(&rival.effect) {
+                confusable.push(rival.effect);
+            }
+        }
+        let mut named = Named {
+            effect: best.effect,
+            gain: best.gain,
+            excess: best.excess,
+            amplitude: (1.0, 0.5),
+            personal: vec![(1.0, 0.5); people],
+            gains: vec![0.0; people],
+            variants: vec![0; people],
+            events: Vec::new(),
+            confusable,
+            rivals: candidates.to_vec(),
+        };
+        match &score.evidence {
+            Evidence::Driven(found) => {
+                named.amplitude = (found.hierarchy.mean, found.hierarchy.error);
+                named.personal.clone_from(&found.personal);
+                named.gains.clone_from(&found.gains);
+                named.variants.clone_from(&found.variants);
+            }
+            Evidence::Events(found) => {
+                named.events = found.found.iter().map(|e| (e.person, e.onset, e.size)).collect();
+                named.gains.clone_from(&found.gains);
+                named.amplitude = self.frequency(best.effect, found);
+                named.personal = vec![named.amplitude; people];
+            }
+            Evidence::Random(_, amplitude) => named.amplitude = (*amplitude, 0.3 * amplitude),
+        }
+        named
+    }
+
+    /// Frequency of events over the published one.
+    fn frequency(&self, effect: usize, found: &EventEvidence) -> (f64, f64) {
+        let published = self
+            .subjects
+            .iter()
+            .find_map(|s| s.design.events.iter().find(|bank| bank.effect == effect))
+            .map_or(1.0, |bank| bank.shape.per_day);
+        let days: usize = self.subjects.iter().map(|s| s.statistics.days.len()).sum();
+        let count: f64 = found.found.iter().map(|e| e.probability * e.size).sum();
+        let expected = published * days as f64;
+        (count / expected, (count.sqrt() + 1.0) / expected)
+    }
+
+    /// Driven effects whose signatures cannot be told from that of `score`.
+    fn same(&self, score: &Score, library: &[Box<dyn Effect>]) -> Vec<usize> {
+        let Evidence::Driven(found) = &score.evidence else { return Vec::new() };
+        let others: Vec<usize> = (0..library.len()).filter(|e| *e != score.effect).collect();
+        others
+            .into_par_iter()
+            .filter(|other| {
+                let (mut cross, mut own, mut theirs) = (0.0, 0.0, 0.0);
+                for person in 0..self.subjects.len() {
+                    let mine = self.variants(person, score.effect);
+                    let rival = self.variants(person, *other);
+                    let Some(mine) = mine.get(found.variants[person]) else { continue };
+                    let allowed: Vec<Allowed> = self
+                        .allowed(person, None)
+                        .into_iter()
+                        .filter(|a| !rival.contains(&a.column))
+                        .collect();
+                    let best = rival
+                        .iter()
+                        .map(|r| held_out::profiled(&self.marginal[person], &allowed, *mine, *r))
+                        .max_by(|a, b| a.correlation().total_cmp(&b.correlation()));
+                    if let Some(best) = best {
+                        cross += best.cross;
+                        own += best.own;
+                        theirs += best.other;
+                    }
+                }
+                own > 0.0 && theirs > 0.0 && cross / (own * theirs).sqrt() > SAME
+            })
+            .collect()
+    }
+
+    fn ports(&self, thresholds: &Thresholds, person_days: f64) -> Vec<PortCandidate> {
+        let mut ports: Vec<PortCandidate> = ports::gains(&self.estimated)
+            .into_iter()
+            .map(|found| {
+                let name = ports::threshold_name(found.port, found.within_days);
+                let threshold = thresholds.of_port(&name).over(person_days);
+                PortCandidate {
+                    port: found.port,
+                    gain: found.gain,
+                    excess: found.gain - threshold,
+                    within_days: found.within_days,
+                }
+            })
+            .collect();
+        ports.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+        ports
+    }
+}
+
+/// Whether a direction of the background is what an effect itself would change.
+fn rivals(effect: &str, kind: BackgroundKind, name: &str) -> bool {
+    match effect {
+        "dawn" | "circadian_sensitivity" => kind == BackgroundKind::Clock,
+        "renal_threshold" => name == "shedding",
+        "counter_regulation" | "unlogged_rescue_carbs" => name == "defence",
+        _ => false,
+    }
+}
+
+fn none() -> Estimated {
+    let zero = variance::SpreadEvidence { gain: 0.0, spread: 0.0 };
+    Estimated {
+        spreads: Spreads { day: [0.0; 7], block: [0.0; 7] },
+        day: [zero; 7],
+        block: [zero; 7],
+    }
+}
+
+/// The linear model of a person about the effects that have been named.
+fn conditioned(
+    input: &PersonInput<'_>,
+    place: usize,
+    library: &[Box<dyn Effect>],
+    named: &[Named],
+    config: &DiagnosisConfig,
+) -> Result<Design, GapError> {
+    let calibration = input.calibration;
+    let glucose = calibration.glucose();
+    let course = course(input.person, glucose);
+    let mut modulations = vec![Modulation::NEUTRAL; course.len()];
+    for named in named {
+        let effect = &library[named.effect];
+        match effect.form(&course) {
+            Some(Form::Driven) => {
+                let (amplitude, _) = named.personal[place];
+                effect.modulate(named.variants[place], amplitude, &course, &mut modulations);
+            }
+            Some(Form::Events(shape)) => {
+                for (_, onset, size) in named.events.iter().filter(|(p, _, _)| *p == place) {
+                    for (modulation, add) in modulations[*onset..].iter_mut().zip(&shape.profile) {
+                        modulation[shape.field] += size * add;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    let observations = Observations { modulations, ..input.observations.clone() };
+    let about: Calibration = calibration.about(&observations, &config.calibration)?;
+    design(input.person, &observations, &about, library)
+}

@@ -1,0 +1,172 @@
+//! Hidden events: a spike-and-slab over onsets, scored against its own mirror image.
+//!
+//! In each stretch of two hours an event of the effect's kind starts with a small probability; sizes and
+//! onsets are averaged over. The frequency is chosen on training days. The same score for events of the opposite
+//! sign is subtracted: a background that is rough in both directions is no evidence for either.
+
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+
+use super::held_out::FOLDS;
+use crate::design::EventBank;
+
+/// Steps of a stretch in which at most one event starts.
+const STRETCH: usize = 2 * STEPS_PER_HOUR;
+/// Probabilities of an event in a stretch that are tried.
+const FREQUENCIES: [f64; 6] = [0.0005, 0.002, 0.01, 0.03, 0.06, 0.12];
+
+/// The answer for one effect.
+#[derive(Debug, Clone)]
+pub(super) struct EventEvidence {
+    /// Gain of each person, nats, after subtraction of the mirror image.
+    pub(super) gains: Vec<f64>,
+    /// Probability of an event in a stretch, over all days.
+    pub(super) frequency: f64,
+    /// Events that are more likely than not: person, onset, mean size.
+    pub(super) found: Vec<Found>,
+}
+
+/// An event that is more likely than not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Found {
+    pub(super) person: usize,
+    pub(super) onset: usize,
+    pub(super) size: f64,
+    pub(super) probability: f64,
+}
+
+/// Log likelihood ratio of an event in each stretch of one person: stretch, ratio.
+fn ratios(bank: &EventBank, sign: f64) -> Vec<(usize, f64)> {
+    let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
+    for ((onset, information), score) in bank.onsets.iter().zip(&bank.information).zip(&bank.score)
+    {
+        let logs = bank.shape.sizes.iter().map(|(size, weight)| {
+            weight.ln() + (size * sign * score - 0.5 * size * size * information).min(50.0)
+        });
+        let stretch = onset / STRETCH;
+        match out.last_mut().filter(|(last, _)| *last == stretch) {
+            Some((_, all)) => all.push(log_sum(logs)),
+            None => out.push((stretch, vec![log_sum(logs)])),
+        }
+    }
+    out.into_iter()
+        .map(|(stretch, all)| {
+            let n = all.len() as f64;
+            (stretch, log_sum(all.into_iter()) - n.ln())
+        })
+        .collect()
+}
+
+fn log_sum(logs: impl Iterator<Item = f64> + Clone) -> f64 {
+    let top = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+    if top == f64::NEG_INFINITY {
+        top
+    } else {
+        top + logs.map(|l| (l - top).exp()).sum::<f64>().ln()
+    }
+}
+
+/// Log likelihood ratio of a stretch when events start with probability `p`.
+fn with_frequency(ratio: f64, p: f64) -> f64 {
+    let (off, on) = ((-p).ln_1p(), p.ln() + ratio);
+    let top = off.max(on);
+    top + ((off - top).exp() + (on - top).exp()).ln()
+}
+
+/// Held-out gain of each person for events of one sign.
+fn held_out(people: &[Vec<(usize, f64)>], days: &[usize]) -> Vec<f64> {
+    // gains[person][frequency][day]
+    let gains: Vec<Vec<Vec<f64>>> = people
+        .iter()
+        .zip(days)
+        .map(|(ratios, days)| {
+            FREQUENCIES
+                .iter()
+                .map(|p| {
+                    let mut by_day = vec![0.0; *days];
+                    for (stretch, ratio) in ratios {
+                        let day = (stretch * STRETCH / STEPS_PER_DAY).min(days - 1);
+                        by_day[day] += with_frequency(*ratio, *p);
+                    }
+                    by_day
+                })
+                .collect()
+        })
+        .collect();
+    let mut out = vec![0.0; people.len()];
+    for fold in 0..FOLDS {
+        let test = |days: usize| {
+            let folds = FOLDS.min(days.max(1));
+            if fold >= folds { 0..0 } else { fold * days / folds..(fold + 1) * days / folds }
+        };
+        let trained = |place: usize| -> f64 {
+            gains
+                .iter()
+                .zip(days)
+                .map(|(person, days)| {
+                    let test = test(*days);
+                    let all: f64 = person[place].iter().sum();
+                    all - person[place][test].iter().sum::<f64>()
+                })
+                .sum()
+        };
+        let scores: Vec<f64> = (0..FREQUENCIES.len()).map(trained).collect();
+        let best = (0..scores.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
+        let Some(best) = best.filter(|best| scores[*best] > 0.0) else { continue };
+        for ((sum, person), days) in out.iter_mut().zip(&gains).zip(days) {
+            *sum += person[best][test(*days)].iter().sum::<f64>();
+        }
+    }
+    out
+}
+
+/// Scores the events of one effect. `banks` has an entry a person, `None` where the record cannot show
+/// them; `days` the length of each person's record.
+pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize]) -> EventEvidence {
+    let ratios_of = |sign: f64| -> Vec<Vec<(usize, f64)>> {
+        banks.iter().map(|bank| bank.map_or_else(Vec::new, |bank| ratios(bank, sign))).collect()
+    };
+    let forward = ratios_of(1.0);
+    let up = held_out(&forward, days);
+    let down = held_out(&ratios_of(-1.0), days);
+    let mirrored: f64 = down.iter().sum::<f64>();
+    let gains = up
+        .iter()
+        .zip(&down)
+        .map(|(up, down)| if mirrored > 0.0 { up - down } else { *up })
+        .collect();
+    let total = |p: f64| -> f64 {
+        forward.iter().flatten().map(|(_, ratio)| with_frequency(*ratio, p)).sum()
+    };
+    let frequency = FREQUENCIES
+        .into_iter()
+        .max_by(|a, b| total(*a).total_cmp(&total(*b)))
+        .unwrap_or(FREQUENCIES[0]);
+    let mut found = Vec::new();
+    for (person, (bank, ratios)) in banks.iter().zip(&forward).enumerate() {
+        let Some(bank) = bank else { continue };
+        for (stretch, ratio) in ratios {
+            let odds = frequency.ln() - (-frequency).ln_1p() + ratio;
+            let probability = (1.0 + (-odds).exp()).recip();
+            if probability > 0.5 {
+                found.extend(largest(bank, *stretch).map(|(onset, size)| Found {
+                    person,
+                    onset,
+                    size,
+                    probability,
+                }));
+            }
+        }
+    }
+    EventEvidence { gains, frequency, found }
+}
+
+/// The onset of a stretch that explains most, with the size that does.
+fn largest(bank: &EventBank, stretch: usize) -> Option<(usize, f64)> {
+    (0..bank.onsets.len())
+        .filter(|k| bank.onsets[*k] / STRETCH == stretch && bank.information[*k] > 0.0)
+        .max_by(|a, b| {
+            let gain = |k: usize| bank.score[k].max(0.0).powi(2) / bank.information[k];
+            gain(*a).total_cmp(&gain(*b))
+        })
+        .map(|k| (bank.onsets[k], bank.score[k].max(0.0) / bank.information[k]))
+}

@@ -1,0 +1,331 @@
+//! Held-out evidence for driven effects.
+//!
+//! The days of each person are cut into contiguous folds. On the others background and amplitude are
+//! estimated; the fold then tells by how much the effect raises its likelihood. Variants of a shape are
+//! weighed by their evidence on the training days of all people.
+
+use faer::Mat;
+use faer::Side;
+use faer::linalg::solvers::Solve;
+use rayon::prelude::*;
+
+use super::amplitude::{Hierarchy, Information};
+
+/// Folds of days.
+pub(super) const FOLDS: usize = 7;
+/// Rounds in which variants and hierarchy are brought together.
+const ROUNDS: usize = 4;
+/// How much the other people's evidence for a variant counts.
+const SHARED: f64 = 0.5;
+
+/// A direction that is allowed for: its column, and the mean and standard deviation of its prior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Allowed {
+    pub(super) column: usize,
+    pub(super) mean: f64,
+    pub(super) sd: f64,
+}
+
+/// What one person brings to the test of an effect: days, what is allowed for, columns of its variants.
+pub(super) struct Trial<'a> {
+    /// Each day's A and b, random factors integrated out.
+    pub(super) days: &'a [(Mat<f64>, Vec<f64>)],
+    /// What is allowed for.
+    pub(super) allowed: Vec<Allowed>,
+    /// Columns of the variants.
+    pub(super) variants: Vec<usize>,
+}
+
+/// The answer for one effect.
+#[derive(Debug, Clone)]
+pub(super) struct HeldOut {
+    /// Gain of each person, nats.
+    pub(super) gains: Vec<f64>,
+    /// The hierarchy on all days.
+    pub(super) hierarchy: Hierarchy,
+    /// Each person's amplitude and its standard deviation on all days.
+    pub(super) personal: Vec<(f64, f64)>,
+    /// Each person's best variant on all days.
+    pub(super) variants: Vec<usize>,
+}
+
+impl HeldOut {
+    /// Gain over all people, nats.
+    pub(super) fn gain(&self) -> f64 {
+        self.gains.iter().sum()
+    }
+}
+
+/// The background of one person fitted to some days.
+struct Fitted {
+    /// Allowed directions without the effect.
+    background: Vec<f64>,
+    /// For each variant: its information, and by how much the background answers to the effect.
+    variants: Vec<(Information, Vec<f64>)>,
+}
+
+impl Trial<'_> {
+    fn fitted(&self, days: impl Iterator<Item = usize>) -> Fitted {
+        let n = self.allowed.len();
+        let columns: Vec<usize> =
+            self.allowed.iter().map(|a| a.column).chain(self.variants.iter().copied()).collect();
+        let mut a = Mat::<f64>::zeros(columns.len(), n);
+        let mut own = vec![0.0; self.variants.len()];
+        let mut b = vec![0.0; columns.len()];
+        for day in days {
+            let (day_a, day_b) = &self.days[day];
+            for (row, place) in columns.iter().enumerate() {
+                b[row] += day_b[*place];
+                for (column, other) in columns[..n].iter().enumerate() {
+                    a[(row, column)] += day_a[(*place, *other)];
+                }
+                if row >= n {
+                    own[row - n] += day_a[(*place, *place)];
+                }
+            }
+        }
+        let system = Mat::from_fn(n, n, |i, j| {
+            a[(i, j)] + if i == j { self.allowed[i].sd.powi(-2) } else { 0.0 }
+        });
+        let right = Mat::from_fn(n, 1 + self.variants.len(), |i, k| {
+            if k == 0 {
+                b[i] + self.allowed[i].mean * self.allowed[i].sd.powi(-2)
+            } else {
+                a[(n + k - 1, i)]
+            }
+        });
+        let solved = system
+            .llt(Side::Lower)
+            .expect("a Gram matrix plus the precision of a proper prior")
+            .solve(&right);
+        let background: Vec<f64> = (0..n).map(|i| solved[(i, 0)]).collect();
+        let variants = (0..self.variants.len())
+            .map(|v| {
+                let answer: Vec<f64> = (0..n).map(|i| solved[(i, v + 1)]).collect();
+                let mut information = own[v];
+                let mut score = b[n + v];
+                for i in 0..n {
+                    information -= a[(n + v, i)] * answer[i];
+                    score -= a[(n + v, i)] * background[i];
+                }
+                (Information { information: information.max(1e-9), score }, answer)
+            })
+            .collect();
+        Fitted { background, variants }
+    }
+
+    /// Log likelihood of a day at amplitude `theta` of a variant over that of the background alone.
+    fn gain(&self, fitted: &Fitted, variant: usize, theta: f64, day: usize) -> f64 {
+        let (a, b) = &self.days[day];
+        let answer = &fitted.variants[variant].1;
+        let effect = self.variants[variant];
+        // The change of the amplitudes from one explanation to the other, and the state it starts from.
+        let change: Vec<(usize, f64)> = self
+            .allowed
+            .iter()
+            .zip(answer)
+            .map(|(allowed, answer)| (allowed.column, -theta * answer))
+            .chain([(effect, theta)])
+            .collect();
+        let mut gain = 0.0;
+        for (place, by) in &change {
+            let mut slope = b[*place];
+            for (allowed, value) in self.allowed.iter().zip(&fitted.background) {
+                slope -= a[(*place, allowed.column)] * value;
+            }
+            for (other, value) in &change {
+                slope -= 0.5 * a[(*place, *other)] * value;
+            }
+            gain += by * slope;
+        }
+        gain
+    }
+}
+
+/// Each person's weights of the variants, and the hierarchy that goes with them.
+fn weigh(fits: &[Option<Fitted>]) -> (Vec<Vec<f64>>, Hierarchy) {
+    let mut weights: Vec<Vec<f64>> = fits
+        .iter()
+        .map(|fit| {
+            let n = fit.as_ref().map_or(0, |f| f.variants.len());
+            vec![1.0 / n.max(1) as f64; n]
+        })
+        .collect();
+    let mut hierarchy = Hierarchy { mean: 0.0, spread: 0.0, error: 0.0 };
+    let counts: Vec<usize> = weights.iter().map(Vec::len).filter(|n| *n > 0).collect();
+    let shared = counts.windows(2).all(|pair| pair[0] == pair[1]);
+    for _ in 0..ROUNDS {
+        let mixed: Vec<Information> = fits
+            .iter()
+            .zip(&weights)
+            .filter_map(|(fit, weights)| {
+                let fit = fit.as_ref()?;
+                let mut sum = Information { information: 0.0, score: 0.0 };
+                for ((info, _), weight) in fit.variants.iter().zip(weights) {
+                    sum.information += weight * info.information;
+                    sum.score += weight * info.score;
+                }
+                Some(sum)
+            })
+            .collect();
+        hierarchy = Hierarchy::of(&mixed);
+        if hierarchy.mean <= 0.0 {
+            break;
+        }
+        let evidence: Vec<Vec<f64>> = fits
+            .iter()
+            .map(|fit| {
+                let variants = fit.as_ref().map_or(&[][..], |f| &f.variants);
+                variants.iter().map(|(info, _)| hierarchy.evidence(*info)).collect()
+            })
+            .collect();
+        for (person, own) in evidence.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+            let logs: Vec<f64> = (0..own.len())
+                .map(|v| {
+                    let others: f64 = if shared {
+                        evidence
+                            .iter()
+                            .enumerate()
+                            .filter(|(k, e)| *k != person && !e.is_empty())
+                            .map(|(_, e)| e[v])
+                            .sum()
+                    } else {
+                        0.0
+                    };
+                    own[v] + SHARED * others
+                })
+                .collect();
+            weights[person] = softmax(&logs);
+        }
+    }
+    (weights, hierarchy)
+}
+
+fn softmax(logs: &[f64]) -> Vec<f64> {
+    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let raised: Vec<f64> = logs.iter().map(|l| (l - top).exp()).collect();
+    let sum: f64 = raised.iter().sum();
+    raised.iter().map(|r| r / sum).collect()
+}
+
+/// Contiguous folds of `days`.
+fn fold(days: usize, fold: usize) -> std::ops::Range<usize> {
+    let folds = FOLDS.min(days.max(1));
+    if fold >= folds { 0..0 } else { fold * days / folds..(fold + 1) * days / folds }
+}
+
+/// Tests an effect. A person without variants of it (a channel is missing) gains nothing.
+pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
+    let gains: Vec<Vec<f64>> = (0..FOLDS)
+        .into_par_iter()
+        .map(|f| {
+            let fits: Vec<Option<Fitted>> = trials
+                .iter()
+                .map(|trial| {
+                    let n = trial.days.len();
+                    let test = fold(n, f);
+                    (!trial.variants.is_empty() && !test.is_empty() && n > test.len())
+                        .then(|| trial.fitted((0..n).filter(|day| !test.contains(day))))
+                })
+                .collect();
+            let (weights, hierarchy) = weigh(&fits);
+            trials
+                .iter()
+                .zip(&fits)
+                .zip(&weights)
+                .map(|((trial, fit), weights)| {
+                    let Some(fit) = fit.as_ref().filter(|_| hierarchy.mean > 0.0) else {
+                        return 0.0;
+                    };
+                    mixture(trial, fit, weights, &hierarchy, fold(trial.days.len(), f))
+                })
+                .collect()
+        })
+        .collect();
+    let fits: Vec<Option<Fitted>> = trials
+        .par_iter()
+        .map(|trial| (!trial.variants.is_empty()).then(|| trial.fitted(0..trial.days.len())))
+        .collect();
+    let (weights, hierarchy) = weigh(&fits);
+    let variants: Vec<usize> = weights
+        .iter()
+        .map(|w| (0..w.len()).max_by(|a, b| w[*a].total_cmp(&w[*b])).unwrap_or(0))
+        .collect();
+    let personal = fits
+        .iter()
+        .zip(&variants)
+        .map(|(fit, variant)| match fit {
+            Some(fit) => hierarchy.personal(fit.variants[*variant].0),
+            None => (hierarchy.mean, hierarchy.spread),
+        })
+        .collect();
+    HeldOut {
+        gains: (0..trials.len()).map(|person| gains.iter().map(|g| g[person]).sum()).collect(),
+        hierarchy,
+        personal,
+        variants,
+    }
+}
+
+/// Log of the mean likelihood ratio of the variants over the days of a fold.
+fn mixture(
+    trial: &Trial<'_>,
+    fit: &Fitted,
+    weights: &[f64],
+    hierarchy: &Hierarchy,
+    days: std::ops::Range<usize>,
+) -> f64 {
+    let logs: Vec<f64> = weights
+        .iter()
+        .enumerate()
+        .filter(|(_, weight)| **weight > 1e-3)
+        .map(|(variant, weight)| {
+            let (theta, _) = hierarchy.personal(fit.variants[variant].0);
+            let gain: f64 = days.clone().map(|day| trial.gain(fit, variant, theta, day)).sum();
+            weight.ln() + gain
+        })
+        .collect();
+    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    top + logs.iter().map(|l| (l - top).exp()).sum::<f64>().ln()
+}
+
+/// Allowed directions fitted to all days.
+pub(super) fn background(days: &[(Mat<f64>, Vec<f64>)], allowed: &[Allowed]) -> Vec<f64> {
+    let trial = Trial { days, allowed: allowed.to_vec(), variants: Vec::new() };
+    trial.fitted(0..days.len()).background
+}
+
+/// Information about two directions once what is allowed for is profiled out.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Profiled {
+    pub(super) own: f64,
+    pub(super) other: f64,
+    pub(super) cross: f64,
+}
+
+impl Profiled {
+    pub(super) fn correlation(&self) -> f64 {
+        self.cross / (self.own * self.other).max(f64::MIN_POSITIVE).sqrt()
+    }
+}
+
+/// Profiled information of the columns `own` and `other`.
+pub(super) fn profiled(
+    days: &[(Mat<f64>, Vec<f64>)],
+    allowed: &[Allowed],
+    own: usize,
+    other: usize,
+) -> Profiled {
+    let trial = Trial { days, allowed: allowed.to_vec(), variants: vec![own, other] };
+    let fitted = trial.fitted(0..days.len());
+    let total =
+        |row: usize, column: usize| -> f64 { days.iter().map(|(a, _)| a[(row, column)]).sum() };
+    let answer = &fitted.variants[1].1;
+    let taken: f64 =
+        allowed.iter().zip(answer).map(|(a, value)| total(own, a.column) * value).sum();
+    Profiled {
+        own: fitted.variants[0].0.information,
+        other: fitted.variants[1].0.information,
+        cross: total(own, other) - taken,
+    }
+}
