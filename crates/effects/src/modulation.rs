@@ -62,6 +62,7 @@ impl Field {
     ];
 
     /// The value at which the field changes nothing: 1 for factors, 0 for what is added.
+    #[inline]
     #[must_use]
     pub const fn neutral(self) -> f64 {
         match self {
@@ -92,6 +93,7 @@ impl Modulation {
     };
 
     /// Whether nothing is changed.
+    #[inline]
     #[must_use]
     pub fn is_neutral(&self) -> bool {
         *self == Self::NEUTRAL
@@ -107,12 +109,14 @@ impl Default for Modulation {
 impl Index<Field> for Modulation {
     type Output = f64;
 
+    #[inline]
     fn index(&self, field: Field) -> &f64 {
         &self.0[field as usize]
     }
 }
 
 impl IndexMut<Field> for Modulation {
+    #[inline]
     fn index_mut(&mut self, field: Field) -> &mut f64 {
         &mut self.0[field as usize]
     }

@@ -8,7 +8,7 @@
 //! reading is interstitial glucose plus sensor error plus white noise.
 
 use effects::{Field, Modulation};
-use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, renal_clearance};
+use ode_sim::equations::{Forcing, RENAL_RATE, RENAL_THRESHOLD, jacobian, renal_clearance};
 use ode_sim::gut::glucose_dose;
 use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
@@ -58,13 +58,16 @@ pub struct AugmentedState {
     pub sensor: MgPerDl,
 }
 
-/// A 13 x 13 matrix d(state after)/d(state before) with the zeros of the model's structure.
+/// A 13 x 13 matrix d(state after)/d(state before) with the zeros of the model's structure, which are not stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transition([[f64; STATES]; STATES]);
+pub struct Transition([f64; ENTRIES]);
+
+/// Entries that may differ from zero.
+const ENTRIES: usize = 33;
 
 impl Default for Transition {
     fn default() -> Self {
-        Self([[0.0; STATES]; STATES])
+        Self([0.0; ENTRIES])
     }
 }
 
@@ -87,15 +90,91 @@ impl Transition {
         &[SENSOR],
     ];
 
+    /// Place of an entry in what is stored, row by row.
+    fn place(row: usize, column: usize) -> Option<usize> {
+        let before: usize = Self::NONZERO[..row].iter().map(|columns| columns.len()).sum();
+        Self::NONZERO[row].iter().position(|c| *c == column).map(|place| before + place)
+    }
+
     /// The effect on state `row` of state `column`.
     #[must_use]
     pub fn get(&self, row: usize, column: usize) -> f64 {
-        self.0[row][column]
+        Self::place(row, column).map_or(0.0, |place| self.0[place])
     }
 
-    /// Sets one entry; it must be one of [`Self::NONZERO`] to have an effect on a propagation.
+    /// Sets one entry; it must be one of [`Self::NONZERO`] to have an effect.
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
-        self.0[row][column] = value;
+        if let Some(place) = Self::place(row, column) {
+            self.0[place] = value;
+        }
+    }
+
+    /// Multiplies vectors by the matrix: `x[state][vector]` becomes `A x`.
+    #[inline]
+    pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]; STATES]) {
+        let [
+            s1_s1,
+            s2_s1,
+            s2_s2,
+            i_s2,
+            i_i,
+            x1_i,
+            x1_x1,
+            x2_i,
+            x2_x2,
+            x3_i,
+            x3_x3,
+            q1_x1,
+            q1_x3,
+            q1_q1,
+            q1_q2,
+            q1_c2,
+            q1_flux,
+            q2_x1,
+            q2_x2,
+            q2_q1,
+            q2_q2,
+            c1_c1,
+            c2_c1,
+            c2_c2,
+            flux_flux,
+            g_x1,
+            g_x3,
+            g_q1,
+            g_q2,
+            g_c2,
+            g_flux,
+            g_g,
+            sensor_sensor,
+        ] = self.0;
+        let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g, sensor] = x;
+        for k in 0..WIDTH {
+            let glucose = q1_x1 * x1[k]
+                + q1_x3 * x3[k]
+                + q1_q1 * q1[k]
+                + q1_q2 * q2[k]
+                + q1_c2 * c2[k]
+                + q1_flux * flux[k];
+            g[k] = g_x1 * x1[k]
+                + g_x3 * x3[k]
+                + g_q1 * q1[k]
+                + g_q2 * q2[k]
+                + g_c2 * c2[k]
+                + g_flux * flux[k]
+                + g_g * g[k];
+            q2[k] = q2_x1 * x1[k] + q2_x2 * x2[k] + q2_q1 * q1[k] + q2_q2 * q2[k];
+            q1[k] = glucose;
+            x1[k] = x1_i * i[k] + x1_x1 * x1[k];
+            x2[k] = x2_i * i[k] + x2_x2 * x2[k];
+            x3[k] = x3_i * i[k] + x3_x3 * x3[k];
+            i[k] = i_s2 * s2[k] + i_i * i[k];
+            s2[k] = s2_s1 * s1[k] + s2_s2 * s2[k];
+            s1[k] *= s1_s1;
+            c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
+            c1[k] *= c1_c1;
+            flux[k] *= flux_flux;
+            sensor[k] *= sensor_sensor;
+        }
     }
 }
 
@@ -145,6 +224,7 @@ impl AugmentedModel {
     }
 
     /// The expected reading of a state, mg/dL.
+    #[inline]
     #[must_use]
     pub fn reading(&self, state: &AugmentedState, modulation: &Modulation) -> f64 {
         state.interstitial.0 * modulation[Field::SensorGain]
@@ -159,12 +239,17 @@ impl AugmentedModel {
     ///
     /// # Errors
     /// As [`OdePlant::advance`].
+    #[inline]
     pub fn step(
         &self,
         state: &AugmentedState,
         input: &StepInput,
         modulation: &Modulation,
     ) -> Result<AugmentedState, OdeError> {
+        if modulation.is_neutral() {
+            let body = self.plant.advance(&state.body, input, state.flux)?;
+            return Ok(self.around(state, body, self.lag_decay));
+        }
         let acting = self.acting(state, input, modulation);
         let body = acting.plant.advance(&state.body, &acting.input, acting.flux)?;
         Ok(self.around(state, body, acting.lag_decay))
@@ -177,32 +262,86 @@ impl AugmentedModel {
     ///
     /// # Errors
     /// As [`OdePlant::linearised`].
+    #[inline]
     pub fn linearised(
         &self,
         state: &AugmentedState,
         input: &StepInput,
         modulation: &Modulation,
     ) -> Result<(AugmentedState, Transition), OdeError> {
-        let Acting { plant, input, flux, lag_decay } = self.acting(state, input, modulation);
-        let (body, inner) = plant.linearised(&state.body, &input, flux)?;
-        let mut transition = Transition::default();
-        for (row, values) in inner.0.iter().enumerate() {
-            transition.0[row][..values.len()].copy_from_slice(values);
+        if modulation.is_neutral() {
+            let body = self.plant.advance(&state.body, input, state.flux)?;
+            let transition = self.transition(&self.plant, state, input, self.lag_decay);
+            return Ok((self.around(state, body, self.lag_decay), transition));
         }
-        let q1 = slot(Q1);
-        transition.0[q1][FLUX] = STEP.0;
-        transition.0[FLUX][FLUX] = self.flux_decay;
-        transition.0[SENSOR][SENSOR] = self.noise.sensor_correlation;
-        // Interstitial glucose follows the mean of Q1 before and after.
-        let share = 0.5 * (1.0 - lag_decay) * self.glucose_per_q1();
-        let mut row = transition.0[q1].map(|value| share * value);
-        row[q1] += share;
-        row[INTERSTITIAL] = lag_decay;
-        transition.0[INTERSTITIAL] = row;
+        let Acting { plant, input, flux, lag_decay } = self.acting(state, input, modulation);
+        let body = plant.advance(&state.body, &input, flux)?;
+        let transition = self.transition(&plant, state, &input, lag_decay);
         Ok((self.around(state, body, lag_decay), transition))
     }
 
+    /// The derivative of a forward Euler step of `plant`, with the gut exact.
+    #[inline]
+    fn transition(
+        &self,
+        plant: &OdePlant,
+        state: &AugmentedState,
+        input: &StepInput,
+        lag_decay: f64,
+    ) -> Transition {
+        let p = &plant.parameters;
+        let exercise = state.body.exercise.during(input.exercise).multipliers();
+        let forcing = Forcing { exercise, ..Forcing::default() };
+        let j = jacobian(p, &state.body.vector(), &forcing, plant.egp);
+        let by = |row, column| STEP.0 * j[(row, column)];
+        let same = |row| 1.0 + STEP.0 * j[(row, row)];
+        let left = (-STEP.0 / p.t_max_g).exp();
+        let glucose = [by(Q1, X1), by(Q1, X3), same(Q1), by(Q1, Q2), by(Q1, C2), STEP.0];
+        // Interstitial glucose follows the mean of Q1 before and after.
+        let share = 0.5 * (1.0 - lag_decay) * self.glucose_per_q1();
+        let mut interstitial = glucose.map(|value| share * value);
+        interstitial[2] += share;
+        let [g_x1, g_x3, g_q1, g_q2, g_c2, g_flux] = interstitial;
+        let [q1_x1, q1_x3, q1_q1, q1_q2, q1_c2, q1_flux] = glucose;
+        Transition([
+            same(S1),
+            by(S2, S1),
+            same(S2),
+            by(I, S2),
+            same(I),
+            by(X1, I),
+            same(X1),
+            by(X2, I),
+            same(X2),
+            by(X3, I),
+            same(X3),
+            q1_x1,
+            q1_x3,
+            q1_q1,
+            q1_q2,
+            q1_c2,
+            q1_flux,
+            by(Q2, X1),
+            by(Q2, X2),
+            by(Q2, Q1),
+            same(Q2),
+            left,
+            left * STEP.0 / p.t_max_g,
+            left,
+            self.flux_decay,
+            g_x1,
+            g_x3,
+            g_q1,
+            g_q2,
+            g_c2,
+            g_flux,
+            lag_decay,
+            self.noise.sensor_correlation,
+        ])
+    }
+
     /// The state corrected by `gain` times `innovation`, cut off at [`GLUCOSE_FLOOR`].
+    #[inline]
     #[must_use]
     pub fn corrected(
         &self,
@@ -224,6 +363,7 @@ impl AugmentedModel {
     }
 
     /// Uncertainty of what is eaten at the start of a step; enters before it is propagated.
+    #[inline]
     pub fn add_meal_noise(&self, p: &mut Covariance, input: &StepInput) {
         let dose = glucose_dose(input.carbs, self.plant.weight);
         let sd = self.noise.carb_count_cv * self.plant.parameters.a_g * dose;
@@ -231,6 +371,7 @@ impl AugmentedModel {
     }
 
     /// Noise that comes in during a step; enters after propagation to `following`.
+    #[inline]
     pub fn add_process_noise(
         &self,
         p: &mut Covariance,
@@ -285,16 +426,13 @@ impl AugmentedModel {
         (state, Covariance::diagonal(&sd))
     }
 
+    #[inline]
     fn glucose_per_q1(&self) -> f64 {
         MG_PER_DL_PER_MMOL_PER_L / self.plant.parameters.v_g
     }
 
     /// Plant, input and flux of a step under a modulation.
     fn acting(&self, state: &AugmentedState, input: &StepInput, modulation: &Modulation) -> Acting {
-        if modulation.is_neutral() {
-            let (plant, lag_decay) = (self.plant, self.lag_decay);
-            return Acting { plant, input: *input, flux: state.flux, lag_decay };
-        }
         let p = self.plant.parameters;
         let depth = ((LOW_GLUCOSE - state.interstitial.0) / LOW_DEPTH).clamp(0.0, 1.0);
         let counter = 1.0 + modulation[Field::LowGlucoseProduction] * depth;
@@ -327,10 +465,14 @@ impl AugmentedModel {
             plant: OdePlant { parameters, ..self.plant },
             input,
             flux: state.flux + modulation[Field::Flux] - cleared,
-            lag_decay: self.lag_decay.powf(1.0 / modulation[Field::SensorLag]),
+            lag_decay: match modulation[Field::SensorLag] {
+                1.0 => self.lag_decay,
+                factor => self.lag_decay.powf(1.0 / factor),
+            },
         }
     }
 
+    #[inline]
     fn around(&self, state: &AugmentedState, body: OdeState, lag_decay: f64) -> AugmentedState {
         let plasma = 0.5 * (self.plant.glucose(&state.body).0 + self.plant.glucose(&body).0);
         AugmentedState {
@@ -367,6 +509,7 @@ impl Plant for AugmentedModel {
 
 impl AugmentedState {
     /// The thirteen values in the order of [`Transition`].
+    #[inline]
     #[must_use]
     pub fn vector(&self) -> [f64; STATES] {
         let mut all = [0.0; STATES];

@@ -1,6 +1,6 @@
 //! Covariance of the augmented state: propagation and the scalar measurement update.
 //!
-//! Fixed arrays of 13 x 13, rows padded to 16 so that they fill vector registers; at this size they
+//! Fixed arrays of 13 x 13, rows padded to 14 so that they fill vector registers; at this size they
 //! are several times faster than a general matrix type. The transition's structural zeros are
 //! skipped. Updates take Joseph's form and symmetry is restored after every operation, so that
 //! the matrix stays positive semidefinite however small the reading noise is.
@@ -8,7 +8,7 @@
 use crate::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
 
 /// Entries of a padded row.
-const WIDTH: usize = 16;
+const WIDTH: usize = 14;
 
 /// A symmetric positive semidefinite 13 x 13 matrix over the augmented state, in its units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,44 +48,54 @@ impl Covariance {
     /// `A P A'` for a transition `A`.
     #[must_use]
     pub fn propagated(&self, transition: &Transition) -> Self {
-        let half = multiplied(transition, &self.0);
-        let mut turned = [[0.0; WIDTH]; STATES];
-        for (row, values) in half.iter().enumerate() {
-            for (other, value) in turned.iter_mut().zip(values) {
-                other[row] = *value;
+        let mut p = *self;
+        p.propagate(transition);
+        p
+    }
+
+    /// Becomes `A P A'` for a transition `A`.
+    #[inline]
+    pub fn propagate(&mut self, transition: &Transition) {
+        // Columns are vectors to the transition: A P, then A (A P)', which is symmetric but for rounding.
+        transition.carry(&mut self.0);
+        for row in 0..STATES {
+            for column in 0..row {
+                let (above, below) = (self.0[column][row], self.0[row][column]);
+                self.0[column][row] = below;
+                self.0[row][column] = above;
             }
         }
-        let mut p = Self(multiplied(transition, &turned));
-        p.symmetrise();
-        p
+        transition.carry(&mut self.0);
+        self.symmetrise();
     }
 
     /// Updates with one reading, interstitial glucose plus sensor error plus white noise of variance
     /// `reading_variance`, in Joseph's form (I - K h) P (I - K h)' + r K K'.
     ///
     /// Returns the gain and the variance of the innovation.
+    #[inline]
     pub fn update(&mut self, reading_variance: f64) -> Gain {
-        let mut along = [0.0; STATES];
-        for (state, value) in along.iter_mut().enumerate() {
-            *value = self.0[state][INTERSTITIAL] + self.0[state][SENSOR];
+        let mut along = [0.0; WIDTH];
+        for (value, row) in along.iter_mut().zip(&self.0) {
+            *value = row[INTERSTITIAL] + row[SENSOR];
         }
         let innovation_variance = along[INTERSTITIAL] + along[SENSOR] + reading_variance;
-        let gain = along.map(|value| value / innovation_variance);
-        for (row, k) in self.0.iter_mut().zip(gain) {
-            for (entry, value) in row.iter_mut().zip(along) {
-                *entry -= k * value;
+        let padded = along.map(|value| value / innovation_variance);
+        for (row, k) in self.0.iter_mut().zip(padded) {
+            let rest = row[INTERSTITIAL] - k * along[INTERSTITIAL] + row[SENSOR]
+                - k * along[SENSOR]
+                - reading_variance * k;
+            for ((entry, along), gain) in row.iter_mut().zip(along).zip(padded) {
+                *entry = *entry - k * along - rest * gain;
             }
         }
-        for (row, k) in self.0.iter_mut().zip(gain) {
-            let rest = row[INTERSTITIAL] + row[SENSOR] - reading_variance * k;
-            for (entry, value) in row.iter_mut().zip(gain) {
-                *entry -= rest * value;
-            }
-        }
+        let mut gain = [0.0; STATES];
+        gain.copy_from_slice(&padded[..STATES]);
         self.symmetrise();
         Gain { gain, innovation_variance }
     }
 
+    #[inline]
     fn symmetrise(&mut self) {
         for row in 0..STATES {
             for column in 0..row {
@@ -95,19 +105,6 @@ impl Covariance {
             }
         }
     }
-}
-
-fn multiplied(transition: &Transition, right: &[[f64; WIDTH]; STATES]) -> [[f64; WIDTH]; STATES] {
-    let mut product = [[0.0; WIDTH]; STATES];
-    for (row, out) in product.iter_mut().enumerate() {
-        for &column in Transition::NONZERO[row] {
-            let factor = transition.get(row, column);
-            for (entry, value) in out.iter_mut().zip(&right[column]) {
-                *entry += factor * value;
-            }
-        }
-    }
-    product
 }
 
 #[cfg(test)]

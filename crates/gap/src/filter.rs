@@ -78,7 +78,7 @@ pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered,
         model.add_meal_noise(&mut covariance, input);
         let (following, transition) =
             model.linearised(&state, input, record.modulation(step)).map_err(|_| failed())?;
-        covariance = covariance.propagated(&transition);
+        covariance.propagate(&transition);
         model.add_process_noise(&mut covariance, input, &following);
         let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());
         if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {

@@ -6,15 +6,17 @@
 //! With the innovation e = y - h x and the correction x + K e, a perturbation dx gives
 //! de = -h dx - (direct change of the reading), dx <- dx + K de, dx <- A dx + B m.
 //!
-//! One pass over the record serves all directions; nothing is stored but the result.
+//! What a step does is worked out once; directions then pass over the record a few at a time, so that what
+//! they share stays near the processor.
 
-use effects::{FIELDS, Field, Modulation};
-use ode_sim::OdeParameters;
-use physiology::StepInput;
+use effects::{FIELDS, Field};
+use ode_sim::{OdeParameters, slot};
+use physiology::Compartment;
 
-use crate::augmented::{AugmentedModel, AugmentedState, INTERSTITIAL, SENSOR, STATES, Transition};
+use crate::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, SENSOR, STATES, Transition};
+use crate::covariance::Gain;
 use crate::error::GapError;
-use crate::filter::Filtered;
+use crate::filter::{Filtered, start};
 use crate::observations::Observations;
 
 /// A direction in which the model is changed.
@@ -78,7 +80,7 @@ type Lanes = [[f64; LANES]; STATES];
 /// Derivatives of the innovations along each direction, mg/dL per unit of amplitude.
 ///
 /// One list a direction, one entry a step; 0 where `frozen` has no innovation. `record` is the one the
-/// filter ran on, modulations included.
+/// filter ran on, modulations included. A parameter also changes where the filter starts.
 ///
 /// # Errors
 /// [`GapError::FilterNotFinite`] with the step.
@@ -88,55 +90,10 @@ pub fn signatures(
     frozen: &Filtered,
     directions: &[Direction],
 ) -> Result<Vec<Vec<f64>>, GapError> {
-    let n = record.len();
-    let mut out = vec![vec![0.0; n]; directions.len()];
-    let mut lanes: Vec<Lanes> = vec![[[0.0; LANES]; STATES]; directions.len().div_ceil(LANES)];
-    let neighbours: Vec<Option<AugmentedModel>> = directions
-        .iter()
-        .map(|direction| match direction {
-            Direction::Course(_) => None,
-            Direction::Parameter(parameter) => {
-                Some(model.with_parameters(|p| parameter.raised(p, SPACING)))
-            }
-        })
-        .collect();
-    for step in 0..n {
-        let modulation = record.modulation(step);
-        let state = &frozen.states[step];
-        observe(step, modulation, state, frozen, directions, &mut lanes, &mut out);
-        let input = &record.inputs[step];
-        let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
-        let (following, transition) = model.linearised(state, input, modulation).map_err(failed)?;
-        for block in &mut lanes {
-            *block = carried(&transition, block);
-        }
-        let base = following.vector();
-        let mut slopes = Slopes { model, state, input, modulation, base, known: [None; FIELDS] };
-        for (place, direction) in directions.iter().enumerate() {
-            let (block, lane) = (&mut lanes[place / LANES], place % LANES);
-            match direction {
-                Direction::Course(courses) => {
-                    for (field, course) in courses {
-                        let value = course[step];
-                        if value != 0.0 && !reads_only(*field) {
-                            let slope = slopes.along(*field).map_err(failed)?;
-                            for (row, slope) in block.iter_mut().zip(slope) {
-                                row[lane] += slope * value;
-                            }
-                        }
-                    }
-                }
-                Direction::Parameter(_) => {
-                    if let Some(neighbour) = &neighbours[place] {
-                        let moved =
-                            neighbour.step(state, input, modulation).map_err(failed)?.vector();
-                        for ((row, moved), base) in block.iter_mut().zip(moved).zip(base) {
-                            row[lane] += (moved - base) / SPACING;
-                        }
-                    }
-                }
-            }
-        }
+    let steps = Steps::of(model, record, frozen, directions)?;
+    let mut out = Vec::with_capacity(directions.len());
+    for block in directions.chunks(LANES) {
+        out.append(&mut carried_along(&steps, record, frozen, block));
     }
     Ok(out)
 }
@@ -146,83 +103,224 @@ fn reads_only(field: Field) -> bool {
     matches!(field, Field::SensorGain | Field::SensorOffset)
 }
 
-/// The reading of a step: what each direction does to the innovation, and the gain's answer.
-fn observe(
-    step: usize,
-    modulation: &Modulation,
-    state: &AugmentedState,
+/// The states that a field changes within a step.
+fn reached(field: Field) -> &'static [usize] {
+    const S1: usize = slot(Compartment::S1);
+    const S2: usize = slot(Compartment::S2);
+    const I: usize = slot(Compartment::I);
+    const X1: usize = slot(Compartment::X1);
+    const X2: usize = slot(Compartment::X2);
+    const X3: usize = slot(Compartment::X3);
+    const Q1: usize = slot(Compartment::Q1);
+    const C1: usize = slot(Compartment::C1);
+    const C2: usize = slot(Compartment::C2);
+    match field {
+        Field::InsulinInput => &[S1],
+        Field::InsulinTime => &[S1, S2, I],
+        Field::Action => &[X1, X2],
+        Field::LiverAction => &[X3],
+        Field::GutTime => &[Q1, C1, C2, INTERSTITIAL],
+        Field::CarbAmount | Field::ExtraCarbs => &[C1, C2],
+        Field::Production
+        | Field::Flux
+        | Field::LowGlucoseProduction
+        | Field::RenalRate
+        | Field::RenalThreshold => &[Q1, INTERSTITIAL],
+        Field::SensorLag => &[INTERSTITIAL],
+        Field::SensorGain | Field::SensorOffset => &[],
+    }
+}
+
+/// What a step of the record does to perturbations, whatever their direction.
+struct Steps {
+    transitions: Vec<Transition>,
+    /// For each field that is asked for, the derivative of the states it reaches, step by step; 0 where
+    /// no course asks.
+    fields: [Vec<f64>; FIELDS],
+    /// For each parameter that is asked for, the derivative of the start and of each step.
+    parameters: Vec<(Parameter, [f64; STATES], Vec<[f64; STATES]>)>,
+    /// Whether the correction of a step was cut off at the lowest glucose.
+    floored: Vec<bool>,
+}
+
+impl Steps {
+    fn of(
+        model: &AugmentedModel,
+        record: &Observations,
+        frozen: &Filtered,
+        directions: &[Direction],
+    ) -> Result<Self, GapError> {
+        let n = record.len();
+        let mut asked: [Vec<bool>; FIELDS] = std::array::from_fn(|_| Vec::new());
+        let mut neighbours = Vec::new();
+        for direction in directions {
+            match direction {
+                Direction::Course(courses) => {
+                    for (field, course) in courses.iter().filter(|(field, _)| !reads_only(*field)) {
+                        let asked = &mut asked[*field as usize];
+                        asked.resize(n, false);
+                        for (asked, value) in asked.iter_mut().zip(course) {
+                            *asked |= *value != 0.0;
+                        }
+                    }
+                }
+                Direction::Parameter(parameter) => {
+                    neighbours.push((
+                        *parameter,
+                        model.with_parameters(|p| parameter.raised(p, SPACING)),
+                    ));
+                }
+            }
+        }
+        let begin = start(model, record).0.vector();
+        let mut steps = Self {
+            transitions: Vec::with_capacity(n),
+            fields: std::array::from_fn(|_| Vec::new()),
+            parameters: neighbours
+                .iter()
+                .map(|(parameter, neighbour)| {
+                    let moved = start(neighbour, record).0.vector();
+                    (*parameter, slope(&moved, &begin), Vec::with_capacity(n))
+                })
+                .collect(),
+            floored: Vec::with_capacity(n),
+        };
+        let floor = model.plant().q1_at(GLUCOSE_FLOOR);
+        for step in 0..n {
+            let (state, input) = (&frozen.states[step], &record.inputs[step]);
+            let modulation = record.modulation(step);
+            let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
+            let (following, transition) =
+                model.linearised(state, input, modulation).map_err(failed)?;
+            steps.transitions.push(transition);
+            steps.floored.push(frozen.gains[step].is_some() && state.body.q1 <= floor);
+            let base = following.vector();
+            for field in Field::ALL {
+                let asked = &asked[field as usize];
+                if asked.is_empty() {
+                    continue;
+                }
+                let slopes = &mut steps.fields[field as usize];
+                if asked[step] {
+                    let mut changed = *modulation;
+                    changed[field] += SPACING;
+                    let moved = model.step(state, input, &changed).map_err(failed)?.vector();
+                    slopes.extend(reached(field).iter().map(|k| (moved[*k] - base[*k]) / SPACING));
+                } else {
+                    slopes.extend(reached(field).iter().map(|_| 0.0));
+                }
+            }
+            for ((_, neighbour), (_, _, slopes)) in neighbours.iter().zip(&mut steps.parameters) {
+                let moved = neighbour.step(state, input, modulation).map_err(failed)?.vector();
+                slopes.push(slope(&moved, &base));
+            }
+        }
+        Ok(steps)
+    }
+}
+
+fn slope(moved: &[f64; STATES], base: &[f64; STATES]) -> [f64; STATES] {
+    std::array::from_fn(|k| (moved[k] - base[k]) / SPACING)
+}
+
+/// What feeds one direction: courses with the slopes of their fields, or the slopes of a parameter.
+enum Source<'a> {
+    Courses(Vec<(&'a [f64], &'static [usize], &'a [f64])>),
+    Parameter(&'a [[f64; STATES]]),
+}
+
+/// Derivatives of the innovations along at most [`LANES`] directions.
+fn carried_along(
+    steps: &Steps,
+    record: &Observations,
     frozen: &Filtered,
     directions: &[Direction],
-    lanes: &mut [Lanes],
-    out: &mut [Vec<f64>],
-) {
-    let Some(gain) = &frozen.gains[step] else { return };
-    let scored = frozen.innovations[step].is_some();
-    // What was expected before the reading: the state after it holds part of the innovation itself.
-    let correction = frozen.innovations[step].map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
-    let expected = state.interstitial.0 - correction;
-    for (block, (lanes, directions)) in lanes.iter_mut().zip(directions.chunks(LANES)).enumerate() {
-        let mut change = [0.0; LANES];
-        for lane in 0..LANES {
-            change[lane] =
-                -modulation[Field::SensorGain] * lanes[INTERSTITIAL][lane] - lanes[SENSOR][lane];
-        }
-        for (lane, direction) in directions.iter().enumerate() {
-            if let Direction::Course(courses) = direction {
+) -> Vec<Vec<f64>> {
+    let n = record.len();
+    let mut out: Vec<Vec<f64>> = directions.iter().map(|_| vec![0.0; n]).collect();
+    let mut lanes: Lanes = [[0.0; LANES]; STATES];
+    let mut sources = Vec::with_capacity(LANES);
+    // Direct changes of the reading: lane, field, course.
+    let mut read = Vec::new();
+    for (lane, direction) in directions.iter().enumerate() {
+        match direction {
+            Direction::Course(courses) => {
+                let mut feeding = Vec::new();
                 for (field, course) in courses {
-                    match field {
-                        Field::SensorGain => change[lane] -= course[step] * expected,
-                        Field::SensorOffset => change[lane] -= course[step],
-                        _ => {}
+                    if reads_only(*field) {
+                        read.push((lane, *field, course.as_slice()));
+                    } else {
+                        let slopes = steps.fields[*field as usize].as_slice();
+                        feeding.push((course.as_slice(), reached(*field), slopes));
+                    }
+                }
+                sources.push(Source::Courses(feeding));
+            }
+            Direction::Parameter(parameter) => {
+                let known = steps.parameters.iter().find(|known| known.0 == *parameter);
+                if let Some((_, begin, slopes)) = known {
+                    for (row, value) in lanes.iter_mut().zip(begin) {
+                        row[lane] = *value;
+                    }
+                    sources.push(Source::Parameter(slopes));
+                }
+            }
+        }
+    }
+    for step in 0..n {
+        if let Some(gain) = &frozen.gains[step] {
+            let sensor_gain = record.modulation(step)[Field::SensorGain];
+            let mut change = [0.0; LANES];
+            for lane in 0..LANES {
+                change[lane] = -sensor_gain * lanes[INTERSTITIAL][lane] - lanes[SENSOR][lane];
+            }
+            for (lane, field, course) in &read {
+                change[*lane] -= match field {
+                    Field::SensorGain => course[step] * expected(frozen, gain, step),
+                    _ => course[step],
+                };
+            }
+            if frozen.innovations[step].is_some() {
+                for (out, change) in out.iter_mut().zip(change) {
+                    out[step] = change;
+                }
+            }
+            for (row, k) in lanes.iter_mut().zip(gain.gain) {
+                for (value, change) in row.iter_mut().zip(change) {
+                    *value += k * change;
+                }
+            }
+            if steps.floored[step] {
+                lanes[slot(Compartment::Q1)] = [0.0; LANES];
+            }
+        }
+        steps.transitions[step].carry(&mut lanes);
+        for (lane, source) in sources.iter().enumerate() {
+            match source {
+                Source::Courses(courses) => {
+                    for (course, reached, slopes) in courses {
+                        let value = course[step];
+                        if value != 0.0 {
+                            let slopes = &slopes[step * reached.len()..][..reached.len()];
+                            for (row, slope) in reached.iter().zip(slopes) {
+                                lanes[*row][lane] += slope * value;
+                            }
+                        }
+                    }
+                }
+                Source::Parameter(slopes) => {
+                    for (row, slope) in lanes.iter_mut().zip(slopes[step]) {
+                        row[lane] += slope;
                     }
                 }
             }
-            if scored {
-                out[block * LANES + lane][step] = change[lane];
-            }
-        }
-        for (row, k) in lanes.iter_mut().zip(gain.gain) {
-            for (value, change) in row.iter_mut().zip(change) {
-                *value += k * change;
-            }
         }
     }
+    out
 }
 
-/// Perturbations one step later.
-fn carried(transition: &Transition, lanes: &Lanes) -> Lanes {
-    let mut following = [[0.0; LANES]; STATES];
-    for (row, values) in following.iter_mut().enumerate() {
-        for column in Transition::NONZERO[row] {
-            let a = transition.get(row, *column);
-            for (value, before) in values.iter_mut().zip(lanes[*column]) {
-                *value += a * before;
-            }
-        }
-    }
-    following
-}
-
-/// Derivatives of one step along the fields, taken when first asked for.
-struct Slopes<'a> {
-    model: &'a AugmentedModel,
-    state: &'a AugmentedState,
-    input: &'a StepInput,
-    modulation: &'a Modulation,
-    base: [f64; STATES],
-    known: [Option<[f64; STATES]>; FIELDS],
-}
-
-impl Slopes<'_> {
-    fn along(&mut self, field: Field) -> Result<[f64; STATES], ode_sim::OdeError> {
-        if let Some(known) = self.known[field as usize] {
-            return Ok(known);
-        }
-        let mut moved = *self.modulation;
-        moved[field] += SPACING;
-        let after = self.model.step(self.state, self.input, &moved)?.vector();
-        let slope = std::array::from_fn(|k| (after[k] - self.base[k]) / SPACING);
-        self.known[field as usize] = Some(slope);
-        Ok(slope)
-    }
+/// Interstitial glucose as expected before the reading: the state after it holds part of the innovation.
+fn expected(frozen: &Filtered, gain: &Gain, step: usize) -> f64 {
+    let correction = frozen.innovations[step].map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
+    frozen.states[step].interstitial.0 - correction
 }

@@ -39,6 +39,7 @@ pub struct Forcing {
 /// Non-insulin-mediated uptake F01c, mmol/kg/min: F01 from 4.5 mmol/L on, F01 G/4.5 below.
 ///
 /// `g` glucose in mmol/L, `f_01` in mmol/kg/min.
+#[inline]
 #[must_use]
 pub fn non_insulin_uptake(g: f64, f_01: f64) -> f64 {
     if g >= UPTAKE_SATURATION { f_01 } else { f_01 * g / UPTAKE_SATURATION }
@@ -47,6 +48,7 @@ pub fn non_insulin_uptake(g: f64, f_01: f64) -> f64 {
 /// Renal clearance F_R, mmol/kg/min: 0.003 (G - 9) V_G from 9 mmol/L on, 0 below.
 ///
 /// `g` glucose in mmol/L, `v_g` in L/kg.
+#[inline]
 #[must_use]
 pub fn renal_clearance(g: f64, v_g: f64) -> f64 {
     if g >= RENAL_THRESHOLD { RENAL_RATE * (g - RENAL_THRESHOLD) * v_g } else { 0.0 }
@@ -55,6 +57,7 @@ pub fn renal_clearance(g: f64, v_g: f64) -> f64 {
 /// Endogenous-glucose-production term EGP0 (1 - X3) of Eq. (1g), mmol/kg/min.
 ///
 /// `x3` is unitless. Negative only in [`EgpMode::Reproduction`].
+#[inline]
 #[must_use]
 pub fn endogenous_production(x3: f64, egp_0: f64, mode: EgpMode) -> f64 {
     match mode {
@@ -65,6 +68,7 @@ pub fn endogenous_production(x3: f64, egp_0: f64, mode: EgpMode) -> f64 {
 }
 
 /// Insulin infusion u_I of Eq. (1a), mU/kg/min, from a rate in U/h and a weight in kg.
+#[inline]
 #[must_use]
 pub fn infusion(units_per_hour: f64, weight: f64) -> f64 {
     units_per_hour * 1000.0 / 60.0 / weight
@@ -75,6 +79,7 @@ pub fn infusion(units_per_hour: f64, weight: f64) -> f64 {
 /// Eqs. (1a) to (1h), and dC1 = -C1/t_max,G, dC2 = (C1 - C2)/t_max,G with U_G = C2/t_max,G
 /// (Eq. U_G; eating is a jump of C1 and not part of the derivative). `x` in the units of
 /// [`OdeState`](crate::OdeState).
+#[inline]
 #[must_use]
 pub fn derivative(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMode) -> OdeVector {
     let g = x[Q1] / p.v_g;
@@ -102,6 +107,7 @@ pub fn derivative(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpM
 ///
 /// At the kinks (4.5 and 9 mmol/L, X3 = 1 in [`EgpMode::NonNegative`]) the slope from above for
 /// glucose and from below for X3.
+#[inline]
 #[must_use]
 pub fn jacobian(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMode) -> OdeMatrix {
     let g = x[Q1] / p.v_g;

@@ -46,12 +46,14 @@ impl Multipliers {
     };
 
     /// Factor on the sources of X1 and X2.
+    #[inline]
     #[must_use]
     pub fn on_periphery(&self) -> f64 {
         self.peripheral_insulin_uptake * self.peripheral_glucose_uptake
     }
 
     /// Factor on the source of X3.
+    #[inline]
     #[must_use]
     pub fn on_liver(&self) -> f64 {
         self.hepatic_glucose_production
@@ -88,6 +90,7 @@ impl ExerciseMemory {
     /// [`UPTAKE_AT_ONSET`] where a bout begins at rest; after the last step of exercise it decays
     /// from the value it had at the start of that step (as in the authors' test program) with
     /// the same time constant. Intensity is not clamped.
+    #[inline]
     #[must_use]
     pub fn during(self, exercise: Option<Exercise>) -> Self {
         let kept = (-STEP.0 / UPTAKE_TIME_CONSTANT).exp();
@@ -116,6 +119,7 @@ impl ExerciseMemory {
     }
 
     /// The multipliers of a step whose memory is `self` (see [`during`](Self::during)).
+    #[inline]
     #[must_use]
     pub fn multipliers(self) -> Multipliers {
         match self {

@@ -20,12 +20,14 @@ pub struct GutPair {
 
 impl GutPair {
     /// The pair after a meal of `amount` mmol/kg (bioavailability already applied).
+    #[inline]
     #[must_use]
     pub fn fed(self, amount: f64) -> Self {
         Self { c1: self.c1 + amount, ..self }
     }
 
     /// The pair `time` min later, exactly; `t_max` in min.
+    #[inline]
     #[must_use]
     pub fn after(self, time: f64, t_max: f64) -> Self {
         // An empty gut and the start of a step are common enough to spare the exponential.
@@ -37,12 +39,14 @@ impl GutPair {
     }
 
     /// Rate of appearance in the blood U_G, mmol/kg/min; `t_max` in min.
+    #[inline]
     #[must_use]
     pub fn appearance(self, t_max: f64) -> f64 {
         self.c2 / t_max
     }
 
     /// Whether nothing is left to absorb.
+    #[inline]
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.c1 == 0.0 && self.c2 == 0.0
@@ -50,6 +54,7 @@ impl GutPair {
 }
 
 /// The dose D_G of the paper, mmol/kg: glucose equivalent of `carbs` for a body of `weight`.
+#[inline]
 #[must_use]
 pub fn glucose_dose(carbs: Grams, weight: Kilograms) -> f64 {
     carbs.0 / (GRAMS_PER_MMOL_GLUCOSE * weight.0)

@@ -52,6 +52,7 @@ pub(crate) struct Flow<'a> {
 
 impl Flow<'_> {
     /// The forcing `time` min into the step.
+    #[inline]
     pub(crate) fn forcing(&self, time: f64) -> Forcing {
         let rescue = self.rescue.after(time, RESCUE_T_MAX.0).appearance(RESCUE_T_MAX.0);
         Forcing {
@@ -62,6 +63,7 @@ impl Flow<'_> {
     }
 
     /// `x` with the gut entries as they are `time` min into the step.
+    #[inline]
     pub(crate) fn with_gut(&self, time: f64, mut x: OdeVector) -> OdeVector {
         let gut = self.meals.after(time, self.parameters.t_max_g);
         x[C1] = gut.c1;
@@ -69,6 +71,7 @@ impl Flow<'_> {
         x
     }
 
+    #[inline]
     fn slope(&self, time: f64, x: OdeVector) -> OdeVector {
         derivative(self.parameters, &self.with_gut(time, x), &self.forcing(time), self.egp)
     }
@@ -78,6 +81,7 @@ impl Integrator {
     /// Carries `x` through `duration` min of `flow`; the gut entries of the result are exact.
     ///
     /// Returns the number of evaluations of the derivative beside the state.
+    #[inline]
     pub(crate) fn advance(
         self,
         flow: &Flow<'_>,
@@ -97,6 +101,7 @@ impl Integrator {
 }
 
 /// `x + h * slope`, entry by entry.
+#[inline]
 pub(crate) fn plus(mut x: OdeVector, h: f64, slope: &OdeVector) -> OdeVector {
     for (value, rate) in x.0.iter_mut().zip(&slope.0) {
         *value += h * rate;

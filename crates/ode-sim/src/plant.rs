@@ -39,6 +39,7 @@ impl OdePlant {
     }
 
     /// Amount Q1, mmol/kg, at a glucose concentration.
+    #[inline]
     #[must_use]
     pub fn q1_at(&self, glucose: MgPerDl) -> f64 {
         MmolPerL::from(glucose).0 * self.parameters.v_g
@@ -53,6 +54,7 @@ impl OdePlant {
     /// # Errors
     /// [`OdeError::NonFinite`], and for the adaptive integrator [`OdeError::Integration`] and
     /// [`OdeError::Argument`] (a tolerance that cannot be).
+    #[inline]
     pub fn advance(
         &self,
         state: &OdeState,
@@ -70,6 +72,7 @@ impl OdePlant {
     }
 
     /// `state` after what is eaten at the start of the step, with the exercise memory of the step.
+    #[inline]
     pub(crate) fn fed(&self, state: &OdeState, input: &StepInput) -> OdeState {
         let a_g = self.parameters.a_g;
         let meal = a_g * glucose_dose(input.carbs, self.weight);
@@ -88,6 +91,7 @@ impl OdePlant {
         }
     }
 
+    #[inline]
     pub(crate) fn flow(&self, fed: &OdeState, input: &StepInput, glucose_flux: f64) -> Flow<'_> {
         Flow {
             parameters: &self.parameters,
@@ -100,12 +104,14 @@ impl OdePlant {
         }
     }
 
+    #[inline]
     pub(crate) fn after_step(&self, fed: &OdeState, end: &OdeVector) -> OdeState {
         OdeState { rescue: fed.rescue.after(STEP.0, RESCUE_T_MAX.0), ..fed.with_vector(end) }
     }
 }
 
 /// Names a compartment that is not finite; a snack counts to Q1, where it arrives.
+#[inline]
 fn finite(state: &OdeState) -> Result<(), OdeError> {
     let snack = state.rescue.c1 + state.rescue.c2;
     let in_vector = state.vector().first_non_finite();
@@ -129,6 +135,7 @@ impl Plant for OdePlant {
         })
     }
 
+    #[inline]
     fn glucose(&self, state: &OdeState) -> MgPerDl {
         MgPerDl(state.q1 / self.parameters.v_g * MG_PER_DL_PER_MMOL_PER_L)
     }

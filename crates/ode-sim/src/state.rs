@@ -41,6 +41,7 @@ impl OdeState {
     /// The ten compartments as a vector, for linear algebra and filters.
     ///
     /// Rescue carbohydrate and the exercise memory are not part of it.
+    #[inline]
     #[must_use]
     pub fn vector(&self) -> OdeVector {
         OdeVector([
@@ -58,6 +59,7 @@ impl OdeState {
     }
 
     /// The same state with its ten compartments replaced by `x`.
+    #[inline]
     #[must_use]
     pub fn with_vector(self, x: &OdeVector) -> Self {
         let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2] = x.0;
@@ -66,6 +68,7 @@ impl OdeState {
 }
 
 /// Position of a compartment in [`OdeVector`] and [`OdeMatrix`]: the order of [`Compartment::ALL`].
+#[inline]
 #[must_use]
 pub const fn slot(compartment: Compartment) -> usize {
     match compartment {
@@ -90,20 +93,27 @@ pub struct OdeVector(pub [f64; 10]);
 
 impl OdeVector {
     /// The first compartment whose value is not finite, or `None`.
+    #[inline]
     #[must_use]
     pub fn first_non_finite(&self) -> Option<Compartment> {
+        // Zero times what is not finite is not a number: one test for the common case.
+        if self.0.iter().map(|value| 0.0 * value).sum::<f64>() == 0.0 {
+            return None;
+        }
         Compartment::ALL.into_iter().find(|c| !self[*c].is_finite())
     }
 }
 
 impl Index<Compartment> for OdeVector {
     type Output = f64;
+    #[inline]
     fn index(&self, compartment: Compartment) -> &f64 {
         &self.0[slot(compartment)]
     }
 }
 
 impl IndexMut<Compartment> for OdeVector {
+    #[inline]
     fn index_mut(&mut self, compartment: Compartment) -> &mut f64 {
         &mut self.0[slot(compartment)]
     }
@@ -118,6 +128,7 @@ impl OdeMatrix {
     pub const ZERO: Self = Self([[0.0; 10]; 10]);
 
     /// The unit matrix.
+    #[inline]
     #[must_use]
     pub fn identity() -> Self {
         let mut m = Self::ZERO;
@@ -142,6 +153,7 @@ impl OdeMatrix {
     }
 
     /// The sum `self + factor * other`.
+    #[inline]
     #[must_use]
     pub fn plus_scaled(&self, factor: f64, other: &Self) -> Self {
         let mut sum = *self;
@@ -156,12 +168,14 @@ impl OdeMatrix {
 
 impl Index<(Compartment, Compartment)> for OdeMatrix {
     type Output = f64;
+    #[inline]
     fn index(&self, (row, column): (Compartment, Compartment)) -> &f64 {
         &self.0[slot(row)][slot(column)]
     }
 }
 
 impl IndexMut<(Compartment, Compartment)> for OdeMatrix {
+    #[inline]
     fn index_mut(&mut self, (row, column): (Compartment, Compartment)) -> &mut f64 {
         &mut self.0[slot(row)][slot(column)]
     }

@@ -28,6 +28,7 @@ pub struct StepInput {
 
 impl StepInput {
     /// Basal and bolus together as a rate over the step: the model's u_I.
+    #[inline]
     #[must_use]
     pub fn insulin(&self) -> UnitsPerHour {
         self.basal + self.bolus.over(STEP)

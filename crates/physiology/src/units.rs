@@ -39,6 +39,7 @@ macro_rules! quantity {
 
         impl std::ops::Add for $name {
             type Output = Self;
+            #[inline]
             fn add(self, other: Self) -> Self {
                 Self(self.0 + other.0)
             }
@@ -46,6 +47,7 @@ macro_rules! quantity {
 
         impl std::ops::Sub for $name {
             type Output = Self;
+            #[inline]
             fn sub(self, other: Self) -> Self {
                 Self(self.0 - other.0)
             }
@@ -53,6 +55,7 @@ macro_rules! quantity {
 
         impl std::ops::Mul<f64> for $name {
             type Output = Self;
+            #[inline]
             fn mul(self, factor: f64) -> Self {
                 Self(self.0 * factor)
             }
@@ -107,12 +110,14 @@ quantity!(
 );
 
 impl From<MmolPerL> for MgPerDl {
+    #[inline]
     fn from(glucose: MmolPerL) -> Self {
         Self(glucose.0 * MG_PER_DL_PER_MMOL_PER_L)
     }
 }
 
 impl From<MgPerDl> for MmolPerL {
+    #[inline]
     fn from(glucose: MgPerDl) -> Self {
         Self(glucose.0 / MG_PER_DL_PER_MMOL_PER_L)
     }
@@ -122,6 +127,7 @@ impl Units {
     /// The rate that gives this amount when held for `duration`.
     ///
     /// A bolus of `b` U within one five-minute step is `12 b` U/h in that step.
+    #[inline]
     #[must_use]
     pub fn over(self, duration: Minutes) -> UnitsPerHour {
         UnitsPerHour(self.0 * 60.0 / duration.0)
@@ -130,6 +136,7 @@ impl Units {
 
 impl UnitsPerHour {
     /// The amount given when this rate is held for `duration`.
+    #[inline]
     #[must_use]
     pub fn during(self, duration: Minutes) -> Units {
         Units(self.0 * duration.0 / 60.0)

@@ -6,3 +6,4 @@ mod how_far;
 mod hupa;
 mod localisation;
 mod synthetic;
+mod tangent;

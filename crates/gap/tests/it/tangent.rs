@@ -1,0 +1,115 @@
+//! Signatures are the derivative of the replay, along every field and every parameter.
+
+use effects::{Field, Modulation};
+use gap::augmented::AugmentedModel;
+use gap::calibration::PersonalFactors;
+use gap::filter::{Filtered, filter, replay};
+use gap::tangent::{Direction, Parameter, signatures};
+use gap::{NoiseModel, Observations};
+use ode_sim::{EgpMode, OdeParameters};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::synthetic::{Gap, World, person, with_gaps};
+
+/// A person whose glucose goes from below 70 to above 200 mg/dL, with readings missing.
+fn filtered() -> (AugmentedModel, Observations, Filtered) {
+    let world = World { gap: Gap::Dawn(0.5), days: 4, spread: 0.0 };
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let person = with_gaps(person("p", &PersonalFactors::default(), &world, &mut rng), &mut rng);
+    let record = Observations::from_person(&person).expect("a good record");
+    let parameters = OdeParameters::nominal().with_sensitivity_scaled(1.1);
+    let noise = NoiseModel::working();
+    let model = AugmentedModel::new(parameters, record.weight, EgpMode::NonNegative, noise);
+    let run = filter(&model, &record).expect("finite");
+    let glucose = run.states.iter().map(|s| s.interstitial.0);
+    let (low, high) = glucose.fold((400.0f64, 0.0f64), |(low, high), g| (low.min(g), high.max(g)));
+    assert!(low < 65.0 && high > 200.0, "from {low} to {high} mg/dL");
+    (model, record, run)
+}
+
+/// What differs from one step to the next, so that a course out of step is found.
+fn course(n: usize, unit: f64) -> Vec<f64> {
+    (0..n).map(|k| if k % 5 == 3 { 0.0 } else { unit * (1.0 + (0.7 * k as f64).sin()) }).collect()
+}
+
+/// Central differences with this half-width: its square and rounding (1e-13 of 400 mg/dL over it) are both
+/// far below the tolerance.
+const HALF: f64 = 1e-5;
+/// Share of a signature's largest entry. Slopes of a step are taken over 1e-4, and steps bend by a few of
+/// their slopes.
+const TOLERANCE: f64 = 1e-3;
+
+fn check(name: &str, frozen: &Filtered, found: &[f64], replayed: impl Fn(f64) -> Vec<Option<f64>>) {
+    let (above, below) = (replayed(HALF), replayed(-HALF));
+    let largest = found.iter().copied().map(f64::abs).fold(0.0, f64::max);
+    assert!(largest > 0.0, "{name}: no signature");
+    for (step, value) in found.iter().enumerate() {
+        match above[step].zip(below[step]) {
+            Some((above, below)) => {
+                let slope = (above - below) / (2.0 * HALF);
+                assert!(
+                    (slope - value).abs() < TOLERANCE * largest,
+                    "{name}, step {step}: {value} against {slope} (largest {largest})"
+                );
+            }
+            None => assert!(*value == 0.0 && frozen.innovations[step].is_none(), "{name}, {step}"),
+        }
+    }
+}
+
+#[test]
+fn signatures_are_central_differences_of_the_replay() {
+    let (model, record, frozen) = filtered();
+    let parameters = [
+        Parameter::Action,
+        Parameter::Egp0,
+        Parameter::TMaxG,
+        Parameter::TMaxI,
+        Parameter::AG,
+        Parameter::F01,
+        Parameter::KA1,
+        Parameter::KA2,
+        Parameter::KA3,
+        Parameter::K12,
+        Parameter::KE,
+        Parameter::VG,
+    ];
+    let unit = |field: Field| match field {
+        Field::ExtraCarbs | Field::RenalThreshold | Field::SensorOffset => 10.0,
+        Field::Flux => 1e-3,
+        _ => 1.0,
+    };
+    let courses: Vec<Vec<f64>> =
+        Field::ALL.into_iter().map(|field| course(record.len(), unit(field))).collect();
+    let fields = Field::ALL.into_iter().zip(&courses);
+    let mut directions: Vec<Direction> =
+        fields.map(|(field, course)| Direction::Course(vec![(field, course.clone())])).collect();
+    directions.extend(parameters.map(Direction::Parameter));
+    // A direction may change several fields at once.
+    let all: Vec<(Field, Vec<f64>)> = Field::ALL.into_iter().zip(courses.clone()).collect();
+    directions.push(Direction::Course(all));
+    let found = signatures(&model, &record, &frozen, &directions).expect("finite");
+
+    let modulated = |fields: &[Field], by: f64| {
+        let mut moved = record.clone();
+        moved.modulations = vec![Modulation::NEUTRAL; record.len()];
+        for field in fields {
+            for (m, value) in moved.modulations.iter_mut().zip(&courses[*field as usize]) {
+                m[*field] += by * value;
+            }
+        }
+        replay(&model, &moved, &frozen).expect("finite")
+    };
+    for (field, found) in Field::ALL.into_iter().zip(&found) {
+        check(&format!("{field:?}"), &frozen, found, |by| modulated(&[field], by));
+    }
+    for (parameter, found) in parameters.into_iter().zip(&found[courses.len()..]) {
+        check(&format!("{parameter:?}"), &frozen, found, |by| {
+            let moved = model.with_parameters(|p| parameter.raised(p, by));
+            replay(&moved, &record, &frozen).expect("finite")
+        });
+    }
+    let together = found.last().expect("asked for");
+    check("all fields", &frozen, together, |by| modulated(&Field::ALL, by));
+}
