@@ -78,3 +78,33 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_is_students() {
+        // Mean 3, SD 1.5811, t(0.975; 4) = 2.7764 from printed tables: half-width 1.9632.
+        let (mean, lower, upper) =
+            mean_with_interval(&[1.0, 2.0, 3.0, 4.0, 5.0]).expect("five values");
+        assert_eq!(mean, 3.0);
+        assert!((upper - 4.9632).abs() < 1e-4 && (lower - 1.0368).abs() < 1e-4, "{lower} {upper}");
+        assert_eq!(mean_with_interval(&[1.0, 2.0]), None);
+    }
+
+    #[test]
+    fn days_are_scaled_to_what_was_recorded_and_short_ones_dropped() {
+        let mut person = crate::quality::tests::person_with(Channel::Bolus, &[6.0]);
+        person.record.channel_mut(Channel::Basal).fill(Some(1.2));
+        person.record.channel_mut(Channel::Basal)[STEPS_PER_DAY..STEPS_PER_DAY + 30].fill(None);
+        let found = days(&person);
+        assert_eq!(found.len(), 13);
+        assert!((found[0].insulin() - 34.8).abs() < 1e-9 && found[0].carbs.is_none());
+        // Never recorded is none given; neither recorded is no day.
+        person.record.channel_mut(Channel::Basal).fill(None);
+        assert_eq!(days(&person).len(), 14);
+        person.record.channel_mut(Channel::Bolus).fill(None);
+        assert_eq!(days(&person), []);
+    }
+}

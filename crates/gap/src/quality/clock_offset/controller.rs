@@ -2,7 +2,7 @@
 //!
 //! A closed loop changes its basal rate at once when a reading changes. If the insulin clock runs
 //! `m` minutes late against the sensor's, changes of the rate follow changes of glucose by `m`. The
-//! share of the variance of rate changes that the readings `m` minutes before explain peaks there,
+//! share of the variance of rate changes that rises `m` minutes before explain peaks there,
 //! within one or two steps.
 
 use physiology::STEPS_PER_DAY;
@@ -21,61 +21,49 @@ const CHANGES_A_DAY: f64 = 48.0;
 const SMALLEST_SHARE: f64 = 0.05;
 /// How many times the median over all delays the peak must be.
 const PROMINENCE: f64 = 5.0;
-/// Rises of glucose that explain a change of the rate: those of the last four steps.
-const RISES: usize = 4;
-/// Regressors: a constant and the rises.
-const REGRESSORS: usize = RISES + 1;
 /// Bootstrap replicates over days.
 const REPLICATES: usize = 50;
 /// A delay is known to a step, and a controller may take one to answer, min.
 const GRID: f64 = 5.0;
 
-/// Sums for a least-squares fit: upper triangle of the regressors' products with themselves, their
-/// products with the answer, and the answer's sum of squares.
+/// Sums for a correlation of rises of glucose with changes of the rate.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
-    xx: [[f64; REGRESSORS]; REGRESSORS],
-    xy: [f64; REGRESSORS],
-    yy: f64,
+    count: f64,
+    rise: f64,
+    change: f64,
+    rise_rise: f64,
+    change_change: f64,
+    rise_change: f64,
 }
 
 impl Sums {
-    fn add(&mut self, x: &[f64; REGRESSORS], y: f64) {
-        for (a, x_a) in x.iter().enumerate() {
-            for (b, x_b) in x.iter().enumerate().skip(a) {
-                self.xx[a][b] += x_a * x_b;
-            }
-            self.xy[a] += x_a * y;
-        }
-        self.yy += y * y;
+    fn add(&mut self, rise: f64, change: f64) {
+        self.count += 1.0;
+        self.rise += rise;
+        self.change += change;
+        self.rise_rise += rise * rise;
+        self.change_change += change * change;
+        self.rise_change += rise * change;
     }
 
     fn merge(&mut self, other: &Self) {
-        for a in 0..REGRESSORS {
-            for b in a..REGRESSORS {
-                self.xx[a][b] += other.xx[a][b];
-            }
-            self.xy[a] += other.xy[a];
-        }
-        self.yy += other.yy;
+        self.count += other.count;
+        self.rise += other.rise;
+        self.change += other.change;
+        self.rise_rise += other.rise_rise;
+        self.change_change += other.change_change;
+        self.rise_change += other.rise_change;
     }
 
-    /// Share of the answer's sum of squares that the fit explains, by Cholesky factorisation.
+    /// Share of the variance that the two have in common; 0 where the rate goes down as glucose
+    /// goes up, which is no controller's answer.
     fn explained(&self) -> f64 {
-        let mut l = [[0.0; REGRESSORS]; REGRESSORS];
-        let mut z = [0.0; REGRESSORS];
-        let mut explained = 0.0;
-        for i in 0..REGRESSORS {
-            for j in 0..=i {
-                let inner: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
-                let left = self.xx[j][i] - inner;
-                l[i][j] = if i == j { left.max(1e-9).sqrt() } else { left / l[j][j] };
-            }
-            let inner: f64 = (0..i).map(|k| l[i][k] * z[k]).sum();
-            z[i] = (self.xy[i] - inner) / l[i][i];
-            explained += z[i] * z[i];
-        }
-        if self.yy > 0.0 { explained / self.yy } else { 0.0 }
+        let product = self.rise_change - self.rise * self.change / self.count;
+        let rises = self.rise_rise - self.rise * self.rise / self.count;
+        let changes = self.change_change - self.change * self.change / self.count;
+        let spread = rises * changes;
+        if product > 0.0 && spread > 0.0 { product * product / spread } else { 0.0 }
     }
 }
 
@@ -98,20 +86,9 @@ pub(super) fn delay(basal: &[Option<f64>], cgm: &[Option<f64>]) -> Option<Minute
         let day = &mut days[k / STEPS_PER_DAY];
         for (place, sums) in day.iter_mut().enumerate() {
             // At place SEARCHED + m, the rate changed m steps after the reading.
-            let Some(reading) = (k + SEARCHED).checked_sub(place) else { continue };
-            if reading >= n || reading < RISES {
-                continue;
-            }
-            let mut x = [1.0; REGRESSORS];
-            let known = (0..RISES).all(|back| match rises[reading - back] {
-                Some(rise) => {
-                    x[back + 1] = rise;
-                    true
-                }
-                None => false,
-            });
-            if known {
-                sums.add(&x, change);
+            let reading = (k + SEARCHED).checked_sub(place).filter(|reading| *reading < n);
+            if let Some(rise) = reading.and_then(|reading| rises[reading]) {
+                sums.add(rise, change);
             }
         }
     }
@@ -150,4 +127,44 @@ fn peak<'a>(days: impl Iterator<Item = &'a [Sums; 2 * SEARCHED + 1]>) -> (usize,
     let mut sorted = shares;
     sorted.sort_by(f64::total_cmp);
     (place, share, sorted[SEARCHED])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four days of glucose that wanders, and a rate that answers it `steps` later.
+    fn answered(steps: usize) -> (Vec<Option<f64>>, Vec<Option<f64>>) {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut glucose = 140.0;
+        let cgm: Vec<f64> = (0..4 * STEPS_PER_DAY)
+            .map(|_| {
+                glucose += rng.random_range(-5.0..5.0);
+                glucose
+            })
+            .collect();
+        let rate = |k: usize| 1.0 + 0.01 * (cgm[k.saturating_sub(steps)] - 140.0);
+        ((0..cgm.len()).map(|k| Some(rate(k))).collect(), cgm.iter().copied().map(Some).collect())
+    }
+
+    #[test]
+    fn the_delay_of_a_controller_is_found_to_a_step() {
+        for steps in [0, 6, 18] {
+            let (basal, cgm) = answered(steps);
+            let found = delay(&basal, &cgm).expect("it answers");
+            assert_eq!(found.value, 5.0 * steps as f64);
+            assert!(found.upper - found.lower <= 4.0 * GRID, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_programme_is_no_controller() {
+        let (_, cgm) = answered(0);
+        let programme = |k: usize| if k % STEPS_PER_DAY < 96 { 0.8 } else { 1.1 };
+        let basal: Vec<_> = (0..cgm.len()).map(|k| Some(programme(k))).collect();
+        assert_eq!(delay(&basal, &cgm), None);
+        // Nor is a rate that changes at every step for its own reasons.
+        let restless: Vec<_> = (0..cgm.len()).map(|k| Some((k * 7919 % 13) as f64)).collect();
+        assert_eq!(delay(&restless, &cgm), None);
+    }
 }

@@ -143,3 +143,45 @@ fn delay<'a>(days: impl Iterator<Item = &'a [f64; PLACES]>) -> f64 {
         );
     5.0 * (f64::from(TURN + REACH) - place as f64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fortnight in which glucose rises and falls in tents, a bolus 20 min before each peak but
+    /// recorded `steps` late, and a meal with a bolus in every valley.
+    fn tents(steps: usize) -> (Vec<f64>, Vec<f64>, Vec<Option<f64>>) {
+        let n = 14 * STEPS_PER_DAY;
+        let cgm = (0..n).map(|k| Some(220.0 - 2.0 * (k % 96).abs_diff(48) as f64)).collect();
+        let (mut carbs, mut bolus) = (vec![0.0; n], vec![0.0; n]);
+        for start in (0..n - 96).step_by(96) {
+            bolus[start + 44 + steps] = 2.0;
+            carbs[start + 4] = 40.0;
+            bolus[start + 4 + steps] = 4.0;
+        }
+        (carbs, bolus, cgm)
+    }
+
+    #[test]
+    fn the_turn_tells_the_offset_and_meals_are_left_aside() {
+        for steps in [0, 6, 12] {
+            let (carbs, bolus, cgm) = tents(steps);
+            let apart = i32::try_from(steps).expect("small");
+            let found = Corrections::of(&carbs, &bolus, &cgm, apart).expect("corrections");
+            assert_eq!(found.count, 41);
+            let delay = found.delay().expect("many");
+            assert_eq!(delay.value, 5.0 * steps as f64);
+            assert!(delay.lower < delay.value - 25.0 && delay.upper > delay.value + 25.0);
+            assert!(found.preference(apart, apart + 12) > 3.0);
+            assert!(found.preference(apart - 12, apart) < -3.0);
+        }
+    }
+
+    #[test]
+    fn few_corrections_tell_nothing() {
+        let (carbs, bolus, cgm) = tents(0);
+        let short = 300;
+        let cgm = &cgm[..short];
+        assert!(Corrections::of(&carbs[..short], &bolus[..short], cgm, 0).is_none());
+    }
+}
