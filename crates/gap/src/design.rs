@@ -100,7 +100,7 @@ pub fn design(
     person: &Person,
     observations: &Observations,
     calibration: &Calibration,
-    library: &[Box<dyn Effect>],
+    library: &[&dyn Effect],
 ) -> Result<Design, GapError> {
     let plant = calibration.model.plant();
     let glucose: Vec<f64> =
@@ -124,7 +124,7 @@ pub fn design(
             Some(Form::Driven) => {
                 for variant in 0..effect.variants_for(&course) {
                     columns.push(Column::Effect { effect: place, variant });
-                    directions.push(driven(effect.as_ref(), variant, &course));
+                    directions.push(driven(*effect, variant, &course));
                 }
             }
             Some(Form::Events(shape)) => events.push(lanes(place, shape)),

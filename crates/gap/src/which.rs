@@ -12,6 +12,7 @@ mod held_out;
 mod ports;
 mod statistics;
 mod thresholds;
+mod unknown;
 mod variance;
 
 use effects::{Effect, Form, Modulation, Port};
@@ -21,6 +22,7 @@ use rayon::prelude::*;
 use self::events::EventEvidence;
 use self::held_out::{Allowed, HeldOut, Trial, held_out};
 use self::statistics::Person as Statistics;
+use self::unknown::unknown_events;
 use self::variance::{Estimated, Spreads};
 use crate::background::BackgroundKind;
 use crate::calibration::Calibration;
@@ -42,6 +44,11 @@ const RIVAL: f64 = 3.0;
 /// Effects of the library that belong to the background of all others: every body sheds glucose when it is
 /// high and defends itself when it is low, and plants differ in how.
 const GUARDS: [&str; 2] = ["counter_regulation", "renal_threshold"];
+/// Least factor that hidden events may leave of anything.
+const LEAST_FACTOR: f64 = 0.05;
+/// How much more evidence unknown events must show than a known effect: as a factor, and nats.
+const UNKNOWN_FACTOR: f64 = 1.15;
+const UNKNOWN_MARGIN: f64 = 5.0;
 /// Standard deviation of the amplitude of a guard.
 const GUARD_SD: f64 = 0.5;
 
@@ -58,6 +65,10 @@ pub struct Which {
     pub untried: Vec<usize>,
     /// People times days.
     pub person_days: f64,
+    /// Number of effects in the library; places from there on stand for unknown events.
+    pub known: usize,
+    /// The port of each kind of unknown events.
+    pub unknown: Vec<Port>,
 }
 
 /// An effect that was tried.
@@ -125,6 +136,12 @@ pub fn which(
     config: &DiagnosisConfig,
 ) -> Result<Which, GapError> {
     let thresholds = &config.thresholds;
+    let known = library.len();
+    let library: Vec<&dyn Effect> = library.iter().map(AsRef::as_ref).collect();
+    let unknown = unknown_events();
+    let library: Vec<&dyn Effect> =
+        library.into_iter().chain(unknown.iter().map(AsRef::as_ref)).collect();
+    let library = library.as_slice();
     let days: Vec<f64> = people
         .iter()
         .map(|p| p.observations.len() as f64 / physiology::STEPS_PER_DAY as f64)
@@ -134,7 +151,7 @@ pub fn which(
     let mut first: Option<(Vec<Candidate>, Vec<usize>)> = None;
     loop {
         let round = Round::of(people, library, &named, config)?;
-        let scores = round.scores(library, &named);
+        let scores = round.scores(library, known, &named);
         let mut candidates: Vec<Candidate> = scores
             .iter()
             .map(|score| {
@@ -144,20 +161,53 @@ pub fn which(
             })
             .collect();
         candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
-        let untried: Vec<usize> = (0..library.len())
+        prefer_known(&mut candidates, known, library, &named);
+        let untried: Vec<usize> = (0..known)
             .filter(|e| round.subjects.iter().all(|s| s.design.untried.contains(e)))
             .collect();
         let (all, untried) = first.get_or_insert_with(|| (candidates.clone(), untried)).clone();
         let best = candidates.first().filter(|best| best.excess > 0.0);
         let (Some(best), true) = (best, named.len() < MOST_EFFECTS) else {
             let ports = round.ports(thresholds, person_days);
-            return Ok(Which { named, candidates: all, ports, untried, person_days });
+            let unknown = unknown.iter().map(|u| u.card().port).collect();
+            return Ok(Which {
+                named,
+                candidates: all,
+                ports,
+                untried,
+                person_days,
+                known,
+                unknown,
+            });
         };
         let score = scores
             .iter()
             .find(|s| s.effect == best.effect)
             .expect("a candidate comes from a score");
         named.push(round.named(score, best, &candidates, library));
+    }
+}
+
+/// Puts a known effect before unknown events that look no better, and guards last once something is named: what
+/// is left then shows in how glucose is shed and defended.
+fn prefer_known(
+    candidates: &mut [Candidate],
+    known: usize,
+    library: &[&dyn Effect],
+    named: &[Named],
+) {
+    if !named.is_empty() {
+        for candidate in candidates.iter_mut() {
+            if GUARDS.contains(&library[candidate.effect].card().name) {
+                candidate.excess = candidate.excess.min(0.0);
+            }
+        }
+        candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+    }
+    let Some(best) = candidates.iter().position(|c| c.effect < known) else { return };
+    let rival = candidates[best].excess;
+    if best > 0 && rival > 0.0 && candidates[0].excess < UNKNOWN_FACTOR * rival + UNKNOWN_MARGIN {
+        candidates[..=best].rotate_right(1);
     }
 }
 
@@ -188,7 +238,7 @@ impl Score {
     fn gain(&self) -> f64 {
         match &self.evidence {
             Evidence::Driven(found) => found.gain(),
-            Evidence::Events(found) => found.gains.iter().sum(),
+            Evidence::Events(found) => found.gain(),
             Evidence::Random(gain, _) => *gain,
         }
     }
@@ -197,7 +247,7 @@ impl Score {
 impl Round {
     fn of(
         people: &[PersonInput<'_>],
-        library: &[Box<dyn Effect>],
+        library: &[&dyn Effect],
         named: &[Named],
         config: &DiagnosisConfig,
     ) -> Result<Self, GapError> {
@@ -310,7 +360,7 @@ impl Round {
     }
 
     /// Evidence of every effect that is not named yet.
-    fn scores(&self, library: &[Box<dyn Effect>], named: &[Named]) -> Vec<Score> {
+    fn scores(&self, library: &[&dyn Effect], known: usize, named: &[Named]) -> Vec<Score> {
         let days: Vec<usize> = self.subjects.iter().map(|s| s.statistics.days.len()).collect();
         (0..library.len())
             .into_par_iter()
@@ -327,8 +377,15 @@ impl Round {
                     .map(|s| s.design.events.iter().find(|bank| bank.effect == effect))
                     .collect();
                 if banks.iter().any(Option::is_some) {
-                    let evidence = Evidence::Events(events::score(&banks, &days));
-                    return Some(Score { effect, evidence });
+                    let up = events::score(&banks, &days, 1.0);
+                    // Events of no known kind may go either way.
+                    let evidence = if effect < known {
+                        up
+                    } else {
+                        let down = events::score(&banks, &days, -1.0);
+                        if down.gain() > up.gain() { down } else { up }
+                    };
+                    return Some(Score { effect, evidence: Evidence::Events(evidence) });
                 }
                 let random = self
                     .subjects
@@ -362,7 +419,7 @@ impl Round {
         score: &Score,
         best: &Candidate,
         candidates: &[Candidate],
-        library: &[Box<dyn Effect>],
+        library: &[&dyn Effect],
     ) -> Named {
         let people = self.subjects.len();
         let mut confusable = self.same(score, library);
@@ -415,7 +472,7 @@ impl Round {
     }
 
     /// Driven effects whose signatures cannot be told from that of `score`.
-    fn same(&self, score: &Score, library: &[Box<dyn Effect>]) -> Vec<usize> {
+    fn same(&self, score: &Score, library: &[&dyn Effect]) -> Vec<usize> {
         let Evidence::Driven(found) = &score.evidence else { return Vec::new() };
         let others: Vec<usize> = (0..library.len()).filter(|e| *e != score.effect).collect();
         others
@@ -488,7 +545,7 @@ fn none() -> Estimated {
 fn conditioned(
     input: &PersonInput<'_>,
     place: usize,
-    library: &[Box<dyn Effect>],
+    library: &[&dyn Effect],
     named: &[Named],
     config: &DiagnosisConfig,
 ) -> Result<Design, GapError> {
@@ -507,6 +564,9 @@ fn conditioned(
                 for (_, onset, size) in named.events.iter().filter(|(p, _, _)| *p == place) {
                     for (modulation, add) in modulations[*onset..].iter_mut().zip(&shape.profile) {
                         modulation[shape.field] += size * add;
+                        if shape.field.neutral() == 1.0 {
+                            modulation[shape.field] = modulation[shape.field].max(LEAST_FACTOR);
+                        }
                     }
                 }
             }

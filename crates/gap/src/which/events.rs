@@ -1,6 +1,6 @@
 //! Hidden events: a spike-and-slab over onsets, scored against its own mirror image.
 //!
-//! In each stretch of two hours an event of the effect's kind starts with a small probability; sizes and
+//! In each stretch (two hours, or as long as an event lasts) an event of the effect's kind starts with a small probability; sizes and
 //! onsets are averaged over. The frequency is chosen on training days. The same score for events of the opposite
 //! sign is subtracted: a background that is rough in both directions is no evidence for either.
 
@@ -9,8 +9,9 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use super::held_out::FOLDS;
 use crate::design::EventBank;
 
-/// Steps of a stretch in which at most one event starts.
-const STRETCH: usize = 2 * STEPS_PER_HOUR;
+/// Fewest steps of a stretch in which at most one event starts. A stretch is at least as long as an event:
+/// one event must not count as several.
+const SHORTEST_STRETCH: usize = 2 * STEPS_PER_HOUR;
 /// Probabilities of an event in a stretch that are tried.
 const FREQUENCIES: [f64; 6] = [0.0005, 0.002, 0.01, 0.03, 0.06, 0.12];
 
@@ -19,10 +20,15 @@ const FREQUENCIES: [f64; 6] = [0.0005, 0.002, 0.01, 0.03, 0.06, 0.12];
 pub(super) struct EventEvidence {
     /// Gain of each person, nats, after subtraction of the mirror image.
     pub(super) gains: Vec<f64>,
-    /// Probability of an event in a stretch, over all days.
-    pub(super) frequency: f64,
     /// Events that are more likely than not: person, onset, mean size.
     pub(super) found: Vec<Found>,
+}
+
+impl EventEvidence {
+    /// Gain over all people, nats.
+    pub(super) fn gain(&self) -> f64 {
+        self.gains.iter().sum()
+    }
 }
 
 /// An event that is more likely than not.
@@ -34,15 +40,21 @@ pub(super) struct Found {
     pub(super) probability: f64,
 }
 
-/// Log likelihood ratio of an event in each stretch of one person: stretch, ratio.
+/// Steps of a stretch of an effect.
+fn stretch_of(bank: &EventBank) -> usize {
+    SHORTEST_STRETCH.max(bank.shape.profile.len())
+}
+
+/// Log likelihood ratio of an event in each stretch of one person: first step of the stretch, ratio.
 fn ratios(bank: &EventBank, sign: f64) -> Vec<(usize, f64)> {
+    let length = stretch_of(bank);
     let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
     for ((onset, information), score) in bank.onsets.iter().zip(&bank.information).zip(&bank.score)
     {
         let logs = bank.shape.sizes.iter().map(|(size, weight)| {
             weight.ln() + (size * sign * score - 0.5 * size * size * information).min(50.0)
         });
-        let stretch = onset / STRETCH;
+        let stretch = onset / length * length;
         match out.last_mut().filter(|(last, _)| *last == stretch) {
             Some((_, all)) => all.push(log_sum(logs)),
             None => out.push((stretch, vec![log_sum(logs)])),
@@ -84,7 +96,7 @@ fn held_out(people: &[Vec<(usize, f64)>], days: &[usize]) -> Vec<f64> {
                 .map(|p| {
                     let mut by_day = vec![0.0; *days];
                     for (stretch, ratio) in ratios {
-                        let day = (stretch * STRETCH / STEPS_PER_DAY).min(days - 1);
+                        let day = (stretch / STEPS_PER_DAY).min(days - 1);
                         by_day[day] += with_frequency(*ratio, *p);
                     }
                     by_day
@@ -119,15 +131,15 @@ fn held_out(people: &[Vec<(usize, f64)>], days: &[usize]) -> Vec<f64> {
     out
 }
 
-/// Scores the events of one effect. `banks` has an entry a person, `None` where the record cannot show
+/// Scores the events of one effect; `sign` is -1 for events of the opposite kind. `banks` has an entry a person, `None` where the record cannot show
 /// them; `days` the length of each person's record.
-pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize]) -> EventEvidence {
+pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize], sign: f64) -> EventEvidence {
     let ratios_of = |sign: f64| -> Vec<Vec<(usize, f64)>> {
         banks.iter().map(|bank| bank.map_or_else(Vec::new, |bank| ratios(bank, sign))).collect()
     };
-    let forward = ratios_of(1.0);
+    let forward = ratios_of(sign);
     let up = held_out(&forward, days);
-    let down = held_out(&ratios_of(-1.0), days);
+    let down = held_out(&ratios_of(-sign), days);
     let mirrored: f64 = down.iter().sum::<f64>();
     let gains = up
         .iter()
@@ -148,25 +160,43 @@ pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize]) -> EventEviden
             let odds = frequency.ln() - (-frequency).ln_1p() + ratio;
             let probability = (1.0 + (-odds).exp()).recip();
             if probability > 0.5 {
-                found.extend(largest(bank, *stretch).map(|(onset, size)| Found {
-                    person,
-                    onset,
-                    size,
-                    probability,
-                }));
+                let best = largest(bank, *stretch, sign);
+                found.extend(best.map(|(onset, size)| Found { person, onset, size, probability }));
             }
         }
     }
-    EventEvidence { gains, frequency, found }
+    EventEvidence { gains, found: apart(found, banks) }
 }
 
-/// The onset of a stretch that explains most, with the size that does.
-fn largest(bank: &EventBank, stretch: usize) -> Option<(usize, f64)> {
+/// Events without those that another, likelier one of the same person reaches: an event across the border of
+/// two stretches shows in both.
+fn apart(mut found: Vec<Found>, banks: &[Option<&EventBank>]) -> Vec<Found> {
+    found.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.onset.cmp(&b.onset)));
+    let mut kept: Vec<Found> = Vec::new();
+    for event in found {
+        let length = banks[event.person].map_or(0, |bank| bank.shape.profile.len());
+        let near = |k: &Found| k.person == event.person && k.onset.abs_diff(event.onset) < length;
+        if !kept.iter().any(near) {
+            kept.push(event);
+        }
+    }
+    kept.sort_by_key(|event| (event.person, event.onset));
+    kept
+}
+
+/// The onset of a stretch that explains most, with the size that does; no size is believed beyond the largest
+/// of the effect's prior.
+fn largest(bank: &EventBank, stretch: usize, sign: f64) -> Option<(usize, f64)> {
+    let most = bank.shape.sizes.iter().map(|(size, _)| *size).fold(0.0, f64::max);
+    let length = stretch_of(bank);
     (0..bank.onsets.len())
-        .filter(|k| bank.onsets[*k] / STRETCH == stretch && bank.information[*k] > 0.0)
+        .filter(|k| bank.onsets[*k] / length * length == stretch && bank.information[*k] > 0.0)
         .max_by(|a, b| {
-            let gain = |k: usize| bank.score[k].max(0.0).powi(2) / bank.information[k];
+            let gain = |k: usize| (sign * bank.score[k]).max(0.0).powi(2) / bank.information[k];
             gain(*a).total_cmp(&gain(*b))
         })
-        .map(|k| (bank.onsets[k], bank.score[k].max(0.0) / bank.information[k]))
+        .map(|k| {
+            let size = (sign * bank.score[k]).max(0.0) / bank.information[k];
+            (bank.onsets[k], sign * size.min(most))
+        })
 }

@@ -1,0 +1,78 @@
+//! Events of no known effect: something happens at a port for some hours, and nothing in the library does
+//! that there.
+//!
+//! They stand beside the library as rivals. Without them the effect that looks most like the events would be
+//! named for them.
+
+use effects::{Card, Course, Effect, EventShape, Field, Form, Modulation, Port, Prior};
+use physiology::STEPS_PER_HOUR;
+
+/// Unexplained events at a port.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct UnknownEvents {
+    name: &'static str,
+    port: Port,
+    field: Field,
+    /// What an event adds to the field; the opposite is tried too.
+    change: f64,
+    hours: usize,
+}
+
+/// The kinds of unexplained events that are tried.
+const KINDS: [UnknownEvents; 2] = [
+    UnknownEvents {
+        name: "unknown_sensor_events",
+        port: Port::Sensor,
+        field: Field::SensorGain,
+        change: 0.15,
+        hours: 5,
+    },
+    UnknownEvents {
+        name: "unknown_production_events",
+        port: Port::Egp,
+        field: Field::Production,
+        change: 0.3,
+        hours: 8,
+    },
+];
+
+/// Every kind of unexplained event, as effects.
+pub(super) fn unknown_events() -> Vec<Box<dyn Effect>> {
+    KINDS.iter().map(|kind| Box::new(*kind) as Box<dyn Effect>).collect()
+}
+
+impl Effect for UnknownEvents {
+    fn card(&self) -> Card {
+        Card {
+            name: self.name,
+            port: self.port,
+            summary: "something happens for some hours that no effect of the library does",
+            size_at_one: "see the port",
+            source: "none: a rival of the library",
+            signature: "runs of errors at no particular time",
+            channels: &[],
+            confusable_with: &[],
+            prior: Prior { median: 1.0, log_sd: 0.7, largest: 4.0 },
+        }
+    }
+
+    fn form(&self, course: &Course) -> Option<Form> {
+        let length = self.hours * STEPS_PER_HOUR;
+        let ramp = 6.0;
+        let profile = (0..length)
+            .map(|k| {
+                let edge = (k + 1).min(length - k) as f64;
+                self.change * (edge / ramp).min(1.0)
+            })
+            .collect();
+        Some(Form::Events(EventShape {
+            field: self.field,
+            profile,
+            onsets: (0..course.len()).collect(),
+            per_day: 0.3,
+            sizes: vec![(0.5, 0.35), (1.0, 0.35), (1.7, 0.2), (2.5, 0.1)],
+        }))
+    }
+
+    fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
+}
