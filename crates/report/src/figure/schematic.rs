@@ -76,8 +76,11 @@ const FLOWS: [&[At]; 16] = [
 /// From the sensor to its reading.
 const READING: [At; 2] = [(500, 738), (500, 768)];
 
-/// Draws the model with its ports.
-pub(crate) fn schematic(shades: &[PortShade<'_>]) -> Result<Drawn, ReportError> {
+/// Draws the model with its ports; `frame` says what the frame of a port means.
+pub(crate) fn schematic(
+    shades: &[PortShade<'_>],
+    frame: Option<&str>,
+) -> Result<Drawn, ReportError> {
     let svg = draw("Where in the model something is missing", 844, |canvas| {
         for flow in FLOWS.into_iter().chain([&READING[..]]) {
             arrow(canvas, flow)?;
@@ -93,12 +96,12 @@ pub(crate) fn schematic(shades: &[PortShade<'_>]) -> Result<Drawn, ReportError> 
         }
         Ok(())
     })?;
-    let keys = vec![
+    let mut keys = vec![
         Key::area("Part of the model", SHADE, 1.0),
         Key::area("Place where an effect can enter: probability 1", BLUE, opacity(1.0)),
         Key::area("Probability 0.3", BLUE, opacity(0.3)),
-        Key::line("Frame: the most probable place, and any that cannot be told from it", FRAME),
     ];
+    keys.extend(frame.map(|meaning| Key::line(meaning, FRAME)));
     Ok((svg, keys))
 }
 

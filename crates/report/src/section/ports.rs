@@ -4,7 +4,7 @@ use super::words::{list, port, sentence};
 use crate::figure::{PortShade, schematic};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, optional, percent};
-use crate::view::{Diagnosis, PortEvidence};
+use crate::view::{Diagnosis, DiagnosisVerdict, PortEvidence};
 use crate::{Inputs, ReportError};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
@@ -13,28 +13,30 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no diagnosis in this folder, so no place was assessed.");
         return Ok(html);
     };
-    let Some(best) = best(diagnosis) else {
+    let framed = framed(diagnosis);
+    let shades = shades(diagnosis, &framed);
+    if shades.is_empty() {
         html.absent("No place in the model was assessed.");
         return Ok(html);
+    }
+    let (frame, bold) = match diagnosis.verdict {
+        DiagnosisVerdict::Effect => (
+            Some("Frame: an effect that was found enters here"),
+            "; bold: an effect that was found enters here",
+        ),
+        DiagnosisVerdict::Unknown => (
+            Some("Frame: the most probable place, and any that cannot be told from it"),
+            "; bold: the most probable place and any that cannot be told from it",
+        ),
+        DiagnosisVerdict::None => (None, ""),
     };
-    let in_front = |p: &PortEvidence| p.port == best.port || best.confusable_with.contains(&p.port);
-    let shades: Vec<PortShade<'_>> = diagnosis
-        .ports
-        .iter()
-        .map(|p| PortShade {
-            port: &p.port,
-            probability: p.probability,
-            says: p.probability.map_or_else(|| ABSENT.to_owned(), percent),
-            framed: in_front(p),
-        })
-        .collect();
-    let (svg, keys) = schematic(&shades)?;
+    let (svg, keys) = schematic(&shades, frame)?;
     html.figure(
         &svg,
         &keys,
         "The model in a sketch. Insulin comes from the left, meals from the right; both meet in \
-         blood glucose, which the sensor reads. The deeper the colour of a place, the more probable it is \
-         that something is missing there. The table says the same in numbers.",
+         blood glucose, which the sensor reads. The deeper the colour of a place, the more probable \
+         it is that something is missing there. The table says the same in numbers.",
     );
     let mut ports: Vec<&PortEvidence> = diagnosis.ports.iter().collect();
     ports.sort_by(|a, b| order(b).total_cmp(&order(a)));
@@ -49,21 +51,61 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 Html::bar(p.probability),
                 Html::of_text(&like),
             ];
-            (in_front(p), cells)
+            (framed.contains(&p.port.as_str()), cells)
         })
         .collect();
-    html.table_of(
-        "Evidence that something is missing, by place in the model; bold: the most probable place \
-         and any that cannot be told from it",
-        &[
-            ("Place", Column::Text),
-            ("Gain, nats", Column::Number),
-            ("Probability", Column::Text),
-            ("Cannot be told from", Column::Text),
-        ],
-        &rows,
-    );
+    if !rows.is_empty() {
+        html.table_of(
+            &format!("Evidence that something is missing, by place in the model{bold}"),
+            &[
+                ("Place", Column::Text),
+                ("Gain, nats", Column::Number),
+                ("Probability", Column::Text),
+                ("Cannot be told from", Column::Text),
+            ],
+            &rows,
+        );
+    }
     Ok(html)
+}
+
+/// Places that the verdict is about.
+fn framed(diagnosis: &Diagnosis) -> Vec<&str> {
+    match diagnosis.verdict {
+        DiagnosisVerdict::Effect => diagnosis.effects.iter().map(|e| e.port.as_str()).collect(),
+        DiagnosisVerdict::Unknown => best(diagnosis)
+            .into_iter()
+            .flat_map(|best| best.confusable_with.iter().chain([&best.port]))
+            .map(String::as_str)
+            .collect(),
+        DiagnosisVerdict::None => Vec::new(),
+    }
+}
+
+/// One shade a place: its strongest evidence, or that an effect was found where none was assessed.
+fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>> {
+    let found = |port: &str| diagnosis.effects.iter().any(|effect| effect.port == port);
+    let mut names: Vec<&str> = Vec::new();
+    for name in diagnosis.ports.iter().map(|p| p.port.as_str()).chain(framed.iter().copied()) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+        .into_iter()
+        .map(|name| {
+            let of_name = diagnosis.ports.iter().filter(|p| p.port == name);
+            let strongest = of_name.max_by(|a, b| order(a).total_cmp(&order(b)));
+            let probability = strongest.and_then(|p| p.probability);
+            let says = match (found(name), probability) {
+                (true, Some(probability)) => format!("found; {}", percent(probability)),
+                (true, None) => "found".to_owned(),
+                (false, Some(probability)) => percent(probability),
+                (false, None) => ABSENT.to_owned(),
+            };
+            PortShade { port: name, probability, says, framed: framed.contains(&name) }
+        })
+        .collect()
 }
 
 /// The place with the strongest evidence.

@@ -65,6 +65,8 @@ fn every_verdict_has_its_words() {
         let html = diagnosis_page(verdict, changes);
         assert!(verdict_of(&html).contains(words), "{words}: {}", verdict_of(&html));
     }
+    let html = diagnosis_page("none", &[("/ports", json!([]))]);
+    assert!(html.contains("No place in the model was assessed."));
     let html = diagnosis_page("none", &[("/power", json!([]))]);
     assert!(!verdict_of(&html).contains("would have been found"));
 }
@@ -236,4 +238,23 @@ fn the_sketch_has_every_place_and_its_table_says_the_same() {
     // A place that was not assessed is said to be so, in the sketch alone.
     let html = diagnosis_page("unknown", &[("/ports", json!([{"port": "sensor"}]))]);
     assert_eq!(html.matches("not assessed").count(), 8);
+}
+
+#[test]
+fn a_frame_marks_what_the_verdict_is_about() {
+    let frames = |html: &str| html.matches("stroke=\"#D55E00\" stroke-width=\"7\"").count();
+    // The most probable place and the one that cannot be told from it; where effects enter; nothing.
+    for (verdict, count) in [("unknown", 2), ("effect", 2), ("none", 0)] {
+        let html = diagnosis_page(verdict, &[]);
+        let (_, sketch) = html.split_once("<section id=\"ports\">").expect("a section");
+        assert_eq!(frames(sketch), count, "{verdict}");
+    }
+    // An effect was found at a place for which no evidence is told.
+    let html = diagnosis_page("effect", &[("/ports", json!([{"port": "sensor"}]))]);
+    assert_eq!(html.matches(">\nfound\n</text>").count(), 2);
+    // The stronger of two entries of one place counts.
+    let twice = json!([{"port": "sensor", "gain_nats": 1.0, "probability": 0.2},
+        {"port": "sensor", "gain_nats": 9.0, "probability": 0.7}]);
+    let html = diagnosis_page("unknown", &[("/ports", twice)]);
+    assert!(html.contains(">\n70\u{a0}%\n</text>") && !html.contains(">\n20\u{a0}%\n</text>"));
 }

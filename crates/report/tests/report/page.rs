@@ -167,7 +167,6 @@ fn parts_without_content_are_said_to_be_empty() {
         (Part::Diagnosis, "/where", json!([]), "holds no situation"),
         (Part::Diagnosis, "/effects", json!([]), "but the file names none"),
         (Part::Diagnosis, "/candidates", json!([]), "No effect was tried."),
-        (Part::Diagnosis, "/ports", json!([]), "No place in the model was assessed."),
         (Part::Diagnosis, "/how_far", json!(null), "there is no before and after"),
         (Part::BlindCheck, "/targets", json!([]), "No target was set."),
         (Part::BlindCheck, "/worlds", json!([]), "No world was made."),
