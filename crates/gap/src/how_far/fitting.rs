@@ -8,7 +8,7 @@ use super::hierarchy::{Hierarchy, empirical_bayes};
 use super::refit::Equations;
 use super::subject::Subject;
 use super::unit::Unit;
-use super::{HowFarRule, NamedEffect};
+use super::{Amplitude, HowFarRule, NamedEffect};
 use crate::config::DiagnosisConfig;
 
 /// What training days gave.
@@ -38,6 +38,7 @@ pub(super) fn fitted<'a>(
         .map(|(fold, place, subject)| Unit::new(place, fold, subject))
         .collect();
     let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
+    let held: Vec<Option<f64>> = driven.iter().map(|found| known(&found.amplitude)).collect();
     units.par_iter_mut().for_each(|unit| {
         for _ in 0..rule.iterations {
             if unit.failed.is_none() {
@@ -74,8 +75,10 @@ pub(super) fn fitted<'a>(
                 continue;
             }
             let inflation = inflation(&known, priors.len());
-            let evidence: Vec<_> = known.iter().map(|e| e.evidence(&inflation)).collect();
-            let hierarchy = empirical_bayes(&evidence, &priors);
+            let evidence: Vec<_> =
+                known.iter().map(|e| e.evidence(&inflation).given(&held)).collect();
+            let mut hierarchy = empirical_bayes(&evidence, &priors);
+            hierarchy.hold(&held);
             for ((member, equations), amplitudes) in
                 members.iter().zip(&known).zip(&hierarchy.people)
             {
@@ -86,6 +89,14 @@ pub(super) fn fitted<'a>(
         }
     }
     Fitted { units, hierarchies, variants }
+}
+
+/// An amplitude that is not fitted.
+fn known(amplitude: &Amplitude) -> Option<f64> {
+    match amplitude {
+        Amplitude::Known(value) => Some(*value),
+        _ => None,
+    }
 }
 
 /// By how much the information on each amplitude is overstated because steps of a day are not independent:
@@ -114,7 +125,7 @@ fn choose_variant(
     let effect = driven[place].effect;
     let given = driven[place].variant;
     let tried = subjects.iter().map(|s| effect.variants_for(&s.course)).max().unwrap_or(1);
-    if tried < 2 {
+    if tried < 2 || known(&driven[place].amplitude).is_some() {
         return given;
     }
     let equations: Vec<Equations> = units

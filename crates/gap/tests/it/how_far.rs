@@ -1,15 +1,17 @@
 //! What a found effect removes on held-out days.
 
 use cohort::{Channel, Cohort};
-use effects::{Card, Course, Effect, Form, Modulation};
+use effects::Effect;
 use gap::calibration::{Calibration, calibrate};
 use gap::diagnosis::HowFar;
 use gap::how_far::{Amplitude, HowFarRule, NamedEffect, PersonInput, how_far, shrinkage};
 use gap::{DiagnosisConfig, LocalisationRule, NoiseModel, Observations};
 use ode_sim::OdeParameters;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::synthetic::{Gap, World, cohort_under};
+use crate::synthetic::{Gap, World, cohort_under, with_gaps};
 
 /// Half of the noise that free-living people need, so that a few people for a fortnight show an effect.
 fn noise() -> NoiseModel {
@@ -55,6 +57,10 @@ fn calibrated(cohort: &Cohort) -> Vec<(Observations, Calibration)> {
 }
 
 fn measured(cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
+    measured_at(cohort, effects, &Amplitude::Population { mean: 1.0, sd: 0.5 })
+}
+
+fn measured_at(cohort: &Cohort, effects: &[(&dyn Effect, usize)], amplitude: &Amplitude) -> HowFar {
     let known = calibrated(cohort);
     let people: Vec<PersonInput<'_>> = cohort
         .people
@@ -71,29 +77,10 @@ fn measured(cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
         .map(|(effect, variant)| NamedEffect {
             effect: *effect,
             variant: *variant,
-            amplitude: Amplitude::Population { mean: 1.0, sd: 0.5 },
+            amplitude: amplitude.clone(),
         })
         .collect();
     how_far(&people, &found, &config(), &HowFarRule::working(), 1).expect("measured")
-}
-
-/// The truth itself: what acts does not depend on the amplitude asked for.
-#[derive(Debug)]
-struct Truth(f64);
-
-impl Effect for Truth {
-    fn card(&self) -> Card {
-        effects::find("dawn").expect("in the library").card()
-    }
-
-    fn form(&self, _: &Course) -> Option<Form> {
-        Some(Form::Driven)
-    }
-
-    fn modulate(&self, _: usize, _: f64, course: &Course, into: &mut [Modulation]) {
-        let dawn = effects::find("dawn").expect("in the library");
-        dawn.modulate(PEAK_AT_SIX, self.0, course, into);
-    }
 }
 
 /// The variant of the library's dawn that has the form of [`Gap::MorningBump`].
@@ -117,8 +104,10 @@ fn a_planted_effect_shrinks_the_error_nearly_as_far_as_the_truth_would() {
     let dawn = effects::find("dawn").expect("in the library");
     // The variant handed over is wrong: training days put it right.
     let found = measured(&cohort, &[(dawn.as_ref(), 0)]);
-    assert_eq!(found.amplitudes[0].variants, [PEAK_AT_SIX; 2]);
-    let oracle = measured(&cohort, &[(&Truth(planted), 0)]);
+    assert_eq!(found.amplitudes[0].variants, [PEAK_AT_SIX; 3]);
+    let truth = Amplitude::Known(planted);
+    let oracle = measured_at(&cohort, &[(dawn.as_ref(), PEAK_AT_SIX)], &truth);
+    assert_eq!(oracle.amplitudes[0].mean.value, planted);
 
     let amplitude = found.amplitudes[0].mean;
     assert!(amplitude.lower < planted && planted < amplitude.upper, "{amplitude:?}");
@@ -134,7 +123,7 @@ fn a_planted_effect_shrinks_the_error_nearly_as_far_as_the_truth_would() {
         let plan = stats::Bootstrap { replicates: 500, level: 0.95, seed: 3 };
         let share = shrinkage(&before, &after, &truth, 0.1, &plan).expect("eight people").share;
         let share = share.expect("more than 0.1 mg/dL can be removed");
-        // Amplitudes come from seven days; what they miss by costs a few per cent of what they remove. At
+        // Amplitudes come from nine days; what they miss by costs a few per cent of what they remove. At
         // five hours and a day few errors are independent, and only the interval is held to.
         let near = (0.85..1.15).contains(&share.value) || row.minutes > 60;
         assert!(near && share.lower < 1.0 && share.upper > 0.9, "{} min: {share:?}", row.minutes);
@@ -244,4 +233,27 @@ fn a_driven_and_a_hidden_effect_have_rows_of_their_own() {
     }
     assert_eq!(found.amplitudes.len(), 1);
     assert_eq!(found.amplitudes[0].effect, "dawn");
+}
+
+#[test]
+fn people_with_gaps_foreign_days_and_short_records_are_judged_or_named() {
+    let world = World { gap: Gap::None, days: 8, spread: 0.5 };
+    let mut cohort = cohort(&world, 4, 9);
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    cohort.people = cohort.people.into_iter().map(|p| with_gaps(p, &mut rng)).collect();
+    // One starts at noon and ends in the morning; one has a day and a half; one misses doses for a day.
+    cohort.people[1].record = cohort.people[1].record.slice(144..2100).expect("inside");
+    cohort.people[2].record = cohort.people[2].record.slice(0..432).expect("inside");
+    cohort.people[3].record.channel_mut(Channel::Bolus)[800..1088].fill(None);
+    let dawn = effects::find("dawn").expect("in the library");
+    let set_ageing = effects::find("set_ageing").expect("in the library");
+    let found = measured(&cohort, &[(dawn.as_ref(), 1), (set_ageing.as_ref(), 0)]);
+    let judged: Vec<usize> = found.people.iter().map(|person| person.days).collect();
+    assert!(judged[0] == 8 && judged[1] >= 7 && judged[3] < judged[0], "{judged:?}");
+    assert_eq!(judged[2], 0, "a record of one whole day cannot be split");
+    assert!(found.notes.iter().any(|note| note.contains("p2")), "{:?}", found.notes);
+    assert_eq!(found.amplitudes[1].people.len(), 4);
+    for row in &found.horizons {
+        assert!(row.people == 3 && row.difference.value.is_finite(), "{row:?}");
+    }
 }
