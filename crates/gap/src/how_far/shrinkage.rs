@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stats::Bootstrap;
 
+use super::small_sample::over_people;
 use crate::diagnosis::WithInterval;
 use crate::error::GapError;
 
@@ -21,7 +22,7 @@ pub struct Shrinkage {
 /// Shrinkage from everyone's errors, mg/dL, one value a person in the same order.
 ///
 /// `oracle` holds the errors of the same refit with the true effect (or a floor). Intervals are percentiles
-/// of a bootstrap over people, the three errors of a person drawn together. `margin` is the smallest
+/// of a bootstrap over people, the three errors of a person drawn together, widened as few people need. `margin` is the smallest
 /// removable error, mg/dL, of which a share says anything.
 ///
 /// # Errors
@@ -51,9 +52,7 @@ pub fn shrinkage(
         vec![removed, removable, share]
     })?;
     let of = |place| -> Result<WithInterval, GapError> {
-        let estimate = matrix.estimate(place, plan.level)?;
-        let interval = estimate.percentile;
-        Ok(WithInterval { value: estimate.value, lower: interval.lower, upper: interval.upper })
+        Ok(over_people(&matrix.estimate(place, plan.level)?, people.len()))
     };
     let removable = of(1)?;
     let share = if removable.lower > margin { Some(of(2)?) } else { None };

@@ -7,6 +7,7 @@ use stats::{Bootstrap, Outcomes, compare_outcomes};
 use super::HowFarRule;
 use super::judge::Day;
 use super::shrinkage::shrinkage;
+use super::small_sample::over_people;
 use crate::config::DiagnosisConfig;
 use crate::diagnosis::{
     HorizonChange, InnovationChange, OutcomeChange, PersonChange, WithInterval,
@@ -204,12 +205,12 @@ impl Summary<'_> {
         };
         let means = [matrix.estimates()[0], matrix.estimates()[1]];
         let estimate = matrix.estimate(2, plan.level)?;
-        let wider = small_sample_factor(people.len(), self.rule.few_people);
         let interval = estimate.percentile;
-        let difference = WithInterval {
-            value: estimate.value,
-            lower: estimate.value - wider * (estimate.value - interval.lower),
-            upper: estimate.value + wider * (interval.upper - estimate.value),
+        // Where days are resampled as well, they widen the interval by themselves.
+        let difference = if people.len() < self.rule.few_people {
+            WithInterval { value: estimate.value, lower: interval.lower, upper: interval.upper }
+        } else {
+            over_people(&estimate, people.len())
         };
         Ok(Some((means, difference)))
     }
@@ -236,18 +237,4 @@ fn statistics(people: &[Vec<&Sums>]) -> Vec<f64> {
     }
     let n = people.len() as f64;
     vec![before / n, after / n, (after - before) / n]
-}
-
-/// What the percentiles of a bootstrap over `n` people are too narrow by: resampling underestimates the
-/// standard error by sqrt((n - 1) / n) and knows nothing of Student's t (Hesterberg, Am Stat
-/// 2015;69:371). Below `few` people days are resampled as well, which widens the interval by itself.
-fn small_sample_factor(n: usize, few: usize) -> f64 {
-    use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
-    if n < few.max(2) {
-        return 1.0;
-    }
-    let n = n as f64;
-    let student = StudentsT::new(0.0, 1.0, n - 1.0).expect("two people and more");
-    let ratio = student.inverse_cdf(0.975) / Normal::standard().inverse_cdf(0.975);
-    ratio * (n / (n - 1.0)).sqrt()
 }
