@@ -179,6 +179,7 @@ pub fn how_far(
     notes.extend(short.map(|subject| {
         format!("{}: fewer than two whole days, none can be held out", subject.input.person.id)
     }));
+    notes.extend(driven.iter().enumerate().flat_map(|(k, found)| remarks(k, found, &subjects)));
     let Fitted { units, hierarchies, variants } = fitted(&subjects, &driven, config, rule);
     let strengths = strengths(&subjects, &units, found, &hidden, config, rule, &mut notes);
     let judged: Vec<Result<Judged, GapError>> = units
@@ -213,6 +214,23 @@ pub fn how_far(
         ));
     }
     Ok(changed)
+}
+
+/// What is to be said of a driven effect.
+fn remarks(place: usize, found: &NamedEffect<'_>, subjects: &[Subject<'_>]) -> Vec<String> {
+    let name = found.effect.card().name;
+    let mut remarks = Vec::new();
+    let unsignalled = subjects.iter().filter(|s| !s.drivers[place].signalled).count();
+    if unsignalled > 0 {
+        let people = subjects.len();
+        remarks.push(format!(
+            "{name}: the records of {unsignalled} of {people} people do not signal it"
+        ));
+    }
+    if subjects.iter().any(|s| s.drivers[place].reads_glucose) {
+        remarks.push(format!("{name} depends on glucose: free runs drive it with their own"));
+    }
+    remarks
 }
 
 /// Everyone with their days.

@@ -257,3 +257,26 @@ fn people_with_gaps_foreign_days_and_short_records_are_judged_or_named() {
         assert!(row.people == 3 && row.difference.value.is_finite(), "{row:?}");
     }
 }
+
+#[test]
+fn what_depends_on_glucose_and_who_lacks_a_channel_is_said() {
+    let world = World { gap: Gap::None, days: 5, spread: 0.5 };
+    let mut cohort = cohort(&world, 3, 9);
+    for person in &mut cohort.people[..2] {
+        let rates = person.record.channel_mut(Channel::HeartRate);
+        for (step, rate) in rates.iter_mut().enumerate() {
+            *rate = Some(if (200..212).contains(&(step % 288)) { 130.0 } else { 65.0 });
+        }
+    }
+    let exercise = effects::find("exercise").expect("in the library");
+    let found = measured(&cohort, &[(exercise.as_ref(), 0)]);
+    let expected = [
+        "exercise: the records of 1 of 3 people do not signal it",
+        "exercise depends on glucose: free runs drive it with their own",
+    ];
+    assert_eq!(found.notes, expected);
+    // Without the channel nothing is changed, up to the same fit run twice.
+    let without = &found.people[2];
+    assert_eq!(without.mae_before, without.mae_after);
+    assert!(found.amplitudes[0].mean.value < 0.5, "{:?}", found.amplitudes);
+}
