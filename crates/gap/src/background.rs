@@ -76,6 +76,10 @@ const FIELDS: [(Field, &str, f64, f64); 5] = [
 const MEAL_PEAKS: [f64; 5] = [15.0, 40.0, 80.0, 140.0, 240.0];
 /// Times at which the bumps of the insulin kernel are highest, min.
 const INSULIN_PEAKS: [f64; 5] = [25.0, 60.0, 110.0, 190.0, 320.0];
+/// Least and usual carbohydrate of a meal, g, and the hours through which it is absorbed.
+const LEAST_MEAL: f64 = 15.0;
+const USUAL_MEAL: f64 = 45.0;
+const MEAL_HOURS: usize = 5;
 /// Share of a meal's glucose that an amplitude of 1 adds in a bump.
 const MEAL_SHARE: f64 = 0.15;
 /// Glucose below which carbohydrate is taken for a treatment, mg/dL, and its kernel, min: sugar is absorbed
@@ -133,6 +137,12 @@ pub(crate) fn background(
             prior_sd: 1.0,
         });
     }
+    all.push(BackgroundDirection {
+        name: "gut_time_by_size".to_owned(),
+        kind: BackgroundKind::MealKernel,
+        direction: Direction::Course(vec![(Field::GutTime, by_size(record))]),
+        prior_sd: 0.3,
+    });
     let treatments: Vec<f64> = record
         .inputs
         .iter()
@@ -209,6 +219,25 @@ fn bumps(peaks: &[f64]) -> Vec<Vec<f64>> {
                 *value /= area;
             }
             bump
+        })
+        .collect()
+}
+
+/// How much larger than usual the last meal was, as a share of the usual meal, while it is absorbed: large meals
+/// leave the stomach more slowly in some models and bodies than in others.
+fn by_size(record: &Observations) -> Vec<f64> {
+    let mut size = 0.0;
+    let mut left = 0;
+    record
+        .inputs
+        .iter()
+        .map(|input| {
+            if input.carbs.0 >= LEAST_MEAL {
+                size = (input.carbs.0 / USUAL_MEAL - 1.0).clamp(-1.0, 1.5);
+                left = MEAL_HOURS * STEPS_PER_HOUR;
+            }
+            left = left.saturating_sub(1);
+            if left > 0 { size } else { 0.0 }
         })
         .collect()
 }

@@ -1,6 +1,7 @@
 //! The diagnosis of a cohort.
 
 use cohort::Cohort;
+use effects::Effect;
 use rayon::prelude::*;
 use stats::{Bootstrap, ReplicateMatrix};
 use std::num::NonZeroUsize;
@@ -8,16 +9,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::config::DiagnosisConfig;
 use crate::diagnosis::{
-    CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, SCHEMA, Stage, Verdict,
+    CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, SCHEMA, Stage,
     WithInterval,
 };
 use crate::error::GapError;
+use crate::how_far::{Amplitude, HowFarRule, NamedEffect, PersonInput, how_far};
 use crate::localisation::{CellEstimate, DayCells, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
+use crate::which::{Which, which};
 
-/// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss?
+/// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss, which effect does it lack,
+/// and how far does adding it go?
 ///
 /// People are analysed in parallel; the result depends on `seed` and not on the number of threads.
 ///
@@ -70,17 +74,32 @@ pub fn diagnose_with_progress(
         });
     }
     let gaps = gaps(&included, &config, seed);
-    let found = gaps.iter().any(|gap| significant(gap, config.localisation.error_rate));
     let baseline = baseline(&included, &config, seed)?;
+    let library = effects::library();
+    let inputs: Vec<PersonInput<'_>> = cohort
+        .people
+        .iter()
+        .zip(&outcomes)
+        .filter_map(|(person, outcome)| {
+            let analysis = outcome.analysis.as_ref()?;
+            let (observations, calibration) = (&analysis.observations, &analysis.calibration);
+            Some(PersonInput { person, observations, calibration })
+        })
+        .collect();
+    let which = which(&inputs, &library, &config)?;
+    let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
+    let answer = which.answer(&library, &ids, config.thresholds.temperature);
+    let how_far = held_out_change(&which, &inputs, &library, &config, derived(seed, HOW_FAR))?;
     Ok(Diagnosis {
         schema: SCHEMA.to_owned(),
-        stage: Stage::Where,
-        verdict: if found { Verdict::Unknown } else { Verdict::None },
-        effects: Vec::new(),
-        candidates: Vec::new(),
-        ports: Vec::new(),
+        stage: Stage::HowFar,
+        verdict: answer.verdict,
+        effects: answer.effects,
+        candidates: answer.candidates,
+        untried: answer.untried,
+        ports: answer.ports,
         cells: gaps,
-        how_far: HowFar::default(),
+        how_far,
         baseline,
         data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
         people: outcomes.into_iter().map(|o| o.summary).collect(),
@@ -90,15 +109,40 @@ pub fn diagnose_with_progress(
     })
 }
 
-fn significant(gap: &CellGap, error_rate: f64) -> bool {
-    gap.p_adjusted <= error_rate
-        || gap.innovation.is_some_and(|innovation| innovation.p_adjusted <= error_rate)
+/// What adding the named effects changes on held-out days; nothing where none was named.
+fn held_out_change(
+    which: &Which,
+    inputs: &[PersonInput<'_>],
+    library: &[Box<dyn Effect>],
+    config: &DiagnosisConfig,
+    seed: u64,
+) -> Result<HowFar, GapError> {
+    let named: Vec<NamedEffect<'_>> = which
+        .named
+        .iter()
+        .filter(|named| named.effect < library.len())
+        .map(|named| NamedEffect {
+            effect: library[named.effect].as_ref(),
+            variant: commonest(&named.variants),
+            amplitude: Amplitude::OfPeople(named.personal.iter().map(|p| p.0).collect()),
+        })
+        .collect();
+    if named.is_empty() {
+        return Ok(HowFar::default());
+    }
+    how_far(inputs, &named, config, &HowFarRule::working(), seed)
+}
+
+fn commonest(variants: &[usize]) -> usize {
+    let count = |variant: usize| variants.iter().filter(|v| **v == variant).count();
+    variants.iter().copied().max_by_key(|v| (count(*v), usize::MAX - v)).unwrap_or(0)
 }
 
 /// Streams of the two families and of the baseline, so that none reuses another's draws.
 const COHORT_FAMILY: u64 = 1;
 const PERSON_FAMILY: u64 = 2;
 const BASELINE: u64 = 3;
+const HOW_FAR: u64 = 4;
 
 fn derived(seed: u64, purpose: u64) -> u64 {
     seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(purpose)

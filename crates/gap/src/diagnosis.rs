@@ -19,8 +19,11 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Effects found, in the order in which the data were conditioned on them.
     pub effects: Vec<FoundEffect>,
-    /// Every effect that was tried.
+    /// Every effect that was tried; `none` and `unknown` stand among them with their probabilities.
     pub candidates: Vec<CandidateEffect>,
+    /// Effects that no record could show.
+    #[serde(default)]
+    pub untried: Vec<UntriedEffect>,
     /// Evidence by place in the equations.
     pub ports: Vec<PortEvidence>,
     /// The gap by situation, largest share first.
@@ -46,20 +49,22 @@ pub struct Diagnosis {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
-    /// The gap was measured and located in context; no effect was named.
+    /// The gap was measured and located in context; no effect was looked for.
     Where,
+    /// Effects were looked for, and what adding them changes was measured.
+    HowFar,
 }
 
 /// The answer of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// No situation shows a gap that the family-wise error rate allows to claim.
+    /// Nothing that the data could show is missing. Situations in `where` may still show errors: no
+    /// plant fits a person in everything.
     None,
     /// At least one named effect was found.
     Effect,
-    /// There is a gap, and nothing that was tried explains it (at [`Stage::Where`]: nothing was
-    /// tried).
+    /// Something varies at a port by more than it does in anybody, and nothing that was tried explains it.
     Unknown,
 }
 
@@ -89,6 +94,33 @@ pub struct FoundEffect {
     pub amplitude: WithInterval,
     /// Effects that the data cannot tell from it.
     pub confusable_with: Vec<String>,
+    /// Every person's amplitude and evidence.
+    #[serde(default)]
+    pub people: Vec<PersonAmplitude>,
+}
+
+/// An effect in one person.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PersonAmplitude {
+    /// The person.
+    pub person_id: String,
+    /// Amplitude; 1 is the published size. Drawn towards the mean of all people.
+    pub amplitude: f64,
+    /// Lower end of the 95 % interval.
+    pub lower: f64,
+    /// Upper end of the 95 % interval.
+    pub upper: f64,
+    /// Held-out evidence, nats.
+    pub gain_nats: f64,
+}
+
+/// An effect that could not be tried.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UntriedEffect {
+    /// The effect's name.
+    pub effect: String,
+    /// What is missing.
+    pub reason: String,
 }
 
 /// An effect that was tried.

@@ -73,6 +73,10 @@ pub(crate) struct PersonAnalysis {
     /// Sums by day and horizon.
     pub(crate) horizons: Vec<Vec<HorizonSums>>,
     pub(crate) summary: CalibrationSummary,
+    /// What was observed, without channels that are to be ignored.
+    pub(crate) observations: Observations,
+    /// The person's calibration.
+    pub(crate) calibration: Calibration,
 }
 
 /// What becomes of a person: an analysis or an exclusion with its reason.
@@ -212,7 +216,15 @@ fn errors_of(
         }
     }
     let summary = summary(person, observations, &calibration, errors.len());
-    Ok(PersonAnalysis { free_runs, innovations, horizons: sums, summary })
+    let observations = observations.clone();
+    Ok(PersonAnalysis {
+        free_runs,
+        innovations,
+        horizons: sums,
+        summary,
+        observations,
+        calibration,
+    })
 }
 
 /// Counts an error in every situation that holds at `step` and reads glucose, or does not.

@@ -7,6 +7,7 @@
 //! dropped. Where nothing is named and a port varies by more than it does in anybody, the answer is "unknown".
 
 mod amplitude;
+mod answer;
 mod events;
 mod held_out;
 mod ports;
@@ -466,7 +467,7 @@ impl Round {
             .find_map(|s| s.design.events.iter().find(|bank| bank.effect == effect))
             .map_or(1.0, |bank| bank.shape.per_day);
         let days: usize = self.subjects.iter().map(|s| s.statistics.days.len()).sum();
-        let count: f64 = found.found.iter().map(|e| e.probability * e.size).sum();
+        let count: f64 = found.found.iter().map(|e| e.probability * e.size.abs()).sum();
         let expected = published * days as f64;
         (count / expected, (count.sqrt() + 1.0) / expected)
     }
@@ -533,7 +534,7 @@ fn rivals(effect: &str, kind: BackgroundKind, name: &str) -> bool {
 }
 
 fn none() -> Estimated {
-    let zero = variance::SpreadEvidence { gain: 0.0, spread: 0.0 };
+    let zero = variance::SpreadEvidence { gain: 0.0, beyond_usual: 0.0, spread: 0.0 };
     Estimated {
         spreads: Spreads { day: [0.0; 7], block: [0.0; 7] },
         day: [zero; 7],

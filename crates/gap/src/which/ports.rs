@@ -11,8 +11,6 @@ pub(super) struct PortGain {
     pub(super) port: Port,
     /// Nats.
     pub(super) gain: f64,
-    /// Spread, log or relative.
-    pub(super) spread: f64,
     /// Whether it varies from block to block rather than from day to day.
     pub(super) within_days: bool,
 }
@@ -38,8 +36,7 @@ pub(super) fn gains(estimated: &Estimated) -> Vec<PortGain> {
             [(estimated.day[factor], false), (estimated.block[factor], true)].map(
                 |(evidence, within_days)| PortGain {
                     port,
-                    gain: evidence.gain,
-                    spread: evidence.spread,
+                    gain: evidence.beyond_usual,
                     within_days,
                 },
             )

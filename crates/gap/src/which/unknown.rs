@@ -19,22 +19,32 @@ pub(super) struct UnknownEvents {
 }
 
 /// The kinds of unexplained events that are tried.
-const KINDS: [UnknownEvents; 2] = [
+const KINDS: [UnknownEvents; 3] = [
     UnknownEvents {
         name: "unknown_sensor_events",
         port: Port::Sensor,
         field: Field::SensorGain,
-        change: 0.15,
-        hours: 5,
+        change: 0.2,
+        hours: 3,
+    },
+    UnknownEvents {
+        name: "unknown_long_sensor_events",
+        port: Port::Sensor,
+        field: Field::SensorGain,
+        change: 0.2,
+        hours: 7,
     },
     UnknownEvents {
         name: "unknown_production_events",
         port: Port::Egp,
         field: Field::Production,
-        change: 0.3,
+        change: 0.4,
         hours: 8,
     },
 ];
+
+/// Share of an event in which it rises.
+const RISE: f64 = 0.3;
 
 /// Every kind of unexplained event, as effects.
 pub(super) fn unknown_events() -> Vec<Box<dyn Effect>> {
@@ -58,11 +68,12 @@ impl Effect for UnknownEvents {
 
     fn form(&self, course: &Course) -> Option<Form> {
         let length = self.hours * STEPS_PER_HOUR;
-        let ramp = 6.0;
+        // Fast up and slowly down, as most things that happen to a body are.
         let profile = (0..length)
             .map(|k| {
-                let edge = (k + 1).min(length - k) as f64;
-                self.change * (edge / ramp).min(1.0)
+                let share = (k as f64 + 0.5) / length as f64;
+                let x = if share < RISE { share / RISE } else { (1.0 - share) / (1.0 - RISE) };
+                self.change * 0.5 * (1.0 - (std::f64::consts::PI * x).cos())
             })
             .collect();
         Some(Form::Events(EventShape {

@@ -147,11 +147,21 @@ fn likelihood(person: &Person, scores: &[Vec<Vec<f64>>], spreads: &Spreads) -> f
     total
 }
 
+/// Spreads that are found in people in whom nothing is missing, in the order of [`RANDOM`]: insulin action by 12 %
+/// between days and 10 % within them, the gut by 12 %; the rest is what a plant of another structure
+/// makes of a body.
+const USUAL: Spreads = Spreads {
+    day: [0.2, 0.07, 0.2, 0.02, 0.07, 0.04, 0.15],
+    block: [0.04, 0.0, 0.07, 0.0, 0.0, 0.04, 0.0],
+};
+
 /// Evidence for one spread.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SpreadEvidence {
     /// Log likelihood of the best spread over that of none, nats.
     pub(super) gain: f64,
+    /// Log likelihood of the best spread over that of the usual one, nats; 0 if it is no larger.
+    pub(super) beyond_usual: f64,
     /// The best spread.
     pub(super) spread: f64,
 }
@@ -206,7 +216,11 @@ pub(super) fn estimate(people: &[Person], fixed: &[Vec<f64>], start: Spreads) ->
             let spread = *without.get_mut(scale, factor);
             *without.get_mut(scale, factor) = 0.0;
             let gain = if spread > 0.0 { best - of(&without) } else { 0.0 };
-            SpreadEvidence { gain, spread }
+            let mut usual = USUAL;
+            let usually = *usual.get_mut(scale, factor);
+            *without.get_mut(scale, factor) = usually;
+            let beyond_usual = if spread > usually { best - of(&without) } else { 0.0 };
+            SpreadEvidence { gain, beyond_usual, spread }
         })
     };
     Estimated { spreads, day: evidence(Scale::Day), block: evidence(Scale::Block) }

@@ -32,7 +32,8 @@ fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     cohort.people = cohort.people.into_iter().map(|p| with_gaps(p, &mut rng)).collect();
     let diagnosis = diagnose(&cohort, &config(), 1).expect("diagnosed");
-    assert_eq!(diagnosis.verdict, Verdict::Unknown);
+    assert_eq!(diagnosis.verdict, Verdict::Effect, "{:?}", diagnosis.candidates);
+    assert_eq!(diagnosis.effects[0].effect, "dawn", "{:?}", diagnosis.effects);
     let dawn = cell(&diagnosis, CellFactor::Hour, "03-08");
     assert!(dawn.p_adjusted <= 0.05 && dawn.lower > 0.0, "{dawn:?}");
     let innovation = dawn.innovation.expect("hours have both layers");
@@ -103,7 +104,7 @@ fn the_file_has_the_keys_of_the_format_and_reads_back() {
     assert_eq!(again.config, diagnosis.config);
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(json["schema"], "diagnosis/1");
-    assert_eq!(json["stage"], "where");
+    assert_eq!(json["stage"], "how_far");
     for (list, keys) in [
         (
             "where",
@@ -126,8 +127,16 @@ fn the_file_has_the_keys_of_the_format_and_reads_back() {
             assert!(first.get(key).is_some(), "{list}: no {key} in {first}");
         }
     }
-    for list in ["effects", "candidates", "ports"] {
-        assert_eq!(json[list], serde_json::json!([]), "{list}");
+    assert_eq!(json["effects"], serde_json::json!([]));
+    for (list, entry) in [("candidates", "effect"), ("ports", "port")] {
+        let entries = json[list].as_array().expect("a list");
+        assert!(!entries.is_empty(), "{list}");
+        for key in [entry, "gain_nats", "probability"] {
+            assert!(
+                entries.iter().all(|e| e.get(key).is_some_and(|v| !v.is_null())),
+                "{list}: {key}"
+            );
+        }
     }
     assert_eq!(json["how_far"]["horizons"], serde_json::json!([]));
     assert!(!text.contains("null,\"lower\""), "a number that is not finite became null");

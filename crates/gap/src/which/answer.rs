@@ -1,0 +1,204 @@
+//! The answer to "which" as it is written.
+
+use effects::Effect;
+
+use super::{Candidate, Named, PortCandidate, Which};
+use crate::diagnosis::{
+    CandidateEffect, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
+    WithInterval,
+};
+
+/// Name of the candidate that nothing is missing.
+const NONE: &str = "none";
+/// Name of the candidate that something is missing that the library does not hold.
+const UNKNOWN: &str = "unknown";
+/// Half width of a 95 % interval in standard errors.
+const Z: f64 = 1.96;
+/// Evidence over a threshold beyond which odds no longer grow, nats.
+const MOST_EXCESS: f64 = 60.0;
+
+/// What a diagnosis says about the effects.
+pub(crate) struct Answer {
+    pub(crate) verdict: Verdict,
+    pub(crate) effects: Vec<FoundEffect>,
+    pub(crate) candidates: Vec<CandidateEffect>,
+    pub(crate) ports: Vec<PortEvidence>,
+    pub(crate) untried: Vec<UntriedEffect>,
+}
+
+impl Which {
+    /// The answer in words and numbers. `people` names the people in the order of the analysis.
+    pub(crate) fn answer(
+        &self,
+        library: &[Box<dyn Effect>],
+        people: &[&str],
+        temperature: f64,
+    ) -> Answer {
+        let name = |place: usize| library[place].card().name.to_owned();
+        let known: Vec<&Named> = self.named.iter().filter(|n| n.effect < self.known).collect();
+        let unknown_events = self.named.iter().any(|n| n.effect >= self.known);
+        let unknown_port = self.ports.iter().any(|port| port.excess > 0.0);
+        let verdict = if !known.is_empty() {
+            Verdict::Effect
+        } else if unknown_events || unknown_port {
+            Verdict::Unknown
+        } else {
+            Verdict::None
+        };
+        let first = Odds::of(&self.candidates, self.known, &self.ports, temperature);
+        let effects = known
+            .iter()
+            .map(|named| {
+                let odds = if self.named.first().is_some_and(|n| n.effect == named.effect) {
+                    Odds::of(&named.rivals, self.known, &self.ports, temperature)
+                } else {
+                    Odds::of(&named.rivals, self.known, &[], temperature)
+                };
+                FoundEffect {
+                    effect: name(named.effect),
+                    port: library[named.effect].card().port.name().to_owned(),
+                    gain_nats: named.gain,
+                    probability: odds.of_effect(named.effect),
+                    amplitude: interval(named.amplitude),
+                    confusable_with: named
+                        .confusable
+                        .iter()
+                        .filter(|place| **place < self.known)
+                        .map(|place| name(*place))
+                        .collect(),
+                    people: amplitudes(named, people),
+                }
+            })
+            .collect();
+        let mut candidates: Vec<CandidateEffect> = self
+            .candidates
+            .iter()
+            .filter(|candidate| candidate.effect < self.known)
+            .map(|candidate| CandidateEffect {
+                effect: name(candidate.effect),
+                gain_nats: candidate.gain,
+                probability: first.of_effect(candidate.effect),
+            })
+            .collect();
+        for (effect, probability) in [(NONE, first.none), (UNKNOWN, first.unknown)] {
+            let effect = effect.to_owned();
+            candidates.push(CandidateEffect { effect, gain_nats: 0.0, probability });
+        }
+        candidates.sort_by(|a, b| {
+            b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
+        });
+        let untried = self
+            .untried
+            .iter()
+            .map(|place| {
+                let card = library[*place].card();
+                let channels: Vec<&str> = card.channels.iter().map(|c| c.words()).collect();
+                UntriedEffect {
+                    effect: card.name.to_owned(),
+                    reason: format!(
+                        "nobody's record holds what signals it: {}",
+                        channels.join(", ")
+                    ),
+                }
+            })
+            .collect();
+        Answer { verdict, effects, candidates, ports: self.by_port(temperature), untried }
+    }
+
+    /// The better scale of each port, unknown events counted with their port.
+    fn by_port(&self, temperature: f64) -> Vec<PortEvidence> {
+        let mut best: Vec<(effects::Port, f64, f64)> = Vec::new();
+        let of_events = self
+            .candidates
+            .iter()
+            .filter(|c| c.effect >= self.known)
+            .map(|c| (self.unknown[c.effect - self.known], c.gain, c.excess));
+        let of_ports = self.ports.iter().map(|p| (p.port, p.gain, p.excess));
+        for (port, gain, excess) in of_ports.chain(of_events) {
+            match best.iter_mut().find(|(known, _, _)| *known == port) {
+                Some(entry) if entry.2 < excess => *entry = (port, gain, excess),
+                Some(_) => {}
+                None => best.push((port, gain, excess)),
+            }
+        }
+        let raised: Vec<f64> = best
+            .iter()
+            .map(|(_, _, excess)| (excess.min(MOST_EXCESS) / temperature).exp())
+            .collect();
+        let sum = 1.0 + raised.iter().sum::<f64>();
+        let mut ports: Vec<PortEvidence> = best
+            .iter()
+            .zip(&raised)
+            .map(|((port, gain, _), raised)| PortEvidence {
+                port: port.name().to_owned(),
+                gain_nats: *gain,
+                probability: raised / sum,
+            })
+            .collect();
+        ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        ports
+    }
+}
+
+/// Probabilities of the answers of one round.
+struct Odds {
+    none: f64,
+    unknown: f64,
+    effects: Vec<(usize, f64)>,
+}
+
+impl Odds {
+    /// A softmax of the evidence over the thresholds, "none" and "unknown" in it.
+    fn of(
+        candidates: &[Candidate],
+        known: usize,
+        ports: &[PortCandidate],
+        temperature: f64,
+    ) -> Self {
+        let raised = |excess: f64| (excess.min(MOST_EXCESS) / temperature).exp();
+        let effects: Vec<(usize, f64)> = candidates
+            .iter()
+            .filter(|c| c.effect < known)
+            .map(|c| (c.effect, raised(c.excess)))
+            .collect();
+        let unknown = candidates
+            .iter()
+            .filter(|c| c.effect >= known)
+            .map(|c| c.excess)
+            .chain(ports.iter().map(|p| p.excess))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let unknown = if unknown.is_finite() { raised(unknown) } else { 0.0 };
+        let sum = 1.0 + unknown + effects.iter().map(|(_, e)| e).sum::<f64>();
+        Self {
+            none: sum.recip(),
+            unknown: unknown / sum,
+            effects: effects.into_iter().map(|(place, e)| (place, e / sum)).collect(),
+        }
+    }
+
+    fn of_effect(&self, effect: usize) -> f64 {
+        self.effects.iter().find(|(place, _)| *place == effect).map_or(0.0, |(_, p)| *p)
+    }
+}
+
+fn interval((value, error): (f64, f64)) -> WithInterval {
+    WithInterval { value, lower: (value - Z * error).max(0.0), upper: value + Z * error }
+}
+
+fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
+    people
+        .iter()
+        .zip(&named.personal)
+        .zip(&named.gains)
+        .map(|((id, amplitude), gain)| {
+            let with_interval = interval(*amplitude);
+            PersonAmplitude {
+                person_id: (*id).to_owned(),
+                amplitude: with_interval.value,
+                lower: with_interval.lower,
+                upper: with_interval.upper,
+                gain_nats: *gain,
+            }
+        })
+        .collect()
+}
