@@ -12,13 +12,12 @@
 //!
 //! An offset is *recorded minus actual*: positive where doses are recorded later than they were
 //! given. It is reported where its 95 % interval lies wholly beyond [`MARGIN`]. Where the distance
-//! between boluses and meals shows an offset and neither other witness tells whose it is, both
+//! between boluses and meals shows an offset and no other witness tells whose it is, both
 //! readings are reported, each naming the other.
 //!
 //! Out of sight: offsets under [`MARGIN`], which habit explains as well (logging a meal afterwards,
-//! bolusing before it); a clock that drifts; an offset of meals where no boluses, or of
-//! boluses where no meals are logged (unless a controller tells); and more than one change of a
-//! clock within a record.
+//! bolusing before it); a clock that drifts; more than one change of a clock within a record; meals
+//! without boluses; and both clocks together where corrections are few and meals well covered.
 
 mod controller;
 mod corrections;
@@ -43,10 +42,10 @@ const NAMED_Z: f64 = 2.0;
 const CONTRADICTION_Z: f64 = 1.0;
 /// As [`NAMED_Z`] where the sensor alone shows an offset, of both clocks: many offsets were tried.
 const COMMON_Z: f64 = 2.5;
-/// Standard errors from which the fit agrees with an offset of both clocks that corrections show.
-const AGREES_Z: f64 = 0.0;
 /// Evidence that it needs besides, nats.
 const COMMON_GAIN: f64 = 5.0;
+/// Standard errors from which the fit agrees with an offset of both clocks that corrections show.
+const AGREES_Z: f64 = 0.0;
 /// Offsets of both clocks together that are tried, steps: 40 min and more.
 const COMMON_STEPS: i32 = 8;
 /// Uncertainty of an offset that the sensor alone tells: people's absorption and habits differ
