@@ -20,8 +20,8 @@ impl Folds {
     pub(super) fn new(days: &[usize], folds: usize) -> Self {
         let mut whole_days = Vec::new();
         let mut first = 0;
-        for step in 0..days.len() {
-            if days[step] != days[first] {
+        for (step, day) in days.iter().enumerate() {
+            if *day != days[first] {
                 first = step;
             }
             if step + 1 - first == STEPS_PER_DAY {

@@ -22,8 +22,8 @@ impl Evidence {
     pub(super) fn given(mut self, known: &[Option<f64>]) -> Self {
         for (effect, value) in known.iter().enumerate() {
             let Some(value) = value else { continue };
-            for other in 0..known.len() {
-                self.weighted[other] -= self.information[(other, effect)] * value;
+            for (other, weighted) in self.weighted.iter_mut().enumerate() {
+                *weighted -= self.information[(other, effect)] * value;
                 self.information[(other, effect)] = 0.0;
                 self.information[(effect, other)] = 0.0;
             }
@@ -91,12 +91,12 @@ pub(super) fn empirical_bayes(evidence: &[Evidence], priors: &[Prior]) -> Hierar
             }
         }
         let solved = inverse(&precision);
-        for effect in 0..effects {
+        for (effect, (prior, mean)) in priors.iter().zip(&mut mean).enumerate() {
             let value: f64 = (0..effects).map(|k| solved[(effect, k)] * right[(k, 0)]).sum();
-            mean[effect] = value.clamp(0.0, priors[effect].largest);
-            mean_variance[effect] = solved[(effect, effect)];
+            *mean = value.clamp(0.0, prior.largest);
         }
-        for effect in 0..effects {
+        mean_variance = (0..effects).map(|effect| solved[(effect, effect)]).collect();
+        for (effect, prior) in priors.iter().enumerate() {
             let (mut squares, mut people) = (0.0, 0.0);
             for person in evidence.iter().filter(|person| informed(person, effect)) {
                 let inner = posterior_covariance(person, &variance);
@@ -104,7 +104,7 @@ pub(super) fn empirical_bayes(evidence: &[Evidence], priors: &[Prior]) -> Hierar
                 squares += (posterior[effect] - mean[effect]).powi(2) + inner[(effect, effect)];
                 people += 1.0;
             }
-            let usual = priors[effect].log_sd * mean[effect].max(LEAST_MEAN);
+            let usual = prior.log_sd * mean[effect].max(LEAST_MEAN);
             variance[effect] = (squares + PRIOR_PEOPLE * usual * usual) / (people + PRIOR_PEOPLE);
         }
     }

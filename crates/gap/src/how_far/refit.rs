@@ -206,9 +206,9 @@ impl Rows {
         for ((residual, weight), row) in
             self.residuals.iter().zip(&self.weights).zip(&self.derivatives)
         {
-            for a in 0..columns {
+            for (a, gradient) in gradient.iter_mut().enumerate() {
                 let weighted = weight * row[a];
-                gradient[a] += weighted * residual;
+                *gradient += weighted * residual;
                 for b in 0..=a {
                     curvature[(a, b)] += weighted * row[b];
                 }

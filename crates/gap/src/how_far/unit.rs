@@ -16,6 +16,9 @@ use super::summary::Pair;
 use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 
+/// Glucose that drivers see on days held out while the others train, mg/dL: nothing happens at it.
+const UNKNOWN: f64 = 120.0;
+
 /// A person in one fold.
 pub(super) struct Unit<'a> {
     pub(super) subject: usize,
@@ -30,6 +33,10 @@ pub(super) struct Unit<'a> {
 impl<'a> Unit<'a> {
     pub(super) fn new(place: usize, fold: usize, subject: &'a Subject<'a>) -> Self {
         let calibration = subject.input.calibration;
+        let mut course = subject.course.clone();
+        if let Some(block) = subject.folds.held_out(fold) {
+            course.glucose[block].fill(UNKNOWN);
+        }
         let fit = Fit {
             factors: calibration.factors,
             amplitudes: Vec::new(),
@@ -44,7 +51,7 @@ impl<'a> Unit<'a> {
                 observations: subject.input.observations,
                 stretches: subject.folds.training(fold),
                 drivers: subject.drivers.clone(),
-                course: subject.course.clone(),
+                course,
             },
             after: Fit { amplitudes: subject.starts.clone(), ..fit.clone() },
             before: fit,
