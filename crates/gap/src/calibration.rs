@@ -1,21 +1,25 @@
 //! Personal calibration: the plant's six most personal parameters by maximum a posteriori.
 //!
-//! Without it every person's own insulin action would count as a gap. The innovations of the filter
-//! are prewhitened, weighted by Huber, and made small by a Levenberg-Marquardt iteration over log
-//! factors on the population parameters. Their derivatives ("signatures") are finite differences
-//! through the same filter with its gains frozen.
+//! Without it every person's own insulin action would count as a gap. Two searches over log factors on the
+//! population parameters follow each other. The first looks for the best posterior on a few days, in which all
+//! that a factor changes counts, the filter's own uncertainty included; it finds the neighbourhood. The
+//! second solves an estimating equation on the whole record: innovations, prewhitened and weighted by Huber,
+//! shall have no part along their derivatives ("signatures") with the filter's gains held. Innovations have mean
+//! zero given the past whatever they are weighed with, so that its answer does not lean on the noise model; the
+//! posterior would rather halve a person's meals than believe that they are counted well.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use ode_sim::{EgpMode, OdeParameters};
-use physiology::Plant as _;
+use physiology::{Plant as _, STEPS_PER_DAY};
 use serde::{Deserialize, Serialize};
 
 use crate::augmented::AugmentedModel;
 use crate::error::GapError;
-use crate::filter::{Filtered, filter, replay};
+use crate::filter::{Filtered, Innovation, filter, innovations, replay};
 use crate::noise::NoiseModel;
-use crate::observations::Observations;
+use crate::observations::{Observations, Reading};
+use crate::tangent::{Direction, Parameter, signatures};
 use crate::whitening::{Autoregression, HUBER_THRESHOLD, huber_loss, huber_weight, robust_scale};
 
 /// A parameter that is calibrated to a person.
@@ -97,18 +101,19 @@ pub struct CalibrationRule {
     pub dose_memory: usize,
     /// Iterations after which the calibration gives up and says so.
     pub max_iterations: usize,
-    /// The iteration ends when no log factor moves by more than this many prior standard deviations.
+    /// The iteration ends when a step is no longer than this many posterior standard deviations, in whatever
+    /// direction.
     pub tolerance: f64,
     /// Log factors are kept within plus and minus this.
     pub bound: f64,
 }
 
 impl CalibrationRule {
-    /// The values in use: 12 h of burn-in, 4 h of dose memory, 30 iterations, a two-hundredth of a
-    /// prior standard deviation (the posterior's is no less than a tenth), factors within exp(-0.9) to exp(0.9).
+    /// The values in use: 12 h of burn-in, 4 h of dose memory, 30 iterations, a tenth of a posterior standard
+    /// deviation (which adds a hundredth to the variance), factors within exp(-0.9) to exp(0.9).
     #[must_use]
     pub const fn working() -> Self {
-        Self { burn_in: 144, dose_memory: 48, max_iterations: 30, tolerance: 5e-3, bound: 0.9 }
+        Self { burn_in: 144, dose_memory: 48, max_iterations: 30, tolerance: 0.1, bound: 0.9 }
     }
 }
 
@@ -176,18 +181,43 @@ impl Calibration {
     }
 }
 
-/// Spacing of the differences in log factors. Wide enough to average over the kinks of uptake, renal
-/// clearance and production, which would otherwise make the iteration wander; the estimate needs no
-/// exact derivative, because innovations have mean zero given the past whatever they are weighed with.
+/// The calibrated parameters, in the order of [`Factor::ALL`].
+const PARAMETERS: [Parameter; FACTORS] = [
+    Parameter::Action,
+    Parameter::Egp0,
+    Parameter::TMaxG,
+    Parameter::TMaxI,
+    Parameter::AG,
+    Parameter::F01,
+];
+/// Spacing of the differences of the first search in log factors. Wide enough to average over the kinks of
+/// uptake, renal clearance and production, across which gains jump; the curvature over it is allowed for.
 const SPACING: f64 = 0.02;
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
-/// Starting values tried for insulin action, the only factor with distant local optima.
+/// Starting values tried for insulin action, and for how slow insulin and how fast and small meals are:
+/// bodies with slow insulin and quick meals are told from their opposite by a distant optimum only.
 const ACTION_STARTS: [f64; 5] = [-0.6, -0.3, 0.0, 0.3, 0.6];
-/// Steps shorter than this, in prior standard deviations, are extrapolated.
-const EXTRAPOLATED_BELOW: f64 = 0.3;
-/// Smallest damping other than none.
-const LEAST_DAMPING: f64 = 1e-2;
+const SPEED_STARTS: [f64; 2] = [0.0, 0.5];
+/// Scored readings of the first search: three days.
+const FIRST_READINGS: usize = 3 * STEPS_PER_DAY;
+/// The step, in posterior standard deviations, and the iteration at which it ends.
+const FIRST_TOLERANCE: f64 = 0.5;
+const FIRST_ITERATIONS: usize = 10;
+/// Shortest share of a step that is tried; what gains less lies between kinks.
+const SHORTEST_SHARE: f64 = 0.1;
+/// Steps longer than this, in posterior standard deviations, are checked against the loss with gains held.
+const CHECKED_ABOVE: f64 = 2.0;
+/// Earlier iterations that an extrapolation learns from.
+const DEPTH: usize = 3;
+/// Longest extrapolation, in steps.
+const LONGEST_LEAP: f64 = 5.0;
+/// How much a step may change between neighbouring factors because gains jump where a state crosses a kink
+/// of the model, posterior standard deviations.
+const JUMP: f64 = 0.1;
+
+/// A move of the log factors.
+type Factors = [f64; FACTORS];
 
 /// What does not change during one person's calibration.
 struct Setting<'a> {
@@ -196,6 +226,7 @@ struct Setting<'a> {
     noise: &'a NoiseModel,
     record: &'a Observations,
     scored: Vec<bool>,
+    bound: f64,
 }
 
 impl Setting<'_> {
@@ -204,61 +235,59 @@ impl Setting<'_> {
         AugmentedModel::new(parameters, self.record.weight, self.egp, *self.noise)
     }
 
-    fn run(&self, factors: &PersonalFactors) -> Result<Filtered, GapError> {
-        filter(&self.model(factors), self.record)
+    /// Innovations before `end`; `None` where not scored.
+    fn innovations(
+        &self,
+        factors: &PersonalFactors,
+        end: usize,
+    ) -> Result<Vec<Option<Innovation>>, GapError> {
+        let mut found = innovations(&self.model(factors), self.record, end)?;
+        for (innovation, scored) in found.iter_mut().zip(&self.scored) {
+            *innovation = innovation.filter(|_| *scored);
+        }
+        Ok(found)
     }
 
-    /// Normalised innovations of a run, where they are scored.
-    fn normalised(&self, run: &Filtered) -> Vec<Option<f64>> {
-        let scored = self.scored.iter();
-        run.innovations
-            .iter()
-            .zip(scored)
-            .map(|(i, s)| i.filter(|_| *s).map(|i| i.normalised()))
-            .collect()
+    /// Steps in which the first `readings` scored readings lie.
+    fn steps_of(&self, readings: usize) -> usize {
+        let within = self.record.readings.iter().map(|r| matches!(r, Reading::Within(_)));
+        let scored = within.zip(&self.scored).enumerate().filter(|(_, (r, s))| *r && **s);
+        scored.map(|(step, _)| step + 1).take(readings).last().unwrap_or(0)
     }
 }
 
-/// What is held while one step of the calibration is taken.
-struct Frozen {
-    run: Filtered,
+fn normalised(innovations: &[Option<Innovation>]) -> Vec<Option<f64>> {
+    innovations.iter().map(|i| i.map(|i| i.normalised())).collect()
+}
+
+/// The whitening that is held while one step of the calibration is taken.
+struct Whitening {
     autoregression: Autoregression,
     scale: f64,
 }
 
-impl Frozen {
-    fn new(setting: &Setting<'_>, run: Filtered) -> (Self, Vec<Option<f64>>) {
-        let z = setting.normalised(&run);
+/// Whitened innovations and the logarithms of their variances; `None` where not scored.
+type Scored = Vec<Option<(f64, f64)>>;
+
+impl Whitening {
+    fn fitted(innovations: &[Option<Innovation>]) -> Self {
+        let z = normalised(innovations);
         let autoregression = Autoregression::fitted(&z);
-        let whitened = autoregression.whitened(&z);
         // Readings smoother than the noise model (interpolated ones) are not trusted more for that.
-        let scale = clipped_scale(&whitened).max(1.0);
-        (Self { run, autoregression, scale }, whitened)
+        let scale = clipped_scale(&autoregression.whitened(&z)).max(1.0);
+        Self { autoregression, scale }
     }
 
-    /// Whitened innovations of other factors through the frozen filter.
-    fn whitened(
-        &self,
-        setting: &Setting<'_>,
-        factors: &PersonalFactors,
-    ) -> Result<Vec<Option<f64>>, GapError> {
-        let innovations = replay(&setting.model(factors), setting.record, &self.run)?;
-        let z: Vec<_> = innovations
-            .iter()
-            .zip(&self.run.innovations)
-            .zip(&setting.scored)
-            .map(|((value, frozen), scored)| {
-                let frozen = (*frozen).filter(|_| *scored)?;
-                Some((*value)? / frozen.variance.sqrt())
-            })
-            .collect();
-        Ok(self.autoregression.whitened(&z))
+    fn of(&self, innovations: &[Option<Innovation>]) -> Scored {
+        let whitened = self.autoregression.whitened(&normalised(innovations));
+        let both = whitened.into_iter().zip(innovations);
+        both.map(|(w, i)| Some((w?, (*i)?.variance.ln()))).collect()
     }
 
     /// Negative log posterior up to a constant, nats.
-    fn loss(&self, whitened: &[Option<f64>], factors: &PersonalFactors) -> f64 {
-        let data: f64 = whitened.iter().flatten().map(|w| huber_loss(w / self.scale, 1.0)).sum();
-        data + factors.prior_loss()
+    fn loss(&self, scored: &Scored, factors: &PersonalFactors) -> f64 {
+        let of = |(w, variance): &(f64, f64)| huber_loss(w / self.scale, 1.0) + 0.5 * variance;
+        scored.iter().flatten().map(of).sum::<f64>() + factors.prior_loss()
     }
 }
 
@@ -276,72 +305,70 @@ pub fn calibrate(
     let mut scored = record.trusted(rule.dose_memory);
     let burn_in = rule.burn_in.min(scored.len());
     scored[..burn_in].fill(false);
-    let setting = Setting { population, egp, noise, record, scored };
-
-    let mut factors = best_start(&setting)?;
-    let mut damping = 0.0;
-    let mut before_last = None;
-    let (mut converged, mut stalled, mut iterations) = (false, false, 0);
-    let (frozen, whitened, sd) = loop {
-        let (frozen, whitened) = Frozen::new(&setting, setting.run(&factors)?);
-        let equations = NormalEquations::of(&setting, &frozen, &whitened, &factors)?;
-        if converged || stalled || iterations == rule.max_iterations {
-            let sd = equations.posterior_sd(record)?;
-            break (frozen, whitened, sd);
-        }
-        iterations += 1;
-        let before = frozen.loss(&whitened, &factors);
-        let mut trial = equations.step(&factors, damping, rule.bound, record)?;
-        let mut size = distance(&trial, &factors);
-        // A move below the tolerance ends the search whether or not rounding lets it improve.
-        while size >= rule.tolerance
-            && frozen.loss(&frozen.whitened(&setting, &trial)?, &trial) >= before
-        {
-            damping = if damping == 0.0 { LEAST_DAMPING } else { 10.0 * damping };
-            trial = equations.step(&factors, damping, rule.bound, record)?;
-            size = distance(&trial, &factors);
-        }
-        let step = difference(&trial, &factors);
-        let plain = damping == 0.0 && size < EXTRAPOLATED_BELOW;
-        let next = match before_last.filter(|_| plain) {
-            Some(last) => extrapolated(&factors, &step, &last, rule.bound),
-            None => trial,
-        };
-        before_last = plain.then_some((factors, step));
-        factors = next;
-        converged = size < rule.tolerance && damping <= 1.0;
-        stalled = size < rule.tolerance && !converged;
-        damping = if damping <= LEAST_DAMPING { 0.0 } else { damping / 10.0 };
-    };
-    let scale = clipped_scale(&whitened);
+    let setting = Setting { population, egp, noise, record, scored, bound: rule.bound };
+    let start = near_posterior(&setting)?;
+    let Solved { factors, run, sd, iterations, converged } = solved(&setting, start, rule)?;
+    let scale = clipped_scale(&run.whitened);
     let at_bound =
         Factor::ALL.into_iter().filter(|f| factors.get(*f).abs() >= rule.bound).collect();
     Ok(Calibration {
         factors,
         sd,
         model: setting.model(&factors),
-        autoregression: frozen.autoregression,
-        whitened: whitened.iter().map(|w| w.map(|w| w / scale)).collect(),
+        filtered: run.filtered,
+        autoregression: run.whitening.autoregression,
+        whitened: run.whitened.iter().map(|w| w.map(|w| w / scale)).collect(),
         scale,
-        filtered: frozen.run,
         iterations,
         converged,
         at_bound,
     })
 }
 
-/// The starting value of insulin action with the best posterior, the other factors at their priors.
-fn best_start(setting: &Setting<'_>) -> Result<PersonalFactors, GapError> {
+/// Factors near the best posterior of the first days, by Fisher's scoring.
+fn near_posterior(setting: &Setting<'_>) -> Result<PersonalFactors, GapError> {
+    let end = setting.steps_of(FIRST_READINGS);
+    let mut factors = best_start(setting, end)?;
+    let mut innovations = setting.innovations(&factors, end)?;
+    for _ in 0..FIRST_ITERATIONS {
+        let whitening = Whitening::fitted(&innovations);
+        let scored = whitening.of(&innovations);
+        let equations = NormalEquations::of_posterior(setting, &whitening, &scored, &factors)?;
+        let step = equations.step(&factors, setting)?;
+        if equations.length(&step) < FIRST_TOLERANCE {
+            break;
+        }
+        let before = whitening.loss(&scored, &factors);
+        let mut share = 1.0;
+        let better = loop {
+            let trial = moved(&factors, &step.map(|value| share * value), setting.bound);
+            innovations = setting.innovations(&trial, end)?;
+            if whitening.loss(&whitening.of(&innovations), &trial) < before {
+                break Some(trial);
+            }
+            share *= 0.5;
+            if share < SHORTEST_SHARE {
+                break None;
+            }
+        };
+        let Some(better) = better else { break };
+        factors = better;
+    }
+    Ok(factors)
+}
+
+/// The start with the best posterior over the steps before `end`.
+fn best_start(setting: &Setting<'_>, end: usize) -> Result<PersonalFactors, GapError> {
     let mut best = (f64::INFINITY, PersonalFactors::default());
-    for action in ACTION_STARTS {
+    for (action, speed) in ACTION_STARTS.into_iter().flat_map(|a| SPEED_STARTS.map(|s| (a, s))) {
         let mut factors = PersonalFactors::default();
         factors.0[Factor::Action as usize] = action;
-        let run = setting.run(&factors)?;
+        factors.0[Factor::TMaxI as usize] = speed;
+        factors.0[Factor::TMaxG as usize] = -speed;
+        factors.0[Factor::AG as usize] = -speed;
         let mut loss = factors.prior_loss();
-        for (innovation, scored) in run.innovations.iter().zip(&setting.scored) {
-            if let Some(i) = innovation.filter(|_| *scored) {
-                loss += huber_loss(i.normalised(), 1.0) + 0.5 * i.variance.ln();
-            }
+        for i in setting.innovations(&factors, end)?.iter().flatten() {
+            loss += huber_loss(i.normalised(), 1.0) + 0.5 * i.variance.ln();
         }
         if loss < best.0 {
             best = (loss, factors);
@@ -350,36 +377,160 @@ fn best_start(setting: &Setting<'_>) -> Result<PersonalFactors, GapError> {
     Ok(best.1)
 }
 
-/// `a - b`, each in prior standard deviations.
-fn difference(a: &PersonalFactors, b: &PersonalFactors) -> [f64; FACTORS] {
-    std::array::from_fn(|k| (a.0[k] - b.0[k]) / Factor::ALL[k].prior_sd())
+/// A run of the filter over the whole record and its whitened innovations.
+struct Run {
+    filtered: Filtered,
+    whitening: Whitening,
+    whitened: Vec<Option<f64>>,
 }
 
-/// Anderson's extrapolation of depth one: gains and whitening are frozen within a step, so that steps
-/// shrink by a constant ratio; two of them tell where they lead.
+impl Run {
+    fn at(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
+        let filtered = filter(&setting.model(factors), setting.record)?;
+        let innovations: Vec<Option<Innovation>> = filtered
+            .innovations
+            .iter()
+            .zip(&setting.scored)
+            .map(|(innovation, scored)| innovation.filter(|_| *scored))
+            .collect();
+        let whitening = Whitening::fitted(&innovations);
+        let whitened = whitening.autoregression.whitened(&normalised(&innovations));
+        Ok(Self { filtered, whitening, whitened })
+    }
+
+    /// Loss at other factors with gains and whitening held; without factors, at the run's own.
+    fn loss(
+        &self,
+        setting: &Setting<'_>,
+        factors: &PersonalFactors,
+        own: bool,
+    ) -> Result<f64, GapError> {
+        let replayed;
+        let whitened = if own {
+            &self.whitened
+        } else {
+            let values = replay(&setting.model(factors), setting.record, &self.filtered)?;
+            let z: Vec<_> = values
+                .iter()
+                .zip(&self.filtered.innovations)
+                .zip(&setting.scored)
+                .map(|((value, held), scored)| {
+                    let held = held.filter(|_| *scored)?;
+                    Some((*value)? / held.variance.sqrt())
+                })
+                .collect();
+            replayed = self.whitening.autoregression.whitened(&z);
+            &replayed
+        };
+        let scale = self.whitening.scale;
+        let data: f64 = whitened.iter().flatten().map(|w| huber_loss(w / scale, 1.0)).sum();
+        Ok(data + factors.prior_loss())
+    }
+}
+
+/// Where the estimating equation is solved.
+struct Solved {
+    factors: PersonalFactors,
+    run: Run,
+    sd: Factors,
+    iterations: usize,
+    converged: bool,
+}
+
+/// Solves the estimating equation from `factors` on.
+fn solved(
+    setting: &Setting<'_>,
+    mut factors: PersonalFactors,
+    rule: &CalibrationRule,
+) -> Result<Solved, GapError> {
+    let mut path: Vec<(PersonalFactors, Factors)> = Vec::new();
+    let mut iterations = 0;
+    loop {
+        let run = Run::at(setting, &factors)?;
+        let equations = NormalEquations::of_held_gains(setting, &run, &factors)?;
+        let step = equations.step(&factors, setting)?;
+        let size = equations.length(&step);
+        let converged = size < rule.tolerance;
+        if converged || iterations == rule.max_iterations {
+            let sd = equations.posterior_sd(setting)?;
+            return Ok(Solved { factors, run, sd, iterations, converged });
+        }
+        iterations += 1;
+        let mut share = 1.0;
+        if size > CHECKED_ABOVE {
+            let before = run.loss(setting, &factors, true)?;
+            let worse = |share: f64| -> Result<bool, GapError> {
+                let trial = moved(&factors, &step.map(|value| share * value), setting.bound);
+                Ok(run.loss(setting, &trial, false)? >= before)
+            };
+            while share > SHORTEST_SHARE && worse(share)? {
+                share *= 0.5;
+            }
+        }
+        if share == 1.0 {
+            path.push((factors, step));
+            factors = extrapolated(&path, &equations, setting.bound);
+        } else {
+            path.clear();
+            factors = moved(&factors, &step.map(|value| share * value), setting.bound);
+        }
+    }
+}
+
+/// Anderson's extrapolation: gains and whitening are held within a step and change from one to the next, so
+/// that steps shrink by much the same ratios along the same directions; the last few tell where they
+/// lead. `path` holds the factors of each iteration and their steps and is not empty.
 fn extrapolated(
-    factors: &PersonalFactors,
-    step: &[f64; FACTORS],
-    (last_factors, last_step): &(PersonalFactors, [f64; FACTORS]),
+    path: &[(PersonalFactors, Factors)],
+    equations: &NormalEquations,
     bound: f64,
 ) -> PersonalFactors {
-    let moved = difference(factors, last_factors);
-    let change: [f64; FACTORS] = std::array::from_fn(|k| step[k] - last_step[k]);
-    let dot = |a: &[f64; FACTORS], b: &[f64; FACTORS]| -> f64 {
-        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let Some(((factors, step), earlier)) = path.split_last() else {
+        return PersonalFactors::default();
     };
-    let size = dot(&change, &change);
-    // A ratio beyond four would mean that steps hardly shrink, and extrapolation is not to be trusted.
-    let ratio = if size > 0.0 { (dot(step, &change) / size).clamp(-4.0, 4.0) } else { 0.0 };
-    PersonalFactors(std::array::from_fn(|k| {
-        let forward = step[k] - ratio * (moved[k] + change[k]);
-        (factors.0[k] + Factor::ALL[k].prior_sd() * forward).clamp(-bound, bound)
-    }))
+    let depth = earlier.len().min(DEPTH);
+    let earlier = &earlier[earlier.len() - depth..];
+    // Differences from the last iteration: of the steps, and of where they lead.
+    let differences: Vec<(Factors, Factors)> = earlier
+        .iter()
+        .map(|(at, by)| {
+            let change: Factors = std::array::from_fn(|k| step[k] - by[k]);
+            (change, std::array::from_fn(|k| factors.0[k] - at.0[k] + change[k]))
+        })
+        .collect();
+    let mut forward = *step;
+    if depth > 0 {
+        let gram = Mat::from_fn(depth, depth, |row, column| {
+            let product = equations.product(&differences[row].0, &differences[column].0);
+            // Steps jump by about this much where gains do; ratios of smaller changes tell nothing.
+            if row == column { product + JUMP * JUMP } else { product }
+        });
+        let right = Mat::from_fn(depth, 1, |row, _| equations.product(&differences[row].0, step));
+        if let Ok(factorised) = gram.llt(Side::Lower) {
+            let weights = factorised.solve(&right);
+            for (place, (_, led)) in differences.iter().enumerate() {
+                for (value, led) in forward.iter_mut().zip(led) {
+                    *value -= weights[(place, 0)] * led;
+                }
+            }
+        }
+    }
+    // Steps that hardly shrink do not tell where they lead.
+    let limit = LONGEST_LEAP * equations.length(step);
+    let length = equations.length(&forward);
+    if !length.is_finite() {
+        forward = *step;
+    } else if length > limit {
+        forward = forward.map(|value| value * limit / length);
+    }
+    moved(factors, &forward, bound)
 }
 
-/// Largest difference of two sets of factors, prior standard deviations.
-fn distance(a: &PersonalFactors, b: &PersonalFactors) -> f64 {
-    difference(a, b).into_iter().map(f64::abs).fold(0.0, f64::max)
+/// Factors after a move, none of which is longer than [`LONGEST_MOVE`] or leads out of bounds.
+fn moved(factors: &PersonalFactors, by: &Factors, bound: f64) -> PersonalFactors {
+    PersonalFactors(std::array::from_fn(|k| {
+        (factors.0[k] + by[k].clamp(-LONGEST_MOVE, LONGEST_MOVE)).clamp(-bound, bound)
+    }))
 }
 
 /// Standard deviation with values clipped at Huber's threshold, so that wild readings do not
@@ -395,45 +546,94 @@ pub(crate) fn clipped_scale(whitened: &[Option<f64>]) -> f64 {
     if sum > 0.0 { f64::sqrt(sum / n) } else { 1.0 }
 }
 
-/// Gauss-Newton normal equations at one set of factors: curvature (6, 6) and gradient (6).
+/// Curvature (6, 6) and gradient (6) of a loss at one set of factors, the prior's included.
 struct NormalEquations {
     curvature: [[f64; FACTORS]; FACTORS],
-    gradient: [f64; FACTORS],
+    gradient: Factors,
 }
 
 impl NormalEquations {
-    fn of(
+    /// Of the posterior, by differences.
+    fn of_posterior(
         setting: &Setting<'_>,
-        frozen: &Frozen,
-        whitened: &[Option<f64>],
+        whitening: &Whitening,
+        scored: &Scored,
         factors: &PersonalFactors,
     ) -> Result<Self, GapError> {
-        let mut signatures = Vec::with_capacity(FACTORS);
-        for place in 0..FACTORS {
-            // Towards the prior's mean, so that the difference never leaves the bounds.
-            let spacing = if factors.0[place] > 0.0 { -SPACING } else { SPACING };
+        let loss = whitening.loss(scored, factors);
+        // Towards the prior's mean, so that the difference never leaves the bounds.
+        let spacings = factors.0.map(|value| if value > 0.0 { -SPACING } else { SPACING });
+        let mut gradient = [0.0; FACTORS];
+        let mut slopes = vec![[[0.0; 2]; FACTORS]; scored.len()];
+        for (place, spacing) in spacings.into_iter().enumerate() {
             let mut neighbour = *factors;
             neighbour.0[place] += spacing;
-            let moved = frozen.whitened(setting, &neighbour)?;
-            signatures.push(
-                moved
-                    .iter()
-                    .zip(whitened)
-                    .map(|(a, b)| a.zip(*b).map_or(0.0, |(a, b)| (a - b) / spacing))
-                    .collect::<Vec<f64>>(),
-            );
+            let moved = whitening.of(&setting.innovations(&neighbour, scored.len())?);
+            gradient[place] = (whitening.loss(&moved, &neighbour) - loss) / spacing;
+            for ((slopes, after), before) in slopes.iter_mut().zip(&moved).zip(scored) {
+                if let Some((after, before)) = after.zip(*before) {
+                    slopes[place] =
+                        [(after.0 - before.0) / spacing, (after.1 - before.1) / spacing];
+                }
+            }
         }
         let mut curvature = [[0.0; FACTORS]; FACTORS];
-        let mut gradient = [0.0; FACTORS];
-        let inverse = frozen.scale.powi(-2);
-        for (step, w) in whitened.iter().enumerate() {
-            let Some(w) = w else { continue };
-            let weight = huber_weight(*w, frozen.scale) * inverse;
+        let inverse = whitening.scale.powi(-2);
+        for (slopes, scored) in slopes.iter().zip(scored) {
+            let Some((w, _)) = scored else { continue };
+            let weight = huber_weight(*w, whitening.scale) * inverse;
             for row in 0..FACTORS {
-                let weighted = weight * signatures[row][step];
+                let [value, variance] = slopes[row];
+                let (value, variance) = (weight * value, 0.5 * variance);
+                for (entry, other) in curvature[row].iter_mut().zip(slopes) {
+                    *entry += value * other[0] + variance * other[1];
+                }
+            }
+        }
+        for (place, factor) in Factor::ALL.into_iter().enumerate() {
+            curvature[place][place] += factor.prior_sd().powi(-2);
+            // The difference is the slope halfway to the neighbour.
+            gradient[place] -= 0.5 * spacings[place] * curvature[place][place];
+        }
+        Ok(Self { curvature, gradient })
+    }
+
+    /// Of the estimating equation at a run of the filter.
+    fn of_held_gains(
+        setting: &Setting<'_>,
+        run: &Run,
+        factors: &PersonalFactors,
+    ) -> Result<Self, GapError> {
+        let directions = PARAMETERS.map(Direction::Parameter);
+        let model = setting.model(factors);
+        let raw = signatures(&model, setting.record, &run.filtered, &directions)?;
+        let Autoregression { a1, a2, spacing } = run.whitening.autoregression;
+        // Signatures in the units of the innovations they are whitened with, factors beside each other.
+        let normalised: Vec<Factors> = run
+            .filtered
+            .innovations
+            .iter()
+            .enumerate()
+            .map(|(step, innovation)| {
+                let inverse = innovation.map_or(0.0, |i| i.variance.sqrt().recip());
+                std::array::from_fn(|k| inverse * raw[k][step])
+            })
+            .collect();
+        let (mut curvature, mut gradient) = ([[0.0; FACTORS]; FACTORS], [0.0; FACTORS]);
+        let inverse = run.whitening.scale.powi(-2);
+        for (step, w) in run.whitened.iter().enumerate() {
+            // What is whitened has both of the entries before it.
+            let Some(w) = w else { continue };
+            let weight = huber_weight(*w, run.whitening.scale) * inverse;
+            let (now, before) = (&normalised[step], &normalised[step - spacing]);
+            let earlier = &normalised[step - 2 * spacing];
+            let signature: Factors =
+                std::array::from_fn(|k| now[k] - a1 * before[k] - a2 * earlier[k]);
+            for row in 0..FACTORS {
+                let weighted = weight * signature[row];
                 gradient[row] += weighted * w;
-                for (entry, signature) in curvature[row].iter_mut().zip(&signatures).take(row + 1) {
-                    *entry += weighted * signature[step];
+                for (entry, value) in curvature[row].iter_mut().zip(signature) {
+                    *entry += weighted * value;
                 }
             }
         }
@@ -442,52 +642,48 @@ impl NormalEquations {
             curvature[place][place] += precision;
             gradient[place] += precision * factors.0[place];
         }
-        // Only the lower triangle was summed.
-        for row in 1..FACTORS {
-            let (upper, lower) = curvature.split_at_mut(row);
-            for (above, below) in upper.iter_mut().zip(&lower[0]) {
-                above[row] = *below;
-            }
-        }
         Ok(Self { curvature, gradient })
     }
 
-    /// The factors after one step damped by `damping` times the curvature's diagonal.
-    fn step(
-        &self,
-        factors: &PersonalFactors,
-        damping: f64,
-        bound: f64,
-        record: &Observations,
-    ) -> Result<PersonalFactors, GapError> {
+    /// The step that solves the equations.
+    fn step(&self, factors: &PersonalFactors, setting: &Setting<'_>) -> Result<Factors, GapError> {
+        let bound = setting.bound;
         // A factor at its bound that the gradient pushes outwards stays there.
         let held: [bool; FACTORS] = std::array::from_fn(|k| {
             factors.0[k].abs() >= bound && -self.gradient[k] * factors.0[k] > 0.0
         });
-        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| match row == column {
-            true => self.curvature[row][column] * (1.0 + damping),
-            false if held[row] || held[column] => 0.0,
-            false => self.curvature[row][column],
+        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| {
+            let apart = row != column && (held[row] || held[column]);
+            if apart { 0.0 } else { self.curvature[row][column] }
         });
         let right =
             Mat::from_fn(FACTORS, 1, |row, _| if held[row] { 0.0 } else { -self.gradient[row] });
-        let singular = || GapError::Singular { person: record.person.clone() };
+        let singular = || GapError::Singular { person: setting.record.person.clone() };
         let solution = matrix.llt(Side::Lower).map_err(|_| singular())?.solve(&right);
-        let moved = std::array::from_fn(|k| {
+        // No further than the bound, so that what leads beyond it does not count as a way to go.
+        let step: Factors = std::array::from_fn(|k| {
             let step = solution[(k, 0)].clamp(-LONGEST_MOVE, LONGEST_MOVE);
-            (factors.0[k] + step).clamp(-bound, bound)
+            (factors.0[k] + step).clamp(-bound, bound) - factors.0[k]
         });
-        if moved.iter().any(|v: &f64| !v.is_finite()) {
-            return Err(singular());
-        }
-        Ok(PersonalFactors(moved))
+        if step.iter().any(|v| !v.is_finite()) { Err(singular()) } else { Ok(step) }
     }
 
-    fn posterior_sd(&self, record: &Observations) -> Result<[f64; FACTORS], GapError> {
+    /// Product of two moves, each in posterior standard deviations.
+    fn product(&self, a: &Factors, b: &Factors) -> f64 {
+        let along = |row: &Factors| row.iter().zip(b).map(|(c, b)| c * b).sum::<f64>();
+        self.curvature.iter().zip(a).map(|(row, a)| a * along(row)).sum()
+    }
+
+    /// Length of a move, posterior standard deviations: no factor moves by more of its own.
+    fn length(&self, step: &Factors) -> f64 {
+        self.product(step, step).sqrt()
+    }
+
+    fn posterior_sd(&self, setting: &Setting<'_>) -> Result<Factors, GapError> {
         let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| self.curvature[row][column]);
         let inverse = matrix
             .llt(Side::Lower)
-            .map_err(|_| GapError::Singular { person: record.person.clone() })?
+            .map_err(|_| GapError::Singular { person: setting.record.person.clone() })?
             .solve(&Mat::<f64>::identity(FACTORS, FACTORS));
         Ok(std::array::from_fn(|k| inverse[(k, k)].sqrt()))
     }

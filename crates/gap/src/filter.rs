@@ -46,33 +46,58 @@ pub struct Filtered {
 /// [`GapError::Length`] for a record whose channels differ in length and
 /// [`GapError::FilterNotFinite`] with the step.
 pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
-    check_length(record)?;
-    let (mut state, mut covariance) = start(model, record);
-    let variance = model.noise().reading_sd.powi(2);
     let n = record.len();
     let mut filtered = Filtered {
         states: Vec::with_capacity(n),
         innovations: Vec::with_capacity(n),
         gains: Vec::with_capacity(n),
     };
-    for step in 0..n {
+    run(model, record, n, |state, innovation, gain| {
+        filtered.states.push(*state);
+        filtered.innovations.push(innovation);
+        filtered.gains.push(gain);
+    })?;
+    Ok(filtered)
+}
+
+/// The innovations of [`filter`] at the steps before `end`, and nothing else.
+pub(crate) fn innovations(
+    model: &AugmentedModel,
+    record: &Observations,
+    end: usize,
+) -> Result<Vec<Option<Innovation>>, GapError> {
+    let mut innovations = Vec::with_capacity(end.min(record.len()));
+    run(model, record, end, |_, innovation, _| innovations.push(innovation))?;
+    Ok(innovations)
+}
+
+/// Runs the filter over the steps before `end` and tells `seen` what each step's reading made of the state.
+#[inline]
+fn run(
+    model: &AugmentedModel,
+    record: &Observations,
+    end: usize,
+    mut seen: impl FnMut(&AugmentedState, Option<Innovation>, Option<Gain>),
+) -> Result<(), GapError> {
+    check_length(record)?;
+    let (mut state, mut covariance) = start(model, record);
+    let variance = model.noise().reading_sd.powi(2);
+    for step in 0..end.min(record.len()) {
         let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
         let expected = model.reading(&state, record.modulation(step));
-        let seen = correction(record.readings[step], expected);
+        let difference = correction(record.readings[step], expected);
         let mut gain = None;
-        if let Some(value) = seen {
+        if let Some(value) = difference {
             let update = covariance.update(variance);
             state = model.corrected(&state, &update.gain, value);
             gain = Some(update);
         }
         let scored = matches!(record.readings[step], Reading::Within(_));
-        filtered.innovations.push(
-            gain.filter(|_| scored)
-                .zip(seen)
-                .map(|(update, value)| Innovation { value, variance: update.innovation_variance }),
-        );
-        filtered.states.push(state);
-        filtered.gains.push(gain);
+        let innovation = gain
+            .filter(|_| scored)
+            .zip(difference)
+            .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
+        seen(&state, innovation, gain);
 
         let input = &record.inputs[step];
         model.add_meal_noise(&mut covariance, input);
@@ -86,7 +111,7 @@ pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered,
         }
         state = following;
     }
-    Ok(filtered)
+    Ok(())
 }
 
 /// Runs the filter with the gains of an earlier run, for another model of the same person.
