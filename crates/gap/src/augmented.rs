@@ -223,6 +223,11 @@ impl AugmentedModel {
         &self.noise
     }
 
+    /// Share of the distance between interstitial and plasma glucose that is left after one step.
+    pub(crate) fn lag_decay(&self) -> f64 {
+        self.lag_decay
+    }
+
     /// The expected reading of a state, mg/dL.
     #[inline]
     #[must_use]

@@ -10,10 +10,15 @@
 //! they share stays near the processor.
 
 use effects::{FIELDS, Field};
-use ode_sim::{OdeParameters, slot};
-use physiology::Compartment;
+use ode_sim::equations::{endogenous_production, non_insulin_uptake};
+use ode_sim::exercise::ExerciseMemory;
+use ode_sim::gut::glucose_dose;
+use ode_sim::{EgpMode, OdeParameters, OdeState, slot};
+use physiology::{Compartment, MG_PER_DL_PER_MMOL_PER_L, STEP, StepInput};
 
-use crate::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, SENSOR, STATES, Transition};
+use crate::augmented::{
+    AugmentedModel, AugmentedState, GLUCOSE_FLOOR, INTERSTITIAL, SENSOR, STATES, Transition,
+};
 use crate::covariance::Gain;
 use crate::error::GapError;
 use crate::filter::{Filtered, start};
@@ -210,7 +215,15 @@ impl Steps {
                     slopes.extend(reached(field).iter().map(|_| 0.0));
                 }
             }
-            for ((_, neighbour), (_, _, slopes)) in neighbours.iter().zip(&mut steps.parameters) {
+            let plain =
+                modulation.is_neutral().then(|| PlainStep::of(model, state, input)).flatten();
+            for ((parameter, neighbour), (_, _, slopes)) in
+                neighbours.iter().zip(&mut steps.parameters)
+            {
+                if let Some(known) = plain.as_ref().and_then(|plain| plain.slope(*parameter)) {
+                    slopes.push(known);
+                    continue;
+                }
                 let moved = neighbour.step(state, input, modulation).map_err(failed)?.vector();
                 slopes.push(slope(&moved, &base));
             }
@@ -221,6 +234,78 @@ impl Steps {
 
 fn slope(moved: &[f64; STATES], base: &[f64; STATES]) -> [f64; STATES] {
     std::array::from_fn(|k| (moved[k] - base[k]) / SPACING)
+}
+
+/// A step without modulation, exercise and rescue carbohydrate, whose derivatives by the calibrated
+/// parameters are written down: they are asked for in every iteration of a calibration.
+struct PlainStep<'a> {
+    p: &'a OdeParameters,
+    body: &'a OdeState,
+    egp: EgpMode,
+    /// What is eaten, mmol/kg.
+    meal: f64,
+    /// Share of the gut's content that stays through the step.
+    left: f64,
+    /// What interstitial glucose gains per Q1 gained, mg/dL per mmol/kg.
+    share: f64,
+}
+
+impl<'a> PlainStep<'a> {
+    fn of(model: &'a AugmentedModel, state: &'a AugmentedState, input: &StepInput) -> Option<Self> {
+        let (plant, body) = (model.plant(), &state.body);
+        let moving = body.exercise != ExerciseMemory::Rest || input.exercise.is_some();
+        if moving || !body.rescue.is_empty() || input.rescue.amount.0 != 0.0 {
+            return None;
+        }
+        let p = &plant.parameters;
+        Some(Self {
+            p,
+            body,
+            egp: plant.egp,
+            meal: p.a_g * glucose_dose(input.carbs, plant.weight),
+            left: (-STEP.0 / p.t_max_g).exp(),
+            share: 0.5 * (1.0 - model.lag_decay()) * MG_PER_DL_PER_MMOL_PER_L / p.v_g,
+        })
+    }
+
+    /// The derivative of the state after the step by the logarithm of a parameter, `None` where it is not
+    /// written down. By the equations of [`ode_sim::equations::derivative`] and the gut's exact flow.
+    fn slope(&self, parameter: Parameter) -> Option<[f64; STATES]> {
+        use Compartment::{C1, C2, I, Q1, S1, S2, X1, X2, X3};
+        let (p, x) = (self.p, self.body);
+        let mut slope = [0.0; STATES];
+        match parameter {
+            Parameter::Action => {
+                slope[slot(X1)] = STEP.0 * p.k_a1 * p.s_f1 * x.i;
+                slope[slot(X2)] = STEP.0 * p.k_a2 * p.s_f2 * x.i;
+                slope[slot(X3)] = STEP.0 * p.k_a3 * p.s_f3 * x.i;
+            }
+            Parameter::Egp0 => {
+                slope[slot(Q1)] = STEP.0 * endogenous_production(x.x3, p.egp_0, self.egp);
+            }
+            Parameter::F01 => {
+                slope[slot(Q1)] = -STEP.0 * non_insulin_uptake(x.q1 / p.v_g, p.f_01);
+            }
+            Parameter::TMaxI => {
+                slope[slot(S1)] = STEP.0 * x.s1 / p.t_max_i;
+                slope[slot(S2)] = STEP.0 * (x.s2 - x.s1) / p.t_max_i;
+                slope[slot(I)] = -STEP.0 * x.s2 / (p.t_max_i * p.v_i);
+            }
+            Parameter::AG => {
+                slope[slot(C1)] = self.left * self.meal;
+                slope[slot(C2)] = self.left * self.meal * STEP.0 / p.t_max_g;
+            }
+            Parameter::TMaxG => {
+                let (turns, fed) = (STEP.0 / p.t_max_g, x.meals.c1 + self.meal);
+                slope[slot(Q1)] = -turns * x.meals.c2;
+                slope[slot(C1)] = self.left * turns * fed;
+                slope[slot(C2)] = self.left * turns * (x.meals.c2 + fed * turns - fed);
+            }
+            _ => return None,
+        }
+        slope[INTERSTITIAL] = self.share * slope[slot(Q1)];
+        Some(slope)
+    }
 }
 
 /// What feeds one direction: courses with the slopes of their fields, or the slopes of a parameter.
