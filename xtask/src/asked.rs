@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
 use blind::Answer;
+use gap::Thresholds;
 
 use crate::interrupt;
 
@@ -28,16 +29,26 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Characters of a failed diagnosis' message that are kept.
 const KEPT: usize = 400;
 
+/// Name of the file of thresholds beside the cohort.
+const THRESHOLDS: &str = "thresholds.json";
+
 /// Diagnoses a copy of the cohort in `folder`, under a random name and without any environment.
 ///
 /// Returns the answer and the text of its `diagnosis.json`. A diagnosis that fails is an answer.
 ///
 /// # Errors
 /// If the copy cannot be made or a process not be started: that is no fault of the diagnosis.
-pub(crate) fn ask(folder: &Path, seed: u64, asked: Asked) -> Result<(Answer, Option<Vec<u8>>)> {
+pub(crate) fn ask(
+    folder: &Path,
+    thresholds: &Thresholds,
+    seed: u64,
+    asked: Asked,
+) -> Result<(Answer, Option<Vec<u8>>)> {
     let apart = Scratch::new()?;
     let copy = apart.path().join("cohort");
     copy_files(folder, &copy)?;
+    fs::write(apart.path().join(THRESHOLDS), serde_json::to_vec(thresholds)?)
+        .context("cannot write in the temporary folder")?;
     let begun = Instant::now();
     let ended = match asked {
         Asked::AnotherProcess => in_another_process(apart.path(), seed)?,
@@ -60,10 +71,22 @@ pub(crate) fn ask(folder: &Path, seed: u64, asked: Asked) -> Result<(Answer, Opt
 }
 
 /// The arguments after the program's name.
-fn arguments(seed: u64) -> [String; 9] {
+fn arguments(seed: u64) -> [String; 11] {
     let seed = seed.to_string();
-    ["diagnose", "--cohort", "cohort", "--out", "answer", "--seed", &seed, "--threads", "1"]
-        .map(str::to_owned)
+    [
+        "diagnose",
+        "--cohort",
+        "cohort",
+        "--out",
+        "answer",
+        "--thresholds",
+        THRESHOLDS,
+        "--seed",
+        &seed,
+        "--threads",
+        "1",
+    ]
+    .map(str::to_owned)
 }
 
 /// `Err` holds why there is no answer.
@@ -148,6 +171,7 @@ fn in_this_process(apart: &Path, seed: u64) -> Ended {
     let mut words = arguments(seed).map(std::ffi::OsString::from);
     words[2] = apart.join("cohort").into_os_string();
     words[4] = apart.join("answer").into_os_string();
+    words[6] = apart.join(THRESHOLDS).into_os_string();
     let program = std::iter::once(std::ffi::OsString::from("xtask"));
     let line = CommandLine::try_parse_from(program.chain(words)).map_err(|e| e.to_string())?;
     match line.command {
@@ -205,12 +229,14 @@ mod tests {
         fs::write(folder.path().join("people.csv"), "not,a,cohort\n").expect("writable");
         // As another process this is the test program, which knows no diagnosis.
         for asked in [Asked::ThisProcess, Asked::AnotherProcess] {
-            let (answer, text) = ask(folder.path(), 1, asked).expect("asked");
+            let (answer, text) =
+                ask(folder.path(), &Thresholds::working(), 1, asked).expect("asked");
             assert_eq!(answer.verdict, Verdict::Failed, "{asked:?}");
             assert!(answer.failure.is_some_and(|reason| !reason.is_empty()), "{asked:?}");
             assert_eq!(text, None);
         }
-        let (answer, _) = ask(folder.path(), 1, Asked::ThisProcess).expect("asked");
+        let (answer, _) =
+            ask(folder.path(), &Thresholds::working(), 1, Asked::ThisProcess).expect("asked");
         let reason = answer.failure.expect("a reason");
         assert!(reason.contains("people.csv"), "{reason}");
     }
@@ -219,7 +245,8 @@ mod tests {
     fn what_is_no_cohort_is_not_copied() {
         let folder = tempfile::tempdir().expect("a folder");
         fs::create_dir(folder.path().join("labels")).expect("writable");
-        let error = ask(folder.path(), 1, Asked::ThisProcess).expect_err("a folder in it");
+        let error = ask(folder.path(), &Thresholds::working(), 1, Asked::ThisProcess)
+            .expect_err("a folder in it");
         assert!(error.to_string().contains("labels"), "{error}");
     }
 }

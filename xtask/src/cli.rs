@@ -107,6 +107,11 @@ pub(crate) enum Command {
     /// Formatting, lints, crate directions, documentation and tests.
     #[command(after_help = "Examples:\n  cargo xtask check\n  cargo xtask check --static")]
     Check(CheckArgs),
+    /// How fast a diagnosis is, and how time and memory grow with the cohort.
+    #[command(
+        after_help = "Examples:\n  cargo xtask bench\n  cargo xtask bench --people 100 --effect none"
+    )]
+    Bench(BenchArgs),
 }
 
 /// How much to compute.
@@ -324,6 +329,9 @@ pub(crate) struct DiagnoseArgs {
     /// Seed of the bootstrap.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Thresholds of the evidence, as `blind-check --calibrate` writes them, in place of those in use.
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub thresholds: Option<PathBuf>,
 }
 
 /// How basal insulin is decided.
@@ -436,4 +444,27 @@ pub(crate) struct CheckArgs {
     /// Everything but the tests.
     #[arg(long = "static")]
     pub only_static: bool,
+}
+
+/// Options of `bench`.
+#[derive(Debug, Args)]
+pub(crate) struct BenchArgs {
+    /// People of the largest cohort; a quarter and half of them are diagnosed before.
+    #[arg(long, value_name = "N", default_value_t = 1_000)]
+    pub people: usize,
+    /// Days of each.
+    #[arg(long, value_name = "N", default_value_t = 14)]
+    pub days: usize,
+    /// What acts in everybody: an effect, or `none`. Every effect that is named costs another round.
+    #[arg(long, value_name = "NAME", default_value = "dawn")]
+    pub effect: String,
+    /// Its amplitude; 1 is the published size.
+    #[arg(long, value_name = "SIZE", default_value_t = 1.0)]
+    pub amplitude: f64,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/bench")]
+    pub out: PathBuf,
+    /// Seed of the people and of the bootstrap.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
 }

@@ -83,6 +83,7 @@ pub fn diagnose_with_progress(
         .filter_map(|(person, outcome)| {
             let analysis = outcome.analysis.as_ref()?;
             let (observations, calibration) = (&analysis.observations, &analysis.calibration);
+            let person = analysis.person.as_ref().unwrap_or(person);
             Some(PersonInput { person, observations, calibration })
         })
         .collect();
@@ -98,6 +99,7 @@ pub fn diagnose_with_progress(
         candidates: answer.candidates,
         untried: answer.untried,
         ports: answer.ports,
+        evidence: which.evidence.clone(),
         cells: gaps,
         how_far,
         baseline,

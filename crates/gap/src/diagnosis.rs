@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::Factor;
 use crate::config::DiagnosisConfig;
+use crate::which::Evidence;
 
 /// Value of [`Diagnosis::schema`].
 pub const SCHEMA: &str = "diagnosis/1";
@@ -26,6 +27,9 @@ pub struct Diagnosis {
     pub untried: Vec<UntriedEffect>,
     /// Evidence by place in the equations.
     pub ports: Vec<PortEvidence>,
+    /// The evidence by name before any effect is conditioned on, from which thresholds can be fixed.
+    #[serde(default)]
+    pub evidence: Evidence,
     /// The gap by situation, largest share first.
     #[serde(rename = "where")]
     pub cells: Vec<CellGap>,

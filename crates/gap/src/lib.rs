@@ -60,4 +60,4 @@ pub use free_run::FreeRunRule;
 pub use localisation::LocalisationRule;
 pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
-pub use which::{Threshold, Thresholds, Which, which};
+pub use which::{Evidence, Threshold, Thresholds, Which, which};

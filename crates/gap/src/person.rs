@@ -1,6 +1,6 @@
 //! The analysis of one person: filter, calibration, free runs, errors by cell.
 
-use cohort::Person;
+use cohort::{Channel, Person};
 use ode_sim::OdeParameters;
 use physiology::{Plant, STEPS_PER_DAY};
 
@@ -73,6 +73,8 @@ pub(crate) struct PersonAnalysis {
     /// Sums by day and horizon.
     pub(crate) horizons: Vec<Vec<HorizonSums>>,
     pub(crate) summary: CalibrationSummary,
+    /// The person without channels that are to be ignored; `None` where all are read.
+    pub(crate) person: Option<Person>,
     /// What was observed, without channels that are to be ignored.
     pub(crate) observations: Observations,
     /// The person's calibration.
@@ -97,6 +99,13 @@ pub(crate) fn analyse(
 ) -> Result<PersonOutcome, GapError> {
     let observations = Observations::from_person(person)?;
     let quality = quality::findings(person, &observations);
+    // A channel that cannot be read as recorded is left out, and so is what it would signal.
+    let without = without_channels(person, &quality::ignored_channels(&quality));
+    let observations = match &without {
+        Some(without) => Observations::from_person(without)?,
+        None => observations,
+    };
+    let person = without.as_ref().unwrap_or(person);
     let days = person.record.len() / STEPS_PER_DAY;
     let reason = reason_to_exclude(person, &observations, config);
     let (excluded, analysis) = match reason.or_else(|| quality::exclusion(&quality)) {
@@ -109,10 +118,20 @@ pub(crate) fn analyse(
             Err(error) => (Some(error.to_string()), None),
         },
     };
+    let analysis = analysis.map(|analysis| PersonAnalysis { person: without.clone(), ..analysis });
     let calibration = analysis.as_ref().map(|a| a.summary.clone());
     let summary = PersonSummary { person_id: person.id.clone(), days, excluded, calibration };
     let findings = quality.into_iter().map(|finding| finding.reported).collect();
     Ok(PersonOutcome { summary, findings, analysis })
+}
+
+/// The person without some channels; `None` where none is to be left out.
+fn without_channels(person: &Person, ignored: &[Channel]) -> Option<Person> {
+    let mut without = (!ignored.is_empty()).then(|| person.clone())?;
+    for channel in ignored {
+        without.record.channel_mut(*channel).fill(None);
+    }
+    Some(without)
 }
 
 fn reason_to_exclude(
@@ -222,6 +241,7 @@ fn errors_of(
         innovations,
         horizons: sums,
         summary,
+        person: None,
         observations,
         calibration,
     })

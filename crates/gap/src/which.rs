@@ -34,7 +34,7 @@ use crate::error::GapError;
 use crate::how_far::PersonInput;
 use crate::observations::Observations;
 
-pub use self::thresholds::{Threshold, Thresholds};
+pub use self::thresholds::{Evidence, Threshold, Thresholds};
 
 /// Most effects that are named.
 const MOST_EFFECTS: usize = 3;
@@ -70,6 +70,8 @@ pub struct Which {
     pub known: usize,
     /// The port of each kind of unknown events.
     pub unknown: Vec<Port>,
+    /// The evidence of the first round by name.
+    pub evidence: Evidence,
 }
 
 /// An effect that was tried.
@@ -149,14 +151,14 @@ pub fn which(
         .collect();
     let person_days: f64 = days.iter().sum();
     let mut named: Vec<Named> = Vec::new();
-    let mut first: Option<(Vec<Candidate>, Vec<usize>)> = None;
+    let mut first: Option<(Vec<Candidate>, Vec<usize>, Evidence)> = None;
     loop {
         let round = Round::of(people, library, &named, config)?;
         let scores = round.scores(library, known, &named);
         let mut candidates: Vec<Candidate> = scores
             .iter()
             .map(|score| {
-                let threshold = thresholds.of_effect(library[score.effect].card().name);
+                let threshold = thresholds.of(library[score.effect].card().name);
                 let gain = score.gain();
                 Candidate { effect: score.effect, gain, excess: gain - threshold.over(person_days) }
             })
@@ -166,7 +168,16 @@ pub fn which(
         let untried: Vec<usize> = (0..known)
             .filter(|e| round.subjects.iter().all(|s| s.design.untried.contains(e)))
             .collect();
-        let (all, untried) = first.get_or_insert_with(|| (candidates.clone(), untried)).clone();
+        let evidence = || {
+            let of_candidate = |c: &Candidate| (library[c.effect].card().name.to_owned(), c.gain);
+            let of_port =
+                |p: ports::PortGain| (ports::threshold_name(p.port, p.within_days), p.gain);
+            let gains = candidates.iter().map(of_candidate);
+            let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
+            Evidence { person_days, gains: gains.collect() }
+        };
+        let (all, untried, evidence) =
+            first.get_or_insert_with(|| (candidates.clone(), untried, evidence())).clone();
         let best = candidates.first().filter(|best| best.excess > 0.0);
         let (Some(best), true) = (best, named.len() < MOST_EFFECTS) else {
             let ports = round.ports(thresholds, person_days);
@@ -179,6 +190,7 @@ pub fn which(
                 person_days,
                 known,
                 unknown,
+                evidence,
             });
         };
         let score = scores
@@ -225,10 +237,10 @@ struct Round {
 /// Evidence of one effect.
 struct Score {
     effect: usize,
-    evidence: Evidence,
+    evidence: ScoreOf,
 }
 
-enum Evidence {
+enum ScoreOf {
     Driven(HeldOut),
     Events(EventEvidence),
     /// Gain and spread over that at amplitude 1.
@@ -238,9 +250,9 @@ enum Evidence {
 impl Score {
     fn gain(&self) -> f64 {
         match &self.evidence {
-            Evidence::Driven(found) => found.gain(),
-            Evidence::Events(found) => found.gain(),
-            Evidence::Random(gain, _) => *gain,
+            ScoreOf::Driven(found) => found.gain(),
+            ScoreOf::Events(found) => found.gain(),
+            ScoreOf::Random(gain, _) => *gain,
         }
     }
 }
@@ -369,7 +381,7 @@ impl Round {
             .filter_map(|effect| {
                 let trials = self.trials(effect, library[effect].card().name);
                 if trials.iter().any(|trial| !trial.variants.is_empty()) {
-                    let evidence = Evidence::Driven(held_out(&trials));
+                    let evidence = ScoreOf::Driven(held_out(&trials));
                     return Some(Score { effect, evidence });
                 }
                 let banks: Vec<Option<&EventBank>> = self
@@ -386,14 +398,14 @@ impl Round {
                         let down = events::score(&banks, &days, -1.0);
                         if down.gain() > up.gain() { down } else { up }
                     };
-                    return Some(Score { effect, evidence: Evidence::Events(evidence) });
+                    return Some(Score { effect, evidence: ScoreOf::Events(evidence) });
                 }
                 let random = self
                     .subjects
                     .iter()
                     .find_map(|s| s.design.random.iter().find(|random| random.0 == effect))?;
                 let (gain, spread) = self.random_gain(random.1)?;
-                Some(Score { effect, evidence: Evidence::Random(gain, spread / random.3) })
+                Some(Score { effect, evidence: ScoreOf::Random(gain, spread / random.3) })
             })
             .collect()
     }
@@ -442,19 +454,19 @@ impl Round {
             rivals: candidates.to_vec(),
         };
         match &score.evidence {
-            Evidence::Driven(found) => {
+            ScoreOf::Driven(found) => {
                 named.amplitude = (found.hierarchy.mean, found.hierarchy.error);
                 named.personal.clone_from(&found.personal);
                 named.gains.clone_from(&found.gains);
                 named.variants.clone_from(&found.variants);
             }
-            Evidence::Events(found) => {
+            ScoreOf::Events(found) => {
                 named.events = found.found.iter().map(|e| (e.person, e.onset, e.size)).collect();
                 named.gains.clone_from(&found.gains);
                 named.amplitude = self.frequency(best.effect, found);
                 named.personal = vec![named.amplitude; people];
             }
-            Evidence::Random(_, amplitude) => named.amplitude = (*amplitude, 0.3 * amplitude),
+            ScoreOf::Random(_, amplitude) => named.amplitude = (*amplitude, 0.3 * amplitude),
         }
         named
     }
@@ -474,7 +486,7 @@ impl Round {
 
     /// Driven effects whose signatures cannot be told from that of `score`.
     fn same(&self, score: &Score, library: &[&dyn Effect]) -> Vec<usize> {
-        let Evidence::Driven(found) = &score.evidence else { return Vec::new() };
+        let ScoreOf::Driven(found) = &score.evidence else { return Vec::new() };
         let others: Vec<usize> = (0..library.len()).filter(|e| *e != score.effect).collect();
         others
             .into_par_iter()
@@ -509,7 +521,7 @@ impl Round {
             .into_iter()
             .map(|found| {
                 let name = ports::threshold_name(found.port, found.within_days);
-                let threshold = thresholds.of_port(&name).over(person_days);
+                let threshold = thresholds.of(&name).over(person_days);
                 PortCandidate {
                     port: found.port,
                     gain: found.gain,

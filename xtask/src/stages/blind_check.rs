@@ -9,9 +9,11 @@ use std::hash::{BuildHasher as _, Hasher as _};
 use anyhow::{Context as _, Result, ensure};
 use blind::{Answer, BlindCheck, CalibrationTable, Label, OpenedLabel, ScoredWorld, Seal};
 use cohort::{RecordsFormat, write_folder};
+use gap::Thresholds;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use world::Generator;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
 
 use crate::asked::{Asked, ask};
@@ -52,7 +54,8 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
     });
     let output = OutputFolder::begin(&args.out, Manifest::new("blind-check", config, Some(seed)))?;
     let answered = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
-    if args.calibrate.is_some() {
+    if let Some(generator) = args.calibrate {
+        output.write_json("thresholds.json", &fitted(generator, seed, &answered, &output)?)?;
         output.write_json("calibration.json", &CalibrationTable::new(seed, answered))?;
         let place = output.finish()?;
         note(format!("blind-check: {}", place.join("calibration.json").display()));
@@ -142,12 +145,49 @@ fn answer(
     write_folder(&cohort, &folder, RecordsFormat::Parquet)
         .with_context(|| format!("world {id}"))?;
     drop(cohort);
-    let (answer, text) = ask(&folder, diagnosis_seed(seed, place), asked)?;
+    let thresholds = thresholds_for(world)?;
+    let (answer, text) = ask(&folder, &thresholds, diagnosis_seed(seed, place), asked)?;
     match text {
         Some(diagnosis) => output.write(&format!("answers/{id}.json"), &diagnosis)?,
         None => output.write_json(&format!("answers/{id}.json"), &answer)?,
     }
     Ok(answer)
+}
+
+/// The thresholds that were fixed on worlds of the other generator.
+fn thresholds_for(world: &RealisedWorld) -> Result<Thresholds> {
+    let generator = world.planned.generator;
+    let other = Generator::ALL.into_iter().find(|other| *other != generator);
+    other
+        .and_then(|other| Thresholds::of_worlds(other.name()))
+        .with_context(|| format!("no thresholds for worlds of {}", generator.name()))
+}
+
+/// Thresholds that no world without an effect reaches, from the answers in `output`.
+fn fitted(
+    generator: Generator,
+    seed: u64,
+    answered: &[(Label, Answer)],
+    output: &OutputFolder,
+) -> Result<Thresholds> {
+    let mut nulls = Vec::new();
+    for (label, answer) in answered {
+        if label.effects.is_empty() && answer.failure.is_none() {
+            let file = output.path().join("answers").join(format!("{}.json", label.id));
+            let text =
+                std::fs::read(&file).with_context(|| format!("reading '{}'", file.display()))?;
+            let diagnosis: gap::Diagnosis =
+                serde_json::from_slice(&text).with_context(|| format!("'{}'", file.display()))?;
+            nulls.push(diagnosis.evidence);
+        }
+    }
+    let source = format!(
+        "{} worlds of {} without an effect, blind-check --calibrate {} --seed {seed}",
+        nulls.len(),
+        generator.name(),
+        generator.name(),
+    );
+    Ok(Thresholds::fit(&source, &nulls))
 }
 
 fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
@@ -206,7 +246,7 @@ fn say(check: &BlindCheck) {
 mod tests {
     use super::*;
     use world::blind::PlannedEffect;
-    use world::{Effect, Generator, OutsideEffect};
+    use world::{Effect, OutsideEffect};
 
     /// Four small worlds: none, one effect, two, and one outside the library.
     fn planned() -> Vec<PlannedWorld> {

@@ -12,8 +12,18 @@ use crate::stages::twin::read_cohort;
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &DiagnoseArgs) -> Result<Manifest> {
-    let config = serde_json::to_value(DiagnosisConfig::working())?;
-    Manifest::new("diagnose", config, Some(args.seed)).with_input(&args.cohort)
+    let manifest = Manifest::new("diagnose", serde_json::to_value(config(args)?)?, Some(args.seed));
+    manifest.with_input(&args.cohort)
+}
+
+/// The settings in use, with the thresholds that were asked for.
+fn config(args: &DiagnoseArgs) -> Result<DiagnosisConfig> {
+    let working = DiagnosisConfig::working();
+    let Some(file) = &args.thresholds else { return Ok(working) };
+    let text = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
+    let thresholds = serde_json::from_slice(&text)
+        .with_context(|| format!("'{}' does not hold thresholds", file.display()))?;
+    Ok(DiagnosisConfig { thresholds, ..working })
 }
 
 /// Runs the command.
@@ -28,11 +38,10 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     let cohort = read_cohort(&args.cohort)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("diagnose", cohort.people.len());
-    let diagnosis =
-        diagnose_with_progress(&cohort, &DiagnosisConfig::working(), args.seed, &|_, _| {
-            progress.advance("people");
-        })
-        .context("the diagnosis")?;
+    let diagnosis = diagnose_with_progress(&cohort, &config(args)?, args.seed, &|_, _| {
+        progress.advance("people");
+    })
+    .context("the diagnosis")?;
     output.write_json("diagnosis.json", &diagnosis)?;
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;

@@ -134,8 +134,13 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
         evaluate::run(&evaluate)
     })?;
 
-    let diagnose =
-        DiagnoseArgs { cohort, model: "ode".to_owned(), out: at(Stage::Diagnose), seed: args.seed };
+    let diagnose = DiagnoseArgs {
+        cohort,
+        model: "ode".to_owned(),
+        out: at(Stage::Diagnose),
+        seed: args.seed,
+        thresholds: None,
+    };
     step(args, Stage::Diagnose, &diagnose.out, diagnose::manifest(&diagnose)?, || {
         diagnose::run(&diagnose)
     })?;
