@@ -77,5 +77,6 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Report(args) => stages::report::run(&args),
         Command::SteadyState(args) => stages::steady_state::run(&args),
         Command::Check(args) => stages::check::run(&args),
+        Command::Bench(args) => stages::bench::run(&args),
     }
 }

@@ -1,5 +1,6 @@
 //! One file a command. Each reads what it is given, calls the crates, and writes one folder.
 
+pub(crate) mod bench;
 pub(crate) mod blind_check;
 pub(crate) mod check;
 pub(crate) mod diagnose;
