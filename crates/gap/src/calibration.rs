@@ -398,33 +398,30 @@ impl Run {
         Ok(Self { filtered, whitening, whitened })
     }
 
-    /// Loss at other factors with gains and whitening held; without factors, at the run's own.
-    fn loss(
+    /// Whitened innovations of other factors with gains and whitening held.
+    fn held_at(
         &self,
         setting: &Setting<'_>,
         factors: &PersonalFactors,
-        own: bool,
-    ) -> Result<f64, GapError> {
-        let replayed;
-        let whitened = if own {
-            &self.whitened
-        } else {
-            let values = replay(&setting.model(factors), setting.record, &self.filtered)?;
-            let z: Vec<_> = values
-                .iter()
-                .zip(&self.filtered.innovations)
-                .zip(&setting.scored)
-                .map(|((value, held), scored)| {
-                    let held = held.filter(|_| *scored)?;
-                    Some((*value)? / held.variance.sqrt())
-                })
-                .collect();
-            replayed = self.whitening.autoregression.whitened(&z);
-            &replayed
-        };
+    ) -> Result<Vec<Option<f64>>, GapError> {
+        let values = replay(&setting.model(factors), setting.record, &self.filtered)?;
+        let z: Vec<_> = values
+            .iter()
+            .zip(&self.filtered.innovations)
+            .zip(&setting.scored)
+            .map(|((value, held), scored)| {
+                let held = held.filter(|_| *scored)?;
+                Some((*value)? / held.variance.sqrt())
+            })
+            .collect();
+        Ok(self.whitening.autoregression.whitened(&z))
+    }
+
+    /// The loss whose derivative the estimating equation is, nats.
+    fn loss(&self, whitened: &[Option<f64>], factors: &PersonalFactors) -> f64 {
         let scale = self.whitening.scale;
         let data: f64 = whitened.iter().flatten().map(|w| huber_loss(w / scale, 1.0)).sum();
-        Ok(data + factors.prior_loss())
+        data + factors.prior_loss()
     }
 }
 
@@ -458,10 +455,10 @@ fn solved(
         iterations += 1;
         let mut share = 1.0;
         if size > CHECKED_ABOVE {
-            let before = run.loss(setting, &factors, true)?;
+            let before = run.loss(&run.whitened, &factors);
             let worse = |share: f64| -> Result<bool, GapError> {
                 let trial = moved(&factors, &step.map(|value| share * value), setting.bound);
-                Ok(run.loss(setting, &trial, false)? >= before)
+                Ok(run.loss(&run.held_at(setting, &trial)?, &trial) >= before)
             };
             while share > SHORTEST_SHARE && worse(share)? {
                 share *= 0.5;

@@ -54,3 +54,32 @@ fn planted_parameters_are_recovered_within_their_posterior_spread() {
         assert!(left < 0.35, "{factor:?}: {left} prior standard deviations are left");
     }
 }
+
+/// People of bodies that are not the plant's: another generator made them, and their meals and doses are what
+/// people do.
+#[test]
+fn people_of_other_bodies_settle_at_one_place() {
+    let folder =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/embedded/cohort");
+    let cohort = cohort::read_folder(&folder).expect("the fixture");
+    let (population, egp) = (OdeParameters::nominal(), EgpMode::NonNegative);
+    let (noise, rule) = (NoiseModel::working(), CalibrationRule::working());
+    for mut person in cohort.people {
+        let steps = person.record.len().min(14 * 288);
+        person.record = person.record.slice(0..steps).expect("not empty");
+        let observations = Observations::from_person(&person).expect("a good record");
+        let found = calibrate(&population, egp, &noise, &observations, &rule).expect("calibrates");
+        // Two to ten are needed; fifteen would mean that jumping gains are chased.
+        assert!(found.converged && found.iterations < 15, "{}: {}", person.id, found.iterations);
+        // Beginning elsewhere, and with a prior a little elsewhere, finds the same person.
+        let nudge = PersonalFactors([0.05, 0.0, 0.05, -0.05, 0.0, 0.0]);
+        let nudged = nudge.applied_to(&population);
+        let again = calibrate(&nudged, egp, &noise, &observations, &rule).expect("calibrates");
+        for (k, factor) in Factor::ALL.into_iter().enumerate() {
+            let moved = again.factors.0[k] + nudge.0[k] - found.factors.0[k];
+            // What the nudge pulls, a quarter of a prior standard deviation, and a tenth of a posterior one at
+            // steps that shrink slowly.
+            assert!(moved.abs() < found.sd[k], "{} {factor:?}: {moved}", person.id);
+        }
+    }
+}
