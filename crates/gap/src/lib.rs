@@ -1,23 +1,25 @@
-//! Where a plant misses a cohort: the sim-to-real gap by situation.
+//! The sim-to-real gap of a cohort: where a plant misses, which effect it lacks, how far adding it goes.
 //!
-//! Each person is followed by an extended Kalman filter on the ODE plant and calibrated by maximum
-//! a posteriori ([`filter`], [`calibration`]). Two kinds of error are then averaged by situation
-//! ([`context`]): free runs from filtered states ([`free_run`]) and whitened innovations
-//! ([`whitening`]). Means carry simultaneous intervals over people and family-wise p-values
-//! ([`localisation`]). [`diagnose`] does all of it and returns a [`Diagnosis`] in the layout of
-//! `diagnosis.json`.
+//! Doubtful data come first ([`quality`]). Each person is then followed by an extended Kalman filter on
+//! the ODE plant and calibrated by maximum a posteriori ([`filter`], [`calibration`]).
 //!
-//! This is the stage "where". It names no effect: its verdict is "none" (no situation shows a gap)
-//! or "unknown" (some do, and nothing was tried that could explain it).
+//! - *Where*: free runs from filtered states ([`free_run`]) and whitened innovations ([`whitening`]) are
+//!   averaged by situation ([`context`]), with simultaneous intervals over people ([`localisation`]).
+//! - *Which*: what every effect of the library would do to the innovations ([`tangent`], [`design`]) is
+//!   weighed against a background that any two bodies may differ in, on days held out ([`which`]).
+//! - *How far*: held-out error before and after the effects found are added ([`how_far`]).
+//!
+//! [`diagnose`] does all of it and returns a [`Diagnosis`] in the layout of `diagnosis.json`. Its verdict
+//! is "effect", "unknown" (something varies that the library does not hold) or "none" (nothing that
+//! the data could show).
 //!
 //! ```no_run
-//! use gap::{DiagnosisConfig, Verdict, diagnose};
+//! use gap::{DiagnosisConfig, diagnose};
 //!
 //! let cohort = cohort::read_folder("my-cohort".as_ref())?;
 //! let diagnosis = diagnose(&cohort, &DiagnosisConfig::working(), 1)?;
-//! if diagnosis.verdict == Verdict::Unknown {
-//!     let largest = &diagnosis.cells[0];
-//!     assert!(largest.lower <= largest.mean_error_mg_dl);
+//! for found in &diagnosis.effects {
+//!     assert!(found.probability <= 1.0 && found.amplitude.lower >= 0.0);
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -3,8 +3,8 @@
 //! Every effect of the library is tested by held-out evidence on the linear model of the innovations
 //! ([`design`](crate::design)), with the background profiled and random differences between days integrated
 //! out. The effect that exceeds its threshold by most is named. The plant is then run again with it, and
-//! the others are tested on what is left; an effect that no longer clears its threshold beside a later one is
-//! dropped. Where nothing is named and a port varies by more than it does in anybody, the answer is "unknown".
+//! the others are tested on what is left. Where nothing is named and a port varies by more than it does in
+//! anybody, the answer is "unknown".
 
 mod amplitude;
 mod answer;
@@ -21,7 +21,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use self::events::EventEvidence;
-use self::held_out::{Allowed, HeldOut, Trial, held_out};
+use self::held_out::{Allowed, Folds, HeldOut, Trial, held_out};
 use self::statistics::Person as Statistics;
 use self::unknown::unknown_events;
 use self::variance::{Estimated, Spreads};
@@ -163,7 +163,6 @@ pub fn which(
                 Candidate { effect: score.effect, gain, excess: gain - threshold.over(person_days) }
             })
             .collect();
-        candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
         prefer_known(&mut candidates, known, library, &named);
         let untried: Vec<usize> = (0..known)
             .filter(|e| round.subjects.iter().all(|s| s.design.untried.contains(e)))
@@ -201,34 +200,32 @@ pub fn which(
     }
 }
 
-/// Puts a known effect before unknown events that look no better, and guards last once something is named: what
-/// is left then shows in how glucose is shed and defended.
+/// Lowers the excess of unknown events beside a known effect that clears its threshold, and of guards once
+/// something is named: what is left then shows in how glucose is shed and defended.
 fn prefer_known(
     candidates: &mut [Candidate],
     known: usize,
     library: &[&dyn Effect],
     named: &[Named],
 ) {
-    if !named.is_empty() {
-        for candidate in candidates.iter_mut() {
-            if GUARDS.contains(&library[candidate.effect].card().name) {
-                candidate.excess = candidate.excess.min(0.0);
+    let explained = candidates.iter().any(|c| c.effect < known && c.excess > 0.0);
+    for candidate in candidates.iter_mut() {
+        if candidate.effect >= known {
+            if explained {
+                candidate.excess = (candidate.excess - UNKNOWN_MARGIN) / UNKNOWN_FACTOR;
             }
+        } else if !named.is_empty() && GUARDS.contains(&library[candidate.effect].card().name) {
+            candidate.excess = candidate.excess.min(0.0);
         }
-        candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
     }
-    let Some(best) = candidates.iter().position(|c| c.effect < known) else { return };
-    let rival = candidates[best].excess;
-    if best > 0 && rival > 0.0 && candidates[0].excess < UNKNOWN_FACTOR * rival + UNKNOWN_MARGIN {
-        candidates[..=best].rotate_right(1);
-    }
+    candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
 }
 
 /// Everything that is known in one round.
 struct Round {
     subjects: Vec<Subject>,
-    /// Each person's days, random differences integrated out.
-    marginal: Vec<Vec<(Mat<f64>, Vec<f64>)>>,
+    /// Each person's folds of days, random differences integrated out.
+    marginal: Vec<Folds>,
     estimated: Estimated,
     /// Guards that are not themselves named, and named driven effects with their spread.
     guards: Vec<(usize, f64)>,
@@ -268,12 +265,14 @@ impl Round {
             .par_iter()
             .enumerate()
             .map(|(place, input)| {
-                let design = if named.is_empty() {
+                let mut design = if named.is_empty() {
                     design(input.person, input.observations, input.calibration, library)?
                 } else {
                     conditioned(input, place, library, named, config)?
                 };
                 let statistics = Statistics::of(&design);
+                // The largest part of a person, and summed up.
+                design.signatures = Vec::new();
                 Ok(Subject { design, statistics })
             })
             .collect::<Result<_, GapError>>()?;
@@ -293,27 +292,21 @@ impl Round {
             round.marginal = round
                 .subjects
                 .par_iter()
-                .map(|s| {
-                    let of_day = |day| variance::marginal(day, &s.statistics.random, &spreads);
-                    s.statistics.days.iter().map(of_day).collect()
-                })
+                .map(|s| variance::marginal(&s.statistics, &spreads))
                 .collect();
             let fixed: Vec<Vec<f64>> = (0..round.subjects.len())
                 .into_par_iter()
                 .map(|person| round.constant(person))
                 .collect();
-            let statistics: Vec<Statistics> =
-                round.subjects.iter().map(|s| s.statistics.clone()).collect();
+            let statistics: Vec<&Statistics> =
+                round.subjects.iter().map(|s| &s.statistics).collect();
             round.estimated = variance::estimate(&statistics, &fixed, spreads);
         }
         let spreads = round.estimated.spreads;
         round.marginal = round
             .subjects
             .par_iter()
-            .map(|s| {
-                let of_day = |day| variance::marginal(day, &s.statistics.random, &spreads);
-                s.statistics.days.iter().map(of_day).collect()
-            })
+            .map(|s| variance::marginal(&s.statistics, &spreads))
             .collect();
         Ok(round)
     }
@@ -358,7 +351,7 @@ impl Round {
     fn trials(&self, effect: usize, name: &str) -> Vec<Trial<'_>> {
         (0..self.subjects.len())
             .map(|person| Trial {
-                days: &self.marginal[person],
+                folds: &self.marginal[person],
                 allowed: self.allowed(person, Some((effect, name))),
                 variants: self.variants(person, effect),
             })
@@ -463,23 +456,32 @@ impl Round {
             ScoreOf::Events(found) => {
                 named.events = found.found.iter().map(|e| (e.person, e.onset, e.size)).collect();
                 named.gains.clone_from(&found.gains);
-                named.amplitude = self.frequency(best.effect, found);
-                named.personal = vec![named.amplitude; people];
+                named.amplitude = self.frequency(best.effect, found, 0..people);
+                named.personal = (0..people)
+                    .map(|person| self.frequency(best.effect, found, person..person + 1))
+                    .collect();
             }
             ScoreOf::Random(_, amplitude) => named.amplitude = (*amplitude, 0.3 * amplitude),
         }
         named
     }
 
-    /// Frequency of events over the published one.
-    fn frequency(&self, effect: usize, found: &EventEvidence) -> (f64, f64) {
+    /// Frequency of events of some people over the published one, and its standard error.
+    fn frequency(
+        &self,
+        effect: usize,
+        found: &EventEvidence,
+        people: std::ops::Range<usize>,
+    ) -> (f64, f64) {
         let published = self
             .subjects
             .iter()
             .find_map(|s| s.design.events.iter().find(|bank| bank.effect == effect))
             .map_or(1.0, |bank| bank.shape.per_day);
-        let days: usize = self.subjects.iter().map(|s| s.statistics.days.len()).sum();
-        let count: f64 = found.found.iter().map(|e| e.probability * e.size.abs()).sum();
+        let subjects = &self.subjects[people.clone()];
+        let days: usize = subjects.iter().map(|s| s.statistics.days.len()).sum();
+        let theirs = found.found.iter().filter(|event| people.contains(&event.person));
+        let count: f64 = theirs.map(|e| e.probability * e.size.abs()).sum();
         let expected = published * days as f64;
         (count / expected, (count.sqrt() + 1.0) / expected)
     }

@@ -1,7 +1,7 @@
-//! `diagnose`: where a plant misses a cohort.
+//! `diagnose`: where a plant misses a cohort, which effect it lacks, how far adding it goes.
 
 use anyhow::{Context as _, Result, bail};
-use gap::{DiagnosisConfig, diagnose_with_progress};
+use gap::{Diagnosis, DiagnosisConfig, Verdict, diagnose_with_progress};
 
 use crate::cli::DiagnoseArgs;
 use crate::manifest::Manifest;
@@ -47,10 +47,22 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
     progress.finish(&format!(
-        "{} people, {excluded} excluded, {} cells, {}",
+        "{} people, {excluded} excluded, {}, {}",
         diagnosis.people.len(),
-        diagnosis.cells.len(),
+        verdict(&diagnosis),
         place.join("report.html").display()
     ));
     Ok(())
+}
+
+/// The answer in a few words.
+fn verdict(diagnosis: &Diagnosis) -> String {
+    match diagnosis.verdict {
+        Verdict::None => "no effect found".to_owned(),
+        Verdict::Unknown => "something unknown is missing".to_owned(),
+        Verdict::Effect => {
+            let names: Vec<&str> = diagnosis.effects.iter().map(|e| e.effect.as_str()).collect();
+            format!("found: {}", names.join(", "))
+        }
+    }
 }

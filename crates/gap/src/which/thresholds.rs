@@ -7,10 +7,17 @@ use serde::{Deserialize, Serialize};
 /// Least threshold of an effect, nats: at odds of one effect in twenty a gain of 3 makes it as likely as
 /// not.
 const LEAST: f64 = 3.0;
-/// Least threshold of events of no known effect and of ports, nats: "unknown" is the answer that says least.
-const LEAST_UNKNOWN: f64 = 5.0;
+/// Least threshold of what a plant of another structure than the body's shows as well, nats: how glucose is
+/// shed when it is high, defended when it is low, and absorbed from large meals; and that a port varies.
+const LEAST_STRUCTURAL: f64 = 12.0;
+const STRUCTURAL: [&str; 3] = ["counter_regulation", "renal_threshold", "slow_meals"];
+/// Least threshold of events of no known effect, nats.
+const LEAST_UNKNOWN: f64 = 8.0;
 /// Room above the largest evidence seen where nothing is missing.
 const ROOM: f64 = 1.15;
+/// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
+/// would set that of its effect.
+const ALARMS: f64 = 0.025;
 /// Temperature of the probabilities, nats.
 const TEMPERATURE: f64 = 1.5;
 
@@ -24,9 +31,6 @@ pub struct Evidence {
 }
 
 /// Thresholds in nats, fixed on worlds in which nothing is missing.
-///
-/// A plant of another structure than the body gains a little from wrong effects for every day observed, so a
-/// threshold is the larger of a constant and a rate times the person-days.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
     /// What they were fixed on.
@@ -40,19 +44,22 @@ pub struct Thresholds {
 }
 
 /// One threshold.
+///
+/// A plant of another structure than the body gains a little from wrong effects for every day observed, so
+/// beyond the size of the cohorts that it was fixed on a threshold grows with the person-days.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
     /// Least evidence, nats.
     pub nats: f64,
-    /// Evidence per person and day.
-    pub nats_per_person_day: f64,
+    /// Person-days up to which that holds.
+    pub person_days: f64,
 }
 
 impl Threshold {
     /// The evidence needed over so many person-days.
     #[must_use]
     pub fn over(&self, person_days: f64) -> f64 {
-        self.nats.max(self.nats_per_person_day * person_days)
+        self.nats * (person_days / self.person_days).max(1.0)
     }
 }
 
@@ -91,25 +98,31 @@ impl Thresholds {
         serde_json::from_str(text).ok()
     }
 
-    /// Thresholds that no cohort of `nulls` reaches, in which nothing is missing.
+    /// Thresholds that hardly a cohort of `nulls` reaches, in which nothing is missing.
     ///
-    /// For each name: a constant, and a rate that is `1.15` times the largest evidence per person-day among
-    /// the cohorts whose evidence reaches the constant.
+    /// For each name 1.15 times the largest evidence of the cohorts, no less than a floor. Up to 2.5 % of the
+    /// cohorts are left out first: each time the one without which the thresholds fall by most.
     #[must_use]
     pub fn fit(source: &str, nulls: &[Evidence]) -> Self {
-        let mut by_name: BTreeMap<String, Threshold> = BTreeMap::new();
-        for null in nulls {
-            for (name, gain) in &null.gains {
-                let nats = if names_an_effect(name) { LEAST } else { LEAST_UNKNOWN };
-                let start = Threshold { nats, nats_per_person_day: 0.0 };
-                let entry = by_name.entry(name.clone()).or_insert(start);
-                if ROOM * gain > nats {
-                    let rate = ROOM * gain / null.person_days.max(1.0);
-                    entry.nats_per_person_day = entry.nats_per_person_day.max(rate);
-                }
-            }
+        let mut kept: Vec<&Evidence> = nulls.iter().collect();
+        for _ in 0..(ALARMS * nulls.len() as f64) as usize {
+            let all = total(&largest(kept.iter().copied()));
+            let without = |place: usize| {
+                let others = kept.iter().enumerate().filter(|(k, _)| *k != place);
+                total(&largest(others.map(|(_, null)| *null)))
+            };
+            let falls: Vec<f64> = (0..kept.len()).map(|place| all - without(place)).collect();
+            let Some(odd) = (0..falls.len()).max_by(|a, b| falls[*a].total_cmp(&falls[*b])) else {
+                break;
+            };
+            kept.remove(odd);
         }
-        let other = Threshold { nats: LEAST_UNKNOWN, nats_per_person_day: 0.05 };
+        let person_days = nulls.iter().map(|null| null.person_days).fold(1.0, f64::max);
+        let by_name = largest(kept.into_iter())
+            .into_iter()
+            .map(|(name, nats)| (name, Threshold { nats, person_days }))
+            .collect();
+        let other = Threshold { nats: LEAST_STRUCTURAL, person_days };
         Self { source: source.to_owned(), by_name, other, temperature: TEMPERATURE }
     }
 
@@ -120,17 +133,37 @@ impl Thresholds {
     }
 }
 
-/// Whether a name is that of a named effect: neither of unknown events nor of a port with its scale.
-fn names_an_effect(name: &str) -> bool {
-    !name.contains('/') && !name.starts_with("unknown")
+/// For each name the evidence that none of the cohorts reaches, nats.
+fn largest<'a>(nulls: impl Iterator<Item = &'a Evidence>) -> BTreeMap<String, f64> {
+    let mut by_name = BTreeMap::new();
+    for null in nulls {
+        for (name, gain) in &null.gains {
+            let entry = by_name.entry(name.clone()).or_insert_with(|| least(name));
+            *entry = entry.max(ROOM * gain);
+        }
+    }
+    by_name
+}
+
+fn total(thresholds: &BTreeMap<String, f64>) -> f64 {
+    thresholds.values().sum()
+}
+
+/// The floor of a threshold.
+fn least(name: &str) -> f64 {
+    if name.contains('/') || STRUCTURAL.contains(&name) {
+        LEAST_STRUCTURAL
+    } else if name.starts_with("unknown") {
+        LEAST_UNKNOWN
+    } else {
+        LEAST
+    }
 }
 
 impl Threshold {
+    /// The stricter of two.
     fn larger(self, other: Self) -> Self {
-        Self {
-            nats: self.nats.max(other.nats),
-            nats_per_person_day: self.nats_per_person_day.max(other.nats_per_person_day),
-        }
+        if self.nats >= other.nats { self } else { other }
     }
 }
 
@@ -144,25 +177,29 @@ mod tests {
         assert!(working.temperature > 0.0);
         for name in effects::names() {
             let threshold = working.by_name.get(name).copied().unwrap_or(working.other);
-            assert!(threshold.nats >= LEAST && threshold.nats_per_person_day >= 0.0, "{name}");
+            assert!(threshold.nats >= LEAST && threshold.person_days >= 1.0, "{name}");
             assert!(threshold.over(1e6) >= threshold.over(1.0));
         }
     }
 
     #[test]
-    fn no_null_reaches_the_thresholds_fitted_to_it() {
-        let null = |person_days, gain, port| Evidence {
-            person_days,
+    fn hardly_a_null_reaches_the_thresholds_fitted_to_it() {
+        let null = |gain, port| Evidence {
+            person_days: 140.0,
             gains: [("dawn".to_owned(), gain), ("egp/day".to_owned(), port)].into(),
         };
-        let nulls = [null(70.0, 6.0, -1.0), null(280.0, 9.0, 30.0), null(21.0, 1.0, 0.0)];
+        let mut nulls = vec![null(4.0, 30.0), null(1.0, 20.0), null(1.0, 0.0)];
         let fitted = Thresholds::fit("test", &nulls);
         for null in &nulls {
             for (name, gain) in &null.gains {
                 assert!(fitted.of(name).over(null.person_days) > *gain, "{name}");
             }
         }
-        assert_eq!(fitted.of("dawn").over(10.0), LEAST);
-        assert_eq!(fitted.of("egp/day").over(10.0), LEAST_UNKNOWN);
+        assert_eq!(fitted.of("dawn").over(280.0), 2.0 * 1.15 * 4.0);
+        // One odd world in forty is left out.
+        nulls.extend(vec![null(0.0, 0.0); 37]);
+        let fitted = Thresholds::fit("test", &nulls);
+        assert_eq!(fitted.of("egp/day").over(140.0), 1.15 * 20.0);
+        assert_eq!(fitted.of("dawn").over(140.0), LEAST);
     }
 }
