@@ -17,7 +17,6 @@ mod unknown;
 mod variance;
 
 use effects::{Effect, Form, Modulation, Port};
-use faer::Mat;
 use rayon::prelude::*;
 
 use self::events::EventEvidence;

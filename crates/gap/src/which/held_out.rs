@@ -10,6 +10,7 @@ use faer::linalg::solvers::Solve;
 use rayon::prelude::*;
 
 use super::amplitude::{Hierarchy, Information};
+use super::statistics::Sums;
 
 /// Folds of days.
 pub(super) const FOLDS: usize = 7;
@@ -26,10 +27,32 @@ pub(super) struct Allowed {
     pub(super) sd: f64,
 }
 
+/// One person's A and b, random factors integrated out.
+pub(super) struct Folds {
+    /// Number of days.
+    pub(super) days: usize,
+    /// Sums over the days of each fold.
+    pub(super) tests: Vec<Sums>,
+}
+
+impl Folds {
+    /// Whether a fold has days, and there are others to train on.
+    fn is_tested(&self, place: usize) -> bool {
+        let test = fold(self.days, place);
+        !test.is_empty() && self.days > test.len()
+    }
+
+    /// Sums over the days of every fold but one.
+    fn training(&self, without: Option<usize>) -> Vec<&Sums> {
+        let others = self.tests.iter().enumerate().filter(|(place, _)| Some(*place) != without);
+        others.map(|(_, sums)| sums).collect()
+    }
+}
+
 /// What one person brings to the test of an effect: days, what is allowed for, columns of its variants.
 pub(super) struct Trial<'a> {
-    /// Each day's A and b, random factors integrated out.
-    pub(super) days: &'a [(Mat<f64>, Vec<f64>)],
+    /// Days.
+    pub(super) folds: &'a Folds,
     /// What is allowed for.
     pub(super) allowed: Vec<Allowed>,
     /// Columns of the variants.
@@ -65,28 +88,30 @@ struct Fitted {
 }
 
 impl Trial<'_> {
-    fn fitted(&self, days: impl Iterator<Item = usize>) -> Fitted {
+    /// The background on every fold but one.
+    fn fitted(&self, without: Option<usize>) -> Fitted {
         let n = self.allowed.len();
         let columns: Vec<usize> =
             self.allowed.iter().map(|a| a.column).chain(self.variants.iter().copied()).collect();
+        let training = self.folds.training(without);
+        let sum = |row: usize, column: usize| -> f64 {
+            training.iter().map(|sums| sums.a[(row, column)]).sum()
+        };
+        let b: Vec<f64> =
+            columns.iter().map(|place| training.iter().map(|sums| sums.b[*place]).sum()).collect();
+        let own: Vec<f64> = self.variants.iter().map(|place| sum(*place, *place)).collect();
+        // Columns of A lie together: entries of a row are those of a column, A being symmetric.
         let mut a = Mat::<f64>::zeros(columns.len(), n);
-        let mut own = vec![0.0; self.variants.len()];
-        let mut b = vec![0.0; columns.len()];
-        for day in days {
-            let (day_a, day_b) = &self.days[day];
-            for (row, place) in columns.iter().enumerate() {
-                b[row] += day_b[*place];
-                for (column, other) in columns[..n].iter().enumerate() {
-                    a[(row, column)] += day_a[(*place, *other)];
-                }
-                if row >= n {
-                    own[row - n] += day_a[(*place, *place)];
-                }
+        for (column, other) in columns[..n].iter().enumerate() {
+            for (row, place) in columns.iter().enumerate().skip(column) {
+                a[(row, column)] = sum(*place, *other);
             }
         }
-        let system = Mat::from_fn(n, n, |i, j| {
-            a[(i, j)] + if i == j { self.allowed[i].sd.powi(-2) } else { 0.0 }
-        });
+        // The factorisation reads the lower triangle alone.
+        let mut system = a.get(..n, ..).to_owned();
+        for (i, allowed) in self.allowed.iter().enumerate() {
+            system[(i, i)] += allowed.sd.powi(-2);
+        }
         let right = Mat::from_fn(n, 1 + self.variants.len(), |i, k| {
             if k == 0 {
                 b[i] + self.allowed[i].mean * self.allowed[i].sd.powi(-2)
@@ -114,9 +139,9 @@ impl Trial<'_> {
         Fitted { background, variants }
     }
 
-    /// Log likelihood of a day at amplitude `theta` of a variant over that of the background alone.
-    fn gain(&self, fitted: &Fitted, variant: usize, theta: f64, day: usize) -> f64 {
-        let (a, b) = &self.days[day];
+    /// Log likelihood of a fold at amplitude `theta` of a variant over that of the background alone.
+    fn gain(&self, fitted: &Fitted, variant: usize, theta: f64, test: usize) -> f64 {
+        let Sums { a, b } = &self.folds.tests[test];
         let answer = &fitted.variants[variant].1;
         let effect = self.variants[variant];
         // The change of the amplitudes from one explanation to the other, and the state it starts from.
@@ -179,21 +204,18 @@ fn weigh(fits: &[Option<Fitted>]) -> (Vec<Vec<f64>>, Hierarchy) {
                 variants.iter().map(|(info, _)| hierarchy.evidence(*info)).collect()
             })
             .collect();
+        let everyones: Vec<f64> = if shared {
+            let count = counts.first().copied().unwrap_or(0);
+            let of_variant = |v: usize| evidence.iter().filter_map(|own| own.get(v)).sum();
+            (0..count).map(of_variant).collect()
+        } else {
+            Vec::new()
+        };
         for (person, own) in evidence.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
-            let logs: Vec<f64> = (0..own.len())
-                .map(|v| {
-                    let others: f64 = if shared {
-                        evidence
-                            .iter()
-                            .enumerate()
-                            .filter(|(k, e)| *k != person && !e.is_empty())
-                            .map(|(_, e)| e[v])
-                            .sum()
-                    } else {
-                        0.0
-                    };
-                    own[v] + SHARED * others
-                })
+            let logs: Vec<f64> = own
+                .iter()
+                .enumerate()
+                .map(|(v, own)| own + SHARED * everyones.get(v).map_or(0.0, |all| all - own))
                 .collect();
             weights[person] = softmax(&logs);
         }
@@ -209,7 +231,7 @@ fn softmax(logs: &[f64]) -> Vec<f64> {
 }
 
 /// Contiguous folds of `days`.
-fn fold(days: usize, fold: usize) -> std::ops::Range<usize> {
+pub(super) fn fold(days: usize, fold: usize) -> std::ops::Range<usize> {
     let folds = FOLDS.min(days.max(1));
     if fold >= folds { 0..0 } else { fold * days / folds..(fold + 1) * days / folds }
 }
@@ -222,10 +244,8 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
             let fits: Vec<Option<Fitted>> = trials
                 .iter()
                 .map(|trial| {
-                    let n = trial.days.len();
-                    let test = fold(n, f);
-                    (!trial.variants.is_empty() && !test.is_empty() && n > test.len())
-                        .then(|| trial.fitted((0..n).filter(|day| !test.contains(day))))
+                    let tested = !trial.variants.is_empty() && trial.folds.is_tested(f);
+                    tested.then(|| trial.fitted(Some(f)))
                 })
                 .collect();
             let (weights, hierarchy) = weigh(&fits);
@@ -237,14 +257,14 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
                     let Some(fit) = fit.as_ref().filter(|_| hierarchy.mean > 0.0) else {
                         return 0.0;
                     };
-                    mixture(trial, fit, weights, &hierarchy, fold(trial.days.len(), f))
+                    mixture(trial, fit, weights, &hierarchy, f)
                 })
                 .collect()
         })
         .collect();
     let fits: Vec<Option<Fitted>> = trials
         .par_iter()
-        .map(|trial| (!trial.variants.is_empty()).then(|| trial.fitted(0..trial.days.len())))
+        .map(|trial| (!trial.variants.is_empty()).then(|| trial.fitted(None)))
         .collect();
     let (weights, hierarchy) = weigh(&fits);
     let variants: Vec<usize> = weights
@@ -273,7 +293,7 @@ fn mixture(
     fit: &Fitted,
     weights: &[f64],
     hierarchy: &Hierarchy,
-    days: std::ops::Range<usize>,
+    test: usize,
 ) -> f64 {
     let logs: Vec<f64> = weights
         .iter()
@@ -281,8 +301,7 @@ fn mixture(
         .filter(|(_, weight)| **weight > 1e-3)
         .map(|(variant, weight)| {
             let (theta, _) = hierarchy.personal(fit.variants[variant].0);
-            let gain: f64 = days.clone().map(|day| trial.gain(fit, variant, theta, day)).sum();
-            weight.ln() + gain
+            weight.ln() + trial.gain(fit, variant, theta, test)
         })
         .collect();
     let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -290,9 +309,9 @@ fn mixture(
 }
 
 /// Allowed directions fitted to all days.
-pub(super) fn background(days: &[(Mat<f64>, Vec<f64>)], allowed: &[Allowed]) -> Vec<f64> {
-    let trial = Trial { days, allowed: allowed.to_vec(), variants: Vec::new() };
-    trial.fitted(0..days.len()).background
+pub(super) fn background(folds: &Folds, allowed: &[Allowed]) -> Vec<f64> {
+    let trial = Trial { folds, allowed: allowed.to_vec(), variants: Vec::new() };
+    trial.fitted(None).background
 }
 
 /// Information about two directions once what is allowed for is profiled out.
@@ -310,16 +329,12 @@ impl Profiled {
 }
 
 /// Profiled information of the columns `own` and `other`.
-pub(super) fn profiled(
-    days: &[(Mat<f64>, Vec<f64>)],
-    allowed: &[Allowed],
-    own: usize,
-    other: usize,
-) -> Profiled {
-    let trial = Trial { days, allowed: allowed.to_vec(), variants: vec![own, other] };
-    let fitted = trial.fitted(0..days.len());
-    let total =
-        |row: usize, column: usize| -> f64 { days.iter().map(|(a, _)| a[(row, column)]).sum() };
+pub(super) fn profiled(folds: &Folds, allowed: &[Allowed], own: usize, other: usize) -> Profiled {
+    let trial = Trial { folds, allowed: allowed.to_vec(), variants: vec![own, other] };
+    let fitted = trial.fitted(None);
+    let total = |row: usize, column: usize| -> f64 {
+        folds.tests.iter().map(|sums| sums.a[(row, column)]).sum()
+    };
     let answer = &fitted.variants[1].1;
     let taken: f64 =
         allowed.iter().zip(answer).map(|(a, value)| total(own, a.column) * value).sum();

@@ -1,4 +1,4 @@
-//! Sufficient statistics of a person's linear model, by day and by quarter of a day.
+//! Sufficient statistics of a person's linear model, by fold of days and by quarter of a day.
 //!
 //! Innovations e depend on amplitudes theta as e0 + S theta. With weights W all that inference needs is
 //! A = S'WS and b = -S'W e0: the log likelihood of theta is b'theta - theta'A theta / 2 up to a
@@ -7,6 +7,7 @@
 use faer::Mat;
 use physiology::STEPS_PER_DAY;
 
+use super::held_out::{FOLDS, fold};
 use crate::design::{Column, Design};
 
 /// Steps of a block: six hours.
@@ -16,13 +17,25 @@ pub(super) const BLOCK: usize = STEPS_PER_DAY / 4;
 pub(super) const RANDOM: [&str; 7] =
     ["action", "egp_0", "t_max_g", "t_max_i", "a_g", "sensor_gain", "flux"];
 
-/// A day's statistics.
+/// A and b of some days.
 #[derive(Debug, Clone)]
-pub(super) struct Day {
+pub(super) struct Sums {
     /// A: (columns, columns).
     pub(super) a: Mat<f64>,
     /// b: (columns).
     pub(super) b: Vec<f64>,
+}
+
+impl Sums {
+    /// Sums of no day.
+    fn none(columns: usize) -> Self {
+        Self { a: Mat::zeros(columns, columns), b: vec![0.0; columns] }
+    }
+}
+
+/// What the random factors of a day see of it.
+#[derive(Debug, Clone)]
+pub(super) struct Day {
     /// Rows of A that belong to [`RANDOM`], by block: (random, columns) each.
     pub(super) za: Vec<Mat<f64>>,
     /// Entries of b that belong to [`RANDOM`], by block.
@@ -38,6 +51,8 @@ pub(super) struct Person {
     pub(super) random: [usize; RANDOM.len()],
     /// Days counted from the start of the record, 24 h each; the last may be shorter.
     pub(super) days: Vec<Day>,
+    /// A and b of the days of each fold; nothing asks for single days.
+    pub(super) folds: Vec<Sums>,
 }
 
 impl Person {
@@ -51,28 +66,40 @@ impl Person {
                 .expect("the background has every random column")
         });
         let steps = design.residuals.len();
-        let days = (0..steps.div_ceil(STEPS_PER_DAY))
-            .map(|day| {
-                let first = day * STEPS_PER_DAY;
-                day_of(design, &random, first..(first + STEPS_PER_DAY).min(steps))
+        let count = steps.div_ceil(STEPS_PER_DAY);
+        let mut days = Vec::with_capacity(count);
+        let folds = (0..FOLDS)
+            .map(|place| {
+                let mut sums = Sums::none(columns.len());
+                for day in fold(count, place) {
+                    let first = day * STEPS_PER_DAY;
+                    let steps = first..(first + STEPS_PER_DAY).min(steps);
+                    days.push(day_of(design, &random, steps, &mut sums));
+                }
+                sums
             })
             .collect();
-        Self { columns, random, days }
+        Self { columns, random, days, folds }
     }
 }
 
-fn day_of(design: &Design, random: &[usize], steps: std::ops::Range<usize>) -> Day {
+/// A day, which is added to `sums`.
+fn day_of(
+    design: &Design,
+    random: &[usize],
+    steps: std::ops::Range<usize>,
+    sums: &mut Sums,
+) -> Day {
     let count = design.columns.len();
-    let mut day =
-        Day { a: Mat::zeros(count, count), b: vec![0.0; count], za: Vec::new(), zb: Vec::new() };
+    let mut day = Day { za: Vec::new(), zb: Vec::new() };
     let mut first = steps.start;
     while first < steps.end {
         let last = (first + BLOCK).min(steps.end);
         let (a, b) = block_of(design, first..last);
         day.za.push(Mat::from_fn(random.len(), count, |row, column| a[(random[row], column)]));
         day.zb.push(random.iter().map(|place| b[*place]).collect());
-        day.a += &a;
-        for (sum, value) in day.b.iter_mut().zip(b) {
+        sums.a += &a;
+        for (sum, value) in sums.b.iter_mut().zip(b) {
             *sum += value;
         }
         first = last;

@@ -10,6 +10,7 @@ use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
+use super::held_out::{FOLDS, Folds, fold};
 use super::statistics::{Day, Person, RANDOM};
 
 /// Number of random factors.
@@ -75,7 +76,7 @@ fn factored(
 
 /// D Z'WX (active, columns) and D times the scores of the random factors.
 fn crossed(day: &Day, active: &[(Option<usize>, usize, f64)]) -> (Mat<f64>, Mat<f64>) {
-    let columns = day.b.len();
+    let columns = day.za.first().map_or(0, Mat::ncols);
     let blocks = 0..day.za.len();
     let c = Mat::from_fn(active.len(), columns, |i, column| match active[i] {
         (Some(k), factor, s) => s * day.za[k][(factor, column)],
@@ -88,23 +89,30 @@ fn crossed(day: &Day, active: &[(Option<usize>, usize, f64)]) -> (Mat<f64>, Mat<
     (c, z)
 }
 
-/// A day's A and b with the random factors integrated out.
-pub(super) fn marginal(
-    day: &Day,
-    random: &[usize; COUNT],
-    spreads: &Spreads,
-) -> (Mat<f64>, Vec<f64>) {
-    let active = active(spreads, day.za.len());
-    if active.is_empty() {
-        return (day.a.clone(), day.b.clone());
-    }
-    let factor = factored(day, random, &active);
-    let (c, z) = crossed(day, &active);
-    let solved = factor.solve(&c);
-    let a = &day.a - c.transpose() * &solved;
-    let taken = solved.transpose() * &z;
-    let b = day.b.iter().enumerate().map(|(k, b)| b - taken[(k, 0)]).collect();
-    (a, b)
+/// A person's A and b by fold, with the random factors of every day integrated out.
+pub(super) fn marginal(person: &Person, spreads: &Spreads) -> Folds {
+    let count = person.days.len();
+    let tests = (0..FOLDS)
+        .map(|place| {
+            let mut sums = person.folds[place].clone();
+            for day in &person.days[fold(count, place)] {
+                let active = active(spreads, day.za.len());
+                if active.is_empty() {
+                    continue;
+                }
+                let factor = factored(day, &person.random, &active);
+                let (c, z) = crossed(day, &active);
+                let solved = factor.solve(&c);
+                sums.a -= c.transpose() * &solved;
+                let taken = solved.transpose() * &z;
+                for (k, b) in sums.b.iter_mut().enumerate() {
+                    *b -= taken[(k, 0)];
+                }
+            }
+            sums
+        })
+        .collect();
+    Folds { days: count, tests }
 }
 
 /// What is left of a person's random scores once the constant directions `fixed` are allowed for: one list
@@ -178,7 +186,7 @@ pub(super) struct Estimated {
 
 /// Estimates the spreads by climbing one at a time over [`GRID`]. `fixed` holds each person's constant
 /// directions, one number a column.
-pub(super) fn estimate(people: &[Person], fixed: &[Vec<f64>], start: Spreads) -> Estimated {
+pub(super) fn estimate(people: &[&Person], fixed: &[Vec<f64>], start: Spreads) -> Estimated {
     let scores: Vec<_> =
         people.par_iter().zip(fixed).map(|(person, fixed)| adjusted(person, fixed)).collect();
     let of = |spreads: &Spreads| -> f64 {
