@@ -2,7 +2,7 @@
 //!
 //! Fixed arrays of 13 x 13, rows padded to 14 so that they fill vector registers; at this size they
 //! are several times faster than a general matrix type. The transition's structural zeros are
-//! skipped. Updates take Joseph's form and symmetry is restored after every operation, so that
+//! skipped. Updates take Joseph's form and symmetry is restored by every propagation, so that
 //! the matrix stays positive semidefinite however small the reading noise is.
 
 use crate::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
@@ -91,7 +91,6 @@ impl Covariance {
         }
         let mut gain = [0.0; STATES];
         gain.copy_from_slice(&padded[..STATES]);
-        self.symmetrise();
         Gain { gain, innovation_variance }
     }
 
