@@ -44,6 +44,8 @@ struct Row {
     people: usize,
     seconds: f64,
     people_per_second: f64,
+    /// Processor time of all threads, where the system tells it; other programs hardly change it.
+    processor_seconds: Option<f64>,
     /// Largest memory in use up to the end of the diagnosis, MiB; the people themselves included.
     peak_mib: Option<f64>,
     verdict: gap::Verdict,
@@ -154,7 +156,7 @@ fn people(args: &BenchArgs, amplitudes: Amplitudes) -> Result<Vec<Person>> {
 fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
     let people = cohort.people.len();
     let progress = Progress::begin("bench", people);
-    let clock = Instant::now();
+    let (clock, before) = (Instant::now(), processor_seconds());
     let diagnosis = diagnose_with_progress(cohort, &DiagnosisConfig::working(), seed, &|_, _| {
         progress.advance("people calibrated");
     })
@@ -164,6 +166,7 @@ fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
         people,
         seconds,
         people_per_second: people as f64 / seconds,
+        processor_seconds: processor_seconds().zip(before).map(|(after, before)| after - before),
         peak_mib: peak_mib(),
         verdict: diagnosis.verdict,
         effects: diagnosis.effects.into_iter().map(|found| found.effect).collect(),
@@ -171,6 +174,16 @@ fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
     };
     progress.finish(&format!("{people} people diagnosed"));
     Ok(row)
+}
+
+/// Processor time of this process so far, where the system tells it (Linux).
+fn processor_seconds() -> Option<f64> {
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
+    // The name of the program stands in brackets and may hold anything.
+    let (_, rest) = stat.rsplit_once(')')?;
+    let ticks = |place: usize| rest.split_whitespace().nth(place)?.parse::<f64>().ok();
+    // Fields 14 and 15 of proc(5), of which two stand before; Linux counts 100 ticks a second.
+    Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
 /// Largest resident memory so far, where the system tells it (Linux).
@@ -251,9 +264,10 @@ fn parts_text(parts: &[Part]) -> String {
 
 fn rows_text(rows: &[Row], days: usize, threads: usize) -> String {
     let mut text = format!("Diagnoses of people of {days} days on {threads} threads:\n");
-    text.push_str("  people   seconds  people/s  peak MiB  s/person  MiB/person  answer");
+    text.push_str("  people   seconds  people/s  CPU s/person  peak MiB  MiB/person  answer");
     for row in rows {
         let (people, peak) = (row.people as f64, row.peak_mib.unwrap_or(f64::NAN));
+        let processor = row.processor_seconds.unwrap_or(f64::NAN) / people;
         let answer = if row.effects.is_empty() {
             format!("{:?}", row.verdict).to_lowercase()
         } else {
@@ -261,11 +275,10 @@ fn rows_text(rows: &[Row], days: usize, threads: usize) -> String {
         };
         let _ = write!(
             text,
-            "\n{:>8} {:>9.1} {:>9.2} {peak:>9.0} {:>9.4} {:>11.2}  {answer}",
+            "\n{:>8} {:>9.1} {:>9.2} {processor:>13.4} {peak:>9.0} {:>11.2}  {answer}",
             row.people,
             row.seconds,
             row.people_per_second,
-            row.seconds / people,
             peak / people,
         );
     }
@@ -299,9 +312,15 @@ mod tests {
     }
 
     #[test]
-    fn the_peak_of_memory_is_told_where_the_system_tells_it() {
+    fn memory_and_processor_time_are_told_where_the_system_tells_them() {
         if std::path::Path::new("/proc/self/status").exists() {
             assert!(peak_mib().is_some_and(|peak| peak > 1.0));
+            let before = processor_seconds().expect("as the status");
+            let clock = Instant::now();
+            while clock.elapsed().as_secs_f64() < 0.1 {
+                std::hint::black_box(processor_seconds());
+            }
+            assert!(processor_seconds().expect("as before") > before);
         }
     }
 }
