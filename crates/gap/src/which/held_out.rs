@@ -344,3 +344,97 @@ pub(super) fn profiled(folds: &Folds, allowed: &[Allowed], own: usize, other: us
         cross: total(own, other) - taken,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A and b of `days` days in 3 columns: two directions of the background and an effect of amplitude 0.8.
+    fn folds(days: usize) -> Folds {
+        let truth = [0.3, -0.2, 0.8];
+        let tests = (0..FOLDS)
+            .map(|place| {
+                let (mut a, mut b) = (Mat::<f64>::zeros(3, 3), vec![0.0; 3]);
+                for day in fold(days, place) {
+                    for step in 0..40 {
+                        let t = (40 * day + step) as f64;
+                        let row = [1.0, (0.3 * t).sin(), (0.11 * t).cos().max(0.0)];
+                        let noise = 0.05 * (1.7 * t * t).sin();
+                        let y: f64 = row.iter().zip(truth).map(|(x, v)| x * v).sum::<f64>() + noise;
+                        for i in 0..3 {
+                            b[i] += row[i] * y;
+                            for j in 0..3 {
+                                a[(i, j)] += row[i] * row[j];
+                            }
+                        }
+                    }
+                }
+                Sums { a, b }
+            })
+            .collect();
+        Folds { days, tests }
+    }
+
+    fn trial(folds: &Folds) -> Trial<'_> {
+        let allowed = (0..2).map(|column| Allowed { column, mean: 0.0, sd: 1.0 }).collect();
+        Trial { folds, allowed, variants: vec![2] }
+    }
+
+    #[test]
+    fn folds_hold_every_day_once() {
+        for days in [1, 3, 7, 14, 30] {
+            let all: Vec<usize> = (0..FOLDS).flat_map(|place| fold(days, place)).collect();
+            assert_eq!(all, (0..days).collect::<Vec<_>>());
+        }
+        let (one, three) = (folds(1), folds(3));
+        assert!((0..FOLDS).all(|place| !one.is_tested(place)));
+        assert_eq!((0..FOLDS).filter(|place| three.is_tested(*place)).count(), 3);
+    }
+
+    #[test]
+    fn the_gain_of_a_fold_is_the_difference_of_its_log_likelihoods() {
+        let folds = folds(14);
+        let trial = trial(&folds);
+        for test in 0..FOLDS {
+            let fitted = trial.fitted(Some(test));
+            let Sums { a, b } = &folds.tests[test];
+            let likelihood = |x: [f64; 3]| -> f64 {
+                let linear: f64 = (0..3).map(|i| b[i] * x[i]).sum();
+                let square: f64 = (0..3)
+                    .flat_map(|i| (0..3).map(move |j| (i, j)))
+                    .map(|(i, j)| x[i] * a[(i, j)] * x[j])
+                    .sum();
+                linear - 0.5 * square
+            };
+            let without = [fitted.background[0], fitted.background[1], 0.0];
+            let (information, answer) = &fitted.variants[0];
+            let theta = information.score / information.information;
+            // An amplitude of 0.8 behind noise of 0.05 and priors of 1.
+            assert!((theta - 0.8).abs() < 0.02, "{theta}");
+            let with = [without[0] - theta * answer[0], without[1] - theta * answer[1], theta];
+            let expected = likelihood(with) - likelihood(without);
+            let found = trial.gain(&fitted, 0, theta, test);
+            assert!((found - expected).abs() < 1e-9 * expected.abs(), "{found} {expected}"); // rounding
+        }
+    }
+
+    #[test]
+    fn what_is_left_out_does_not_train() {
+        let (all, mut other) = (folds(14), folds(14));
+        other.tests[2] = Sums { a: Mat::zeros(3, 3), b: vec![1e6; 3] };
+        let background = |folds: &Folds, without| trial(folds).fitted(without).background;
+        assert_eq!(background(&all, Some(2)), background(&other, Some(2)));
+        assert_ne!(background(&all, Some(3)), background(&other, Some(3)));
+    }
+
+    #[test]
+    fn an_effect_is_found_in_those_who_have_it_and_nobody_gains_without_a_record() {
+        let folds = folds(14);
+        let without = Trial { variants: Vec::new(), ..trial(&folds) };
+        let found = held_out(&[trial(&folds), trial(&folds), without]);
+        assert!(found.gains[0] > 10.0, "{:?}", found.gains);
+        assert_eq!(found.gains[2], 0.0);
+        assert_eq!(found.gains[0], found.gains[1]);
+        assert!((found.hierarchy.mean - 0.8).abs() < 0.2, "{:?}", found.hierarchy);
+    }
+}
