@@ -361,10 +361,10 @@ mod tests {
                         let row = [1.0, (0.3 * t).sin(), (0.11 * t).cos().max(0.0)];
                         let noise = 0.05 * (1.7 * t * t).sin();
                         let y: f64 = row.iter().zip(truth).map(|(x, v)| x * v).sum::<f64>() + noise;
-                        for i in 0..3 {
-                            b[i] += row[i] * y;
-                            for j in 0..3 {
-                                a[(i, j)] += row[i] * row[j];
+                        for (i, x) in row.iter().enumerate() {
+                            b[i] += x * y;
+                            for (j, z) in row.iter().enumerate() {
+                                a[(i, j)] += x * z;
                             }
                         }
                     }

@@ -115,44 +115,69 @@ pub(super) fn marginal(person: &Person, spreads: &Spreads) -> Folds {
     Folds { days: count, tests }
 }
 
-/// What is left of a person's random scores once the constant directions `fixed` are allowed for: one list
-/// of scores per block and day.
-fn adjusted(person: &Person, fixed: &[f64]) -> Vec<Vec<Vec<f64>>> {
-    let adjust = |za: &Mat<f64>, zb: &[f64]| {
-        zb.iter()
-            .enumerate()
-            .map(|(row, b)| {
-                b - fixed.iter().enumerate().map(|(k, x)| za[(row, k)] * x).sum::<f64>()
-            })
-            .collect()
-    };
-    person
-        .days
-        .iter()
-        .map(|day| day.za.iter().zip(&day.zb).map(|(za, zb)| adjust(za, zb)).collect())
-        .collect()
+/// What a likelihood of the spreads needs of a day: Grams of the random factors' signatures, and what is left
+/// of their scores once the constant directions are allowed for; by block, and over the whole day.
+struct Left {
+    grams: Vec<[[f64; COUNT]; COUNT]>,
+    scores: Vec<[f64; COUNT]>,
+    whole_gram: [[f64; COUNT]; COUNT],
+    whole_score: [f64; COUNT],
 }
 
-/// Log likelihood of the spreads given constant directions, nats, up to a constant.
-fn likelihood(person: &Person, scores: &[Vec<Vec<f64>>], spreads: &Spreads) -> f64 {
-    let mut total = 0.0;
-    for (day, scores) in person.days.iter().zip(scores) {
-        let active = active(spreads, day.za.len());
-        if active.is_empty() {
-            continue;
+impl Left {
+    fn of(day: &Day, random: &[usize; COUNT], fixed: &[f64]) -> Self {
+        let mut left = Self {
+            grams: Vec::with_capacity(day.za.len()),
+            scores: Vec::with_capacity(day.za.len()),
+            whole_gram: [[0.0; COUNT]; COUNT],
+            whole_score: [0.0; COUNT],
+        };
+        for (za, zb) in day.za.iter().zip(&day.zb) {
+            let gram: [[f64; COUNT]; COUNT] =
+                std::array::from_fn(|a| std::array::from_fn(|b| za[(a, random[b])]));
+            let score: [f64; COUNT] = std::array::from_fn(|row| {
+                zb[row] - fixed.iter().enumerate().map(|(k, x)| za[(row, k)] * x).sum::<f64>()
+            });
+            for (whole, part) in left.whole_score.iter_mut().zip(score) {
+                *whole += part;
+            }
+            for (whole, part) in left.whole_gram.iter_mut().flatten().zip(gram.iter().flatten()) {
+                *whole += part;
+            }
+            left.grams.push(gram);
+            left.scores.push(score);
         }
-        let factor = factored(day, &person.random, &active);
-        let z = Mat::from_fn(active.len(), 1, |i, _| match active[i] {
-            (Some(k), factor, s) => s * scores[k][factor],
-            (None, factor, s) => s * scores.iter().map(|block| block[factor]).sum::<f64>(),
-        });
-        let solved = factor.solve(&z);
-        let explained: f64 = (0..active.len()).map(|i| z[(i, 0)] * solved[(i, 0)]).sum();
-        let l = factor.L();
-        let determinant: f64 = (0..active.len()).map(|i| l[(i, i)].ln()).sum();
-        total += 0.5 * explained - determinant;
+        left
     }
-    total
+
+    /// Log likelihood of the spreads, nats, up to a constant: with M = I + D Z'WZ D = LL' and scores z, half the
+    /// square of the inverse of L times Dz, less the logarithms of the diagonal of L.
+    fn likelihood(&self, spreads: &Spreads) -> f64 {
+        let active = active(spreads, self.grams.len());
+        let n = active.len();
+        let mut l = vec![0.0; n * n];
+        let mut solved = vec![0.0; n];
+        let mut total = 0.0;
+        for (i, (block, a, s)) in active.iter().enumerate() {
+            for (j, (other, b, t)) in active[..=i].iter().enumerate() {
+                let product = match (block, other) {
+                    (Some(k), Some(l)) if k != l => 0.0,
+                    (Some(k), _) | (None, Some(k)) => self.grams[*k][*a][*b],
+                    (None, None) => self.whole_gram[*a][*b],
+                };
+                let (row, above) = (&l[i * n..i * n + j], &l[j * n..j * n + j]);
+                let taken: f64 = row.iter().zip(above).map(|(x, y)| x * y).sum();
+                let left = s * t * product - taken;
+                // The identity plus a product of a matrix with itself: the diagonal stays above 1.
+                l[i * n + j] = if i == j { (1.0 + left).sqrt() } else { left / l[j * n + j] };
+            }
+            let score = block.map_or(self.whole_score[*a], |k| self.scores[k][*a]);
+            let taken: f64 = l[i * n..i * n + i].iter().zip(&solved).map(|(x, y)| x * y).sum();
+            solved[i] = (s * score - taken) / l[i * n + i];
+            total += 0.5 * solved[i] * solved[i] - l[i * n + i].ln();
+        }
+        total
+    }
 }
 
 /// Spreads that are found in people in whom nothing is missing, in the order of [`RANDOM`]: insulin action by 12 %
@@ -187,14 +212,16 @@ pub(super) struct Estimated {
 /// Estimates the spreads by climbing one at a time over [`GRID`]. `fixed` holds each person's constant
 /// directions, one number a column.
 pub(super) fn estimate(people: &[&Person], fixed: &[Vec<f64>], start: Spreads) -> Estimated {
-    let scores: Vec<_> =
-        people.par_iter().zip(fixed).map(|(person, fixed)| adjusted(person, fixed)).collect();
+    let left: Vec<Vec<Left>> = people
+        .par_iter()
+        .zip(fixed)
+        .map(|(person, fixed)| {
+            person.days.iter().map(|day| Left::of(day, &person.random, fixed)).collect()
+        })
+        .collect();
     let of = |spreads: &Spreads| -> f64 {
-        let each: Vec<f64> = people
-            .par_iter()
-            .zip(&scores)
-            .map(|(person, scores)| likelihood(person, scores, spreads))
-            .collect();
+        let of_person = |days: &Vec<Left>| days.iter().map(|day| day.likelihood(spreads)).sum();
+        let each: Vec<f64> = left.par_iter().map(of_person).collect();
         each.iter().sum()
     };
     let mut spreads = start;
@@ -232,4 +259,66 @@ pub(super) fn estimate(people: &[&Person], fixed: &[Vec<f64>], start: Spreads) -
         })
     };
     Estimated { spreads, day: evidence(Scale::Day), block: evidence(Scale::Block) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A day of two blocks in as many columns as there are random factors.
+    fn day() -> Day {
+        let signature = |step: usize, k: usize| (0.37 * (step * (k + 2)) as f64 + k as f64).sin();
+        let block = |block: usize| {
+            let steps = 30 * block..30 * (block + 1);
+            let residual = |step: usize| (0.9 * step as f64).cos() + 2.0 * signature(step, 3);
+            let sum = |f: &dyn Fn(usize) -> f64| steps.clone().map(f).sum::<f64>();
+            let za = Mat::from_fn(COUNT, COUNT, |a, b| sum(&|t| signature(t, a) * signature(t, b)));
+            let zb: Vec<f64> =
+                (0..COUNT).map(|a| sum(&|t| signature(t, a) * residual(t))).collect();
+            (za, zb)
+        };
+        let (za, zb) = (0..2).map(block).unzip();
+        Day { za, zb }
+    }
+
+    #[test]
+    fn the_likelihood_is_that_of_a_dense_solution() {
+        let (day, random) = (day(), std::array::from_fn(|k| k));
+        let left = Left::of(&day, &random, &[0.0; COUNT]);
+        for spreads in [
+            USUAL,
+            Spreads { day: [0.0, 0.1, 0.0, 0.45, 0.0, 0.0, 0.2], block: [0.3; COUNT] },
+            Spreads { day: [0.0; COUNT], block: [0.0; COUNT] },
+        ] {
+            let active = active(&spreads, day.za.len());
+            let expected = if active.is_empty() {
+                0.0
+            } else {
+                let factor = factored(&day, &random, &active);
+                let (_, z) = crossed(&day, &active);
+                let explained = (z.transpose() * factor.solve(&z))[(0, 0)];
+                let logs: f64 = (0..active.len()).map(|i| factor.L()[(i, i)].ln()).sum();
+                0.5 * explained - logs
+            };
+            let found = left.likelihood(&spreads);
+            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found} {expected}"); // rounding
+        }
+    }
+
+    #[test]
+    fn constant_directions_leave_their_share_of_the_scores() {
+        let (day, random) = (day(), std::array::from_fn(|k| k));
+        let mut fixed = [0.0; COUNT];
+        fixed[3] = 2.0;
+        let (with, without) =
+            (Left::of(&day, &random, &fixed), Left::of(&day, &random, &[0.0; COUNT]));
+        for ((left, all), gram) in
+            with.whole_score.iter().zip(without.whole_score).zip(without.whole_gram)
+        {
+            let expected = all - 2.0 * gram[3];
+            assert!((left - expected).abs() < 1e-10); // rounding of sums of 60
+        }
+        let wide = Spreads { day: [0.0, 0.0, 0.0, 0.45, 0.0, 0.0, 0.0], block: [0.0; COUNT] };
+        assert!(without.likelihood(&wide) > with.likelihood(&wide) + 10.0);
+    }
 }
