@@ -40,7 +40,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cohort = cohort::read_folder(&folder)?;
     let config = DiagnosisConfig::working();
     let (population, egp) = (OdeParameters::nominal(), config.production.into());
-    let library = effects::library();
+    let owned = effects::library();
+    let library: Vec<&dyn effects::Effect> = owned.iter().map(AsRef::as_ref).collect();
     let mut sums = [0.0; 3];
     println!("person     filter  calibrate     design  ms of 14 days; then iterations, columns");
     for person in &cohort.people {

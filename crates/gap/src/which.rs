@@ -37,6 +37,9 @@ pub use self::thresholds::{Evidence, Threshold, Thresholds};
 
 /// Most effects that are named.
 const MOST_EFFECTS: usize = 3;
+/// How much more evidence an effect must show beside one that is named: what the first leaves unexplained, in form
+/// or in people, looks like another effect.
+const LATER: f64 = 1.5;
 /// Correlation of two signatures, background profiled, above which the effects cannot be told apart.
 const SAME: f64 = 0.8;
 /// Nats within which a rival that clears its threshold is no worse an answer.
@@ -158,8 +161,10 @@ pub fn which(
             .iter()
             .map(|score| {
                 let threshold = thresholds.of(library[score.effect].card().name);
+                let needed =
+                    if named.is_empty() { 1.0 } else { LATER } * threshold.over(person_days);
                 let gain = score.gain();
-                Candidate { effect: score.effect, gain, excess: gain - threshold.over(person_days) }
+                Candidate { effect: score.effect, gain, excess: gain - needed }
             })
             .collect();
         prefer_known(&mut candidates, known, library, &named);
