@@ -92,7 +92,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
         cohort.people = everybody[..size].to_vec();
         rows.push(row(&cohort, args.seed)?);
     }
-    let text = format!("{}\n{}", parts_text(&parts), rows_text(&rows, args.days, threads));
+    let text = format!("{}\n{}\n", parts_text(&parts), rows_text(&rows, args.days, threads));
     output.write_json(
         "bench.json",
         &serde_json::json!({
@@ -135,7 +135,7 @@ fn people(args: &BenchArgs, amplitudes: Amplitudes) -> Result<Vec<Person>> {
     let progress = Progress::begin("bench", args.people);
     let lived = |index: usize| -> Option<Person> {
         let generator = Generator::ALL[index % 2];
-        let regime = if index / 2 % 2 == 0 { Regime::Aid } else { Regime::OpenLoopPump };
+        let regime = if (index / 2).is_multiple_of(2) { Regime::Aid } else { Regime::OpenLoopPump };
         let person = VirtualPerson::sample_from(generator, args.seed, index, regime).ok()?;
         let days = VirtualPerson { amplitudes, ..person }.live(calendar).ok()?;
         progress.advance("people made");
