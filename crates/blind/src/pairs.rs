@@ -133,7 +133,8 @@ mod tests {
         let weaker = PairScore::of(&weaker, 1).expect("countable");
         assert_eq!((weaker.worlds_at_5, weaker.f1_at_5), (3, Some(6.0 / 11.0)));
         let (lower, upper) = (score.f1_lower.expect("ends"), score.f1_upper.expect("ends"));
-        assert!(0.0 <= lower && lower < 6.0 / 13.0 && 6.0 / 13.0 < upper && upper <= 1.0);
+        let f1 = 6.0 / 13.0;
+        assert!((0.0..f1).contains(&lower) && f1 < upper && upper <= 1.0);
     }
 
     #[test]

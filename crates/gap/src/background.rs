@@ -95,8 +95,10 @@ const HARMONICS: usize = 4;
 /// Flux of a harmonic at amplitude 1, mmol/kg/min: 12 % of endogenous production.
 const CLOCK_FLUX: f64 = 0.002;
 
+/// A flux over glucose, mg/dL, relative.
+type Shape = fn(f64) -> f64;
 /// Shapes of a flux over glucose, mg/dL: effectiveness, what defends against lows, what sheds highs.
-const GLUCOSE_SHAPES: [(&str, fn(f64) -> f64); 3] = [
+const GLUCOSE_SHAPES: [(&str, Shape); 3] = [
     ("effectiveness", |g| ((130.0 - g) / 100.0).clamp(-1.5, 1.0)),
     ("defence", |g| ((80.0 - g) / 20.0).clamp(0.0, 2.0)),
     ("shedding", |g| -((g - 170.0) / 80.0).clamp(0.0, 2.0)),

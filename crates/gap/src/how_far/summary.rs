@@ -197,7 +197,7 @@ impl Summary<'_> {
             [days] if days.len() < 2 => return Ok(None),
             [days] => plan.people_matrix(days, |drawn| statistics(&[drawn.to_vec()]))?,
             few if few.len() < self.rule.few_people => {
-                plan.people_and_days_matrix(few, block, |drawn| statistics(drawn))?
+                plan.people_and_days_matrix(few, block, statistics)?
             }
             many => plan.people_matrix(many, |drawn| {
                 statistics(&drawn.iter().map(|days| days.iter().collect()).collect::<Vec<_>>())

@@ -27,7 +27,9 @@ fn every_verdict_has_its_words() {
     let places = |like: Value| json!([{"port": "egp", "gain_nats": 12.0, "probability": 0.8, "confusable_with": like}]);
     let strong = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.95});
     let weak = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.5});
-    let cases: &[(&str, &[(&str, Value)], &str)] = &[
+    /// Verdict, what is changed, and the sentence expected.
+    type Case<'a> = (&'a str, &'a [(&'a str, Value)], &'a str);
+    let cases: &[Case<'_>] = &[
         ("where", &[], "Naming the effect is not part of this run."),
         ("where", &[("/verdict", json!("none"))], "that these data can tell from none"),
         (
