@@ -207,7 +207,7 @@ fn a_bare_record_has_no_form_where_channels_are_needed_and_nothing_panics() {
 fn sparse_channels_count_as_absent() {
     let mut course = fortnight();
     let n = course.len();
-    let sparse = |k: usize, value: f64| (k % 10 == 0).then_some(value);
+    let sparse = |k: usize, value: f64| k.is_multiple_of(10).then_some(value);
     course.heart_rate_over_rest = Some((0..n).map(|k| sparse(k, 60.0)).collect());
     course.walked = None;
     course.asleep = Some((0..n).map(|k| sparse(k, 1.0)).collect());

@@ -107,7 +107,8 @@ mod tests {
     #[test]
     fn dinner_is_slow_and_breakfast_is_not() {
         let course = fortnight();
-        for variant in 0..SlowMeals.variants() {
+        assert_eq!(SlowMeals.variants(), KINDS.len());
+        for (variant, kind) in KINDS.iter().enumerate() {
             let steps = modulated(&SlowMeals, variant, 1.0, &course);
             let (dinner, breakfast) = (19 * 12, 90);
             assert!(
@@ -119,11 +120,7 @@ mod tests {
             // Seven hours on, nothing is left.
             assert!(steps[dinner + 84].is_neutral());
             let action = steps[dinner + 36][Field::Action];
-            assert!(if KINDS[variant].blunts {
-                (action - ACTION).abs() < 1e-12
-            } else {
-                action == 1.0
-            });
+            assert!(if kind.blunts { (action - ACTION).abs() < 1e-12 } else { action == 1.0 });
         }
     }
 

@@ -95,7 +95,8 @@ mod tests {
 
     #[test]
     fn straight_saturating_and_steepening_effects_are_met() {
-        let effects: [(&str, fn(f64) -> f64); 4] = [
+        type Case = (&'static str, fn(f64) -> f64);
+        let effects: [Case; 4] = [
             ("straight", |a| 4.0 * a),
             ("saturating", |a| 25.0 * a / (1.0 + a)),
             ("steepening", |a| 2.0 * a.powf(1.6)),
