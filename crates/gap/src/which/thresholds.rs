@@ -184,7 +184,7 @@ mod tests {
         let working = Thresholds::working();
         assert!(working.temperature > 0.0);
         for name in effects::names() {
-            let threshold = working.by_name.get(name).copied().unwrap_or(working.other);
+            let threshold = working.of(name);
             assert!(threshold.nats >= LEAST && threshold.person_days >= 1.0, "{name}");
             assert!(threshold.over(1e6) >= threshold.over(1.0));
         }
