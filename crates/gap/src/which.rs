@@ -485,7 +485,8 @@ impl Round {
         let subjects = &self.subjects[people.clone()];
         let days: usize = subjects.iter().map(|s| s.statistics.days.len()).sum();
         let theirs = found.found.iter().filter(|event| people.contains(&event.person));
-        let count: f64 = theirs.map(|e| e.probability * e.size.abs()).sum();
+        // An empty sum is -0.
+        let count = theirs.map(|e| e.probability * e.size.abs()).sum::<f64>() + 0.0;
         let expected = published * days as f64;
         (count / expected, (count.sqrt() + 1.0) / expected)
     }

@@ -14,8 +14,6 @@ const NONE: &str = "none";
 const UNKNOWN: &str = "unknown";
 /// Half width of a 95 % interval in standard errors.
 const Z: f64 = 1.96;
-/// Evidence over a threshold beyond which odds no longer grow, nats.
-const MOST_EXCESS: f64 = 60.0;
 
 /// What a diagnosis says about the effects.
 pub(crate) struct Answer {
@@ -121,18 +119,15 @@ impl Which {
                 None => best.push((port, gain, excess)),
             }
         }
-        let raised: Vec<f64> = best
-            .iter()
-            .map(|(_, _, excess)| (excess.min(MOST_EXCESS) / temperature).exp())
-            .collect();
-        let sum = 1.0 + raised.iter().sum::<f64>();
+        let excess: Vec<f64> = best.iter().map(|(_, _, excess)| *excess).collect();
+        let (_, shares) = softmax(&excess, temperature);
         let mut ports: Vec<PortEvidence> = best
             .iter()
-            .zip(&raised)
-            .map(|((port, gain, _), raised)| PortEvidence {
+            .zip(&shares)
+            .map(|((port, gain, _), share)| PortEvidence {
                 port: port.name().to_owned(),
                 gain_nats: *gain,
-                probability: raised / sum,
+                probability: *share,
             })
             .collect();
         ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
@@ -155,30 +150,36 @@ impl Odds {
         ports: &[PortCandidate],
         temperature: f64,
     ) -> Self {
-        let raised = |excess: f64| (excess.min(MOST_EXCESS) / temperature).exp();
-        let effects: Vec<(usize, f64)> = candidates
-            .iter()
-            .filter(|c| c.effect < known)
-            .map(|c| (c.effect, raised(c.excess)))
-            .collect();
         let unknown = candidates
             .iter()
             .filter(|c| c.effect >= known)
             .map(|c| c.excess)
             .chain(ports.iter().map(|p| p.excess))
             .fold(f64::NEG_INFINITY, f64::max);
-        let unknown = if unknown.is_finite() { raised(unknown) } else { 0.0 };
-        let sum = 1.0 + unknown + effects.iter().map(|(_, e)| e).sum::<f64>();
+        let effects: Vec<&Candidate> = candidates.iter().filter(|c| c.effect < known).collect();
+        let excess: Vec<f64> =
+            effects.iter().map(|c| c.excess).chain(std::iter::once(unknown)).collect();
+        let (none, shares) = softmax(&excess, temperature);
         Self {
-            none: sum.recip(),
-            unknown: unknown / sum,
-            effects: effects.into_iter().map(|(place, e)| (place, e / sum)).collect(),
+            none,
+            unknown: shares[effects.len()],
+            effects: effects.iter().zip(&shares).map(|(c, share)| (c.effect, *share)).collect(),
         }
     }
 
     fn of_effect(&self, effect: usize) -> f64 {
         self.effects.iter().find(|(place, _)| *place == effect).map_or(0.0, |(_, p)| *p)
     }
+}
+
+/// Shares of "none", whose excess is 0, and of each answer, by the exponential of its excess over the
+/// temperature.
+fn softmax(excess: &[f64], temperature: f64) -> (f64, Vec<f64>) {
+    let top = excess.iter().copied().fold(0.0, f64::max);
+    let raised: Vec<f64> = excess.iter().map(|e| ((e - top) / temperature).exp()).collect();
+    let none = (-top / temperature).exp();
+    let sum = none + raised.iter().sum::<f64>();
+    (none / sum, raised.into_iter().map(|r| r / sum).collect())
 }
 
 fn interval((value, error): (f64, f64)) -> WithInterval {
@@ -201,4 +202,18 @@ fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strong_rivals_are_told_apart_and_shares_add_up() {
+        let (none, shares) = softmax(&[155.0, 64.0, f64::NEG_INFINITY, -3.0], 1.5);
+        assert!(shares[0] > 0.999 && shares[1] < 1e-6 && shares[2] == 0.0);
+        assert!((none + shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        let (none, shares) = softmax(&[-3.0, -6.0], 1.5);
+        assert!(none > 0.8 && shares[0] > shares[1]);
+    }
 }
