@@ -18,7 +18,7 @@ use crate::localisation::{CellEstimate, DayCells, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
-use crate::which::{Which, which};
+use crate::which::{Which, power, which};
 
 /// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss, which effect does it lack,
 /// and how far does adding it go?
@@ -90,6 +90,7 @@ pub fn diagnose_with_progress(
     let which = which(&inputs, &library, &config)?;
     let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
     let answer = which.answer(&library, &ids, config.thresholds.temperature);
+    let power = power(&inputs, &library, &which.detectable);
     let how_far = held_out_change(&which, &inputs, &library, &config, derived(seed, HOW_FAR))?;
     Ok(Diagnosis {
         schema: SCHEMA.to_owned(),
@@ -99,6 +100,7 @@ pub fn diagnose_with_progress(
         candidates: answer.candidates,
         untried: answer.untried,
         ports: answer.ports,
+        power,
         evidence: which.evidence.clone(),
         cells: gaps,
         how_far,

@@ -27,6 +27,10 @@ pub struct Diagnosis {
     pub untried: Vec<UntriedEffect>,
     /// Evidence by place in the equations.
     pub ports: Vec<PortEvidence>,
+    /// How small an effect these data would have shown; effects of which no believable size would have
+    /// been found are missing.
+    #[serde(default)]
+    pub power: Vec<DetectionPower>,
     /// The evidence by name before any effect is conditioned on, from which thresholds can be fixed.
     #[serde(default)]
     pub evidence: Evidence,
@@ -116,6 +120,18 @@ pub struct PersonAmplitude {
     pub upper: f64,
     /// Held-out evidence, nats.
     pub gain_nats: f64,
+}
+
+/// A size at which an effect would have been found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DetectionPower {
+    /// The effect's name.
+    pub effect: String,
+    /// Mean absolute shift of glucose that it causes at that size in free runs of a day, mg/dL.
+    pub shift_mg_dl: f64,
+    /// Probability that it would have been found, if its form is that of the library and the filter's noise
+    /// that of the person.
+    pub power: f64,
 }
 
 /// An effect that could not be tried.

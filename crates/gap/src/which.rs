@@ -8,6 +8,7 @@
 
 mod amplitude;
 mod answer;
+mod detection;
 mod events;
 mod held_out;
 mod ports;
@@ -33,6 +34,7 @@ use crate::error::GapError;
 use crate::how_far::PersonInput;
 use crate::observations::Observations;
 
+pub(crate) use self::detection::power;
 pub use self::thresholds::{Evidence, Threshold, Thresholds};
 
 /// Most effects that are named.
@@ -74,6 +76,19 @@ pub struct Which {
     pub unknown: Vec<Port>,
     /// The evidence of the first round by name.
     pub evidence: Evidence,
+    /// What the first round would have found of each driven effect.
+    pub detectable: Vec<Detectable>,
+}
+
+/// The size of an effect that would have been found with 90 % probability.
+#[derive(Debug, Clone)]
+pub struct Detectable {
+    /// Place in the library.
+    pub effect: usize,
+    /// Its amplitude.
+    pub amplitude: f64,
+    /// Each person's variant.
+    pub variants: Vec<usize>,
 }
 
 /// An effect that was tried.
@@ -153,7 +168,7 @@ pub fn which(
         .collect();
     let person_days: f64 = days.iter().sum();
     let mut named: Vec<Named> = Vec::new();
-    let mut first: Option<(Vec<Candidate>, Vec<usize>, Evidence)> = None;
+    let mut first: Option<First> = None;
     loop {
         let round = Round::of(people, library, &named, config)?;
         let scores = round.scores(library, known, &named);
@@ -179,8 +194,14 @@ pub fn which(
             let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
             Evidence { person_days, gains: gains.collect() }
         };
-        let (all, untried, evidence) =
-            first.get_or_insert_with(|| (candidates.clone(), untried, evidence())).clone();
+        let First { candidates: all, untried, evidence, detectable } = first
+            .get_or_insert_with(|| First {
+                candidates: candidates.clone(),
+                untried,
+                evidence: evidence(),
+                detectable: detectable(&scores, library, known, thresholds, person_days),
+            })
+            .clone();
         let best = candidates.first().filter(|best| best.excess > 0.0);
         let (Some(best), true) = (best, named.len() < MOST_EFFECTS) else {
             let ports = round.ports(thresholds, person_days);
@@ -194,6 +215,7 @@ pub fn which(
                 known,
                 unknown,
                 evidence,
+                detectable,
             });
         };
         let score = scores
@@ -223,6 +245,38 @@ fn prefer_known(
         }
     }
     candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+}
+
+/// What is kept of the first round.
+#[derive(Clone)]
+struct First {
+    candidates: Vec<Candidate>,
+    untried: Vec<usize>,
+    evidence: Evidence,
+    detectable: Vec<Detectable>,
+}
+
+/// What a round would have found of each driven effect.
+fn detectable(
+    scores: &[Score],
+    library: &[&dyn Effect],
+    known: usize,
+    thresholds: &Thresholds,
+    person_days: f64,
+) -> Vec<Detectable> {
+    scores
+        .iter()
+        .filter(|score| score.effect < known)
+        .filter_map(|score| {
+            let ScoreOf::Driven(found) = &score.evidence else { return None };
+            let threshold = thresholds.of(library[score.effect].card().name).over(person_days);
+            Some(Detectable {
+                effect: score.effect,
+                amplitude: detection::amplitude(found.information, threshold)?,
+                variants: found.variants.clone(),
+            })
+        })
+        .collect()
 }
 
 /// Everything that is known in one round.

@@ -70,6 +70,8 @@ pub(super) struct HeldOut {
     pub(super) personal: Vec<(f64, f64)>,
     /// Each person's best variant on all days.
     pub(super) variants: Vec<usize>,
+    /// Information about the amplitude over all people and days.
+    pub(super) information: Information,
 }
 
 impl HeldOut {
@@ -279,7 +281,13 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
             None => (hierarchy.mean, hierarchy.spread),
         })
         .collect();
+    let none = Information { information: 0.0, score: 0.0 };
+    let information = fits.iter().zip(&variants).fold(none, |sum, (fit, variant)| {
+        let own = fit.as_ref().map_or(none, |fit| fit.variants[*variant].0);
+        Information { information: sum.information + own.information, score: sum.score + own.score }
+    });
     HeldOut {
+        information,
         gains: (0..trials.len()).map(|person| gains.iter().map(|g| g[person]).sum()).collect(),
         hierarchy,
         personal,
