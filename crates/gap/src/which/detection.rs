@@ -4,12 +4,13 @@
 //! theta times the root of the information, less what fitting costs (half a nat). It clears its threshold
 //! with 90 % probability when that mean lies 1.28 above the root of twice the threshold and one.
 
-use effects::{Effect, Modulation};
+use effects::{Effect, Modulation, Port};
 use physiology::{OpenLoop, STEPS_PER_DAY, simulate};
 use rayon::prelude::*;
 
 use super::Detectable;
 use super::amplitude::Information;
+use super::thresholds::is_structural;
 use crate::course::course;
 use crate::diagnosis::DetectionPower;
 use crate::how_far::{ModulatedPlant, PersonInput};
@@ -34,8 +35,11 @@ pub(super) fn amplitude(all: Information, threshold: f64) -> Option<f64> {
 }
 
 /// How far each detectable amplitude moves glucose: mean absolute difference of free runs of a day, with the
-/// effect and without, from the same filtered states under the recorded inputs. Effects of which no believable
-/// amplitude would be found are left out. Smallest shift first.
+/// effect and without, from the same filtered states under the recorded inputs. Smallest shift first.
+///
+/// Effects of which no believable amplitude would be found are left out, and so are those of the sensor and those
+/// that a difference of structure mimics: sensors and plants differ by more than the filter's noise says, and
+/// the blind check does not find them at the sizes that this would give.
 pub(crate) fn power(
     people: &[PersonInput<'_>],
     library: &[Box<dyn Effect>],
@@ -45,7 +49,9 @@ pub(crate) fn power(
         .iter()
         .filter_map(|entry| {
             let effect = library.get(entry.effect)?.as_ref();
-            if entry.amplitude > effect.card().prior.largest {
+            let card = effect.card();
+            let unsure = card.port == Port::Sensor || is_structural(card.name);
+            if unsure || entry.amplitude > card.prior.largest {
                 return None;
             }
             let shifts: Vec<f64> = people
@@ -56,7 +62,7 @@ pub(crate) fn power(
                 .collect();
             let mean = shifts.iter().sum::<f64>() / shifts.len().max(1) as f64;
             (mean > 0.0).then(|| DetectionPower {
-                effect: effect.card().name.to_owned(),
+                effect: card.name.to_owned(),
                 shift_mg_dl: mean,
                 power: PROBABILITY,
             })

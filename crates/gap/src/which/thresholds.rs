@@ -157,6 +157,11 @@ fn total(thresholds: &BTreeMap<String, f64>) -> f64 {
     thresholds.values().sum()
 }
 
+/// Whether an effect is one that a difference of structure mimics.
+pub(super) fn is_structural(name: &str) -> bool {
+    STRUCTURAL.iter().any(|(effect, _)| *effect == name)
+}
+
 /// The floor of a threshold.
 fn least(name: &str) -> f64 {
     let structural = STRUCTURAL.iter().find(|(effect, _)| *effect == name);
