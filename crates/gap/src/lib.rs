@@ -6,7 +6,7 @@
 //! - *Where*: free runs from filtered states ([`free_run`]) and whitened innovations ([`whitening`]) are
 //!   averaged by situation ([`context`]), with simultaneous intervals over people ([`localisation`]).
 //! - *Which*: what every effect of the library would do to the innovations ([`tangent`], [`design`]) is
-//!   weighed against a background that any two bodies may differ in, on days held out ([`which`]).
+//!   weighed against a background that any two bodies may differ in, on days held out ([`mod@which`]).
 //! - *How far*: held-out error before and after the effects found are added ([`how_far`]).
 //!
 //! [`diagnose`] does all of it and returns a [`Diagnosis`] in the layout of `diagnosis.json`. Its verdict
