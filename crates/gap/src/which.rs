@@ -426,7 +426,8 @@ impl Round {
     /// Evidence of every effect that is not named yet.
     fn scores(&self, library: &[&dyn Effect], known: usize, named: &[Named]) -> Vec<Score> {
         let days: Vec<usize> = self.subjects.iter().map(|s| s.statistics.days.len()).collect();
-        (0..library.len())
+        let count = library.len();
+        (0..count)
             .into_par_iter()
             .filter(|effect| named.iter().all(|n| n.effect != *effect))
             .filter_map(|effect| {
@@ -486,7 +487,7 @@ impl Round {
         library: &[&dyn Effect],
     ) -> Named {
         let people = self.subjects.len();
-        let mut confusable = self.same(score, library);
+        let mut confusable = self.same(score, library.len());
         for rival in candidates.iter().filter(|c| c.effect != best.effect && c.excess > 0.0) {
             if best.excess - rival.excess < RIVAL && !confusable.contains(&rival.effect) {
                 confusable.push(rival.effect);
@@ -545,10 +546,10 @@ impl Round {
         (count / expected, (count.sqrt() + 1.0) / expected)
     }
 
-    /// Driven effects whose signatures cannot be told from that of `score`.
-    fn same(&self, score: &Score, library: &[&dyn Effect]) -> Vec<usize> {
+    /// Driven effects, of `count`, whose signatures cannot be told from that of `score`.
+    fn same(&self, score: &Score, count: usize) -> Vec<usize> {
         let ScoreOf::Driven(found) = &score.evidence else { return Vec::new() };
-        let others: Vec<usize> = (0..library.len()).filter(|e| *e != score.effect).collect();
+        let others: Vec<usize> = (0..count).filter(|e| *e != score.effect).collect();
         others
             .into_par_iter()
             .filter(|other| {
