@@ -610,9 +610,12 @@ fn rivals(effect: &str, kind: BackgroundKind, name: &str) -> bool {
 fn none() -> Estimated {
     let zero = variance::SpreadEvidence { gain: 0.0, beyond_usual: 0.0, spread: 0.0 };
     Estimated {
-        spreads: Spreads { day: [0.0; 7], block: [0.0; 7] },
-        day: [zero; 7],
-        block: [zero; 7],
+        spreads: Spreads {
+            day: [0.0; statistics::RANDOM.len()],
+            block: [0.0; statistics::RANDOM.len()],
+        },
+        day: [zero; statistics::RANDOM.len()],
+        block: [zero; statistics::RANDOM.len()],
     }
 }
 
