@@ -4,6 +4,9 @@
 //! They stand beside the library as rivals. Without them the effect that looks most like the events would be
 //! named for them.
 
+mod body;
+mod sensor;
+
 use effects::{Card, Course, Effect, EventShape, Field, Form, Modulation, Port, Prior};
 use physiology::STEPS_PER_HOUR;
 
@@ -18,37 +21,16 @@ pub(super) struct UnknownEvents {
     hours: usize,
 }
 
-/// The kinds of unexplained events that are tried.
-const KINDS: [UnknownEvents; 3] = [
-    UnknownEvents {
-        name: "unknown_sensor_events",
-        port: Port::Sensor,
-        field: Field::SensorGain,
-        change: 0.2,
-        hours: 3,
-    },
-    UnknownEvents {
-        name: "unknown_long_sensor_events",
-        port: Port::Sensor,
-        field: Field::SensorGain,
-        change: 0.2,
-        hours: 7,
-    },
-    UnknownEvents {
-        name: "unknown_production_events",
-        port: Port::Egp,
-        field: Field::Production,
-        change: 0.4,
-        hours: 8,
-    },
-];
-
 /// Share of an event in which it rises.
 const RISE: f64 = 0.3;
 
 /// Every kind of unexplained event, as effects.
 pub(super) fn unknown_events() -> Vec<Box<dyn Effect>> {
-    KINDS.iter().map(|kind| Box::new(*kind) as Box<dyn Effect>).collect()
+    sensor::KINDS
+        .into_iter()
+        .chain(body::KINDS)
+        .map(|kind| Box::new(kind) as Box<dyn Effect>)
+        .collect()
 }
 
 impl Effect for UnknownEvents {
