@@ -7,6 +7,8 @@
 //! that follows plasma glucose with a first-order lag, and an autoregressive sensor error. A
 //! reading is interstitial glucose plus sensor error plus white noise.
 
+use std::ops::{Add, Mul};
+
 use effects::{Field, Modulation};
 use ode_sim::equations::{Forcing, RENAL_RATE, RENAL_THRESHOLD, jacobian, renal_clearance};
 use ode_sim::gut::glucose_dose;
@@ -110,71 +112,99 @@ impl Transition {
     }
 
     /// Multiplies vectors by the matrix: `x[state][vector]` becomes `A x`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]; STATES]) {
-        let [
-            s1_s1,
-            s2_s1,
-            s2_s2,
-            i_s2,
-            i_i,
-            x1_i,
-            x1_x1,
-            x2_i,
-            x2_x2,
-            x3_i,
-            x3_x3,
-            q1_x1,
-            q1_x3,
-            q1_q1,
-            q1_q2,
-            q1_c2,
-            q1_flux,
-            q2_x1,
-            q2_x2,
-            q2_q1,
-            q2_q2,
-            c1_c1,
-            c2_c1,
-            c2_c2,
-            flux_flux,
-            g_x1,
-            g_x3,
-            g_q1,
-            g_q2,
-            g_c2,
-            g_flux,
-            g_g,
-            sensor_sensor,
-        ] = self.0;
-        let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g, sensor] = x;
-        for k in 0..WIDTH {
-            let glucose = q1_x1 * x1[k]
-                + q1_x3 * x3[k]
-                + q1_q1 * q1[k]
-                + q1_q2 * q2[k]
-                + q1_c2 * c2[k]
-                + q1_flux * flux[k];
-            g[k] = g_x1 * x1[k]
-                + g_x3 * x3[k]
-                + g_q1 * q1[k]
-                + g_q2 * q2[k]
-                + g_c2 * c2[k]
-                + g_flux * flux[k]
-                + g_g * g[k];
-            q2[k] = q2_x1 * x1[k] + q2_x2 * x2[k] + q2_q1 * q1[k] + q2_q2 * q2[k];
-            q1[k] = glucose;
-            x1[k] = x1_i * i[k] + x1_x1 * x1[k];
-            x2[k] = x2_i * i[k] + x2_x2 * x2[k];
-            x3[k] = x3_i * i[k] + x3_x3 * x3[k];
-            i[k] = i_s2 * s2[k] + i_i * i[k];
-            s2[k] = s2_s1 * s1[k] + s2_s2 * s2[k];
-            s1[k] *= s1_s1;
-            c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
-            c1[k] *= c1_c1;
-            flux[k] *= flux_flux;
-            sensor[k] *= sensor_sensor;
-        }
+        carry(&self.0, x);
+    }
+
+    /// The same matrix in single precision.
+    #[inline]
+    pub(crate) fn narrowed(&self) -> Narrow {
+        Narrow(self.0.map(|entry| entry as f32))
+    }
+}
+
+/// A [`Transition`] in single precision.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Narrow([f32; ENTRIES]);
+
+impl Narrow {
+    /// As [`Transition::carry`].
+    #[inline(always)]
+    pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f32; WIDTH]; STATES]) {
+        carry(&self.0, x);
+    }
+}
+
+/// Multiplies vectors, side by side, by the transition with these entries. Inlined always, so that it is
+/// compiled for the instructions of whoever calls it.
+#[inline(always)]
+fn carry<T, const WIDTH: usize>(entries: &[T; ENTRIES], x: &mut [[T; WIDTH]; STATES])
+where
+    T: Copy + Add<Output = T> + Mul<Output = T>,
+{
+    let [
+        s1_s1,
+        s2_s1,
+        s2_s2,
+        i_s2,
+        i_i,
+        x1_i,
+        x1_x1,
+        x2_i,
+        x2_x2,
+        x3_i,
+        x3_x3,
+        q1_x1,
+        q1_x3,
+        q1_q1,
+        q1_q2,
+        q1_c2,
+        q1_flux,
+        q2_x1,
+        q2_x2,
+        q2_q1,
+        q2_q2,
+        c1_c1,
+        c2_c1,
+        c2_c2,
+        flux_flux,
+        g_x1,
+        g_x3,
+        g_q1,
+        g_q2,
+        g_c2,
+        g_flux,
+        g_g,
+        sensor_sensor,
+    ] = *entries;
+    let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g, sensor] = x;
+    for k in 0..WIDTH {
+        let glucose = q1_x1 * x1[k]
+            + q1_x3 * x3[k]
+            + q1_q1 * q1[k]
+            + q1_q2 * q2[k]
+            + q1_c2 * c2[k]
+            + q1_flux * flux[k];
+        g[k] = g_x1 * x1[k]
+            + g_x3 * x3[k]
+            + g_q1 * q1[k]
+            + g_q2 * q2[k]
+            + g_c2 * c2[k]
+            + g_flux * flux[k]
+            + g_g * g[k];
+        q2[k] = q2_x1 * x1[k] + q2_x2 * x2[k] + q2_q1 * q1[k] + q2_q2 * q2[k];
+        q1[k] = glucose;
+        x1[k] = x1_i * i[k] + x1_x1 * x1[k];
+        x2[k] = x2_i * i[k] + x2_x2 * x2[k];
+        x3[k] = x3_i * i[k] + x3_x3 * x3[k];
+        i[k] = i_s2 * s2[k] + i_i * i[k];
+        s2[k] = s2_s1 * s1[k] + s2_s2 * s2[k];
+        s1[k] = s1[k] * s1_s1;
+        c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
+        c1[k] = c1[k] * c1_c1;
+        flux[k] = flux[k] * flux_flux;
+        sensor[k] = sensor[k] * sensor_sensor;
     }
 }
 

@@ -1,14 +1,15 @@
 //! Covariance of the augmented state: propagation and the scalar measurement update.
 //!
-//! Fixed arrays of 13 x 13, rows padded to 14 so that they fill vector registers; at this size they
+//! Fixed arrays of 13 x 13, rows padded to 16 so that they fill vector registers; at this size they
 //! are several times faster than a general matrix type. The transition's structural zeros are
 //! skipped. Updates take Joseph's form and symmetry is restored by every propagation, so that
-//! the matrix stays positive semidefinite however small the reading noise is.
+//! the matrix stays positive semidefinite however small the reading noise is. Both are inlined
+//! always, so that they are compiled for the instructions of the filter that calls them.
 
 use crate::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
 
 /// Entries of a padded row.
-const WIDTH: usize = 14;
+const WIDTH: usize = 16;
 
 /// A symmetric positive semidefinite 13 x 13 matrix over the augmented state, in its units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,7 +55,7 @@ impl Covariance {
     }
 
     /// Becomes `A P A'` for a transition `A`.
-    #[inline]
+    #[inline(always)]
     pub fn propagate(&mut self, transition: &Transition) {
         // Columns are vectors to the transition: A P, then A (A P)', which is symmetric but for rounding.
         transition.carry(&mut self.0);
@@ -66,14 +67,19 @@ impl Covariance {
             }
         }
         transition.carry(&mut self.0);
-        self.symmetrise();
+        // One triangle stands for both.
+        for row in 0..STATES {
+            for column in 0..row {
+                self.0[column][row] = self.0[row][column];
+            }
+        }
     }
 
     /// Updates with one reading, interstitial glucose plus sensor error plus white noise of variance
     /// `reading_variance`, in Joseph's form (I - K h) P (I - K h)' + r K K'.
     ///
     /// Returns the gain and the variance of the innovation.
-    #[inline]
+    #[inline(always)]
     pub fn update(&mut self, reading_variance: f64) -> Gain {
         let mut along = [0.0; WIDTH];
         for (value, row) in along.iter_mut().zip(&self.0) {
@@ -92,17 +98,6 @@ impl Covariance {
         let mut gain = [0.0; STATES];
         gain.copy_from_slice(&padded[..STATES]);
         Gain { gain, innovation_variance }
-    }
-
-    #[inline]
-    fn symmetrise(&mut self) {
-        for row in 0..STATES {
-            for column in 0..row {
-                let mean = 0.5 * (self.0[row][column] + self.0[column][row]);
-                self.0[row][column] = mean;
-                self.0[column][row] = mean;
-            }
-        }
     }
 }
 

@@ -12,8 +12,9 @@ use crate::background::{background, hours};
 use crate::calibration::Calibration;
 use crate::course::course;
 use crate::error::GapError;
+use crate::filter::Innovation;
 use crate::observations::Observations;
-use crate::tangent::{Direction, signatures};
+use crate::tangent::{Direction, LANES, Lanes, few_at_a_time};
 use crate::whitening::huber_weight;
 
 /// Amplitude over which a driver's slope is taken: half the published size.
@@ -138,9 +139,15 @@ pub fn design(
         directions
             .extend(event.lanes.iter().map(|onsets| pulses(onsets, &event.shape, course.len())));
     }
-    let raw = signatures(&calibration.model, observations, &calibration.filtered, &directions)?;
-    let whitener = Whitener { calibration };
-    let mut whitened: Vec<Vec<f64>> = raw.iter().map(|column| whitener.column(column)).collect();
+    let whitener = Whitener::of(calibration);
+    let mut whitened: Vec<Vec<f32>> = vec![Vec::new(); directions.len()];
+    let (model, filtered) = (&calibration.model, &calibration.filtered);
+    few_at_a_time(model, observations, filtered, &directions, |members, raw| {
+        let rows = whitener.rows(raw);
+        for (lane, member) in members.iter().enumerate() {
+            whitened[*member] = rows.iter().map(|row| row[lane]).collect();
+        }
+    })?;
     let pulses = whitened.split_off(driven);
     let residuals: Vec<f64> = calibration.whitened.iter().map(|w| w.unwrap_or(0.0)).collect();
     let weights: Vec<f64> =
@@ -149,7 +156,7 @@ pub fn design(
     let events = events
         .into_iter()
         .map(|event| {
-            let answers: Vec<Vec<f64>> = pulses.by_ref().take(event.lanes.len()).collect();
+            let answers: Vec<Vec<f32>> = pulses.by_ref().take(event.lanes.len()).collect();
             bank(event, &answers, &residuals, &weights)
         })
         .collect();
@@ -159,10 +166,7 @@ pub fn design(
         days: course.day,
         hours: course.hour,
         columns,
-        signatures: whitened
-            .into_iter()
-            .map(|column| column.into_iter().map(|value| value as f32).collect())
-            .collect(),
+        signatures: whitened,
         events,
         random,
         untried,
@@ -170,29 +174,45 @@ pub fn design(
 }
 
 /// Brings signatures into the units of the whitened innovations.
-struct Whitener<'a> {
-    calibration: &'a Calibration,
+struct Whitener {
+    spacing: usize,
+    a1: f32,
+    a2: f32,
+    /// Over the standard deviation of each innovation; 0 where there is none.
+    inverse: Vec<f32>,
+    /// Over the scale of whitened innovations; 0 where they are not scored.
+    scored: Vec<f32>,
 }
 
-impl Whitener<'_> {
-    fn column(&self, raw: &[f64]) -> Vec<f64> {
-        let calibration = self.calibration;
-        let spacing = calibration.autoregression.spacing;
-        let (a1, a2) = (calibration.autoregression.a1, calibration.autoregression.a2);
-        let normalised: Vec<f64> = raw
-            .iter()
-            .zip(&calibration.filtered.innovations)
-            .map(|(value, i)| i.map_or(0.0, |i| value / i.variance.sqrt()))
-            .collect();
-        (0..raw.len())
-            .map(|k| match calibration.whitened[k] {
-                Some(_) => {
-                    let earlier = a1 * normalised[k - spacing] + a2 * normalised[k - 2 * spacing];
-                    (normalised[k] - earlier) / calibration.scale
-                }
-                None => 0.0,
-            })
-            .collect()
+impl Whitener {
+    fn of(calibration: &Calibration) -> Self {
+        let autoregression = &calibration.autoregression;
+        let inverse = |i: &Option<Innovation>| i.map_or(0.0, |i| i.variance.sqrt().recip() as f32);
+        let scale = calibration.scale.recip() as f32;
+        Self {
+            spacing: autoregression.spacing,
+            a1: autoregression.a1 as f32,
+            a2: autoregression.a2 as f32,
+            inverse: calibration.filtered.innovations.iter().map(inverse).collect(),
+            scored: calibration.whitened.iter().map(|w| w.map_or(0.0, |_| scale)).collect(),
+        }
+    }
+
+    /// Whitens directions side by side, one row a step.
+    fn rows(&self, raw: &[Lanes]) -> Vec<Lanes> {
+        let mut rows = vec![[0.0; LANES]; raw.len()];
+        // What is whitened has both of the entries before it.
+        for step in 2 * self.spacing..raw.len() {
+            let (earlier, before) = (step - 2 * self.spacing, step - self.spacing);
+            let now = self.scored[step] * self.inverse[step];
+            let first = self.scored[step] * self.a1 * self.inverse[before];
+            let second = self.scored[step] * self.a2 * self.inverse[earlier];
+            for lane in 0..LANES {
+                rows[step][lane] =
+                    now * raw[step][lane] - first * raw[before][lane] - second * raw[earlier][lane];
+            }
+        }
+        rows
     }
 }
 
@@ -236,15 +256,16 @@ fn pulses(onsets: &[usize], shape: &EventShape, steps: usize) -> Direction {
 }
 
 /// Information and score of every event.
-fn bank(event: EventLanes, answers: &[Vec<f64>], residuals: &[f64], weights: &[f64]) -> EventBank {
+fn bank(event: EventLanes, answers: &[Vec<f32>], residuals: &[f64], weights: &[f64]) -> EventBank {
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
     for (onsets, answer) in event.lanes.iter().zip(answers) {
         for onset in onsets {
             let end = (onset + event.reach).min(answer.len());
             let (mut information, mut score) = (0.0, 0.0);
             for step in *onset..end {
-                information += weights[step] * answer[step] * answer[step];
-                score -= weights[step] * answer[step] * residuals[step];
+                let answer = f64::from(answer[step]);
+                information += weights[step] * answer * answer;
+                score -= weights[step] * answer * residuals[step];
             }
             found.push((*onset, information, score));
         }

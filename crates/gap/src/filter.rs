@@ -72,46 +72,66 @@ pub(crate) fn innovations(
 }
 
 /// Runs the filter over the steps before `end` and tells `seen` what each step's reading made of the state.
-#[inline]
 fn run(
     model: &AugmentedModel,
     record: &Observations,
     end: usize,
-    mut seen: impl FnMut(&AugmentedState, Option<Innovation>, Option<Gain>),
+    seen: impl FnMut(&AugmentedState, Option<Innovation>, Option<Gain>),
 ) -> Result<(), GapError> {
     check_length(record)?;
-    let (mut state, mut covariance) = start(model, record);
-    let variance = model.noise().reading_sd.powi(2);
-    for step in 0..end.min(record.len()) {
-        let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
-        let expected = model.reading(&state, record.modulation(step));
-        let difference = correction(record.readings[step], expected);
-        let mut gain = None;
-        if let Some(value) = difference {
-            let update = covariance.update(variance);
-            state = model.corrected(&state, &update.gain, value);
-            gain = Some(update);
-        }
-        let scored = matches!(record.readings[step], Reading::Within(_));
-        let innovation = gain
-            .filter(|_| scored)
-            .zip(difference)
-            .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
-        seen(&state, innovation, gain);
+    pulp::Arch::new().dispatch(Running { model, record, end, seen })
+}
 
-        let input = &record.inputs[step];
-        model.add_meal_noise(&mut covariance, input);
-        let (following, transition) =
-            model.linearised(&state, input, record.modulation(step)).map_err(|_| failed())?;
-        covariance.propagate(&transition);
-        model.add_process_noise(&mut covariance, input, &following);
-        let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());
-        if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
-            return Err(failed());
+/// A run of the filter, compiled for the instructions of the machine it runs on. Products and sums are rounded
+/// one by one on all of them, so that they agree bit for bit.
+struct Running<'a, F> {
+    model: &'a AugmentedModel,
+    record: &'a Observations,
+    end: usize,
+    seen: F,
+}
+
+impl<F: FnMut(&AugmentedState, Option<Innovation>, Option<Gain>)> pulp::NullaryFnOnce
+    for Running<'_, F>
+{
+    type Output = Result<(), GapError>;
+
+    #[inline(always)]
+    fn call(self) -> Result<(), GapError> {
+        let Self { model, record, end, mut seen } = self;
+        let (mut state, mut covariance) = start(model, record);
+        let variance = model.noise().reading_sd.powi(2);
+        for step in 0..end.min(record.len()) {
+            let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
+            let expected = model.reading(&state, record.modulation(step));
+            let difference = correction(record.readings[step], expected);
+            let mut gain = None;
+            if let Some(value) = difference {
+                let update = covariance.update(variance);
+                state = model.corrected(&state, &update.gain, value);
+                gain = Some(update);
+            }
+            let scored = matches!(record.readings[step], Reading::Within(_));
+            let innovation = gain
+                .filter(|_| scored)
+                .zip(difference)
+                .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
+            seen(&state, innovation, gain);
+
+            let input = &record.inputs[step];
+            model.add_meal_noise(&mut covariance, input);
+            let (following, transition) =
+                model.linearised(&state, input, record.modulation(step)).map_err(|_| failed())?;
+            covariance.propagate(&transition);
+            model.add_process_noise(&mut covariance, input, &following);
+            let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());
+            if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
+                return Err(failed());
+            }
+            state = following;
         }
-        state = following;
+        Ok(())
     }
-    Ok(())
 }
 
 /// Runs the filter with the gains of an earlier run, for another model of the same person.

@@ -6,8 +6,9 @@
 //! With the innovation e = y - h x and the correction x + K e, a perturbation dx gives
 //! de = -h dx - (direct change of the reading), dx <- dx + K de, dx <- A dx + B m.
 //!
-//! What a step does is worked out once; directions then pass over the record a few at a time, so that what
-//! they share stays near the processor.
+//! What a step does is worked out once, in double precision; directions then pass over the record a few at a
+//! time, side by side in the processor's registers, in single precision. Perturbations fade, so that rounding does
+//! not add up: it stays near a millionth of a signature.
 
 use effects::{FIELDS, Field};
 use ode_sim::equations::{endogenous_production, non_insulin_uptake};
@@ -17,7 +18,7 @@ use ode_sim::{EgpMode, OdeParameters, OdeState, slot};
 use physiology::{Compartment, MG_PER_DL_PER_MMOL_PER_L, STEP, StepInput};
 
 use crate::augmented::{
-    AugmentedModel, AugmentedState, GLUCOSE_FLOOR, INTERSTITIAL, SENSOR, STATES, Transition,
+    AugmentedModel, AugmentedState, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, SENSOR, STATES,
 };
 use crate::covariance::Gain;
 use crate::error::GapError;
@@ -76,11 +77,13 @@ impl Parameter {
 /// Size of the differences along a field and along a parameter's logarithm: far above rounding, far below
 /// the curvature of a step.
 const SPACING: f64 = 1e-4;
-/// Directions that are carried along together.
-const LANES: usize = 8;
+/// Directions that are carried along together: as many numbers as the registers in use hold.
+pub(crate) const LANES: usize = 8;
+/// One number a direction.
+pub(crate) type Lanes = [f32; LANES];
 
 /// A perturbation of the state along [`LANES`] directions.
-type Lanes = [[f64; LANES]; STATES];
+type States = [Lanes; STATES];
 
 /// Derivatives of the innovations along each direction, mg/dL per unit of amplitude.
 ///
@@ -95,12 +98,44 @@ pub fn signatures(
     frozen: &Filtered,
     directions: &[Direction],
 ) -> Result<Vec<Vec<f64>>, GapError> {
-    let steps = Steps::of(model, record, frozen, directions)?;
-    let mut out = Vec::with_capacity(directions.len());
-    for block in directions.chunks(LANES) {
-        out.append(&mut carried_along(&steps, record, frozen, block));
-    }
+    let mut out = vec![Vec::new(); directions.len()];
+    few_at_a_time(model, record, frozen, directions, |members, rows| {
+        for (lane, member) in members.iter().enumerate() {
+            out[*member] = rows.iter().map(|row| f64::from(row[lane])).collect();
+        }
+    })?;
     Ok(out)
+}
+
+/// As [`signatures`], of at most [`LANES`] directions at a time: `taken` is told which, and gets a row a step.
+pub(crate) fn few_at_a_time(
+    model: &AugmentedModel,
+    record: &Observations,
+    frozen: &Filtered,
+    directions: &[Direction],
+    mut taken: impl FnMut(&[usize], &[Lanes]),
+) -> Result<(), GapError> {
+    let steps = Steps::of(model, record, frozen, directions)?;
+    let arch = pulp::Arch::new();
+    let mut rows = vec![[0.0; LANES]; record.len()];
+    for (place, members) in in_order(directions).chunks(LANES).enumerate() {
+        let block = Block::of(&steps, place, members, directions, record.len());
+        arch.dispatch(Passing { steps: &steps, block: &block, rows: &mut rows });
+        taken(members, &rows);
+    }
+    Ok(())
+}
+
+/// Parameters first, as they were asked for; then courses, those of the same fields beside each other.
+fn in_order(directions: &[Direction]) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..directions.len()).collect();
+    places.sort_by_key(|place| match &directions[*place] {
+        Direction::Parameter(_) => Vec::new(),
+        Direction::Course(fields) => {
+            std::iter::once(1).chain(fields.iter().map(|(field, _)| 2 + *field as usize)).collect()
+        }
+    });
+    places
 }
 
 /// Whether a field changes the reading and not the state.
@@ -136,16 +171,34 @@ fn reached(field: Field) -> &'static [usize] {
     }
 }
 
-/// What a step of the record does to perturbations, whatever their direction.
+/// What one step does to perturbations, whatever their direction.
+struct Step {
+    transition: Narrow,
+    /// 0 where the filter only predicted.
+    gain: [f32; STATES],
+    /// What a reading gains per mg/dL of interstitial glucose.
+    sensor_gain: f32,
+    /// Interstitial glucose as expected before the reading, mg/dL.
+    expected: f32,
+    scored: bool,
+    /// Whether the correction was cut off at the lowest glucose.
+    floored: bool,
+}
+
+/// What the steps of a record do.
 struct Steps {
-    transitions: Vec<Transition>,
+    each: Vec<Step>,
     /// For each field that is asked for, the derivative of the states it reaches, step by step; 0 where
     /// no course asks.
-    fields: [Vec<f64>; FIELDS],
-    /// For each parameter that is asked for, the derivative of the start and of each step.
-    parameters: Vec<(Parameter, [f64; STATES], Vec<[f64; STATES]>)>,
-    /// Whether the correction of a step was cut off at the lowest glucose.
-    floored: Vec<bool>,
+    fields: [Vec<f32>; FIELDS],
+    /// The parameters that are asked for, [`LANES`] at a time.
+    parameters: Vec<Parameters>,
+}
+
+/// The derivative of the start and of each step by some parameters.
+struct Parameters {
+    begin: States,
+    steps: Vec<States>,
 }
 
 impl Steps {
@@ -179,17 +232,17 @@ impl Steps {
         }
         let begin = start(model, record).0.vector();
         let mut steps = Self {
-            transitions: Vec::with_capacity(n),
+            each: Vec::with_capacity(n),
             fields: std::array::from_fn(|_| Vec::new()),
-            parameters: neighbours
-                .iter()
-                .map(|(parameter, neighbour)| {
-                    let moved = start(neighbour, record).0.vector();
-                    (*parameter, slope(&moved, &begin), Vec::with_capacity(n))
-                })
-                .collect(),
-            floored: Vec::with_capacity(n),
+            parameters: Vec::new(),
         };
+        for some in neighbours.chunks(LANES) {
+            let mut lanes = [[0.0; LANES]; STATES];
+            for (lane, (_, neighbour)) in some.iter().enumerate() {
+                set(&mut lanes, lane, &slope(&start(neighbour, record).0.vector(), &begin));
+            }
+            steps.parameters.push(Parameters { begin: lanes, steps: Vec::with_capacity(n) });
+        }
         let floor = model.plant().q1_at(GLUCOSE_FLOOR);
         for step in 0..n {
             let (state, input) = (&frozen.states[step], &record.inputs[step]);
@@ -197,8 +250,15 @@ impl Steps {
             let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
             let (following, transition) =
                 model.linearised(state, input, modulation).map_err(failed)?;
-            steps.transitions.push(transition);
-            steps.floored.push(frozen.gains[step].is_some() && state.body.q1 <= floor);
+            let gain = frozen.gains[step].as_ref();
+            steps.each.push(Step {
+                transition: transition.narrowed(),
+                gain: gain.map_or([0.0; STATES], |gain| gain.gain.map(|k| k as f32)),
+                sensor_gain: modulation[Field::SensorGain] as f32,
+                expected: gain.map_or(0.0, |gain| expected(frozen, gain, step)) as f32,
+                scored: frozen.innovations[step].is_some(),
+                floored: gain.is_some() && state.body.q1 <= floor,
+            });
             let base = following.vector();
             for field in Field::ALL {
                 let asked = &asked[field as usize];
@@ -210,25 +270,37 @@ impl Steps {
                     let mut changed = *modulation;
                     changed[field] += SPACING;
                     let moved = model.step(state, input, &changed).map_err(failed)?.vector();
-                    slopes.extend(reached(field).iter().map(|k| (moved[*k] - base[*k]) / SPACING));
+                    let slope = |k: &usize| ((moved[*k] - base[*k]) / SPACING) as f32;
+                    slopes.extend(reached(field).iter().map(slope));
                 } else {
                     slopes.extend(reached(field).iter().map(|_| 0.0));
                 }
             }
             let plain =
                 modulation.is_neutral().then(|| PlainStep::of(model, state, input)).flatten();
-            for ((parameter, neighbour), (_, _, slopes)) in
-                neighbours.iter().zip(&mut steps.parameters)
-            {
-                if let Some(known) = plain.as_ref().and_then(|plain| plain.slope(*parameter)) {
-                    slopes.push(known);
-                    continue;
+            for (some, parameters) in neighbours.chunks(LANES).zip(&mut steps.parameters) {
+                let mut lanes = [[0.0; LANES]; STATES];
+                for (lane, (parameter, neighbour)) in some.iter().enumerate() {
+                    let slopes = match plain.as_ref().and_then(|plain| plain.slope(*parameter)) {
+                        Some(known) => known,
+                        None => {
+                            let moved = neighbour.step(state, input, modulation).map_err(failed)?;
+                            slope(&moved.vector(), &base)
+                        }
+                    };
+                    set(&mut lanes, lane, &slopes);
                 }
-                let moved = neighbour.step(state, input, modulation).map_err(failed)?.vector();
-                slopes.push(slope(&moved, &base));
+                parameters.steps.push(lanes);
             }
         }
         Ok(steps)
+    }
+}
+
+/// Writes the numbers of one direction.
+fn set(lanes: &mut States, lane: usize, values: &[f64; STATES]) {
+    for (row, value) in lanes.iter_mut().zip(values) {
+        row[lane] = *value as f32;
     }
 }
 
@@ -308,100 +380,107 @@ impl<'a> PlainStep<'a> {
     }
 }
 
-/// What feeds one direction: courses with the slopes of their fields, or the slopes of a parameter.
-enum Source<'a> {
-    Courses(Vec<(&'a [f64], &'static [usize], &'a [f64])>),
-    Parameter(&'a [[f64; STATES]]),
+/// Courses of one field, side by side.
+struct Courses<'a> {
+    field: Field,
+    /// One row a step.
+    rows: Vec<Lanes>,
+    /// The derivatives of the states that the field reaches, step by step.
+    slopes: &'a [f32],
 }
 
-/// Derivatives of the innovations along at most [`LANES`] directions.
-fn carried_along(
-    steps: &Steps,
-    record: &Observations,
-    frozen: &Filtered,
-    directions: &[Direction],
-) -> Vec<Vec<f64>> {
-    let n = record.len();
-    let mut out: Vec<Vec<f64>> = directions.iter().map(|_| vec![0.0; n]).collect();
-    let mut lanes: Lanes = [[0.0; LANES]; STATES];
-    let mut sources = Vec::with_capacity(LANES);
-    // Direct changes of the reading: lane, field, course.
-    let mut read = Vec::new();
-    for (lane, direction) in directions.iter().enumerate() {
-        match direction {
-            Direction::Course(courses) => {
-                let mut feeding = Vec::new();
-                for (field, course) in courses {
-                    if reads_only(*field) {
-                        read.push((lane, *field, course.as_slice()));
-                    } else {
-                        let slopes = steps.fields[*field as usize].as_slice();
-                        feeding.push((course.as_slice(), reached(*field), slopes));
-                    }
-                }
-                sources.push(Source::Courses(feeding));
-            }
-            Direction::Parameter(parameter) => {
-                let known = steps.parameters.iter().find(|known| known.0 == *parameter);
-                if let Some((_, begin, slopes)) = known {
-                    for (row, value) in lanes.iter_mut().zip(begin) {
-                        row[lane] = *value;
-                    }
-                    sources.push(Source::Parameter(slopes));
+/// What feeds at most [`LANES`] directions.
+struct Block<'a> {
+    parameters: Option<&'a Parameters>,
+    /// Courses that change the state.
+    feeding: Vec<Courses<'a>>,
+    /// Courses that change the reading.
+    read: Vec<Courses<'a>>,
+}
+
+impl<'a> Block<'a> {
+    /// The block at `place` of the directions [`in_order`].
+    fn of(
+        steps: &'a Steps,
+        place: usize,
+        members: &[usize],
+        directions: &[Direction],
+        n: usize,
+    ) -> Self {
+        let mut block =
+            Self { parameters: steps.parameters.get(place), feeding: Vec::new(), read: Vec::new() };
+        for (lane, member) in members.iter().enumerate() {
+            let Direction::Course(courses) = &directions[*member] else { continue };
+            for (field, course) in courses {
+                let all = if reads_only(*field) { &mut block.read } else { &mut block.feeding };
+                let known = all.iter().position(|courses| courses.field == *field);
+                let known = known.unwrap_or_else(|| {
+                    let slopes = steps.fields[*field as usize].as_slice();
+                    all.push(Courses { field: *field, rows: vec![[0.0; LANES]; n], slopes });
+                    all.len() - 1
+                });
+                for (row, value) in all[known].rows.iter_mut().zip(course) {
+                    row[lane] += *value as f32;
                 }
             }
         }
+        block
     }
-    for step in 0..n {
-        if let Some(gain) = &frozen.gains[step] {
-            let sensor_gain = record.modulation(step)[Field::SensorGain];
+}
+
+/// Carries the directions of a block over the record: `rows` become the derivatives of the innovations.
+///
+/// Compiled for the instructions of the machine it runs on. Products and sums are rounded one by one on all
+/// of them, so that they agree bit for bit.
+struct Passing<'a> {
+    steps: &'a Steps,
+    block: &'a Block<'a>,
+    rows: &'a mut [Lanes],
+}
+
+impl pulp::NullaryFnOnce for Passing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { steps, block, rows } = self;
+        let mut x = block.parameters.map_or([[0.0; LANES]; STATES], |p| p.begin);
+        for (step, (of, row)) in steps.each.iter().zip(rows).enumerate() {
             let mut change = [0.0; LANES];
             for lane in 0..LANES {
-                change[lane] = -sensor_gain * lanes[INTERSTITIAL][lane] - lanes[SENSOR][lane];
+                change[lane] = -of.sensor_gain * x[INTERSTITIAL][lane] - x[SENSOR][lane];
             }
-            for (lane, field, course) in &read {
-                change[*lane] -= match field {
-                    Field::SensorGain => course[step] * expected(frozen, gain, step),
-                    _ => course[step],
-                };
-            }
-            if frozen.innovations[step].is_some() {
-                for (out, change) in out.iter_mut().zip(change) {
-                    out[step] = change;
+            for read in &block.read {
+                let factor = if read.field == Field::SensorGain { of.expected } else { 1.0 };
+                let course = read.rows[step];
+                for lane in 0..LANES {
+                    change[lane] -= factor * course[lane];
                 }
             }
-            for (row, k) in lanes.iter_mut().zip(gain.gain) {
-                for (value, change) in row.iter_mut().zip(change) {
-                    *value += k * change;
+            *row = if of.scored { change } else { [0.0; LANES] };
+            for (row, k) in x.iter_mut().zip(of.gain) {
+                *row = std::array::from_fn(|lane| row[lane] + k * change[lane]);
+            }
+            if of.floored {
+                x[slot(Compartment::Q1)] = [0.0; LANES];
+            }
+            of.transition.carry(&mut x);
+            for courses in &block.feeding {
+                let reached = reached(courses.field);
+                let slopes = &courses.slopes[step * reached.len()..][..reached.len()];
+                let course = courses.rows[step];
+                for (place, slope) in reached.iter().zip(slopes) {
+                    let row = &mut x[*place];
+                    *row = std::array::from_fn(|lane| row[lane] + slope * course[lane]);
                 }
             }
-            if steps.floored[step] {
-                lanes[slot(Compartment::Q1)] = [0.0; LANES];
-            }
-        }
-        steps.transitions[step].carry(&mut lanes);
-        for (lane, source) in sources.iter().enumerate() {
-            match source {
-                Source::Courses(courses) => {
-                    for (course, reached, slopes) in courses {
-                        let value = course[step];
-                        if value != 0.0 {
-                            let slopes = &slopes[step * reached.len()..][..reached.len()];
-                            for (row, slope) in reached.iter().zip(slopes) {
-                                lanes[*row][lane] += slope * value;
-                            }
-                        }
-                    }
-                }
-                Source::Parameter(slopes) => {
-                    for (row, slope) in lanes.iter_mut().zip(slopes[step]) {
-                        row[lane] += slope;
-                    }
+            if let Some(parameters) = block.parameters {
+                for (row, fed) in x.iter_mut().zip(&parameters.steps[step]) {
+                    *row = std::array::from_fn(|lane| row[lane] + fed[lane]);
                 }
             }
         }
     }
-    out
 }
 
 /// Interstitial glucose as expected before the reading: the state after it holds part of the innovation.

@@ -4,7 +4,8 @@
 //! A = S'WS and b = -S'W e0: the log likelihood of theta is b'theta - theta'A theta / 2 up to a
 //! constant.
 
-use faer::Mat;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::{Accum, Mat, MatRef, Par};
 use physiology::STEPS_PER_DAY;
 
 use super::held_out::{FOLDS, fold};
@@ -30,6 +31,31 @@ impl Sums {
     /// Sums of no day.
     fn none(columns: usize) -> Self {
         Self { a: Mat::zeros(columns, columns), b: vec![0.0; columns] }
+    }
+}
+
+/// Adds `factor` R'R to the lower triangle of a symmetric matrix.
+pub(super) fn add_gram(a: &mut Mat<f64>, rows: MatRef<'_, f64>, factor: f64) {
+    use BlockStructure::{Rectangular, TriangularLower};
+    triangular::matmul(
+        a.as_mut(),
+        TriangularLower,
+        Accum::Add,
+        rows.transpose(),
+        Rectangular,
+        rows,
+        Rectangular,
+        factor,
+        Par::Seq,
+    );
+}
+
+/// Makes the lower triangle stand for both.
+pub(super) fn mirror(a: &mut Mat<f64>) {
+    for column in 0..a.ncols() {
+        for row in column + 1..a.nrows() {
+            a[(column, row)] = a[(row, column)];
+        }
     }
 }
 
@@ -70,12 +96,14 @@ impl Person {
         let mut days = Vec::with_capacity(count);
         let folds = (0..FOLDS)
             .map(|place| {
+                let of_days = fold(count, place);
+                let end = (of_days.end * STEPS_PER_DAY).min(steps);
+                let rows = Rows::of(design, of_days.start * STEPS_PER_DAY..end);
                 let mut sums = Sums::none(columns.len());
-                for day in fold(count, place) {
-                    let first = day * STEPS_PER_DAY;
-                    let steps = first..(first + STEPS_PER_DAY).min(steps);
-                    days.push(day_of(design, &random, steps, &mut sums));
-                }
+                add_gram(&mut sums.a, rows.signatures.as_ref(), 1.0);
+                mirror(&mut sums.a);
+                sums.b = rows.scores(0..rows.steps.len());
+                days.extend(of_days.map(|day| rows.day(&random, day * STEPS_PER_DAY, steps)));
                 sums
             })
             .collect();
@@ -83,41 +111,50 @@ impl Person {
     }
 }
 
-/// A day, which is added to `sums`.
-fn day_of(
-    design: &Design,
-    random: &[usize],
-    steps: std::ops::Range<usize>,
-    sums: &mut Sums,
-) -> Day {
-    let count = design.columns.len();
-    let mut day = Day { za: Vec::new(), zb: Vec::new() };
-    let mut first = steps.start;
-    while first < steps.end {
-        let last = (first + BLOCK).min(steps.end);
-        let (a, b) = block_of(design, first..last);
-        day.za.push(Mat::from_fn(random.len(), count, |row, column| a[(random[row], column)]));
-        day.zb.push(random.iter().map(|place| b[*place]).collect());
-        sums.a += &a;
-        for (sum, value) in sums.b.iter_mut().zip(b) {
-            *sum += value;
-        }
-        first = last;
-    }
-    day
+/// The steps of a fold that are scored, each times the root of its weight.
+struct Rows {
+    steps: Vec<usize>,
+    /// (scored steps, columns)
+    signatures: Mat<f64>,
+    /// (scored steps, 1)
+    residuals: Mat<f64>,
 }
 
-/// A and b of a stretch of steps.
-fn block_of(design: &Design, steps: std::ops::Range<usize>) -> (Mat<f64>, Vec<f64>) {
-    let scored: Vec<usize> = steps.filter(|step| design.weights[*step] > 0.0).collect();
-    let roots: Vec<f64> = scored.iter().map(|step| design.weights[*step].sqrt()).collect();
-    let count = design.columns.len();
-    let rows = Mat::from_fn(scored.len(), count, |row, column| {
-        roots[row] * f64::from(design.signatures[column][scored[row]])
-    });
-    let residuals =
-        Mat::from_fn(scored.len(), 1, |row, _| roots[row] * design.residuals[scored[row]]);
-    let a = rows.transpose() * &rows;
-    let b = rows.transpose() * &residuals;
-    (a, (0..count).map(|k| -b[(k, 0)]).collect())
+impl Rows {
+    fn of(design: &Design, steps: std::ops::Range<usize>) -> Self {
+        let steps: Vec<usize> = steps.filter(|step| design.weights[*step] > 0.0).collect();
+        let roots: Vec<f64> = steps.iter().map(|step| design.weights[*step].sqrt()).collect();
+        let mut signatures = Mat::zeros(steps.len(), design.columns.len());
+        for (to, from) in signatures.col_iter_mut().zip(&design.signatures) {
+            for ((to, root), step) in to.iter_mut().zip(&roots).zip(&steps) {
+                *to = root * f64::from(from[*step]);
+            }
+        }
+        let residuals =
+            Mat::from_fn(steps.len(), 1, |row, _| roots[row] * design.residuals[steps[row]]);
+        Self { steps, signatures, residuals }
+    }
+
+    /// b of some of the rows.
+    fn scores(&self, rows: std::ops::Range<usize>) -> Vec<f64> {
+        let (first, count) = (rows.start, rows.len());
+        let signatures = self.signatures.as_ref().subrows(first, count);
+        let b = signatures.transpose() * self.residuals.as_ref().subrows(first, count);
+        b.col(0).iter().map(|value| -value).collect()
+    }
+
+    /// What random factors see of the day that starts at step `first` of a record of `steps`.
+    fn day(&self, random: &[usize], first: usize, steps: usize) -> Day {
+        let mut of_day = Day { za: Vec::new(), zb: Vec::new() };
+        let at = |step: usize| self.steps.partition_point(|scored| *scored < step);
+        for block in (first..(first + STEPS_PER_DAY).min(steps)).step_by(BLOCK) {
+            let rows = at(block)..at(block + BLOCK);
+            let signatures = self.signatures.as_ref().subrows(rows.start, rows.len());
+            let z = Mat::from_fn(rows.len(), random.len(), |row, k| signatures[(row, random[k])]);
+            of_day.za.push(z.transpose() * signatures);
+            let b = z.transpose() * self.residuals.as_ref().subrows(rows.start, rows.len());
+            of_day.zb.push(b.col(0).iter().map(|value| -value).collect());
+        }
+        of_day
+    }
 }

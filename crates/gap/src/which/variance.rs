@@ -6,12 +6,13 @@
 //! same signatures as the constant ones. Their spreads are estimated over the cohort by marginal
 //! likelihood; their exact integral replaces A and b of a day by A - C'M^-1 C and b - C'M^-1 c.
 
-use faer::linalg::solvers::{Llt, Solve};
-use faer::{Mat, Side};
+use faer::linalg::solvers::Llt;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
 use super::held_out::{FOLDS, Folds, fold};
-use super::statistics::{Day, Person, RANDOM};
+use super::statistics::{Day, Person, RANDOM, add_gram, mirror};
 
 /// Number of random factors.
 const COUNT: usize = RANDOM.len();
@@ -100,15 +101,18 @@ pub(super) fn marginal(person: &Person, spreads: &Spreads) -> Folds {
                 if active.is_empty() {
                     continue;
                 }
+                // With M = LL': C'M^-1 C is the Gram of L^-1 C.
                 let factor = factored(day, &person.random, &active);
-                let (c, z) = crossed(day, &active);
-                let solved = factor.solve(&c);
-                sums.a -= c.transpose() * &solved;
-                let taken = solved.transpose() * &z;
+                let (mut c, mut z) = crossed(day, &active);
+                solve_lower_triangular_in_place(factor.L(), c.as_mut(), Par::Seq);
+                solve_lower_triangular_in_place(factor.L(), z.as_mut(), Par::Seq);
+                add_gram(&mut sums.a, c.as_ref(), -1.0);
+                let taken = c.transpose() * &z;
                 for (k, b) in sums.b.iter_mut().enumerate() {
                     *b -= taken[(k, 0)];
                 }
             }
+            mirror(&mut sums.a);
             sums
         })
         .collect();
@@ -264,6 +268,8 @@ pub(super) fn estimate(people: &[&Person], fixed: &[Vec<f64>], start: Spreads) -
 
 #[cfg(test)]
 mod tests {
+    use faer::linalg::solvers::Solve;
+
     use super::*;
 
     /// A day of two blocks in as many columns as there are random factors.
