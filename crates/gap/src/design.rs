@@ -3,6 +3,8 @@
 //! Rows are steps, whitened and in units of the innovations' scale; columns are directions. Nothing
 //! is decided here.
 
+use std::ops::Range;
+
 use cohort::Person;
 use effects::{Course, Effect, EventShape, Field, Form, Modulation, RandomUnit};
 use physiology::{Plant as _, STEPS_PER_HOUR};
@@ -60,6 +62,21 @@ pub struct EventBank {
     pub score: Vec<f64>,
 }
 
+/// A factor that is drawn anew for every unit, and what a change of each unit's does.
+#[derive(Debug, Clone)]
+pub struct UnitBank {
+    /// Place in the library.
+    pub effect: usize,
+    /// What varies.
+    pub field: Field,
+    /// Standard deviation of its logarithm at amplitude 1.
+    pub log_sd: f64,
+    /// First step of each unit, ascending.
+    pub starts: Vec<usize>,
+    /// Whitened signature of each unit's factor from its first step on.
+    pub answers: Vec<Vec<f32>>,
+}
+
 /// A person's linear model.
 #[derive(Debug, Clone)]
 pub struct Design {
@@ -77,10 +94,19 @@ pub struct Design {
     pub signatures: Vec<Vec<f32>>,
     /// Hidden events.
     pub events: Vec<EventBank>,
-    /// Random effects: place in the library, field, unit, spread at amplitude 1.
-    pub random: Vec<(usize, Field, RandomUnit, f64)>,
+    /// Random effects.
+    pub random: Vec<UnitBank>,
     /// Effects that the record cannot show: places in the library.
     pub untried: Vec<usize>,
+}
+
+/// Directions of one random factor: units share a direction as long as their answers do not meet.
+struct UnitLanes {
+    effect: usize,
+    field: Field,
+    log_sd: f64,
+    /// Units of each lane.
+    lanes: Vec<Vec<Range<usize>>>,
 }
 
 /// Directions of one kind of event: many events share a direction as long as their answers do not meet.
@@ -130,7 +156,7 @@ pub fn design(
             }
             Some(Form::Events(shape)) => events.push(lanes(place, shape)),
             Some(Form::Random { field, unit, log_sd }) => {
-                random.push((place, field, unit, log_sd));
+                random.push(units(place, field, log_sd, &unit_steps(unit, &course)));
             }
         }
     }
@@ -138,6 +164,11 @@ pub fn design(
     for event in &events {
         directions
             .extend(event.lanes.iter().map(|onsets| pulses(onsets, &event.shape, course.len())));
+    }
+    let events_end = directions.len();
+    for random in &random {
+        directions
+            .extend(random.lanes.iter().map(|units| factors(units, random.field, observations)));
     }
     let whitener = Whitener::of(calibration);
     let mut whitened: Vec<Vec<f32>> = vec![Vec::new(); directions.len()];
@@ -148,6 +179,14 @@ pub fn design(
             whitened[*member] = rows.iter().map(|row| row[lane]).collect();
         }
     })?;
+    let mut factors = whitened.split_off(events_end).into_iter();
+    let random = random
+        .into_iter()
+        .map(|random| {
+            let answers: Vec<Vec<f32>> = factors.by_ref().take(random.lanes.len()).collect();
+            unit_bank(random, &answers)
+        })
+        .collect();
     let pulses = whitened.split_off(driven);
     let residuals: Vec<f64> = calibration.whitened.iter().map(|w| w.unwrap_or(0.0)).collect();
     let weights: Vec<f64> =
@@ -243,6 +282,64 @@ fn lanes(effect: usize, shape: EventShape) -> EventLanes {
         }
     }
     EventLanes { effect, shape, lanes, reach }
+}
+
+/// Steps of each unit: a calendar day, or a meal on record.
+fn unit_steps(unit: RandomUnit, course: &Course) -> Vec<Range<usize>> {
+    let mut units: Vec<Range<usize>> = Vec::new();
+    for step in 0..course.len() {
+        match (unit, units.last_mut()) {
+            (RandomUnit::Day, Some(day)) if course.day[day.start] == course.day[step] => {
+                day.end = step + 1;
+            }
+            (RandomUnit::Day, _) => units.push(step..step + 1),
+            (RandomUnit::Meal, _) if course.carbs[step] > 0.0 => units.push(step..step + 1),
+            (RandomUnit::Meal, _) => {}
+        }
+    }
+    units
+}
+
+/// Steps from the start of a unit in which its answer is looked for: insulin of a whole day is still
+/// felt through the next.
+fn unit_reach(unit: &Range<usize>) -> usize {
+    (2 * unit.len()).max(unit.len() + ANSWER)
+}
+
+fn units(effect: usize, field: Field, log_sd: f64, units: &[Range<usize>]) -> UnitLanes {
+    let mut lanes: Vec<Vec<Range<usize>>> = Vec::new();
+    for unit in units {
+        let free = lanes.iter_mut().find(|lane| {
+            lane.last().is_none_or(|last| last.start + unit_reach(last) <= unit.start)
+        });
+        match free {
+            Some(lane) => lane.push(unit.clone()),
+            None => lanes.push(vec![unit.clone()]),
+        }
+    }
+    UnitLanes { effect, field, log_sd, lanes }
+}
+
+/// The slope along the logarithm of the factor of each unit, which is the factor that is there.
+fn factors(units: &[Range<usize>], field: Field, observations: &Observations) -> Direction {
+    let mut course = vec![0.0; observations.len()];
+    for step in units.iter().cloned().flatten() {
+        course[step] = observations.modulation(step)[field];
+    }
+    Direction::Course(vec![(field, course)])
+}
+
+fn unit_bank(lanes: UnitLanes, answers: &[Vec<f32>]) -> UnitBank {
+    let mut found: Vec<(usize, Vec<f32>)> = Vec::new();
+    for (units, answer) in lanes.lanes.iter().zip(answers) {
+        for unit in units {
+            let end = (unit.start + unit_reach(unit)).min(answer.len());
+            found.push((unit.start, answer[unit.start..end].to_vec()));
+        }
+    }
+    found.sort_by_key(|(start, _)| *start);
+    let (starts, answers) = found.into_iter().unzip();
+    UnitBank { effect: lanes.effect, field: lanes.field, log_sd: lanes.log_sd, starts, answers }
 }
 
 fn pulses(onsets: &[usize], shape: &EventShape, steps: usize) -> Direction {

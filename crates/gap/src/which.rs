@@ -8,6 +8,7 @@
 
 mod amplitude;
 mod answer;
+mod by_unit;
 mod detection;
 mod events;
 mod held_out;
@@ -20,6 +21,7 @@ mod variance;
 use effects::{Effect, Form, Modulation, Port};
 use rayon::prelude::*;
 
+use self::by_unit::{UnitEvidence, UnitSums, UnitTrial};
 use self::events::EventEvidence;
 use self::held_out::{Allowed, Folds, HeldOut, Trial, held_out};
 use self::statistics::Person as Statistics;
@@ -144,6 +146,7 @@ pub struct Named {
 struct Subject {
     design: Design,
     statistics: Statistics,
+    units: Vec<UnitSums>,
 }
 
 /// Names the effects that are missing.
@@ -298,8 +301,8 @@ struct Score {
 enum ScoreOf {
     Driven(HeldOut),
     Events(EventEvidence),
-    /// Gain and spread over that at amplitude 1.
-    Random(f64, f64),
+    /// With the spread at amplitude 1.
+    Random(UnitEvidence, f64),
 }
 
 impl Score {
@@ -307,7 +310,7 @@ impl Score {
         match &self.evidence {
             ScoreOf::Driven(found) => found.gain(),
             ScoreOf::Events(found) => found.gain(),
-            ScoreOf::Random(gain, _) => *gain,
+            ScoreOf::Random(found, _) => found.gain(),
         }
     }
 }
@@ -329,9 +332,11 @@ impl Round {
                     conditioned(input, place, library, named, config)?
                 };
                 let statistics = Statistics::of(&design);
+                let of = |bank| UnitSums::of(&design, &statistics, bank);
+                let units = design.random.iter().map(of).collect();
                 // The largest part of a person, and summed up.
                 design.signatures = Vec::new();
-                Ok(Subject { design, statistics })
+                Ok(Subject { design, statistics, units })
             })
             .collect::<Result<_, GapError>>()?;
         let mut guards: Vec<(usize, f64)> = Vec::new();
@@ -452,31 +457,32 @@ impl Round {
                     };
                     return Some(Score { effect, evidence: ScoreOf::Events(evidence) });
                 }
-                let random = self
-                    .subjects
-                    .iter()
-                    .find_map(|s| s.design.random.iter().find(|random| random.0 == effect))?;
-                let (gain, spread) = self.random_gain(random.1)?;
-                Some(Score { effect, evidence: ScoreOf::Random(gain, spread / random.3) })
+                let evidence = self.random(effect)?;
+                Some(Score { effect, evidence })
             })
             .collect()
     }
 
-    /// Evidence that a field varies from day to day.
-    fn random_gain(&self, field: effects::Field) -> Option<(f64, f64)> {
-        let name = match field {
-            effects::Field::InsulinTime => "t_max_i",
-            effects::Field::GutTime => "t_max_g",
-            effects::Field::Action => "action",
-            effects::Field::CarbAmount => "a_g",
-            effects::Field::Production => "egp_0",
-            effects::Field::SensorGain => "sensor_gain",
-            effects::Field::Flux => "flux",
-            _ => return None,
-        };
-        let place = statistics::RANDOM.iter().position(|random| *random == name)?;
-        let evidence = self.estimated.day[place];
-        Some((evidence.gain, evidence.spread))
+    /// Evidence that a factor is drawn anew for every unit.
+    fn random(&self, effect: usize) -> Option<ScoreOf> {
+        let banks = self.subjects.iter().flat_map(|s| &s.design.random);
+        let bank = banks.into_iter().find(|bank| bank.effect == effect)?;
+        let mut spreads = self.estimated.spreads;
+        // The same factor by day of the record is not allowed for beside it.
+        if let Some(place) = statistics::random_place(bank.field) {
+            spreads.day[place] = 0.0;
+        }
+        let trials: Vec<UnitTrial<'_>> = self
+            .subjects
+            .iter()
+            .enumerate()
+            .map(|(person, subject)| UnitTrial {
+                person: &subject.statistics,
+                units: subject.units.iter().find(|units| units.effect == effect),
+                allowed: self.allowed(person, None),
+            })
+            .collect();
+        Some(ScoreOf::Random(by_unit::score(&trials, &spreads), bank.log_sd))
     }
 
     fn named(
@@ -520,7 +526,12 @@ impl Round {
                     .map(|person| self.frequency(best.effect, found, person..person + 1))
                     .collect();
             }
-            ScoreOf::Random(_, amplitude) => named.amplitude = (*amplitude, 0.3 * amplitude),
+            ScoreOf::Random(found, log_sd) => {
+                let (spread, error) = found.spread;
+                named.amplitude = (spread / log_sd, error / log_sd);
+                named.personal = vec![named.amplitude; people];
+                named.gains.clone_from(&found.gains);
+            }
         }
         named
     }

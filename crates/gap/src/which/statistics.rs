@@ -4,6 +4,7 @@
 //! A = S'WS and b = -S'W e0: the log likelihood of theta is b'theta - theta'A theta / 2 up to a
 //! constant.
 
+use effects::Field;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatRef, Par};
 use physiology::STEPS_PER_DAY;
@@ -17,6 +18,21 @@ pub(super) const BLOCK: usize = STEPS_PER_DAY / 4;
 /// What may vary at random from day to day and from block to block: columns of the background by name.
 pub(super) const RANDOM: [&str; 7] =
     ["action", "egp_0", "t_max_g", "t_max_i", "a_g", "sensor_gain", "flux"];
+
+/// The place in [`RANDOM`] of the factor that acts on a field.
+pub(super) fn random_place(field: Field) -> Option<usize> {
+    let name = match field {
+        Field::InsulinTime => "t_max_i",
+        Field::GutTime => "t_max_g",
+        Field::Action => "action",
+        Field::CarbAmount => "a_g",
+        Field::Production => "egp_0",
+        Field::SensorGain => "sensor_gain",
+        Field::Flux => "flux",
+        _ => return None,
+    };
+    RANDOM.iter().position(|random| *random == name)
+}
 
 /// A and b of some days.
 #[derive(Debug, Clone)]

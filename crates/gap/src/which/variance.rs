@@ -47,7 +47,7 @@ impl Spreads {
 }
 
 /// Random factors of a day that are not held at zero: block and factor, `None` for the whole day.
-fn active(spreads: &Spreads, blocks: usize) -> Vec<(Option<usize>, usize, f64)> {
+pub(super) fn active(spreads: &Spreads, blocks: usize) -> Vec<(Option<usize>, usize, f64)> {
     let within = (0..blocks).flat_map(|block| {
         (0..COUNT).map(move |factor| (Some(block), factor, spreads.block[factor]))
     });
@@ -56,7 +56,7 @@ fn active(spreads: &Spreads, blocks: usize) -> Vec<(Option<usize>, usize, f64)> 
 }
 
 /// I + D Z'WZ D, factored; D holds the spreads.
-fn factored(
+pub(super) fn factored(
     day: &Day,
     random: &[usize; COUNT],
     active: &[(Option<usize>, usize, f64)],
@@ -76,7 +76,7 @@ fn factored(
 }
 
 /// D Z'WX (active, columns) and D times the scores of the random factors.
-fn crossed(day: &Day, active: &[(Option<usize>, usize, f64)]) -> (Mat<f64>, Mat<f64>) {
+pub(super) fn crossed(day: &Day, active: &[(Option<usize>, usize, f64)]) -> (Mat<f64>, Mat<f64>) {
     let columns = day.za.first().map_or(0, Mat::ncols);
     let blocks = 0..day.za.len();
     let c = Mat::from_fn(active.len(), columns, |i, column| match active[i] {
