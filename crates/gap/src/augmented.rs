@@ -3,9 +3,10 @@
 //!
 //! What effects change in a step enters as a [`Modulation`].
 //!
-//! Thirteen states: the ten compartments, an Ornstein-Uhlenbeck flux into Q1, interstitial glucose
-//! that follows plasma glucose with a first-order lag, and an autoregressive sensor error. A
-//! reading is interstitial glucose plus sensor error plus white noise.
+//! Fourteen states: the ten compartments, an Ornstein-Uhlenbeck flux into Q1, interstitial glucose
+//! that follows plasma glucose with a first-order lag, and the sensor error of this step and of the
+//! one before, an autoregression of order two. A reading is interstitial glucose plus sensor error plus
+//! white noise.
 
 use std::ops::{Add, Mul};
 
@@ -23,13 +24,15 @@ use crate::covariance::Covariance;
 use crate::noise::NoiseModel;
 
 /// Number of augmented states; the first ten are the compartments in the order of [`slot`].
-pub const STATES: usize = 13;
+pub const STATES: usize = 14;
 /// Place of the flux into Q1, mmol/kg/min.
 pub const FLUX: usize = 10;
 /// Place of interstitial glucose, mg/dL.
 pub const INTERSTITIAL: usize = 11;
 /// Place of the sensor error, mg/dL.
 pub const SENSOR: usize = 12;
+/// Place of the sensor error one step before, mg/dL.
+pub const SENSOR_BEFORE: usize = 13;
 
 /// Glucose below which a correction by the filter is cut off; sensors end at 40 mg/dL.
 pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);
@@ -56,16 +59,18 @@ pub struct AugmentedState {
     pub flux: f64,
     /// Interstitial glucose.
     pub interstitial: MgPerDl,
-    /// Autoregressive sensor error.
+    /// Sensor error.
     pub sensor: MgPerDl,
+    /// Sensor error one step before.
+    pub sensor_before: MgPerDl,
 }
 
-/// A 13 x 13 matrix d(state after)/d(state before) with the zeros of the model's structure, which are not stored.
+/// A 14 x 14 matrix d(state after)/d(state before) with the zeros of the model's structure, which are not stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition([f64; ENTRIES]);
 
 /// Entries that may differ from zero.
-const ENTRIES: usize = 33;
+const ENTRIES: usize = 35;
 
 impl Default for Transition {
     fn default() -> Self {
@@ -75,7 +80,7 @@ impl Default for Transition {
 
 impl Transition {
     /// The columns of each row that may differ from zero under forward Euler, in the order S1 S2 I X1
-    /// X2 X3 Q1 Q2 C1 C2, flux, interstitial, sensor.
+    /// X2 X3 Q1 Q2 C1 C2, flux, interstitial, sensor, sensor before.
     pub const NONZERO: [&'static [usize]; STATES] = [
         &[0],
         &[0, 1],
@@ -89,6 +94,7 @@ impl Transition {
         &[8, 9],
         &[FLUX],
         &[3, 5, 6, 7, 9, FLUX, INTERSTITIAL],
+        &[SENSOR, SENSOR_BEFORE],
         &[SENSOR],
     ];
 
@@ -177,8 +183,10 @@ where
         g_flux,
         g_g,
         sensor_sensor,
+        sensor_before,
+        before_sensor,
     ] = *entries;
-    let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g, sensor] = x;
+    let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g, sensor, before] = x;
     for k in 0..WIDTH {
         let glucose = q1_x1 * x1[k]
             + q1_x3 * x3[k]
@@ -204,7 +212,9 @@ where
         c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
         c1[k] = c1[k] * c1_c1;
         flux[k] = flux[k] * flux_flux;
-        sensor[k] = sensor[k] * sensor_sensor;
+        let error = sensor_sensor * sensor[k] + sensor_before * before[k];
+        before[k] = before_sensor * sensor[k];
+        sensor[k] = error;
     }
 }
 
@@ -215,6 +225,8 @@ pub struct AugmentedModel {
     noise: NoiseModel,
     flux_decay: f64,
     lag_decay: f64,
+    sensor_coefficients: [f64; 2],
+    sensor_noise: f64,
 }
 
 impl AugmentedModel {
@@ -231,6 +243,8 @@ impl AugmentedModel {
             noise,
             flux_decay: noise.flux_decay(),
             lag_decay: noise.lag_decay(),
+            sensor_coefficients: noise.sensor_coefficients(),
+            sensor_noise: noise.sensor_noise(),
         }
     }
 
@@ -371,7 +385,9 @@ impl AugmentedModel {
             g_c2,
             g_flux,
             lag_decay,
-            self.noise.sensor_correlation,
+            self.sensor_coefficients[0],
+            self.sensor_coefficients[1],
+            1.0,
         ])
     }
 
@@ -394,6 +410,7 @@ impl AugmentedModel {
             flux: state.flux + gain[FLUX] * innovation,
             interstitial: MgPerDl(state.interstitial.0 + gain[INTERSTITIAL] * innovation),
             sensor: MgPerDl(state.sensor.0 + gain[SENSOR] * innovation),
+            sensor_before: MgPerDl(state.sensor_before.0 + gain[SENSOR_BEFORE] * innovation),
         }
     }
 
@@ -422,7 +439,7 @@ impl AugmentedModel {
         }
         p.add(slot(Q1), noise.glucose_sd.powi(2));
         p.add(FLUX, noise.flux_sd.powi(2) * (1.0 - self.flux_decay.powi(2)));
-        p.add(SENSOR, noise.sensor_sd.powi(2) * (1.0 - noise.sensor_correlation.powi(2)));
+        p.add(SENSOR, self.sensor_noise);
     }
 
     /// A start for the filter: insulin at rest under `basal`, glucose as read, the gut empty.
@@ -452,13 +469,18 @@ impl AugmentedModel {
         sd[FLUX] = self.noise.flux_sd;
         sd[INTERSTITIAL] = 20.0;
         sd[SENSOR] = self.noise.sensor_sd;
+        sd[SENSOR_BEFORE] = self.noise.sensor_sd;
+        let mut covariance = Covariance::diagonal(&sd);
+        let linked = self.noise.sensor_sd.powi(2) * self.noise.sensor_correlation;
+        covariance.link(SENSOR, SENSOR_BEFORE, linked);
         let state = AugmentedState {
             body: OdeState::default().with_vector(&x),
             flux: 0.0,
             interstitial: glucose,
             sensor: MgPerDl(0.0),
+            sensor_before: MgPerDl(0.0),
         };
-        (state, Covariance::diagonal(&sd))
+        (state, covariance)
     }
 
     #[inline]
@@ -510,11 +532,13 @@ impl AugmentedModel {
     #[inline]
     fn around(&self, state: &AugmentedState, body: OdeState, lag_decay: f64) -> AugmentedState {
         let plasma = 0.5 * (self.plant.glucose(&state.body).0 + self.plant.glucose(&body).0);
+        let [first, second] = self.sensor_coefficients;
         AugmentedState {
             body,
             flux: state.flux * self.flux_decay,
             interstitial: MgPerDl(plasma + (state.interstitial.0 - plasma) * lag_decay),
-            sensor: MgPerDl(state.sensor.0 * self.noise.sensor_correlation),
+            sensor: MgPerDl(first * state.sensor.0 + second * state.sensor_before.0),
+            sensor_before: state.sensor,
         }
     }
 }
@@ -543,7 +567,7 @@ impl Plant for AugmentedModel {
 }
 
 impl AugmentedState {
-    /// The thirteen values in the order of [`Transition`].
+    /// The fourteen values in the order of [`Transition`].
     #[inline]
     #[must_use]
     pub fn vector(&self) -> [f64; STATES] {
@@ -552,10 +576,11 @@ impl AugmentedState {
         all[FLUX] = self.flux;
         all[INTERSTITIAL] = self.interstitial.0;
         all[SENSOR] = self.sensor.0;
+        all[SENSOR_BEFORE] = self.sensor_before.0;
         all
     }
 
-    /// The same state with its thirteen values replaced.
+    /// The same state with its fourteen values replaced.
     #[must_use]
     pub fn with_vector(self, all: &[f64; STATES]) -> Self {
         let body: [f64; FLUX] = std::array::from_fn(|k| all[k]);
@@ -564,6 +589,7 @@ impl AugmentedState {
             flux: all[FLUX],
             interstitial: MgPerDl(all[INTERSTITIAL]),
             sensor: MgPerDl(all[SENSOR]),
+            sensor_before: MgPerDl(all[SENSOR_BEFORE]),
         }
     }
 }
@@ -598,6 +624,7 @@ mod tests {
             state.body.meals.c2 = 0.5 * gut;
             state.interstitial = MgPerDl(glucose - 10.0);
             state.sensor = MgPerDl(4.0);
+            state.sensor_before = MgPerDl(3.0);
             let input = StepInput {
                 basal: UnitsPerHour(basal), bolus: Units(bolus), carbs: Grams(carbs),
                 ..StepInput::default()

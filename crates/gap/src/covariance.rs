@@ -1,6 +1,6 @@
 //! Covariance of the augmented state: propagation and the scalar measurement update.
 //!
-//! Fixed arrays of 13 x 13, rows padded to 16 so that they fill vector registers; at this size they
+//! Fixed arrays of 14 x 14, rows padded to 16 so that they fill vector registers; at this size they
 //! are several times faster than a general matrix type. The transition's structural zeros are
 //! skipped. Updates take Joseph's form and symmetry is restored by every propagation, so that
 //! the matrix stays positive semidefinite however small the reading noise is. Both are inlined
@@ -11,7 +11,7 @@ use crate::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
 /// Entries of a padded row.
 const WIDTH: usize = 16;
 
-/// A symmetric positive semidefinite 13 x 13 matrix over the augmented state, in its units.
+/// A symmetric positive semidefinite 14 x 14 matrix over the augmented state, in its units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Covariance([[f64; WIDTH]; STATES]);
 
@@ -44,6 +44,12 @@ impl Covariance {
     /// Adds `variance` to that of one state.
     pub fn add(&mut self, state: usize, variance: f64) {
         self.0[state][state] += variance;
+    }
+
+    /// Adds `covariance` to that of two different states.
+    pub fn link(&mut self, one: usize, other: usize, covariance: f64) {
+        self.0[one][other] += covariance;
+        self.0[other][one] += covariance;
     }
 
     /// `A P A'` for a transition `A`.
@@ -136,7 +142,7 @@ mod tests {
         let a = Mat::from_fn(STATES, STATES, |row, column| transition.get(row, column));
         let dense = &a * as_faer(&p) * a.transpose();
         let difference = (as_faer(&p.propagated(&transition)) - dense).norm_max();
-        assert!(difference < 1e-12, "rounding of 13-term sums, not {difference}");
+        assert!(difference < 1e-12, "rounding of 14-term sums, not {difference}");
 
         let h = Mat::from_fn(1, STATES, |_, state| {
             if state == INTERSTITIAL || state == SENSOR { 1.0 } else { 0.0 }
@@ -205,7 +211,7 @@ mod tests {
                 let sd: Vec<f64> = (0..STATES).map(|k| p.get(k, k).sqrt().max(1e-300)).collect();
                 let scaled = Mat::from_fn(STATES, STATES, |r, c| p.get(r, c) / (sd[r] * sd[c]));
                 let values = scaled.self_adjoint_eigenvalues(Side::Lower).expect("symmetric");
-                // Rounding of a 13 x 13 correlation matrix.
+                // Rounding of a 14 x 14 correlation matrix.
                 assert!(values.iter().all(|v| *v > -1e-12), "step {step}: {values:?}");
             }
         }

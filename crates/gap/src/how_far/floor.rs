@@ -8,7 +8,7 @@ use physiology::StepInput;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::modulated_plant::ModulatedState;
-use crate::augmented::{AugmentedModel, FLUX, INTERSTITIAL, SENSOR};
+use crate::augmented::{AugmentedModel, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE};
 use crate::covariance::Covariance;
 use crate::error::GapError;
 use crate::filter::Filtered;
@@ -70,7 +70,10 @@ impl<'a> Rollouts<'a> {
         let mut covariance = self.after_reading(offset);
         let start = &self.filtered.states[offset];
         covariance.add(FLUX, start.flux.powi(2));
-        covariance.add(SENSOR, start.sensor.0.powi(2));
+        let (sensor, before) = (start.sensor.0, start.sensor_before.0);
+        covariance.add(SENSOR, sensor.powi(2));
+        covariance.add(SENSOR_BEFORE, before.powi(2));
+        covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
         let mut expected = Vec::with_capacity(states.len());
         for (place, state) in states.iter().enumerate() {
             let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);

@@ -425,7 +425,7 @@ mod tests {
     #[test]
     fn a_run_knows_the_readings_before_its_start() {
         let before = errors(&sample::person(5));
-        let moved = errors(&with_readings(BLOCK.start - 6, |step| 200.0 + (step % 3) as f64));
+        let moved = errors(&with_readings(BLOCK.start - 12, |step| 200.0 + (step % 3) as f64));
         assert!((before[0] - moved[0]).abs() > 1.0);
     }
 

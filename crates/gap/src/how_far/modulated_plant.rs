@@ -42,7 +42,12 @@ impl<'a> ModulatedPlant<'a> {
     /// cannot explain.
     #[must_use]
     pub fn start(step: usize, filtered: &AugmentedState) -> ModulatedState {
-        let state = AugmentedState { flux: 0.0, sensor: MgPerDl(0.0), ..*filtered };
+        let state = AugmentedState {
+            flux: 0.0,
+            sensor: MgPerDl(0.0),
+            sensor_before: MgPerDl(0.0),
+            ..*filtered
+        };
         ModulatedState { step, state }
     }
 

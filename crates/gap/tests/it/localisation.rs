@@ -26,7 +26,7 @@ fn cell<'a>(diagnosis: &'a Diagnosis, factor: CellFactor, level: &str) -> &'a Ce
 
 #[test]
 fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
-    let world = World { gap: Gap::Dawn(0.3), days: 14, spread: 0.7 };
+    let world = World { gap: Gap::Dawn(0.35), days: 14, spread: 0.7 };
     let mut cohort = cohort(&world, 5, 11);
     // Missing readings must not hide it.
     let mut rng = ChaCha8Rng::seed_from_u64(3);

@@ -100,7 +100,7 @@ fn person_under(
         }
     }
 
-    let (mut state, mut flux, mut sensor) = (rest.state, 0.0, 0.0);
+    let (mut state, mut flux, mut sensor, mut sensor_before) = (rest.state, 0.0, 0.0, 0.0);
     let mut interstitial = 130.0;
     let (decay, lag) = (noise.flux_decay(), noise.lag_decay());
     for step in 0..steps {
@@ -143,8 +143,9 @@ fn person_under(
         interstitial = plasma + (interstitial - plasma) * lag;
         let share = (1.0 - decay * decay).sqrt();
         flux = flux * decay + noise.flux_sd * share * normal(rng);
-        let share = (1.0 - noise.sensor_correlation.powi(2)).sqrt();
-        sensor = sensor * noise.sensor_correlation + noise.sensor_sd * share * normal(rng);
+        let [first, second] = noise.sensor_coefficients();
+        let expected = first * sensor + second * sensor_before;
+        (sensor_before, sensor) = (sensor, expected + noise.sensor_noise().sqrt() * normal(rng));
     }
     Person {
         id: id.to_owned(),
