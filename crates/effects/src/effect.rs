@@ -11,7 +11,7 @@ use crate::modulation::{Field, Modulation};
 pub enum Form {
     /// Its time course follows from the record: [`Effect::modulate`] writes it.
     Driven,
-    /// Hidden events, each of the same shape, that start anywhere in a set of steps.
+    /// Hidden events of one or a few shapes that start anywhere in a set of steps.
     Events(EventShape),
     /// A random factor with mean 1, drawn anew for every unit.
     Random {
@@ -38,8 +38,9 @@ pub enum RandomUnit {
 pub struct EventShape {
     /// What it changes.
     pub field: Field,
-    /// What an event of amplitude 1 adds to the field (to the neutral value), per step from its onset.
-    pub profile: Vec<f64>,
+    /// What an event of amplitude 1 adds to the field (to the neutral value), per step from its onset: one or more
+    /// courses that are equally likely.
+    pub profiles: Vec<Vec<f64>>,
     /// Steps at which an event may start.
     pub onsets: Vec<usize>,
     /// Events a day at the published frequency.

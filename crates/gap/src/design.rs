@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use cohort::Person;
-use effects::{Course, Effect, EventShape, Field, Form, Modulation, RandomUnit};
+use effects::{Course, Effect, Field, Form, Modulation, RandomUnit};
 use physiology::{Plant as _, STEPS_PER_HOUR};
 
 pub use crate::background::BackgroundKind;
@@ -14,6 +14,7 @@ use crate::background::{background, hours};
 use crate::calibration::Calibration;
 use crate::course::course;
 use crate::error::GapError;
+pub use crate::event_bank::{EventBank, HiddenEvents};
 use crate::filter::Innovation;
 use crate::observations::Observations;
 use crate::tangent::{Direction, LANES, Lanes, few_at_a_time};
@@ -21,10 +22,9 @@ use crate::whitening::huber_weight;
 
 /// Amplitude over which a driver's slope is taken: half the published size.
 const AMPLITUDE: f64 = 0.5;
-/// Steps that the answer of the filter to an event is followed beyond the event: 6 h.
+
+/// Steps that the answer of the filter to a unit of a random factor is followed beyond it: 6 h.
 const ANSWER: usize = 6 * STEPS_PER_HOUR;
-/// Most directions that one kind of event may take.
-const EVENT_LANES: usize = 24;
 
 /// What a column of a design stands for.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,21 +45,6 @@ pub enum Column {
         /// Its variant.
         variant: usize,
     },
-}
-
-/// Hidden events of one effect at every place where one could start.
-#[derive(Debug, Clone)]
-pub struct EventBank {
-    /// Place in the library.
-    pub effect: usize,
-    /// Its shape.
-    pub shape: EventShape,
-    /// Steps at which an event may start.
-    pub onsets: Vec<usize>,
-    /// Information about the amplitude of an event there: the weighted square of its signature.
-    pub information: Vec<f64>,
-    /// Score of an event there: minus the weighted product of signature and residual.
-    pub score: Vec<f64>,
 }
 
 /// A factor that is drawn anew for every unit, and what a change of each unit's does.
@@ -92,8 +77,8 @@ pub struct Design {
     pub columns: Vec<Column>,
     /// Signatures, a list a column, an entry a step; single precision halves what a large cohort takes.
     pub signatures: Vec<Vec<f32>>,
-    /// Hidden events.
-    pub events: Vec<EventBank>,
+    /// Hidden events, to be scored against what the background leaves.
+    pub events: HiddenEvents,
     /// Random effects.
     pub random: Vec<UnitBank>,
     /// Effects that the record cannot show: places in the library.
@@ -107,16 +92,6 @@ struct UnitLanes {
     log_sd: f64,
     /// Units of each lane.
     lanes: Vec<Vec<Range<usize>>>,
-}
-
-/// Directions of one kind of event: many events share a direction as long as their answers do not meet.
-struct EventLanes {
-    effect: usize,
-    shape: EventShape,
-    /// Onsets of each lane.
-    lanes: Vec<Vec<usize>>,
-    /// Steps from an onset in which its answer is looked for.
-    reach: usize,
 }
 
 /// The linear model of a calibrated person.
@@ -154,17 +129,15 @@ pub fn design(
                     directions.push(driven(*effect, variant, &course));
                 }
             }
-            Some(Form::Events(shape)) => events.push(lanes(place, shape)),
+            Some(Form::Events(shape)) => events.push((place, shape)),
             Some(Form::Random { field, unit, log_sd }) => {
                 random.push(units(place, field, log_sd, &unit_steps(unit, &course)));
             }
         }
     }
     let driven = directions.len();
-    for event in &events {
-        directions
-            .extend(event.lanes.iter().map(|onsets| pulses(onsets, &event.shape, course.len())));
-    }
+    let mut events = HiddenEvents::of(events, course.len());
+    directions.extend(events.directions());
     let events_end = directions.len();
     for random in &random {
         directions
@@ -187,18 +160,10 @@ pub fn design(
             unit_bank(random, &answers)
         })
         .collect();
-    let pulses = whitened.split_off(driven);
+    events.answered(whitened.split_off(driven));
     let residuals: Vec<f64> = calibration.whitened.iter().map(|w| w.unwrap_or(0.0)).collect();
     let weights: Vec<f64> =
         calibration.whitened.iter().map(|w| w.map_or(0.0, |w| huber_weight(w, 1.0))).collect();
-    let mut pulses = pulses.into_iter();
-    let events = events
-        .into_iter()
-        .map(|event| {
-            let answers: Vec<Vec<f32>> = pulses.by_ref().take(event.lanes.len()).collect();
-            bank(event, &answers, &residuals, &weights)
-        })
-        .collect();
     Ok(Design {
         residuals,
         weights,
@@ -267,23 +232,6 @@ fn driven(effect: &dyn Effect, variant: usize, course: &Course) -> Direction {
     Direction::Course(Field::ALL.into_iter().filter_map(changed).collect())
 }
 
-fn lanes(effect: usize, shape: EventShape) -> EventLanes {
-    let reach = shape.profile.len() + ANSWER;
-    // Onsets on a grid that is coarse enough for the lanes.
-    let grid = reach.div_ceil(EVENT_LANES).max(3);
-    let mut lanes = vec![Vec::new(); reach.div_ceil(grid)];
-    let mut taken = None;
-    for onset in &shape.onsets {
-        let cell = onset / grid;
-        if taken != Some(cell) {
-            taken = Some(cell);
-            let lane = cell % lanes.len();
-            lanes[lane].push(cell * grid);
-        }
-    }
-    EventLanes { effect, shape, lanes, reach }
-}
-
 /// Steps of each unit: a calendar day, or a meal on record.
 fn unit_steps(unit: RandomUnit, course: &Course) -> Vec<Range<usize>> {
     let mut units: Vec<Range<usize>> = Vec::new();
@@ -342,37 +290,3 @@ fn unit_bank(lanes: UnitLanes, answers: &[Vec<f32>]) -> UnitBank {
     UnitBank { effect: lanes.effect, field: lanes.field, log_sd: lanes.log_sd, starts, answers }
 }
 
-fn pulses(onsets: &[usize], shape: &EventShape, steps: usize) -> Direction {
-    let mut course = vec![0.0; steps];
-    for onset in onsets {
-        for (value, add) in course[*onset..].iter_mut().zip(&shape.profile) {
-            *value += add;
-        }
-    }
-    Direction::Course(vec![(shape.field, course)])
-}
-
-/// Information and score of every event.
-fn bank(event: EventLanes, answers: &[Vec<f32>], residuals: &[f64], weights: &[f64]) -> EventBank {
-    let mut found: Vec<(usize, f64, f64)> = Vec::new();
-    for (onsets, answer) in event.lanes.iter().zip(answers) {
-        for onset in onsets {
-            let end = (onset + event.reach).min(answer.len());
-            let (mut information, mut score) = (0.0, 0.0);
-            for step in *onset..end {
-                let answer = f64::from(answer[step]);
-                information += weights[step] * answer * answer;
-                score -= weights[step] * answer * residuals[step];
-            }
-            found.push((*onset, information, score));
-        }
-    }
-    found.sort_by_key(|(onset, _, _)| *onset);
-    EventBank {
-        effect: event.effect,
-        shape: event.shape,
-        onsets: found.iter().map(|f| f.0).collect(),
-        information: found.iter().map(|f| f.1).collect(),
-        score: found.iter().map(|f| f.2).collect(),
-    }
-}

@@ -40,6 +40,7 @@ pub mod design;
 mod diagnose;
 pub mod diagnosis;
 mod error;
+mod event_bank;
 pub mod filter;
 pub mod free_run;
 pub mod how_far;

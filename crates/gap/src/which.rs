@@ -134,12 +134,25 @@ pub struct Named {
     pub gains: Vec<f64>,
     /// Each person's variant.
     pub variants: Vec<usize>,
-    /// Hidden events: person, step of onset, size relative to the published.
-    pub events: Vec<(usize, usize, f64)>,
+    /// Hidden events.
+    pub events: Vec<NamedEvent>,
     /// Places in the library of effects that cannot be told from it.
     pub confusable: Vec<usize>,
     /// Candidates of its round.
     pub rivals: Vec<Candidate>,
+}
+
+/// A hidden event of an effect that was named.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NamedEvent {
+    /// The person's place.
+    pub person: usize,
+    /// Step of its onset.
+    pub onset: usize,
+    /// Which of the effect's profiles it has.
+    pub profile: usize,
+    /// Its size relative to the published.
+    pub size: f64,
 }
 
 /// One person in one round: the model with what has been named so far.
@@ -147,6 +160,7 @@ struct Subject {
     design: Design,
     statistics: Statistics,
     units: Vec<UnitSums>,
+    events: Vec<EventBank>,
 }
 
 /// Names the effects that are missing.
@@ -334,9 +348,11 @@ impl Round {
                 let statistics = Statistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
+                let left = left_by_background(&design, &statistics);
+                let events = std::mem::take(&mut design.events).banks(&left, &design.weights);
                 // The largest part of a person, and summed up.
                 design.signatures = Vec::new();
-                Ok(Subject { design, statistics, units })
+                Ok(Subject { design, statistics, units, events })
             })
             .collect::<Result<_, GapError>>()?;
         let mut guards: Vec<(usize, f64)> = Vec::new();
@@ -444,7 +460,7 @@ impl Round {
                 let banks: Vec<Option<&EventBank>> = self
                     .subjects
                     .iter()
-                    .map(|s| s.design.events.iter().find(|bank| bank.effect == effect))
+                    .map(|s| s.events.iter().find(|bank| bank.effect == effect))
                     .collect();
                 if banks.iter().any(Option::is_some) {
                     let up = events::score(&banks, &days, 1.0);
@@ -519,7 +535,13 @@ impl Round {
                 named.variants.clone_from(&found.variants);
             }
             ScoreOf::Events(found) => {
-                named.events = found.found.iter().map(|e| (e.person, e.onset, e.size)).collect();
+                let events = found.found.iter().map(|e| NamedEvent {
+                    person: e.person,
+                    onset: e.onset,
+                    profile: e.profile,
+                    size: e.size,
+                });
+                named.events = events.collect();
                 named.gains.clone_from(&found.gains);
                 named.amplitude = self.frequency(best.effect, found, 0..people);
                 named.personal = (0..people)
@@ -546,7 +568,7 @@ impl Round {
         let published = self
             .subjects
             .iter()
-            .find_map(|s| s.design.events.iter().find(|bank| bank.effect == effect))
+            .find_map(|s| s.events.iter().find(|bank| bank.effect == effect))
             .map_or(1.0, |bank| bank.shape.per_day);
         let subjects = &self.subjects[people.clone()];
         let days: usize = subjects.iter().map(|s| s.statistics.days.len()).sum();
@@ -608,6 +630,28 @@ impl Round {
     }
 }
 
+/// The residuals once every constant direction of the background has taken its share: a hidden event must not be
+/// made of what every meal or every low of a person shows.
+fn left_by_background(design: &Design, statistics: &Statistics) -> Vec<f64> {
+    let columns = statistics.columns.iter().enumerate();
+    let allowed: Vec<Allowed> = columns
+        .filter_map(|(column, stands_for)| match stands_for {
+            Column::Background { prior_sd, .. } => {
+                Some(Allowed { column, mean: 0.0, sd: *prior_sd })
+            }
+            Column::Effect { .. } => None,
+        })
+        .collect();
+    let all = Folds { days: statistics.days.len(), tests: statistics.folds.clone() };
+    let mut left = design.residuals.clone();
+    for (allowed, value) in allowed.iter().zip(held_out::background(&all, &allowed)) {
+        for (rest, signature) in left.iter_mut().zip(&design.signatures[allowed.column]) {
+            *rest += value * f64::from(*signature);
+        }
+    }
+    left
+}
+
 /// Whether a direction of the background is what an effect itself would change.
 fn rivals(effect: &str, kind: BackgroundKind, name: &str) -> bool {
     match effect {
@@ -650,9 +694,10 @@ fn conditioned(
                 effect.modulate(named.variants[place], amplitude, &course, &mut modulations);
             }
             Some(Form::Events(shape)) => {
-                for (_, onset, size) in named.events.iter().filter(|(p, _, _)| *p == place) {
-                    for (modulation, add) in modulations[*onset..].iter_mut().zip(&shape.profile) {
-                        modulation[shape.field] += size * add;
+                for event in named.events.iter().filter(|event| event.person == place) {
+                    let profile = &shape.profiles[event.profile];
+                    for (modulation, add) in modulations[event.onset..].iter_mut().zip(profile) {
+                        modulation[shape.field] += event.size * add;
                         if shape.field.neutral() == 1.0 {
                             modulation[shape.field] = modulation[shape.field].max(LEAST_FACTOR);
                         }

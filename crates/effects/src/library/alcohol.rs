@@ -9,8 +9,9 @@ use crate::port::Port;
 
 /// Production at the deepest of an evening of size 1, as a factor less 1.
 const LESS: f64 = -0.4;
-/// When production has fallen, begins to recover and is back, min after the first drink.
-const COURSE: (f64, f64, f64) = (60.0, 480.0, 720.0);
+/// When production has fallen, begins to recover and is back, min after the first drink: 6 to 14 h in all.
+const COURSES: [(f64, f64, f64); 3] =
+    [(60.0, 480.0, 720.0), (60.0, 300.0, 420.0), (90.0, 600.0, 840.0)];
 /// Hours between which people start to drink.
 const EVENING: (f64, f64) = (19.0, 24.0);
 /// Onsets are tried this far apart, min, before a free day and before a working day. As all onsets are equally
@@ -47,9 +48,7 @@ impl Effect for Alcohol {
         (!onsets.is_empty()).then(|| {
             Form::Events(EventShape {
                 field: Field::Production,
-                profile: (0..steps(COURSE.2))
-                    .map(|k| LESS * depth((k as f64 + 0.5) * crate::course::STEP_MINUTES))
-                    .collect(),
+                profiles: COURSES.iter().map(|course| profile(*course)).collect(),
                 onsets,
                 per_day: PER_DAY,
                 sizes: SIZES.to_vec(),
@@ -60,9 +59,14 @@ impl Effect for Alcohol {
     fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
 }
 
+/// What an evening of size 1 does to production.
+fn profile(course: (f64, f64, f64)) -> Vec<f64> {
+    let minutes = |k: usize| (k as f64 + 0.5) * crate::course::STEP_MINUTES;
+    (0..steps(course.2)).map(|k| LESS * depth(minutes(k), course)).collect()
+}
+
 /// Share of the deepest fall so many minutes after the first drink.
-fn depth(minutes: f64) -> f64 {
-    let (fallen, recovers, back) = COURSE;
+fn depth(minutes: f64, (fallen, recovers, back): (f64, f64, f64)) -> f64 {
     (minutes / fallen).min((back - minutes) / (back - recovers)).clamp(0.0, 1.0)
 }
 
@@ -102,8 +106,8 @@ mod tests {
         // Days 5 and 6 are the weekend: the evenings of days 4 and 5 come before a free day.
         assert_eq!((on(3), on(4), on(5), on(6)), (4, 7, 7, 4));
         assert!(events.onsets.iter().all(|k| course.hour[*k] >= 19.0));
-        assert!(events.profile.iter().all(|p| (LESS..=0.0).contains(p)));
-        assert!((events.profile[50] - LESS).abs() < 1e-12);
+        assert!(events.profiles.iter().flatten().all(|p| (LESS..=0.0).contains(p)));
+        assert!((events.profiles[0][50] - LESS).abs() < 1e-12);
         let deepest = LESS * SIZES[2].0 * Alcohol.card().prior.largest;
         assert!(1.0 + deepest > 0.0, "production stays positive");
     }

@@ -3,13 +3,17 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, EventShape, Form};
+use crate::meals::steps;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
 
 /// Depth of an event of size 1, mg/dL.
 const DEPTH: f64 = -24.0;
-/// Its course in steps of five minutes, as a share of the depth: down within ten minutes, 45 minutes in all.
-const COURSE: [f64; 9] = [0.6, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.7, 0.3];
+/// Lengths that are tried, min: 45 (30 to 70).
+const MINUTES: [f64; 5] = [45.0, 30.0, 60.0, 75.0, 105.0];
+/// How fast the reading falls and returns, as shares of the depth in the first and last steps of five minutes: within
+/// five, ten and twenty minutes.
+const EDGES: [&[f64]; 3] = [&[], &[0.6], &[0.25, 0.55, 0.85]];
 /// Relative sizes and their weights: 12, 24 and 48 mg/dL.
 const SIZES: [(f64, f64); 3] = [(0.5, 0.3), (1.0, 0.45), (2.0, 0.25)];
 /// Events a day: 3 % of the readings of a night of 8.5 h, 45 min each.
@@ -50,7 +54,7 @@ impl Effect for CompressionLows {
         (!onsets.is_empty()).then(|| {
             Form::Events(EventShape {
                 field: Field::SensorOffset,
-                profile: COURSE.iter().map(|share| DEPTH * share).collect(),
+                profiles: courses(),
                 onsets,
                 per_day: PER_DAY,
                 sizes: SIZES.to_vec(),
@@ -59,6 +63,16 @@ impl Effect for CompressionLows {
     }
 
     fn modulate(&self, _: usize, _: f64, _: &Course, _: &mut [Modulation]) {}
+}
+
+/// The courses that are tried, mg/dL in steps of five minutes.
+fn courses() -> Vec<Vec<f64>> {
+    let of = |minutes: f64, edge: &[f64]| -> Vec<f64> {
+        let n = steps(minutes);
+        let share = |k: usize| edge.get(k).copied().unwrap_or(1.0);
+        (0..n).map(|k| DEPTH * share(k).min(share(n - 1 - k))).collect()
+    };
+    MINUTES.iter().flat_map(|m| EDGES.iter().map(|edge| of(*m, edge))).collect()
 }
 
 #[cfg(test)]
@@ -71,7 +85,7 @@ mod tests {
         let mut course = fortnight();
         let onsets = |course: &Course| match CompressionLows.form(course) {
             Some(Form::Events(events)) => {
-                assert!(events.profile.iter().all(|offset| *offset < 0.0));
+                assert!(events.profiles.iter().flatten().all(|offset| *offset < 0.0));
                 events.onsets
             }
             other => panic!("nights are there: {other:?}"),

@@ -154,7 +154,11 @@ fn events_are_well_formed() {
         let Some(Form::Events(events)) = effect.form(&course) else { continue };
         seen += 1;
         assert!(
-            !events.profile.is_empty() && events.profile.iter().all(|p| p.is_finite()),
+            !events.profiles.is_empty()
+                && events
+                    .profiles
+                    .iter()
+                    .all(|p| !p.is_empty() && p.iter().all(|value| value.is_finite())),
             "{name}"
         );
         assert!(
@@ -165,7 +169,7 @@ fn events_are_well_formed() {
         let weights: f64 = events.sizes.iter().map(|(_, weight)| weight).sum();
         assert!((weights - 1.0).abs() < 1e-12 && events.per_day > 0.0, "{name}");
     }
-    assert_eq!(seen, 4);
+    assert_eq!(seen, 5);
 }
 
 #[test]

@@ -55,7 +55,7 @@ impl Effect for MissedMeals {
         };
         Some(Form::Events(EventShape {
             field: Field::ExtraCarbs,
-            profile: vec![GRAMS],
+            profiles: vec![vec![GRAMS]],
             onsets: (0..course.len()).filter(|k| !near[*k] && !asleep(*k)).collect(),
             per_day: PER_DAY,
             sizes: SIZES.to_vec(),
@@ -80,7 +80,7 @@ mod tests {
         assert!(!events.onsets.contains(&(breakfast + 12)));
         assert!(events.onsets.contains(&(breakfast + 13)));
         assert!(!events.onsets.contains(&(DAY + 24)), "asleep at 02 h");
-        assert!(events.profile.iter().all(|grams| *grams > 0.0));
+        assert!(events.profiles[0].iter().all(|grams| *grams > 0.0));
     }
 
     #[test]

@@ -42,7 +42,7 @@ impl Effect for SetFailure {
         (!course.is_empty()).then(|| {
             Form::Events(EventShape {
                 field: Field::InsulinInput,
-                profile: vec![-LOST; steps(LASTS)],
+                profiles: vec![vec![-LOST; steps(LASTS)]],
                 onsets: (0..course.len()).step_by(steps(ONSETS_APART)).collect(),
                 per_day: PER_DAY,
                 sizes: SIZES.to_vec(),
@@ -63,8 +63,8 @@ mod tests {
         let Some(Form::Events(events)) = SetFailure.form(&fortnight()) else {
             panic!("a set can always fail");
         };
-        assert_eq!(events.profile.len(), 96);
-        let deepest = events.profile.iter().copied().fold(0.0, f64::min);
+        assert_eq!(events.profiles[0].len(), 96);
+        let deepest = events.profiles[0].iter().copied().fold(0.0, f64::min);
         let largest = SIZES.iter().map(|(size, _)| *size).fold(0.0, f64::max);
         assert!(deepest < 0.0 && 1.0 + deepest * largest * SetFailure.card().prior.largest >= 0.0);
     }

@@ -226,7 +226,7 @@ impl<'a> Linear<'a> {
         strength: Strength,
         within: &Range<usize>,
     ) -> Result<(Hidden, Tally), GapError> {
-        let grid = (shape.profile.len() + ANSWER).div_ceil(MOST_LANES).max(GRID);
+        let grid = (shape.profiles[0].len() + ANSWER).div_ceil(MOST_LANES).max(GRID);
         let mut onsets: Vec<usize> = Vec::new();
         for onset in shape.onsets.iter().filter(|o| within.contains(*o)) {
             if onsets.last().is_none_or(|last| onset / grid != last / grid) {
@@ -241,7 +241,10 @@ impl<'a> Linear<'a> {
         }
         let pulses = onsets
             .iter()
-            .map(|onset| Pulse { start: onset - self.range.start, course: shape.profile.clone() })
+            .map(|onset| Pulse {
+                start: onset - self.range.start,
+                course: shape.profiles[0].clone(),
+            })
             .collect();
         let answers = self.answers(shape.field, pulses)?;
         let chance = (strength.per_day * days / onsets.len() as f64).clamp(1e-6, 0.5);
@@ -259,7 +262,7 @@ impl<'a> Linear<'a> {
             let probability = 1.0 / (1.0 + (-state[best].log_odds - prior_odds).exp());
             let amount = probability * state[best].size;
             state[best].taken = true;
-            for (offset, value) in shape.profile.iter().enumerate() {
+            for (offset, value) in shape.profiles[0].iter().enumerate() {
                 hidden.push(onsets[best] + offset, shape.field, Change::Added(amount * value));
             }
             tally.count += probability;

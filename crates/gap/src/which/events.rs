@@ -13,7 +13,7 @@ use crate::design::EventBank;
 /// one event must not count as several.
 const SHORTEST_STRETCH: usize = 2 * STEPS_PER_HOUR;
 /// Probabilities of an event in a stretch that are tried.
-const FREQUENCIES: [f64; 6] = [0.0005, 0.002, 0.01, 0.03, 0.06, 0.12];
+const FREQUENCIES: [f64; 8] = [0.0005, 0.002, 0.01, 0.03, 0.06, 0.12, 0.25, 0.5];
 
 /// The answer for one effect.
 #[derive(Debug, Clone)]
@@ -31,29 +31,43 @@ impl EventEvidence {
     }
 }
 
-/// An event that is more likely than not.
+/// An event that is more likely than not: its onset, profile and size are those that explain most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Found {
     pub(super) person: usize,
     pub(super) onset: usize,
+    pub(super) profile: usize,
     pub(super) size: f64,
     pub(super) probability: f64,
 }
 
+/// Steps of the longest event of an effect.
+fn longest(bank: &EventBank) -> usize {
+    bank.shape.profiles.iter().map(Vec::len).max().unwrap_or(0)
+}
+
 /// Steps of a stretch of an effect.
 fn stretch_of(bank: &EventBank) -> usize {
-    SHORTEST_STRETCH.max(bank.shape.profile.len())
+    SHORTEST_STRETCH.max(longest(bank))
 }
 
 /// Log likelihood ratio of an event in each stretch of one person: first step of the stretch, ratio.
 fn ratios(bank: &EventBank, sign: f64) -> Vec<(usize, f64)> {
     let length = stretch_of(bank);
     let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
-    for ((onset, information), score) in bank.onsets.iter().zip(&bank.information).zip(&bank.score)
-    {
-        let logs = bank.shape.sizes.iter().map(|(size, weight)| {
-            weight.ln() + (size * sign * score - 0.5 * size * size * information).min(50.0)
-        });
+    let profiles = bank.shape.profiles.len().max(1) as f64;
+    for (onset, known) in bank.onsets.iter().zip(&bank.known) {
+        let logs: Vec<f64> = known
+            .iter()
+            .flat_map(|event| {
+                let sizes = bank.shape.sizes.iter();
+                sizes.map(|(size, weight)| {
+                    let ratio = size * sign * event.score - 0.5 * size * size * event.information;
+                    (weight / profiles).ln() + ratio.min(50.0)
+                })
+            })
+            .collect();
+        let logs = logs.iter().copied();
         let stretch = onset / length * length;
         match out.last_mut().filter(|(last, _)| *last == stretch) {
             Some((_, all)) => all.push(log_sum(logs)),
@@ -161,7 +175,7 @@ pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize], sign: f64) -> 
             let probability = (1.0 + (-odds).exp()).recip();
             if probability > 0.5 {
                 let best = largest(bank, *stretch, sign);
-                found.extend(best.map(|(onset, size)| Found { person, onset, size, probability }));
+                found.extend(best.map(|best| Found { person, probability, ..best }));
             }
         }
     }
@@ -174,7 +188,7 @@ fn apart(mut found: Vec<Found>, banks: &[Option<&EventBank>]) -> Vec<Found> {
     found.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.onset.cmp(&b.onset)));
     let mut kept: Vec<Found> = Vec::new();
     for event in found {
-        let length = banks[event.person].map_or(0, |bank| bank.shape.profile.len());
+        let length = banks[event.person].map_or(0, longest);
         let near = |k: &Found| k.person == event.person && k.onset.abs_diff(event.onset) < length;
         if !kept.iter().any(near) {
             kept.push(event);
@@ -184,19 +198,22 @@ fn apart(mut found: Vec<Found>, banks: &[Option<&EventBank>]) -> Vec<Found> {
     kept
 }
 
-/// The onset of a stretch that explains most, with the size that does; no size is believed beyond the largest
-/// of the effect's prior.
-fn largest(bank: &EventBank, stretch: usize, sign: f64) -> Option<(usize, f64)> {
+/// The event of a stretch that explains most; no size is believed beyond the largest of the effect's prior.
+/// Person and probability are the caller's to fill in.
+fn largest(bank: &EventBank, stretch: usize, sign: f64) -> Option<Found> {
     let most = bank.shape.sizes.iter().map(|(size, _)| *size).fold(0.0, f64::max);
     let length = stretch_of(bank);
-    (0..bank.onsets.len())
-        .filter(|k| bank.onsets[*k] / length * length == stretch && bank.information[*k] > 0.0)
-        .max_by(|a, b| {
-            let gain = |k: usize| (sign * bank.score[k]).max(0.0).powi(2) / bank.information[k];
-            gain(*a).total_cmp(&gain(*b))
+    let here = bank.onsets.iter().zip(&bank.known).filter(|(o, _)| *o / length * length == stretch);
+    here.flat_map(|(onset, known)| known.iter().enumerate().map(move |(k, e)| (*onset, k, *e)))
+        .filter(|(_, _, event)| event.information > 0.0)
+        .map(|(onset, profile, event)| {
+            let score = (sign * event.score).max(0.0);
+            let size = sign * (score / event.information).min(most);
+            (
+                score * score / event.information,
+                Found { person: 0, onset, profile, size, probability: 0.0 },
+            )
         })
-        .map(|k| {
-            let size = (sign * bank.score[k]).max(0.0) / bank.information[k];
-            (bank.onsets[k], sign * size.min(most))
-        })
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, found)| found)
 }

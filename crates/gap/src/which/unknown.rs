@@ -60,7 +60,7 @@ impl Effect for UnknownEvents {
             .collect();
         Some(Form::Events(EventShape {
             field: self.field,
-            profile,
+            profiles: vec![profile],
             onsets: (0..course.len()).collect(),
             per_day: 0.3,
             sizes: vec![(0.5, 0.35), (1.0, 0.35), (1.7, 0.2), (2.5, 0.1)],
