@@ -289,4 +289,3 @@ fn unit_bank(lanes: UnitLanes, answers: &[Vec<f32>]) -> UnitBank {
     let (starts, answers) = found.into_iter().unzip();
     UnitBank { effect: lanes.effect, field: lanes.field, log_sd: lanes.log_sd, starts, answers }
 }
-

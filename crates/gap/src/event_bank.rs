@@ -68,15 +68,15 @@ impl HiddenEvents {
             .collect();
     }
 
-    /// Scores every event against residuals with their weights.
-    pub(crate) fn banks(self, residuals: &[f64], weights: &[f64]) -> Vec<EventBank> {
+    /// Scores every event against the residuals that `left` gives for its effect, with their weights.
+    pub(crate) fn banks(self, left: impl Fn(usize) -> Vec<f64>, weights: &[f64]) -> Vec<EventBank> {
         let Self { effects, fields, answers } = self;
         effects
             .into_iter()
             .filter_map(|(effect, shape)| {
                 let place = fields.iter().position(|known| known.field == shape.field)?;
                 let answers = answers.get(place)?;
-                Some(bank(effect, shape, &fields[place], answers, residuals, weights))
+                Some(bank(effect, shape, &fields[place], answers, &left(effect), weights))
             })
             .collect()
     }

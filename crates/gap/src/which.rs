@@ -348,8 +348,11 @@ impl Round {
                 let statistics = Statistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
-                let left = left_by_background(&design, &statistics);
-                let events = std::mem::take(&mut design.events).banks(&left, &design.weights);
+                let hidden = std::mem::take(&mut design.events);
+                let left = |effect: usize| {
+                    left_by_background(&design, &statistics, library[effect].card().name)
+                };
+                let events = hidden.banks(left, &design.weights);
                 // The largest part of a person, and summed up.
                 design.signatures = Vec::new();
                 Ok(Subject { design, statistics, units, events })
@@ -632,14 +635,16 @@ impl Round {
 
 /// The residuals once every constant direction of the background has taken its share: a hidden event must not be
 /// made of what every meal or every low of a person shows.
-fn left_by_background(design: &Design, statistics: &Statistics) -> Vec<f64> {
+///
+/// Directions that are what the effect itself would change are left alone.
+fn left_by_background(design: &Design, statistics: &Statistics, effect: &str) -> Vec<f64> {
     let columns = statistics.columns.iter().enumerate();
     let allowed: Vec<Allowed> = columns
         .filter_map(|(column, stands_for)| match stands_for {
-            Column::Background { prior_sd, .. } => {
+            Column::Background { name, prior_sd, kind } if !rivals(effect, *kind, name) => {
                 Some(Allowed { column, mean: 0.0, sd: *prior_sd })
             }
-            Column::Effect { .. } => None,
+            _ => None,
         })
         .collect();
     let all = Folds { days: statistics.days.len(), tests: statistics.folds.clone() };

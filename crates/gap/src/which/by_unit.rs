@@ -378,7 +378,7 @@ mod tests {
             hours: vec![0.0; steps],
             columns,
             signatures,
-            events: Vec::new(),
+            events: crate::design::HiddenEvents::default(),
             random: vec![bank],
             untried: Vec::new(),
         }
