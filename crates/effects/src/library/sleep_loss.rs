@@ -45,8 +45,23 @@ enum Measure {
     Efficiency,
 }
 
+/// When of the day after it shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Span {
+    /// From the morning to the evening.
+    Day,
+    /// From the evening to midnight; a blend with the day lasts as long as the person is awake.
+    Evening,
+}
+
 /// What is tried, in the order of the variants.
-const MEASURES: [Measure; 3] = [Measure::Hours, Measure::Threshold, Measure::Efficiency];
+const VARIANTS: [(Measure, Span); 5] = [
+    (Measure::Hours, Span::Day),
+    (Measure::Threshold, Span::Day),
+    (Measure::Efficiency, Span::Day),
+    (Measure::Hours, Span::Evening),
+    (Measure::Threshold, Span::Evening),
+];
 
 /// See the module.
 #[derive(Debug, Clone, Copy)]
@@ -73,11 +88,12 @@ impl Effect for SleepLoss {
     }
 
     fn variants(&self) -> usize {
-        MEASURES.len()
+        VARIANTS.len()
     }
 
     fn modulate(&self, variant: usize, amplitude: f64, course: &Course, into: &mut [Modulation]) {
-        let losses = losses(MEASURES[variant % MEASURES.len()], course);
+        let (measure, span) = VARIANTS[variant % VARIANTS.len()];
+        let losses = losses(measure, span, course);
         let centred = centre_within_clock_slots(course, &losses);
         for (loss, modulation) in centred.iter().zip(into) {
             modulation[Field::Action] *= (amplitude * FACTOR.ln() * loss).exp();
@@ -90,7 +106,7 @@ impl Effect for SleepLoss {
 ///
 /// The night counts from the evening on and up to the step, so that late sleepers are not yet rested
 /// at the start of the day; centring within clock slots takes out what all days share.
-fn losses(measure: Measure, course: &Course) -> Vec<Option<f64>> {
+fn losses(measure: Measure, span: Span, course: &Course) -> Vec<Option<f64>> {
     let Some(asleep) = course.asleep.as_ref().filter(|channel| recorded(Some(channel))) else {
         return vec![None; course.len()];
     };
@@ -120,7 +136,8 @@ fn losses(measure: Measure, course: &Course) -> Vec<Option<f64>> {
         if (MORNING..EVENING).contains(hour) {
             today = (night_was_seen && hours >= LEAST).then(|| loss(measure, hours, in_bed));
         }
-        losses.push(today);
+        let in_evening = *hour >= EVENING;
+        losses.push(today.filter(|_| in_evening == (span == Span::Evening)));
     }
     losses
 }
@@ -146,11 +163,14 @@ mod tests {
     #[test]
     fn action_is_down_through_the_day_after_a_short_night_and_on_no_other() {
         let course = fortnight();
-        for variant in 0..SleepLoss.variants() {
+        for (variant, (_, span)) in VARIANTS.into_iter().enumerate() {
             let steps = modulated(&SleepLoss, variant, 1.0, &course);
-            let noon = |day: usize| steps[day * DAY + DAY / 2][Field::Action];
-            assert!(noon(SHORT_NIGHT_BEFORE) < 0.95, "variant {variant}");
-            assert!(noon(SHORT_NIGHT_BEFORE + 1) > 1.0, "variant {variant}");
+            let hour = if span == Span::Day { 12 } else { 21 };
+            let then = |day: usize| steps[day * DAY + 12 * hour][Field::Action];
+            assert!(then(SHORT_NIGHT_BEFORE) < 0.95, "variant {variant}");
+            assert!(then(SHORT_NIGHT_BEFORE + 1) > 1.0, "variant {variant}");
+            let other = if span == Span::Day { 21 } else { 12 };
+            assert_eq!(steps[SHORT_NIGHT_BEFORE * DAY + 12 * other][Field::Action], 1.0);
             assert_eq!(steps[SHORT_NIGHT_BEFORE * DAY + 12][Field::Action], 1.0);
             zero_mean_by_slot(&course, &steps, Field::Action);
         }
@@ -166,13 +186,13 @@ mod tests {
 
     #[test]
     fn the_driver_looks_only_back_and_a_night_without_record_is_unknown() {
-        for measure in MEASURES {
-            looks_only_back(|course| losses(measure, course));
+        for (measure, span) in VARIANTS {
+            looks_only_back(|course| losses(measure, span, course));
         }
         let mut course = fortnight();
         let asleep = course.asleep.as_mut().expect("the sample has sleep");
         asleep[4 * DAY + 200..5 * DAY + 120].fill(None);
-        let losses = losses(Measure::Hours, &course);
+        let losses = losses(Measure::Hours, Span::Day, &course);
         assert_eq!(losses[5 * DAY + 150], None);
         assert!(losses[6 * DAY + 150].is_some());
         // The record starts at midnight: the first night is not seen whole.

@@ -87,6 +87,8 @@ struct Fitted {
     background: Vec<f64>,
     /// For each variant: its information, and by how much the background answers to the effect.
     variants: Vec<(Information, Vec<f64>)>,
+    /// Information that the variants share, background profiled out: (variants, variants).
+    shared: Mat<f64>,
 }
 
 impl Trial<'_> {
@@ -126,6 +128,10 @@ impl Trial<'_> {
             .expect("a Gram matrix plus the precision of a proper prior")
             .solve(&right);
         let background: Vec<f64> = (0..n).map(|i| solved[(i, 0)]).collect();
+        let shared = Mat::from_fn(self.variants.len(), self.variants.len(), |v, w| {
+            let taken: f64 = (0..n).map(|i| a[(n + v, i)] * solved[(i, w + 1)]).sum();
+            sum(self.variants[v], self.variants[w]) - taken
+        });
         let variants = (0..self.variants.len())
             .map(|v| {
                 let answer: Vec<f64> = (0..n).map(|i| solved[(i, v + 1)]).collect();
@@ -138,21 +144,29 @@ impl Trial<'_> {
                 (Information { information: information.max(1e-9), score }, answer)
             })
             .collect();
-        Fitted { background, variants }
+        Fitted { background, variants, shared }
     }
 
     /// Log likelihood of a fold at amplitude `theta` of a variant over that of the background alone.
     fn gain(&self, fitted: &Fitted, variant: usize, theta: f64, test: usize) -> f64 {
+        let amplitude = |v: usize| if v == variant { theta } else { 0.0 };
+        self.gain_of_sum(fitted, &(0..self.variants.len()).map(amplitude).collect::<Vec<_>>(), test)
+    }
+
+    /// The same for a sum of variants with an amplitude each.
+    fn gain_of_sum(&self, fitted: &Fitted, amplitudes: &[f64], test: usize) -> f64 {
         let Sums { a, b } = &self.folds.tests[test];
-        let answer = &fitted.variants[variant].1;
-        let effect = self.variants[variant];
+        let acting = || amplitudes.iter().enumerate().filter(|(_, theta)| **theta != 0.0);
         // The change of the amplitudes from one explanation to the other, and the state it starts from.
         let change: Vec<(usize, f64)> = self
             .allowed
             .iter()
-            .zip(answer)
-            .map(|(allowed, answer)| (allowed.column, -theta * answer))
-            .chain([(effect, theta)])
+            .enumerate()
+            .map(|(i, allowed)| {
+                let taken = acting().map(|(v, theta)| theta * fitted.variants[v].1[i]);
+                (allowed.column, -taken.sum::<f64>())
+            })
+            .chain(acting().map(|(v, theta)| (self.variants[v], *theta)))
             .collect();
         let mut gain = 0.0;
         for (place, by) in &change {
@@ -169,18 +183,89 @@ impl Trial<'_> {
     }
 }
 
+/// A shape of all people that is a sum of the variants, each with an amplitude that is not negative.
+struct Blend {
+    /// Amplitude of each variant in the sum.
+    parts: Vec<f64>,
+    /// How strongly people show it.
+    hierarchy: Hierarchy,
+    /// Log of its odds against a single variant.
+    odds: f64,
+}
+
+/// Standard deviation of the amplitude of a part.
+const PART: f64 = 1.0;
+/// Nats that a part beyond the first must bring on the days that it was fitted to.
+const PART_COSTS: f64 = 1.0;
+/// Sweeps over the parts.
+const SWEEPS: usize = 60;
+
+impl Blend {
+    /// The shape that all people together show most, where their variants are the same and there are several.
+    fn of(fits: &[Option<Fitted>], single: &Hierarchy) -> Option<Self> {
+        let known: Vec<&Fitted> =
+            fits.iter().flatten().filter(|fit| !fit.variants.is_empty()).collect();
+        let count = known.first()?.variants.len();
+        if count < 2 || known.iter().any(|fit| fit.variants.len() != count) {
+            return None;
+        }
+        let information = Mat::from_fn(count, count, |v, w| {
+            let prior = if v == w { PART.powi(-2) } else { 0.0 };
+            prior + known.iter().map(|fit| fit.shared[(v, w)]).sum::<f64>()
+        });
+        let score: Vec<f64> =
+            (0..count).map(|v| known.iter().map(|fit| fit.variants[v].0.score).sum()).collect();
+        // Coordinate ascent of a concave function over amplitudes that are not negative.
+        let mut parts = vec![0.0_f64; count];
+        for _ in 0..SWEEPS {
+            for v in 0..count {
+                let others: f64 =
+                    (0..count).filter(|w| *w != v).map(|w| information[(v, w)] * parts[w]).sum();
+                parts[v] = ((score[v] - others) / information[(v, v)]).max(0.0);
+            }
+        }
+        let acting = parts.iter().filter(|part| **part > 0.0).count();
+        if acting < 2 {
+            return None;
+        }
+        let of_sum: Vec<Information> =
+            known.iter().map(|fit| Self::information(&parts, fit)).collect();
+        let hierarchy = Hierarchy::of(&of_sum);
+        let evidence: f64 = of_sum.iter().map(|info| hierarchy.evidence(*info)).sum();
+        let best = |fit: &&Fitted| {
+            fit.variants.iter().map(|(info, _)| single.evidence(*info)).fold(f64::MIN, f64::max)
+        };
+        let odds =
+            evidence - known.iter().map(best).sum::<f64>() - PART_COSTS * (acting - 1) as f64;
+        (hierarchy.mean > 0.0).then_some(Self { parts, hierarchy, odds })
+    }
+
+    /// What a person's days say about the amplitude of a sum.
+    fn information(parts: &[f64], fit: &Fitted) -> Information {
+        let (mut information, mut score) = (0.0, 0.0);
+        for (v, x) in parts.iter().enumerate() {
+            score += x * fit.variants[v].0.score;
+            for (w, y) in parts.iter().enumerate() {
+                information += x * y * fit.shared[(v, w)];
+            }
+        }
+        Information { information: information.max(1e-9), score }
+    }
+}
+
 /// Each person's weights of the variants, and the hierarchy that goes with them.
 fn weigh(fits: &[Option<Fitted>]) -> (Vec<Vec<f64>>, Hierarchy) {
-    let mut weights: Vec<Vec<f64>> = fits
+    // Variants may be each other's opposite: equal weights would cancel them.
+    let first: Vec<Vec<f64>> = fits
         .iter()
         .map(|fit| {
-            let n = fit.as_ref().map_or(0, |f| f.variants.len());
-            vec![1.0 / n.max(1) as f64; n]
+            let variants = fit.as_ref().map_or(&[][..], |f| &f.variants);
+            let rise = |info: &Information| info.score.max(0.0).powi(2) / (info.information + 1.0);
+            variants.iter().map(|(info, _)| 0.5 * rise(info)).collect()
         })
         .collect();
+    let mut weights = weights_of(&first);
     let mut hierarchy = Hierarchy { mean: 0.0, spread: 0.0, error: 0.0 };
-    let counts: Vec<usize> = weights.iter().map(Vec::len).filter(|n| *n > 0).collect();
-    let shared = counts.windows(2).all(|pair| pair[0] == pair[1]);
     for _ in 0..ROUNDS {
         let mixed: Vec<Information> = fits
             .iter()
@@ -206,23 +291,34 @@ fn weigh(fits: &[Option<Fitted>]) -> (Vec<Vec<f64>>, Hierarchy) {
                 variants.iter().map(|(info, _)| hierarchy.evidence(*info)).collect()
             })
             .collect();
-        let everyones: Vec<f64> = if shared {
-            let count = counts.first().copied().unwrap_or(0);
-            let of_variant = |v: usize| evidence.iter().filter_map(|own| own.get(v)).sum();
-            (0..count).map(of_variant).collect()
-        } else {
-            Vec::new()
-        };
-        for (person, own) in evidence.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+        weights = weights_of(&evidence);
+    }
+    (weights, hierarchy)
+}
+
+/// Each person's weights of the variants from the evidence for them, that of the others counted in part where
+/// everybody has the same variants.
+fn weights_of(evidence: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut counts = evidence.iter().map(Vec::len).filter(|n| *n > 0);
+    let count = counts.next().unwrap_or(0);
+    let shared = counts.all(|other| other == count);
+    let everyones: Vec<f64> = if shared {
+        let of_variant = |v: usize| evidence.iter().filter_map(|own| own.get(v)).sum();
+        (0..count).map(of_variant).collect()
+    } else {
+        Vec::new()
+    };
+    evidence
+        .iter()
+        .map(|own| {
             let logs: Vec<f64> = own
                 .iter()
                 .enumerate()
                 .map(|(v, own)| own + SHARED * everyones.get(v).map_or(0.0, |all| all - own))
                 .collect();
-            weights[person] = softmax(&logs);
-        }
-    }
-    (weights, hierarchy)
+            softmax(&logs)
+        })
+        .collect()
 }
 
 fn softmax(logs: &[f64]) -> Vec<f64> {
@@ -251,6 +347,7 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
                 })
                 .collect();
             let (weights, hierarchy) = weigh(&fits);
+            let blend = Blend::of(&fits, &hierarchy);
             trials
                 .iter()
                 .zip(&fits)
@@ -259,7 +356,11 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
                     let Some(fit) = fit.as_ref().filter(|_| hierarchy.mean > 0.0) else {
                         return 0.0;
                     };
-                    mixture(trial, fit, weights, &hierarchy, f)
+                    let single = mixture(trial, fit, weights, &hierarchy, f);
+                    match &blend {
+                        None => single,
+                        Some(blend) => either(single, blended(trial, fit, blend, f), blend.odds),
+                    }
                 })
                 .collect()
         })
@@ -292,6 +393,25 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
         hierarchy,
         personal,
         variants,
+    }
+}
+
+/// Log likelihood ratio of a fold under a sum of variants.
+fn blended(trial: &Trial<'_>, fit: &Fitted, blend: &Blend, test: usize) -> f64 {
+    let (theta, _) = blend.hierarchy.personal(Blend::information(&blend.parts, fit));
+    let amplitudes: Vec<f64> = blend.parts.iter().map(|part| theta * part).collect();
+    trial.gain_of_sum(fit, &amplitudes, test)
+}
+
+/// Log of the mean of two likelihood ratios, the second weighed by its odds.
+fn either(first: f64, second: f64, odds: f64) -> f64 {
+    let share = (1.0 + (-odds).exp()).recip();
+    let logs = [(1.0 - share).ln() + first, share.ln() + second];
+    let top = logs[0].max(logs[1]);
+    if top == f64::NEG_INFINITY {
+        first
+    } else {
+        top + logs.iter().map(|l| (l - top).exp()).sum::<f64>().ln()
     }
 }
 
@@ -424,6 +544,56 @@ mod tests {
             let found = trial.gain(&fitted, 0, theta, test);
             assert!((found - expected).abs() < 1e-9 * expected.abs(), "{found} {expected}"); // rounding
         }
+    }
+
+    #[test]
+    fn an_effect_of_either_sign_is_found() {
+        let mut both = folds(14);
+        // A fourth column that is the opposite of the third.
+        for sums in &mut both.tests {
+            let a = &sums.a;
+            let place = |k: usize| if k == 3 { (2, -1.0) } else { (k, 1.0) };
+            let wider = Mat::from_fn(4, 4, |i, j| {
+                let ((i, s), (j, t)) = (place(i), place(j));
+                s * t * a[(i, j)]
+            });
+            sums.b.push(-sums.b[2]);
+            sums.a = wider;
+        }
+        let trial = Trial { variants: vec![2, 3], ..trial(&both) };
+        assert!(held_out(&[trial]).gain() > 10.0);
+    }
+
+    #[test]
+    fn a_shape_between_two_variants_is_found_as_their_sum() {
+        // Two pulses a day, of which either variant knows one.
+        let (days, truth) = (14, [0.9, 0.6]);
+        let tests = (0..FOLDS)
+            .map(|place| {
+                let (mut a, mut b) = (Mat::<f64>::zeros(3, 3), vec![0.0; 3]);
+                for step in fold(days, place).flat_map(|day| 40 * day..40 * (day + 1)) {
+                    let hour = step % 40;
+                    let pulse = |from: usize| f64::from(u8::from((from..from + 8).contains(&hour)));
+                    let row = [1.0, pulse(4), pulse(16)];
+                    let noise = 0.9 * (1.7 * (step * step) as f64).sin();
+                    let y = truth[0] * row[1] + truth[1] * row[2] + noise;
+                    for (i, x) in row.iter().enumerate() {
+                        b[i] += x * y;
+                        for (j, z) in row.iter().enumerate() {
+                            a[(i, j)] += x * z;
+                        }
+                    }
+                }
+                Sums { a, b }
+            })
+            .collect();
+        let folds = Folds { days, tests };
+        let of = |variants: &[usize]| {
+            let allowed = vec![Allowed { column: 0, mean: 0.0, sd: 1.0 }];
+            held_out(&[Trial { folds: &folds, allowed, variants: variants.to_vec() }]).gain()
+        };
+        let (first, second, both) = (of(&[1]), of(&[2]), of(&[1, 2]));
+        assert!(both > first.max(second) + 5.0, "{first} {second} {both}");
     }
 
     #[test]
