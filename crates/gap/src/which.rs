@@ -25,7 +25,8 @@ use self::by_unit::{UnitEvidence, UnitSums, UnitTrial};
 use self::events::EventEvidence;
 use self::held_out::{Allowed, Folds, HeldOut, Trial, held_out};
 use self::statistics::Person as Statistics;
-use self::unknown::unknown_events;
+use self::unknown::bins::Bins;
+use self::unknown::{courses, unknown_events};
 use self::variance::{Estimated, Spreads};
 use crate::background::BackgroundKind;
 use crate::calibration::Calibration;
@@ -155,12 +156,32 @@ pub struct NamedEvent {
     pub size: f64,
 }
 
+impl Named {
+    /// A course at a port that no known effect explains.
+    fn course(found: &Candidate, candidates: &[Candidate], people: usize) -> Self {
+        Self {
+            effect: found.effect,
+            gain: found.gain,
+            excess: found.excess,
+            amplitude: (1.0, 0.5),
+            personal: vec![(1.0, 0.5); people],
+            gains: vec![0.0; people],
+            variants: vec![0; people],
+            events: Vec::new(),
+            confusable: Vec::new(),
+            rivals: candidates.to_vec(),
+        }
+    }
+}
+
 /// One person in one round: the model with what has been named so far.
 struct Subject {
     design: Design,
     statistics: Statistics,
     units: Vec<UnitSums>,
     events: Vec<EventBank>,
+    /// The record in bins, until something is named.
+    bins: Option<Bins>,
 }
 
 /// Names the effects that are missing.
@@ -199,12 +220,19 @@ pub fn which(
                 Candidate { effect: score.effect, gain, excess: gain - needed }
             })
             .collect();
+        candidates.extend(round.courses().into_iter().enumerate().map(|(place, gain)| {
+            let threshold = thresholds.of(&courses::name(place)).over(person_days);
+            Candidate { effect: library.len() + place, gain, excess: gain - threshold }
+        }));
         prefer_known(&mut candidates, known, library, &named);
         let untried: Vec<usize> = (0..known)
             .filter(|e| round.subjects.iter().all(|s| s.design.untried.contains(e)))
             .collect();
         let evidence = || {
-            let of_candidate = |c: &Candidate| (library[c.effect].card().name.to_owned(), c.gain);
+            let of_candidate = |c: &Candidate| match library.get(c.effect) {
+                Some(effect) => (effect.card().name.to_owned(), c.gain),
+                None => (courses::name(c.effect - library.len()), c.gain),
+            };
             let of_port =
                 |p: ports::PortGain| (ports::threshold_name(p.port, p.within_days), p.gain);
             let gains = candidates.iter().map(of_candidate);
@@ -220,9 +248,15 @@ pub fn which(
             })
             .clone();
         let best = candidates.first().filter(|best| best.excess > 0.0);
-        let (Some(best), true) = (best, named.len() < MOST_EFFECTS) else {
+        // A course at a port cannot be conditioned on.
+        let course = best.filter(|best| best.effect >= library.len());
+        if let Some(course) = course {
+            named.push(Named::course(course, &candidates, people.len()));
+        }
+        let best = best.filter(|_| course.is_none() && named.len() < MOST_EFFECTS);
+        let Some(best) = best else {
             let ports = round.ports(thresholds, person_days);
-            let unknown = unknown.iter().map(|u| u.card().port).collect();
+            let unknown = unknown.iter().map(|u| u.card().port).chain(courses::ports()).collect();
             return Ok(Which {
                 named,
                 candidates: all,
@@ -353,9 +387,11 @@ impl Round {
                     left_by_background(&design, &statistics, library[effect].card().name)
                 };
                 let events = hidden.banks(left, &design.weights);
+                let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
+                let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
                 // The largest part of a person, and summed up.
                 design.signatures = Vec::new();
-                Ok(Subject { design, statistics, units, events })
+                Ok(Subject { design, statistics, units, events, bins })
             })
             .collect::<Result<_, GapError>>()?;
         let mut guards: Vec<(usize, f64)> = Vec::new();
@@ -480,6 +516,17 @@ impl Round {
                 Some(Score { effect, evidence })
             })
             .collect()
+    }
+
+    /// Evidence of every course at a port, as long as nothing is named.
+    fn courses(&self) -> Vec<f64> {
+        let mut people = Vec::with_capacity(self.subjects.len());
+        for (place, subject) in self.subjects.iter().enumerate() {
+            let Some(bins) = &subject.bins else { return Vec::new() };
+            let sums = subject.statistics.folds.as_slice();
+            people.push(courses::Subject { bins, sums, allowed: self.allowed(place, None) });
+        }
+        courses::gains(&people, &self.estimated.spreads.day)
     }
 
     /// Evidence that a factor is drawn anew for every unit.

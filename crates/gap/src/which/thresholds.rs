@@ -20,6 +20,9 @@ const STRUCTURAL: [(&str, f64); 4] = [
 const LEAST_PORT: f64 = 20.0;
 /// Least threshold of events of no known effect, nats.
 const LEAST_UNKNOWN: f64 = 8.0;
+/// Least thresholds of courses of no known effect at a port, nats: what happens for hours hardly shows where nothing
+/// is missing, what lasts for days does.
+const COURSES: [(&str, f64); 3] = [("/events", 4.0), ("/swings", 4.0), ("/states", 6.0)];
 /// Room above the largest evidence seen where nothing is missing.
 const ROOM: f64 = 1.15;
 /// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
@@ -165,7 +168,8 @@ pub(super) fn is_structural(name: &str) -> bool {
 /// The floor of a threshold.
 fn least(name: &str) -> f64 {
     let structural = STRUCTURAL.iter().find(|(effect, _)| *effect == name);
-    match structural {
+    let course = COURSES.iter().find(|(kind, _)| name.ends_with(kind));
+    match structural.or(course) {
         Some((_, least)) => *least,
         None if name.contains('/') => LEAST_PORT,
         None if name.starts_with("unknown") => LEAST_UNKNOWN,

@@ -4,7 +4,9 @@
 //! They stand beside the library as rivals. Without them the effect that looks most like the events would be
 //! named for them.
 
+pub(super) mod bins;
 mod body;
+pub(super) mod courses;
 mod sensor;
 
 use effects::{Card, Course, Effect, EventShape, Field, Form, Modulation, Port, Prior};
