@@ -163,6 +163,9 @@ pub struct PortEvidence {
     pub gain_nats: f64,
     /// Probability among the ports.
     pub probability: f64,
+    /// Ports whose changes look alike, or whose evidence is about as good.
+    #[serde(default)]
+    pub confusable_with: Vec<String>,
 }
 
 /// By what a cell of `where` is set apart.

@@ -2,7 +2,8 @@
 
 use effects::Effect;
 
-use super::{Candidate, Named, PortCandidate, Which};
+use super::ports::alike;
+use super::{Candidate, Named, PortCandidate, RIVAL, Which};
 use crate::diagnosis::{
     CandidateEffect, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
     WithInterval,
@@ -124,10 +125,20 @@ impl Which {
         let mut ports: Vec<PortEvidence> = best
             .iter()
             .zip(&shares)
-            .map(|((port, gain, _), share)| PortEvidence {
+            .map(|((port, gain, excess), share)| PortEvidence {
                 port: port.name().to_owned(),
                 gain_nats: *gain,
                 probability: *share,
+                confusable_with: best
+                    .iter()
+                    .filter(|(_, rival, above)| {
+                        *excess > 0.0 && *above > 0.0 && (gain - rival).abs() < RIVAL
+                    })
+                    .map(|(other, _, _)| *other)
+                    .filter(|other| other != port && !alike(*port).any(|a| a == *other))
+                    .chain(alike(*port))
+                    .map(|other| other.name().to_owned())
+                    .collect(),
             })
             .collect();
         ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));

@@ -27,6 +27,20 @@ const PORTS: [Port; RANDOM.len()] = [
     Port::GlucoseFlux,
 ];
 
+/// Ports whose changes over hours or days look alike, background and usual differences integrated out: their
+/// signatures correlate by 0.99 and 0.90 in made cohorts without an effect, all others by less than 0.6.
+const ALIKE: [[Port; 2]; 2] =
+    [[Port::InsulinAction, Port::InsulinInput], [Port::Egp, Port::GlucoseFlux]];
+
+/// Ports that cannot be told from one.
+pub(super) fn alike(port: Port) -> impl Iterator<Item = Port> {
+    ALIKE
+        .into_iter()
+        .filter(move |pair| pair.contains(&port))
+        .flatten()
+        .filter(move |other| *other != port)
+}
+
 /// Evidence of both scales at every port that has a random factor.
 pub(super) fn gains(estimated: &Estimated) -> Vec<PortGain> {
     PORTS
@@ -47,4 +61,20 @@ pub(super) fn gains(estimated: &Estimated) -> Vec<PortGain> {
 /// Name of the threshold of a port and scale.
 pub(super) fn threshold_name(port: Port, within_days: bool) -> String {
     format!("{}/{}", port.name(), if within_days { "block" } else { "day" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ports_that_look_alike_name_each_other() {
+        for port in PORTS.into_iter().chain([Port::InsulinInput]) {
+            for other in alike(port) {
+                assert!(other != port && alike(other).any(|back| back == port));
+            }
+        }
+        assert!(alike(Port::Egp).eq([Port::GlucoseFlux]));
+        assert!(alike(Port::GutAbsorption).next().is_none());
+    }
 }

@@ -248,10 +248,12 @@ mod tests {
 
     #[test]
     fn events_both_ways_are_no_evidence_for_either_but_for_swings() {
-        let both = |k: usize| match k % 20 {
-            0..4 => 0.9,
-            10..14 => -0.9,
-            _ => 0.0,
+        let both = |k: usize| -> f64 {
+            match k % 20 {
+                0..4 => 0.9,
+                10..14 => -0.9,
+                _ => 0.0,
+            }
         };
         let one_way = |k: usize| both(k).max(0.0);
         assert!(gain(Kind::Events, both) < 0.5 * gain(Kind::Events, one_way));
