@@ -54,7 +54,8 @@ const RIVAL: f64 = 3.0;
 const GUARDS: [&str; 2] = ["counter_regulation", "renal_threshold"];
 /// Least factor that hidden events may leave of anything.
 const LEAST_FACTOR: f64 = 0.05;
-/// How much more evidence unknown events must show than a known effect: as a factor, and nats.
+/// How much more evidence unknown events must show than a known effect: as a factor, and nats; courses at a port
+/// the factor alone.
 const UNKNOWN_FACTOR: f64 = 1.15;
 const UNKNOWN_MARGIN: f64 = 5.0;
 /// Standard deviation of the amplitude of a guard.
@@ -289,7 +290,10 @@ fn prefer_known(
     for candidate in candidates.iter_mut() {
         if candidate.effect >= known {
             if explained {
-                candidate.excess = (candidate.excess - UNKNOWN_MARGIN) / UNKNOWN_FACTOR;
+                // Differences between days are integrated out of courses; other unknown events gain by them.
+                let is_course = candidate.effect >= library.len();
+                let margin = if is_course { 0.0 } else { UNKNOWN_MARGIN };
+                candidate.excess = (candidate.excess - margin) / UNKNOWN_FACTOR;
             }
         } else if !named.is_empty() && GUARDS.contains(&library[candidate.effect].card().name) {
             candidate.excess = candidate.excess.min(0.0);
