@@ -43,11 +43,16 @@ const LOW_GLUCOSE: f64 = 70.0;
 const LOW_DEPTH: f64 = 20.0;
 
 /// What acts in one step under a modulation.
-struct Acting {
-    plant: OdePlant,
-    input: StepInput,
-    flux: f64,
-    lag_decay: f64,
+pub(crate) struct Acting {
+    pub(crate) plant: OdePlant,
+    pub(crate) input: StepInput,
+    pub(crate) flux: f64,
+    pub(crate) lag_decay: f64,
+}
+
+/// Share of counter-regulation that is called up at an interstitial glucose.
+pub(crate) fn low_depth(interstitial: MgPerDl) -> f64 {
+    ((LOW_GLUCOSE - interstitial.0) / LOW_DEPTH).clamp(0.0, 1.0)
 }
 
 /// The augmented state.
@@ -267,11 +272,6 @@ impl AugmentedModel {
         &self.noise
     }
 
-    /// Share of the distance between interstitial and plasma glucose that is left after one step.
-    pub(crate) fn lag_decay(&self) -> f64 {
-        self.lag_decay
-    }
-
     /// The expected reading of a state, mg/dL.
     #[inline]
     #[must_use]
@@ -489,9 +489,14 @@ impl AugmentedModel {
     }
 
     /// Plant, input and flux of a step under a modulation.
-    fn acting(&self, state: &AugmentedState, input: &StepInput, modulation: &Modulation) -> Acting {
+    pub(crate) fn acting(
+        &self,
+        state: &AugmentedState,
+        input: &StepInput,
+        modulation: &Modulation,
+    ) -> Acting {
         let p = self.plant.parameters;
-        let depth = ((LOW_GLUCOSE - state.interstitial.0) / LOW_DEPTH).clamp(0.0, 1.0);
+        let depth = low_depth(state.interstitial);
         let counter = 1.0 + modulation[Field::LowGlucoseProduction] * depth;
         let parameters = OdeParameters {
             t_max_i: p.t_max_i * modulation[Field::InsulinTime],

@@ -1,8 +1,8 @@
 //! How far the effects found go: held-out error before and after.
 //!
 //! "Before" is the plant recalibrated on training days; "after" is the same plant with calibration
-//! and amplitudes refitted jointly on the same days, from the same start, with the same number of
-//! Gauss-Newton iterations. Both are judged by free runs that start on the days held out. Training never
+//! and amplitudes refitted jointly on the same days, from the same start, with at most the same number of
+//! Gauss-Newton iterations to the same tolerance. Both are judged by free runs that start on the days held out. Training never
 //! sees a reading of a day held out, and a run never sees a reading after its start: what drives an
 //! effect is either on the log (meals, heart rate, sleep, the clock, set changes), which counts as
 //! input, or the run's own glucose.
@@ -105,7 +105,8 @@ impl Amplitude {
 pub struct HowFarRule {
     /// Folds of contiguous days; every whole day is held out in one of them.
     pub folds: usize,
-    /// Gauss-Newton iterations of the fits before and after alike.
+    /// Most Gauss-Newton iterations of the fits before and after alike; a fit ends earlier that moves by less
+    /// than the tolerance of the calibration.
     pub iterations: usize,
     /// Steps from one start of a free run to the next.
     pub every: usize,

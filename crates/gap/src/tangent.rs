@@ -10,16 +10,14 @@
 //! time, side by side in the processor's registers, in single precision. Perturbations fade, so that rounding does
 //! not add up: it stays near a millionth of a signature.
 
-use effects::{FIELDS, Field};
-use ode_sim::equations::{endogenous_production, non_insulin_uptake};
-use ode_sim::exercise::ExerciseMemory;
-use ode_sim::gut::glucose_dose;
-use ode_sim::{EgpMode, OdeParameters, OdeState, slot};
-use physiology::{Compartment, MG_PER_DL_PER_MMOL_PER_L, STEP, StepInput};
+mod step_slopes;
 
-use crate::augmented::{
-    AugmentedModel, AugmentedState, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, SENSOR, STATES,
-};
+use effects::{FIELDS, Field};
+use ode_sim::{OdeParameters, slot};
+use physiology::Compartment;
+
+use self::step_slopes::StepSlopes;
+use crate::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, SENSOR, STATES};
 use crate::covariance::Gain;
 use crate::error::GapError;
 use crate::filter::{Filtered, start};
@@ -74,8 +72,8 @@ impl Parameter {
     }
 }
 
-/// Size of the differences along a field and along a parameter's logarithm: far above rounding, far below
-/// the curvature of a step.
+/// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
+/// far above rounding, far below the curvature of a step.
 const SPACING: f64 = 1e-4;
 /// Directions that are carried along together: as many numbers as the registers in use hold.
 pub(crate) const LANES: usize = 8;
@@ -230,7 +228,6 @@ impl Steps {
                 }
             }
         }
-        let begin = start(model, record).0.vector();
         let mut steps = Self {
             each: Vec::with_capacity(n),
             fields: std::array::from_fn(|_| Vec::new()),
@@ -238,8 +235,11 @@ impl Steps {
         };
         for some in neighbours.chunks(LANES) {
             let mut lanes = [[0.0; LANES]; STATES];
-            for (lane, (_, neighbour)) in some.iter().enumerate() {
-                set(&mut lanes, lane, &slope(&start(neighbour, record).0.vector(), &begin));
+            for (lane, (parameter, above)) in some.iter().enumerate() {
+                let below = model.with_parameters(|p| parameter.raised(p, -SPACING));
+                let [above, below] = [above, &below].map(|m| start(m, record).0.vector());
+                let central = slope(&above, &below).map(|twice| 0.5 * twice);
+                set(&mut lanes, lane, &central);
             }
             steps.parameters.push(Parameters { begin: lanes, steps: Vec::with_capacity(n) });
         }
@@ -260,29 +260,31 @@ impl Steps {
                 floored: gain.is_some() && state.body.q1 <= floor,
             });
             let base = following.vector();
+            let known = StepSlopes::of(model, state, input, modulation, &following);
             for field in Field::ALL {
                 let asked = &asked[field as usize];
                 if asked.is_empty() {
                     continue;
                 }
                 let slopes = &mut steps.fields[field as usize];
-                if asked[step] {
+                if !asked[step] {
+                    slopes.extend(reached(field).iter().map(|_| 0.0));
+                } else if let Some(known) = &known {
+                    let slope = known.by_field(field);
+                    slopes.extend(reached(field).iter().map(|k| slope[*k] as f32));
+                } else {
                     let mut changed = *modulation;
                     changed[field] += SPACING;
                     let moved = model.step(state, input, &changed).map_err(failed)?.vector();
                     let slope = |k: &usize| ((moved[*k] - base[*k]) / SPACING) as f32;
                     slopes.extend(reached(field).iter().map(slope));
-                } else {
-                    slopes.extend(reached(field).iter().map(|_| 0.0));
                 }
             }
-            let plain =
-                modulation.is_neutral().then(|| PlainStep::of(model, state, input)).flatten();
             for (some, parameters) in neighbours.chunks(LANES).zip(&mut steps.parameters) {
                 let mut lanes = [[0.0; LANES]; STATES];
                 for (lane, (parameter, neighbour)) in some.iter().enumerate() {
-                    let slopes = match plain.as_ref().and_then(|plain| plain.slope(*parameter)) {
-                        Some(known) => known,
+                    let slopes = match &known {
+                        Some(known) => known.by_parameter(*parameter),
                         None => {
                             let moved = neighbour.step(state, input, modulation).map_err(failed)?;
                             slope(&moved.vector(), &base)
@@ -306,78 +308,6 @@ fn set(lanes: &mut States, lane: usize, values: &[f64; STATES]) {
 
 fn slope(moved: &[f64; STATES], base: &[f64; STATES]) -> [f64; STATES] {
     std::array::from_fn(|k| (moved[k] - base[k]) / SPACING)
-}
-
-/// A step without modulation, exercise and rescue carbohydrate, whose derivatives by the calibrated
-/// parameters are written down: they are asked for in every iteration of a calibration.
-struct PlainStep<'a> {
-    p: &'a OdeParameters,
-    body: &'a OdeState,
-    egp: EgpMode,
-    /// What is eaten, mmol/kg.
-    meal: f64,
-    /// Share of the gut's content that stays through the step.
-    left: f64,
-    /// What interstitial glucose gains per Q1 gained, mg/dL per mmol/kg.
-    share: f64,
-}
-
-impl<'a> PlainStep<'a> {
-    fn of(model: &'a AugmentedModel, state: &'a AugmentedState, input: &StepInput) -> Option<Self> {
-        let (plant, body) = (model.plant(), &state.body);
-        let moving = body.exercise != ExerciseMemory::Rest || input.exercise.is_some();
-        if moving || !body.rescue.is_empty() || input.rescue.amount.0 != 0.0 {
-            return None;
-        }
-        let p = &plant.parameters;
-        Some(Self {
-            p,
-            body,
-            egp: plant.egp,
-            meal: p.a_g * glucose_dose(input.carbs, plant.weight),
-            left: (-STEP.0 / p.t_max_g).exp(),
-            share: 0.5 * (1.0 - model.lag_decay()) * MG_PER_DL_PER_MMOL_PER_L / p.v_g,
-        })
-    }
-
-    /// The derivative of the state after the step by the logarithm of a parameter, `None` where it is not
-    /// written down. By the equations of [`ode_sim::equations::derivative`] and the gut's exact flow.
-    fn slope(&self, parameter: Parameter) -> Option<[f64; STATES]> {
-        use Compartment::{C1, C2, I, Q1, S1, S2, X1, X2, X3};
-        let (p, x) = (self.p, self.body);
-        let mut slope = [0.0; STATES];
-        match parameter {
-            Parameter::Action => {
-                slope[slot(X1)] = STEP.0 * p.k_a1 * p.s_f1 * x.i;
-                slope[slot(X2)] = STEP.0 * p.k_a2 * p.s_f2 * x.i;
-                slope[slot(X3)] = STEP.0 * p.k_a3 * p.s_f3 * x.i;
-            }
-            Parameter::Egp0 => {
-                slope[slot(Q1)] = STEP.0 * endogenous_production(x.x3, p.egp_0, self.egp);
-            }
-            Parameter::F01 => {
-                slope[slot(Q1)] = -STEP.0 * non_insulin_uptake(x.q1 / p.v_g, p.f_01);
-            }
-            Parameter::TMaxI => {
-                slope[slot(S1)] = STEP.0 * x.s1 / p.t_max_i;
-                slope[slot(S2)] = STEP.0 * (x.s2 - x.s1) / p.t_max_i;
-                slope[slot(I)] = -STEP.0 * x.s2 / (p.t_max_i * p.v_i);
-            }
-            Parameter::AG => {
-                slope[slot(C1)] = self.left * self.meal;
-                slope[slot(C2)] = self.left * self.meal * STEP.0 / p.t_max_g;
-            }
-            Parameter::TMaxG => {
-                let (turns, fed) = (STEP.0 / p.t_max_g, x.meals.c1 + self.meal);
-                slope[slot(Q1)] = -turns * x.meals.c2;
-                slope[slot(C1)] = self.left * turns * fed;
-                slope[slot(C2)] = self.left * turns * (x.meals.c2 + fed * turns - fed);
-            }
-            _ => return None,
-        }
-        slope[INTERSTITIAL] = self.share * slope[slot(Q1)];
-        Some(slope)
-    }
 }
 
 /// Courses of one field, side by side.

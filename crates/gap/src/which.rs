@@ -393,8 +393,10 @@ impl Round {
                 let events = hidden.banks(left, &design.weights);
                 let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
                 let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
-                // The largest part of a person, and summed up.
+                // The largest parts of a person, and summed up.
                 design.signatures = Vec::new();
+                (design.residuals, design.weights) = (Vec::new(), Vec::new());
+                (design.days, design.hours) = (Vec::new(), Vec::new());
                 Ok(Subject { design, statistics, units, events, bins })
             })
             .collect::<Result<_, GapError>>()?;

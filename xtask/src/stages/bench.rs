@@ -86,10 +86,11 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
     let mut cohort = Cohort { people: people(args, amplitudes)? };
     let parts = parts(&cohort.people[..TIMED.min(args.people)])?;
     note(parts_text(&parts));
-    let everybody = std::mem::take(&mut cohort.people);
+    let mut others = cohort.people.split_off(0).into_iter();
     let mut rows: Vec<Row> = Vec::new();
     for size in sizes(args.people) {
-        cohort.people = everybody[..size].to_vec();
+        let more = size - cohort.people.len();
+        cohort.people.extend(others.by_ref().take(more));
         rows.push(row(&cohort, args.seed)?);
     }
     let text = format!("{}\n{}\n", parts_text(&parts), rows_text(&rows, args.days, threads));

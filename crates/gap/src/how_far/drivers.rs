@@ -84,9 +84,9 @@ pub(super) fn directions(
             let (low, high) = (at(-below), at(SPACING));
             let width = SPACING + below;
             let slope = |field: Field| {
-                let slopes: Vec<f64> =
-                    high.iter().zip(&low).map(|(h, l)| (h[field] - l[field]) / width).collect();
-                slopes.iter().any(|slope| *slope != 0.0).then_some((field, slopes))
+                let differences = high.iter().zip(&low).map(|(h, l)| h[field] - l[field]);
+                let changes = differences.clone().any(|difference| difference != 0.0);
+                changes.then(|| (field, differences.map(|d| d / width).collect()))
             };
             Direction::Course(Field::ALL.into_iter().filter_map(slope).collect())
         })

@@ -41,8 +41,8 @@ pub(super) fn fitted<'a>(
     let held: Vec<Option<f64>> = driven.iter().map(|found| known(&found.amplitude)).collect();
     units.par_iter_mut().for_each(|unit| {
         for _ in 0..rule.iterations {
-            if unit.failed.is_none() {
-                unit.iterate_before(config);
+            if unit.failed.is_some() || unit.iterate_before(config) {
+                break;
             }
         }
     });
@@ -62,15 +62,14 @@ pub(super) fn fitted<'a>(
         })
         .collect();
     for _ in 0..rule.iterations {
-        let equations: Vec<Option<Equations>> =
-            units.par_iter_mut().map(|unit| unit.equations_after(config)).collect();
+        units.par_iter_mut().for_each(|unit| unit.take_equations(config));
         hierarchies.clear();
         for fold in folds.clone() {
             let members: Vec<usize> = (0..units.len())
-                .filter(|k| units[*k].fold == fold && equations[*k].is_some())
+                .filter(|k| units[*k].fold == fold && units[*k].equations().is_some())
                 .collect();
             let known: Vec<&Equations> =
-                members.iter().filter_map(|k| equations[*k].as_ref()).collect();
+                members.iter().filter_map(|k| units[*k].equations()).collect();
             if known.is_empty() {
                 continue;
             }
@@ -79,11 +78,8 @@ pub(super) fn fitted<'a>(
                 known.iter().map(|e| e.evidence(&inflation).given(&held)).collect();
             let mut hierarchy = empirical_bayes(&evidence, &priors);
             hierarchy.hold(&held);
-            for ((member, equations), amplitudes) in
-                members.iter().zip(&known).zip(&hierarchy.people)
-            {
-                let bound = config.calibration.bound;
-                equations.step(&mut units[*member].after, amplitudes.clone(), bound);
+            for (member, amplitudes) in members.iter().zip(&hierarchy.people) {
+                units[*member].move_after(amplitudes.clone(), config);
             }
             hierarchies.push(hierarchy);
         }

@@ -16,7 +16,7 @@ use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::filter::filter;
 use crate::observations::Observations;
-use crate::tangent::{Direction, Parameter, signatures};
+use crate::tangent::{Direction, Parameter, few_at_a_time};
 use crate::whitening::{Autoregression, huber_weight};
 
 /// Longest move of a log factor in one iteration.
@@ -50,9 +50,10 @@ pub(super) struct Training<'a> {
     /// Stretches of training steps; the filter starts anew in each.
     pub(super) stretches: Vec<Range<usize>>,
     pub(super) drivers: Vec<Driver<'a>>,
-    /// What drivers look at. Its glucose is the latest filter's, and meaningless outside of the
-    /// stretches.
-    pub(super) course: Course,
+    /// What drivers look at, but for glucose.
+    pub(super) whole: &'a Course,
+    /// Glucose by the latest filter, mg/dL; meaningless outside of the stretches.
+    pub(super) glucose: Vec<f64>,
 }
 
 /// Least squares at one point: what the training days say about factors and amplitudes.
@@ -102,10 +103,15 @@ pub(super) fn stretch(
 }
 
 impl Training<'_> {
-    /// The equations at a fit; whitening and the course's glucose are brought up to date.
+    /// What drivers look at.
+    pub(super) fn course(&self) -> Course {
+        Course { glucose: self.glucose.clone(), ..self.whole.clone() }
+    }
+
+    /// The equations at a fit; whitening and glucose are brought up to date.
     ///
     /// # Errors
-    /// As [`filter`] and [`signatures`]; [`GapError::Singular`].
+    /// As [`filter`] and [`signatures`](crate::tangent::signatures); [`GapError::Singular`].
     pub(super) fn equations(
         &mut self,
         fit: &mut Fit,
@@ -118,42 +124,43 @@ impl Training<'_> {
         let (modulations, slopes) = if effects == 0 {
             (Vec::new(), Vec::new())
         } else {
-            let all = drivers::modulations(&self.drivers, &fit.amplitudes, &self.course, |_| true);
-            (all, drivers::directions(&self.drivers, &fit.amplitudes, &self.course))
+            let course = self.course();
+            let all = drivers::modulations(&self.drivers, &fit.amplitudes, &course, |_| true);
+            (all, drivers::directions(&self.drivers, &fit.amplitudes, &course))
         };
         let trusted = self.observations.trusted(config.calibration.dose_memory);
         let mut innovations = vec![None; steps];
-        let mut derivatives = vec![vec![None; steps]; columns];
+        // A row a step, in standard deviations of its innovation.
+        let mut derivatives = vec![0.0; steps * columns];
         for range in &self.stretches {
             let record = stretch(self.observations, range, &modulations);
             let run = filter(&model, &record)?;
             let mut directions: Vec<Direction> =
                 PARAMETERS.into_iter().map(Direction::Parameter).collect();
             directions.extend(slopes.iter().map(|slope| part(slope, range)));
-            let found = signatures(&model, &record, &run, &directions)?;
             for (offset, innovation) in run.innovations.iter().enumerate() {
                 let step = range.start + offset;
                 let glucose = model.plant().glucose(&run.states[offset].body);
-                self.course.glucose[step] = glucose.0;
-                if offset < config.calibration.burn_in || !trusted[step] {
-                    continue;
-                }
-                if let Some(innovation) = innovation {
+                self.glucose[step] = glucose.0;
+                let scored = offset >= config.calibration.burn_in && trusted[step];
+                innovations[step] = innovation.filter(|_| scored).map(|i| i.normalised());
+            }
+            few_at_a_time(&model, &record, &run, &directions, |members, rows| {
+                for (offset, row) in rows.iter().enumerate() {
+                    let Some(innovation) = run.innovations[offset] else { continue };
                     let sd = innovation.variance.sqrt();
-                    innovations[step] = Some(innovation.value / sd);
-                    for (column, values) in derivatives.iter_mut().zip(&found) {
-                        column[step] = Some(values[offset] / sd);
+                    let first = (range.start + offset) * columns;
+                    for (member, value) in members.iter().zip(row) {
+                        derivatives[first + member] = f64::from(*value) / sd;
                     }
                 }
-            }
+            })?;
         }
         fit.autoregression = Autoregression::fitted(&innovations);
         let residuals = fit.autoregression.whitened(&innovations);
         // Readings smoother than the noise model are not trusted more for that.
         fit.scale = clipped_scale(&residuals).max(1.0);
-        let whitened: Vec<Vec<Option<f64>>> =
-            derivatives.iter().map(|column| fit.autoregression.whitened(column)).collect();
-        let rows = Rows::of(&residuals, &whitened, fit.scale, &self.course.day);
+        let rows = Rows::of(&residuals, &derivatives, fit, &self.whole.day);
         rows.equations(fit, effects)
             .ok_or_else(|| GapError::Singular { person: self.observations.person.clone() })
     }
@@ -174,28 +181,41 @@ struct Rows {
     residuals: Vec<f64>,
     weights: Vec<f64>,
     days: Vec<usize>,
-    /// A list a row.
-    derivatives: Vec<Vec<f64>>,
+    /// Derivatives row by row.
+    derivatives: Vec<f64>,
+    columns: usize,
 }
 
 impl Rows {
-    fn of(
-        residuals: &[Option<f64>],
-        whitened: &[Vec<Option<f64>>],
-        scale: f64,
-        days: &[usize],
-    ) -> Self {
-        let mut rows =
-            Self { residuals: vec![], weights: vec![], days: vec![], derivatives: vec![] };
+    /// `residuals` are whitened, an entry a step; `derivatives` are not, and hold a row a step.
+    fn of(residuals: &[Option<f64>], derivatives: &[f64], fit: &Fit, days: &[usize]) -> Self {
+        let columns = derivatives.len() / residuals.len().max(1);
+        let Autoregression { a1, a2, spacing } = fit.autoregression;
+        let mut rows = Self {
+            residuals: Vec::new(),
+            weights: Vec::new(),
+            days: Vec::new(),
+            derivatives: Vec::with_capacity(derivatives.len()),
+            columns,
+        };
         for (step, residual) in residuals.iter().enumerate() {
             let Some(residual) = residual else { continue };
-            rows.residuals.push(residual / scale);
-            rows.weights.push(huber_weight(*residual, scale));
+            rows.residuals.push(residual / fit.scale);
+            rows.weights.push(huber_weight(*residual, fit.scale));
             rows.days.push(days[step]);
-            let at = |column: &Vec<Option<f64>>| column[step].unwrap_or(0.0) / scale;
-            rows.derivatives.push(whitened.iter().map(at).collect());
+            // What is whitened has both of the entries before it.
+            let at = |step: usize| &derivatives[step * columns..][..columns];
+            let entries = at(step).iter().zip(at(step - spacing)).zip(at(step - 2 * spacing));
+            let whitened = |((now, before), earlier): ((&f64, &f64), &f64)| {
+                (now - a1 * before - a2 * earlier) / fit.scale
+            };
+            rows.derivatives.extend(entries.map(whitened));
         }
         rows
+    }
+
+    fn derivatives(&self) -> impl Iterator<Item = &[f64]> {
+        self.derivatives.chunks_exact(self.columns)
     }
 
     /// `None` where the factors' curvature is not positive definite.
@@ -204,7 +224,7 @@ impl Rows {
         let mut curvature = Mat::<f64>::zeros(columns, columns);
         let mut gradient = vec![0.0; columns];
         for ((residual, weight), row) in
-            self.residuals.iter().zip(&self.weights).zip(&self.derivatives)
+            self.residuals.iter().zip(&self.weights).zip(self.derivatives())
         {
             for (a, gradient) in gradient.iter_mut().enumerate() {
                 let weighted = weight * row[a];
@@ -246,7 +266,7 @@ impl Rows {
     /// that the factors answer to.
     fn by_day(&self, effect: usize, answer: &Mat<f64>) -> f64 {
         let mut scores: Vec<(usize, f64)> = Vec::new();
-        for (place, row) in self.derivatives.iter().enumerate() {
+        for (place, row) in self.derivatives().enumerate() {
             let carried: f64 = (0..FACTORS).map(|k| answer[(k, effect)] * row[k]).sum();
             let along = row[FACTORS + effect] - carried;
             let score = self.weights[place] * along * self.residuals[place];
@@ -294,24 +314,29 @@ impl Equations {
         Evidence { information, weighted }
     }
 
-    /// Moves the factors, and the amplitudes to `amplitudes`.
-    pub(super) fn step(&self, fit: &mut Fit, amplitudes: Vec<f64>, bound: f64) {
+    /// Moves the factors, and the amplitudes to `amplitudes`; returns the length of the move in posterior
+    /// standard deviations.
+    pub(super) fn step(&self, fit: &mut Fit, amplitudes: Vec<f64>, bound: f64) -> f64 {
+        let change: Vec<f64> =
+            amplitudes.iter().zip(&fit.amplitudes).map(|(new, old)| new - old).collect();
+        let force: [f64; FACTORS] = std::array::from_fn(|k| {
+            let pushed = change.iter().enumerate().map(|(e, by)| self.mixed[(k, e)] * by);
+            self.gradient[k] + pushed.sum::<f64>()
+        });
+        let mut square = 0.0;
         for row in 0..FACTORS {
-            let step: f64 = (0..FACTORS)
-                .map(|k| {
-                    let pushed: f64 = amplitudes
-                        .iter()
-                        .zip(&fit.amplitudes)
-                        .enumerate()
-                        .map(|(effect, (new, old))| self.mixed[(k, effect)] * (new - old))
-                        .sum();
-                    -self.factors[(row, k)] * (self.gradient[k] + pushed)
-                })
-                .sum();
+            let step: f64 = (0..FACTORS).map(|k| -self.factors[(row, k)] * force[k]).sum();
+            square -= step * force[row];
             let step = step.clamp(-LONGEST_MOVE, LONGEST_MOVE);
             fit.factors.0[row] = (fit.factors.0[row] + step).clamp(-bound, bound);
         }
+        for (row, by) in change.iter().enumerate() {
+            for (column, other) in change.iter().enumerate() {
+                square += by * self.information[(row, column)] * other;
+            }
+        }
         fit.amplitudes = amplitudes;
+        square.max(0.0).sqrt()
     }
 }
 
@@ -339,7 +364,10 @@ mod tests {
             let course = course(person, vec![120.0; person.record.len()]);
             let drivers = vec![Driver::new(exercise.as_ref(), 0, &course)];
             let stretches = vec![0..576, 1152..1728];
-            let mut training = Training { observations: &observations, stretches, drivers, course };
+            let glucose = course.glucose.clone();
+            let whole = &course;
+            let mut training =
+                Training { observations: &observations, stretches, drivers, whole, glucose };
             let mut fit = Fit {
                 factors: PersonalFactors::default(),
                 amplitudes: vec![0.5],

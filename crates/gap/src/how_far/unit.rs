@@ -27,15 +27,19 @@ pub(super) struct Unit<'a> {
     pub(super) training: Training<'a>,
     pub(super) before: Fit,
     pub(super) after: Fit,
+    /// The last equations of the fit with effects, and the fit at which they were taken.
+    about: Option<(Fit, Equations)>,
+    /// Whether the fit with effects lies so near to where they were taken that they still hold.
+    settled: bool,
     pub(super) failed: Option<GapError>,
 }
 
 impl<'a> Unit<'a> {
     pub(super) fn new(place: usize, fold: usize, subject: &'a Subject<'a>) -> Self {
         let calibration = subject.input.calibration;
-        let mut course = subject.course.clone();
+        let mut glucose = subject.course.glucose.clone();
         if let Some(block) = subject.folds.held_out(fold) {
-            course.glucose[block].fill(UNKNOWN);
+            glucose[block].fill(UNKNOWN);
         }
         let fit = Fit {
             factors: calibration.factors,
@@ -51,37 +55,60 @@ impl<'a> Unit<'a> {
                 observations: subject.input.observations,
                 stretches: subject.folds.training(fold),
                 drivers: subject.drivers.clone(),
-                course,
+                whole: &subject.course,
+                glucose,
             },
             after: Fit { amplitudes: subject.starts.clone(), ..fit.clone() },
             before: fit,
+            about: None,
+            settled: false,
             failed: None,
         }
     }
 }
 
 impl Unit<'_> {
-    /// One iteration of the fit without effects.
-    pub(super) fn iterate_before(&mut self, config: &DiagnosisConfig) {
+    /// One iteration of the fit without effects; whether it moved by less than the calibration's tolerance,
+    /// so that another would change nothing.
+    pub(super) fn iterate_before(&mut self, config: &DiagnosisConfig) -> bool {
+        let rule = &config.calibration;
         match self.training.equations(&mut self.before, config) {
             Ok(equations) => {
-                equations.step(&mut self.before, Vec::new(), config.calibration.bound);
+                equations.step(&mut self.before, Vec::new(), rule.bound) < rule.tolerance
             }
-            Err(error) => self.failed = Some(error),
+            Err(error) => {
+                self.failed = Some(error);
+                true
+            }
+        }
+    }
+
+    /// Takes the equations of the fit with effects anew, unless those at hand still hold.
+    pub(super) fn take_equations(&mut self, config: &DiagnosisConfig) {
+        if self.failed.is_some() || self.settled {
+            return;
+        }
+        match self.training.equations(&mut self.after, config) {
+            Ok(equations) => self.about = Some((self.after.clone(), equations)),
+            Err(error) => {
+                self.about = None;
+                self.failed = Some(error);
+            }
         }
     }
 
     /// The equations of the fit with effects; `None` for a unit that has failed.
-    pub(super) fn equations_after(&mut self, config: &DiagnosisConfig) -> Option<Equations> {
-        if self.failed.is_some() {
-            return None;
-        }
-        match self.training.equations(&mut self.after, config) {
-            Ok(equations) => Some(equations),
-            Err(error) => {
-                self.failed = Some(error);
-                None
-            }
+    pub(super) fn equations(&self) -> Option<&Equations> {
+        self.about.as_ref().map(|(_, equations)| equations)
+    }
+
+    /// Moves the fit with effects to where its equations lead at these amplitudes.
+    pub(super) fn move_after(&mut self, amplitudes: Vec<f64>, config: &DiagnosisConfig) {
+        let rule = &config.calibration;
+        if let Some((at, equations)) = &self.about {
+            self.after = at.clone();
+            let length = equations.step(&mut self.after, amplitudes, rule.bound);
+            self.settled = length < rule.tolerance;
         }
     }
 
@@ -97,9 +124,9 @@ impl Unit<'_> {
         if self.failed.is_some() {
             return None;
         }
-        let course = &self.training.course;
+        let course = self.training.course();
         let mut drivers: Vec<Driver<'_>> =
-            (0..tried).map(|variant| Driver::new(effect, variant, course)).collect();
+            (0..tried).map(|variant| Driver::new(effect, variant, &course)).collect();
         let mut fit = Fit { amplitudes: vec![0.0; tried], ..self.before.clone() };
         for (other, driver) in self.training.drivers.iter().enumerate() {
             if other != place {
@@ -111,7 +138,8 @@ impl Unit<'_> {
             observations: self.training.observations,
             stretches: self.training.stretches.clone(),
             drivers,
-            course: course.clone(),
+            whole: self.training.whole,
+            glucose: course.glucose,
         };
         training.equations(&mut fit, config).ok()
     }
@@ -121,7 +149,7 @@ impl Unit<'_> {
         let driver = self.training.drivers[place];
         if driver.variant != variant {
             self.training.drivers[place] =
-                Driver::new(driver.effect, variant, &self.training.course);
+                Driver::new(driver.effect, variant, &self.training.course());
         }
     }
 
@@ -136,12 +164,12 @@ impl Unit<'_> {
         config: &DiagnosisConfig,
     ) -> Result<Vec<Tally>, GapError> {
         let mut tallies = vec![Tally::default(); hidden.len()];
+        let course = self.training.course();
         for range in &self.training.stretches {
             let mut linear = self.linear(range, config)?;
             for (tally, (place, strength)) in tallies.iter_mut().zip(hidden) {
                 if let Some(form) = &subject.forms[*place] {
-                    let course = &self.training.course;
-                    let (_, counted) = linear.reconstruct(form, *strength, range, course)?;
+                    let (_, counted) = linear.reconstruct(form, *strength, range, &course)?;
                     *tally = tally.plus(counted);
                 }
             }
@@ -159,7 +187,7 @@ impl Unit<'_> {
         let modulations = drivers::modulations(
             &training.drivers,
             &self.after.amplitudes,
-            &training.course,
+            &training.course(),
             |_| true,
         );
         Linear::new(training.observations, range, &modulations, &self.after, config)
@@ -187,7 +215,7 @@ impl Unit<'_> {
             config,
             rule,
         };
-        let mut course = self.training.course.clone();
+        let mut course = self.training.course();
         let before = Candidate { fit: &self.before, drivers: &[], hidden: None };
         let before = held_out.judge(&before, &mut course, Floor::Skip)?;
         let after = if self.training.drivers.is_empty() {
