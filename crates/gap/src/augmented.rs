@@ -266,6 +266,14 @@ impl AugmentedModel {
         Self { plant: OdePlant { parameters, ..self.plant }, ..*self }
     }
 
+    /// The same model with a lag between plasma and interstitial glucose that is `factor` times as long.
+    #[must_use]
+    pub fn with_lag(&self, factor: f64) -> Self {
+        let interstitial_lag = self.noise.interstitial_lag * factor;
+        let noise = NoiseModel { interstitial_lag, ..self.noise };
+        Self { noise, lag_decay: noise.lag_decay(), ..*self }
+    }
+
     /// The noise settings.
     #[must_use]
     pub fn noise(&self) -> &NoiseModel {

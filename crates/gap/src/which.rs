@@ -12,6 +12,7 @@ mod by_unit;
 mod detection;
 mod events;
 mod held_out;
+mod lag;
 mod ports;
 mod statistics;
 mod thresholds;
@@ -24,6 +25,7 @@ use rayon::prelude::*;
 use self::by_unit::{UnitEvidence, UnitSums, UnitTrial};
 use self::events::EventEvidence;
 use self::held_out::{Allowed, Folds, HeldOut, Trial, held_out};
+use self::lag::LagEvidence;
 use self::statistics::Person as Statistics;
 use self::unknown::bins::Bins;
 use self::unknown::{courses, unknown_events};
@@ -183,6 +185,8 @@ struct Subject {
     events: Vec<EventBank>,
     /// The record in bins, until something is named.
     bins: Option<Bins>,
+    /// Likelihoods of sensor lags; `None` once the lag is named.
+    lags: Option<lag::Likelihoods>,
 }
 
 /// Names the effects that are missing.
@@ -353,6 +357,7 @@ struct Score {
 enum ScoreOf {
     Driven(HeldOut),
     Events(EventEvidence),
+    Lag(LagEvidence),
     /// With the spread at amplitude 1.
     Random(UnitEvidence, f64),
 }
@@ -362,6 +367,7 @@ impl Score {
         match &self.evidence {
             ScoreOf::Driven(found) => found.gain(),
             ScoreOf::Events(found) => found.gain(),
+            ScoreOf::Lag(found) => found.gain(),
             ScoreOf::Random(found, _) => found.gain(),
         }
     }
@@ -378,11 +384,21 @@ impl Round {
             .par_iter()
             .enumerate()
             .map(|(place, input)| {
-                let mut design = if named.is_empty() {
-                    design(input.person, input.observations, input.calibration, library)?
-                } else {
-                    conditioned(input, place, library, named, config)?
-                };
+                let about = (!named.is_empty())
+                    .then(|| conditioned(input, place, library, named, config))
+                    .transpose()?;
+                let (observations, calibration) = about
+                    .as_ref()
+                    .map_or((input.observations, input.calibration), |a| (&a.0, &a.1));
+                let mut design = design(input.person, observations, calibration, library)?;
+                let lag = library.iter().position(|effect| effect.card().name == lag::NAME);
+                let lags = lag
+                    .filter(|lag| named.iter().all(|named| named.effect != *lag))
+                    .map(|lag| {
+                        let rule = &config.calibration;
+                        lag::likelihoods(observations, calibration, rule, library[lag])
+                    })
+                    .transpose()?;
                 let statistics = Statistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
@@ -397,7 +413,7 @@ impl Round {
                 design.signatures = Vec::new();
                 (design.residuals, design.weights) = (Vec::new(), Vec::new());
                 (design.days, design.hours) = (Vec::new(), Vec::new());
-                Ok(Subject { design, statistics, units, events, bins })
+                Ok(Subject { design, statistics, units, events, bins, lags })
             })
             .collect::<Result<_, GapError>>()?;
         let mut guards: Vec<(usize, f64)> = Vec::new();
@@ -497,6 +513,11 @@ impl Round {
             .into_par_iter()
             .filter(|effect| named.iter().all(|n| n.effect != *effect))
             .filter_map(|effect| {
+                if library[effect].card().name == lag::NAME {
+                    let lags: Vec<&lag::Likelihoods> =
+                        self.subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
+                    return Some(Score { effect, evidence: ScoreOf::Lag(lag::score(&lags)) });
+                }
                 let trials = self.trials(effect, library[effect].card().name);
                 if trials.iter().any(|trial| !trial.variants.is_empty()) {
                     let evidence = ScoreOf::Driven(held_out(&trials));
@@ -589,6 +610,11 @@ impl Round {
                 named.personal.clone_from(&found.personal);
                 named.gains.clone_from(&found.gains);
                 named.variants.clone_from(&found.variants);
+            }
+            ScoreOf::Lag(found) => {
+                named.amplitude = found.mean;
+                named.personal.clone_from(&found.personal);
+                named.gains.clone_from(&found.gains);
             }
             ScoreOf::Events(found) => {
                 let events = found.found.iter().map(|e| NamedEvent {
@@ -732,14 +758,14 @@ fn none() -> Estimated {
     }
 }
 
-/// The linear model of a person about the effects that have been named.
+/// A person's record under the effects that have been named, and the calibrated filter run on it.
 fn conditioned(
     input: &PersonInput<'_>,
     place: usize,
     library: &[&dyn Effect],
     named: &[Named],
     config: &DiagnosisConfig,
-) -> Result<Design, GapError> {
+) -> Result<(Observations, Calibration), GapError> {
     let calibration = input.calibration;
     let glucose = calibration.glucose();
     let course = course(input.person, glucose);
@@ -766,6 +792,6 @@ fn conditioned(
         }
     }
     let observations = Observations { modulations, ..input.observations.clone() };
-    let about: Calibration = calibration.about(&observations, &config.calibration)?;
-    design(input.person, &observations, &about, library)
+    let about = calibration.about(&observations, &config.calibration)?;
+    Ok((observations, about))
 }

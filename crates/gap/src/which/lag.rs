@@ -1,0 +1,160 @@
+//! Sensor lag by the likelihood of the whole filter.
+//!
+//! A constant lag leaves next to no mean in the innovations: the filter takes the slower glucose for glucose, and
+//! what is left is shared with slow meals and slow insulin. It changes how glucose may move from one reading to
+//! the next, and that is in the filter's gains, which signatures hold. So the filter is run again at each of some lags,
+//! gains and all, and the lags are compared by the likelihood of the readings on days held out. What is tested is a lag
+//! beyond the usual ones, which are tried as well: bodies and sensors below it are no finding.
+
+use effects::Modulation;
+use effects::{Course, Effect, Field};
+
+use super::held_out::{FOLDS, fold};
+use crate::calibration::{Calibration, CalibrationRule};
+use crate::error::GapError;
+use crate::filter::innovations;
+use crate::observations::Observations;
+use crate::whitening::{Autoregression, huber_loss, robust_scale};
+
+/// The effect that is tested so.
+pub(super) const NAME: &str = "sensor_lag";
+/// Amplitudes that are usual: 6 and 8 min.
+const USUAL: [f64; 2] = [-0.71, 0.0];
+/// Amplitudes beyond: 10, 12, 16, 22 and 32 min.
+const LONGER: [f64; 5] = [0.55, 1.0, 1.7, 2.5, 3.4];
+/// How much the other people's evidence for a lag counts for a person's own.
+const SHARED: f64 = 0.5;
+/// Least standard error of the mean amplitude: a third of the distance between neighbouring lags.
+const LEAST_ERROR: f64 = 0.2;
+
+/// Log likelihoods of one person: by amplitude, [`USUAL`] first, and by day of the record, nats.
+pub(super) type Likelihoods = Vec<Vec<f64>>;
+
+/// The answer.
+#[derive(Debug, Clone)]
+pub(super) struct LagEvidence {
+    /// Gain of each person, nats.
+    pub(super) gains: Vec<f64>,
+    /// Mean amplitude and its standard error.
+    pub(super) mean: (f64, f64),
+    /// Each person's amplitude and its standard deviation.
+    pub(super) personal: Vec<(f64, f64)>,
+}
+
+impl LagEvidence {
+    /// Gain over all people, nats.
+    pub(super) fn gain(&self) -> f64 {
+        self.gains.iter().sum()
+    }
+}
+
+/// Log likelihoods of one person's days at every lag that is tried.
+///
+/// # Errors
+/// As [`filter`](crate::filter::filter).
+pub(super) fn likelihoods(
+    observations: &Observations,
+    calibration: &Calibration,
+    rule: &CalibrationRule,
+    effect: &dyn Effect,
+) -> Result<Likelihoods, GapError> {
+    let steps = observations.len();
+    let mut scored = observations.trusted(rule.dose_memory);
+    scored[..rule.burn_in.min(steps)].fill(false);
+    let of = |amplitude: &f64| {
+        let mut one = [Modulation::NEUTRAL];
+        effect.modulate(0, *amplitude, &Course::default(), &mut one);
+        let model = calibration.model.with_lag(one[0][Field::SensorLag]);
+        let all = innovations(&model, observations, steps)?;
+        let z: Vec<Option<f64>> = all
+            .iter()
+            .zip(&scored)
+            .map(|(i, scored)| i.filter(|_| *scored).map(|i| i.normalised()))
+            .collect();
+        let whitened = Autoregression::fitted(&z).whitened(&z);
+        let scale = robust_scale(&whitened).max(f64::MIN_POSITIVE);
+        let mut days = vec![0.0; steps.div_ceil(physiology::STEPS_PER_DAY)];
+        for (step, (w, innovation)) in whitened.iter().zip(&all).enumerate() {
+            if let (Some(w), Some(innovation)) = (w, innovation) {
+                days[step / physiology::STEPS_PER_DAY] -=
+                    0.5 * innovation.variance.ln() + scale.ln() + huber_loss(w / scale, 1.0);
+            }
+        }
+        Ok(days)
+    };
+    USUAL.iter().chain(&LONGER).map(of).collect()
+}
+
+/// Held-out evidence for a longer lag than usual. One entry a person.
+pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
+    let total = |amplitude: usize, test: Option<usize>| -> f64 {
+        let of_person = |days: &Vec<f64>| -> f64 {
+            let test = test.map_or(0..0, |place| fold(days.len(), place));
+            days.iter().sum::<f64>() - days[test].iter().sum::<f64>()
+        };
+        people.iter().map(|person| of_person(&person[amplitude])).sum()
+    };
+    let longer = USUAL.len()..USUAL.len() + LONGER.len();
+    let best = |among: std::ops::Range<usize>, test: Option<usize>| {
+        among.max_by(|a, b| total(*a, test).total_cmp(&total(*b, test))).unwrap_or(0)
+    };
+    let mut gains = vec![0.0; people.len()];
+    for place in 0..FOLDS {
+        let (usual, long) = (best(0..USUAL.len(), Some(place)), best(longer.clone(), Some(place)));
+        if total(long, Some(place)) <= total(usual, Some(place)) {
+            continue;
+        }
+        for (gain, person) in gains.iter_mut().zip(people) {
+            let test = fold(person[usual].len(), place);
+            let of = |amplitude: usize| person[amplitude][test.clone()].iter().sum::<f64>();
+            *gain += of(long) - of(usual);
+        }
+    }
+    let totals: Vec<f64> = longer.clone().map(|amplitude| total(amplitude, None)).collect();
+    let (mean, spread) = moments(&totals);
+    let personal = people
+        .iter()
+        .map(|person| {
+            let own = longer.clone().map(|a| person[a].iter().sum::<f64>());
+            let logs: Vec<f64> =
+                own.zip(&totals).map(|(own, all)| own + SHARED * (all - own)).collect();
+            let (mean, spread) = moments(&logs);
+            (mean, spread.hypot(LEAST_ERROR))
+        })
+        .collect();
+    LagEvidence { gains, mean: (mean, spread.hypot(LEAST_ERROR)), personal }
+}
+
+/// Mean and standard deviation of the amplitude under these log likelihoods of [`LONGER`].
+fn moments(logs: &[f64]) -> (f64, f64) {
+    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = logs.iter().map(|l| (l - top).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    let mean = weights.iter().zip(LONGER).map(|(w, a)| w * a).sum::<f64>() / sum;
+    let square = weights.iter().zip(LONGER).map(|(w, a)| w * (a - mean).powi(2)).sum::<f64>() / sum;
+    (mean, square.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two weeks of a person whose days like one amplitude best, by `sharp` nats a squared unit.
+    fn person(liked: f64, sharp: f64) -> Likelihoods {
+        let of = |a: &f64| vec![-sharp * (a - liked).powi(2); 14];
+        USUAL.iter().chain(&LONGER).map(of).collect()
+    }
+
+    #[test]
+    fn a_longer_lag_gains_by_the_days_that_like_it_and_a_usual_one_does_not() {
+        let people = [person(1.0, 2.0), person(1.0, 1.0)];
+        let found = score(&people.iter().collect::<Vec<_>>());
+        // 12 against 8 min, 14 days of 2 and of 1 nats; rounding.
+        assert!((found.gains[0] - 28.0).abs() < 1e-9 && (found.gains[1] - 14.0).abs() < 1e-9);
+        assert!((found.mean.0 - 1.0).abs() < 0.05, "{:?}", found.mean);
+        for liked in [-2.0, -0.5, 0.0, 0.2] {
+            let usual = [person(liked, 2.0), person(liked, 1.0)];
+            assert_eq!(score(&usual.iter().collect::<Vec<_>>()).gain(), 0.0, "{liked}");
+        }
+    }
+}
