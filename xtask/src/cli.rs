@@ -80,7 +80,9 @@ pub(crate) enum Command {
     Evaluate(EvaluateArgs),
     /// Say where a model misses a cohort.
     #[command(
-        after_help = "Example:\n  cargo xtask diagnose --cohort fixtures/embedded/cohort --out out/diagnose"
+        after_help = "Examples:\n  cargo xtask diagnose --cohort fixtures/embedded/cohort --out out/diagnose\n  \
+        cargo xtask diagnose --cohort fixtures/embedded/cohort --model out/train/population.safetensors\n  \
+        cargo xtask diagnose --cohort fixtures/embedded/cohort --model out/twin"
     )]
     Diagnose(DiagnoseArgs),
     /// Ask the diagnosis for effects that are hidden from it, and score the answers.
@@ -320,9 +322,13 @@ pub(crate) struct DiagnoseArgs {
     /// Cohort folder.
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
-    /// The plant to diagnose; only `ode` in this version.
+    /// The plant to diagnose: `ode`, the file of a population model or of a person's twin, or an output
+    /// folder of the command twin.
     #[arg(long, value_name = "MODEL", default_value = "ode")]
     pub model: String,
+    /// The population model that twins were trained on, if it does not lie beside them.
+    #[arg(long, value_name = "FILE")]
+    pub population: Option<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/diagnose")]
     pub out: PathBuf,

@@ -1,7 +1,9 @@
 //! The command line and the pipeline's stages: the only crate that opens files for the user.
 
 mod asked;
+mod bodies;
 mod cli;
+mod diagnosed;
 mod directions;
 mod inputs;
 mod interrupt;

@@ -1,5 +1,5 @@
-//! The model inside the filter: the ODE plant, an unexplained glucose flux, interstitial glucose
-//! and a sensor error.
+//! The model inside the filter: a body, an unexplained glucose flux, interstitial glucose and a sensor
+//! error. The body is the ODE plant or another [`Body`].
 //!
 //! What effects change in a step enters as a [`Modulation`].
 //!
@@ -9,6 +9,7 @@
 //! white noise.
 
 use std::ops::{Add, Mul};
+use std::sync::Arc;
 
 use effects::{Field, Modulation};
 use ode_sim::equations::{Forcing, RENAL_RATE, RENAL_THRESHOLD, jacobian, renal_clearance};
@@ -20,6 +21,7 @@ use physiology::{
     Units, UnitsPerHour,
 };
 
+use crate::body::{Body, OtherBody};
 use crate::covariance::Covariance;
 use crate::noise::NoiseModel;
 
@@ -41,6 +43,9 @@ pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);
 /// it does so in full.
 const LOW_GLUCOSE: f64 = 70.0;
 const LOW_DEPTH: f64 = 20.0;
+
+/// Standard deviation of what each gut compartment may hold before the first reading, mmol/kg.
+const GUT_SD: f64 = 0.3;
 
 /// What acts in one step under a modulation.
 pub(crate) struct Acting {
@@ -223,10 +228,45 @@ where
     }
 }
 
-/// The ODE plant at 5-minute Euler steps with a flux, a lag and a sensor.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The derivative of a body's step by its ten compartments: the entries of a [`Transition`] that are the
+/// body's own, and that of Q1 by a flux.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct BodySlopes {
+    /// S1 by S1; S2 by S1, S2; I by S2, I; each of X1, X2, X3 by I and itself.
+    pub(crate) insulin: [f64; 11],
+    /// Q1 by X1, X3, Q1, Q2, C2 and the flux.
+    pub(crate) glucose: [f64; 6],
+    /// Q2 by X1, X2, Q1, Q2.
+    pub(crate) distant: [f64; 4],
+    /// C1 by C1; C2 by C1, C2.
+    pub(crate) gut: [f64; 3],
+}
+
+impl BodySlopes {
+    /// Of a forward Euler step, from those of the rates.
+    pub(crate) fn of_a_step(mut self) -> Self {
+        let Self { insulin, glucose, distant, gut } = &mut self;
+        for value in insulin.iter_mut().chain(glucose).chain(distant).chain(gut) {
+            *value *= STEP.0;
+        }
+        for place in [0, 2, 4, 6, 8, 10] {
+            self.insulin[place] += 1.0;
+        }
+        self.glucose[2] += 1.0;
+        self.distant[3] += 1.0;
+        self.gut[0] += 1.0;
+        self.gut[2] += 1.0;
+        self
+    }
+}
+
+/// A body at 5-minute Euler steps with a flux, a lag and a sensor.
+#[derive(Debug, Clone)]
 pub struct AugmentedModel {
     plant: OdePlant,
+    /// The body that stands in the place of the ODE; `plant` then holds its weight and, as factors on the
+    /// nominal parameters, what is personal.
+    other: Option<Arc<OtherBody>>,
     noise: NoiseModel,
     flux_decay: f64,
     lag_decay: f64,
@@ -245,6 +285,7 @@ impl AugmentedModel {
     ) -> Self {
         Self {
             plant: OdePlant { parameters, weight, integrator: Integrator::ForwardEuler, egp },
+            other: None,
             noise,
             flux_decay: noise.flux_decay(),
             lag_decay: noise.lag_decay(),
@@ -253,7 +294,20 @@ impl AugmentedModel {
         }
     }
 
-    /// The plant inside.
+    /// The same filter around another body.
+    #[must_use]
+    pub fn with_body(self, body: Arc<dyn Body>) -> Self {
+        Self { other: Some(Arc::new(OtherBody::new(body))), ..self }
+    }
+
+    /// Whether the body is the ODE.
+    #[must_use]
+    pub fn is_ode(&self) -> bool {
+        self.other.is_none()
+    }
+
+    /// The ODE plant inside. For another body it holds the weight, the units of glucose and, as factors
+    /// on the nominal parameters, what is personal; it must not be simulated then.
     #[must_use]
     pub fn plant(&self) -> &OdePlant {
         &self.plant
@@ -263,7 +317,7 @@ impl AugmentedModel {
     #[must_use]
     pub fn with_parameters(&self, change: impl Fn(&OdeParameters) -> OdeParameters) -> Self {
         let parameters = change(&self.plant.parameters);
-        Self { plant: OdePlant { parameters, ..self.plant }, ..*self }
+        Self { plant: OdePlant { parameters, ..self.plant }, ..self.clone() }
     }
 
     /// The same model with a lag between plasma and interstitial glucose that is `factor` times as long.
@@ -304,11 +358,11 @@ impl AugmentedModel {
         modulation: &Modulation,
     ) -> Result<AugmentedState, OdeError> {
         if modulation.is_neutral() {
-            let body = self.plant.advance(&state.body, input, state.flux)?;
+            let body = self.advance(&self.plant, &state.body, input, state.flux)?;
             return Ok(self.around(state, body, self.lag_decay));
         }
         let acting = self.acting(state, input, modulation);
-        let body = acting.plant.advance(&state.body, &acting.input, acting.flux)?;
+        let body = self.advance(&acting.plant, &state.body, &acting.input, acting.flux)?;
         Ok(self.around(state, body, acting.lag_decay))
     }
 
@@ -327,25 +381,45 @@ impl AugmentedModel {
         modulation: &Modulation,
     ) -> Result<(AugmentedState, Transition), OdeError> {
         if modulation.is_neutral() {
-            let body = self.plant.advance(&state.body, input, state.flux)?;
-            let transition = self.transition(&self.plant, state, input, self.lag_decay);
+            let (body, slopes) = self.body_linearised(&self.plant, state, input, state.flux)?;
+            let transition = self.transition(&slopes, self.lag_decay);
             return Ok((self.around(state, body, self.lag_decay), transition));
         }
         let Acting { plant, input, flux, lag_decay } = self.acting(state, input, modulation);
-        let body = plant.advance(&state.body, &input, flux)?;
-        let transition = self.transition(&plant, state, &input, lag_decay);
+        let (body, slopes) = self.body_linearised(&plant, state, &input, flux)?;
+        let transition = self.transition(&slopes, lag_decay);
         Ok((self.around(state, body, lag_decay), transition))
     }
 
-    /// The derivative of a forward Euler step of `plant`, with the gut exact.
+    /// The body alone one step later; `flux` is added to dQ1/dt, mmol/kg/min.
     #[inline]
-    fn transition(
+    fn advance(
+        &self,
+        plant: &OdePlant,
+        body: &OdeState,
+        input: &StepInput,
+        flux: f64,
+    ) -> Result<OdeState, OdeError> {
+        match &self.other {
+            None => plant.advance(body, input, flux),
+            Some(other) => other.advance(plant, body, input, flux),
+        }
+    }
+
+    /// The body alone one step later and the derivative by its compartments.
+    #[inline]
+    fn body_linearised(
         &self,
         plant: &OdePlant,
         state: &AugmentedState,
         input: &StepInput,
-        lag_decay: f64,
-    ) -> Transition {
+        flux: f64,
+    ) -> Result<(OdeState, BodySlopes), OdeError> {
+        if let Some(other) = &self.other {
+            return other.linearised(plant, &state.body, input, flux);
+        }
+        let following = plant.advance(&state.body, input, flux)?;
+        // A forward Euler step, with the gut exact.
         let p = &plant.parameters;
         let exercise = state.body.exercise.during(input.exercise).multipliers();
         let forcing = Forcing { exercise, ..Forcing::default() };
@@ -353,38 +427,65 @@ impl AugmentedModel {
         let by = |row, column| STEP.0 * j[(row, column)];
         let same = |row| 1.0 + STEP.0 * j[(row, row)];
         let left = (-STEP.0 / p.t_max_g).exp();
-        let glucose = [by(Q1, X1), by(Q1, X3), same(Q1), by(Q1, Q2), by(Q1, C2), STEP.0];
+        let slopes = BodySlopes {
+            insulin: [
+                same(S1),
+                by(S2, S1),
+                same(S2),
+                by(I, S2),
+                same(I),
+                by(X1, I),
+                same(X1),
+                by(X2, I),
+                same(X2),
+                by(X3, I),
+                same(X3),
+            ],
+            glucose: [by(Q1, X1), by(Q1, X3), same(Q1), by(Q1, Q2), by(Q1, C2), STEP.0],
+            distant: [by(Q2, X1), by(Q2, X2), by(Q2, Q1), same(Q2)],
+            gut: [left, left * STEP.0 / p.t_max_g, left],
+        };
+        Ok((following, slopes))
+    }
+
+    /// The body's derivative with those of the flux, the lag and the sensor around it.
+    #[inline]
+    fn transition(&self, slopes: &BodySlopes, lag_decay: f64) -> Transition {
+        let BodySlopes { insulin, glucose, distant, gut } = *slopes;
         // Interstitial glucose follows the mean of Q1 before and after.
         let share = 0.5 * (1.0 - lag_decay) * self.glucose_per_q1();
         let mut interstitial = glucose.map(|value| share * value);
         interstitial[2] += share;
         let [g_x1, g_x3, g_q1, g_q2, g_c2, g_flux] = interstitial;
         let [q1_x1, q1_x3, q1_q1, q1_q2, q1_c2, q1_flux] = glucose;
+        let [s1_s1, s2_s1, s2_s2, i_s2, i_i, x1_i, x1_x1, x2_i, x2_x2, x3_i, x3_x3] = insulin;
+        let [q2_x1, q2_x2, q2_q1, q2_q2] = distant;
+        let [c1_c1, c2_c1, c2_c2] = gut;
         Transition([
-            same(S1),
-            by(S2, S1),
-            same(S2),
-            by(I, S2),
-            same(I),
-            by(X1, I),
-            same(X1),
-            by(X2, I),
-            same(X2),
-            by(X3, I),
-            same(X3),
+            s1_s1,
+            s2_s1,
+            s2_s2,
+            i_s2,
+            i_i,
+            x1_i,
+            x1_x1,
+            x2_i,
+            x2_x2,
+            x3_i,
+            x3_x3,
             q1_x1,
             q1_x3,
             q1_q1,
             q1_q2,
             q1_c2,
             q1_flux,
-            by(Q2, X1),
-            by(Q2, X2),
-            by(Q2, Q1),
-            same(Q2),
-            left,
-            left * STEP.0 / p.t_max_g,
-            left,
+            q2_x1,
+            q2_x2,
+            q2_q1,
+            q2_q2,
+            c1_c1,
+            c2_c1,
+            c2_c2,
             self.flux_decay,
             g_x1,
             g_x3,
@@ -425,8 +526,14 @@ impl AugmentedModel {
     /// Uncertainty of what is eaten at the start of a step; enters before it is propagated.
     #[inline]
     pub fn add_meal_noise(&self, p: &mut Covariance, input: &StepInput) {
-        let dose = glucose_dose(input.carbs, self.plant.weight);
-        let sd = self.noise.carb_count_cv * self.plant.parameters.a_g * dose;
+        let cv = self.noise.carb_count_cv;
+        let sd = match &self.other {
+            None => {
+                let dose = glucose_dose(input.carbs, self.plant.weight);
+                cv * self.plant.parameters.a_g * dose
+            }
+            Some(other) => cv * other.meal_in_c1(&self.plant, input.carbs),
+        };
         p.add(slot(C1), sd * sd);
     }
 
@@ -439,8 +546,15 @@ impl AugmentedModel {
         following: &AugmentedState,
     ) {
         let noise = &self.noise;
-        let infusion = ode_sim::equations::infusion(input.insulin().0, self.plant.weight.0);
-        p.add(slot(S1), (noise.insulin_cv * infusion * STEP.0).powi(2));
+        let sd = match &self.other {
+            None => {
+                let rate = input.insulin().0;
+                let infusion = ode_sim::equations::infusion(rate, self.plant.weight.0);
+                noise.insulin_cv * infusion * STEP.0
+            }
+            Some(other) => noise.insulin_cv * other.insulin_in_s1(input.insulin()),
+        };
+        p.add(slot(S1), sd.powi(2));
         let x = following.body.vector();
         for effect in [X1, X2, X3] {
             p.add(slot(effect), (noise.effect_cv * x[effect]).powi(2));
@@ -456,24 +570,18 @@ impl AugmentedModel {
     /// 0.3 mmol/kg in each gut compartment, about 4 g); the first hours are not scored.
     #[must_use]
     pub fn start(&self, basal: UnitsPerHour, glucose: MgPerDl) -> (AugmentedState, Covariance) {
-        let p = &self.plant.parameters;
-        let infusion = ode_sim::equations::infusion(basal.0, self.plant.weight.0);
-        let mut x = OdeVector::default();
-        x[S1] = infusion * p.t_max_i;
-        x[S2] = x[S1];
-        x[I] = infusion / (p.v_i * p.k_e);
-        x[X1] = p.s_f1 * x[I];
-        x[X2] = p.s_f2 * x[I];
-        x[X3] = p.s_f3 * x[I];
-        x[Q1] = self.plant.q1_at(glucose);
-        x[Q2] = x[X1] * x[Q1] / (p.k_12 + x[X2]);
+        let mut x = rest(&self.plant, basal, glucose);
+        let mut gut_sd = [GUT_SD; 2];
+        if let Some(other) = &self.other {
+            x = other.at_rest(&self.plant, x, basal);
+            gut_sd = other.gut_sd(&self.plant, GUT_SD);
+        }
         let mut sd = [0.0; STATES];
         for compartment in [S1, S2, I, X1, X2, X3, Q2] {
-            sd[slot(compartment)] = 0.3 * x[compartment];
+            sd[slot(compartment)] = 0.3 * x[compartment].abs();
         }
         sd[slot(Q1)] = self.plant.q1_at(MgPerDl(20.0));
-        sd[slot(C1)] = 0.3;
-        sd[slot(C2)] = 0.3;
+        [sd[slot(C1)], sd[slot(C2)]] = gut_sd;
         sd[FLUX] = self.noise.flux_sd;
         sd[INTERSTITIAL] = 20.0;
         sd[SENSOR] = self.noise.sensor_sd;
@@ -556,18 +664,61 @@ impl AugmentedModel {
     }
 }
 
+/// The ODE with insulin at rest under `basal`, glucose as given, the gut empty.
+pub(crate) fn rest(plant: &OdePlant, basal: UnitsPerHour, glucose: MgPerDl) -> OdeVector {
+    let p = &plant.parameters;
+    let infusion = ode_sim::equations::infusion(basal.0, plant.weight.0);
+    let mut x = OdeVector::default();
+    x[S1] = infusion * p.t_max_i;
+    x[S2] = x[S1];
+    x[I] = infusion / (p.v_i * p.k_e);
+    x[X1] = p.s_f1 * x[I];
+    x[X2] = p.s_f2 * x[I];
+    x[X3] = p.s_f3 * x[I];
+    x[Q1] = plant.q1_at(glucose);
+    x[Q2] = x[X1] * x[Q1] / (p.k_12 + x[X2]);
+    x
+}
+
+/// The body of a model without flux and sensor, for free runs; plasma glucose is reported.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyAlone<'a>(pub &'a AugmentedModel);
+
+impl Plant for BodyAlone<'_> {
+    type State = OdeState;
+
+    #[inline]
+    fn step(&self, state: &OdeState, input: &StepInput) -> Result<OdeState, NonFinite> {
+        self.0.advance(&self.0.plant, state, input, 0.0).map_err(not_finite)
+    }
+
+    #[inline]
+    fn glucose(&self, state: &OdeState) -> MgPerDl {
+        self.0.plant.glucose(state)
+    }
+
+    fn report(&self, state: &OdeState) -> States {
+        match &self.0.other {
+            None => self.0.plant.report(state),
+            Some(other) => other.report(&self.0.plant, state),
+        }
+    }
+}
+
+/// The Euler step has no other way to fail than a state that is not finite.
+pub(crate) fn not_finite(error: OdeError) -> NonFinite {
+    match error {
+        OdeError::NonFinite { compartment } => NonFinite { compartment },
+        _ => NonFinite { compartment: Q1 },
+    }
+}
+
 /// The body with its unexplained flux, which decays as the filter expects; plasma glucose is reported.
 impl Plant for AugmentedModel {
     type State = AugmentedState;
 
     fn step(&self, state: &AugmentedState, input: &StepInput) -> Result<AugmentedState, NonFinite> {
-        // The Euler step has no other way to fail than a state that is not finite.
-        AugmentedModel::step(self, state, input, &Modulation::NEUTRAL).map_err(
-            |error| match error {
-                OdeError::NonFinite { compartment } => NonFinite { compartment },
-                _ => NonFinite { compartment: Q1 },
-            },
-        )
+        AugmentedModel::step(self, state, input, &Modulation::NEUTRAL).map_err(not_finite)
     }
 
     fn glucose(&self, state: &AugmentedState) -> MgPerDl {
@@ -575,7 +726,7 @@ impl Plant for AugmentedModel {
     }
 
     fn report(&self, state: &AugmentedState) -> States {
-        self.plant.report(&state.body)
+        BodyAlone(self).report(&state.body)
     }
 }
 

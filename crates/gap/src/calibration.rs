@@ -176,6 +176,7 @@ impl Calibration {
             whitened: whitened.iter().map(|w| w.map(|w| w / scale)).collect(),
             scale,
             at_bound: self.at_bound.clone(),
+            model: self.model.clone(),
             ..*self
         })
     }
@@ -221,9 +222,8 @@ type Factors = [f64; FACTORS];
 
 /// What does not change during one person's calibration.
 struct Setting<'a> {
-    population: &'a OdeParameters,
-    egp: EgpMode,
-    noise: &'a NoiseModel,
+    /// The model of everybody.
+    population: &'a AugmentedModel,
     record: &'a Observations,
     scored: Vec<bool>,
     bound: f64,
@@ -231,8 +231,7 @@ struct Setting<'a> {
 
 impl Setting<'_> {
     fn model(&self, factors: &PersonalFactors) -> AugmentedModel {
-        let parameters = factors.applied_to(self.population);
-        AugmentedModel::new(parameters, self.record.weight, self.egp, *self.noise)
+        self.population.with_parameters(|population| factors.applied_to(population))
     }
 
     /// Innovations before `end`; `None` where not scored.
@@ -291,7 +290,7 @@ impl Whitening {
     }
 }
 
-/// Calibrates a person. See the module for the method.
+/// Calibrates a person on the ODE plant. See the module for the method.
 ///
 /// # Errors
 /// As [`filter`], and [`GapError::Singular`].
@@ -302,10 +301,22 @@ pub fn calibrate(
     record: &Observations,
     rule: &CalibrationRule,
 ) -> Result<Calibration, GapError> {
+    calibrated(&AugmentedModel::new(*population, record.weight, egp, *noise), record, rule)
+}
+
+/// Calibrates a person on any body: `population` is the model of everybody, with the person's weight.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrated(
+    population: &AugmentedModel,
+    record: &Observations,
+    rule: &CalibrationRule,
+) -> Result<Calibration, GapError> {
     let mut scored = record.trusted(rule.dose_memory);
     let burn_in = rule.burn_in.min(scored.len());
     scored[..burn_in].fill(false);
-    let setting = Setting { population, egp, noise, record, scored, bound: rule.bound };
+    let setting = Setting { population, record, scored, bound: rule.bound };
     let start = near_posterior(&setting)?;
     let Solved { factors, run, sd, iterations, converged } = solved(&setting, start, rule)?;
     let scale = clipped_scale(&run.whitened);

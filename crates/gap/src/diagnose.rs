@@ -18,6 +18,7 @@ use crate::localisation::{CellEstimate, DayCells, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
+use crate::plants::{Ode, Plants};
 use crate::which::{Which, power, which};
 
 /// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss, which effect does it lack,
@@ -46,6 +47,23 @@ pub fn diagnose_with_progress(
     seed: u64,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Diagnosis, GapError> {
+    diagnose_plant(cohort, &Ode, config, seed, progress)
+}
+
+/// As [`diagnose_with_progress`], with another plant than the ODE.
+///
+/// The thresholds of `config` are used as they are; see
+/// [`Thresholds::for_other_plants`](crate::Thresholds::for_other_plants).
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_plant(
+    cohort: &Cohort,
+    plants: &dyn Plants,
+    config: &DiagnosisConfig,
+    seed: u64,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Diagnosis, GapError> {
     let config = config.clone().validated()?;
     if cohort.people.is_empty() {
         return Err(GapError::EmptyCohort);
@@ -55,7 +73,7 @@ pub fn diagnose_with_progress(
         .people
         .par_iter()
         .map(|person| {
-            let outcome = analyse(person, &config);
+            let outcome = analyse(person, plants, &config);
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, cohort.people.len());
             outcome
         })
@@ -107,7 +125,9 @@ pub fn diagnose_with_progress(
         baseline,
         data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
         people: outcomes.into_iter().map(|o| o.summary).collect(),
-        plant: "ode".to_owned(),
+        plant: plants.name().to_owned(),
+        notes: Vec::new(),
+        absorbed: None,
         seed,
         config,
     })

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::absorbed::Absorbed;
 use crate::calibration::Factor;
 use crate::config::DiagnosisConfig;
 use crate::which::Evidence;
@@ -45,8 +46,14 @@ pub struct Diagnosis {
     pub data_quality: Vec<DataQualityFinding>,
     /// Every person of the cohort, in its order.
     pub people: Vec<PersonSummary>,
-    /// The plant that was diagnosed.
+    /// The plant that was diagnosed: `ode`, `network` or `twin`.
     pub plant: String,
+    /// What has to be known to read the answer for this plant, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// For twins: what their residual networks have already absorbed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbed: Option<Absorbed>,
     /// The seed of all resampling.
     pub seed: u64,
     /// The settings.

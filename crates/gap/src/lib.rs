@@ -1,7 +1,7 @@
 //! The sim-to-real gap of a cohort: where a plant misses, which effect it lacks, how far adding it goes.
 //!
 //! Doubtful data come first ([`quality`]). Each person is then followed by an extended Kalman filter on
-//! the ODE plant and calibrated by maximum a posteriori ([`filter`], [`calibration`]).
+//! the ODE plant, or on another [`Body`], and calibrated by maximum a posteriori ([`filter`], [`calibration`]).
 //!
 //! - *Where*: free runs from filtered states ([`free_run`]) and whitened innovations ([`whitening`]) are
 //!   averaged by situation ([`context`]), with simultaneous intervals over people ([`localisation`]).
@@ -28,8 +28,10 @@
 //!
 //! Research software. Not a medical device; not validated for any treatment decision.
 
+mod absorbed;
 pub mod augmented;
 mod background;
+pub mod body;
 pub mod calibration;
 mod cell_sample;
 mod config;
@@ -49,18 +51,22 @@ mod moderation;
 mod noise;
 pub mod observations;
 mod person;
+mod plants;
 pub mod quality;
 pub mod tangent;
 pub mod which;
 pub mod whitening;
 
+pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
+pub use body::Body;
 pub use calibration::CalibrationRule;
 pub use config::{DiagnosisConfig, InclusionRule, Production};
-pub use diagnose::{diagnose, diagnose_with_progress};
+pub use diagnose::{diagnose, diagnose_plant, diagnose_with_progress};
 pub use diagnosis::{Diagnosis, PersonSummary, Stage, Verdict};
 pub use error::GapError;
 pub use free_run::FreeRunRule;
 pub use localisation::LocalisationRule;
 pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
+pub use plants::{Ode, Plants};
 pub use which::{Evidence, Threshold, Thresholds, Which, which};

@@ -2,7 +2,9 @@
 
 use cohort::{Channel, Person, StraightLines};
 use effects::Modulation;
-use physiology::{Context, Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
+use physiology::{
+    BeatsPerMinute, Context, Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::error::GapError;
@@ -119,6 +121,8 @@ impl Observations {
                 });
             }
         }
+        let resting = person.resting_heart_rate().map(|resting| resting.value.0);
+        let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
         let mut basal = record.basal().iter().flatten().next().copied().unwrap_or(0.0);
         let injects = record.basal().iter().all(Option::is_none);
         let mut inputs = Vec::with_capacity(record.len());
@@ -132,9 +136,12 @@ impl Observations {
                 bolus: Units(bolus.unwrap_or(0.0)),
                 carbs: Grams(carbs.unwrap_or(0.0)),
                 context: Context {
+                    heart_rate_over_baseline: finite(record.heart_rate()[step])
+                        .zip(resting)
+                        .map(|(rate, resting)| BeatsPerMinute(rate - resting)),
                     hour: record.hour(step),
                     weekend: record.weekend(step),
-                    ..Context::default()
+                    sleep_efficiency: finite(record.sleep_efficiency()[step]),
                 },
                 ..StepInput::default()
             });

@@ -1,10 +1,14 @@
 //! The analysis of one person: filter, calibration, free runs, errors by cell.
 
+use std::sync::Arc;
+
 use cohort::{Channel, Person};
 use ode_sim::OdeParameters;
 use physiology::{Plant, STEPS_PER_DAY};
 
-use crate::calibration::{Calibration, Factor, calibrate};
+use crate::augmented::{AugmentedModel, BodyAlone};
+use crate::body::Body;
+use crate::calibration::{Calibration, Factor, calibrated};
 use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
 use crate::diagnosis::{
@@ -14,6 +18,7 @@ use crate::error::GapError;
 use crate::free_run::{FreeRunRule, Start, free_run_errors};
 use crate::localisation::DayCells;
 use crate::observations::{MissingDosePolicy, Observations, Reading};
+use crate::plants::Plants;
 use crate::quality;
 
 /// A cell of `where`, persons aside.
@@ -95,6 +100,7 @@ pub(crate) struct PersonOutcome {
 /// is excluded instead.
 pub(crate) fn analyse(
     person: &Person,
+    plants: &dyn Plants,
     config: &DiagnosisConfig,
 ) -> Result<PersonOutcome, GapError> {
     let observations = Observations::from_person(person)?;
@@ -110,12 +116,15 @@ pub(crate) fn analyse(
     let reason = reason_to_exclude(person, &observations, config);
     let (excluded, analysis) = match reason.or_else(|| quality::exclusion(&quality)) {
         Some(reason) => (Some(reason), None),
-        None => match errors_of(person, &observations, config) {
+        None => match plants.body_of(person).and_then(|body| {
+            let model = population(&observations, body, config);
+            errors_of(person, &observations, &model, config).map_err(|error| error.to_string())
+        }) {
             Ok(analysis) if analysis.summary.runs == 0 => {
                 (Some("no free run could be scored".to_owned()), None)
             }
             Ok(analysis) => (None, Some(analysis)),
-            Err(error) => (Some(error.to_string()), None),
+            Err(reason) => (Some(reason), None),
         },
     };
     let analysis = analysis.map(|analysis| PersonAnalysis { person: without.clone(), ..analysis });
@@ -164,26 +173,38 @@ fn reason_to_exclude(
     None
 }
 
+/// The filter with the parameters of the population.
+fn population(
+    observations: &Observations,
+    body: Option<Arc<dyn Body>>,
+    config: &DiagnosisConfig,
+) -> AugmentedModel {
+    let (parameters, egp) = (OdeParameters::nominal(), config.production.into());
+    let ode = AugmentedModel::new(parameters, observations.weight, egp, config.noise);
+    match body {
+        Some(body) => ode.with_body(body),
+        None => ode,
+    }
+}
+
 fn errors_of(
     person: &Person,
     observations: &Observations,
+    population: &AugmentedModel,
     config: &DiagnosisConfig,
 ) -> Result<PersonAnalysis, GapError> {
-    let calibration = calibrate(
-        &OdeParameters::nominal(),
-        config.production.into(),
-        &config.noise,
-        observations,
-        &config.calibration,
-    )?;
-    let plant = calibration.model.plant();
+    let calibration = calibrated(population, observations, &config.calibration)?;
+    let plant = BodyAlone(&calibration.model);
     let states = &calibration.filtered.states;
     let glucose: Vec<f64> = states.iter().map(|state| plant.glucose(&state.body).0).collect();
     let situations = Situations::of(person, &glucose);
-    let errors =
-        free_run_errors(plant, observations, &config.free_run, config.noise.lag_decay(), |step| {
-            Start { state: states[step].body, interstitial: states[step].interstitial }
-        })?;
+    let errors = free_run_errors(
+        &plant,
+        observations,
+        &config.free_run,
+        config.noise.lag_decay(),
+        |step| Start { state: states[step].body, interstitial: states[step].interstitial },
+    )?;
 
     let record = &person.record;
     let last_day = record.day_index(record.len().saturating_sub(1));

@@ -130,6 +130,32 @@ impl PopulationModel {
         self.networks[compartment].evaluate(&gathered[..signals.len()])
     }
 
+    /// The rate of one state and its slopes by the states, per minute; 0 for states that its network does
+    /// not see. Units of networks exactly at their kink count as inactive.
+    #[must_use]
+    pub fn rate_and_slopes(
+        &self,
+        compartment: Compartment,
+        x: &ScaledStates,
+        u: ScaledInputs,
+    ) -> (f64, PerCompartment<f64>) {
+        let signals = self.wiring.inputs(compartment);
+        let (mut gathered, mut slopes) = ([0.0; MOST_INPUTS], [0.0; MOST_INPUTS]);
+        for (slot, signal) in gathered.iter_mut().zip(signals) {
+            *slot = value_of(*signal, x, u);
+        }
+        let (gathered, slopes) = (&gathered[..signals.len()], &mut slopes[..signals.len()]);
+        let network = &self.networks[compartment];
+        network.add_gradient(gathered, 1.0, slopes);
+        let mut by_state = PerCompartment::from_fn(|_| 0.0);
+        for (signal, slope) in signals.iter().zip(slopes) {
+            if let Signal::State(state) = signal {
+                by_state[*state] = *slope;
+            }
+        }
+        (network.evaluate(gathered), by_state)
+    }
+
     /// A step in which `residual`, in scaled units of Q1 per minute, is added to the rate of Q1
     /// before the clamp: the place of the individual-level network (paper Eq. for y_Ind).
     ///

@@ -1,5 +1,6 @@
 //! The page and its sections, in reading order.
 
+mod absorbed;
 mod agp;
 mod any_json;
 mod blind_check;
@@ -50,7 +51,7 @@ const SOUGHT_EFFECTS: fn(&Inputs) -> bool =
 const HAS_BLIND_CHECK: fn(&Inputs) -> bool = |inputs| inputs.blind_check.is_some();
 
 /// Every section below the verdict.
-const SECTIONS: [Section; 20] = [
+const SECTIONS: [Section; 21] = [
     section(
         "data-quality",
         "Data quality",
@@ -60,6 +61,12 @@ const SECTIONS: [Section; 20] = [
     section("which", "Which effect explains the gap", HAS_DIAGNOSIS, effects::body),
     section("how-far", "How far the gap shrinks", HAS_DIAGNOSIS, how_far::body),
     section("tried", "What was weighed", SOUGHT_EFFECTS, candidates::body),
+    section(
+        "absorbed",
+        "What the residual networks have absorbed",
+        absorbed::applies,
+        absorbed::body,
+    ),
     section("ports", "At which place in the model", SOUGHT_EFFECTS, ports::body),
     section("where", "Where the gap lies", HAS_DIAGNOSIS, location::body),
     section("targets", "Blind check: targets", HAS_BLIND_CHECK, blind_check::targets),

@@ -23,9 +23,10 @@ pub use blind_check::{
 };
 pub use conformance::{Conformance, ConformanceRow, Verdict};
 pub use diagnosis::{
-    Candidate, CellGap, DataQualityFinding, DetectionPower, Diagnosis, DiagnosisPerson,
-    DiagnosisVerdict, Effect, FindingEstimate, FittedAmplitude, HorizonChange, HorizonError,
-    HowFar, InnovationChange, OutcomeChange, PersonAmplitude, PersonChange, PortEvidence, Untried,
+    Absorbed, AbsorbedEffect, AbsorbedError, Candidate, CellGap, DataQualityFinding,
+    DetectionPower, Diagnosis, DiagnosisPerson, DiagnosisVerdict, Effect, FindingEstimate,
+    FittedAmplitude, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
+    PersonAmplitude, PersonChange, PortEvidence, Untried,
 };
 pub use example_day::ExampleDay;
 pub use manifest::{Manifest, ManifestInput};

@@ -123,6 +123,14 @@ impl Twin {
     }
 }
 
+/// Whether a file says that it holds a twin. It may still be a broken one.
+#[must_use]
+pub fn is_twin(bytes: &[u8]) -> bool {
+    SafeTensors::read_metadata(bytes).is_ok_and(|(_, metadata)| {
+        metadata.metadata().as_ref().is_some_and(|entries| entries.contains_key(ENTRY))
+    })
+}
+
 /// Centre and scale of each state, by name.
 fn state_scaler(population: &PopulationModel) -> BTreeMap<String, CentreAndScale> {
     Compartment::ALL

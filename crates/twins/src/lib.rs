@@ -42,6 +42,7 @@ mod twin;
 pub use cohort_training::{BuiltTwin, PersonTwin, TwinRecipe, build_twin, build_twins};
 pub use error::TwinError;
 pub use exclusion::{Exclusion, Part};
+pub use file::is_twin;
 pub use fingerprint::{population_fingerprint, windows_fingerprint};
 pub use graph::{ResidualVariables, graph_loss};
 pub use heart_rate::HeartRateScaler;

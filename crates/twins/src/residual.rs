@@ -33,6 +33,17 @@ impl Layer {
         Self { weight: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] }
     }
 
+    /// Slopes by the inputs from those by the outputs. `rectified` holds the inputs where they are outputs of
+    /// a ReLU, whose cut units pass nothing on.
+    fn pull_back(&self, by_output: &[f64], rectified: Option<&[f64]>, by_input: &mut [f64]) {
+        let rows = self.weight.chunks_exact(by_output.len());
+        for (unit, (slope, row)) in by_input.iter_mut().zip(rows).enumerate() {
+            if rectified.is_none_or(|values| values[unit] > 0.0) {
+                *slope = row.iter().zip(by_output).map(|(w, by)| w * by).sum();
+            }
+        }
+    }
+
     /// Adds the contribution of each non-zero input to `output`, which starts as the bias. After
     /// a ReLU about half of the inputs are zero, and skipping them is exact.
     pub(crate) fn apply(&self, input: &[f64], output: &mut [f64]) {
@@ -155,6 +166,33 @@ impl ResidualNetwork {
     }
 }
 
+impl ResidualNetwork {
+    /// The output and its slopes by the inputs. Units exactly at their kink count as inactive.
+    #[must_use]
+    pub fn evaluate_with_slopes(&self, input: &[f64; INPUTS]) -> (f64, [f64; INPUTS]) {
+        let mut first = [0.0; HIDDEN[0]];
+        let mut second = [0.0; HIDDEN[1]];
+        let mut third = [0.0; HIDDEN[2]];
+        let mut output = [0.0];
+        self.layers[0].apply(input, &mut first);
+        rectify(&mut first);
+        self.layers[1].apply(&first, &mut second);
+        rectify(&mut second);
+        self.layers[2].apply(&second, &mut third);
+        rectify(&mut third);
+        self.layers[3].apply(&third, &mut output);
+        let mut by_third = [0.0; HIDDEN[2]];
+        let mut by_second = [0.0; HIDDEN[1]];
+        let mut by_first = [0.0; HIDDEN[0]];
+        let mut by_input = [0.0; INPUTS];
+        self.layers[3].pull_back(&[1.0], Some(&third), &mut by_third);
+        self.layers[2].pull_back(&by_third, Some(&second), &mut by_second);
+        self.layers[1].pull_back(&by_second, Some(&first), &mut by_first);
+        self.layers[0].pull_back(&by_first, None, &mut by_input);
+        (output[0], by_input)
+    }
+}
+
 /// Name of a layer's tensor in weight files, `layers.0.weight` to `layers.3.bias`.
 pub(crate) fn tensor_name(layer: usize, kind: &str) -> String {
     format!("layers.{layer}.{kind}")
@@ -214,6 +252,30 @@ mod tests {
         assert_eq!((weight, bias), (w[1].clone(), b[1].as_slice()));
         input[0] = f64::NAN;
         assert!(network.evaluate(&input).is_nan());
+    }
+
+    #[test]
+    fn slopes_are_those_of_central_differences() {
+        // Every weight of an untrained network, and a last layer that lets it through.
+        let mut network = ResidualNetwork::untrained(5);
+        for (place, weight) in network.layers[3].weight.iter_mut().enumerate() {
+            *weight = 0.5 - 0.1 * (place % 9) as f64;
+        }
+        let input: [f64; INPUTS] = std::array::from_fn(|k| 0.7 - 0.3 * k as f64);
+        let (value, slopes) = network.evaluate_with_slopes(&input);
+        assert_eq!(value, network.evaluate(&input));
+        assert!(slopes.iter().any(|slope| slope.abs() > 1e-3), "{slopes:?}");
+        for (k, slope) in slopes.iter().enumerate() {
+            let at = |by: f64| {
+                let mut moved = input;
+                moved[k] += by;
+                network.evaluate(&moved)
+            };
+            // Piecewise linear: exact but for rounding away from kinks.
+            let by = 1e-6;
+            let found = (at(by) - at(-by)) / (2.0 * by);
+            assert!((found - slope).abs() < 1e-8, "input {k}: {found} against {slope}");
+        }
     }
 
     #[test]

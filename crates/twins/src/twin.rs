@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use nn_statespace::{PopulationModel, ScaledStates};
+use cohort::Record;
+use nn_statespace::{PerCompartment, PopulationModel, ScaledStates};
 use physiology::{Compartment, MgPerDl, NonFinite, Plant, States, StepInput};
 
 use crate::heart_rate::HeartRateScaler;
 use crate::inputs::InputSet;
 use crate::prepared::network_input;
+use crate::protocol::Protocol;
 use crate::residual::ResidualNetwork;
 
 /// Where a twin came from.
@@ -50,6 +52,38 @@ impl Twin {
     pub fn residual_rate(&self, state: &ScaledStates, input: &StepInput) -> f64 {
         let personal = self.inputs.personal(&input.context, self.heart_rate_scaler.as_ref());
         self.residual.evaluate(&network_input(state, &personal))
+    }
+}
+
+impl Twin {
+    /// [`residual_rate`](Self::residual_rate) with its slopes by the scaled states, per minute; 0 for
+    /// states that the network does not see.
+    #[must_use]
+    pub fn residual_rate_and_slopes(
+        &self,
+        state: &ScaledStates,
+        input: &StepInput,
+    ) -> (f64, PerCompartment<f64>) {
+        use Compartment::{C2, Q1, Q2, X1, X3};
+        let personal = self.inputs.personal(&input.context, self.heart_rate_scaler.as_ref());
+        let (rate, slopes) = self.residual.evaluate_with_slopes(&network_input(state, &personal));
+        let mut by_state = PerCompartment::from_fn(|_| 0.0);
+        // The order of `network_input`.
+        for (compartment, slope) in [Q1, Q2, X1, X3, C2].into_iter().zip(slopes) {
+            by_state[compartment] = slope;
+        }
+        (rate, by_state)
+    }
+
+    /// Whole days at the start of a record that trained the twin, `None` where its file does not say.
+    ///
+    /// `record` is the person's whole record; of a short one fewer days train
+    /// ([`Protocol::training_days_of`]).
+    #[must_use]
+    pub fn training_days_of(&self, record: &Record) -> Option<usize> {
+        let days = self.card.training.as_ref()?.get("training_days")?.as_u64()?;
+        let training_days = usize::try_from(days).ok()?;
+        Some(Protocol { training_days, ..Protocol::paper() }.training_days_of(record))
     }
 }
 

@@ -1,9 +1,13 @@
 //! `diagnose`: where a plant misses a cohort, which effect it lacks, how far adding it goes.
 
-use anyhow::{Context as _, Result, bail};
-use gap::{Diagnosis, DiagnosisConfig, Verdict, diagnose_with_progress};
+use std::path::Path;
+
+use anyhow::{Context as _, Result};
+use cohort::Cohort;
+use gap::{Absorbed, Diagnosis, DiagnosisConfig, Plants, Verdict, diagnose_plant};
 
 use crate::cli::DiagnoseArgs;
+use crate::diagnosed::{Diagnosed, ODE};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::Progress;
@@ -13,12 +17,20 @@ use crate::stages::twin::read_cohort;
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &DiagnoseArgs) -> Result<Manifest> {
     let manifest = Manifest::new("diagnose", serde_json::to_value(config(args)?)?, Some(args.seed));
-    manifest.with_input(&args.cohort)
+    let mut manifest = manifest.with_input(&args.cohort)?;
+    let model = Some(Path::new(&args.model)).filter(|_| args.model != ODE);
+    for path in model.into_iter().chain(args.population.as_deref()) {
+        manifest = manifest.with_input(path)?;
+    }
+    Ok(manifest)
 }
 
 /// The settings in use, with the thresholds that were asked for.
 fn config(args: &DiagnoseArgs) -> Result<DiagnosisConfig> {
-    let working = DiagnosisConfig::working();
+    let mut working = DiagnosisConfig::working();
+    if args.model != ODE {
+        working.thresholds = working.thresholds.for_other_plants();
+    }
     let Some(file) = &args.thresholds else { return Ok(working) };
     let text = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
     let thresholds = serde_json::from_slice(&text)
@@ -28,20 +40,31 @@ fn config(args: &DiagnoseArgs) -> Result<DiagnosisConfig> {
 
 /// Runs the command.
 pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
-    if args.model != "ode" {
-        bail!(
-            "--model {}: this version diagnoses the ODE plant only; give --model ode or leave it out",
-            args.model
-        );
-    }
+    let model = Diagnosed::read(&args.model, args.population.as_deref())?;
     let manifest = manifest(args)?;
-    let cohort = read_cohort(&args.cohort)?;
+    let judged = model.judged_on(&read_cohort(&args.cohort)?)?;
+    let without = model.without_residuals();
     let output = OutputFolder::begin(&args.out, manifest)?;
-    let progress = Progress::begin("diagnose", cohort.people.len());
-    let diagnosis = diagnose_with_progress(&cohort, &config(args)?, args.seed, &|_, _| {
-        progress.advance("people");
-    })
-    .context("the diagnosis")?;
+    let runs = 1 + usize::from(without.is_some());
+    let progress = Progress::begin("diagnose", runs * judged.cohort.people.len());
+    let config = config(args)?;
+    let run = |cohort: &Cohort, plants: &dyn Plants| {
+        let told = |_, _| progress.advance("people");
+        diagnose_plant(cohort, plants, &config, args.seed, &told).context("the diagnosis")
+    };
+    let mut diagnosis = run(&judged.cohort, judged.plants.as_ref())?;
+    diagnosis.notes = judged.notes;
+    if let Some(network) = &without {
+        let same = included(&judged.cohort, &diagnosis);
+        diagnosis.absorbed = Absorbed::between(&run(&same, network)?, &diagnosis);
+        if diagnosis.absorbed.is_none() {
+            diagnosis.notes.push(
+                "Not everybody could be diagnosed without the residual, so that nothing is said of what \
+                 it absorbed."
+                    .to_owned(),
+            );
+        }
+    }
     output.write_json("diagnosis.json", &diagnosis)?;
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;
@@ -53,6 +76,13 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
         place.join("report.html").display()
     ));
     Ok(())
+}
+
+/// The people who were diagnosed.
+fn included(cohort: &Cohort, diagnosis: &Diagnosis) -> Cohort {
+    let people = cohort.people.iter().zip(&diagnosis.people);
+    let included = people.filter(|(_, summary)| summary.excluded.is_none());
+    Cohort { people: included.map(|(person, _)| person.clone()).collect() }
 }
 
 /// The answer in a few words.

@@ -9,6 +9,7 @@ use cohort::{Cohort, MassBalance, findings};
 use crate::cli::{
     DiagnoseArgs, EvaluateArgs, PipelineArgs, Profile, ReportArgs, TrainArgs, TwinArgs, VerifyArgs,
 };
+use crate::diagnosed::ODE;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::note;
@@ -136,7 +137,8 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
 
     let diagnose = DiagnoseArgs {
         cohort,
-        model: "ode".to_owned(),
+        model: ODE.to_owned(),
+        population: None,
         out: at(Stage::Diagnose),
         seed: args.seed,
         thresholds: None,

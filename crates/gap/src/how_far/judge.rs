@@ -77,6 +77,8 @@ pub(super) enum Floor {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct HeldOut<'a> {
     pub(super) observations: &'a Observations,
+    /// The person's model, with whatever factors.
+    pub(super) model: &'a AugmentedModel,
     pub(super) block: &'a Range<usize>,
     /// First steps of the whole days in the block.
     pub(super) whole_days: &'a [usize],
@@ -98,7 +100,7 @@ impl HeldOut<'_> {
         course: &mut Course,
         floor: Floor,
     ) -> Result<Vec<(usize, Day)>, GapError> {
-        let model = model(self.observations, &candidate.fit.factors, self.config);
+        let model = model(self.model, &candidate.fit.factors);
         let amplitudes = &candidate.fit.amplitudes;
         let seen = self.seen();
         let mut modulations = drivers::modulations(candidate.drivers, amplitudes, course, |_| true);
@@ -381,8 +383,10 @@ mod tests {
             ..DiagnosisConfig::working()
         };
         let rule = HowFarRule { every: 288, ..HowFarRule::working() };
+        let person_model = sample::model(observations.weight);
         let held_out = HeldOut {
             observations: &observations,
+            model: &person_model,
             block: &BLOCK,
             whole_days: &[],
             config: &config,
@@ -470,15 +474,17 @@ mod tests {
             scale: 1.0,
         };
         let (config, rule) = (DiagnosisConfig::working(), HowFarRule::working());
+        let person_model = sample::model(observations.weight);
         let held_out = HeldOut {
             observations: &observations,
+            model: &person_model,
             block: &BLOCK,
             whole_days: &[],
             config: &config,
             rule: &rule,
         };
         let candidate = Candidate { fit: &fit, drivers: &drivers, hidden: None };
-        let model = model(&observations, &fit.factors, &config);
+        let model = model(&person_model, &fit.factors);
         let known = vec![Modulation::NEUTRAL; person.record.len()];
         let runner = Runner {
             held_out: &held_out,

@@ -1,10 +1,9 @@
 //! A plant on which effects act: the step index goes along with the state.
 
 use effects::Modulation;
-use ode_sim::OdeError;
-use physiology::{Compartment, MgPerDl, NonFinite, Plant, States, StepInput};
+use physiology::{MgPerDl, NonFinite, Plant, States, StepInput};
 
-use crate::augmented::{AugmentedModel, AugmentedState};
+use crate::augmented::{AugmentedModel, AugmentedState, not_finite};
 use crate::observations::within_sensor_range;
 
 /// The filter's model under the modulations of a record.
@@ -60,7 +59,8 @@ impl Plant for ModulatedPlant<'_> {
     type State = ModulatedState;
 
     fn step(&self, state: &ModulatedState, input: &StepInput) -> Result<ModulatedState, NonFinite> {
-        let following = stepped(self.model, &state.state, input, self.modulation(state.step))?;
+        let modulation = self.modulation(state.step);
+        let following = self.model.step(&state.state, input, modulation).map_err(not_finite)?;
         Ok(ModulatedState { step: state.step + 1, state: following })
     }
 
@@ -70,21 +70,8 @@ impl Plant for ModulatedPlant<'_> {
     }
 
     fn report(&self, state: &ModulatedState) -> States {
-        self.model.plant().report(&state.state.body)
+        self.model.report(&state.state)
     }
-}
-
-fn stepped(
-    model: &AugmentedModel,
-    state: &AugmentedState,
-    input: &StepInput,
-    modulation: &Modulation,
-) -> Result<AugmentedState, NonFinite> {
-    // The Euler step has no other way to fail than a state that is not finite.
-    model.step(state, input, modulation).map_err(|error| match error {
-        OdeError::NonFinite { compartment } => NonFinite { compartment },
-        _ => NonFinite { compartment: Compartment::Q1 },
-    })
 }
 
 #[cfg(test)]

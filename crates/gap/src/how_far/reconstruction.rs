@@ -105,12 +105,13 @@ impl<'a> Linear<'a> {
     /// As [`filter`].
     pub(super) fn new(
         observations: &Observations,
+        person: &AugmentedModel,
         range: &Range<usize>,
         modulations: &[Modulation],
         fit: &'a Fit,
         config: &DiagnosisConfig,
     ) -> Result<Self, GapError> {
-        let model = model(observations, &fit.factors, config);
+        let model = model(person, &fit.factors);
         let record = stretch(observations, range, modulations);
         let filtered = filter(&model, &record)?;
         let trusted = observations.trusted(config.calibration.dose_memory);

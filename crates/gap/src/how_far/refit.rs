@@ -5,7 +5,7 @@ use std::ops::Range;
 use effects::{Course, Modulation};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
-use ode_sim::{EgpMode, OdeParameters};
+use ode_sim::OdeParameters;
 use physiology::Plant;
 
 use super::drivers::{self, Driver};
@@ -47,6 +47,8 @@ pub(super) struct Fit {
 #[derive(Debug, Clone)]
 pub(super) struct Training<'a> {
     pub(super) observations: &'a Observations,
+    /// The person's model, with whatever factors.
+    pub(super) model: &'a AugmentedModel,
     /// Stretches of training steps; the filter starts anew in each.
     pub(super) stretches: Vec<Range<usize>>,
     pub(super) drivers: Vec<Driver<'a>>,
@@ -74,15 +76,10 @@ pub(super) struct Equations {
     pub(super) by_day: Vec<f64>,
 }
 
-/// The model of a person with some factors.
-pub(super) fn model(
-    observations: &Observations,
-    factors: &PersonalFactors,
-    config: &DiagnosisConfig,
-) -> AugmentedModel {
+/// The model of a person with some factors; `person` is it with any.
+pub(super) fn model(person: &AugmentedModel, factors: &PersonalFactors) -> AugmentedModel {
     let parameters = factors.applied_to(&OdeParameters::nominal());
-    let egp: EgpMode = config.production.into();
-    AugmentedModel::new(parameters, observations.weight, egp, config.noise)
+    person.with_parameters(|_| parameters)
 }
 
 /// A stretch of a record under modulations of the whole record.
@@ -120,7 +117,7 @@ impl Training<'_> {
         let steps = self.observations.len();
         let effects = fit.amplitudes.len();
         let columns = FACTORS + effects;
-        let model = model(self.observations, &fit.factors, config);
+        let model = model(self.model, &fit.factors);
         let (modulations, slopes) = if effects == 0 {
             (Vec::new(), Vec::new())
         } else {
@@ -364,10 +361,11 @@ mod tests {
             let course = course(person, vec![120.0; person.record.len()]);
             let drivers = vec![Driver::new(exercise.as_ref(), 0, &course)];
             let stretches = vec![0..576, 1152..1728];
+            let model = &sample::model(observations.weight);
+            let (observations, whole) = (&observations, &course);
             let glucose = course.glucose.clone();
-            let whole = &course;
             let mut training =
-                Training { observations: &observations, stretches, drivers, whole, glucose };
+                Training { observations, model, stretches, drivers, whole, glucose };
             let mut fit = Fit {
                 factors: PersonalFactors::default(),
                 amplitudes: vec![0.5],

@@ -7,14 +7,19 @@ use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 use crate::augmented::AugmentedModel;
 use crate::noise::NoiseModel;
 
+/// The working filter with the nominal parameters.
+pub(super) fn model(weight: Kilograms) -> AugmentedModel {
+    let noise = NoiseModel::working();
+    AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise)
+}
+
 /// Midnight to midnight, some days long; lows come up.
 pub(super) fn person(days: usize) -> Person {
     let steps = 288 * days;
     let start = "2024-03-04T00:00:00".parse().expect("a literal time");
     let mut record = Record::new(start, steps).expect("on the grid");
     let weight = Kilograms(76.3);
-    let noise = NoiseModel::working();
-    let model = AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+    let model = model(weight);
     let basal = UnitsPerHour(1.0);
     let (mut state, _) = model.start(basal, MgPerDl(130.0));
     for step in 0..steps {

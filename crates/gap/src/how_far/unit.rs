@@ -53,6 +53,7 @@ impl<'a> Unit<'a> {
             folds: &subject.folds,
             training: Training {
                 observations: subject.input.observations,
+                model: &calibration.model,
                 stretches: subject.folds.training(fold),
                 drivers: subject.drivers.clone(),
                 whole: &subject.course,
@@ -136,6 +137,7 @@ impl Unit<'_> {
         }
         let mut training = Training {
             observations: self.training.observations,
+            model: self.training.model,
             stretches: self.training.stretches.clone(),
             drivers,
             whole: self.training.whole,
@@ -190,7 +192,7 @@ impl Unit<'_> {
             &training.course(),
             |_| true,
         );
-        Linear::new(training.observations, range, &modulations, &self.after, config)
+        Linear::new(training.observations, training.model, range, &modulations, &self.after, config)
     }
 
     /// The unit's days, judged with both fits, and with hidden changes reconstructed where there are.
@@ -210,6 +212,7 @@ impl Unit<'_> {
         let Some(block) = self.folds.held_out(self.fold) else { return Ok(judged) };
         let held_out = HeldOut {
             observations: self.training.observations,
+            model: self.training.model,
             whole_days: &self.folds.whole_days(&block),
             block: &block,
             config,

@@ -51,7 +51,8 @@ pub(super) struct StepSlopes<'a> {
 }
 
 impl<'a> StepSlopes<'a> {
-    /// Of the step from `state` to `following`; `None` where a difference has to be taken.
+    /// Of the step from `state` to `following`; `None` where a difference has to be taken, as for any body
+    /// but the ODE.
     pub(super) fn of(
         model: &'a AugmentedModel,
         state: &'a AugmentedState,
@@ -61,7 +62,7 @@ impl<'a> StepSlopes<'a> {
     ) -> Option<Self> {
         let body = &state.body;
         let moving = body.exercise != ExerciseMemory::Rest || input.exercise.is_some();
-        if moving || !body.rescue.is_empty() || input.rescue.amount.0 != 0.0 {
+        if !model.is_ode() || moving || !body.rescue.is_empty() || input.rescue.amount.0 != 0.0 {
             return None;
         }
         let Acting { plant, input: acting, lag_decay, .. } = model.acting(state, input, modulation);

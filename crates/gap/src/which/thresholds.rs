@@ -28,6 +28,8 @@ const ROOM: f64 = 1.15;
 /// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
 /// would set that of its effect.
 const ALARMS: f64 = 0.025;
+/// How much more evidence is asked of a plant that is not the ODE, on which thresholds were fixed.
+const OTHER_PLANTS: f64 = 3.0;
 /// Temperature of the probabilities, nats.
 const TEMPERATURE: f64 = 1.5;
 
@@ -106,6 +108,22 @@ impl Thresholds {
             _ => return None,
         };
         serde_json::from_str(text).ok()
+    }
+
+    /// These thresholds for a plant on which they were not fixed: all of them multiplied by a factor, which
+    /// stands in `source`. False alarms are not calibrated for such a plant.
+    #[must_use]
+    pub fn for_other_plants(self) -> Self {
+        let wider = |t: Threshold| Threshold { nats: OTHER_PLANTS * t.nats, ..t };
+        Self {
+            source: format!(
+                "{}; fixed for the ODE plant, here times {OTHER_PLANTS} for another plant",
+                self.source
+            ),
+            by_name: self.by_name.into_iter().map(|(name, t)| (name, wider(t))).collect(),
+            other: wider(self.other),
+            temperature: OTHER_PLANTS * self.temperature,
+        }
     }
 
     /// Thresholds that hardly a cohort of `nulls` reaches, in which nothing is missing.

@@ -1,5 +1,6 @@
 //! End-to-end tests on people made here with the ODE plant, and on open data.
 
+mod body;
 mod calibration;
 mod filter;
 mod how_far;

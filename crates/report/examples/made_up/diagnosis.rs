@@ -31,13 +31,24 @@ const PORTS: [(&str, f64, f64, &[&str]); 9] = [
     ("sensor", -1.1, 0.0, &[]),
 ];
 
+/// What made-up residual networks have absorbed.
+fn absorbed() -> Value {
+    json!({"without": "network", "verdict_without": "effect",
+        "found_without": ["dawn", "exercise"],
+        "effects": [
+            {"effect": "dawn", "evidence_before": 88.0, "evidence_after": 31.2, "share": 0.65},
+            {"effect": "exercise", "evidence_before": 10.0, "evidence_after": 12.4, "share": -0.24},
+            {"effect": "alcohol", "evidence_before": 1.0, "evidence_after": 0.2, "share": null}],
+        "baseline": [{"minutes": 60, "mae_before": 16.1, "mae_after": 14.5}]})
+}
+
 /// A diagnosis with the verdict `effect`, `unknown`, `none`, or `where` for one that sought none.
 pub(crate) fn diagnosis(verdict: &str) -> Value {
     let error = |value: f64| json!({"value": value, "lower": 0.9 * value, "upper": 1.1 * value});
     let seeks = verdict != "where";
     let finds = verdict == "effect";
     json!({"schema": "diagnosis/1", "stage": if seeks { "which" } else { "where" },
-        "verdict": if seeks { verdict } else { "unknown" }, "plant": "ode",
+        "verdict": if seeks { verdict } else { "unknown" }, "plant": "ode", "notes": [],
         "effects": if finds { effects() } else { json!([]) },
         "candidates": if seeks { candidates(verdict) } else { json!([]) },
         "untried": if seeks { json!([
@@ -48,6 +59,7 @@ pub(crate) fn diagnosis(verdict: &str) -> Value {
         "where": if verdict == "none" { json!([]) } else { cells() },
         "how_far": if finds { how_far() } else { json!({"horizons": [], "outcomes": []}) },
         "power": if seeks { power() } else { json!([]) },
+        "absorbed": if finds { absorbed() } else { Value::Null },
         "baseline": [
             {"minutes": 60, "mae": error(14.5), "rmse": error(20.1), "bias": error(1.2)},
             {"minutes": 300, "mae": error(30.4), "rmse": error(41.7), "bias": error(3.8)}],

@@ -79,6 +79,7 @@ fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
             parts.extend(shrinks(diagnosis));
         }
     }
+    parts.extend(diagnosis.notes.iter().cloned());
     parts
 }
 

@@ -46,6 +46,53 @@ pub struct Diagnosis {
     /// The plant that was diagnosed.
     #[serde(default)]
     pub plant: Option<String>,
+    /// What has to be known to read the answer for this plant.
+    #[serde(default, deserialize_with = "entries")]
+    pub notes: Vec<String>,
+    /// What residual networks have absorbed, for twins.
+    #[serde(default, deserialize_with = "lenient")]
+    pub absorbed: Option<Absorbed>,
+}
+
+/// Evidence and errors with residual networks and without.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Absorbed {
+    /// Effects named without the residual networks.
+    #[serde(default, deserialize_with = "entries")]
+    pub found_without: Vec<String>,
+    /// Evidence by effect.
+    #[serde(default, deserialize_with = "entries")]
+    pub effects: Vec<AbsorbedEffect>,
+    /// Errors by horizon.
+    #[serde(default, deserialize_with = "entries")]
+    pub baseline: Vec<AbsorbedError>,
+}
+
+/// Evidence for one effect.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct AbsorbedEffect {
+    /// Its name.
+    pub effect: String,
+    /// Without the residual networks, nats.
+    #[serde(default, deserialize_with = "lenient")]
+    pub evidence_before: Option<f64>,
+    /// With them, nats.
+    #[serde(default, deserialize_with = "lenient")]
+    pub evidence_after: Option<f64>,
+    /// Share that is gone.
+    #[serde(default, deserialize_with = "lenient")]
+    pub share: Option<f64>,
+}
+
+/// Mean absolute error at one horizon, mg/dL.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct AbsorbedError {
+    /// Horizon, min.
+    pub minutes: u32,
+    /// Without the residual networks.
+    pub mae_before: f64,
+    /// With them.
+    pub mae_after: f64,
 }
 
 impl Diagnosis {

@@ -112,6 +112,25 @@ fn a_card_says_what_a_reader_asks() {
 }
 
 #[test]
+fn what_residual_networks_absorbed_is_said_by_effect() {
+    let html = diagnosis_page("effect", &[("/notes", json!(["Not calibrated for this plant."]))]);
+    assert!(verdict_of(&html).contains("Not calibrated for this plant."));
+    let (_, section) = html.split_once("<section id=\"absorbed\">").expect("a section");
+    let (section, _) = section.split_once("</section>").expect("it ends");
+    for words in [
+        "Without the residual the answer is dawn phenomenon and glucose uptake during exercise.",
+        "<tr class=\"bold\"><td class=\"short\">dawn phenomenon</td><td class=\"number\">88.0</td>\
+         <td class=\"number\">31.2</td><td class=\"number\">65\u{a0}%</td></tr>",
+        "\u{2212}24\u{a0}%",
+        "<td class=\"number\">16.1</td><td class=\"number\">14.5</td>",
+    ] {
+        assert!(section.contains(words), "{words}: {section}");
+    }
+    let html = diagnosis_page("none", &[]);
+    assert!(!html.contains("<section id=\"absorbed\">"));
+}
+
+#[test]
 fn candidates_stand_by_gain_with_the_untried_below() {
     let html = diagnosis_page("effect", &[]);
     let place = |words: &str| html.find(words).unwrap_or_else(|| panic!("{words}"));

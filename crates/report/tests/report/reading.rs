@@ -4,12 +4,13 @@ use report::{DISCLAIMER, Inputs, Part, render};
 use serde_json::Value;
 
 /// Anchors of all sections, in reading order.
-pub(crate) const SECTIONS: [&str; 21] = [
+pub(crate) const SECTIONS: [&str; 22] = [
     "verdict",
     "data-quality",
     "which",
     "how-far",
     "tried",
+    "absorbed",
     "ports",
     "where",
     "targets",
