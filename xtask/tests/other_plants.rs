@@ -74,6 +74,11 @@ fn linear_rates(compartment: Compartment) -> (Vec<f64>, f64) {
 
 /// The linear rates as networks: a ReLU of a sum less that of its opposite is the sum.
 fn population() -> PopulationModel {
+    population_scaling(centre_and_scale(Signal::Carbs))
+}
+
+/// The same, told that carbohydrate was scaled in another way.
+fn population_scaling(carbs: CentreAndScale) -> PopulationModel {
     let wiring = Wiring::paper();
     let networks = PerCompartment::from_fn(|compartment| {
         let (slopes, constant) = linear_rates(compartment);
@@ -90,8 +95,7 @@ fn population() -> PopulationModel {
         HiddenLayerNetwork::new(inputs, w1, vec![bias, -bias], vec![1.0, -1.0], 0.0).expect("fits")
     });
     let states = PerCompartment::from_fn(|c| centre_and_scale(Signal::State(c)));
-    let inputs = [Signal::Insulin, Signal::Carbs].map(centre_and_scale);
-    let scaler = Scaler::new(states, inputs[0], inputs[1]).expect("positive");
+    let scaler = Scaler::new(states, centre_and_scale(Signal::Insulin), carbs).expect("positive");
     let card = ModelCard {
         origin: "written down for a test".to_owned(),
         version: "0".to_owned(),
@@ -103,7 +107,8 @@ fn population() -> PopulationModel {
 
 /// A twin whose residual network adds `rate` scaled units of Q1 a minute times the cosine of the hour.
 fn twin(person: &str, population: &Arc<PopulationModel>, rate: f64, days: Option<usize>) -> Twin {
-    let shapes = [(INPUTS, HIDDEN[0]), (HIDDEN[0], HIDDEN[1]), (HIDDEN[1], HIDDEN[2]), (HIDDEN[2], 1)];
+    let shapes =
+        [(INPUTS, HIDDEN[0]), (HIDDEN[0], HIDDEN[1]), (HIDDEN[1], HIDDEN[2]), (HIDDEN[2], 1)];
     let mut w: Vec<Vec<f64>> = shapes.iter().map(|(i, o)| vec![0.0; i * o]).collect();
     let b: Vec<Vec<f64>> = shapes.iter().map(|(_, o)| vec![0.0; *o]).collect();
     // Units 0 and 1 carry the cosine (input 7) and its opposite through every layer.
@@ -214,12 +219,18 @@ fn a_network_is_diagnosed_and_says_what_its_thresholds_are() {
     assert!(diagnosis.get("absorbed").is_none());
     // A network near the ODE errs about as much as the ODE does, and follows the person.
     let ode = xtask(&[
-        "diagnose", "--cohort", text(&made.at("cohort")), "--out", text(&made.at("ode")), "-q",
+        "diagnose",
+        "--cohort",
+        text(&made.at("cohort")),
+        "--out",
+        text(&made.at("ode")),
+        "-q",
     ]);
     assert!(ode.status.success());
     let ode = fs::read(made.at("ode/diagnosis.json")).expect("written");
     let ode: Value = serde_json::from_slice(&ode).expect("JSON");
-    let mae = |diagnosis: &Value| diagnosis["baseline"][0]["mae"]["value"].as_f64().expect("a number");
+    let mae =
+        |diagnosis: &Value| diagnosis["baseline"][0]["mae"]["value"].as_f64().expect("a number");
     let (own, other) = (mae(&diagnosis), mae(&ode));
     assert!((0.5..1.6).contains(&(own / other)), "{own} against {other} mg/dL an hour ahead");
     assert!(ode.get("notes").is_none() && ode.get("absorbed").is_none(), "the ODE has no new keys");
@@ -283,7 +294,7 @@ fn models_that_cannot_be_diagnosed_are_refused_in_words() {
     fs::copy(made.at("twin/twins/P01.safetensors"), made.at("alone/P01.safetensors"))
         .expect("copied");
     made.refused("alone", &[], &["population.safetensors", "--population"]);
-    let other = population().with_clamp(GlucoseClamp::Reproduction);
+    let other = population_scaling(CentreAndScale { centre: 0.0, scale: 2.0 });
     fs::write(made.at("other"), other.to_safetensors()).expect("writable");
     let named = made.at("other");
     made.refused("alone", &["--population", text(&named)], &["trained on the population model"]);
