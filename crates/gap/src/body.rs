@@ -1,6 +1,6 @@
 //! Bodies other than the ODE inside the filter, and where calibration and effects act on them.
 //!
-//! The filter keeps its thirteen states for every plant. A [`Body`] tells the rates of the ten compartments; it
+//! The filter keeps its states for every plant. A [`Body`] tells the rates of the ten compartments; it
 //! needs no parameters. What is personal, and what effects change, acts at its *ports*: a factor on a time
 //! of absorption slows the compartments of the depot, a factor on insulin action multiplies the insulin that
 //! the networks of X1 and X2 see, production is a flux into Q1. The factors are those of
