@@ -325,3 +325,17 @@ fn a_person_is_followed_and_calibrated_alike() {
         assert!(distance < 2.0, "{factor:?}: {distance} posterior standard deviations");
     }
 }
+
+/// A plant on which thresholds were not fixed has to show more, and the output says so.
+#[test]
+fn thresholds_of_other_plants_are_wider_and_say_so() {
+    let working = gap::Thresholds::working();
+    let wider = working.clone().for_other_plants();
+    for name in effects::names() {
+        let (a, b) = (working.of(name), wider.of(name));
+        assert!(b.nats > a.nats || b.nats >= 60.0, "{name}: {} against {}", b.nats, a.nats);
+        assert_eq!(a.person_days, b.person_days, "{name}");
+    }
+    assert!(wider.other.nats > working.other.nats);
+    assert!(wider.source.contains("fixed for the ODE plant, here times"), "{}", wider.source);
+}
