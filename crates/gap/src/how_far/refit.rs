@@ -364,8 +364,7 @@ mod tests {
             let model = &sample::model(observations.weight);
             let (observations, whole) = (&observations, &course);
             let glucose = course.glucose.clone();
-            let mut training =
-                Training { observations, model, stretches, drivers, whole, glucose };
+            let mut training = Training { observations, model, stretches, drivers, whole, glucose };
             let mut fit = Fit {
                 factors: PersonalFactors::default(),
                 amplitudes: vec![0.5],
