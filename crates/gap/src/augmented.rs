@@ -325,7 +325,7 @@ impl AugmentedModel {
     pub fn with_lag(&self, factor: f64) -> Self {
         let interstitial_lag = self.noise.interstitial_lag * factor;
         let noise = NoiseModel { interstitial_lag, ..self.noise };
-        Self { noise, lag_decay: noise.lag_decay(), ..*self }
+        Self { noise, lag_decay: noise.lag_decay(), ..self.clone() }
     }
 
     /// The noise settings.
