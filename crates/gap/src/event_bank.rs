@@ -68,17 +68,45 @@ impl HiddenEvents {
             .collect();
     }
 
-    /// Scores every event against the residuals that `left` gives for its effect, with their weights.
-    pub(crate) fn banks(self, left: impl Fn(usize) -> Vec<f64>, weights: &[f64]) -> Vec<EventBank> {
+    /// Scores every event against what the background that `beside` gives for its effect leaves of the residuals.
+    pub(crate) fn banks<'a>(
+        self,
+        beside: impl Fn(usize) -> Beside<'a>,
+        weights: &[f64],
+    ) -> Vec<EventBank> {
         let Self { effects, fields, answers } = self;
         effects
             .into_iter()
             .filter_map(|(effect, shape)| {
                 let place = fields.iter().position(|known| known.field == shape.field)?;
                 let answers = answers.get(place)?;
-                Some(bank(effect, shape, &fields[place], answers, &left(effect), weights))
+                Some(bank(effect, shape, &fields[place], answers, &beside(effect), weights))
             })
             .collect()
+    }
+}
+
+/// What is allowed for beside an event: constant directions, fitted to the whole record.
+pub(crate) struct Beside<'a> {
+    /// What they leave of the residuals.
+    pub(crate) left: Vec<f64>,
+    /// Their signatures.
+    pub(crate) signatures: Vec<&'a [f32]>,
+    /// The factor L of their information, prior included, row by row: the lower triangle of (directions, directions).
+    pub(crate) factor: Vec<Vec<f64>>,
+}
+
+impl Beside<'_> {
+    /// Information about an event that they take: `signature`, weighted, from step `start` on.
+    fn takes(&self, start: usize, weighted: &[f64]) -> f64 {
+        let mut solved: Vec<f64> = Vec::with_capacity(self.factor.len());
+        for (signature, row) in self.signatures.iter().zip(&self.factor) {
+            let shared: f64 =
+                weighted.iter().zip(&signature[start..]).map(|(a, b)| a * f64::from(*b)).sum();
+            let before: f64 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
+            solved.push((shared - before) / row[solved.len()]);
+        }
+        solved.iter().map(|x| x * x).sum()
     }
 }
 
@@ -146,9 +174,12 @@ fn bank(
     shape: EventShape,
     lanes: &PulseLanes,
     answers: &[Vec<f32>],
-    residuals: &[f64],
+    beside: &Beside<'_>,
     weights: &[f64],
 ) -> EventBank {
+    let residuals = &beside.left;
+    // A sensor's errors are short, and the background does not answer to them.
+    let answers_back = lanes.pulse > 1;
     let profiles: Vec<Vec<f64>> = shape.profiles.iter().map(|p| lanes.pulses(p)).collect();
     let longest = profiles.iter().map(Vec::len).max().unwrap_or(0);
     let mut signature = vec![0.0; longest * lanes.pulse + lanes.reach];
@@ -180,11 +211,16 @@ fn bank(
                         }
                     }
                     let (mut information, mut score) = (0.0, 0.0);
-                    for (value, step) in signature.iter().zip(start..end) {
-                        information += weights[step] * value * value;
-                        score -= weights[step] * value * residuals[step];
+                    for (value, step) in signature.iter_mut().zip(start..end) {
+                        let weighted = weights[step] * *value;
+                        information += weighted * *value;
+                        score -= weighted * residuals[step];
+                        *value = weighted;
                     }
-                    EventScore { information, score }
+                    if answers_back {
+                        information -= beside.takes(start, &signature[..end - start]);
+                    }
+                    EventScore { information: information.max(0.0), score }
                 })
                 .collect(),
         );
@@ -232,7 +268,9 @@ mod tests {
             let residuals: Vec<f64> = (0..steps).map(|k| (0.7 * k as f64).sin()).collect();
             let weights: Vec<f64> =
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
-            let bank = bank(0, shape, &lanes, &answers, &residuals, &weights);
+            let beside =
+                Beside { left: residuals.clone(), signatures: Vec::new(), factor: Vec::new() };
+            let bank = bank(0, shape, &lanes, &answers, &beside, &weights);
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
             for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
                 let onset = bank.onsets[place];

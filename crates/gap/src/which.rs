@@ -36,6 +36,7 @@ use crate::config::DiagnosisConfig;
 use crate::course::course;
 use crate::design::{Column, Design, EventBank, design};
 use crate::error::GapError;
+use crate::event_bank::Beside;
 use crate::how_far::PersonInput;
 use crate::observations::Observations;
 
@@ -403,10 +404,10 @@ impl Round {
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
                 let hidden = std::mem::take(&mut design.events);
-                let left = |effect: usize| {
-                    left_by_background(&design, &statistics, library[effect].card().name)
-                };
-                let events = hidden.banks(left, &design.weights);
+                let events = hidden.banks(
+                    |effect| beside(&design, &statistics, library[effect].card().name),
+                    &design.weights,
+                );
                 let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
                 let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
                 // The largest parts of a person, and summed up.
@@ -712,11 +713,11 @@ impl Round {
     }
 }
 
-/// The residuals once every constant direction of the background has taken its share: a hidden event must not be
-/// made of what every meal or every low of a person shows.
+/// The constant directions of the background beside a hidden event, which must not be made of what every meal or
+/// every low of a person shows.
 ///
-/// Directions that are what the effect itself would change are left alone.
-fn left_by_background(design: &Design, statistics: &Statistics, effect: &str) -> Vec<f64> {
+/// Directions that are what the effect itself would change are left out.
+fn beside<'a>(design: &'a Design, statistics: &Statistics, effect: &str) -> Beside<'a> {
     let columns = statistics.columns.iter().enumerate();
     let allowed: Vec<Allowed> = columns
         .filter_map(|(column, stands_for)| match stands_for {
@@ -726,14 +727,15 @@ fn left_by_background(design: &Design, statistics: &Statistics, effect: &str) ->
             _ => None,
         })
         .collect();
-    let all = Folds { days: statistics.days.len(), tests: statistics.folds.clone() };
+    let (fitted, factor) = held_out::fitted_to_all(&statistics.folds, &allowed);
     let mut left = design.residuals.clone();
-    for (allowed, value) in allowed.iter().zip(held_out::background(&all, &allowed)) {
+    for (allowed, value) in allowed.iter().zip(fitted) {
         for (rest, signature) in left.iter_mut().zip(&design.signatures[allowed.column]) {
             *rest += value * f64::from(*signature);
         }
     }
-    left
+    let signatures = allowed.iter().map(|a| design.signatures[a.column].as_slice()).collect();
+    Beside { left, signatures, factor }
 }
 
 /// Whether a direction of the background is what an effect itself would change.

@@ -361,20 +361,17 @@ mod tests {
     const BLOCK: Range<usize> = 864..1152;
     const HORIZONS: [usize; 4] = [6, 60, 200, 287];
 
-    /// Absolute errors of the run that starts with the block, by horizon, under two effects that read
-    /// glucose.
+    /// Absolute errors of the run that starts with the block, by horizon, under an effect that reads glucose.
     fn errors(person: &Person) -> Vec<f64> {
         let observations = Observations::from_person(person).expect("a good record");
         let mut course = course(person, vec![100.0; person.record.len()]);
-        course.glucose[10] = 60.0; // a low, so that the rescue has a form
-        let found = ["exercise", "unlogged_rescue_carbs"]
-            .map(|n| effects::find(n).expect("in the library"));
+        let found = ["exercise"].map(|n| effects::find(n).expect("in the library"));
         let drivers: Vec<Driver<'_>> =
             found.iter().map(|effect| Driver::new(effect.as_ref(), 0, &course)).collect();
         assert!(drivers.iter().all(|driver| driver.signalled && driver.reads_glucose));
         let fit = Fit {
             factors: PersonalFactors::default(),
-            amplitudes: vec![1.0, 1.0],
+            amplitudes: vec![1.0],
             autoregression: Autoregression::WHITE,
             scale: 1.0,
         };

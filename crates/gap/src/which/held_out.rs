@@ -442,6 +442,26 @@ pub(super) fn background(folds: &Folds, allowed: &[Allowed]) -> Vec<f64> {
     trial.fitted(None).background
 }
 
+/// Allowed directions fitted to the days of all folds, and the factor L of their information with the prior: the
+/// rows of its lower triangle.
+pub(super) fn fitted_to_all(folds: &[Sums], allowed: &[Allowed]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let sum = |row: usize, column: usize| -> f64 { folds.iter().map(|s| s.a[(row, column)]).sum() };
+    let n = allowed.len();
+    let system = Mat::from_fn(n, n, |i, j| {
+        let prior = if i == j { allowed[i].sd.powi(-2) } else { 0.0 };
+        if j > i { 0.0 } else { prior + sum(allowed[i].column, allowed[j].column) }
+    });
+    let right = Mat::from_fn(n, 1, |i, _| {
+        let score: f64 = folds.iter().map(|s| s.b[allowed[i].column]).sum();
+        score + allowed[i].mean * allowed[i].sd.powi(-2)
+    });
+    let factor =
+        system.llt(Side::Lower).expect("a Gram matrix plus the precision of a proper prior");
+    let solved = factor.solve(&right);
+    let rows = (0..n).map(|i| (0..=i).map(|j| factor.L()[(i, j)]).collect()).collect();
+    ((0..n).map(|i| solved[(i, 0)]).collect(), rows)
+}
+
 /// Information about two directions once what is allowed for is profiled out.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Profiled {
