@@ -20,11 +20,14 @@ pub(super) struct UnknownEvents {
     field: Field,
     /// What an event adds to the field; the opposite is tried too.
     change: f64,
-    hours: usize,
+    /// How long it may last.
+    hours: &'static [usize],
 }
 
-/// Share of an event in which it rises.
-const RISE: f64 = 0.3;
+/// Shares of an event in which it may rise.
+const RISES: [f64; 2] = [0.3, 0.08];
+/// Onsets are tried this many steps apart.
+const APART: usize = 4;
 
 /// Every kind of unexplained event, as effects.
 pub(super) fn unknown_events() -> Vec<Box<dyn Effect>> {
@@ -51,19 +54,23 @@ impl Effect for UnknownEvents {
     }
 
     fn form(&self, course: &Course) -> Option<Form> {
-        let length = self.hours * STEPS_PER_HOUR;
         // Fast up and slowly down, as most things that happen to a body are.
-        let profile = (0..length)
-            .map(|k| {
-                let share = (k as f64 + 0.5) / length as f64;
-                let x = if share < RISE { share / RISE } else { (1.0 - share) / (1.0 - RISE) };
-                self.change * 0.5 * (1.0 - (std::f64::consts::PI * x).cos())
-            })
-            .collect();
+        let profile = |hours: usize, rise: f64| -> Vec<f64> {
+            let length = hours * STEPS_PER_HOUR;
+            (0..length)
+                .map(|k| {
+                    let share = (k as f64 + 0.5) / length as f64;
+                    let x = if share < rise { share / rise } else { (1.0 - share) / (1.0 - rise) };
+                    self.change * 0.5 * (1.0 - (std::f64::consts::PI * x).cos())
+                })
+                .collect()
+        };
+        let lengths = self.hours.iter();
+        let profiles = lengths.flat_map(|h| RISES.map(|rise| profile(*h, rise))).collect();
         Some(Form::Events(EventShape {
             field: self.field,
-            profiles: vec![profile],
-            onsets: (0..course.len()).collect(),
+            profiles,
+            onsets: (0..course.len()).step_by(APART).collect(),
             per_day: 0.3,
             sizes: vec![(0.5, 0.35), (1.0, 0.35), (1.7, 0.2), (2.5, 0.1)],
         }))

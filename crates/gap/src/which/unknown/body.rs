@@ -10,5 +10,5 @@ pub(super) const KINDS: [UnknownEvents; 1] = [UnknownEvents {
     port: Port::Egp,
     field: Field::Production,
     change: 0.4,
-    hours: 8,
+    hours: &[4, 8],
 }];
