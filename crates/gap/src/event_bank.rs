@@ -124,10 +124,12 @@ struct PulseLanes {
 impl PulseLanes {
     /// Those of a record of so many steps.
     ///
-    /// A sensor's error shows at once and is soon forgotten by the filter; what acts on insulin or production is slow.
+    /// A short error of the sensor shows at once and is soon forgotten by the filter; of a long one the filter makes
+    /// glucose that the plant does not follow. What acts on insulin or production is slow.
     fn of(field: Field, steps: usize) -> Self {
         let (pulse, answer) = match field {
-            Field::SensorGain | Field::SensorOffset | Field::SensorLag => (1, 2 * STEPS_PER_HOUR),
+            Field::SensorOffset | Field::SensorLag => (1, 2 * STEPS_PER_HOUR),
+            Field::SensorGain => (3, 5 * STEPS_PER_HOUR),
             Field::ExtraCarbs | Field::Flux | Field::CarbAmount => (3, 6 * STEPS_PER_HOUR),
             _ => (6, 6 * STEPS_PER_HOUR),
         };
@@ -178,7 +180,7 @@ fn bank(
     weights: &[f64],
 ) -> EventBank {
     let residuals = &beside.left;
-    // A sensor's errors are short, and the background does not answer to them.
+    // The background does not answer to short errors of the sensor.
     let answers_back = lanes.pulse > 1;
     let profiles: Vec<Vec<f64>> = shape.profiles.iter().map(|p| lanes.pulses(p)).collect();
     let longest = profiles.iter().map(Vec::len).max().unwrap_or(0);

@@ -741,7 +741,7 @@ fn beside<'a>(design: &'a Design, statistics: &Statistics, effect: &str) -> Besi
 /// Whether a direction of the background is what an effect itself would change.
 fn rivals(effect: &str, kind: BackgroundKind, name: &str) -> bool {
     match effect {
-        "dawn" => kind == BackgroundKind::Clock,
+        "dawn" | "circadian_sensitivity" => kind == BackgroundKind::Clock,
         "renal_threshold" => name == "shedding",
         "counter_regulation" | "unlogged_rescue_carbs" => name == "defence",
         _ => false,
