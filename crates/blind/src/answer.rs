@@ -119,7 +119,9 @@ impl Answer {
     /// The port with the strongest evidence.
     #[must_use]
     pub fn best_port(&self) -> Option<&PortEvidence> {
-        self.ports.iter().max_by(|a, b| a.gain_nats.total_cmp(&b.gain_nats))
+        self.ports.iter().max_by(|a, b| {
+            a.probability.total_cmp(&b.probability).then(a.gain_nats.total_cmp(&b.gain_nats))
+        })
     }
 
     /// Probability that the diagnosis gives to its own answer, if it states one.

@@ -183,7 +183,9 @@ impl WorldRow {
         top_candidates.sort_by(|a, b| b.gain_nats.total_cmp(&a.gain_nats));
         top_candidates.truncate(KEPT);
         let mut top_ports = answer.ports.clone();
-        top_ports.sort_by(|a, b| b.gain_nats.total_cmp(&a.gain_nats));
+        top_ports.sort_by(|a, b| {
+            b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
+        });
         top_ports.truncate(KEPT);
         Self {
             id: label.id.clone(),

