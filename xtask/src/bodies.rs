@@ -344,7 +344,7 @@ mod tests {
         let networks = initial_networks(&wiring, &Widths::quick(), 1.0, 5);
         let known = population(GlucoseClamp::Off);
         let card = known.card().clone();
-        let scaler = known.scaler().clone();
+        let scaler = *known.scaler();
         let model = PopulationModel::new(wiring, networks, scaler, GlucoseClamp::Off, card);
         let error = check_wiring(&model.expect("fits")).expect_err("X1 does not see Q1");
         assert!(error.to_string().starts_with("network X1 of the model sees Q1"), "{error}");

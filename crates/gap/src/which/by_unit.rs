@@ -262,10 +262,12 @@ fn likelihood(gram: &Mat<f64>, score: &Mat<f64>, spread: f64) -> f64 {
     0.5 * variance * explained - logs
 }
 
+/// Log likelihoods of the spreads of [`GRID`] on all days of a person, and without each fold.
+type Likelihoods = (Vec<f64>, Vec<Vec<f64>>);
+
 /// Tests a random effect. `spreads` are those of the background, without the factor that is tested.
 pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence {
-    // By person: likelihoods on all days, and without each fold.
-    let found: Vec<Option<(Vec<f64>, Vec<Vec<f64>>)>> = trials
+    let found: Vec<Option<Likelihoods>> = trials
         .par_iter()
         .map(|trial| {
             let folds = trial.folds(trial.units?, spreads);
