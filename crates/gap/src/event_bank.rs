@@ -98,16 +98,29 @@ pub(crate) struct Beside<'a> {
 
 impl Beside<'_> {
     /// Information about an event that they take: `signature`, weighted, from step `start` on.
-    fn takes(&self, start: usize, weighted: &[f64]) -> f64 {
+    fn takes(&self, start: usize, weighted: &[f32]) -> f64 {
         let mut solved: Vec<f64> = Vec::with_capacity(self.factor.len());
         for (signature, row) in self.signatures.iter().zip(&self.factor) {
-            let shared: f64 =
-                weighted.iter().zip(&signature[start..]).map(|(a, b)| a * f64::from(*b)).sum();
+            let shared = product(weighted, &signature[start..]);
             let before: f64 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
             solved.push((shared - before) / row[solved.len()]);
         }
         solved.iter().map(|x| x * x).sum()
     }
+}
+
+/// Product of two lists in single precision, as both are known; eight sums side by side.
+fn product(a: &[f32], b: &[f32]) -> f64 {
+    let mut sums = [0.0_f32; 8];
+    let n = a.len().min(b.len());
+    let (a, b) = (a[..n].chunks_exact(8), b[..n].chunks_exact(8));
+    let rest: f32 = a.remainder().iter().zip(b.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a.zip(b) {
+        for (sum, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
+            *sum += x * y;
+        }
+    }
+    f64::from(sums.iter().sum::<f32>() + rest)
 }
 
 /// Directions of the pulses of one field.
@@ -185,6 +198,7 @@ fn bank(
     let profiles: Vec<Vec<f64>> = shape.profiles.iter().map(|p| lanes.pulses(p)).collect();
     let longest = profiles.iter().map(Vec::len).max().unwrap_or(0);
     let mut signature = vec![0.0; longest * lanes.pulse + lanes.reach];
+    let mut narrow = Vec::with_capacity(signature.len());
     let (mut onsets, mut known) = (Vec::new(), Vec::new());
     let mut before = None;
     for onset in &shape.onsets {
@@ -220,7 +234,9 @@ fn bank(
                         *value = weighted;
                     }
                     if answers_back {
-                        information -= beside.takes(start, &signature[..end - start]);
+                        narrow.clear();
+                        narrow.extend(signature[..end - start].iter().map(|value| *value as f32));
+                        information -= beside.takes(start, &narrow);
                     }
                     EventScore { information: information.max(0.0), score }
                 })
