@@ -97,7 +97,7 @@ struct UnitLanes {
 /// The linear model of a calibrated person.
 ///
 /// # Errors
-/// As [`signatures`].
+/// As [`signatures`](crate::tangent::signatures).
 pub fn design(
     person: &Person,
     observations: &Observations,
