@@ -8,7 +8,9 @@
 //! one before, an autoregression of order two. A reading is interstitial glucose plus sensor error plus
 //! white noise.
 
-use std::ops::{Add, Mul};
+mod state;
+mod transition;
+
 use std::sync::Arc;
 
 use effects::{Field, Modulation};
@@ -21,20 +23,13 @@ use physiology::{
     Units, UnitsPerHour,
 };
 
+pub use self::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
+use self::transition::Surroundings;
+pub use self::transition::Transition;
+pub(crate) use self::transition::{BodySlopes, Narrow};
 use crate::body::{Body, OtherBody};
 use crate::covariance::Covariance;
 use crate::noise::NoiseModel;
-
-/// Number of augmented states; the first ten are the compartments in the order of [`slot`].
-pub const STATES: usize = 14;
-/// Place of the flux into Q1, mmol/kg/min.
-pub const FLUX: usize = 10;
-/// Place of interstitial glucose, mg/dL.
-pub const INTERSTITIAL: usize = 11;
-/// Place of the sensor error, mg/dL.
-pub const SENSOR: usize = 12;
-/// Place of the sensor error one step before, mg/dL.
-pub const SENSOR_BEFORE: usize = 13;
 
 /// Glucose below which a correction by the filter is cut off; sensors end at 40 mg/dL.
 pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);
@@ -58,206 +53,6 @@ pub(crate) struct Acting {
 /// Share of counter-regulation that is called up at an interstitial glucose.
 pub(crate) fn low_depth(interstitial: MgPerDl) -> f64 {
     ((LOW_GLUCOSE - interstitial.0) / LOW_DEPTH).clamp(0.0, 1.0)
-}
-
-/// The augmented state.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AugmentedState {
-    /// The plant's state.
-    pub body: OdeState,
-    /// Unexplained flux into Q1, mmol/kg/min.
-    pub flux: f64,
-    /// Interstitial glucose.
-    pub interstitial: MgPerDl,
-    /// Sensor error.
-    pub sensor: MgPerDl,
-    /// Sensor error one step before.
-    pub sensor_before: MgPerDl,
-}
-
-/// A 14 x 14 matrix d(state after)/d(state before) with the zeros of the model's structure, which are not stored.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transition([f64; ENTRIES]);
-
-/// Entries that may differ from zero.
-const ENTRIES: usize = 35;
-
-impl Default for Transition {
-    fn default() -> Self {
-        Self([0.0; ENTRIES])
-    }
-}
-
-impl Transition {
-    /// The columns of each row that may differ from zero under forward Euler, in the order S1 S2 I X1
-    /// X2 X3 Q1 Q2 C1 C2, flux, interstitial, sensor, sensor before.
-    pub const NONZERO: [&'static [usize]; STATES] = [
-        &[0],
-        &[0, 1],
-        &[1, 2],
-        &[2, 3],
-        &[2, 4],
-        &[2, 5],
-        &[3, 5, 6, 7, 9, FLUX],
-        &[3, 4, 6, 7],
-        &[8],
-        &[8, 9],
-        &[FLUX],
-        &[3, 5, 6, 7, 9, FLUX, INTERSTITIAL],
-        &[SENSOR, SENSOR_BEFORE],
-        &[SENSOR],
-    ];
-
-    /// Place of an entry in what is stored, row by row.
-    fn place(row: usize, column: usize) -> Option<usize> {
-        let before: usize = Self::NONZERO[..row].iter().map(|columns| columns.len()).sum();
-        Self::NONZERO[row].iter().position(|c| *c == column).map(|place| before + place)
-    }
-
-    /// The effect on state `row` of state `column`.
-    #[must_use]
-    pub fn get(&self, row: usize, column: usize) -> f64 {
-        Self::place(row, column).map_or(0.0, |place| self.0[place])
-    }
-
-    /// Sets one entry; it must be one of [`Self::NONZERO`] to have an effect.
-    pub fn set(&mut self, row: usize, column: usize, value: f64) {
-        if let Some(place) = Self::place(row, column) {
-            self.0[place] = value;
-        }
-    }
-
-    /// Multiplies vectors by the matrix: `x[state][vector]` becomes `A x`.
-    #[inline(always)]
-    pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]; STATES]) {
-        carry(&self.0, x);
-    }
-
-    /// The same matrix in single precision.
-    #[inline]
-    pub(crate) fn narrowed(&self) -> Narrow {
-        Narrow(self.0.map(|entry| entry as f32))
-    }
-}
-
-/// A [`Transition`] in single precision.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Narrow([f32; ENTRIES]);
-
-impl Narrow {
-    /// As [`Transition::carry`].
-    #[inline(always)]
-    pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f32; WIDTH]; STATES]) {
-        carry(&self.0, x);
-    }
-}
-
-/// Multiplies vectors, side by side, by the transition with these entries. Inlined always, so that it is
-/// compiled for the instructions of whoever calls it.
-#[inline(always)]
-fn carry<T, const WIDTH: usize>(entries: &[T; ENTRIES], x: &mut [[T; WIDTH]; STATES])
-where
-    T: Copy + Add<Output = T> + Mul<Output = T>,
-{
-    let [
-        s1_s1,
-        s2_s1,
-        s2_s2,
-        i_s2,
-        i_i,
-        x1_i,
-        x1_x1,
-        x2_i,
-        x2_x2,
-        x3_i,
-        x3_x3,
-        q1_x1,
-        q1_x3,
-        q1_q1,
-        q1_q2,
-        q1_c2,
-        q1_flux,
-        q2_x1,
-        q2_x2,
-        q2_q1,
-        q2_q2,
-        c1_c1,
-        c2_c1,
-        c2_c2,
-        flux_flux,
-        g_x1,
-        g_x3,
-        g_q1,
-        g_q2,
-        g_c2,
-        g_flux,
-        g_g,
-        sensor_sensor,
-        sensor_before,
-        before_sensor,
-    ] = *entries;
-    let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g, sensor, before] = x;
-    for k in 0..WIDTH {
-        let glucose = q1_x1 * x1[k]
-            + q1_x3 * x3[k]
-            + q1_q1 * q1[k]
-            + q1_q2 * q2[k]
-            + q1_c2 * c2[k]
-            + q1_flux * flux[k];
-        g[k] = g_x1 * x1[k]
-            + g_x3 * x3[k]
-            + g_q1 * q1[k]
-            + g_q2 * q2[k]
-            + g_c2 * c2[k]
-            + g_flux * flux[k]
-            + g_g * g[k];
-        q2[k] = q2_x1 * x1[k] + q2_x2 * x2[k] + q2_q1 * q1[k] + q2_q2 * q2[k];
-        q1[k] = glucose;
-        x1[k] = x1_i * i[k] + x1_x1 * x1[k];
-        x2[k] = x2_i * i[k] + x2_x2 * x2[k];
-        x3[k] = x3_i * i[k] + x3_x3 * x3[k];
-        i[k] = i_s2 * s2[k] + i_i * i[k];
-        s2[k] = s2_s1 * s1[k] + s2_s2 * s2[k];
-        s1[k] = s1[k] * s1_s1;
-        c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
-        c1[k] = c1[k] * c1_c1;
-        flux[k] = flux[k] * flux_flux;
-        let error = sensor_sensor * sensor[k] + sensor_before * before[k];
-        before[k] = before_sensor * sensor[k];
-        sensor[k] = error;
-    }
-}
-
-/// The derivative of a body's step by its ten compartments: the entries of a [`Transition`] that are the
-/// body's own, and that of Q1 by a flux.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct BodySlopes {
-    /// S1 by S1; S2 by S1, S2; I by S2, I; each of X1, X2, X3 by I and itself.
-    pub(crate) insulin: [f64; 11],
-    /// Q1 by X1, X3, Q1, Q2, C2 and the flux.
-    pub(crate) glucose: [f64; 6],
-    /// Q2 by X1, X2, Q1, Q2.
-    pub(crate) distant: [f64; 4],
-    /// C1 by C1; C2 by C1, C2.
-    pub(crate) gut: [f64; 3],
-}
-
-impl BodySlopes {
-    /// Of a forward Euler step, from those of the rates.
-    pub(crate) fn of_a_step(mut self) -> Self {
-        let Self { insulin, glucose, distant, gut } = &mut self;
-        for value in insulin.iter_mut().chain(glucose).chain(distant).chain(gut) {
-            *value *= STEP.0;
-        }
-        for place in [0, 2, 4, 6, 8, 10] {
-            self.insulin[place] += 1.0;
-        }
-        self.glucose[2] += 1.0;
-        self.distant[3] += 1.0;
-        self.gut[0] += 1.0;
-        self.gut[2] += 1.0;
-        self
-    }
 }
 
 /// A body at 5-minute Euler steps with a flux, a lag and a sensor.
@@ -451,53 +246,13 @@ impl AugmentedModel {
     /// The body's derivative with those of the flux, the lag and the sensor around it.
     #[inline]
     fn transition(&self, slopes: &BodySlopes, lag_decay: f64) -> Transition {
-        let BodySlopes { insulin, glucose, distant, gut } = *slopes;
-        // Interstitial glucose follows the mean of Q1 before and after.
-        let share = 0.5 * (1.0 - lag_decay) * self.glucose_per_q1();
-        let mut interstitial = glucose.map(|value| share * value);
-        interstitial[2] += share;
-        let [g_x1, g_x3, g_q1, g_q2, g_c2, g_flux] = interstitial;
-        let [q1_x1, q1_x3, q1_q1, q1_q2, q1_c2, q1_flux] = glucose;
-        let [s1_s1, s2_s1, s2_s2, i_s2, i_i, x1_i, x1_x1, x2_i, x2_x2, x3_i, x3_x3] = insulin;
-        let [q2_x1, q2_x2, q2_q1, q2_q2] = distant;
-        let [c1_c1, c2_c1, c2_c2] = gut;
-        Transition([
-            s1_s1,
-            s2_s1,
-            s2_s2,
-            i_s2,
-            i_i,
-            x1_i,
-            x1_x1,
-            x2_i,
-            x2_x2,
-            x3_i,
-            x3_x3,
-            q1_x1,
-            q1_x3,
-            q1_q1,
-            q1_q2,
-            q1_c2,
-            q1_flux,
-            q2_x1,
-            q2_x2,
-            q2_q1,
-            q2_q2,
-            c1_c1,
-            c2_c1,
-            c2_c2,
-            self.flux_decay,
-            g_x1,
-            g_x3,
-            g_q1,
-            g_q2,
-            g_c2,
-            g_flux,
+        let around = Surroundings {
+            flux_decay: self.flux_decay,
             lag_decay,
-            self.sensor_coefficients[0],
-            self.sensor_coefficients[1],
-            1.0,
-        ])
+            glucose_per_q1: self.glucose_per_q1(),
+            sensor: self.sensor_coefficients,
+        };
+        Transition::of(slopes, &around)
     }
 
     /// The state corrected by `gain` times `innovation`, cut off at [`GLUCOSE_FLOOR`].
@@ -727,34 +482,6 @@ impl Plant for AugmentedModel {
 
     fn report(&self, state: &AugmentedState) -> States {
         BodyAlone(self).report(&state.body)
-    }
-}
-
-impl AugmentedState {
-    /// The fourteen values in the order of [`Transition`].
-    #[inline]
-    #[must_use]
-    pub fn vector(&self) -> [f64; STATES] {
-        let mut all = [0.0; STATES];
-        all[..FLUX].copy_from_slice(&self.body.vector().0);
-        all[FLUX] = self.flux;
-        all[INTERSTITIAL] = self.interstitial.0;
-        all[SENSOR] = self.sensor.0;
-        all[SENSOR_BEFORE] = self.sensor_before.0;
-        all
-    }
-
-    /// The same state with its fourteen values replaced.
-    #[must_use]
-    pub fn with_vector(self, all: &[f64; STATES]) -> Self {
-        let body: [f64; FLUX] = std::array::from_fn(|k| all[k]);
-        Self {
-            body: self.body.with_vector(&OdeVector(body)),
-            flux: all[FLUX],
-            interstitial: MgPerDl(all[INTERSTITIAL]),
-            sensor: MgPerDl(all[SENSOR]),
-            sensor_before: MgPerDl(all[SENSOR_BEFORE]),
-        }
     }
 }
 
