@@ -4,6 +4,8 @@
 //! answers to single pulses are worked out once for each field; many pulses share a direction as long as their
 //! answers do not meet. An event of any shape is then a sum of answers.
 
+use std::ops::Range;
+
 use effects::{EventShape, Field};
 use physiology::STEPS_PER_HOUR;
 
@@ -69,20 +71,30 @@ impl HiddenEvents {
     }
 
     /// Scores every event against what the background that `beside` gives for its effect leaves of the residuals.
-    pub(crate) fn banks<'a>(
+    ///
+    /// Effects that are given one background share the sums over pulses.
+    pub(crate) fn banks<'a, 'b: 'a>(
         self,
-        beside: impl Fn(usize) -> Beside<'a>,
+        beside: impl Fn(usize) -> &'a Beside<'b>,
         weights: &[f64],
     ) -> Vec<EventBank> {
         let Self { effects, fields, answers } = self;
-        effects
-            .into_iter()
-            .filter_map(|(effect, shape)| {
-                let place = fields.iter().position(|known| known.field == shape.field)?;
-                let answers = answers.get(place)?;
-                Some(bank(effect, shape, &fields[place], answers, &beside(effect), weights))
-            })
-            .collect()
+        let mut banks = Vec::with_capacity(effects.len());
+        for (lanes, answers) in fields.iter().zip(&answers) {
+            let products = PulseProducts::of(lanes, answers, weights);
+            let mut against: Vec<(&Beside<'_>, PulseSums)> = Vec::new();
+            for (effect, shape) in effects.iter().filter(|(_, shape)| shape.field == lanes.field) {
+                let beside = beside(*effect);
+                let known = against.iter().position(|(known, _)| std::ptr::eq(*known, beside));
+                let place = known.unwrap_or_else(|| {
+                    against.push((beside, PulseSums::of(lanes, &products, beside)));
+                    against.len() - 1
+                });
+                banks.push(bank(*effect, shape.clone(), lanes, &products, &against[place].1));
+            }
+        }
+        banks.sort_by_key(|bank| bank.effect);
+        banks
     }
 }
 
@@ -97,15 +109,15 @@ pub(crate) struct Beside<'a> {
 }
 
 impl Beside<'_> {
-    /// Information about an event that they take: `signature`, weighted, from step `start` on.
-    fn takes(&self, start: usize, weighted: &[f32]) -> f64 {
-        let mut solved: Vec<f64> = Vec::with_capacity(self.factor.len());
-        for (signature, row) in self.signatures.iter().zip(&self.factor) {
+    /// The products of each direction with an answer, solved by the factor: the squares of their sum are what the
+    /// directions take of the information. `weighted` is the answer, weighted, from step `start` on.
+    fn solve(&self, start: usize, weighted: &[f32], solved: &mut [f32]) {
+        for (place, (signature, row)) in self.signatures.iter().zip(&self.factor).enumerate() {
             let shared = product(weighted, &signature[start..]);
-            let before: f64 = row.iter().zip(&solved).map(|(a, b)| a * b).sum();
-            solved.push((shared - before) / row[solved.len()]);
+            let before: f64 =
+                row.iter().zip(&*solved).map(|(a, b)| a * f64::from(*b)).take(place).sum();
+            solved[place] = ((shared - before) / row[place]) as f32;
         }
-        solved.iter().map(|x| x * x).sum()
     }
 }
 
@@ -167,81 +179,152 @@ impl PulseLanes {
         })
     }
 
-    /// The answer to pulse `k`, from its start.
-    fn answer<'a>(&self, k: usize, answers: &'a [Vec<f32>]) -> &'a [f32] {
+    /// Number of pulses that begin within the record.
+    fn pulse_count(&self) -> usize {
+        self.steps.div_ceil(self.pulse)
+    }
+
+    /// The steps in which pulse `k` is answered.
+    fn answered(&self, k: usize) -> Range<usize> {
         let start = k * self.pulse;
-        let column = &answers[k % self.count()];
-        &column[start..(start + self.reach).min(column.len())]
+        start..(start + self.reach).min(self.steps)
+    }
+
+    /// Whether the background answers to what this field changes: it does not to short errors of the sensor.
+    fn shared_with_background(&self) -> bool {
+        self.pulse > 1
     }
 
     /// A profile as heights of pulses.
-    fn pulses(&self, profile: &[f64]) -> Vec<f64> {
+    fn pulses(&self, profile: &[f64]) -> Vec<f32> {
         profile
             .chunks(self.pulse)
-            .map(|part| part.iter().sum::<f64>() / self.pulse as f64)
+            .map(|part| (part.iter().sum::<f64>() / self.pulse as f64) as f32)
             .collect()
     }
 }
 
-/// Information and score of every event. `answers` belong to the directions of `lanes`.
+/// Weighted answers to the pulses of one field and their products with each other.
+struct PulseProducts {
+    /// Weighted answers, a list a direction.
+    weighted: Vec<Vec<f32>>,
+    /// By pulse k and distance d below the number of directions: the product of the answers to pulses k and k + d.
+    grams: Vec<f32>,
+}
+
+impl PulseProducts {
+    fn of(lanes: &PulseLanes, answers: &[Vec<f32>], weights: &[f64]) -> Self {
+        let weight = |column: &Vec<f32>| {
+            column.iter().zip(weights).map(|(value, w)| *value * *w as f32).collect()
+        };
+        let weighted: Vec<Vec<f32>> = answers.iter().map(weight).collect();
+        let (count, pulses) = (lanes.count(), lanes.pulse_count());
+        let mut grams = vec![0.0; count * pulses];
+        for (k, row) in grams.chunks_exact_mut(count).enumerate() {
+            let end = lanes.answered(k).end;
+            let own = &weighted[k % count];
+            for (other, gram) in (k..pulses).zip(row) {
+                let both = lanes.answered(other).start..end;
+                *gram = product(&own[both.clone()], &answers[other % count][both]) as f32;
+            }
+        }
+        Self { weighted, grams }
+    }
+
+    /// The weighted answer to pulse `k`, from its start.
+    fn answer(&self, lanes: &PulseLanes, k: usize) -> &[f32] {
+        &self.weighted[k % lanes.count()][lanes.answered(k)]
+    }
+
+    /// The weighted square of the answer to pulses of these heights from pulse `first` on.
+    fn square(&self, lanes: &PulseLanes, first: usize, heights: &[f32]) -> f64 {
+        let count = lanes.count();
+        let mut sum = 0.0;
+        for (k, height) in heights.iter().enumerate().filter(|(_, height)| **height != 0.0) {
+            let grams = &self.grams[(first + k) * count..][..count];
+            let own = height * grams[0];
+            let ahead = product(&heights[k + 1..], &grams[1..]);
+            sum += f64::from(*height) * (f64::from(own) + 2.0 * ahead);
+        }
+        sum
+    }
+}
+
+/// What single pulses of one field say beside a background.
+struct PulseSums {
+    /// Minus the product of each answer with what is left of the residuals.
+    scores: Vec<f32>,
+    /// By pulse: what [`Beside::solve`] gives; `directions` numbers each.
+    solved: Vec<f32>,
+    /// Directions of the background; 0 where it does not answer.
+    directions: usize,
+}
+
+impl PulseSums {
+    fn of(lanes: &PulseLanes, products: &PulseProducts, beside: &Beside<'_>) -> Self {
+        let left: Vec<f32> = beside.left.iter().map(|value| *value as f32).collect();
+        let pulses = lanes.pulse_count();
+        let directions = if lanes.shared_with_background() { beside.signatures.len() } else { 0 };
+        let mut sums = Self {
+            scores: Vec::with_capacity(pulses),
+            solved: vec![0.0; directions * pulses],
+            directions,
+        };
+        for k in 0..pulses {
+            let answer = products.answer(lanes, k);
+            let start = lanes.answered(k).start;
+            sums.scores.push(-product(answer, &left[start..]) as f32);
+            if directions > 0 {
+                let solved = &mut sums.solved[k * directions..][..directions];
+                beside.solve(start, answer, solved);
+            }
+        }
+        sums
+    }
+
+    /// Information that the background takes from pulses of these heights from pulse `first` on. `sum` is room for
+    /// one number a direction.
+    fn taken(&self, first: usize, heights: &[f32], sum: &mut [f32]) -> f64 {
+        if self.directions == 0 {
+            return 0.0;
+        }
+        sum.fill(0.0);
+        let rows = self.solved[first * self.directions..].chunks_exact(self.directions);
+        for (height, row) in heights.iter().zip(rows).filter(|(height, _)| **height != 0.0) {
+            for (sum, value) in sum.iter_mut().zip(row) {
+                *sum += height * value;
+            }
+        }
+        sum.iter().map(|value| f64::from(*value).powi(2)).sum()
+    }
+}
+
+/// Information and score of every event.
 fn bank(
     effect: usize,
     shape: EventShape,
     lanes: &PulseLanes,
-    answers: &[Vec<f32>],
-    beside: &Beside<'_>,
-    weights: &[f64],
+    products: &PulseProducts,
+    sums: &PulseSums,
 ) -> EventBank {
-    let residuals = &beside.left;
-    // The background does not answer to short errors of the sensor.
-    let answers_back = lanes.pulse > 1;
-    let profiles: Vec<Vec<f64>> = shape.profiles.iter().map(|p| lanes.pulses(p)).collect();
-    let longest = profiles.iter().map(Vec::len).max().unwrap_or(0);
-    let mut signature = vec![0.0; longest * lanes.pulse + lanes.reach];
-    let mut narrow = Vec::with_capacity(signature.len());
+    let profiles: Vec<Vec<f32>> = shape.profiles.iter().map(|p| lanes.pulses(p)).collect();
     let (mut onsets, mut known) = (Vec::new(), Vec::new());
+    let mut room = vec![0.0; sums.directions];
     let mut before = None;
-    for onset in &shape.onsets {
+    for onset in shape.onsets.iter().filter(|onset| **onset < lanes.steps) {
         let first = onset / lanes.pulse;
-        if before == Some(first) || *onset >= residuals.len() {
+        if before == Some(first) {
             continue;
         }
         before = Some(first);
-        let start = first * lanes.pulse;
-        onsets.push(start);
-        known.push(
-            profiles
-                .iter()
-                .map(|heights| {
-                    signature.fill(0.0);
-                    let mut end = start;
-                    for (k, height) in heights.iter().enumerate() {
-                        if (first + k) * lanes.pulse >= residuals.len() {
-                            break;
-                        }
-                        let answer = lanes.answer(first + k, answers);
-                        let offset = k * lanes.pulse;
-                        end = start + offset + answer.len();
-                        for (sum, value) in signature[offset..].iter_mut().zip(answer) {
-                            *sum += height * f64::from(*value);
-                        }
-                    }
-                    let (mut information, mut score) = (0.0, 0.0);
-                    for (value, step) in signature.iter_mut().zip(start..end) {
-                        let weighted = weights[step] * *value;
-                        information += weighted * *value;
-                        score -= weighted * residuals[step];
-                        *value = weighted;
-                    }
-                    if answers_back {
-                        narrow.clear();
-                        narrow.extend(signature[..end - start].iter().map(|value| *value as f32));
-                        information -= beside.takes(start, &narrow);
-                    }
-                    EventScore { information: information.max(0.0), score }
-                })
-                .collect(),
-        );
+        onsets.push(first * lanes.pulse);
+        let of = |heights: &Vec<f32>| {
+            let heights = &heights[..heights.len().min(lanes.pulse_count() - first)];
+            let whole = products.square(lanes, first, heights);
+            let information = (whole - sums.taken(first, heights, &mut room)).max(0.0);
+            EventScore { information, score: product(heights, &sums.scores[first..]) }
+        };
+        known.push(profiles.iter().map(of).collect());
     }
     EventBank { effect, shape, onsets, known }
 }
@@ -288,7 +371,9 @@ mod tests {
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
             let beside =
                 Beside { left: residuals.clone(), signatures: Vec::new(), factor: Vec::new() };
-            let bank = bank(0, shape, &lanes, &answers, &beside, &weights);
+            let products = PulseProducts::of(&lanes, &answers, &weights);
+            let sums = PulseSums::of(&lanes, &products, &beside);
+            let bank = bank(0, shape, &lanes, &products, &sums);
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
             for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
                 let onset = bank.onsets[place];

@@ -404,10 +404,8 @@ impl Round {
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
                 let hidden = std::mem::take(&mut design.events);
-                let events = hidden.banks(
-                    |effect| beside(&design, &statistics, library[effect].card().name),
-                    &design.weights,
-                );
+                let backgrounds = Backgrounds::of(&design, &statistics, library);
+                let events = hidden.banks(|effect| backgrounds.beside(effect), &design.weights);
                 let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
                 let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
                 // The largest parts of a person, and summed up.
@@ -713,21 +711,52 @@ impl Round {
     }
 }
 
-/// The constant directions of the background beside a hidden event, which must not be made of what every meal or
+/// The constant directions of the background beside hidden events, which must not be made of what every meal or
 /// every low of a person shows.
-///
-/// Directions that are what the effect itself would change are left out.
-fn beside<'a>(design: &'a Design, statistics: &Statistics, effect: &str) -> Beside<'a> {
+struct Backgrounds<'a> {
+    each: Vec<Beside<'a>>,
+    /// Place in `each` for each effect of the library.
+    places: Vec<usize>,
+}
+
+impl<'a> Backgrounds<'a> {
+    /// Directions that are what an effect itself would change are left out for it.
+    fn of(design: &'a Design, statistics: &Statistics, library: &[&dyn Effect]) -> Self {
+        let mut sets: Vec<Vec<usize>> = Vec::new();
+        let mut found = Self { each: Vec::new(), places: Vec::with_capacity(library.len()) };
+        for effect in library {
+            let allowed = beside_columns(statistics, effect.card().name);
+            let columns: Vec<usize> = allowed.iter().map(|a| a.column).collect();
+            let known = sets.iter().position(|set| *set == columns);
+            found.places.push(known.unwrap_or(sets.len()));
+            if known.is_none() {
+                sets.push(columns);
+                found.each.push(beside(design, statistics, &allowed));
+            }
+        }
+        found
+    }
+
+    fn beside(&self, effect: usize) -> &Beside<'a> {
+        &self.each[self.places[effect]]
+    }
+}
+
+/// The directions of the background that may stand beside a hidden event of `effect`.
+fn beside_columns(statistics: &Statistics, effect: &str) -> Vec<Allowed> {
     let columns = statistics.columns.iter().enumerate();
-    let allowed: Vec<Allowed> = columns
+    columns
         .filter_map(|(column, stands_for)| match stands_for {
             Column::Background { name, prior_sd, kind } if !rivals(effect, *kind, name) => {
                 Some(Allowed { column, mean: 0.0, sd: *prior_sd })
             }
             _ => None,
         })
-        .collect();
-    let (fitted, factor) = held_out::fitted_to_all(&statistics.folds, &allowed);
+        .collect()
+}
+
+fn beside<'a>(design: &'a Design, statistics: &Statistics, allowed: &[Allowed]) -> Beside<'a> {
+    let (fitted, factor) = held_out::fitted_to_all(&statistics.folds, allowed);
     let mut left = design.residuals.clone();
     for (allowed, value) in allowed.iter().zip(fitted) {
         for (rest, signature) in left.iter_mut().zip(&design.signatures[allowed.column]) {
