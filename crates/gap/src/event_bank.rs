@@ -78,6 +78,16 @@ impl HiddenEvents {
         beside: impl Fn(usize) -> &'a Beside<'b>,
         weights: &[f64],
     ) -> Vec<EventBank> {
+        // Compiled for the instructions of the machine it runs on; products are not contracted.
+        pulp::Arch::new().dispatch(|| self.scored(beside, weights))
+    }
+
+    #[inline(always)]
+    fn scored<'a, 'b: 'a>(
+        self,
+        beside: impl Fn(usize) -> &'a Beside<'b>,
+        weights: &[f64],
+    ) -> Vec<EventBank> {
         let Self { effects, fields, answers } = self;
         let mut banks = Vec::with_capacity(effects.len());
         for (lanes, answers) in fields.iter().zip(&answers) {
@@ -111,6 +121,7 @@ pub(crate) struct Beside<'a> {
 impl Beside<'_> {
     /// The products of each direction with an answer, solved by the factor: the squares of their sum are what the
     /// directions take of the information. `weighted` is the answer, weighted, from step `start` on.
+    #[inline(always)]
     fn solve(&self, start: usize, weighted: &[f32], solved: &mut [f32]) {
         for (place, (signature, row)) in self.signatures.iter().zip(&self.factor).enumerate() {
             let shared = product(weighted, &signature[start..]);
@@ -122,6 +133,7 @@ impl Beside<'_> {
 }
 
 /// Product of two lists in single precision, as both are known; eight sums side by side.
+#[inline(always)]
 fn product(a: &[f32], b: &[f32]) -> f64 {
     let mut sums = [0.0_f32; 8];
     let n = a.len().min(b.len());
@@ -213,6 +225,7 @@ struct PulseProducts {
 }
 
 impl PulseProducts {
+    #[inline(always)]
     fn of(lanes: &PulseLanes, answers: &[Vec<f32>], weights: &[f64]) -> Self {
         let weight = |column: &Vec<f32>| {
             column.iter().zip(weights).map(|(value, w)| *value * *w as f32).collect()
@@ -237,6 +250,7 @@ impl PulseProducts {
     }
 
     /// The weighted square of the answer to pulses of these heights from pulse `first` on.
+    #[inline(always)]
     fn square(&self, lanes: &PulseLanes, first: usize, heights: &[f32]) -> f64 {
         let count = lanes.count();
         let mut sum = 0.0;
@@ -261,6 +275,7 @@ struct PulseSums {
 }
 
 impl PulseSums {
+    #[inline(always)]
     fn of(lanes: &PulseLanes, products: &PulseProducts, beside: &Beside<'_>) -> Self {
         let left: Vec<f32> = beside.left.iter().map(|value| *value as f32).collect();
         let pulses = lanes.pulse_count();
@@ -284,6 +299,7 @@ impl PulseSums {
 
     /// Information that the background takes from pulses of these heights from pulse `first` on. `sum` is room for
     /// one number a direction.
+    #[inline(always)]
     fn taken(&self, first: usize, heights: &[f32], sum: &mut [f32]) -> f64 {
         if self.directions == 0 {
             return 0.0;
@@ -300,6 +316,7 @@ impl PulseSums {
 }
 
 /// Information and score of every event.
+#[inline(always)]
 fn bank(
     effect: usize,
     shape: EventShape,

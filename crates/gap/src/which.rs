@@ -528,14 +528,8 @@ impl Round {
                     .map(|s| s.events.iter().find(|bank| bank.effect == effect))
                     .collect();
                 if banks.iter().any(Option::is_some) {
-                    let up = events::score(&banks, &days, 1.0);
                     // Events of no known kind may go either way.
-                    let evidence = if effect < known {
-                        up
-                    } else {
-                        let down = events::score(&banks, &days, -1.0);
-                        if down.gain() > up.gain() { down } else { up }
-                    };
+                    let evidence = events::score(&banks, &days, effect >= known);
                     return Some(Score { effect, evidence: ScoreOf::Events(evidence) });
                 }
                 let evidence = self.random(effect)?;

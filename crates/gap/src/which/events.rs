@@ -52,42 +52,50 @@ fn stretch_of(bank: &EventBank) -> usize {
 }
 
 /// Log likelihood ratio of an event in each stretch of one person: first step of the stretch, ratio.
-fn ratios(bank: &EventBank, sign: f64) -> Vec<(usize, f64)> {
+type Ratios = Vec<(usize, f64)>;
+
+/// The ratios of events of the effect's sign and of the opposite one.
+fn ratios(bank: &EventBank) -> [Ratios; 2] {
     let length = stretch_of(bank);
-    let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
     let profiles = bank.shape.profiles.len().max(1) as f64;
-    for (onset, known) in bank.onsets.iter().zip(&bank.known) {
-        let logs: Vec<f64> = known
-            .iter()
-            .flat_map(|event| {
-                let sizes = bank.shape.sizes.iter();
-                sizes.map(|(size, weight)| {
+    let sizes: Vec<(f64, f64)> =
+        bank.shape.sizes.iter().map(|(size, weight)| (*size, (weight / profiles).ln())).collect();
+    [1.0, -1.0].map(|sign| {
+        let mut out: Ratios = Vec::new();
+        let (mut logs, mut all) = (Vec::new(), Vec::new());
+        let mut stretch = None;
+        let mut close = |stretch: Option<usize>, all: &mut Vec<f64>| {
+            if let Some(stretch) = stretch {
+                out.push((stretch, log_sum(all) - (all.len() as f64).ln()));
+            }
+            all.clear();
+        };
+        for (onset, known) in bank.onsets.iter().zip(&bank.known) {
+            let here = onset / length * length;
+            if stretch != Some(here) {
+                close(stretch, &mut all);
+                stretch = Some(here);
+            }
+            logs.clear();
+            for event in known {
+                logs.extend(sizes.iter().map(|(size, prior)| {
                     let ratio = size * sign * event.score - 0.5 * size * size * event.information;
-                    (weight / profiles).ln() + ratio.min(50.0)
-                })
-            })
-            .collect();
-        let logs = logs.iter().copied();
-        let stretch = onset / length * length;
-        match out.last_mut().filter(|(last, _)| *last == stretch) {
-            Some((_, all)) => all.push(log_sum(logs)),
-            None => out.push((stretch, vec![log_sum(logs)])),
+                    prior + ratio.min(50.0)
+                }));
+            }
+            all.push(log_sum(&logs));
         }
-    }
-    out.into_iter()
-        .map(|(stretch, all)| {
-            let n = all.len() as f64;
-            (stretch, log_sum(all.into_iter()) - n.ln())
-        })
-        .collect()
+        close(stretch, &mut all);
+        out
+    })
 }
 
-fn log_sum(logs: impl Iterator<Item = f64> + Clone) -> f64 {
-    let top = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+fn log_sum(logs: &[f64]) -> f64 {
+    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if top == f64::NEG_INFINITY {
         top
     } else {
-        top + logs.map(|l| (l - top).exp()).sum::<f64>().ln()
+        top + logs.iter().map(|l| (l - top).exp()).sum::<f64>().ln()
     }
 }
 
@@ -99,7 +107,7 @@ fn with_frequency(ratio: f64, p: f64) -> f64 {
 }
 
 /// Held-out gain of each person for events of one sign.
-fn held_out(people: &[Vec<(usize, f64)>], days: &[usize]) -> Vec<f64> {
+fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
     // gains[person][frequency][day]
     let gains: Vec<Vec<Vec<f64>>> = people
         .iter()
@@ -145,30 +153,42 @@ fn held_out(people: &[Vec<(usize, f64)>], days: &[usize]) -> Vec<f64> {
     out
 }
 
-/// Scores the events of one effect; `sign` is -1 for events of the opposite kind. `banks` has an entry a person, `None` where the record cannot show
-/// them; `days` the length of each person's record.
-pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize], sign: f64) -> EventEvidence {
-    let ratios_of = |sign: f64| -> Vec<Vec<(usize, f64)>> {
-        banks.iter().map(|bank| bank.map_or_else(Vec::new, |bank| ratios(bank, sign))).collect()
+/// Scores the events of one effect, and of the opposite sign where they may go `either` way. `banks` has an entry a
+/// person, `None` where the record cannot show them; `days` the length of each person's record.
+pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize], either: bool) -> EventEvidence {
+    let (mut up, mut down) = (Vec::new(), Vec::new());
+    for bank in banks {
+        let [forward, backward] = bank.map_or_else(Default::default, ratios);
+        up.push(forward);
+        down.push(backward);
+    }
+    let (gains_up, gains_down) = (held_out(&up, days), held_out(&down, days));
+    let net = |gains: &[f64], mirror: &[f64]| -> Vec<f64> {
+        let mirrored = mirror.iter().sum::<f64>() > 0.0;
+        let of = |(gain, mirror): (&f64, &f64)| if mirrored { gain - mirror } else { *gain };
+        gains.iter().zip(mirror).map(of).collect()
     };
-    let forward = ratios_of(sign);
-    let up = held_out(&forward, days);
-    let down = held_out(&ratios_of(-sign), days);
-    let mirrored: f64 = down.iter().sum::<f64>();
-    let gains = up
-        .iter()
-        .zip(&down)
-        .map(|(up, down)| if mirrored > 0.0 { up - down } else { *up })
-        .collect();
+    let forward = net(&gains_up, &gains_down);
+    let backward = net(&gains_down, &gains_up);
+    if either && backward.iter().sum::<f64>() > forward.iter().sum::<f64>() {
+        EventEvidence { gains: backward, found: found(banks, &down, -1.0) }
+    } else {
+        EventEvidence { gains: forward, found: found(banks, &up, 1.0) }
+    }
+}
+
+/// Events of one sign that are more likely than not.
+fn found(banks: &[Option<&EventBank>], ratios: &[Ratios], sign: f64) -> Vec<Found> {
     let total = |p: f64| -> f64 {
-        forward.iter().flatten().map(|(_, ratio)| with_frequency(*ratio, p)).sum()
+        ratios.iter().flatten().map(|(_, ratio)| with_frequency(*ratio, p)).sum()
     };
     let frequency = FREQUENCIES
         .into_iter()
-        .max_by(|a, b| total(*a).total_cmp(&total(*b)))
-        .unwrap_or(FREQUENCIES[0]);
+        .map(|p| (p, total(p)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(FREQUENCIES[0], |(p, _)| p);
     let mut found = Vec::new();
-    for (person, (bank, ratios)) in banks.iter().zip(&forward).enumerate() {
+    for (person, (bank, ratios)) in banks.iter().zip(ratios).enumerate() {
         let Some(bank) = bank else { continue };
         for (stretch, ratio) in ratios {
             let odds = frequency.ln() - (-frequency).ln_1p() + ratio;
@@ -179,7 +199,7 @@ pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize], sign: f64) -> 
             }
         }
     }
-    EventEvidence { gains, found: apart(found, banks) }
+    apart(found, banks)
 }
 
 /// Events without those that another, likelier one of the same person reaches: an event across the border of
