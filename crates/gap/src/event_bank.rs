@@ -55,6 +55,11 @@ impl HiddenEvents {
         Self { effects, fields, answers: Vec::new() }
     }
 
+    /// The effects that act by hidden events: places in the library.
+    pub(crate) fn effects(&self) -> impl Iterator<Item = usize> + '_ {
+        self.effects.iter().map(|(effect, _)| *effect)
+    }
+
     /// The directions of all pulses.
     pub(crate) fn directions(&self) -> impl Iterator<Item = Direction> + '_ {
         self.fields.iter().flat_map(PulseLanes::directions)
@@ -73,9 +78,9 @@ impl HiddenEvents {
     /// Scores every event against what the background that `beside` gives for its effect leaves of the residuals.
     ///
     /// Effects that are given one background share the sums over pulses.
-    pub(crate) fn banks<'a, 'b: 'a>(
+    pub(crate) fn banks<'a>(
         self,
-        beside: impl Fn(usize) -> &'a Beside<'b>,
+        beside: impl Fn(usize) -> &'a Beside,
         weights: &[f64],
     ) -> Vec<EventBank> {
         // Compiled for the instructions of the machine it runs on; products are not contracted.
@@ -83,16 +88,12 @@ impl HiddenEvents {
     }
 
     #[inline(always)]
-    fn scored<'a, 'b: 'a>(
-        self,
-        beside: impl Fn(usize) -> &'a Beside<'b>,
-        weights: &[f64],
-    ) -> Vec<EventBank> {
+    fn scored<'a>(self, beside: impl Fn(usize) -> &'a Beside, weights: &[f64]) -> Vec<EventBank> {
         let Self { effects, fields, answers } = self;
         let mut banks = Vec::with_capacity(effects.len());
         for (lanes, answers) in fields.iter().zip(&answers) {
             let products = PulseProducts::of(lanes, answers, weights);
-            let mut against: Vec<(&Beside<'_>, PulseSums)> = Vec::new();
+            let mut against: Vec<(&Beside, PulseSums)> = Vec::new();
             for (effect, shape) in effects.iter().filter(|(_, shape)| shape.field == lanes.field) {
                 let beside = beside(*effect);
                 let known = against.iter().position(|(known, _)| std::ptr::eq(*known, beside));
@@ -109,32 +110,58 @@ impl HiddenEvents {
 }
 
 /// What is allowed for beside an event: constant directions, fitted to the whole record.
-pub(crate) struct Beside<'a> {
-    /// What they leave of the residuals.
-    pub(crate) left: Vec<f64>,
-    /// Their signatures.
-    pub(crate) signatures: Vec<&'a [f32]>,
-    /// The factor L of their information, prior included, row by row: the lower triangle of (directions, directions).
-    pub(crate) factor: Vec<Vec<f64>>,
+pub(crate) struct Beside {
+    /// What they leave of the residuals, one entry a step.
+    left: Vec<f32>,
+    /// The directions' signatures solved by the factor of their information, a row of [`width`](Self::width) a step:
+    /// the squares of an event's products with them are what the directions take of its information.
+    rows: Vec<f32>,
+    /// Number of directions, filled up to a multiple of eight.
+    width: usize,
 }
 
-impl Beside<'_> {
-    /// The products of each direction with an answer, solved by the factor: the squares of their sum are what the
-    /// directions take of the information. `weighted` is the answer, weighted, from step `start` on.
-    #[inline(always)]
-    fn solve(&self, start: usize, weighted: &[f32], solved: &mut [f32]) {
-        for (place, (signature, row)) in self.signatures.iter().zip(&self.factor).enumerate() {
-            let shared = product(weighted, &signature[start..]);
-            let before: f64 =
-                row.iter().zip(&*solved).map(|(a, b)| a * f64::from(*b)).take(place).sum();
-            solved[place] = ((shared - before) / row[place]) as f32;
+impl Beside {
+    /// `left` is what the directions leave of the residuals; `factor` is the factor L of their information, prior
+    /// included, row by row: the lower triangle of (directions, directions).
+    pub(crate) fn of(left: &[f64], signatures: &[&[f32]], factor: &[Vec<f64>]) -> Self {
+        let width = signatures.len().next_multiple_of(8);
+        // Columns of the inverse of the factor, one after the other.
+        let mut inverse = vec![0.0_f32; signatures.len() * width];
+        for (column, out) in inverse.chunks_exact_mut(width.max(1)).enumerate() {
+            let mut solved = vec![0.0; signatures.len()];
+            for (row, entries) in factor.iter().enumerate().skip(column) {
+                let before: f64 = entries.iter().zip(&solved[..row]).map(|(a, b)| a * b).sum();
+                let right = if row == column { 1.0 } else { 0.0 };
+                solved[row] = (right - before) / entries[row];
+                out[row] = solved[row] as f32;
+            }
         }
+        let mut rows = vec![0.0; left.len() * width];
+        pulp::Arch::new().dispatch(|| {
+            for (step, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
+                let columns = signatures.iter().zip(inverse.chunks_exact(width)).enumerate();
+                for (place, (signature, column)) in columns {
+                    // Entries above the diagonal are 0.
+                    let from = place / 8 * 8;
+                    add(&mut row[from..], signature[step], &column[from..]);
+                }
+            }
+        });
+        Self { left: left.iter().map(|value| *value as f32).collect(), rows, width }
+    }
+}
+
+/// Adds a multiple of one list to another.
+#[inline(always)]
+fn add(to: &mut [f32], factor: f32, of: &[f32]) {
+    for (to, of) in to.iter_mut().zip(of) {
+        *to += factor * of;
     }
 }
 
 /// Product of two lists in single precision, as both are known; eight sums side by side.
 #[inline(always)]
-fn product(a: &[f32], b: &[f32]) -> f64 {
+fn product(a: &[f32], b: &[f32]) -> f32 {
     let mut sums = [0.0_f32; 8];
     let n = a.len().min(b.len());
     let (a, b) = (a[..n].chunks_exact(8), b[..n].chunks_exact(8));
@@ -144,7 +171,7 @@ fn product(a: &[f32], b: &[f32]) -> f64 {
             *sum += x * y;
         }
     }
-    f64::from(sums.iter().sum::<f32>() + rest)
+    sums.iter().sum::<f32>() + rest
 }
 
 /// Directions of the pulses of one field.
@@ -220,8 +247,8 @@ impl PulseLanes {
 struct PulseProducts {
     /// Weighted answers, a list a direction.
     weighted: Vec<Vec<f32>>,
-    /// By pulse k and distance d below the number of directions: the product of the answers to pulses k and k + d.
-    grams: Vec<f32>,
+    /// By distance d below the number of directions: the products of the answers to pulses k and k + d, by k.
+    grams: Vec<Vec<f32>>,
 }
 
 impl PulseProducts {
@@ -232,14 +259,15 @@ impl PulseProducts {
         };
         let weighted: Vec<Vec<f32>> = answers.iter().map(weight).collect();
         let (count, pulses) = (lanes.count(), lanes.pulse_count());
-        let mut grams = vec![0.0; count * pulses];
-        for (k, row) in grams.chunks_exact_mut(count).enumerate() {
-            let end = lanes.answered(k).end;
-            let own = &weighted[k % count];
-            for (other, gram) in (k..pulses).zip(row) {
-                let both = lanes.answered(other).start..end;
-                *gram = product(&own[both.clone()], &answers[other % count][both]) as f32;
+        let mut grams = Vec::with_capacity(count);
+        for distance in 0..count {
+            let mut row = vec![0.0; pulses.saturating_sub(distance)];
+            for (k, gram) in row.iter_mut().enumerate() {
+                let other = k + distance;
+                let both = lanes.answered(other).start..lanes.answered(k).end;
+                *gram = product(&weighted[k % count][both.clone()], &answers[other % count][both]);
             }
+            grams.push(row);
         }
         Self { weighted, grams }
     }
@@ -249,18 +277,21 @@ impl PulseProducts {
         &self.weighted[k % lanes.count()][lanes.answered(k)]
     }
 
-    /// The weighted square of the answer to pulses of these heights from pulse `first` on.
+    /// The weighted squares of the answers to pulses of these heights from each pulse on. Pulses beyond the end
+    /// of the record count for nothing.
     #[inline(always)]
-    fn square(&self, lanes: &PulseLanes, first: usize, heights: &[f32]) -> f64 {
-        let count = lanes.count();
-        let mut sum = 0.0;
-        for (k, height) in heights.iter().enumerate().filter(|(_, height)| **height != 0.0) {
-            let grams = &self.grams[(first + k) * count..][..count];
-            let own = height * grams[0];
-            let ahead = product(&heights[k + 1..], &grams[1..]);
-            sum += f64::from(*height) * (f64::from(own) + 2.0 * ahead);
+    fn squares(&self, heights: &[f32]) -> Vec<f32> {
+        let mut squares = vec![0.0; self.grams[0].len()];
+        for (place, height) in heights.iter().enumerate() {
+            for (distance, (other, grams)) in heights[place..].iter().zip(&self.grams).enumerate() {
+                let twice = if distance == 0 { 1.0 } else { 2.0 };
+                let factor = twice * height * other;
+                if factor != 0.0 {
+                    add(&mut squares, factor, grams.get(place..).unwrap_or_default());
+                }
+            }
         }
-        sum
+        squares
     }
 }
 
@@ -268,50 +299,57 @@ impl PulseProducts {
 struct PulseSums {
     /// Minus the product of each answer with what is left of the residuals.
     scores: Vec<f32>,
-    /// By pulse: what [`Beside::solve`] gives; `directions` numbers each.
-    solved: Vec<f32>,
-    /// Directions of the background; 0 where it does not answer.
-    directions: usize,
+    /// By pulse: the products of its answer with each row of the background; `width` numbers each.
+    shared: Vec<f32>,
+    /// 0 where the background does not answer.
+    width: usize,
 }
 
 impl PulseSums {
     #[inline(always)]
-    fn of(lanes: &PulseLanes, products: &PulseProducts, beside: &Beside<'_>) -> Self {
-        let left: Vec<f32> = beside.left.iter().map(|value| *value as f32).collect();
+    fn of(lanes: &PulseLanes, products: &PulseProducts, beside: &Beside) -> Self {
         let pulses = lanes.pulse_count();
-        let directions = if lanes.shared_with_background() { beside.signatures.len() } else { 0 };
-        let mut sums = Self {
-            scores: Vec::with_capacity(pulses),
-            solved: vec![0.0; directions * pulses],
-            directions,
-        };
+        let width = if lanes.shared_with_background() { beside.width } else { 0 };
+        let mut sums =
+            Self { scores: Vec::with_capacity(pulses), shared: vec![0.0; width * pulses], width };
         for k in 0..pulses {
             let answer = products.answer(lanes, k);
             let start = lanes.answered(k).start;
-            sums.scores.push(-product(answer, &left[start..]) as f32);
-            if directions > 0 {
-                let solved = &mut sums.solved[k * directions..][..directions];
-                beside.solve(start, answer, solved);
+            sums.scores.push(-product(answer, &beside.left[start..]));
+            if width > 0 {
+                let shared = &mut sums.shared[k * width..][..width];
+                let rows = beside.rows[start * width..].chunks_exact(width);
+                for (value, row) in answer.iter().zip(rows) {
+                    add(shared, *value, row);
+                }
             }
         }
         sums
     }
 
+    /// The scores of pulses of these heights from each pulse on.
+    #[inline(always)]
+    fn scores(&self, heights: &[f32]) -> Vec<f32> {
+        let mut scores = vec![0.0; self.scores.len()];
+        for (place, height) in heights.iter().enumerate() {
+            add(&mut scores, *height, self.scores.get(place..).unwrap_or_default());
+        }
+        scores
+    }
+
     /// Information that the background takes from pulses of these heights from pulse `first` on. `sum` is room for
     /// one number a direction.
     #[inline(always)]
-    fn taken(&self, first: usize, heights: &[f32], sum: &mut [f32]) -> f64 {
-        if self.directions == 0 {
+    fn taken(&self, first: usize, heights: &[f32], sum: &mut [f32]) -> f32 {
+        if self.width == 0 {
             return 0.0;
         }
         sum.fill(0.0);
-        let rows = self.solved[first * self.directions..].chunks_exact(self.directions);
+        let rows = self.shared[first * self.width..].chunks_exact(self.width);
         for (height, row) in heights.iter().zip(rows).filter(|(height, _)| **height != 0.0) {
-            for (sum, value) in sum.iter_mut().zip(row) {
-                *sum += height * value;
-            }
+            add(sum, *height, row);
         }
-        sum.iter().map(|value| f64::from(*value).powi(2)).sum()
+        product(sum, sum)
     }
 }
 
@@ -324,25 +362,23 @@ fn bank(
     products: &PulseProducts,
     sums: &PulseSums,
 ) -> EventBank {
-    let profiles: Vec<Vec<f32>> = shape.profiles.iter().map(|p| lanes.pulses(p)).collect();
-    let (mut onsets, mut known) = (Vec::new(), Vec::new());
-    let mut room = vec![0.0; sums.directions];
-    let mut before = None;
-    for onset in shape.onsets.iter().filter(|onset| **onset < lanes.steps) {
-        let first = onset / lanes.pulse;
-        if before == Some(first) {
-            continue;
+    let mut firsts: Vec<usize> = shape.onsets.iter().map(|onset| onset / lanes.pulse).collect();
+    firsts.dedup();
+    firsts.retain(|first| *first < lanes.pulse_count());
+    let mut known = vec![Vec::with_capacity(shape.profiles.len()); firsts.len()];
+    let mut room = vec![0.0; sums.width];
+    for profile in &shape.profiles {
+        let heights = lanes.pulses(profile);
+        let (squares, scores) = (products.squares(&heights), sums.scores(&heights));
+        for (first, known) in firsts.iter().zip(&mut known) {
+            let information = squares[*first] - sums.taken(*first, &heights, &mut room);
+            known.push(EventScore {
+                information: f64::from(information.max(0.0)),
+                score: f64::from(scores[*first]),
+            });
         }
-        before = Some(first);
-        onsets.push(first * lanes.pulse);
-        let of = |heights: &Vec<f32>| {
-            let heights = &heights[..heights.len().min(lanes.pulse_count() - first)];
-            let whole = products.square(lanes, first, heights);
-            let information = (whole - sums.taken(first, heights, &mut room)).max(0.0);
-            EventScore { information, score: product(heights, &sums.scores[first..]) }
-        };
-        known.push(profiles.iter().map(of).collect());
     }
+    let onsets = firsts.into_iter().map(|first| first * lanes.pulse).collect();
     EventBank { effect, shape, onsets, known }
 }
 
@@ -386,8 +422,7 @@ mod tests {
             let residuals: Vec<f64> = (0..steps).map(|k| (0.7 * k as f64).sin()).collect();
             let weights: Vec<f64> =
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
-            let beside =
-                Beside { left: residuals.clone(), signatures: Vec::new(), factor: Vec::new() };
+            let beside = Beside::of(&residuals, &[], &[]);
             let products = PulseProducts::of(&lanes, &answers, &weights);
             let sums = PulseSums::of(&lanes, &products, &beside);
             let bank = bank(0, shape, &lanes, &products, &sums);

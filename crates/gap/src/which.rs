@@ -34,7 +34,7 @@ use crate::background::BackgroundKind;
 use crate::calibration::Calibration;
 use crate::config::DiagnosisConfig;
 use crate::course::course;
-use crate::design::{Column, Design, EventBank, design};
+use crate::design::{Column, Design, EventBank, HiddenEvents, design};
 use crate::error::GapError;
 use crate::event_bank::Beside;
 use crate::how_far::PersonInput;
@@ -381,7 +381,7 @@ impl Round {
         named: &[Named],
         config: &DiagnosisConfig,
     ) -> Result<Self, GapError> {
-        let subjects: Vec<Subject> = people
+        let mut subjects: Vec<Subject> = people
             .par_iter()
             .enumerate()
             .map(|(place, input)| {
@@ -397,14 +397,15 @@ impl Round {
                     .filter(|lag| named.iter().all(|named| named.effect != *lag))
                     .map(|lag| {
                         let rule = &config.calibration;
-                        lag::likelihoods(observations, calibration, rule, library[lag])
+                        let first = lag::first();
+                        lag::likelihoods(observations, calibration, rule, library[lag], &first)
                     })
                     .transpose()?;
                 let statistics = Statistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
                 let hidden = std::mem::take(&mut design.events);
-                let backgrounds = Backgrounds::of(&design, &statistics, library);
+                let backgrounds = Backgrounds::of(&design, &statistics, &hidden, library);
                 let events = hidden.banks(|effect| backgrounds.beside(effect), &design.weights);
                 let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
                 let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
@@ -415,6 +416,7 @@ impl Round {
                 Ok(Subject { design, statistics, units, events, bins, lags })
             })
             .collect::<Result<_, GapError>>()?;
+        longer_lags(&mut subjects, people, library, named, config)?;
         let mut guards: Vec<(usize, f64)> = Vec::new();
         for (effect, entry) in library.iter().enumerate() {
             let known = named.iter().find(|n| n.effect == effect);
@@ -707,22 +709,28 @@ impl Round {
 
 /// The constant directions of the background beside hidden events, which must not be made of what every meal or
 /// every low of a person shows.
-struct Backgrounds<'a> {
-    each: Vec<Beside<'a>>,
-    /// Place in `each` for each effect of the library.
-    places: Vec<usize>,
+struct Backgrounds {
+    each: Vec<Beside>,
+    /// Effects and their places in `each`.
+    places: Vec<(usize, usize)>,
 }
 
-impl<'a> Backgrounds<'a> {
+impl Backgrounds {
     /// Directions that are what an effect itself would change are left out for it.
-    fn of(design: &'a Design, statistics: &Statistics, library: &[&dyn Effect]) -> Self {
+    /// Directions that are what an effect itself would change are left out for it. `hidden` are the design's.
+    fn of(
+        design: &Design,
+        statistics: &Statistics,
+        hidden: &HiddenEvents,
+        library: &[&dyn Effect],
+    ) -> Self {
         let mut sets: Vec<Vec<usize>> = Vec::new();
-        let mut found = Self { each: Vec::new(), places: Vec::with_capacity(library.len()) };
-        for effect in library {
-            let allowed = beside_columns(statistics, effect.card().name);
+        let mut found = Self { each: Vec::new(), places: Vec::new() };
+        for effect in hidden.effects() {
+            let allowed = beside_columns(statistics, library[effect].card().name);
             let columns: Vec<usize> = allowed.iter().map(|a| a.column).collect();
             let known = sets.iter().position(|set| *set == columns);
-            found.places.push(known.unwrap_or(sets.len()));
+            found.places.push((effect, known.unwrap_or(sets.len())));
             if known.is_none() {
                 sets.push(columns);
                 found.each.push(beside(design, statistics, &allowed));
@@ -731,8 +739,10 @@ impl<'a> Backgrounds<'a> {
         found
     }
 
-    fn beside(&self, effect: usize) -> &Beside<'a> {
-        &self.each[self.places[effect]]
+    /// The background of an effect that acts by hidden events.
+    fn beside(&self, effect: usize) -> &Beside {
+        let place = self.places.iter().find(|(known, _)| *known == effect);
+        &self.each[place.map_or(0, |(_, place)| *place)]
     }
 }
 
@@ -749,7 +759,7 @@ fn beside_columns(statistics: &Statistics, effect: &str) -> Vec<Allowed> {
         .collect()
 }
 
-fn beside<'a>(design: &'a Design, statistics: &Statistics, allowed: &[Allowed]) -> Beside<'a> {
+fn beside(design: &Design, statistics: &Statistics, allowed: &[Allowed]) -> Beside {
     let (fitted, factor) = held_out::fitted_to_all(&statistics.folds, allowed);
     let mut left = design.residuals.clone();
     for (allowed, value) in allowed.iter().zip(fitted) {
@@ -757,8 +767,9 @@ fn beside<'a>(design: &'a Design, statistics: &Statistics, allowed: &[Allowed]) 
             *rest += value * f64::from(*signature);
         }
     }
-    let signatures = allowed.iter().map(|a| design.signatures[a.column].as_slice()).collect();
-    Beside { left, signatures, factor }
+    let of = |allowed: &Allowed| design.signatures[allowed.column].as_slice();
+    let signatures: Vec<&[f32]> = allowed.iter().map(of).collect();
+    Beside::of(&left, &signatures, &factor)
 }
 
 /// Whether a direction of the background is what an effect itself would change.
@@ -781,6 +792,35 @@ fn none() -> Estimated {
         day: [zero; statistics::RANDOM.len()],
         block: [zero; statistics::RANDOM.len()],
     }
+}
+
+/// Runs the longer lags for everybody where the first ones call for it.
+fn longer_lags(
+    subjects: &mut [Subject],
+    people: &[PersonInput<'_>],
+    library: &[&dyn Effect],
+    named: &[Named],
+    config: &DiagnosisConfig,
+) -> Result<(), GapError> {
+    let Some(lag) = library.iter().position(|effect| effect.card().name == lag::NAME) else {
+        return Ok(());
+    };
+    let known: Vec<&lag::Likelihoods> = subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
+    if known.is_empty() || !lag::calls_for_longer(&known) {
+        return Ok(());
+    }
+    subjects.par_iter_mut().zip(people).enumerate().try_for_each(|(place, (subject, input))| {
+        let Some(lags) = &mut subject.lags else { return Ok(()) };
+        let about = (!named.is_empty())
+            .then(|| conditioned(input, place, library, named, config))
+            .transpose()?;
+        let (observations, calibration) = about
+            .as_ref()
+            .map_or((input.observations, input.calibration), |about| (&about.0, &about.1));
+        let rule = &config.calibration;
+        lags.extend(lag::likelihoods(observations, calibration, rule, library[lag], lag::rest())?);
+        Ok(())
+    })
 }
 
 /// A person's record under the effects that have been named, and the calibrated filter run on it.

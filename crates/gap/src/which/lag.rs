@@ -4,7 +4,8 @@
 //! what is left is shared with slow meals and slow insulin. It changes how glucose may move from one reading to
 //! the next, and that is in the filter's gains, which signatures hold. So the filter is run again at each of some lags,
 //! gains and all, and the lags are compared by the likelihood of the readings on days held out. What is tested is a lag
-//! beyond the usual ones, which are tried as well: bodies and sensors below it are no finding.
+//! beyond the usual ones, which are tried as well: bodies and sensors below it are no finding. The likelihood has one
+//! top along the lag: where a cohort likes the first longer lag less than a usual one, no longer one is run.
 
 use effects::Modulation;
 use effects::{Course, Effect, Field};
@@ -27,8 +28,26 @@ const SHARED: f64 = 0.5;
 /// Least standard error of the mean amplitude: a third of the distance between neighbouring lags.
 const LEAST_ERROR: f64 = 0.2;
 
-/// Log likelihoods of one person: by amplitude, [`USUAL`] first, and by day of the record, nats.
+/// Log likelihoods of one person: by amplitude, [`USUAL`] first, and by day of the record, nats. The last of
+/// [`LONGER`] may not be known.
 pub(super) type Likelihoods = Vec<Vec<f64>>;
+
+/// Amplitudes that are run for everybody: the usual ones and the first beyond.
+pub(super) fn first() -> Vec<f64> {
+    [USUAL.as_slice(), &LONGER[..1]].concat()
+}
+
+/// Amplitudes that are run where the first ones call for it.
+pub(super) fn rest() -> &'static [f64] {
+    &LONGER[1..]
+}
+
+/// Whether a cohort likes the first longer lag better than the usual ones.
+pub(super) fn calls_for_longer(people: &[&Likelihoods]) -> bool {
+    let of = |place: usize| -> f64 { people.iter().map(|p| p[place].iter().sum::<f64>()).sum() };
+    let longer = of(USUAL.len());
+    (0..USUAL.len()).all(|usual| of(usual) < longer)
+}
 
 /// The answer.
 #[derive(Debug, Clone)]
@@ -48,7 +67,7 @@ impl LagEvidence {
     }
 }
 
-/// Log likelihoods of one person's days at every lag that is tried.
+/// Log likelihoods of one person's days at some amplitudes of the lag.
 ///
 /// # Errors
 /// As [`filter`](crate::filter::filter).
@@ -57,6 +76,7 @@ pub(super) fn likelihoods(
     calibration: &Calibration,
     rule: &CalibrationRule,
     effect: &dyn Effect,
+    amplitudes: &[f64],
 ) -> Result<Likelihoods, GapError> {
     let steps = observations.len();
     let mut scored = observations.trusted(rule.dose_memory);
@@ -82,10 +102,10 @@ pub(super) fn likelihoods(
         }
         Ok(days)
     };
-    USUAL.iter().chain(&LONGER).map(of).collect()
+    amplitudes.iter().map(of).collect()
 }
 
-/// Held-out evidence for a longer lag than usual. One entry a person.
+/// Held-out evidence for a longer lag than usual, none where the cohort does not call for one. One entry a person.
 pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
     let total = |amplitude: usize, test: Option<usize>| -> f64 {
         let of_person = |days: &Vec<f64>| -> f64 {
@@ -94,7 +114,13 @@ pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
         };
         people.iter().map(|person| of_person(&person[amplitude])).sum()
     };
-    let longer = USUAL.len()..USUAL.len() + LONGER.len();
+    let known = people.iter().map(|person| person.len()).min().unwrap_or(0);
+    if !calls_for_longer(people) || known <= USUAL.len() {
+        let none = vec![0.0; people.len()];
+        let nobody = vec![(0.0, LEAST_ERROR); people.len()];
+        return LagEvidence { gains: none, mean: (0.0, LEAST_ERROR), personal: nobody };
+    }
+    let longer = USUAL.len()..known;
     let best = |among: std::ops::Range<usize>, test: Option<usize>| {
         among.max_by(|a, b| total(*a, test).total_cmp(&total(*b, test))).unwrap_or(0)
     };
