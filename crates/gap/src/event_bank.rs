@@ -94,11 +94,13 @@ impl HiddenEvents {
         for (lanes, answers) in fields.iter().zip(&answers) {
             let products = PulseProducts::of(lanes, answers, weights);
             let mut against: Vec<(&Beside, PulseSums)> = Vec::new();
-            for (effect, shape) in effects.iter().filter(|(_, shape)| shape.field == lanes.field) {
+            let theirs = || effects.iter().filter(|(_, shape)| shape.field == lanes.field);
+            let touched = lanes.touched(theirs().map(|(_, shape)| shape));
+            for (effect, shape) in theirs() {
                 let beside = beside(*effect);
                 let known = against.iter().position(|(known, _)| std::ptr::eq(*known, beside));
                 let place = known.unwrap_or_else(|| {
-                    against.push((beside, PulseSums::of(lanes, &products, beside)));
+                    against.push((beside, PulseSums::of(lanes, &products, &touched, beside)));
                     against.len() - 1
                 });
                 banks.push(bank(*effect, shape.clone(), lanes, &products, &against[place].1));
@@ -229,9 +231,40 @@ impl PulseLanes {
         start..(start + self.reach).min(self.steps)
     }
 
+    /// The answers by step from the start of their pulses, an entry a pulse; 0 beyond the end of the record.
+    fn side_by_side(&self, answers: &[Vec<f32>]) -> Vec<Vec<f32>> {
+        let mut rows = vec![vec![0.0; self.pulse_count()]; self.reach];
+        for k in 0..self.pulse_count() {
+            let answer = &answers[k % self.count()][self.answered(k)];
+            for (row, value) in rows.iter_mut().zip(answer) {
+                row[k] = *value;
+            }
+        }
+        rows
+    }
+
     /// Whether the background answers to what this field changes: it does not to short errors of the sensor.
     fn shared_with_background(&self) -> bool {
         self.pulse > 1
+    }
+
+    /// The pulses that events of these shapes are made of.
+    fn touched<'a>(&self, shapes: impl Iterator<Item = &'a EventShape>) -> Vec<bool> {
+        let mut touched = vec![false; self.pulse_count()];
+        for shape in shapes {
+            let longest = shape.profiles.iter().map(Vec::len).max().unwrap_or(0);
+            let length = longest.div_ceil(self.pulse);
+            let mut reached = 0;
+            for onset in &shape.onsets {
+                let first = onset / self.pulse;
+                let end = (first + length).min(touched.len());
+                for pulse in first.max(reached)..end {
+                    touched[pulse] = true;
+                }
+                reached = reached.max(end);
+            }
+        }
+        touched
     }
 
     /// A profile as heights of pulses.
@@ -258,17 +291,22 @@ impl PulseProducts {
             column.iter().zip(weights).map(|(value, w)| *value * *w as f32).collect()
         };
         let weighted: Vec<Vec<f32>> = answers.iter().map(weight).collect();
-        let (count, pulses) = (lanes.count(), lanes.pulse_count());
-        let mut grams = Vec::with_capacity(count);
-        for distance in 0..count {
-            let mut row = vec![0.0; pulses.saturating_sub(distance)];
-            for (k, gram) in row.iter_mut().enumerate() {
-                let other = k + distance;
-                let both = lanes.answered(other).start..lanes.answered(k).end;
-                *gram = product(&weighted[k % count][both.clone()], &answers[other % count][both]);
-            }
-            grams.push(row);
-        }
+        let pulses = lanes.pulse_count();
+        // By step from the start of a pulse, pulses side by side.
+        let (plain, heavy) = (lanes.side_by_side(answers), lanes.side_by_side(&weighted));
+        let grams = (0..lanes.count())
+            .map(|distance| {
+                let mut grams = vec![0.0; pulses.saturating_sub(distance)];
+                let later = heavy.iter().skip(distance * lanes.pulse);
+                for (first, second) in later.zip(&plain) {
+                    let second = second.get(distance..).unwrap_or_default();
+                    for ((gram, a), b) in grams.iter_mut().zip(first).zip(second) {
+                        *gram += a * b;
+                    }
+                }
+                grams
+            })
+            .collect();
         Self { weighted, grams }
     }
 
@@ -299,7 +337,8 @@ impl PulseProducts {
 struct PulseSums {
     /// Minus the product of each answer with what is left of the residuals.
     scores: Vec<f32>,
-    /// By pulse: the products of its answer with each row of the background; `width` numbers each.
+    /// By pulse: the products of its answer with each row of the background; `width` numbers each, 0 for a pulse
+    /// that no event has.
     shared: Vec<f32>,
     /// 0 where the background does not answer.
     width: usize,
@@ -307,7 +346,7 @@ struct PulseSums {
 
 impl PulseSums {
     #[inline(always)]
-    fn of(lanes: &PulseLanes, products: &PulseProducts, beside: &Beside) -> Self {
+    fn of(lanes: &PulseLanes, products: &PulseProducts, touched: &[bool], beside: &Beside) -> Self {
         let pulses = lanes.pulse_count();
         let width = if lanes.shared_with_background() { beside.width } else { 0 };
         let mut sums =
@@ -316,7 +355,7 @@ impl PulseSums {
             let answer = products.answer(lanes, k);
             let start = lanes.answered(k).start;
             sums.scores.push(-product(answer, &beside.left[start..]));
-            if width > 0 {
+            if width > 0 && touched[k] {
                 let shared = &mut sums.shared[k * width..][..width];
                 let rows = beside.rows[start * width..].chunks_exact(width);
                 for (value, row) in answer.iter().zip(rows) {
@@ -424,7 +463,7 @@ mod tests {
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
             let beside = Beside::of(&residuals, &[], &[]);
             let products = PulseProducts::of(&lanes, &answers, &weights);
-            let sums = PulseSums::of(&lanes, &products, &beside);
+            let sums = PulseSums::of(&lanes, &products, &vec![true; steps], &beside);
             let bank = bank(0, shape, &lanes, &products, &sums);
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
             for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
