@@ -26,6 +26,9 @@ const AMPLITUDE: f64 = 0.5;
 /// Steps that the answer of the filter to a unit of a random factor is followed beyond it: 6 h.
 const ANSWER: usize = 6 * STEPS_PER_HOUR;
 
+/// Steps that are whitened before they are handed to their columns: they stay in the fastest cache.
+const BATCH: usize = 64;
+
 /// What a column of a design stands for.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Column {
@@ -147,9 +150,8 @@ pub fn design(
     let mut whitened: Vec<Vec<f32>> = vec![Vec::new(); directions.len()];
     let (model, filtered) = (&calibration.model, &calibration.filtered);
     few_at_a_time(model, observations, filtered, &directions, |members, raw| {
-        let rows = whitener.rows(raw);
-        for (lane, member) in members.iter().enumerate() {
-            whitened[*member] = rows.iter().map(|row| row[lane]).collect();
+        for (member, column) in members.iter().zip(whitener.columns(raw)) {
+            whitened[*member] = column;
         }
     })?;
     let mut factors = whitened.split_off(events_end).into_iter();
@@ -202,21 +204,30 @@ impl Whitener {
         }
     }
 
-    /// Whitens directions side by side, one row a step.
-    fn rows(&self, raw: &[Lanes]) -> Vec<Lanes> {
-        let mut rows = vec![[0.0; LANES]; raw.len()];
-        // What is whitened has both of the entries before it.
-        for step in 2 * self.spacing..raw.len() {
-            let (earlier, before) = (step - 2 * self.spacing, step - self.spacing);
-            let now = self.scored[step] * self.inverse[step];
-            let first = self.scored[step] * self.a1 * self.inverse[before];
-            let second = self.scored[step] * self.a2 * self.inverse[earlier];
-            for lane in 0..LANES {
-                rows[step][lane] =
-                    now * raw[step][lane] - first * raw[before][lane] - second * raw[earlier][lane];
+    /// Whitens directions that lie side by side, a row a step, into a column each.
+    fn columns(&self, raw: &[Lanes]) -> [Vec<f32>; LANES] {
+        let mut columns: [Vec<f32>; LANES] = std::array::from_fn(|_| Vec::with_capacity(raw.len()));
+        let mut rows = [[0.0; LANES]; BATCH];
+        for first in (0..raw.len()).step_by(BATCH) {
+            let count = BATCH.min(raw.len() - first);
+            for (row, step) in rows.iter_mut().zip(first..first + count) {
+                // What is whitened has both of the entries before it.
+                if step < 2 * self.spacing {
+                    continue;
+                }
+                let (earlier, before) = (step - 2 * self.spacing, step - self.spacing);
+                let now = self.scored[step] * self.inverse[step];
+                let once = self.scored[step] * self.a1 * self.inverse[before];
+                let twice = self.scored[step] * self.a2 * self.inverse[earlier];
+                *row = std::array::from_fn(|lane| {
+                    now * raw[step][lane] - once * raw[before][lane] - twice * raw[earlier][lane]
+                });
+            }
+            for (lane, column) in columns.iter_mut().enumerate() {
+                column.extend(rows[..count].iter().map(|row| row[lane]));
             }
         }
-        rows
+        columns
     }
 }
 

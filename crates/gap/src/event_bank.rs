@@ -211,10 +211,9 @@ impl PulseLanes {
     fn directions(&self) -> impl Iterator<Item = Direction> + '_ {
         (0..self.count()).map(|lane| {
             let mut course = vec![0.0; self.steps];
-            for (step, value) in course.iter_mut().enumerate() {
-                if (step / self.pulse) % self.count() == lane {
-                    *value = 1.0;
-                }
+            for k in (lane..self.pulse_count()).step_by(self.count()) {
+                let start = k * self.pulse;
+                course[start..(start + self.pulse).min(self.steps)].fill(1.0);
             }
             Direction::Course(vec![(self.field, course)])
         })
