@@ -11,6 +11,7 @@ mod card;
 mod error;
 pub mod import;
 pub mod initial_state;
+pub mod kernel;
 mod network;
 mod per_compartment;
 mod population;

@@ -8,14 +8,16 @@ mod config;
 mod epoch;
 mod initial_weights;
 pub mod loss;
+mod loss_terms;
 mod roll_out;
 mod train;
 mod validation;
-mod windows;
+pub(crate) mod windows;
 
 pub use config::{GradientLimit, KeptWeights, LearningRate, Stage, TrainingConfig};
 pub use epoch::EpochReport;
 pub use initial_weights::initial_networks;
+pub use loss_terms::LossTerms;
 pub use roll_out::RollOut;
 pub use train::{Provenance, Trained, TrainingReport, train};
 pub use validation::{GroupErrors, WindowGroup, validate};

@@ -1,5 +1,6 @@
 //! The roll-out of the population model as a plain candle graph.
 
+use candle_core::backprop::GradStore;
 use candle_core::{DType, Device, Tensor, Var};
 use physiology::STEP;
 
@@ -155,10 +156,36 @@ impl RollOut {
     /// # Errors
     /// [`ModelError::NotFinite`] if training made a weight something else than a finite number.
     pub fn networks(&self) -> Result<PerCompartment<HiddenLayerNetwork>, ModelError> {
-        let rows = |var: &Var| -> Result<Vec<Vec<f64>>, ModelError> {
-            Ok(var.as_tensor().to_dtype(DType::F64)?.to_vec2::<f64>()?)
+        self.arranged(&self.w1, &self.w2, &self.b2)
+    }
+
+    /// The slopes of a loss by the weights, each in the place of its weight.
+    ///
+    /// # Errors
+    /// [`ModelError::NotFinite`] if a slope is something else than a finite number;
+    /// [`ModelError::Training`] if the loss does not depend on this graph.
+    pub fn slopes(
+        &self,
+        gradients: &GradStore,
+    ) -> Result<PerCompartment<HiddenLayerNetwork>, ModelError> {
+        let of = |variable: &Var| {
+            let problem = "the loss does not depend on the networks".to_owned();
+            gradients.get(variable).ok_or(ModelError::Training { problem })
         };
-        let (w1, w2, b2) = (rows(&self.w1)?, rows(&self.w2)?, rows(&self.b2)?);
+        self.arranged(of(&self.w1)?, of(&self.w2)?, of(&self.b2)?)
+    }
+
+    /// Matrices in the shape of this graph's weights as networks.
+    fn arranged(
+        &self,
+        w1: &Tensor,
+        w2: &Tensor,
+        b2: &Tensor,
+    ) -> Result<PerCompartment<HiddenLayerNetwork>, ModelError> {
+        let rows = |matrix: &Tensor| -> Result<Vec<Vec<f64>>, ModelError> {
+            Ok(matrix.to_dtype(DType::F64)?.to_vec2::<f64>()?)
+        };
+        let (w1, w2, b2) = (rows(w1)?, rows(w2)?, rows(b2)?);
         let mut first = 0;
         PerCompartment::try_from_fn(|compartment| {
             let signals = self.wiring.inputs(compartment);

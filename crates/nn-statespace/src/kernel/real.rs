@@ -1,0 +1,125 @@
+//! The two precisions of the kernel.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::lanes::{Instructions, Job, Portable};
+
+/// Single precision, in which networks are trained, and double precision, in which gradients are
+/// checked.
+///
+/// Sealed: `f32` and `f64`.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Default
+    + Debug
+    + PartialEq
+    + PartialOrd
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + std::iter::Sum
+    + 'static
+{
+    /// Zero.
+    const ZERO: Self;
+    /// The nearest number of this precision.
+    fn of(value: f64) -> Self;
+    /// The same number in double precision.
+    fn to_f64(self) -> f64;
+    /// Whether it is neither infinite nor not a number.
+    fn is_finite(self) -> bool;
+}
+
+/// What the kernel itself needs of a precision; out of reach from outside.
+pub(super) mod sealed {
+    use super::{Instructions, Job};
+
+    pub trait Sealed: Sized {
+        /// An unsigned integer of the same size.
+        type Bits: Copy;
+        /// `self b + c`; rounded once if the target fuses the two without being asked.
+        fn multiply_add(self, b: Self, c: Self) -> Self;
+        /// All bits if `self > 0`, else none.
+        fn ones_where_positive(self) -> Self::Bits;
+        /// `self` with the bits of `mask` alone.
+        fn masked(self, mask: Self::Bits) -> Self;
+        /// Does `job` with these instructions.
+        fn dispatch<J: Job<Self>>(instructions: Instructions, job: J) -> J::Output
+        where
+            Self: super::Real;
+    }
+}
+
+macro_rules! real {
+    ($real:ident, $bits:ident) => {
+        impl Real for $real {
+            const ZERO: Self = 0.0;
+
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                value as $real
+            }
+
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                $real::is_finite(self)
+            }
+        }
+
+        impl sealed::Sealed for $real {
+            type Bits = $bits;
+
+            #[inline(always)]
+            fn multiply_add(self, b: Self, c: Self) -> Self {
+                // Without the instruction, mul_add is a slow call.
+                if cfg!(target_arch = "aarch64") { self.mul_add(b, c) } else { self * b + c }
+            }
+
+            #[inline(always)]
+            fn ones_where_positive(self) -> $bits {
+                if self > 0.0 { $bits::MAX } else { 0 }
+            }
+
+            #[inline(always)]
+            fn masked(self, mask: $bits) -> Self {
+                Self::from_bits(self.to_bits() & mask)
+            }
+
+            fn dispatch<J: Job<Self>>(instructions: Instructions, job: J) -> J::Output {
+                #[cfg(target_arch = "x86_64")]
+                {
+                    use super::x86::{Avx2, Avx512};
+                    match instructions {
+                        Instructions::Portable => {}
+                        Instructions::Avx2 => {
+                            if let Some(token) = Avx2::detect() {
+                                return token.vectorize(job);
+                            }
+                        }
+                        Instructions::Avx512 => {
+                            if let Some(token) = Avx512::detect() {
+                                return token.vectorize(job);
+                            }
+                        }
+                    }
+                }
+                let _ = instructions;
+                job.run(Portable)
+            }
+        }
+    };
+}
+
+real!(f32, u32);
+real!(f64, u64);

@@ -1,0 +1,180 @@
+//! The networks in the form that the kernel reads.
+
+use physiology::{Compartment, STEP};
+
+use super::layout::ParameterLayout;
+use super::real::Real;
+use crate::error::ModelError;
+use crate::training::windows::STATES;
+use crate::wiring::{Signal, Wiring};
+
+/// Signals that networks can see: ten states, insulin, carbohydrate.
+pub(super) const SIGNALS: usize = STATES + 2;
+
+/// A hidden unit and what it adds while it is active.
+///
+/// Its activation is `w . x + b`. While that is positive, the step of the unit's state grows by
+/// `slopes . x + offset`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Unit<T, const N: usize> {
+    pub(super) w: [T; N],
+    pub(super) b: T,
+    /// `STEP v w`, with the unit's output weight `v`; scaled units per scaled unit.
+    pub(super) slopes: [T; N],
+    /// `STEP v b`, scaled units.
+    pub(super) offset: T,
+}
+
+/// The units of a network by the number of its inputs, filled up with inputs of weight 0.
+///
+/// Paper Eq. 2 knows two, four and five inputs; twelve are all signals.
+#[derive(Debug, Clone)]
+pub(super) enum Units<T> {
+    Two(Vec<Unit<T, 2>>),
+    Four(Vec<Unit<T, 4>>),
+    Five(Vec<Unit<T, 5>>),
+    All(Vec<Unit<T, SIGNALS>>),
+}
+
+/// A network in the form that the kernel reads.
+#[derive(Debug, Clone)]
+pub(super) struct Network<T> {
+    pub(super) compartment: Compartment,
+    /// Rows of the signals it sees; what fills them up repeats the first.
+    pub(super) signals: [usize; SIGNALS],
+    /// How many of them are seen.
+    pub(super) seen: usize,
+    pub(super) units: Units<T>,
+    /// `STEP b2`, scaled units.
+    pub(super) offset: T,
+    /// Its first row among the stored slopes of a step.
+    pub(super) first_slope: usize,
+}
+
+/// All ten.
+#[derive(Debug, Clone)]
+pub(super) struct Networks<T> {
+    pub(super) each: Vec<Network<T>>,
+    /// Rows of slopes in a step.
+    pub(super) slopes: usize,
+}
+
+impl<T: Real> Networks<T> {
+    /// Networks without units, to be filled by [`Self::set`].
+    pub(super) fn new(wiring: &Wiring) -> Self {
+        let mut slopes = 0;
+        let each = Compartment::ALL.map(|compartment| {
+            let seen = wiring.inputs(compartment);
+            let mut signals = [row_of(seen[0]); SIGNALS];
+            for (row, signal) in signals.iter_mut().zip(seen) {
+                *row = row_of(*signal);
+            }
+            let units = match seen.len() {
+                ..=2 => Units::Two(Vec::new()),
+                3 | 4 => Units::Four(Vec::new()),
+                5 => Units::Five(Vec::new()),
+                _ => Units::All(Vec::new()),
+            };
+            let first_slope = slopes;
+            slopes += units.inputs();
+            let seen = seen.len();
+            Network { compartment, signals, seen, units, offset: T::ZERO, first_slope }
+        });
+        Self { each: each.into(), slopes }
+    }
+
+    /// Takes over the weights.
+    ///
+    /// # Errors
+    /// [`ModelError::Shape`] or [`ModelError::NotFinite`], as [`ParameterLayout::networks`].
+    pub(super) fn set(
+        &mut self,
+        layout: &ParameterLayout,
+        parameters: &[T],
+    ) -> Result<(), ModelError> {
+        layout.check_len(parameters.len())?;
+        // The activity of a unit would hide a weight that is not a number.
+        if let Some(index) = parameters.iter().position(|weight| !weight.is_finite()) {
+            return Err(ModelError::NotFinite { tensor: "parameters".to_owned(), index });
+        }
+        let step = T::of(STEP.0);
+        for network in &mut self.each {
+            let span = layout.of(network.compartment);
+            network.offset = step * parameters[span.b2()];
+            let rows = parameters[span.w1()].chunks_exact(span.inputs());
+            let biases = parameters[span.b1()].iter().zip(&parameters[span.w2()]);
+            let each = rows.zip(biases).map(|(row, (b, v))| (row, *b, *v));
+            match &mut network.units {
+                Units::Two(units) => fill(units, each),
+                Units::Four(units) => fill(units, each),
+                Units::Five(units) => fill(units, each),
+                Units::All(units) => fill(units, each),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<T> Units<T> {
+    /// Inputs of a unit, those of weight 0 included.
+    pub(super) fn inputs(&self) -> usize {
+        match self {
+            Self::Two(_) => 2,
+            Self::Four(_) => 4,
+            Self::Five(_) => 5,
+            Self::All(_) => SIGNALS,
+        }
+    }
+}
+
+fn fill<'a, T: Real, const N: usize>(
+    units: &mut Vec<Unit<T, N>>,
+    each: impl Iterator<Item = (&'a [T], T, T)>,
+) {
+    let step = T::of(STEP.0);
+    units.clear();
+    units.extend(each.map(|(row, b, v)| {
+        let mut w = [T::ZERO; N];
+        w[..row.len()].copy_from_slice(row);
+        Unit { w, b, slopes: w.map(|weight| step * v * weight), offset: step * v * b }
+    }));
+}
+
+/// The slopes of the weights, from sums over samples and steps, both in the order of `layout`.
+///
+/// `sums` holds in the place of a unit's `w1` the sums of `m g x`, in that of its `b1` the sum of
+/// `m g` and in the place of `b2` the sum of `g`, where `m` is 1 while the unit is active, `g` the
+/// slope of the loss by the state's step and `x` the inputs. The slopes take their place.
+pub(super) fn slopes_of_weights<T: Real>(
+    layout: &ParameterLayout,
+    parameters: &[T],
+    sums: &mut [T],
+) {
+    let step = T::of(STEP.0);
+    for compartment in Compartment::ALL {
+        let span = layout.of(compartment);
+        let inputs = span.inputs();
+        for unit in 0..span.hidden() {
+            let (row, b, v) =
+                (span.w1().start + unit * inputs, span.b1().start + unit, span.w2().start + unit);
+            // v enters as v (w . x + b) while the unit is active.
+            let mut by_v = parameters[b] * sums[b];
+            for place in row..row + inputs {
+                by_v = by_v + parameters[place] * sums[place];
+                sums[place] = step * parameters[v] * sums[place];
+            }
+            sums[b] = step * parameters[v] * sums[b];
+            sums[v] = step * by_v;
+        }
+        sums[span.b2()] = step * sums[span.b2()];
+    }
+}
+
+/// The row of a signal.
+fn row_of(signal: Signal) -> usize {
+    match signal {
+        Signal::State(compartment) => compartment as usize,
+        Signal::Insulin => STATES,
+        Signal::Carbs => STATES + 1,
+    }
+}
