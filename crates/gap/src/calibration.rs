@@ -19,7 +19,7 @@ use crate::error::GapError;
 use crate::filter::{Filtered, Innovation, filter, innovations, replay};
 use crate::noise::NoiseModel;
 use crate::observations::{Observations, Reading};
-use crate::tangent::{Direction, Parameter, signatures};
+use crate::tangent::{Direction, Lanes, Parameter, filtered_along};
 use crate::whitening::{Autoregression, HUBER_THRESHOLD, huber_loss, huber_weight, robust_scale};
 
 /// A parameter that is calibrated to a person.
@@ -388,16 +388,31 @@ fn best_start(setting: &Setting<'_>, end: usize) -> Result<PersonalFactors, GapE
     Ok(best.1)
 }
 
-/// A run of the filter over the whole record and its whitened innovations.
+/// A run of the filter over the whole record, its whitened innovations, and the derivatives of the innovations
+/// by the factors.
 struct Run {
     filtered: Filtered,
     whitening: Whitening,
     whitened: Vec<Option<f64>>,
+    /// One row a step, the factors beside each other; mg/dL.
+    signatures: Vec<Lanes>,
 }
 
 impl Run {
-    fn at(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
-        let filtered = filter(&setting.model(factors), setting.record)?;
+    /// `room` is forgotten and filled anew.
+    fn at(
+        setting: &Setting<'_>,
+        factors: &PersonalFactors,
+        room: Option<Self>,
+    ) -> Result<Self, GapError> {
+        let mut filtered = room
+            .map_or_else(|| Filtered::with_capacity(setting.record.len()), |room| room.filtered);
+        let mut signatures = Vec::new();
+        let directions = PARAMETERS.map(Direction::Parameter);
+        let model = setting.model(factors);
+        filtered_along(&model, setting.record, &directions, &mut filtered, |_, rows| {
+            signatures = rows;
+        })?;
         let innovations: Vec<Option<Innovation>> = filtered
             .innovations
             .iter()
@@ -406,7 +421,7 @@ impl Run {
             .collect();
         let whitening = Whitening::fitted(&innovations);
         let whitened = whitening.autoregression.whitened(&normalised(&innovations));
-        Ok(Self { filtered, whitening, whitened })
+        Ok(Self { filtered, whitening, whitened, signatures })
     }
 
     /// Whitened innovations of other factors with gains and whitening held.
@@ -454,9 +469,10 @@ fn solved(
     let mut path: Vec<(PersonalFactors, Factors)> = Vec::new();
     let mut nearest = (f64::INFINITY, factors);
     let mut iterations = 0;
+    let mut room = None;
     loop {
-        let run = Run::at(setting, &factors)?;
-        let equations = NormalEquations::of_held_gains(setting, &run, &factors)?;
+        let run = Run::at(setting, &factors, room.take())?;
+        let equations = NormalEquations::of_held_gains(&run, &factors);
         let step = equations.step(&factors, setting)?;
         let size = equations.length(&step);
         let converged = size < rule.tolerance;
@@ -473,6 +489,7 @@ fn solved(
             // Where gains turn the equation about faster than factors approach its solution, there may be
             // none; the least step that was seen comes nearest.
             factors = nearest.1;
+            room = Some(run);
             continue;
         }
         let mut share = 1.0;
@@ -493,6 +510,7 @@ fn solved(
             path.clear();
             factors = moved(&factors, &step.map(|value| share * value), setting.bound);
         }
+        room = Some(run);
     }
 }
 
@@ -618,24 +636,17 @@ impl NormalEquations {
     }
 
     /// Of the estimating equation at a run of the filter.
-    fn of_held_gains(
-        setting: &Setting<'_>,
-        run: &Run,
-        factors: &PersonalFactors,
-    ) -> Result<Self, GapError> {
-        let directions = PARAMETERS.map(Direction::Parameter);
-        let model = setting.model(factors);
-        let raw = signatures(&model, setting.record, &run.filtered, &directions)?;
+    fn of_held_gains(run: &Run, factors: &PersonalFactors) -> Self {
         let Autoregression { a1, a2, spacing } = run.whitening.autoregression;
         // Signatures in the units of the innovations they are whitened with, factors beside each other.
         let normalised: Vec<Factors> = run
             .filtered
             .innovations
             .iter()
-            .enumerate()
-            .map(|(step, innovation)| {
+            .zip(&run.signatures)
+            .map(|(innovation, signature)| {
                 let inverse = innovation.map_or(0.0, |i| i.variance.sqrt().recip());
-                std::array::from_fn(|k| inverse * raw[k][step])
+                std::array::from_fn(|k| inverse * f64::from(signature[k]))
             })
             .collect();
         let (mut curvature, mut gradient) = ([[0.0; FACTORS]; FACTORS], [0.0; FACTORS]);
@@ -661,7 +672,7 @@ impl NormalEquations {
             curvature[place][place] += precision;
             gradient[place] += precision * factors.0[place];
         }
-        Ok(Self { curvature, gradient })
+        Self { curvature, gradient }
     }
 
     /// The step that solves the equations.

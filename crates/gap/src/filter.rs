@@ -2,7 +2,7 @@
 
 use physiology::{MgPerDl, STEPS_PER_DAY};
 
-use crate::augmented::{AugmentedModel, AugmentedState};
+use crate::augmented::{AugmentedModel, AugmentedState, Transition};
 use crate::covariance::Gain;
 use crate::error::GapError;
 use crate::observations::{Observations, Reading, SENSOR_HIGH, SENSOR_LOW};
@@ -36,6 +36,42 @@ pub struct Filtered {
     pub gains: Vec<Option<Gain>>,
 }
 
+impl Filtered {
+    pub(crate) fn with_capacity(steps: usize) -> Self {
+        Self {
+            states: Vec::with_capacity(steps),
+            innovations: Vec::with_capacity(steps),
+            gains: Vec::with_capacity(steps),
+        }
+    }
+
+    /// Appends what was made of a step.
+    pub(crate) fn push(&mut self, seen: &Seen<'_>) {
+        self.states.push(*seen.state);
+        self.innovations.push(seen.innovation);
+        self.gains.push(seen.gain);
+    }
+
+    /// Forgets everything and keeps the room.
+    pub(crate) fn clear(&mut self) {
+        self.states.clear();
+        self.innovations.clear();
+        self.gains.clear();
+    }
+}
+
+/// What the filter made of one step.
+pub(crate) struct Seen<'a> {
+    pub(crate) step: usize,
+    /// The state after the step's reading, before the step's inputs.
+    pub(crate) state: &'a AugmentedState,
+    pub(crate) innovation: Option<Innovation>,
+    pub(crate) gain: Option<Gain>,
+    /// The state expected one step later, and its derivative by `state`.
+    pub(crate) following: &'a AugmentedState,
+    pub(crate) transition: &'a Transition,
+}
+
 /// Runs the filter.
 ///
 /// A missing or interpolated reading is predicted through. A reading at an end of the sensor's range corrects the
@@ -47,15 +83,10 @@ pub struct Filtered {
 /// [`GapError::FilterNotFinite`] with the step.
 pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
     let n = record.len();
-    let mut filtered = Filtered {
-        states: Vec::with_capacity(n),
-        innovations: Vec::with_capacity(n),
-        gains: Vec::with_capacity(n),
-    };
-    run(model, record, n, |state, innovation, gain| {
-        filtered.states.push(*state);
-        filtered.innovations.push(innovation);
-        filtered.gains.push(gain);
+    let mut filtered = Filtered::with_capacity(n);
+    run(model, record, n, |seen| {
+        filtered.push(&seen);
+        Ok(())
     })?;
     Ok(filtered)
 }
@@ -67,16 +98,19 @@ pub(crate) fn innovations(
     end: usize,
 ) -> Result<Vec<Option<Innovation>>, GapError> {
     let mut innovations = Vec::with_capacity(end.min(record.len()));
-    run(model, record, end, |_, innovation, _| innovations.push(innovation))?;
+    run(model, record, end, |seen| {
+        innovations.push(seen.innovation);
+        Ok(())
+    })?;
     Ok(innovations)
 }
 
-/// Runs the filter over the steps before `end` and tells `seen` what each step's reading made of the state.
-fn run(
+/// Runs the filter over the steps before `end` and tells `seen` of each.
+pub(crate) fn run(
     model: &AugmentedModel,
     record: &Observations,
     end: usize,
-    seen: impl FnMut(&AugmentedState, Option<Innovation>, Option<Gain>),
+    seen: impl FnMut(Seen<'_>) -> Result<(), GapError>,
 ) -> Result<(), GapError> {
     check_length(record)?;
     pulp::Arch::new().dispatch(Running { model, record, end, seen })
@@ -91,9 +125,7 @@ struct Running<'a, F> {
     seen: F,
 }
 
-impl<F: FnMut(&AugmentedState, Option<Innovation>, Option<Gain>)> pulp::NullaryFnOnce
-    for Running<'_, F>
-{
+impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running<'_, F> {
     type Output = Result<(), GapError>;
 
     #[inline(always)]
@@ -116,8 +148,6 @@ impl<F: FnMut(&AugmentedState, Option<Innovation>, Option<Gain>)> pulp::NullaryF
                 .filter(|_| scored)
                 .zip(difference)
                 .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
-            seen(&state, innovation, gain);
-
             let input = &record.inputs[step];
             model.add_meal_noise(&mut covariance, input);
             let (following, transition) =
@@ -128,6 +158,14 @@ impl<F: FnMut(&AugmentedState, Option<Innovation>, Option<Gain>)> pulp::NullaryF
             if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
                 return Err(failed());
             }
+            seen(Seen {
+                step,
+                state: &state,
+                innovation,
+                gain,
+                following: &following,
+                transition: &transition,
+            })?;
             state = following;
         }
         Ok(())

@@ -6,21 +6,23 @@
 //! With the innovation e = y - h x and the correction x + K e, a perturbation dx gives
 //! de = -h dx - (direct change of the reading), dx <- dx + K de, dx <- A dx + B m.
 //!
-//! What a step does is worked out once, in double precision; directions then pass over the record a few at a
-//! time, side by side in the processor's registers, in single precision. Perturbations fade, so that rounding does
+//! What a step does is worked out once, in double precision, by the filter itself where directions are known
+//! before it runs; directions then pass over the record a few at a time, side by side in the processor's
+//! registers, in single precision. Perturbations fade, so that rounding does
 //! not add up: it stays near a millionth of a signature.
 
+mod passing;
 mod step_slopes;
+mod steps;
 
-use effects::{FIELDS, Field};
-use ode_sim::{OdeParameters, slot};
-use physiology::Compartment;
+use effects::Field;
+use ode_sim::OdeParameters;
 
-use self::step_slopes::StepSlopes;
-use crate::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, SENSOR, STATES};
-use crate::covariance::Gain;
+use self::passing::{Block, Pass};
+use self::steps::Steps;
+use crate::augmented::{AugmentedModel, STATES};
 use crate::error::GapError;
-use crate::filter::{Filtered, start};
+use crate::filter::{Filtered, Seen, run};
 use crate::observations::Observations;
 
 /// A direction in which the model is changed.
@@ -72,9 +74,6 @@ impl Parameter {
     }
 }
 
-/// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
-/// far above rounding, far below the curvature of a step.
-const SPACING: f64 = 1e-4;
 /// Directions that are carried along together: as many numbers as the registers in use hold.
 pub(crate) const LANES: usize = 8;
 /// One number a direction.
@@ -82,6 +81,10 @@ pub(crate) type Lanes = [f32; LANES];
 
 /// A perturbation of the state along [`LANES`] directions.
 type States = [Lanes; STATES];
+
+/// Steps that are worked out before directions pass over them while the filter runs: few enough to stay in
+/// the processor's nearest memory.
+const AT_ONCE: usize = 16;
 
 /// Derivatives of the innovations along each direction, mg/dL per unit of amplitude.
 ///
@@ -113,13 +116,67 @@ pub(crate) fn few_at_a_time(
     directions: &[Direction],
     mut taken: impl FnMut(&[usize], &[Lanes]),
 ) -> Result<(), GapError> {
-    let steps = Steps::of(model, record, frozen, directions)?;
-    let arch = pulp::Arch::new();
-    let mut rows = vec![[0.0; LANES]; record.len()];
+    let n = record.len();
+    let mut steps = Steps::new(model, record, directions, n);
+    for step in 0..n {
+        let state = &frozen.states[step];
+        let (following, transition) = model
+            .linearised(state, &record.inputs[step], record.modulation(step))
+            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
+        steps.push(&Seen {
+            step,
+            state,
+            innovation: frozen.innovations[step],
+            gain: frozen.gains[step],
+            following: &following,
+            transition: &transition,
+        })?;
+    }
+    let mut rows = Vec::with_capacity(n);
     for (place, members) in in_order(directions).chunks(LANES).enumerate() {
-        let block = Block::of(&steps, place, members, directions, record.len());
-        arch.dispatch(Passing { steps: &steps, block: &block, rows: &mut rows });
+        let block = Block::of(&steps, place, members, directions, n);
+        rows.clear();
+        Pass::new(&block).over(&steps, &mut rows);
         taken(members, &rows);
+    }
+    Ok(())
+}
+
+/// Runs the filter and carries directions along in the same pass: `filtered` becomes what
+/// [`filter`](crate::filter::filter) makes of the record, and `taken` is told as by [`few_at_a_time`] of it.
+///
+/// For a handful of directions: their derivatives are all held at once.
+pub(crate) fn filtered_along(
+    model: &AugmentedModel,
+    record: &Observations,
+    directions: &[Direction],
+    filtered: &mut Filtered,
+    mut taken: impl FnMut(&[usize], Vec<Lanes>),
+) -> Result<(), GapError> {
+    let n = record.len();
+    let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
+    let order = in_order(directions);
+    let blocks: Vec<Block> = order
+        .chunks(LANES)
+        .enumerate()
+        .map(|(place, members)| Block::of(&steps, place, members, directions, n))
+        .collect();
+    let mut passes: Vec<(Pass<'_>, Vec<Lanes>)> =
+        blocks.iter().map(|block| (Pass::new(block), Vec::with_capacity(n))).collect();
+    filtered.clear();
+    run(model, record, n, |seen| {
+        filtered.push(&seen);
+        steps.push(&seen)?;
+        if steps.len() == AT_ONCE || seen.step + 1 == n {
+            for (pass, rows) in &mut passes {
+                pass.over(&steps, rows);
+            }
+            steps.clear();
+        }
+        Ok(())
+    })?;
+    for (members, (_, rows)) in order.chunks(LANES).zip(passes) {
+        taken(members, rows);
     }
     Ok(())
 }
@@ -141,280 +198,73 @@ fn reads_only(field: Field) -> bool {
     matches!(field, Field::SensorGain | Field::SensorOffset)
 }
 
-/// The states that a field changes within a step.
-fn reached(field: Field) -> &'static [usize] {
-    const S1: usize = slot(Compartment::S1);
-    const S2: usize = slot(Compartment::S2);
-    const I: usize = slot(Compartment::I);
-    const X1: usize = slot(Compartment::X1);
-    const X2: usize = slot(Compartment::X2);
-    const X3: usize = slot(Compartment::X3);
-    const Q1: usize = slot(Compartment::Q1);
-    const C1: usize = slot(Compartment::C1);
-    const C2: usize = slot(Compartment::C2);
-    match field {
-        Field::InsulinInput => &[S1],
-        Field::InsulinTime => &[S1, S2, I],
-        Field::Action => &[X1, X2],
-        Field::LiverAction => &[X3],
-        Field::GutTime => &[Q1, C1, C2, INTERSTITIAL],
-        Field::CarbAmount | Field::ExtraCarbs => &[C1, C2],
-        Field::Production
-        | Field::Flux
-        | Field::LowGlucoseProduction
-        | Field::RenalRate
-        | Field::RenalThreshold => &[Q1, INTERSTITIAL],
-        Field::SensorLag => &[INTERSTITIAL],
-        Field::SensorGain | Field::SensorOffset => &[],
-    }
-}
+#[cfg(test)]
+mod tests {
+    use effects::Modulation;
+    use ode_sim::EgpMode;
+    use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 
-/// What one step does to perturbations, whatever their direction.
-struct Step {
-    transition: Narrow,
-    /// 0 where the filter only predicted.
-    gain: [f32; STATES],
-    /// What a reading gains per mg/dL of interstitial glucose.
-    sensor_gain: f32,
-    /// Interstitial glucose as expected before the reading, mg/dL.
-    expected: f32,
-    scored: bool,
-    /// Whether the correction was cut off at the lowest glucose.
-    floored: bool,
-}
+    use super::*;
+    use crate::filter::filter;
+    use crate::noise::NoiseModel;
+    use crate::observations::Reading;
 
-/// What the steps of a record do.
-struct Steps {
-    each: Vec<Step>,
-    /// For each field that is asked for, the derivative of the states it reaches, step by step; 0 where
-    /// no course asks.
-    fields: [Vec<f32>; FIELDS],
-    /// The parameters that are asked for, [`LANES`] at a time.
-    parameters: Vec<Parameters>,
-}
-
-/// The derivative of the start and of each step by some parameters.
-struct Parameters {
-    begin: States,
-    steps: Vec<States>,
-}
-
-impl Steps {
-    fn of(
-        model: &AugmentedModel,
-        record: &Observations,
-        frozen: &Filtered,
-        directions: &[Direction],
-    ) -> Result<Self, GapError> {
-        let n = record.len();
-        let mut asked: [Vec<bool>; FIELDS] = std::array::from_fn(|_| Vec::new());
-        let mut neighbours = Vec::new();
-        for direction in directions {
-            match direction {
-                Direction::Course(courses) => {
-                    for (field, course) in courses.iter().filter(|(field, _)| !reads_only(*field)) {
-                        let asked = &mut asked[*field as usize];
-                        asked.resize(n, false);
-                        for (asked, value) in asked.iter_mut().zip(course) {
-                            *asked |= *value != 0.0;
-                        }
-                    }
-                }
-                Direction::Parameter(parameter) => {
-                    neighbours.push((
-                        *parameter,
-                        model.with_parameters(|p| parameter.raised(p, SPACING)),
-                    ));
-                }
-            }
-        }
-        let mut steps = Self {
-            each: Vec::with_capacity(n),
-            fields: std::array::from_fn(|_| Vec::new()),
-            parameters: Vec::new(),
+    #[test]
+    fn directions_carried_with_the_filter_are_those_carried_after_it() {
+        // No multiple of what is worked out at once, and more directions than fit side by side.
+        let n = 3 * AT_ONCE + 5;
+        let wave = |k: usize| (0.4 * k as f64).sin();
+        let reading = |k: usize| match k % 7 {
+            3 => Reading::Missing,
+            _ => Reading::Within(MgPerDl(150.0 + 80.0 * wave(k))),
         };
-        for some in neighbours.chunks(LANES) {
-            let mut lanes = [[0.0; LANES]; STATES];
-            for (lane, (parameter, above)) in some.iter().enumerate() {
-                let below = model.with_parameters(|p| parameter.raised(p, -SPACING));
-                let [above, below] = [above, &below].map(|m| start(m, record).0.vector());
-                let central = slope(&above, &below).map(|twice| 0.5 * twice);
-                set(&mut lanes, lane, &central);
-            }
-            steps.parameters.push(Parameters { begin: lanes, steps: Vec::with_capacity(n) });
-        }
-        let floor = model.plant().q1_at(GLUCOSE_FLOOR);
-        for step in 0..n {
-            let (state, input) = (&frozen.states[step], &record.inputs[step]);
-            let modulation = record.modulation(step);
-            let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
-            let (following, transition) =
-                model.linearised(state, input, modulation).map_err(failed)?;
-            let gain = frozen.gains[step].as_ref();
-            steps.each.push(Step {
-                transition: transition.narrowed(),
-                gain: gain.map_or([0.0; STATES], |gain| gain.gain.map(|k| k as f32)),
-                sensor_gain: modulation[Field::SensorGain] as f32,
-                expected: gain.map_or(0.0, |gain| expected(frozen, gain, step)) as f32,
-                scored: frozen.innovations[step].is_some(),
-                floored: gain.is_some() && state.body.q1 <= floor,
-            });
-            let base = following.vector();
-            let known = StepSlopes::of(model, state, input, modulation, &following);
-            for field in Field::ALL {
-                let asked = &asked[field as usize];
-                if asked.is_empty() {
-                    continue;
-                }
-                let slopes = &mut steps.fields[field as usize];
-                if !asked[step] {
-                    slopes.extend(reached(field).iter().map(|_| 0.0));
-                } else if let Some(known) = &known {
-                    let slope = known.by_field(field);
-                    slopes.extend(reached(field).iter().map(|k| slope[*k] as f32));
-                } else {
-                    let mut changed = *modulation;
-                    changed[field] += SPACING;
-                    let moved = model.step(state, input, &changed).map_err(failed)?.vector();
-                    let slope = |k: &usize| ((moved[*k] - base[*k]) / SPACING) as f32;
-                    slopes.extend(reached(field).iter().map(slope));
-                }
-            }
-            for (some, parameters) in neighbours.chunks(LANES).zip(&mut steps.parameters) {
-                let mut lanes = [[0.0; LANES]; STATES];
-                for (lane, (parameter, neighbour)) in some.iter().enumerate() {
-                    let slopes = match &known {
-                        Some(known) => known.by_parameter(*parameter),
-                        None => {
-                            let moved = neighbour.step(state, input, modulation).map_err(failed)?;
-                            slope(&moved.vector(), &base)
-                        }
-                    };
-                    set(&mut lanes, lane, &slopes);
-                }
-                parameters.steps.push(lanes);
-            }
-        }
-        Ok(steps)
+        let modulation = |k: usize| {
+            let mut modulation = Modulation::NEUTRAL;
+            modulation[Field::Production] = 1.0 + 0.2 * wave(2 * k);
+            modulation
+        };
+        let record = Observations {
+            person: "p".into(),
+            weight: Kilograms(70.0),
+            readings: (0..n).map(reading).collect(),
+            inputs: (0..n)
+                .map(|k| StepInput {
+                    basal: UnitsPerHour(1.0),
+                    bolus: Units(if k == 9 { 4.0 } else { 0.0 }),
+                    carbs: Grams(if k == 10 { 40.0 } else { 0.0 }),
+                    ..StepInput::default()
+                })
+                .collect(),
+            doses_recorded: vec![true; n],
+            modulations: (0..n).map(modulation).collect(),
+            interpolated_share: 0.0,
+        };
+        let parameters = OdeParameters::nominal();
+        let noise = NoiseModel::working();
+        let model = AugmentedModel::new(parameters, record.weight, EgpMode::NonNegative, noise);
+        let parameters = [Parameter::Action, Parameter::TMaxG, Parameter::VG, Parameter::K12];
+        let mut directions: Vec<Direction> =
+            parameters.into_iter().map(Direction::Parameter).collect();
+        directions.extend(Field::ALL.map(|field| {
+            let course = (0..n).map(|k| if k % 5 == 0 { 0.0 } else { wave(k) }).collect();
+            Direction::Course(vec![(field, course)])
+        }));
+        let frozen = filter(&model, &record).expect("finite");
+        let mut after = Vec::new();
+        few_at_a_time(&model, &record, &frozen, &directions, |members, rows| {
+            after.push((members.to_vec(), rows.to_vec()));
+        })
+        .expect("finite");
+        let (mut along, mut filtered) = (Vec::new(), Filtered::with_capacity(n));
+        filtered_along(&model, &record, &directions, &mut filtered, |members, rows| {
+            along.push((members.to_vec(), rows));
+        })
+        .expect("finite");
+        assert_eq!(along.len(), 3);
+        assert_eq!(along, after);
+        assert!(along.iter().all(|(_, rows)| rows.iter().flatten().any(|value| *value != 0.0)));
+        assert_eq!(filtered.states, frozen.states);
+        assert_eq!(filtered.gains, frozen.gains);
+        assert_eq!(filtered.innovations, frozen.innovations);
     }
-}
-
-/// Writes the numbers of one direction.
-fn set(lanes: &mut States, lane: usize, values: &[f64; STATES]) {
-    for (row, value) in lanes.iter_mut().zip(values) {
-        row[lane] = *value as f32;
-    }
-}
-
-fn slope(moved: &[f64; STATES], base: &[f64; STATES]) -> [f64; STATES] {
-    std::array::from_fn(|k| (moved[k] - base[k]) / SPACING)
-}
-
-/// Courses of one field, side by side.
-struct Courses<'a> {
-    field: Field,
-    /// One row a step.
-    rows: Vec<Lanes>,
-    /// The derivatives of the states that the field reaches, step by step.
-    slopes: &'a [f32],
-}
-
-/// What feeds at most [`LANES`] directions.
-struct Block<'a> {
-    parameters: Option<&'a Parameters>,
-    /// Courses that change the state.
-    feeding: Vec<Courses<'a>>,
-    /// Courses that change the reading.
-    read: Vec<Courses<'a>>,
-}
-
-impl<'a> Block<'a> {
-    /// The block at `place` of the directions [`in_order`].
-    fn of(
-        steps: &'a Steps,
-        place: usize,
-        members: &[usize],
-        directions: &[Direction],
-        n: usize,
-    ) -> Self {
-        let mut block =
-            Self { parameters: steps.parameters.get(place), feeding: Vec::new(), read: Vec::new() };
-        for (lane, member) in members.iter().enumerate() {
-            let Direction::Course(courses) = &directions[*member] else { continue };
-            for (field, course) in courses {
-                let all = if reads_only(*field) { &mut block.read } else { &mut block.feeding };
-                let known = all.iter().position(|courses| courses.field == *field);
-                let known = known.unwrap_or_else(|| {
-                    let slopes = steps.fields[*field as usize].as_slice();
-                    all.push(Courses { field: *field, rows: vec![[0.0; LANES]; n], slopes });
-                    all.len() - 1
-                });
-                for (row, value) in all[known].rows.iter_mut().zip(course) {
-                    row[lane] += *value as f32;
-                }
-            }
-        }
-        block
-    }
-}
-
-/// Carries the directions of a block over the record: `rows` become the derivatives of the innovations.
-///
-/// Compiled for the instructions of the machine it runs on. Products and sums are rounded one by one on all
-/// of them, so that they agree bit for bit.
-struct Passing<'a> {
-    steps: &'a Steps,
-    block: &'a Block<'a>,
-    rows: &'a mut [Lanes],
-}
-
-impl pulp::NullaryFnOnce for Passing<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { steps, block, rows } = self;
-        let mut x = block.parameters.map_or([[0.0; LANES]; STATES], |p| p.begin);
-        for (step, (of, row)) in steps.each.iter().zip(rows).enumerate() {
-            let mut change = [0.0; LANES];
-            for lane in 0..LANES {
-                change[lane] = -of.sensor_gain * x[INTERSTITIAL][lane] - x[SENSOR][lane];
-            }
-            for read in &block.read {
-                let factor = if read.field == Field::SensorGain { of.expected } else { 1.0 };
-                let course = read.rows[step];
-                for lane in 0..LANES {
-                    change[lane] -= factor * course[lane];
-                }
-            }
-            *row = if of.scored { change } else { [0.0; LANES] };
-            for (row, k) in x.iter_mut().zip(of.gain) {
-                *row = std::array::from_fn(|lane| row[lane] + k * change[lane]);
-            }
-            if of.floored {
-                x[slot(Compartment::Q1)] = [0.0; LANES];
-            }
-            of.transition.carry(&mut x);
-            for courses in &block.feeding {
-                let reached = reached(courses.field);
-                let slopes = &courses.slopes[step * reached.len()..][..reached.len()];
-                let course = courses.rows[step];
-                for (place, slope) in reached.iter().zip(slopes) {
-                    let row = &mut x[*place];
-                    *row = std::array::from_fn(|lane| row[lane] + slope * course[lane]);
-                }
-            }
-            if let Some(parameters) = block.parameters {
-                for (row, fed) in x.iter_mut().zip(&parameters.steps[step]) {
-                    *row = std::array::from_fn(|lane| row[lane] + fed[lane]);
-                }
-            }
-        }
-    }
-}
-
-/// Interstitial glucose as expected before the reading: the state after it holds part of the innovation.
-fn expected(frozen: &Filtered, gain: &Gain, step: usize) -> f64 {
-    let correction = frozen.innovations[step].map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
-    frozen.states[step].interstitial.0 - correction
 }

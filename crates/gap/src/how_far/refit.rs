@@ -14,9 +14,9 @@ use crate::augmented::AugmentedModel;
 use crate::calibration::{FACTORS, Factor, PersonalFactors, clipped_scale};
 use crate::config::DiagnosisConfig;
 use crate::error::GapError;
-use crate::filter::filter;
+use crate::filter::Filtered;
 use crate::observations::Observations;
-use crate::tangent::{Direction, Parameter, few_at_a_time};
+use crate::tangent::{Direction, Parameter, filtered_along};
 use crate::whitening::{Autoregression, huber_weight};
 
 /// Longest move of a log factor in one iteration.
@@ -108,7 +108,7 @@ impl Training<'_> {
     /// The equations at a fit; whitening and glucose are brought up to date.
     ///
     /// # Errors
-    /// As [`filter`] and [`signatures`](crate::tangent::signatures); [`GapError::Singular`].
+    /// As [`filter`](crate::filter::filter); [`GapError::Singular`].
     pub(super) fn equations(
         &mut self,
         fit: &mut Fit,
@@ -129,12 +129,16 @@ impl Training<'_> {
         let mut innovations = vec![None; steps];
         // A row a step, in standard deviations of its innovation.
         let mut derivatives = vec![0.0; steps * columns];
+        let mut run = Filtered::with_capacity(steps);
         for range in &self.stretches {
             let record = stretch(self.observations, range, &modulations);
-            let run = filter(&model, &record)?;
             let mut directions: Vec<Direction> =
                 PARAMETERS.into_iter().map(Direction::Parameter).collect();
             directions.extend(slopes.iter().map(|slope| part(slope, range)));
+            let mut blocks = Vec::new();
+            filtered_along(&model, &record, &directions, &mut run, |members, rows| {
+                blocks.push((members.to_vec(), rows));
+            })?;
             for (offset, innovation) in run.innovations.iter().enumerate() {
                 let step = range.start + offset;
                 let glucose = model.plant().glucose(&run.states[offset].body);
@@ -142,16 +146,16 @@ impl Training<'_> {
                 let scored = offset >= config.calibration.burn_in && trusted[step];
                 innovations[step] = innovation.filter(|_| scored).map(|i| i.normalised());
             }
-            few_at_a_time(&model, &record, &run, &directions, |members, rows| {
-                for (offset, row) in rows.iter().enumerate() {
-                    let Some(innovation) = run.innovations[offset] else { continue };
-                    let sd = innovation.variance.sqrt();
-                    let first = (range.start + offset) * columns;
-                    for (member, value) in members.iter().zip(row) {
+            for (offset, innovation) in run.innovations.iter().enumerate() {
+                let Some(innovation) = innovation else { continue };
+                let sd = innovation.variance.sqrt();
+                let first = (range.start + offset) * columns;
+                for (members, rows) in &blocks {
+                    for (member, value) in members.iter().zip(&rows[offset]) {
                         derivatives[first + member] = f64::from(*value) / sd;
                     }
                 }
-            })?;
+            }
         }
         fit.autoregression = Autoregression::fitted(&innovations);
         let residuals = fit.autoregression.whitened(&innovations);

@@ -11,14 +11,60 @@ use ode_sim::equations::{
 use ode_sim::exercise::ExerciseMemory;
 use ode_sim::gut::glucose_dose;
 use ode_sim::{EgpMode, OdeParameters, OdeState, slot};
-use physiology::Compartment::{self, C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
+use physiology::Compartment;
 use physiology::{Grams, MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
 
 use super::Parameter;
-use crate::augmented::{Acting, AugmentedModel, AugmentedState, INTERSTITIAL, STATES, low_depth};
+use crate::augmented::{Acting, AugmentedModel, AugmentedState, INTERSTITIAL, low_depth};
 
-/// The derivative of the state after a step.
-type Slope = [f64; STATES];
+/// The derivative of some states after a step, in the order of [`changed`] or [`reached`]; 0 after their last.
+type Slope = [f64; 4];
+
+const S1: usize = slot(Compartment::S1);
+const S2: usize = slot(Compartment::S2);
+const I: usize = slot(Compartment::I);
+const X1: usize = slot(Compartment::X1);
+const X2: usize = slot(Compartment::X2);
+const X3: usize = slot(Compartment::X3);
+const Q1: usize = slot(Compartment::Q1);
+const Q2: usize = slot(Compartment::Q2);
+const C1: usize = slot(Compartment::C1);
+const C2: usize = slot(Compartment::C2);
+
+/// The states that a parameter changes within a step.
+pub(super) const fn changed(parameter: Parameter) -> &'static [usize] {
+    match parameter {
+        Parameter::Action => &[X1, X2, X3],
+        Parameter::Egp0 | Parameter::F01 | Parameter::VG => &[Q1, INTERSTITIAL],
+        Parameter::TMaxG => &[Q1, INTERSTITIAL, C1, C2],
+        Parameter::TMaxI => &[S1, S2, I],
+        Parameter::AG => &[C1, C2],
+        Parameter::KA1 => &[X1],
+        Parameter::KA2 => &[X2],
+        Parameter::KA3 => &[X3],
+        Parameter::K12 => &[Q1, INTERSTITIAL, Q2],
+        Parameter::KE => &[I],
+    }
+}
+
+/// The states that a field changes within a step.
+pub(super) const fn reached(field: Field) -> &'static [usize] {
+    match field {
+        Field::InsulinInput => &[S1],
+        Field::InsulinTime => &[S1, S2, I],
+        Field::Action => &[X1, X2],
+        Field::LiverAction => &[X3],
+        Field::GutTime => &[Q1, INTERSTITIAL, C1, C2],
+        Field::CarbAmount | Field::ExtraCarbs => &[C1, C2],
+        Field::Production
+        | Field::Flux
+        | Field::LowGlucoseProduction
+        | Field::RenalRate
+        | Field::RenalThreshold => &[Q1, INTERSTITIAL],
+        Field::SensorLag => &[INTERSTITIAL],
+        Field::SensorGain | Field::SensorOffset => &[],
+    }
+}
 
 /// A step without exercise and rescue carbohydrate.
 pub(super) struct StepSlopes<'a> {
@@ -93,23 +139,23 @@ impl<'a> StepSlopes<'a> {
         match parameter {
             Parameter::Action => {
                 let [x1, x2, x3] = self.action(p);
-                slope(&[(X1, x1), (X2, x2), (X3, x3)])
+                [x1, x2, x3, 0.0]
             }
             Parameter::Egp0 => self.glucose(self.production(p.egp_0)),
             Parameter::F01 => self.glucose(-non_insulin_uptake(x.q1 / p.v_g, p.f_01)),
             Parameter::TMaxI => self.insulin_time(),
             Parameter::AG => self.eaten(self.meal),
             Parameter::TMaxG => self.gut_time(),
-            Parameter::KA1 => slope(&[(X1, STEP.0 * p.k_a1 * (p.s_f1 * x.i - x.x1))]),
-            Parameter::KA2 => slope(&[(X2, STEP.0 * p.k_a2 * (p.s_f2 * x.i - x.x2))]),
-            Parameter::KA3 => slope(&[(X3, STEP.0 * p.k_a3 * (p.s_f3 * x.i - x.x3))]),
+            Parameter::KA1 => one(STEP.0 * p.k_a1 * (p.s_f1 * x.i - x.x1)),
+            Parameter::KA2 => one(STEP.0 * p.k_a2 * (p.s_f2 * x.i - x.x2)),
+            Parameter::KA3 => one(STEP.0 * p.k_a3 * (p.s_f3 * x.i - x.x3)),
             Parameter::K12 => {
                 let flow = p.k_12 * x.q2;
                 let mut slope = self.glucose(flow);
-                slope[slot(Q2)] = -STEP.0 * flow;
+                slope[2] = -STEP.0 * flow;
                 slope
             }
-            Parameter::KE => slope(&[(I, -STEP.0 * p.k_e * x.i)]),
+            Parameter::KE => one(-STEP.0 * p.k_e * x.i),
             Parameter::VG => {
                 let g = x.q1 / p.v_g;
                 // The same amount is a lower concentration.
@@ -119,7 +165,7 @@ impl<'a> StepSlopes<'a> {
                 let cleared =
                     if g > threshold { self.renal_rate() * threshold * p.v_g } else { 0.0 };
                 let mut slope = self.glucose(uptake + cleared);
-                slope[INTERSTITIAL] -= (1.0 - self.lag_decay) * self.plasma;
+                slope[1] -= (1.0 - self.lag_decay) * self.plasma;
                 slope
             }
         }
@@ -130,13 +176,13 @@ impl<'a> StepSlopes<'a> {
         let p = &self.p;
         let factor = self.modulation[field];
         match field {
-            Field::InsulinInput => slope(&[(S1, STEP.0 * self.infusion)]),
+            Field::InsulinInput => one(STEP.0 * self.infusion),
             Field::InsulinTime => self.insulin_time().map(|value| value / factor),
             Field::Action => {
                 let [x1, x2, _] = self.action(self.plain);
-                slope(&[(X1, x1), (X2, x2)])
+                [x1, x2, 0.0, 0.0]
             }
-            Field::LiverAction => slope(&[(X3, self.action(self.plain)[2])]),
+            Field::LiverAction => one(self.action(self.plain)[2]),
             Field::Production => {
                 let counter = 1.0 + self.modulation[Field::LowGlucoseProduction] * self.depth;
                 self.glucose(self.production(self.plain.egp_0 * counter))
@@ -156,13 +202,10 @@ impl<'a> StepSlopes<'a> {
                 self.glucose(rate * p.v_g / MG_PER_DL_PER_MMOL_PER_L)
             }
             Field::SensorLag => {
-                let mut slope = [0.0; STATES];
-                slope[INTERSTITIAL] =
-                    self.ahead * self.lag_decay * STEP.0 / (self.lag * factor * factor);
-                slope
+                one(self.ahead * self.lag_decay * STEP.0 / (self.lag * factor * factor))
             }
             // What changes the reading alone.
-            Field::SensorGain | Field::SensorOffset => [0.0; STATES],
+            Field::SensorGain | Field::SensorOffset => [0.0; 4],
         }
     }
 
@@ -170,9 +213,7 @@ impl<'a> StepSlopes<'a> {
     fn glucose(&self, flux: f64) -> Slope {
         let gained = STEP.0 * flux;
         let share = 0.5 * (1.0 - self.lag_decay) * MG_PER_DL_PER_MMOL_PER_L / self.p.v_g;
-        let mut slope = slope(&[(Q1, gained)]);
-        slope[INTERSTITIAL] = share * gained;
-        slope
+        [gained, share * gained, 0.0, 0.0]
     }
 
     /// Endogenous production, mmol/kg/min.
@@ -188,11 +229,12 @@ impl<'a> StepSlopes<'a> {
     /// By the logarithm of the time of insulin absorption.
     fn insulin_time(&self) -> Slope {
         let (p, x) = (&self.p, self.body);
-        slope(&[
-            (S1, STEP.0 * x.s1 / p.t_max_i),
-            (S2, STEP.0 * (x.s2 - x.s1) / p.t_max_i),
-            (I, -STEP.0 * x.s2 / (p.t_max_i * p.v_i)),
-        ])
+        [
+            STEP.0 * x.s1 / p.t_max_i,
+            STEP.0 * (x.s2 - x.s1) / p.t_max_i,
+            -STEP.0 * x.s2 / (p.t_max_i * p.v_i),
+            0.0,
+        ]
     }
 
     /// By the logarithm of the time of meal absorption.
@@ -200,15 +242,15 @@ impl<'a> StepSlopes<'a> {
         let (p, x) = (&self.p, self.body);
         let (turns, fed) = (STEP.0 / p.t_max_g, x.meals.c1 + self.meal);
         let mut slope = self.glucose(-x.meals.c2 / p.t_max_g);
-        slope[slot(C1)] = self.left * turns * fed;
-        slope[slot(C2)] = self.left * turns * (x.meals.c2 + fed * turns - fed);
+        slope[2] = self.left * turns * fed;
+        slope[3] = self.left * turns * (x.meals.c2 + fed * turns - fed);
         slope
     }
 
     /// Carbohydrate eaten at the start of the step, mmol/kg.
     fn eaten(&self, amount: f64) -> Slope {
         let left = self.left * amount;
-        slope(&[(C1, left), (C2, left * STEP.0 / self.p.t_max_g)])
+        [left, left * STEP.0 / self.p.t_max_g, 0.0, 0.0]
     }
 
     /// Renal clearance, 1/min.
@@ -227,10 +269,6 @@ impl<'a> StepSlopes<'a> {
     }
 }
 
-fn slope(entries: &[(Compartment, f64)]) -> Slope {
-    let mut slope = [0.0; STATES];
-    for (compartment, value) in entries {
-        slope[slot(*compartment)] = *value;
-    }
-    slope
+fn one(value: f64) -> Slope {
+    [value, 0.0, 0.0, 0.0]
 }

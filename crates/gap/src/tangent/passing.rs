@@ -1,0 +1,134 @@
+//! A few directions on their way over a record, side by side.
+
+use effects::Field;
+use ode_sim::slot;
+use physiology::Compartment;
+
+use super::step_slopes::reached;
+use super::steps::{Parameters, Steps};
+use super::{Direction, LANES, Lanes, States, reads_only};
+use crate::augmented::{INTERSTITIAL, SENSOR, STATES};
+
+/// Courses of one field, side by side.
+struct Courses {
+    field: Field,
+    /// One row a step of the record.
+    rows: Vec<Lanes>,
+}
+
+/// What feeds at most [`LANES`] directions.
+pub(super) struct Block {
+    /// Place of their parameters among those of [`Steps`], and the derivative of the start by them.
+    parameters: Option<(usize, States)>,
+    /// Courses that change the state.
+    feeding: Vec<Courses>,
+    /// Courses that change the reading.
+    read: Vec<Courses>,
+}
+
+impl Block {
+    /// The block at `place` of the directions in their order; `n` steps of record.
+    pub(super) fn of(
+        steps: &Steps<'_>,
+        place: usize,
+        members: &[usize],
+        directions: &[Direction],
+        n: usize,
+    ) -> Self {
+        let parameters = steps.parameters.get(place).map(|some| (place, some.begin));
+        let mut block = Self { parameters, feeding: Vec::new(), read: Vec::new() };
+        for (lane, member) in members.iter().enumerate() {
+            let Direction::Course(courses) = &directions[*member] else { continue };
+            for (field, course) in courses {
+                let all = if reads_only(*field) { &mut block.read } else { &mut block.feeding };
+                let known = all.iter().position(|courses| courses.field == *field);
+                let known = known.unwrap_or_else(|| {
+                    all.push(Courses { field: *field, rows: vec![[0.0; LANES]; n] });
+                    all.len() - 1
+                });
+                for (row, value) in all[known].rows.iter_mut().zip(course) {
+                    row[lane] += *value as f32;
+                }
+            }
+        }
+        block
+    }
+}
+
+/// The directions of a block, as far as they have come.
+pub(super) struct Pass<'a> {
+    block: &'a Block,
+    x: States,
+}
+
+impl<'a> Pass<'a> {
+    /// At the start of the record.
+    pub(super) fn new(block: &'a Block) -> Self {
+        let x = block.parameters.map_or([[0.0; LANES]; STATES], |(_, begin)| begin);
+        Self { block, x }
+    }
+
+    /// Carries the directions over the steps held, which are the next: the derivatives of their innovations
+    /// are appended to `rows`.
+    pub(super) fn over(&mut self, steps: &Steps<'_>, rows: &mut Vec<Lanes>) {
+        let parameters = self.block.parameters.map(|(place, _)| &steps.parameters[place]);
+        pulp::Arch::new().dispatch(Passing { steps, parameters, pass: self, rows });
+    }
+}
+
+/// [`Pass::over`], compiled for the instructions of the machine it runs on. Products and sums are rounded one
+/// by one on all of them, so that they agree bit for bit.
+struct Passing<'a, 'b> {
+    steps: &'a Steps<'a>,
+    parameters: Option<&'a Parameters>,
+    pass: &'a mut Pass<'b>,
+    rows: &'a mut Vec<Lanes>,
+}
+
+impl pulp::NullaryFnOnce for Passing<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { steps, parameters, pass, rows } = self;
+        let block = pass.block;
+        let mut x = pass.x;
+        for (place, of) in steps.each.iter().enumerate() {
+            let step = steps.first + place;
+            let mut change = [0.0; LANES];
+            for lane in 0..LANES {
+                change[lane] = -of.sensor_gain * x[INTERSTITIAL][lane] - x[SENSOR][lane];
+            }
+            for read in &block.read {
+                let factor = if read.field == Field::SensorGain { of.expected } else { 1.0 };
+                let course = read.rows[step];
+                for lane in 0..LANES {
+                    change[lane] -= factor * course[lane];
+                }
+            }
+            rows.push(if of.scored { change } else { [0.0; LANES] });
+            for (row, k) in x.iter_mut().zip(of.gain) {
+                *row = std::array::from_fn(|lane| row[lane] + k * change[lane]);
+            }
+            if of.floored {
+                x[slot(Compartment::Q1)] = [0.0; LANES];
+            }
+            of.transition.carry(&mut x);
+            for courses in &block.feeding {
+                let reached = reached(courses.field);
+                let slopes = &steps.fields[courses.field as usize][place * reached.len()..];
+                let course = courses.rows[step];
+                for (state, slope) in reached.iter().zip(slopes) {
+                    let row = &mut x[*state];
+                    *row = std::array::from_fn(|lane| row[lane] + slope * course[lane]);
+                }
+            }
+            if let Some(parameters) = parameters {
+                for (row, fed) in x.iter_mut().zip(&parameters.steps[place]) {
+                    *row = std::array::from_fn(|lane| row[lane] + fed[lane]);
+                }
+            }
+        }
+        pass.x = x;
+    }
+}

@@ -1,0 +1,213 @@
+//! What the steps of a record do to perturbations.
+
+use effects::{FIELDS, Field, Modulation};
+
+use super::step_slopes::{StepSlopes, changed, reached};
+use super::{Direction, LANES, Parameter, States, reads_only};
+use crate::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, STATES};
+use crate::error::GapError;
+use crate::filter::{Seen, start};
+use crate::observations::Observations;
+
+/// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
+/// far above rounding, far below the curvature of a step.
+const SPACING: f64 = 1e-4;
+
+/// What one step does to perturbations, whatever their direction.
+pub(super) struct Step {
+    pub(super) transition: Narrow,
+    /// 0 where the filter only predicted.
+    pub(super) gain: [f32; STATES],
+    /// What a reading gains per mg/dL of interstitial glucose.
+    pub(super) sensor_gain: f32,
+    /// Interstitial glucose as expected before the reading, mg/dL.
+    pub(super) expected: f32,
+    pub(super) scored: bool,
+    /// Whether the correction was cut off at the lowest glucose.
+    pub(super) floored: bool,
+}
+
+/// What successive steps of a record do.
+pub(super) struct Steps<'a> {
+    model: &'a AugmentedModel,
+    record: &'a Observations,
+    /// Amount of Q1 at which corrections are cut off, mmol/kg.
+    floor: f64,
+    /// For each field, the steps in which a course asks for it; empty where none does.
+    asked: [Vec<bool>; FIELDS],
+    /// Number of the first step that is held.
+    pub(super) first: usize,
+    pub(super) each: Vec<Step>,
+    /// For each field that is asked for, the derivative of the states it reaches, step by step; 0 where
+    /// no course asks.
+    pub(super) fields: [Vec<f32>; FIELDS],
+    /// The parameters that are asked for, [`LANES`] at a time.
+    pub(super) parameters: Vec<Parameters>,
+}
+
+/// The derivative of the start and of each step by some parameters.
+pub(super) struct Parameters {
+    /// Each with the model of a neighbour.
+    members: Vec<(Parameter, AugmentedModel)>,
+    pub(super) begin: States,
+    pub(super) steps: Vec<States>,
+}
+
+impl<'a> Steps<'a> {
+    /// None yet, with room for `room` of them.
+    pub(super) fn new(
+        model: &'a AugmentedModel,
+        record: &'a Observations,
+        directions: &[Direction],
+        room: usize,
+    ) -> Self {
+        let n = record.len();
+        let mut asked: [Vec<bool>; FIELDS] = std::array::from_fn(|_| Vec::new());
+        let mut asked_parameters = Vec::new();
+        for direction in directions {
+            match direction {
+                Direction::Course(courses) => {
+                    for (field, course) in courses.iter().filter(|(field, _)| !reads_only(*field)) {
+                        let asked = &mut asked[*field as usize];
+                        asked.resize(n, false);
+                        for (asked, value) in asked.iter_mut().zip(course) {
+                            *asked |= *value != 0.0;
+                        }
+                    }
+                }
+                Direction::Parameter(parameter) => asked_parameters.push(*parameter),
+            }
+        }
+        let fields = std::array::from_fn(|field| {
+            let reached =
+                if asked[field].is_empty() { 0 } else { reached(Field::ALL[field]).len() };
+            Vec::with_capacity(reached * room)
+        });
+        let parameters = asked_parameters
+            .chunks(LANES)
+            .map(|some| Parameters::of(model, record, some, room))
+            .collect();
+        Self {
+            model,
+            record,
+            floor: model.plant().q1_at(GLUCOSE_FLOOR),
+            asked,
+            first: 0,
+            each: Vec::with_capacity(room),
+            fields,
+            parameters,
+        }
+    }
+
+    /// Number of steps held.
+    pub(super) fn len(&self) -> usize {
+        self.each.len()
+    }
+
+    /// Forgets the steps held.
+    pub(super) fn clear(&mut self) {
+        self.first += self.each.len();
+        self.each.clear();
+        self.fields.iter_mut().for_each(Vec::clear);
+        self.parameters.iter_mut().for_each(|some| some.steps.clear());
+    }
+
+    /// Appends what the filter saw of the next step.
+    ///
+    /// # Errors
+    /// [`GapError::FilterNotFinite`] with the step.
+    #[inline]
+    pub(super) fn push(&mut self, seen: &Seen<'_>) -> Result<(), GapError> {
+        let Self { model, record, .. } = *self;
+        let (step, state) = (seen.step, seen.state);
+        let (input, modulation) = (&record.inputs[step], record.modulation(step));
+        let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
+        self.each.push(Step {
+            transition: seen.transition.narrowed(),
+            gain: seen.gain.map_or([0.0; STATES], |gain| gain.gain.map(|k| k as f32)),
+            sensor_gain: modulation[Field::SensorGain] as f32,
+            expected: expected(seen) as f32,
+            scored: seen.innovation.is_some(),
+            floored: seen.gain.is_some() && state.body.q1 <= self.floor,
+        });
+        let known = StepSlopes::of(model, state, input, modulation, seen.following);
+        for field in Field::ALL {
+            let asked = &self.asked[field as usize];
+            if asked.is_empty() {
+                continue;
+            }
+            let slopes = &mut self.fields[field as usize];
+            let reached = reached(field);
+            if !asked[step] {
+                slopes.extend(reached.iter().map(|_| 0.0));
+            } else if let Some(known) = &known {
+                slopes.extend(known.by_field(field)[..reached.len()].iter().map(|s| *s as f32));
+            } else {
+                let raised = raised(modulation, field);
+                let moved = model.step(state, input, &raised).map_err(failed)?.vector();
+                let slope = slope(&moved, &seen.following.vector());
+                slopes.extend(reached.iter().map(|k| slope[*k] as f32));
+            }
+        }
+        for parameters in &mut self.parameters {
+            let mut lanes = [[0.0; LANES]; STATES];
+            for (lane, (parameter, neighbour)) in parameters.members.iter().enumerate() {
+                match &known {
+                    Some(known) => {
+                        for (k, slope) in
+                            changed(*parameter).iter().zip(known.by_parameter(*parameter))
+                        {
+                            lanes[*k][lane] = slope as f32;
+                        }
+                    }
+                    None => {
+                        let moved = neighbour.step(state, input, modulation).map_err(failed)?;
+                        set(&mut lanes, lane, &slope(&moved.vector(), &seen.following.vector()));
+                    }
+                }
+            }
+            parameters.steps.push(lanes);
+        }
+        Ok(())
+    }
+}
+
+impl Parameters {
+    /// At most [`LANES`] parameters, with room for the steps.
+    fn of(model: &AugmentedModel, record: &Observations, some: &[Parameter], room: usize) -> Self {
+        let mut begin = [[0.0; LANES]; STATES];
+        let mut members = Vec::with_capacity(some.len());
+        for (lane, parameter) in some.iter().enumerate() {
+            let neighbour = |by: f64| model.with_parameters(|p| parameter.raised(p, by));
+            let (above, below) = (neighbour(SPACING), neighbour(-SPACING));
+            let [high, low] = [&above, &below].map(|m| start(m, record).0.vector());
+            set(&mut begin, lane, &slope(&high, &low).map(|twice| 0.5 * twice));
+            members.push((*parameter, above));
+        }
+        Self { members, begin, steps: Vec::with_capacity(room) }
+    }
+}
+
+/// Interstitial glucose as expected before the reading: the state after it holds part of the innovation.
+fn expected(seen: &Seen<'_>) -> f64 {
+    let Some(gain) = &seen.gain else { return 0.0 };
+    let correction = seen.innovation.map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
+    seen.state.interstitial.0 - correction
+}
+
+fn raised(modulation: &Modulation, field: Field) -> Modulation {
+    let mut raised = *modulation;
+    raised[field] += SPACING;
+    raised
+}
+
+/// Writes the numbers of one direction.
+fn set(lanes: &mut States, lane: usize, values: &[f64; STATES]) {
+    for (row, value) in lanes.iter_mut().zip(values) {
+        row[lane] = *value as f32;
+    }
+}
+
+fn slope(moved: &[f64; STATES], base: &[f64; STATES]) -> [f64; STATES] {
+    std::array::from_fn(|k| (moved[k] - base[k]) / SPACING)
+}
