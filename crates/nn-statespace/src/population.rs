@@ -194,9 +194,7 @@ impl PopulationModel {
     /// [`GLUCOSE_RANGE`] in scaled units of Q1.
     #[must_use]
     pub fn scaled_glucose_range(&self) -> (f64, f64) {
-        let glucose = self.scaler.of(Signal::State(Compartment::Q1));
-        let scaled = |level: MgPerDl| (level.0 - glucose.centre) / glucose.scale;
-        (scaled(GLUCOSE_RANGE.0), scaled(GLUCOSE_RANGE.1))
+        scaled_glucose_range(&self.scaler)
     }
 }
 
@@ -214,6 +212,13 @@ impl Plant for PopulationModel {
     fn report(&self, state: &ScaledStates) -> States {
         self.scaler.unscale(state)
     }
+}
+
+/// [`GLUCOSE_RANGE`] in scaled units of Q1.
+pub(crate) fn scaled_glucose_range(scaler: &Scaler) -> (f64, f64) {
+    let glucose = scaler.of(Signal::State(Compartment::Q1));
+    let scaled = |level: MgPerDl| (level.0 - glucose.centre) / glucose.scale;
+    (scaled(GLUCOSE_RANGE.0), scaled(GLUCOSE_RANGE.1))
 }
 
 /// The value of a signal among states and inputs.

@@ -2,13 +2,15 @@
 //! other instructions and other numbers of threads.
 
 use candle_core::{DType, Device, Tensor};
+use nn_statespace::GlucoseClamp::{Off, Reproduction};
 use nn_statespace::kernel::{FusedRollOut, Instructions, Real, Sequence};
 use nn_statespace::training::loss::{Loss, LossConfig};
 use nn_statespace::training::{LossTerms, RollOut, initial_networks};
 use nn_statespace::{
-    CentreAndScale, HiddenLayerNetwork, ModelError, PerCompartment, Scaler, Signal, Widths, Wiring,
+    CentreAndScale, HiddenLayerNetwork, ModelCard, ModelError, PerCompartment, PopulationModel,
+    ScaledStates, Scaler, Signal, Widths, Wiring,
 };
-use physiology::Compartment;
+use physiology::{Compartment, Grams, OpenLoop, StepInput, UnitsPerHour, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -208,6 +210,54 @@ fn gradients_agree_with_central_differences() {
         }
         let moved = gradient.iter().filter(|slope| **slope != 0.0).count();
         assert!(moved > gradient.len() * 8 / 10, "{moved} of {}", gradient.len());
+    }
+}
+
+#[test]
+fn the_kernel_rolls_out_as_the_plant_does() {
+    let (wiring, widths, scaler) = (Wiring::paper(), Widths::quick(), scaler());
+    let networks = initial_networks(&wiring, &widths, 1.0, 1);
+    let data = Data::<f64>::random(2, 1, 12);
+    let card = ModelCard {
+        origin: "test".to_owned(),
+        version: "0".to_owned(),
+        training_data_sha256: None,
+        training: None,
+    };
+    let free = PopulationModel::new(wiring.clone(), networks.clone(), scaler, Off, card);
+    let free = free.expect("fits");
+    let clamped = free.clone().with_clamp(Reproduction);
+    for model in [free, clamped] {
+        let mut kernel = FusedRollOut::new(&wiring, &widths);
+        if model.clamp() == Reproduction {
+            kernel = kernel.with_glucose_range(model.scaled_glucose_range());
+        }
+        let parameters: Vec<f64> = kernel.layout().flatten(&networks).expect("of these widths");
+        let simulated = kernel.simulate(&parameters, &data.sequences()).expect("fits");
+        let mut start = ScaledStates::default();
+        for (compartment, value) in Compartment::ALL.into_iter().zip(&data.initial) {
+            start[compartment] = *value;
+        }
+        let inputs = data.inputs.chunks_exact(2).map(|u| StepInput {
+            basal: UnitsPerHour(u[0]),
+            carbs: Grams(u[1]),
+            ..StepInput::default()
+        });
+        let inputs: Vec<StepInput> = inputs.collect();
+        let run = simulate(&model, start, &mut OpenLoop::new(&inputs), 12).expect("finite");
+        let mut bounds = 0;
+        for (step, row) in simulated.chunks_exact(10).enumerate() {
+            for (compartment, value) in run.states[step + 1].iter() {
+                let place = format!("{:?}, {step}, {compartment}", model.clamp());
+                // Rounding of sums in another order, over twelve steps.
+                let error = (row[compartment as usize] - value).abs();
+                assert!(error < 1e-12 * (1.0 + value.abs()), "{place}: {error}");
+            }
+            let (lowest, highest) = model.scaled_glucose_range();
+            let q1 = row[Compartment::Q1 as usize];
+            bounds += usize::from(q1 == lowest || q1 == highest);
+        }
+        assert_eq!(bounds > 0, model.clamp() == Reproduction, "{bounds} values are confined");
     }
 }
 

@@ -3,8 +3,8 @@
 use candle_core::{DType, Device, Tensor, Var};
 use nn_statespace::training::loss::{Loss, LossConfig};
 use nn_statespace::training::{
-    CarbStart, GradientLimit, KeptWeights, LearningRate, Provenance, RollOut, Run, Stage, Trained,
-    TrainingConfig, WindowSet, initial_networks, train,
+    Advance, CarbStart, EarlyStop, GradientLimit, KeptWeights, LearningRate, Provenance, RollOut,
+    Run, Stage, Trained, TrainingConfig, TrainingRun, WindowSet, initial_networks, train,
 };
 use nn_statespace::{
     CentreAndScale, GlucoseClamp, ModelCard, ModelError, PerCompartment, PopulationModel, Scaler,
@@ -192,7 +192,9 @@ fn small_config(seed: u64, epochs: usize) -> TrainingConfig {
         loss: LossConfig::paper(),
         gradient_limit: GradientLimit::Norm(1.0),
         initial_output_gain: 0.1,
+        clamp: GlucoseClamp::Off,
         keep: KeptWeights::LowestValidationError,
+        stop: EarlyStop::Off,
         seed,
     }
 }
@@ -253,46 +255,140 @@ fn a_seed_fixes_every_byte() {
     assert!(first != bytes(6), "the seed has no effect");
 }
 
-/// Tells a process that this test started to write the weights to the file of this name.
-const WRITE_TO: &str = "NN_STATESPACE_TEST_WRITE_TO";
+/// The model's file and the curves of a run that is taken to its end.
+fn finished(mut run: TrainingRun<'_>) -> (Vec<u8>, String) {
+    while run.advance().expect("trains") != Advance::Finished {}
+    let provenance = Provenance { origin: "linear plant".to_owned(), training_data_sha256: None };
+    let trained = run.finish(provenance).expect("epochs are done");
+    let curves = serde_json::to_string(&trained.report).expect("plain data");
+    (trained.model.to_safetensors(), curves)
+}
 
 #[test]
 fn the_number_of_threads_changes_no_byte() {
-    if let Some(path) = std::env::var_os(WRITE_TO) {
-        // The paper's widths and batch, so that the matrix products are large enough to be split.
-        let training = windows(None, 21, 3);
-        let config = TrainingConfig {
-            stages: vec![Stage {
-                epochs: 1,
-                steps: 24,
-                learning_rate: LearningRate { first: 1e-3, decay: 0.0 },
-            }],
-            batch: 128,
-            ..small_config(1, 1)
-        };
-        let provenance = Provenance { origin: "threads".to_owned(), training_data_sha256: None };
-        let trained = train(&config, &Widths::paper(), &training, &training, provenance, |_| ())
-            .expect("trains");
-        std::fs::write(path, trained.model.to_safetensors()).expect("writable");
-        return;
+    // The paper's widths and batch: four blocks a batch.
+    let training = windows(None, 21, 3);
+    let config = TrainingConfig { batch: 128, ..small_config(1, 1) };
+    let trained = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let run = TrainingRun::begin(&config, &Widths::paper(), &training, &training);
+            finished(run.expect("fits"))
+        })
+    };
+    let one = trained(1);
+    for threads in [2, 3] {
+        assert!(trained(threads) == one, "{threads} threads give other bytes than one");
+    }
+}
+
+#[test]
+fn a_run_resumed_anywhere_gives_the_same_bytes() {
+    let (training, widths) = (windows(None, 21, 12), Widths::quick());
+    let validation = windows(Some(training.scaler()), 22, 24);
+    // Early stopping as well, so that what it needs to know is written down.
+    let config = TrainingConfig { stop: EarlyStop::Patience(1), ..small_config(1, 2) };
+    let begin = || TrainingRun::begin(&config, &widths, &training, &validation).expect("fits");
+    let whole = finished(begin());
+    let mut run = begin();
+    let mut stops = 0;
+    loop {
+        let checkpoint = run.checkpoint();
+        let resumed = TrainingRun::resume(&checkpoint, &config, &widths, &training, &validation);
+        let resumed = resumed.expect("the same run");
+        assert_eq!(resumed.updates(), run.updates());
+        assert!(finished(resumed) == whole, "after {stops} updates");
+        // From here on it is the run that was resumed from a file each time.
+        run = TrainingRun::resume(&checkpoint, &config, &widths, &training, &validation)
+            .expect("the same run");
+        if run.advance().expect("trains") == Advance::Finished {
+            break;
+        }
+        stops += 1;
+    }
+    let batches = training.len().div_ceil(config.batch);
+    assert!(batches > 2 && stops >= 2 * batches, "{batches} batches, {stops} stops");
+    assert_eq!(stops % batches, 0);
+
+    let checkpoint = begin().checkpoint();
+    let message = |config: &TrainingConfig, widths: &Widths, validation: &WindowSet| {
+        TrainingRun::resume(&checkpoint, config, widths, &training, validation)
+            .map(drop)
+            .expect_err("another run")
+            .to_string()
+    };
+    let other = small_config(2, 2);
+    assert!(message(&other, &widths, &validation).contains("another configuration"));
+    assert!(message(&config, &Widths::paper(), &validation).contains("other widths"));
+    let other = windows(Some(training.scaler()), 23, 24);
+    assert!(message(&config, &widths, &other).contains("other data"));
+}
+
+/// Tells a process that this test started where to write its checkpoints.
+const CHECKPOINT: &str = "NN_STATESPACE_TEST_CHECKPOINT";
+
+#[test]
+fn a_run_that_is_killed_goes_on_to_the_same_bytes() {
+    let (training, config, widths) = (windows(None, 21, 3), small_config(3, 2), Widths::quick());
+    let begin = || TrainingRun::begin(&config, &widths, &training, &training).expect("fits");
+    if let Some(path) = std::env::var_os(CHECKPOINT) {
+        let path = std::path::PathBuf::from(path);
+        let mut run = begin();
+        for update in 1_usize.. {
+            run.advance().expect("trains");
+            if update.is_multiple_of(7) {
+                let beside = path.with_extension("new");
+                std::fs::write(&beside, run.checkpoint()).expect("writable");
+                std::fs::rename(beside, &path).expect("the same folder");
+            }
+            if update == 50 {
+                // No destructor runs, as when the system ends a process.
+                std::process::abort();
+            }
+        }
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let run = |threads: &str| {
-        let path = folder.path().join(threads);
-        let status = std::process::Command::new(std::env::current_exe().expect("this test"))
-            .args(["--exact", "the_number_of_threads_changes_no_byte"])
-            .env(WRITE_TO, &path)
-            .env("RAYON_NUM_THREADS", threads)
-            .stdout(std::process::Stdio::null())
-            .status()
-            .expect("starts");
-        assert!(status.success(), "{threads} threads");
-        std::fs::read(path).expect("written")
-    };
-    let one = run("1");
-    for threads in ["2", "3"] {
-        assert!(run(threads) == one, "{threads} threads give other bytes than one");
-    }
+    let path = folder.path().join("run.checkpoint");
+    let status = std::process::Command::new(std::env::current_exe().expect("this test"))
+        .args(["--exact", "a_run_that_is_killed_goes_on_to_the_same_bytes"])
+        .env(CHECKPOINT, &path)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .status()
+        .expect("starts");
+    assert!(!status.success(), "the process ended by itself");
+    let checkpoint = std::fs::read(&path).expect("written before the end");
+    let resumed = TrainingRun::resume(&checkpoint, &config, &widths, &training, &training);
+    let resumed = resumed.expect("the same run");
+    assert_eq!(resumed.updates(), 49);
+    assert!(finished(resumed) == finished(begin()));
+}
+
+#[test]
+fn a_stage_that_gets_no_better_is_left() {
+    let mut config = small_config(1, 6);
+    // No learning at all in the first stage.
+    config.stages[0].learning_rate.first = 0.0;
+    config.stop = EarlyStop::Patience(2);
+    let trained = run_training(&config).expect("trains");
+    let of_first = trained.report.epochs.iter().filter(|epoch| epoch.stage == 0).count();
+    assert_eq!(of_first, 3);
+    assert!(trained.report.epochs.len() > 3, "the second stage is not left out");
+}
+
+#[test]
+fn the_authors_codes_model_is_trained_and_runs_with_its_clamp() {
+    let paper = TrainingConfig::paper(1);
+    let code = TrainingConfig::authors_code(1);
+    assert_eq!(code, TrainingConfig { clamp: GlucoseClamp::Reproduction, ..paper });
+    // With outputs of full size, roll-outs of random weights leave the monitor's range.
+    let config = |clamp| TrainingConfig { clamp, initial_output_gain: 1.0, ..small_config(1, 1) };
+    let trained = |clamp| run_training(&config(clamp)).expect("trains");
+    let (clamped, free) = (trained(GlucoseClamp::Reproduction), trained(GlucoseClamp::Off));
+    assert_eq!(clamped.model.clamp(), GlucoseClamp::Reproduction);
+    assert_eq!(free.model.clamp(), GlucoseClamp::Off);
+    let network = |trained: &Trained| trained.model.network(Compartment::Q1).clone();
+    assert!(network(&clamped) != network(&free), "the clamp has no effect on training");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::loss::LossConfig;
+use crate::population::GlucoseClamp;
 
 /// Resolved configuration of a training run; written beside the weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,8 +19,12 @@ pub struct TrainingConfig {
     /// Factor on the initial weights of the output layers. 1 is PyTorch's initialisation; smaller
     /// values keep the first roll-outs from running away.
     pub initial_output_gain: f64,
+    /// Whether Q1 is confined after each step of the roll-out, in training and in the model.
+    pub clamp: GlucoseClamp,
     /// Which epoch's weights are kept.
     pub keep: KeptWeights,
+    /// When a stage ends before its last epoch.
+    pub stop: EarlyStop,
     /// Seed of initial weights and shuffling.
     pub seed: u64,
 }
@@ -72,6 +77,33 @@ pub enum KeptWeights {
     LowestValidationError,
 }
 
+/// When a stage ends before its last epoch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EarlyStop {
+    /// Never (paper).
+    Off,
+    /// After so many epochs of the stage without a lower balanced error on the validation windows.
+    Patience(usize),
+}
+
+impl EarlyStop {
+    /// Whether a stage with these balanced errors so far, one an epoch, ends here.
+    ///
+    /// An error that is not a number is never the lowest.
+    #[must_use]
+    pub fn ends(self, errors: &[f64]) -> bool {
+        let Self::Patience(patience) = self else { return false };
+        let mut best = (0, f64::INFINITY);
+        for (epoch, error) in errors.iter().enumerate() {
+            if *error < best.1 {
+                best = (epoch + 1, *error);
+            }
+        }
+        errors.len() - best.0 >= patience.max(1)
+    }
+}
+
 impl TrainingConfig {
     /// The paper's settings: batch 128, 60 steps, learning rate 1e-3 falling by exp(-0.1) an
     /// epoch, 15 epochs (from the name of the published file), Adam without weight decay.
@@ -87,9 +119,18 @@ impl TrainingConfig {
             loss: LossConfig::paper(),
             gradient_limit: GradientLimit::Off,
             initial_output_gain: 1.0,
+            clamp: GlucoseClamp::Off,
             keep: KeptWeights::LastEpoch,
+            stop: EarlyStop::Off,
             seed,
         }
+    }
+
+    /// The paper's settings as the authors' published code carries them out: Q1 is confined to
+    /// [`crate::GLUCOSE_RANGE`] after every step, of which the paper says nothing.
+    #[must_use]
+    pub fn authors_code(seed: u64) -> Self {
+        Self { clamp: GlucoseClamp::Reproduction, ..Self::paper(seed) }
     }
 
     /// Settings for a few thousand windows and a minute: short roll-outs first, which find the
@@ -107,8 +148,34 @@ impl TrainingConfig {
             loss: LossConfig::paper(),
             gradient_limit: GradientLimit::Norm(1.0),
             initial_output_gain: 0.1,
+            clamp: GlucoseClamp::Off,
             keep: KeptWeights::LowestValidationError,
+            stop: EarlyStop::Off,
             seed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stage_ends_when_its_patience_does() {
+        let cases: [(&[f64], usize, bool); 9] = [
+            (&[], 1, false),
+            (&[5.0], 1, false),
+            (&[5.0, 4.0], 1, false),
+            (&[5.0, 4.0, 4.0], 1, true), // not lower
+            (&[5.0, 4.0, 4.5], 2, false),
+            (&[5.0, 4.0, 4.5, 4.1], 2, true),
+            (&[5.0, 6.0, 4.0], 2, false),
+            (&[f64::NAN, f64::NAN], 2, true),
+            (&[f64::NAN, 3.0, f64::NAN], 2, false),
+        ];
+        for (errors, patience, ends) in cases {
+            assert_eq!(EarlyStop::Patience(patience).ends(errors), ends, "{errors:?} {patience}");
+            assert!(!EarlyStop::Off.ends(errors));
         }
     }
 }

@@ -4,14 +4,13 @@ use physiology::Compartment;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::roll_out::RollOut;
-use super::train::batch_tensors;
 use super::windows::{STATES, WindowSet};
 use crate::error::ModelError;
+use crate::kernel::{FusedRollOut, Sequence};
 use crate::wiring::Signal;
 
-/// Windows rolled out together; large enough that a matrix product dwarfs its overhead.
-const BATCH: usize = 256;
+/// Windows rolled out together: work for many threads, and a few megabytes of states.
+const BATCH: usize = 1024;
 
 /// The paper's three groups of sequences, by the true glucose after the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,31 +61,33 @@ impl GroupErrors {
     }
 }
 
-/// Rolls out every window from its start and compares glucose by group.
+/// Rolls out every window from its start with these weights and compares glucose by group.
 ///
 /// # Errors
-/// [`ModelError::Tensor`] from candle.
-pub fn validate(model: &RollOut, windows: &WindowSet) -> Result<GroupErrors, ModelError> {
+/// [`ModelError::Shape`] or [`ModelError::NotFinite`] if the weights are not those of `roll_out`'s
+/// networks.
+pub fn validate(
+    roll_out: &mut FusedRollOut<f32>,
+    parameters: &[f32],
+    windows: &WindowSet,
+) -> Result<GroupErrors, ModelError> {
     let glucose = windows.scaler().of(Signal::State(Compartment::Q1));
+    let glucose_of = |rows: &[f32]| -> Vec<f64> {
+        let rows = rows.chunks_exact(STATES);
+        rows.map(|row| f64::from(row[Compartment::Q1 as usize])).collect()
+    };
     let order: Vec<usize> = (0..windows.len()).collect();
     let mut squares = [0.0; 3];
     let mut counts = [0_usize; 3];
     for batch in order.chunks(BATCH) {
-        let tensors = batch_tensors(windows, batch, windows.length(), model.dtype())?;
-        let simulated = model.simulate_detached(&tensors.initial, &tensors.inputs)?;
-        // (steps, batch) to (batch, steps)
-        let simulated = simulated.get_on_dim(2, Compartment::Q1 as usize)?.t()?;
-        let simulated = simulated.to_dtype(candle_core::DType::F64)?.to_vec2::<f64>()?;
-        let judged: Vec<(WindowGroup, f64)> = batch
+        let sequences: Vec<Sequence<'_, f32>> =
+            batch.iter().map(|window| windows.sequence(*window, windows.length())).collect();
+        let simulated = roll_out.simulate(parameters, &sequences)?;
+        let judged: Vec<(WindowGroup, f64)> = sequences
             .par_iter()
-            .zip(&simulated)
-            .map(|(window, simulated)| {
-                let truth: Vec<f64> = windows
-                    .states(*window)
-                    .chunks_exact(STATES)
-                    .skip(1)
-                    .map(|row| f64::from(row[Compartment::Q1 as usize]))
-                    .collect();
+            .zip(simulated.par_chunks_exact(windows.length() * STATES))
+            .map(|(sequence, simulated)| {
+                let (simulated, truth) = (glucose_of(simulated), glucose_of(sequence.truth));
                 let error = simulated.iter().zip(&truth).map(|(s, t)| (s - t) * (s - t)).sum();
                 let physical: Vec<f64> =
                     truth.iter().map(|t| t * glucose.scale + glucose.centre).collect();

@@ -5,6 +5,7 @@ use std::io::Write;
 use physiology::{Compartment, States, StepInput};
 
 use crate::error::ModelError;
+use crate::kernel::Sequence;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
 use crate::wiring::Signal;
@@ -191,6 +192,17 @@ impl WindowSet {
     pub fn inputs(&self, window: usize) -> &[f32] {
         let start = self.starts[window];
         &self.inputs[start * INPUTS..(start + self.length) * INPUTS]
+    }
+
+    /// The first `steps` steps of a window, with the states that should follow each.
+    ///
+    /// # Panics
+    /// If there is no such window or it has fewer steps.
+    #[must_use]
+    pub fn sequence(&self, window: usize, steps: usize) -> Sequence<'_, f32> {
+        let (initial, truth) = self.states(window).split_at(STATES);
+        let truth = &truth[..steps * STATES];
+        Sequence { initial, inputs: &self.inputs(window)[..steps * INPUTS], truth }
     }
 
     /// Writes everything that training sees, little-endian, so that a hash of it names the data.
