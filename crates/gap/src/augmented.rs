@@ -8,6 +8,7 @@
 //! one before, an autoregression of order two. A reading is interstitial glucose plus sensor error plus
 //! white noise.
 
+mod euler;
 mod state;
 mod transition;
 
@@ -15,14 +16,14 @@ use std::sync::Arc;
 
 use effects::{Field, Modulation};
 use ode_sim::equations::{Forcing, RENAL_RATE, RENAL_THRESHOLD, jacobian, renal_clearance};
-use ode_sim::gut::glucose_dose;
 use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{
-    Grams, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, NonFinite, Plant, STEP, States, StepInput,
+    Grams, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, NonFinite, Plant, States, StepInput,
     Units, UnitsPerHour,
 };
 
+pub(crate) use self::euler::{Euler, PlainRun};
 pub use self::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
 use self::transition::Surroundings;
 pub use self::transition::Transition;
@@ -45,6 +46,7 @@ const GUT_SD: f64 = 0.3;
 /// What acts in one step under a modulation.
 pub(crate) struct Acting {
     pub(crate) plant: OdePlant,
+    pub(crate) euler: Euler,
     pub(crate) input: StepInput,
     pub(crate) flux: f64,
     pub(crate) lag_decay: f64,
@@ -59,6 +61,8 @@ pub(crate) fn low_depth(interstitial: MgPerDl) -> f64 {
 #[derive(Debug, Clone)]
 pub struct AugmentedModel {
     plant: OdePlant,
+    /// The plant's step.
+    euler: Euler,
     /// The body that stands in the place of the ODE; `plant` then holds its weight and, as factors on the
     /// nominal parameters, what is personal.
     other: Option<Arc<OtherBody>>,
@@ -78,8 +82,10 @@ impl AugmentedModel {
         egp: EgpMode,
         noise: NoiseModel,
     ) -> Self {
+        let plant = OdePlant { parameters, weight, integrator: Integrator::ForwardEuler, egp };
         Self {
-            plant: OdePlant { parameters, weight, integrator: Integrator::ForwardEuler, egp },
+            plant,
+            euler: Euler::of(&plant),
             other: None,
             noise,
             flux_decay: noise.flux_decay(),
@@ -112,7 +118,8 @@ impl AugmentedModel {
     #[must_use]
     pub fn with_parameters(&self, change: impl Fn(&OdeParameters) -> OdeParameters) -> Self {
         let parameters = change(&self.plant.parameters);
-        Self { plant: OdePlant { parameters, ..self.plant }, ..self.clone() }
+        let plant = OdePlant { parameters, ..self.plant };
+        Self { plant, euler: Euler::of(&plant), ..self.clone() }
     }
 
     /// The same model with a lag between plasma and interstitial glucose that is `factor` times as long.
@@ -121,6 +128,29 @@ impl AugmentedModel {
         let interstitial_lag = self.noise.interstitial_lag * factor;
         let noise = NoiseModel { interstitial_lag, ..self.noise };
         Self { noise, lag_decay: noise.lag_decay(), ..self.clone() }
+    }
+
+    /// The step of the body, where it is the ODE.
+    pub(crate) fn euler(&self) -> Option<&Euler> {
+        self.other.is_none().then_some(&self.euler)
+    }
+
+    /// Share of the distance between interstitial and plasma glucose that is left after one step.
+    pub(crate) fn lag_decay(&self) -> f64 {
+        self.lag_decay
+    }
+
+    /// A free run from a state. `euler` is the model's step.
+    pub(crate) fn plain_run<'a>(&self, euler: &'a Euler, state: &AugmentedState) -> PlainRun<'a> {
+        PlainRun {
+            euler,
+            body: state.body.vector().0,
+            flux: state.flux,
+            interstitial: state.interstitial.0,
+            flux_decay: self.flux_decay,
+            lag_decay: self.lag_decay,
+            glucose_per_q1: self.glucose_per_q1(),
+        }
     }
 
     /// The noise settings.
@@ -153,11 +183,12 @@ impl AugmentedModel {
         modulation: &Modulation,
     ) -> Result<AugmentedState, OdeError> {
         if modulation.is_neutral() {
-            let body = self.advance(&self.plant, &state.body, input, state.flux)?;
+            let body = self.advance(&self.plant, &self.euler, &state.body, input, state.flux)?;
             return Ok(self.around(state, body, self.lag_decay));
         }
         let acting = self.acting(state, input, modulation);
-        let body = self.advance(&acting.plant, &state.body, &acting.input, acting.flux)?;
+        let Acting { plant, euler, input, flux, .. } = &acting;
+        let body = self.advance(plant, euler, &state.body, input, *flux)?;
         Ok(self.around(state, body, acting.lag_decay))
     }
 
@@ -176,29 +207,37 @@ impl AugmentedModel {
         modulation: &Modulation,
     ) -> Result<(AugmentedState, Transition), OdeError> {
         if modulation.is_neutral() {
-            let (body, slopes) = self.body_linearised(&self.plant, state, input, state.flux)?;
+            let (body, slopes) =
+                self.body_linearised(&self.plant, &self.euler, &state.body, input, state.flux)?;
             let transition = self.transition(&slopes, self.lag_decay);
             return Ok((self.around(state, body, self.lag_decay), transition));
         }
-        let Acting { plant, input, flux, lag_decay } = self.acting(state, input, modulation);
-        let (body, slopes) = self.body_linearised(&plant, state, &input, flux)?;
+        let Acting { plant, euler, input, flux, lag_decay } = self.acting(state, input, modulation);
+        let (body, slopes) = self.body_linearised(&plant, &euler, &state.body, &input, flux)?;
         let transition = self.transition(&slopes, lag_decay);
         Ok((self.around(state, body, lag_decay), transition))
     }
 
-    /// The body alone one step later; `flux` is added to dQ1/dt, mmol/kg/min.
+    /// The body alone one step later; `flux` is added to dQ1/dt, mmol/kg/min. `euler` is the step of `plant`.
     #[inline]
     fn advance(
         &self,
         plant: &OdePlant,
+        euler: &Euler,
         body: &OdeState,
         input: &StepInput,
         flux: f64,
     ) -> Result<OdeState, OdeError> {
-        match &self.other {
-            None => plant.advance(body, input, flux),
-            Some(other) => other.advance(plant, body, input, flux),
+        if let Some(other) = &self.other {
+            return other.advance(plant, body, input, flux);
         }
+        if Euler::covers(body, input) {
+            let x = OdeVector(euler.step(&body.vector().0, euler.doses(input), flux));
+            if x.first_non_finite().is_none() {
+                return Ok(body.with_vector(&x));
+            }
+        }
+        plant.advance(body, input, flux)
     }
 
     /// The body alone one step later and the derivative by its compartments.
@@ -206,41 +245,22 @@ impl AugmentedModel {
     fn body_linearised(
         &self,
         plant: &OdePlant,
-        state: &AugmentedState,
+        euler: &Euler,
+        body: &OdeState,
         input: &StepInput,
         flux: f64,
     ) -> Result<(OdeState, BodySlopes), OdeError> {
         if let Some(other) = &self.other {
-            return other.linearised(plant, &state.body, input, flux);
+            return other.linearised(plant, body, input, flux);
         }
-        let following = plant.advance(&state.body, input, flux)?;
-        // A forward Euler step, with the gut exact.
-        let p = &plant.parameters;
-        let exercise = state.body.exercise.during(input.exercise).multipliers();
+        let following = self.advance(plant, euler, body, input, flux)?;
+        if Euler::covers(body, input) {
+            return Ok((following, euler.slopes(&body.vector().0)));
+        }
+        let exercise = body.exercise.during(input.exercise).multipliers();
         let forcing = Forcing { exercise, ..Forcing::default() };
-        let j = jacobian(p, &state.body.vector(), &forcing, plant.egp);
-        let by = |row, column| STEP.0 * j[(row, column)];
-        let same = |row| 1.0 + STEP.0 * j[(row, row)];
-        let left = (-STEP.0 / p.t_max_g).exp();
-        let slopes = BodySlopes {
-            insulin: [
-                same(S1),
-                by(S2, S1),
-                same(S2),
-                by(I, S2),
-                same(I),
-                by(X1, I),
-                same(X1),
-                by(X2, I),
-                same(X2),
-                by(X3, I),
-                same(X3),
-            ],
-            glucose: [by(Q1, X1), by(Q1, X3), same(Q1), by(Q1, Q2), by(Q1, C2), STEP.0],
-            distant: [by(Q2, X1), by(Q2, X2), by(Q2, Q1), same(Q2)],
-            gut: [left, left * STEP.0 / p.t_max_g, left],
-        };
-        Ok((following, slopes))
+        let j = jacobian(&plant.parameters, &body.vector(), &forcing, plant.egp);
+        Ok((following, BodySlopes::of_rates(&j, euler.gut_left, plant.parameters.t_max_g)))
     }
 
     /// The body's derivative with those of the flux, the lag and the sensor around it.
@@ -283,10 +303,7 @@ impl AugmentedModel {
     pub fn add_meal_noise(&self, p: &mut Covariance, input: &StepInput) {
         let cv = self.noise.carb_count_cv;
         let sd = match &self.other {
-            None => {
-                let dose = glucose_dose(input.carbs, self.plant.weight);
-                cv * self.plant.parameters.a_g * dose
-            }
+            None => cv * self.euler.doses(input)[1],
             Some(other) => cv * other.meal_in_c1(&self.plant, input.carbs),
         };
         p.add(slot(C1), sd * sd);
@@ -302,11 +319,7 @@ impl AugmentedModel {
     ) {
         let noise = &self.noise;
         let sd = match &self.other {
-            None => {
-                let rate = input.insulin().0;
-                let infusion = ode_sim::equations::infusion(rate, self.plant.weight.0);
-                noise.insulin_cv * infusion * STEP.0
-            }
+            None => noise.insulin_cv * self.euler.doses(input)[0],
             Some(other) => noise.insulin_cv * other.insulin_in_s1(input.insulin()),
         };
         p.add(slot(S1), sd.powi(2));
@@ -394,8 +407,15 @@ impl AugmentedModel {
             * (g - RENAL_THRESHOLD - shift).max(0.0)
             * p.v_g
             - renal_clearance(g, p.v_g);
+        let plant = OdePlant { parameters, ..self.plant };
+        let euler = if parameters.t_max_g == p.t_max_g {
+            Euler::with_gut(&plant, self.euler.gut_left)
+        } else {
+            Euler::of(&plant)
+        };
         Acting {
-            plant: OdePlant { parameters, ..self.plant },
+            plant,
+            euler,
             input,
             flux: state.flux + modulation[Field::Flux] - cleared,
             lag_decay: match modulation[Field::SensorLag] {
@@ -444,7 +464,7 @@ impl Plant for BodyAlone<'_> {
 
     #[inline]
     fn step(&self, state: &OdeState, input: &StepInput) -> Result<OdeState, NonFinite> {
-        self.0.advance(&self.0.plant, state, input, 0.0).map_err(not_finite)
+        self.0.advance(&self.0.plant, &self.0.euler, state, input, 0.0).map_err(not_finite)
     }
 
     #[inline]

@@ -7,6 +7,7 @@
 use physiology::{MgPerDl, OpenLoop, Plant, simulate};
 use serde::{Deserialize, Serialize};
 
+use crate::augmented::{AugmentedModel, AugmentedState, BodyAlone, Euler};
 use crate::error::GapError;
 use crate::observations::{Observations, Reading, within_sensor_range};
 
@@ -79,11 +80,7 @@ pub fn free_run_errors<P: Plant>(
     start_at: impl Fn(usize) -> Start<P::State>,
 ) -> Result<Vec<FreeRunError>, GapError> {
     let longest = rule.horizons.iter().copied().max().unwrap_or(0);
-    // unrecorded[k]: steps before k whose doses are not on record.
-    let mut unrecorded = vec![0usize];
-    for recorded in &record.doses_recorded {
-        unrecorded.push(unrecorded.last().copied().unwrap_or(0) + usize::from(!recorded));
-    }
+    let unrecorded = unrecorded(record);
     let mut errors = Vec::new();
     for start in starts(record, rule) {
         let begin = start_at(start);
@@ -105,6 +102,99 @@ pub fn free_run_errors<P: Plant>(
         }
     }
     Ok(errors)
+}
+
+/// What becomes of the filter's unexplained flux in a free run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flux {
+    /// It is dropped: the body alone.
+    Dropped,
+    /// It decays as the filter expects.
+    Kept,
+}
+
+/// [`free_run_errors`] of a person's model from the filter's `states`, one a step of the record.
+///
+/// # Errors
+/// [`GapError::FreeRun`] with the start.
+pub(crate) fn free_run_errors_of(
+    model: &AugmentedModel,
+    record: &Observations,
+    rule: &FreeRunRule,
+    states: &[AugmentedState],
+    flux: Flux,
+) -> Result<Vec<FreeRunError>, GapError> {
+    if let Some(errors) = plain_errors(model, record, rule, states, flux) {
+        return Ok(errors);
+    }
+    let lag = model.lag_decay();
+    match flux {
+        Flux::Dropped => free_run_errors(&BodyAlone(model), record, rule, lag, |step| Start {
+            state: states[step].body,
+            interstitial: states[step].interstitial,
+        }),
+        Flux::Kept => free_run_errors(model, record, rule, lag, |step| Start {
+            state: states[step],
+            interstitial: states[step].interstitial,
+        }),
+    }
+}
+
+/// The same by the step worked out beforehand: nothing is kept of a run but its readings at the horizons.
+/// `None` where that step does not cover all of the record, or where a run breaks.
+fn plain_errors(
+    model: &AugmentedModel,
+    record: &Observations,
+    rule: &FreeRunRule,
+    states: &[AugmentedState],
+    flux: Flux,
+) -> Option<Vec<FreeRunError>> {
+    let euler = model.euler()?;
+    let covered = |(state, input): (&AugmentedState, _)| Euler::covers(&state.body, input);
+    if !states.iter().zip(&record.inputs).all(covered) {
+        return None;
+    }
+    let doses: Vec<[f64; 2]> = record.inputs.iter().map(|input| euler.doses(input)).collect();
+    let unrecorded = unrecorded(record);
+    let mut horizons: Vec<(usize, usize)> =
+        rule.horizons.iter().enumerate().map(|(place, steps)| (*steps, place)).collect();
+    horizons.sort_unstable();
+    horizons.dedup_by_key(|(steps, _)| *steps);
+    horizons.retain(|(steps, _)| *steps > 0);
+    let mut errors = Vec::new();
+    for start in starts(record, rule) {
+        let mut run = model.plain_run(euler, &states[start]);
+        if flux == Flux::Dropped {
+            run.flux = 0.0;
+        }
+        let mut at = start;
+        for (steps, horizon) in &horizons {
+            let target = start + steps;
+            if target >= record.len() {
+                break;
+            }
+            run.advance(&doses[at..target]);
+            at = target;
+            let complete = unrecorded[target] == unrecorded[start];
+            if let Some(observed) = record.readings[target].value().filter(|_| complete) {
+                let error = observed - within_sensor_range(run.interstitial);
+                errors.push(FreeRunError { start, horizon: *horizon, error });
+            }
+        }
+        if !run.is_finite() {
+            return None;
+        }
+    }
+    Some(errors)
+}
+
+/// Steps before each step, and before the end, whose doses are not on record.
+fn unrecorded(record: &Observations) -> Vec<usize> {
+    let mut unrecorded = vec![0usize];
+    for recorded in &record.doses_recorded {
+        unrecorded.push(unrecorded.last().copied().unwrap_or(0) + usize::from(!recorded));
+    }
+    unrecorded
 }
 
 #[cfg(test)]
@@ -197,5 +287,50 @@ mod tests {
         let error = free_run_errors(&Rising, &record(12), &rule(), 0.0, from(20_000.0));
         let message = error.expect_err("breaks").to_string();
         assert!(message.starts_with("person p, free run from step 2: Q1"), "{message}");
+    }
+
+    #[test]
+    fn runs_by_the_step_worked_out_beforehand_agree_with_those_of_the_plant() {
+        use crate::noise::NoiseModel;
+        use ode_sim::{EgpMode, OdeParameters};
+        use physiology::{Exercise, Grams, Units, UnitsPerHour};
+        let mut record = record(200);
+        for (step, input) in record.inputs.iter_mut().enumerate() {
+            input.basal = UnitsPerHour(1.0);
+            input.bolus = Units(if step % 60 == 20 { 5.0 } else { 0.0 });
+            input.carbs = Grams(if step % 60 == 22 { 55.0 } else { 0.0 });
+        }
+        record.readings[31] = Reading::Missing;
+        record.doses_recorded[150] = false;
+        let (noise, nominal) = (NoiseModel::working(), OdeParameters::nominal());
+        let model = AugmentedModel::new(nominal, record.weight, EgpMode::NonNegative, noise);
+        let states = crate::filter::filter(&model, &record).expect("finite").states;
+        let rule = FreeRunRule { every: 7, horizons: vec![5, 30, 90], ..rule() };
+        for flux in [Flux::Dropped, Flux::Kept] {
+            let found = plain_errors(&model, &record, &rule, &states, flux).expect("covered");
+            let start = |step: usize| (states[step], states[step].interstitial);
+            let lag = noise.lag_decay();
+            let expected = match flux {
+                Flux::Kept => free_run_errors(&model, &record, &rule, lag, |step| {
+                    let (state, interstitial) = start(step);
+                    Start { state, interstitial }
+                }),
+                Flux::Dropped => free_run_errors(&BodyAlone(&model), &record, &rule, lag, |step| {
+                    let (state, interstitial) = start(step);
+                    Start { state: state.body, interstitial }
+                }),
+            }
+            .expect("finite");
+            assert!(expected.len() > 40 && expected.iter().any(|e| e.error.abs() > 20.0));
+            assert_eq!(found.len(), expected.len());
+            for (found, expected) in found.iter().zip(&expected) {
+                assert_eq!((found.start, found.horizon), (expected.start, expected.horizon));
+                // Rounding of 90 steps.
+                assert!((found.error - expected.error).abs() < 1e-9, "{found:?} {expected:?}");
+            }
+        }
+        record.inputs[40].exercise =
+            Some(Exercise { vo2max_percent: 50.0, active_muscle_share: 0.5 });
+        assert_eq!(plain_errors(&model, &record, &rule, &states, Flux::Kept), None);
     }
 }

@@ -15,7 +15,7 @@ use crate::diagnosis::{
     CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, PersonSummary,
 };
 use crate::error::GapError;
-use crate::free_run::{FreeRunRule, Start, free_run_errors};
+use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
 use crate::localisation::DayCells;
 use crate::observations::{MissingDosePolicy, Observations, Reading};
 use crate::plants::Plants;
@@ -198,13 +198,8 @@ fn errors_of(
     let states = &calibration.filtered.states;
     let glucose: Vec<f64> = states.iter().map(|state| plant.glucose(&state.body).0).collect();
     let situations = Situations::of(person, &glucose);
-    let errors = free_run_errors(
-        &plant,
-        observations,
-        &config.free_run,
-        config.noise.lag_decay(),
-        |step| Start { state: states[step].body, interstitial: states[step].interstitial },
-    )?;
+    let model = &calibration.model;
+    let errors = free_run_errors_of(model, observations, &config.free_run, states, Flux::Dropped)?;
 
     let record = &person.record;
     let last_day = record.day_index(record.len().saturating_sub(1));
@@ -233,11 +228,7 @@ fn errors_of(
     // flux would miss there for that reason alone, so cells that read glucose keep it.
     let rule =
         FreeRunRule { horizons: vec![config.localisation.horizon], ..config.free_run.clone() };
-    let lag = config.noise.lag_decay();
-    let kept_flux = free_run_errors(&calibration.model, observations, &rule, lag, |step| Start {
-        state: states[step],
-        interstitial: states[step].interstitial,
-    })?;
+    let kept_flux = free_run_errors_of(model, observations, &rule, states, Flux::Kept)?;
     for error in &kept_flux {
         let day = &mut free_runs[record.day_index(error.start)];
         mark_situations(day, &situations, error.start, true, error.error);

@@ -8,7 +8,7 @@ use physiology::StepInput;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::modulated_plant::ModulatedState;
-use crate::augmented::{AugmentedModel, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE};
+use crate::augmented::{AugmentedModel, AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE};
 use crate::covariance::Covariance;
 use crate::error::GapError;
 use crate::filter::Filtered;
@@ -43,8 +43,8 @@ impl<'a> Rollouts<'a> {
         Self { model, record, filtered, at: 0, covariance, points }
     }
 
-    /// Expected absolute errors of a free run that is right but for noise, mg/dL, one entry a step from the
-    /// start on.
+    /// Expected absolute errors of a free run that is right but for noise, mg/dL, at some horizons: `None`
+    /// beyond the run's end.
     ///
     /// `offset` is the run's start in the filtered record, not before that of the last call; `inputs` begin
     /// there, `modulations` belong to the steps of `states`. The run leaves out the filter's flux and
@@ -58,13 +58,22 @@ impl<'a> Rollouts<'a> {
         states: &[ModulatedState],
         inputs: &[StepInput],
         modulations: &[Modulation],
-    ) -> Result<Vec<f64>, GapError> {
+        horizons: &[usize],
+    ) -> Result<Vec<Option<f64>>, GapError> {
+        let free = Free { offset, states, inputs, modulations, horizons };
+        pulp::Arch::new().dispatch(Expecting { rollouts: self, free })
+    }
+
+    #[inline(always)]
+    fn expected(&mut self, free: &Free<'_>) -> Result<Vec<Option<f64>>, GapError> {
+        let Free { offset, states, inputs, modulations, horizons } = *free;
         while self.at < offset {
-            self.covariance = self.after_reading(self.at);
+            let mut covariance = self.after_reading(self.at);
             let state = &self.filtered.states[self.at];
             let input = &self.record.inputs[self.at];
             let modulation = self.record.modulation(self.at);
-            self.covariance = self.onward(&self.covariance, state, input, modulation, self.at)?;
+            self.onward(&mut covariance, state, input, modulation, self.at)?;
+            self.covariance = covariance;
             self.at += 1;
         }
         let mut covariance = self.after_reading(offset);
@@ -74,19 +83,28 @@ impl<'a> Rollouts<'a> {
         covariance.add(SENSOR, sensor.powi(2));
         covariance.add(SENSOR_BEFORE, before.powi(2));
         covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
-        let mut expected = Vec::with_capacity(states.len());
-        for (place, state) in states.iter().enumerate() {
+        let mut expected = vec![None; horizons.len()];
+        let last = horizons.iter().copied().filter(|steps| *steps < states.len()).max();
+        for place in 0..=last.unwrap_or(0) {
+            let state = &states[place];
             let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);
-            let gain = modulation[Field::SensorGain];
-            let variance = gain * gain * covariance.get(INTERSTITIAL, INTERSTITIAL)
-                + 2.0 * gain * covariance.get(INTERSTITIAL, SENSOR)
-                + covariance.get(SENSOR, SENSOR)
-                + self.model.noise().reading_sd.powi(2);
-            let reading = self.model.reading(&state.state, modulation);
-            expected.push(self.absolute(reading, variance.max(0.0).sqrt()));
-            if let Some(input) = inputs.get(place).filter(|_| place + 1 < states.len()) {
+            if horizons.contains(&place) {
+                let gain = modulation[Field::SensorGain];
+                let variance = gain * gain * covariance.get(INTERSTITIAL, INTERSTITIAL)
+                    + 2.0 * gain * covariance.get(INTERSTITIAL, SENSOR)
+                    + covariance.get(SENSOR, SENSOR)
+                    + self.model.noise().reading_sd.powi(2);
+                let reading = self.model.reading(&state.state, modulation);
+                let error = self.absolute(reading, variance.max(0.0).sqrt());
+                for (expected, _) in
+                    expected.iter_mut().zip(horizons).filter(|(_, steps)| **steps == place)
+                {
+                    *expected = Some(error);
+                }
+            }
+            if let Some(input) = inputs.get(place).filter(|_| Some(place) < last) {
                 let step = offset + place;
-                covariance = self.onward(&covariance, &state.state, input, modulation, step)?;
+                self.onward(&mut covariance, &state.state, input, modulation, step)?;
             }
         }
         Ok(expected)
@@ -99,6 +117,7 @@ impl<'a> Rollouts<'a> {
         self.points.iter().map(distance).sum::<f64>() / self.points.len() as f64
     }
 
+    #[inline(always)]
     fn after_reading(&self, offset: usize) -> Covariance {
         let mut covariance = self.covariance;
         if self.filtered.gains[offset].is_some() {
@@ -107,22 +126,47 @@ impl<'a> Rollouts<'a> {
         covariance
     }
 
+    #[inline(always)]
     fn onward(
         &self,
-        covariance: &Covariance,
-        state: &crate::augmented::AugmentedState,
+        covariance: &mut Covariance,
+        state: &AugmentedState,
         input: &StepInput,
         modulation: &Modulation,
         step: usize,
-    ) -> Result<Covariance, GapError> {
-        let mut before = *covariance;
-        self.model.add_meal_noise(&mut before, input);
+    ) -> Result<(), GapError> {
+        self.model.add_meal_noise(covariance, input);
         let (following, transition) = self
             .model
             .linearised(state, input, modulation)
             .map_err(|_| GapError::FilterNotFinite { person: self.record.person.clone(), step })?;
-        let mut after = before.propagated(&transition);
-        self.model.add_process_noise(&mut after, input, &following);
-        Ok(after)
+        covariance.propagate(&transition);
+        self.model.add_process_noise(covariance, input, &following);
+        Ok(())
+    }
+}
+
+/// A free run whose errors are expected: see [`Rollouts::expected_errors`].
+struct Free<'a> {
+    offset: usize,
+    states: &'a [ModulatedState],
+    inputs: &'a [StepInput],
+    modulations: &'a [Modulation],
+    horizons: &'a [usize],
+}
+
+/// [`Rollouts::expected_errors`], compiled for the instructions of the machine it runs on, with the same
+/// rounding on all of them.
+struct Expecting<'a, 'b> {
+    rollouts: &'a mut Rollouts<'b>,
+    free: Free<'a>,
+}
+
+impl pulp::NullaryFnOnce for Expecting<'_, '_> {
+    type Output = Result<Vec<Option<f64>>, GapError>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.rollouts.expected(&self.free)
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use effects::{Course, Modulation};
-use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, simulate};
+use physiology::{MgPerDl, Plant, STEPS_PER_DAY, SimulationError};
 use stats::Outcomes;
 
 use super::drivers::{self, Driver};
@@ -131,9 +131,11 @@ impl HeldOut<'_> {
                 let offset = *start - seen.start;
                 let inputs = &self.observations.inputs[*start..];
                 let acting = run.own.as_deref().unwrap_or(&known);
-                let expected = rollouts.expected_errors(offset, &run.states, inputs, acting)?;
-                for (horizon, steps) in self.config.free_run.horizons.iter().enumerate() {
-                    if let Some(error) = expected.get(*steps) {
+                let horizons = &self.config.free_run.horizons;
+                let expected =
+                    rollouts.expected_errors(offset, &run.states, inputs, acting, horizons)?;
+                for (horizon, error) in expected.into_iter().enumerate() {
+                    if let Some(error) = error {
                         day.floor_runs[horizon] += 1.0;
                         day.floors[horizon] += error;
                     }
@@ -337,13 +339,19 @@ impl Runner<'_> {
     ) -> Result<Run, GapError> {
         let observations = self.held_out.observations;
         let plant = ModulatedPlant::new(self.model, own.as_deref().unwrap_or(self.known));
-        let begin = ModulatedPlant::start(start, filtered);
-        let mut inputs = OpenLoop::new(&observations.inputs[start..]);
-        let run = simulate(&plant, begin, &mut inputs, steps).map_err(|source| {
-            GapError::FreeRun { person: observations.person.clone(), start, source }
-        })?;
-        let readings = run.states.iter().map(|state| plant.reading(state)).collect();
-        Ok(Run { states: run.states, readings, own })
+        let mut states = Vec::with_capacity(steps + 1);
+        let mut state = ModulatedPlant::start(start, filtered);
+        for (step, input) in observations.inputs[start..].iter().take(steps).enumerate() {
+            states.push(state);
+            state = plant.step(&state, input).map_err(|error| GapError::FreeRun {
+                person: observations.person.clone(),
+                start,
+                source: SimulationError::NonFinite { compartment: error.compartment, step },
+            })?;
+        }
+        states.push(state);
+        let readings = states.iter().map(|state| plant.reading(state)).collect();
+        Ok(Run { states, readings, own })
     }
 }
 

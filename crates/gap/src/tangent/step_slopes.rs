@@ -8,14 +8,12 @@ use ode_sim::equations::{
     RENAL_RATE, RENAL_THRESHOLD, UPTAKE_SATURATION, endogenous_production, infusion,
     non_insulin_uptake,
 };
-use ode_sim::exercise::ExerciseMemory;
-use ode_sim::gut::glucose_dose;
 use ode_sim::{EgpMode, OdeParameters, OdeState, slot};
 use physiology::Compartment;
-use physiology::{Grams, MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
+use physiology::{MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
 
 use super::Parameter;
-use crate::augmented::{Acting, AugmentedModel, AugmentedState, INTERSTITIAL, low_depth};
+use crate::augmented::{Acting, AugmentedModel, AugmentedState, Euler, INTERSTITIAL, low_depth};
 
 /// The derivative of some states after a step, in the order of [`changed`] or [`reached`]; 0 after their last.
 type Slope = [f64; 4];
@@ -107,11 +105,11 @@ impl<'a> StepSlopes<'a> {
         following: &AugmentedState,
     ) -> Option<Self> {
         let body = &state.body;
-        let moving = body.exercise != ExerciseMemory::Rest || input.exercise.is_some();
-        if !model.is_ode() || moving || !body.rescue.is_empty() || input.rescue.amount.0 != 0.0 {
+        if !model.is_ode() || !Euler::covers(body, input) {
             return None;
         }
-        let Acting { plant, input: acting, lag_decay, .. } = model.acting(state, input, modulation);
+        let Acting { plant, euler, input: acting, lag_decay, .. } =
+            model.acting(state, input, modulation);
         let p = plant.parameters;
         let plasma = 0.5 * (plant.glucose(body).0 + plant.glucose(&following.body).0);
         Some(Self {
@@ -121,10 +119,10 @@ impl<'a> StepSlopes<'a> {
             modulation,
             egp: plant.egp,
             infusion: infusion(input.insulin().0, plant.weight.0),
-            gram: p.a_g * glucose_dose(Grams(1.0), plant.weight),
+            gram: euler.per_gram,
             logged: input.carbs.0,
-            meal: p.a_g * glucose_dose(acting.carbs, plant.weight),
-            left: (-STEP.0 / p.t_max_g).exp(),
+            meal: euler.per_gram * acting.carbs.0,
+            left: euler.gut_left,
             lag_decay,
             lag: model.noise().interstitial_lag,
             plasma,

@@ -1,0 +1,284 @@
+//! A forward Euler step of the ODE with everything worked out beforehand that does not change between steps.
+//!
+//! It is [`OdePlant::advance`] without exercise and rescue carbohydrate, to rounding. A filter takes the same step
+//! hundreds of thousands of times, and divisions and exponentials would take most of its time.
+
+use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, UPTAKE_SATURATION, infusion};
+use ode_sim::gut::glucose_dose;
+use ode_sim::{EgpMode, ExerciseMemory, OdePlant, OdeState, slot};
+use physiology::Compartment;
+use physiology::{Grams, STEP, StepInput};
+
+use super::transition::BodySlopes;
+
+/// Number of compartments.
+pub(crate) const COMPARTMENTS: usize = slot(Compartment::C2) + 1;
+
+/// The step of one body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Euler {
+    /// Shares of S1 and S2 that stay and that move on.
+    depot_left: f64,
+    depot_on: f64,
+    /// mU/L in plasma per mU/kg of S2; share of I that stays.
+    plasma_on: f64,
+    plasma_left: f64,
+    /// X1, X2, X3 per mU/L of insulin; shares that stay.
+    effect_on: [f64; 3],
+    effect_left: [f64; 3],
+    /// Uptake of Q1 besides insulin, mmol/kg: at most, and per mmol/kg of Q1.
+    uptake: f64,
+    uptake_slope: f64,
+    /// Q1 above which the kidneys clear, mmol/kg.
+    renal_from: f64,
+    /// Share of Q2 that returns.
+    returning: f64,
+    /// Share of C2 that appears in Q1 by the rate at the start of the step.
+    appearing: f64,
+    /// Production without insulin, mmol/kg.
+    production: f64,
+    egp: EgpMode,
+    /// Share of C1 and C2 that stays; C2 per C1 over that.
+    pub(crate) gut_left: f64,
+    gut_on: f64,
+    /// What U/h add to S1, mU/kg, and a gram to C1, mmol/kg.
+    per_rate: f64,
+    pub(crate) per_gram: f64,
+}
+
+/// The share of the clearance of a step, over the threshold.
+const RENAL: f64 = STEP.0 * RENAL_RATE;
+
+impl Euler {
+    pub(crate) fn of(plant: &OdePlant) -> Self {
+        let left = (-STEP.0 / plant.parameters.t_max_g).exp();
+        Self::with_gut(plant, left)
+    }
+
+    /// Where the share of the gut's content that stays in a step is known.
+    pub(crate) fn with_gut(plant: &OdePlant, gut_left: f64) -> Self {
+        let (p, h) = (&plant.parameters, STEP.0);
+        let depot_on = h / p.t_max_i;
+        let gut_on = h / p.t_max_g;
+        let uptake = h * p.f_01;
+        Self {
+            depot_left: 1.0 - depot_on,
+            depot_on,
+            plasma_on: depot_on / p.v_i,
+            plasma_left: 1.0 - h * p.k_e,
+            effect_on: [h * p.k_a1 * p.s_f1, h * p.k_a2 * p.s_f2, h * p.k_a3 * p.s_f3],
+            effect_left: [1.0 - h * p.k_a1, 1.0 - h * p.k_a2, 1.0 - h * p.k_a3],
+            uptake,
+            uptake_slope: uptake / (UPTAKE_SATURATION * p.v_g),
+            renal_from: RENAL_THRESHOLD * p.v_g,
+            returning: h * p.k_12,
+            appearing: gut_on,
+            production: h * p.egp_0,
+            egp: plant.egp,
+            gut_left,
+            gut_on,
+            per_rate: h * infusion(1.0, plant.weight.0),
+            per_gram: p.a_g * glucose_dose(Grams(1.0), plant.weight),
+        }
+    }
+
+    /// Whether a step is one of these: without exercise and rescue carbohydrate.
+    #[inline]
+    pub(crate) fn covers(state: &OdeState, input: &StepInput) -> bool {
+        state.exercise == ExerciseMemory::Rest
+            && input.exercise.is_none()
+            && state.rescue.is_empty()
+            && input.rescue.amount.0 == 0.0
+    }
+
+    /// What enters S1, mU/kg, and C1, mmol/kg.
+    #[inline]
+    pub(crate) fn doses(&self, input: &StepInput) -> [f64; 2] {
+        [self.per_rate * input.insulin().0, self.per_gram * input.carbs.0]
+    }
+
+    /// The ten compartments one step later; `flux` is added to dQ1/dt, mmol/kg/min.
+    #[inline(always)]
+    pub(crate) fn step(
+        &self,
+        x: &[f64; COMPARTMENTS],
+        doses: [f64; 2],
+        flux: f64,
+    ) -> [f64; COMPARTMENTS] {
+        let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2] = *x;
+        let [infused, eaten] = doses;
+        let free = 1.0 - x3;
+        let free = if self.egp == EgpMode::NonNegative && x3 > 1.0 { 0.0 } else { free };
+        let moving = STEP.0 * x1 * q1;
+        let low = self.uptake_slope * q1;
+        let uptake = if low < self.uptake { low } else { self.uptake };
+        let over = q1 - self.renal_from;
+        let cleared = if over > 0.0 { RENAL * over } else { 0.0 };
+        let returned = self.returning * q2;
+        let fed = c1 + eaten;
+        [
+            self.depot_left * s1 + infused,
+            self.depot_left * s2 + self.depot_on * s1,
+            self.plasma_left * i + self.plasma_on * s2,
+            self.effect_left[0] * x1 + self.effect_on[0] * i,
+            self.effect_left[1] * x2 + self.effect_on[1] * i,
+            self.effect_left[2] * x3 + self.effect_on[2] * i,
+            q1 + ((self.production * free + self.appearing * c2 + STEP.0 * flux)
+                - uptake
+                - cleared)
+                + (returned - moving),
+            q2 + moving - returned - STEP.0 * x2 * q2,
+            self.gut_left * fed,
+            self.gut_left * (c2 + self.gut_on * fed),
+        ]
+    }
+
+    /// The derivative of the step by the compartments and by a flux.
+    ///
+    /// At the kinks (4.5 and 9 mmol/L, X3 = 1 where production is never negative) the slope from above for
+    /// glucose and from below for X3, as in [`jacobian`](ode_sim::equations::jacobian).
+    #[inline(always)]
+    pub(crate) fn slopes(&self, x: &[f64; COMPARTMENTS]) -> BodySlopes {
+        let [_, _, _, x1, x2, x3, q1, q2, _, _] = *x;
+        let closed = self.egp == EgpMode::NonNegative && x3 > 1.0;
+        let by_x3 = if closed { 0.0 } else { -self.production };
+        let taken = if self.uptake_slope * q1 < self.uptake { self.uptake_slope } else { 0.0 };
+        let cleared = if q1 >= self.renal_from { RENAL } else { 0.0 };
+        let (moving, gone) = (STEP.0 * x1, STEP.0 * q1);
+        let [e1, e2, e3] = self.effect_on;
+        let [l1, l2, l3] = self.effect_left;
+        let kept = 1.0 - moving - taken - cleared;
+        let (left, on) = (self.gut_left, self.gut_on);
+        BodySlopes {
+            insulin: [
+                self.depot_left,
+                self.depot_on,
+                self.depot_left,
+                self.plasma_on,
+                self.plasma_left,
+                e1,
+                l1,
+                e2,
+                l2,
+                e3,
+                l3,
+            ],
+            glucose: [-gone, by_x3, kept, self.returning, self.appearing, STEP.0],
+            distant: [gone, -STEP.0 * q2, moving, 1.0 - self.returning - STEP.0 * x2],
+            gut: [left, left * on, left],
+        }
+    }
+}
+
+/// A body let loose, with the flux and interstitial glucose that go with it.
+pub(crate) struct PlainRun<'a> {
+    pub(super) euler: &'a Euler,
+    pub(super) body: [f64; COMPARTMENTS],
+    /// mmol/kg/min.
+    pub(crate) flux: f64,
+    /// mg/dL.
+    pub(crate) interstitial: f64,
+    pub(super) flux_decay: f64,
+    pub(super) lag_decay: f64,
+    /// mg/dL in a mmol/kg of Q1.
+    pub(super) glucose_per_q1: f64,
+}
+
+impl PlainRun<'_> {
+    /// Carries the run through a step for each of the [`doses`](Euler::doses).
+    pub(crate) fn advance(&mut self, doses: &[[f64; 2]]) {
+        const Q1: usize = slot(Compartment::Q1);
+        let half = 0.5 * self.glucose_per_q1;
+        let (mut x, mut flux, mut interstitial) = (self.body, self.flux, self.interstitial);
+        for doses in doses {
+            let following = self.euler.step(&x, *doses, flux);
+            let plasma = half * (x[Q1] + following[Q1]);
+            interstitial = plasma + (interstitial - plasma) * self.lag_decay;
+            flux *= self.flux_decay;
+            x = following;
+        }
+        (self.body, self.flux, self.interstitial) = (x, flux, interstitial);
+    }
+
+    /// Whether the run has not broken.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.body.iter().chain([&self.interstitial]).all(|value| value.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ode_sim::equations::{Forcing, jacobian};
+    use ode_sim::{OdeParameters, OdeVector};
+    use physiology::Compartment::{C2, I, Q1, Q2, S1, S2, X1, X2, X3};
+    use physiology::{Kilograms, Units, UnitsPerHour};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn it_is_the_step_of_the_plant(
+            insulin in prop::array::uniform3(0.0..30.0f64), x1 in 0.0..0.05f64, x2 in 0.0..0.05f64,
+            x3 in 0.0..1.6f64, q1 in 1.0..60.0f64, q2 in 0.5..40.0f64,
+            gut in prop::array::uniform2(0.0..5.0f64), carbs in 0.0..90.0f64, bolus in 0.0..9.0f64,
+            flux in -0.02..0.02f64, times in prop::array::uniform2(0.5..2.0f64), clamped: bool,
+        ) {
+            let nominal = OdeParameters::nominal();
+            let parameters = OdeParameters {
+                t_max_i: nominal.t_max_i * times[0],
+                t_max_g: nominal.t_max_g * times[1],
+                ..nominal
+            };
+            let plant = OdePlant {
+                egp: if clamped { EgpMode::NonNegative } else { EgpMode::Reproduction },
+                ..OdePlant::reproduction(parameters, Kilograms(71.0))
+            };
+            let [s1, s2, i] = insulin;
+            let x = [s1, s2, i, x1, x2, x3, q1, q2, gut[0], gut[1]];
+            let state = OdeState::default().with_vector(&OdeVector(x));
+            let input = StepInput {
+                basal: UnitsPerHour(1.1), bolus: Units(bolus), carbs: Grams(carbs),
+                ..StepInput::default()
+            };
+            let euler = Euler::of(&plant);
+            prop_assert!(Euler::covers(&state, &input));
+            let found = euler.step(&x, euler.doses(&input), flux);
+            let expected = plant.advance(&state, &input, flux).expect("finite").vector();
+            for (found, expected) in found.iter().zip(expected.0) {
+                // Rounding of sums whose terms are at most some hundred.
+                prop_assert!((found - expected).abs() < 1e-12, "{} against {}", found, expected);
+            }
+            let forcing = Forcing::default();
+            let j = jacobian(&parameters, &OdeVector(x), &forcing, plant.egp);
+            let BodySlopes { insulin, glucose, distant, .. } = euler.slopes(&x);
+            let rates = [
+                (insulin[0] - 1.0, j[(S1, S1)]), (insulin[1], j[(S2, S1)]), (insulin[2] - 1.0, j[(S2, S2)]),
+                (insulin[3], j[(I, S2)]), (insulin[4] - 1.0, j[(I, I)]), (insulin[5], j[(X1, I)]),
+                (insulin[6] - 1.0, j[(X1, X1)]), (insulin[7], j[(X2, I)]), (insulin[8] - 1.0, j[(X2, X2)]),
+                (insulin[9], j[(X3, I)]), (insulin[10] - 1.0, j[(X3, X3)]), (glucose[0], j[(Q1, X1)]),
+                (glucose[1], j[(Q1, X3)]), (glucose[2] - 1.0, j[(Q1, Q1)]), (glucose[3], j[(Q1, Q2)]),
+                (glucose[4], j[(Q1, C2)]), (distant[0], j[(Q2, X1)]), (distant[1], j[(Q2, X2)]),
+                (distant[2], j[(Q2, Q1)]), (distant[3] - 1.0, j[(Q2, Q2)]),
+            ];
+            for (place, (found, rate)) in rates.into_iter().enumerate() {
+                let expected = STEP.0 * rate;
+                prop_assert!((found - expected).abs() < 1e-12, "{}: {} against {}", place, found, expected);
+            }
+        }
+    }
+
+    #[test]
+    fn exercise_and_rescues_are_left_to_the_plant() {
+        let rest = (OdeState::default(), StepInput::default());
+        assert!(Euler::covers(&rest.0, &rest.1));
+        let bout = physiology::Exercise { vo2max_percent: 50.0, active_muscle_share: 0.5 };
+        assert!(!Euler::covers(&rest.0, &StepInput { exercise: Some(bout), ..rest.1 }));
+        let mut snack = rest.1;
+        snack.rescue.amount = Grams(15.0);
+        assert!(!Euler::covers(&rest.0, &snack));
+        let mut later = rest.0;
+        later.rescue.c2 = 0.1;
+        assert!(!Euler::covers(&later, &rest.1));
+    }
+}
