@@ -109,9 +109,10 @@ pub(crate) enum Command {
     /// Formatting, lints, crate directions, documentation and tests.
     #[command(after_help = "Examples:\n  cargo xtask check\n  cargo xtask check --static")]
     Check(CheckArgs),
-    /// How fast a diagnosis is, and how time and memory grow with the cohort.
+    /// How fast a diagnosis is, and how time and memory grow with the cohort; how fast training is.
     #[command(
-        after_help = "Examples:\n  cargo xtask bench\n  cargo xtask bench --people 100 --effect none"
+        after_help = "Examples:\n  cargo xtask bench\n  cargo xtask bench --people 100 --effect none\n  \
+        cargo xtask bench --what training-step"
     )]
     Bench(BenchArgs),
 }
@@ -452,9 +453,22 @@ pub(crate) struct CheckArgs {
     pub only_static: bool,
 }
 
+/// What `bench` times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum BenchSubject {
+    /// The diagnosis of virtual people.
+    Diagnosis,
+    /// One update of the population network; takes no option but `--out` and `--seed`.
+    TrainingStep,
+}
+
 /// Options of `bench`.
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
+    /// What is timed.
+    #[arg(long, value_enum, default_value = "diagnosis")]
+    pub what: BenchSubject,
     /// People of the largest cohort; a quarter and half of them are diagnosed before.
     #[arg(long, value_name = "N", default_value_t = 1_000)]
     pub people: usize,

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 use anyhow::{Context as _, Result};
 use clap::Parser as _;
 
-use cli::{Command, CommandLine};
+use cli::{BenchSubject, Command, CommandLine};
 
 /// Most threads that can be asked for; more would only wait for each other.
 const MOST_THREADS: usize = 1024;
@@ -79,6 +79,9 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Report(args) => stages::report::run(&args),
         Command::SteadyState(args) => stages::steady_state::run(&args),
         Command::Check(args) => stages::check::run(&args),
-        Command::Bench(args) => stages::bench::run(&args),
+        Command::Bench(args) => match args.what {
+            BenchSubject::Diagnosis => stages::bench::run(&args),
+            BenchSubject::TrainingStep => stages::training_step::run(&args),
+        },
     }
 }
