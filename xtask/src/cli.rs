@@ -46,7 +46,8 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     /// Train the population network on simulated days.
     #[command(
-        after_help = "Example:\n  cargo xtask train --profile quick --seed 1 --out out/train"
+        after_help = "Example:\n  cargo xtask train --profile quick --seed 1 --out out/train\n\n\
+        A run that was ended goes on where it stopped when the same command is given again."
     )]
     Train(TrainArgs),
     /// Convert published PyTorch weights into a model file.
@@ -201,12 +202,29 @@ pub(crate) struct SimulateArgs {
     pub out: PathBuf,
 }
 
+/// Whose training it is where the paper and the authors' code differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum TrainingPreset {
+    /// The paper's: glucose runs free.
+    Paper,
+    /// The published code's: glucose is confined to 40-400 mg/dL after every step.
+    AuthorsCode,
+}
+
 /// Options of `train`.
 #[derive(Debug, Args)]
 pub(crate) struct TrainArgs {
     /// How much to compute.
     #[arg(long, value_enum, default_value = "quick")]
     pub profile: Profile,
+    /// Whose training it is where the paper and the authors' code differ.
+    #[arg(long, value_enum, default_value = "paper")]
+    pub preset: TrainingPreset,
+    /// End after so many epochs without a lower error on the validation windows, and keep the best
+    /// epoch's weights [default: all epochs].
+    #[arg(long, value_name = "EPOCHS")]
+    pub patience: Option<usize>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/train")]
     pub out: PathBuf,

@@ -2,6 +2,7 @@
 
 mod asked;
 mod bodies;
+mod checkpoint;
 mod cli;
 mod diagnosed;
 mod directions;

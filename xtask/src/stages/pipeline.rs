@@ -7,7 +7,8 @@ use clap::ValueEnum;
 use cohort::{Cohort, MassBalance, findings};
 
 use crate::cli::{
-    DiagnoseArgs, EvaluateArgs, PipelineArgs, Profile, ReportArgs, TrainArgs, TwinArgs, VerifyArgs,
+    DiagnoseArgs, EvaluateArgs, PipelineArgs, Profile, ReportArgs, TrainArgs, TrainingPreset,
+    TwinArgs, VerifyArgs,
 };
 use crate::diagnosed::ODE;
 use crate::manifest::Manifest;
@@ -85,7 +86,13 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
             path.clone()
         }
         None => {
-            let train = TrainArgs { profile: args.profile, out: at(Stage::Train), seed: args.seed };
+            let train = TrainArgs {
+                profile: args.profile,
+                preset: TrainingPreset::Paper,
+                patience: None,
+                out: at(Stage::Train),
+                seed: args.seed,
+            };
             step(args, Stage::Train, &train.out, train::manifest(&train), || train::run(&train))?;
             train.out.join(train::MODEL)
         }

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result};
 use nn_statespace::training::{
-    CarbStart, Provenance, Run, Trained, TrainingConfig, WindowSet, train,
+    Advance, CarbStart, EarlyStop, KeptWeights, Provenance, Run, Trained, TrainingConfig,
+    TrainingRun, WindowSet,
 };
 use nn_statespace::{Scaler, Widths};
 use ode_sim::development_set::Subset;
@@ -13,10 +14,11 @@ use ode_sim::{DevelopmentPlan, DevelopmentSet};
 use physiology::{Compartment, Plant as _, STEP, States, StepInput};
 use sha2::{Digest as _, Sha256};
 
-use crate::cli::{Profile, TrainArgs};
+use crate::checkpoint::CheckpointFile;
+use crate::cli::{Profile, TrainArgs, TrainingPreset};
 use crate::manifest::{Manifest, hexadecimal};
 use crate::output::OutputFolder;
-use crate::progress::Progress;
+use crate::progress::{Progress, note};
 
 /// The model's file name in an output folder.
 pub(crate) const MODEL: &str = "population.safetensors";
@@ -27,6 +29,8 @@ pub(crate) const REGION: &str = "region.json";
 const WINDOW: usize = 60;
 /// Steps between the starts of training windows: 75 % overlap (paper).
 const TRAINING_STRIDE: usize = 15;
+/// Updates between two checkpoints: seconds of work.
+const CHECKPOINT_EVERY: usize = 2000;
 /// Simulated weeks per call, which bounds memory.
 const WEEKS_AT_ONCE: usize = 256;
 
@@ -39,8 +43,9 @@ struct Recipe {
 }
 
 impl Recipe {
-    fn new(profile: Profile, seed: u64) -> Self {
-        match profile {
+    fn new(args: &TrainArgs) -> Self {
+        let seed = args.seed;
+        let mut recipe = match args.profile {
             Profile::Quick => Self {
                 plan: DevelopmentPlan::quick(seed),
                 widths: Widths::quick(),
@@ -56,7 +61,15 @@ impl Recipe {
                 widths: Widths::paper(),
                 config: TrainingConfig::paper(seed),
             },
+        };
+        if args.preset == TrainingPreset::AuthorsCode {
+            recipe.config.clamp = TrainingConfig::authors_code(seed).clamp;
         }
+        if let Some(epochs) = args.patience {
+            recipe.config.stop = EarlyStop::Patience(epochs);
+            recipe.config.keep = KeptWeights::LowestValidationError;
+        }
+        recipe
     }
 
     fn json(&self) -> serde_json::Value {
@@ -75,13 +88,13 @@ impl Recipe {
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &TrainArgs) -> Manifest {
-    Manifest::new("train", Recipe::new(args.profile, args.seed).json(), Some(args.seed))
+    Manifest::new("train", Recipe::new(args).json(), Some(args.seed))
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let began = Instant::now();
-    let recipe = Recipe::new(args.profile, args.seed);
+    let recipe = Recipe::new(args);
     let manifest = manifest(args);
     let output = OutputFolder::begin(&args.out, manifest)?;
 
@@ -91,8 +104,6 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     drop(weeks);
     let hash = hash(&training)?;
 
-    let epochs = recipe.config.stages.iter().map(|stage| stage.epochs).sum();
-    let progress = Progress::begin("train", epochs);
     let provenance = Provenance {
         origin: format!(
             "trained on {} simulated days of the ODE with population parameters",
@@ -100,15 +111,10 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         ),
         training_data_sha256: Some(hash.clone()),
     };
-    let Trained { model, report } =
-        train(&recipe.config, &recipe.widths, &training, &validation, provenance, |epoch| {
-            progress.advance(&format!(
-                "loss {:.4}, validation {:.1} mg/dL",
-                epoch.training_loss,
-                epoch.validation.balanced()
-            ));
-        })
+    let checkpoint = CheckpointFile::beside(&args.out);
+    let (run, progress) = trained(&recipe, &training, &validation, &checkpoint)
         .context("training the population network")?;
+    let Trained { model, report } = run.finish(provenance)?;
 
     output.write(MODEL, &model.to_safetensors())?;
     output.write_json(REGION, &range)?;
@@ -147,6 +153,7 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     )?;
     let kept = &report.epochs[report.kept_epoch].validation;
     let place = output.finish()?;
+    checkpoint.remove();
     progress.finish(&format!(
         "balanced validation error {:.1} mg/dL (in range, low, other: {}), {}",
         kept.balanced(),
@@ -158,6 +165,51 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         place.join(MODEL).display()
     ));
     Ok(())
+}
+
+/// The run with all its epochs done, from its checkpoint if there is one.
+fn trained<'a>(
+    recipe: &Recipe,
+    training: &'a WindowSet,
+    validation: &'a WindowSet,
+    checkpoint: &CheckpointFile,
+) -> Result<(TrainingRun<'a>, Progress)> {
+    let Recipe { config, widths, .. } = recipe;
+    let resumed = checkpoint.read().and_then(|bytes| {
+        let place = checkpoint.path().display();
+        match TrainingRun::resume(&bytes, config, widths, training, validation) {
+            Ok(run) => {
+                note(format!("train: goes on from '{place}' after {} updates", run.updates()));
+                Some(run)
+            }
+            Err(error) => {
+                note(format!("train: '{place}' is not used: {error}"));
+                None
+            }
+        }
+    });
+    let mut run = match resumed {
+        Some(run) => run,
+        None => TrainingRun::begin(config, widths, training, validation)?,
+    };
+    let progress = Progress::begin("train", config.stages.iter().map(|stage| stage.epochs).sum());
+    for _ in run.epochs() {
+        progress.advance("resumed");
+    }
+    loop {
+        match run.advance()? {
+            Advance::Batch => {}
+            Advance::Epoch(epoch) => progress.advance(&format!(
+                "loss {:.4}, validation {:.1} mg/dL",
+                epoch.training_loss,
+                epoch.validation.balanced()
+            )),
+            Advance::Finished => return Ok((run, progress)),
+        }
+        if run.updates().is_multiple_of(CHECKPOINT_EVERY) {
+            checkpoint.write(&run.checkpoint())?;
+        }
+    }
 }
 
 /// A simulated week in reporting units.

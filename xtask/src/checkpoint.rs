@@ -1,0 +1,66 @@
+//! A file beside an output folder from which a command that was ended goes on.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+
+/// The checkpoint of the run that writes one output folder.
+#[derive(Debug)]
+pub(crate) struct CheckpointFile {
+    path: PathBuf,
+}
+
+impl CheckpointFile {
+    /// The one that belongs to the folder `out`: `out/train.checkpoint` to `out/train`.
+    pub(crate) fn beside(out: &Path) -> Self {
+        let mut name = out.as_os_str().to_owned();
+        name.push(".checkpoint");
+        Self { path: name.into() }
+    }
+
+    /// What was written last, if a run was ended before it was done.
+    pub(crate) fn read(&self) -> Option<Vec<u8>> {
+        fs::read(&self.path).ok()
+    }
+
+    /// Replaces it. Whoever reads it finds either these bytes or those before, whole.
+    pub(crate) fn write(&self, bytes: &[u8]) -> Result<()> {
+        let mut beside = self.path.as_os_str().to_owned();
+        beside.push(".partial");
+        let written = fs::File::create(&beside)
+            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+            .and_then(|()| fs::rename(&beside, &self.path));
+        written.with_context(|| format!("cannot write '{}'", self.path.display()))
+    }
+
+    /// Removes it once the folder is complete.
+    pub(crate) fn remove(&self) {
+        // It may never have been written; one that stays is only read by the same run.
+        let _ = fs::remove_file(&self.path);
+    }
+
+    /// Where it is, to tell of it.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_written_last_is_read_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = CheckpointFile::beside(&folder.path().join("train"));
+        assert_eq!(file.read(), None);
+        file.write(b"first").expect("writable");
+        file.write(b"last").expect("writable");
+        assert_eq!(file.read().as_deref(), Some(b"last".as_slice()));
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
+        file.remove();
+        assert_eq!(file.read(), None);
+    }
+}
