@@ -95,7 +95,9 @@ fn log_sum(logs: &[f64]) -> f64 {
     if top == f64::NEG_INFINITY {
         top
     } else {
-        top + logs.iter().map(|l| (l - top).exp()).sum::<f64>().ln()
+        // What is left out adds less than rounding.
+        let parts = logs.iter().map(|l| l - top).filter(|below| *below > -40.0);
+        top + parts.map(f64::exp).sum::<f64>().ln()
     }
 }
 
