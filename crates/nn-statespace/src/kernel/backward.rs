@@ -36,10 +36,10 @@ impl<T: Real> Job<T> for Backward<'_, T> {
         block.sums.resize(layout.len(), T::ZERO);
         for network in &networks.each {
             match &network.units {
-                Units::Two(units) => sum(lanes, network, units, layout, block),
-                Units::Four(units) => sum(lanes, network, units, layout, block),
-                Units::Five(units) => sum(lanes, network, units, layout, block),
-                Units::All(units) => sum(lanes, network, units, layout, block),
+                Units::Two(units) => sum(lanes, networks, network, units, layout, block),
+                Units::Four(units) => sum(lanes, networks, network, units, layout, block),
+                Units::Five(units) => sum(lanes, networks, network, units, layout, block),
+                Units::All(units) => sum(lanes, networks, network, units, layout, block),
             }
         }
     }
@@ -93,6 +93,7 @@ fn carry<T: Real, L: Lanes<T>>(
 #[inline(always)]
 fn sum<T: Real, L: Lanes<T>, const N: usize>(
     lanes: L,
+    networks: &Networks<T>,
     network: &Network<T>,
     units: &[Unit<T, N>],
     layout: &ParameterLayout,
@@ -111,11 +112,17 @@ fn sum<T: Real, L: Lanes<T>, const N: usize>(
     }
     // As many units at a time as have room in the registers.
     let mut first = 0;
-    if L::COUNT == 16 && N == 2 {
-        first = sum_groups::<T, L, N, 4>(lanes, network, units, first, layout, block);
+    if L::MASKS_ARE_BITS {
+        if N == 2 {
+            first = sum_groups::<T, L, N, 8>(lanes, networks, network, units, first, layout, block);
+        }
+        if N <= 5 {
+            first = sum_groups::<T, L, N, 4>(lanes, networks, network, units, first, layout, block);
+        }
+    } else {
+        first = sum_groups::<T, L, N, 2>(lanes, networks, network, units, first, layout, block);
     }
-    first = sum_groups::<T, L, N, 2>(lanes, network, units, first, layout, block);
-    sum_groups::<T, L, N, 1>(lanes, network, units, first, layout, block);
+    sum_groups::<T, L, N, 1>(lanes, networks, network, units, first, layout, block);
     let mut all = [T::ZERO; WIDE];
     for slopes in block.rows.iter().step_by(N + 1) {
         for (sum, slope) in all.iter_mut().zip(slopes) {
@@ -129,6 +136,7 @@ fn sum<T: Real, L: Lanes<T>, const N: usize>(
 #[inline(always)]
 fn sum_groups<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     lanes: L,
+    networks: &Networks<T>,
     network: &Network<T>,
     units: &[Unit<T, N>],
     mut first: usize,
@@ -139,10 +147,15 @@ fn sum_groups<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     for units in units[first..].as_chunks::<U>().0 {
         let mut by_input = [[[T::ZERO; WIDE]; N]; U];
         let mut alone = [[T::ZERO; WIDE]; U];
-        let mut part = 0;
-        while part < WIDE {
-            sum_part(lanes, units, &block.rows, part, &mut by_input, &mut alone);
-            part += L::COUNT;
+        if L::MASKS_ARE_BITS {
+            let kept = block.activity[network.first_unit + first..].chunks(networks.units);
+            sum_kept(lanes, kept, &block.rows, &mut by_input, &mut alone);
+        } else {
+            let mut part = 0;
+            while part < WIDE {
+                sum_part(lanes, units, &block.rows, part, &mut by_input, &mut alone);
+                part += L::COUNT;
+            }
         }
         for (by_input, alone) in by_input.iter().zip(&alone) {
             let row = span.w1().start + first * span.inputs();
@@ -200,6 +213,42 @@ fn sum_part<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
             lanes.store(sums[u][k], &mut by_input[u][k][part..]);
         }
         lanes.store(sums_alone[u], &mut alone[u][part..]);
+    }
+}
+
+/// The same sums of some units, from their activity in the roll-out; the first of each item of `kept`
+/// is that of these units.
+#[inline(always)]
+fn sum_kept<'a, T: Real, L: Lanes<T>, const N: usize, const U: usize>(
+    lanes: L,
+    kept: impl Iterator<Item = &'a [u16]>,
+    rows: &[[T; WIDE]],
+    by_input: &mut [[[T; WIDE]; N]; U],
+    alone: &mut [[T; WIDE]; U],
+) {
+    let zero = lanes.splat(T::ZERO);
+    let mut sums = [[zero; N]; U];
+    let mut sums_alone = [zero; U];
+    for (rows, kept) in rows.chunks_exact(N + 1).zip(kept) {
+        let kept: &[u16; U] = kept.first_chunk().expect("a number a unit");
+        let g = lanes.load(&rows[0]);
+        let mut x = [zero; N];
+        for k in 0..N {
+            x[k] = lanes.load(&rows[1 + k]);
+        }
+        for u in 0..U {
+            let active = lanes.mask(kept[u]);
+            for k in 0..N {
+                sums[u][k] = lanes.multiply_add_where(active, g, x[k], sums[u][k]);
+            }
+            sums_alone[u] = lanes.add_where(active, sums_alone[u], g);
+        }
+    }
+    for u in 0..U {
+        for k in 0..N {
+            lanes.store(sums[u][k], &mut by_input[u][k]);
+        }
+        lanes.store(sums_alone[u], &mut alone[u]);
     }
 }
 

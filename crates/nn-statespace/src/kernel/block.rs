@@ -13,6 +13,9 @@ pub(super) const BLOCK: usize = 32;
 /// width gives the same sums.
 pub(super) const WIDE: usize = 16;
 
+/// Groups of [`WIDE`] samples in a block.
+pub(super) const PARTS: usize = BLOCK / WIDE;
+
 /// One value a sample.
 pub(super) type Row<T> = [T; BLOCK];
 
@@ -27,6 +30,9 @@ pub(super) struct Block<T> {
     pub(super) truth: Vec<[Row<T>; STATES]>,
     /// Slopes of each state's step by what its network sees, for each step.
     pub(super) slopes: Vec<Row<T>>,
+    /// Activity of every unit in every step, 16 samples a number, where it is kept: shape (steps,
+    /// parts of the block, units).
+    pub(super) activity: Vec<u16>,
     /// Slopes of the loss by the states after each step: at first those of the loss itself, then
     /// those of everything that follows as well.
     pub(super) adjoint: Vec<[Row<T>; STATES]>,
@@ -46,6 +52,7 @@ impl<T: Real> Block<T> {
             signals: Vec::new(),
             truth: Vec::new(),
             slopes: Vec::new(),
+            activity: Vec::new(),
             adjoint: Vec::new(),
             rows: Vec::new(),
             sums: Vec::new(),

@@ -2,7 +2,7 @@
 
 use physiology::Compartment;
 
-use super::block::{BLOCK, Block, Row};
+use super::block::{BLOCK, Block, PARTS, Row, WIDE};
 use super::lanes::{Job, Lanes};
 use super::real::Real;
 use super::units::{Network, Networks, SIGNALS, Unit, Units};
@@ -23,17 +23,29 @@ impl<T: Real> Job<T> for Forward<'_, T> {
         let Self { networks, glucose_range, block } = self;
         let steps = block.steps();
         block.slopes.resize(steps * networks.slopes, [T::ZERO; BLOCK]);
+        if L::MASKS_ARE_BITS {
+            block.activity.resize(steps * PARTS * networks.units, 0);
+        }
         for step in 0..steps {
             let (past, future) = block.signals.split_at_mut(step + 1);
             let (now, next) = (&past[step], &mut future[0]);
             let slopes = &mut block.slopes[step * networks.slopes..][..networks.slopes];
+            let activity = block.activity.get_mut(step * PARTS * networks.units..);
+            let activity = activity.unwrap_or_default();
             for network in &networks.each {
-                let slopes = &mut slopes[network.first_slope..];
+                let place = Place {
+                    network,
+                    now,
+                    next: &mut *next,
+                    slopes: &mut slopes[network.first_slope..],
+                    activity: &mut *activity,
+                    all_units: networks.units,
+                };
                 match &network.units {
-                    Units::Two(units) => advance(lanes, network, units, now, next, slopes),
-                    Units::Four(units) => advance(lanes, network, units, now, next, slopes),
-                    Units::Five(units) => advance(lanes, network, units, now, next, slopes),
-                    Units::All(units) => advance(lanes, network, units, now, next, slopes),
+                    Units::Two(units) => advance(lanes, units, place),
+                    Units::Four(units) => advance(lanes, units, place),
+                    Units::Five(units) => advance(lanes, units, place),
+                    Units::All(units) => advance(lanes, units, place),
                 }
             }
             if let Some((lowest, highest)) = glucose_range {
@@ -43,34 +55,41 @@ impl<T: Real> Job<T> for Forward<'_, T> {
     }
 }
 
+/// One network in one step: what it reads and where its results go.
+struct Place<'a, T> {
+    network: &'a Network<T>,
+    now: &'a [Row<T>; SIGNALS],
+    next: &'a mut [Row<T>; SIGNALS],
+    /// From its first row on.
+    slopes: &'a mut [Row<T>],
+    /// Of the step, shape (parts of the block, units of all networks), where it is kept.
+    activity: &'a mut [u16],
+    all_units: usize,
+}
+
 /// One network's state after a step, and the slopes of the step.
 #[inline(always)]
 fn advance<T: Real, L: Lanes<T>, const N: usize>(
     lanes: L,
-    network: &Network<T>,
     units: &[Unit<T, N>],
-    now: &[Row<T>; SIGNALS],
-    next: &mut [Row<T>; SIGNALS],
-    slopes: &mut [Row<T>],
+    place: Place<'_, T>,
 ) {
     // A vector of 16 lanes has work enough for itself; shorter ones share a unit's weights.
-    if L::COUNT == 16 {
-        advance_by::<T, L, N, 1>(lanes, network, units, now, next, slopes);
+    if L::COUNT == WIDE {
+        advance_by::<T, L, N, 1>(lanes, units, place);
     } else {
-        advance_by::<T, L, N, 2>(lanes, network, units, now, next, slopes);
+        advance_by::<T, L, N, 2>(lanes, units, place);
     }
 }
 
-/// The same, `V` vectors at a time.
+/// The same, `V` vectors at a time; activity is kept one vector at a time.
 #[inline(always)]
 fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
     lanes: L,
-    network: &Network<T>,
     units: &[Unit<T, N>],
-    now: &[Row<T>; SIGNALS],
-    next: &mut [Row<T>; SIGNALS],
-    slopes: &mut [Row<T>],
+    place: Place<'_, T>,
 ) {
+    let Place { network, now, next, slopes, activity, all_units } = place;
     let zero = lanes.splat(T::ZERO);
     let state = network.compartment as usize;
     let mut at = 0;
@@ -83,7 +102,12 @@ fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
         }
         let mut slope = [[zero; V]; N];
         let mut offset = [lanes.splat(network.offset); V];
-        for unit in units {
+        let kept = if L::MASKS_ARE_BITS {
+            &mut activity[at / WIDE * all_units + network.first_unit..][..units.len()]
+        } else {
+            &mut []
+        };
+        for (index, unit) in units.iter().enumerate() {
             let mut activation = [lanes.splat(unit.b); V];
             for k in 0..N {
                 let w = lanes.splat(unit.w[k]);
@@ -94,6 +118,9 @@ fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
             let more = lanes.splat(unit.offset);
             for v in 0..V {
                 let active = lanes.positive(activation[v]);
+                if L::MASKS_ARE_BITS {
+                    kept[index] = lanes.bits(active);
+                }
                 for k in 0..N {
                     slope[k][v] = lanes.add_where(active, slope[k][v], lanes.splat(unit.slopes[k]));
                 }

@@ -16,7 +16,18 @@ pub trait Lanes<T: Real>: Copy {
     type Mask: Copy;
     /// Lanes of a vector; a power of two, at most [`super::block::WIDE`].
     const COUNT: usize;
+    /// Whether a mask is a handful of bits, so that it is cheaper to keep one than to compute it
+    /// again.
+    const MASKS_ARE_BITS: bool = false;
 
+    /// The mask as bits; asked for only where masks are bits.
+    fn bits(self, _mask: Self::Mask) -> u16 {
+        unreachable!("masks of these lanes are not bits")
+    }
+    /// The mask of these bits; asked for only where masks are bits.
+    fn mask(self, _bits: u16) -> Self::Mask {
+        unreachable!("masks of these lanes are not bits")
+    }
     /// `value` in every lane.
     fn splat(self, value: T) -> Self::Vector;
     /// The first values of `from`.

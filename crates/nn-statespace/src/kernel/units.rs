@@ -49,6 +49,8 @@ pub(super) struct Network<T> {
     pub(super) offset: T,
     /// Its first row among the stored slopes of a step.
     pub(super) first_slope: usize,
+    /// Its first unit among all.
+    pub(super) first_unit: usize,
 }
 
 /// All ten.
@@ -57,6 +59,8 @@ pub(super) struct Networks<T> {
     pub(super) each: Vec<Network<T>>,
     /// Rows of slopes in a step.
     pub(super) slopes: usize,
+    /// Units of all networks.
+    pub(super) units: usize,
 }
 
 impl<T: Real> Networks<T> {
@@ -78,9 +82,10 @@ impl<T: Real> Networks<T> {
             let first_slope = slopes;
             slopes += units.inputs();
             let seen = seen.len();
-            Network { compartment, signals, seen, units, offset: T::ZERO, first_slope }
+            let offset = T::ZERO;
+            Network { compartment, signals, seen, units, offset, first_slope, first_unit: 0 }
         });
-        Self { each: each.into(), slopes }
+        Self { each: each.into(), slopes, units: 0 }
     }
 
     /// Takes over the weights.
@@ -98,7 +103,9 @@ impl<T: Real> Networks<T> {
             return Err(ModelError::NotFinite { tensor: "parameters".to_owned(), index });
         }
         let step = T::of(STEP.0);
+        self.units = 0;
         for network in &mut self.each {
+            network.first_unit = self.units;
             let span = layout.of(network.compartment);
             network.offset = step * parameters[span.b2()];
             let rows = parameters[span.w1()].chunks_exact(span.inputs());
@@ -110,6 +117,7 @@ impl<T: Real> Networks<T> {
                 Units::Five(units) => fill(units, each),
                 Units::All(units) => fill(units, each),
             }
+            self.units += span.hidden();
         }
         Ok(())
     }

@@ -77,6 +77,7 @@ macro_rules! lanes {
     (
         $token:ident, $real:ident, $vector:ident, $mask:ident, $count:literal,
         $splat:ident, $load:ident, $store:ident, $add:ident, $multiply_add:ident,
+        $(bits: $bits:ident,)?
         positive: |$p:ident| $positive:expr,
         add_where: |$wm:ident, $wa:ident, $wb:ident| $add_where:expr,
         multiply_add_where: |$mm:ident, $ma:ident, $mb:ident, $mc:ident| $multiply_add_where:expr $(,)?
@@ -85,6 +86,19 @@ macro_rules! lanes {
             type Vector = $vector;
             type Mask = $mask;
             const COUNT: usize = $count;
+            $(
+                const MASKS_ARE_BITS: bool = true;
+
+                #[inline(always)]
+                fn bits(self, mask: $mask) -> $bits {
+                    mask
+                }
+
+                #[inline(always)]
+                fn mask(self, bits: $bits) -> $mask {
+                    bits
+                }
+            )?
 
             #[inline(always)]
             fn splat(self, value: $real) -> $vector {
@@ -164,6 +178,7 @@ lanes!(
 lanes!(
     Avx512, f32, __m512, __mmask16, 16,
     _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_add_ps, _mm512_fmadd_ps,
+    bits: u16,
     positive: |a| _mm512_cmp_ps_mask::<_CMP_GT_OQ>(a, _mm512_setzero_ps()),
     add_where: |mask, a, b| _mm512_mask_add_ps(a, mask, a, b),
     multiply_add_where: |mask, a, b, c| _mm512_mask3_fmadd_ps(a, b, c, mask),
