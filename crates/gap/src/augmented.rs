@@ -23,6 +23,7 @@ use physiology::{
     Units, UnitsPerHour,
 };
 
+use self::euler::COMPARTMENTS;
 pub(crate) use self::euler::{Euler, PlainRun};
 pub use self::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
 use self::transition::Surroundings;
@@ -63,6 +64,8 @@ pub struct AugmentedModel {
     plant: OdePlant,
     /// The plant's step.
     euler: Euler,
+    /// The derivative of an ODE's step at the state zero: what it has in common with others.
+    resting: Transition,
     /// The body that stands in the place of the ODE; `plant` then holds its weight and, as factors on the
     /// nominal parameters, what is personal.
     other: Option<Arc<OtherBody>>,
@@ -83,16 +86,25 @@ impl AugmentedModel {
         noise: NoiseModel,
     ) -> Self {
         let plant = OdePlant { parameters, weight, integrator: Integrator::ForwardEuler, egp };
-        Self {
+        let model = Self {
             plant,
             euler: Euler::of(&plant),
+            resting: Transition::default(),
             other: None,
             noise,
             flux_decay: noise.flux_decay(),
             lag_decay: noise.lag_decay(),
             sensor_coefficients: noise.sensor_coefficients(),
             sensor_noise: noise.sensor_noise(),
-        }
+        };
+        model.prepared()
+    }
+
+    /// With what does not change between steps worked out.
+    fn prepared(mut self) -> Self {
+        self.euler = Euler::of(&self.plant);
+        self.resting = self.transition(&self.euler.slopes(&[0.0; COMPARTMENTS]), self.lag_decay);
+        self
     }
 
     /// The same filter around another body.
@@ -118,8 +130,7 @@ impl AugmentedModel {
     #[must_use]
     pub fn with_parameters(&self, change: impl Fn(&OdeParameters) -> OdeParameters) -> Self {
         let parameters = change(&self.plant.parameters);
-        let plant = OdePlant { parameters, ..self.plant };
-        Self { plant, euler: Euler::of(&plant), ..self.clone() }
+        Self { plant: OdePlant { parameters, ..self.plant }, ..self.clone() }.prepared()
     }
 
     /// The same model with a lag between plasma and interstitial glucose that is `factor` times as long.
@@ -127,7 +138,7 @@ impl AugmentedModel {
     pub fn with_lag(&self, factor: f64) -> Self {
         let interstitial_lag = self.noise.interstitial_lag * factor;
         let noise = NoiseModel { interstitial_lag, ..self.noise };
-        Self { noise, lag_decay: noise.lag_decay(), ..self.clone() }
+        Self { noise, lag_decay: noise.lag_decay(), ..self.clone() }.prepared()
     }
 
     /// The step of the body, where it is the ODE.
@@ -160,7 +171,7 @@ impl AugmentedModel {
     }
 
     /// The expected reading of a state, mg/dL.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn reading(&self, state: &AugmentedState, modulation: &Modulation) -> f64 {
         state.interstitial.0 * modulation[Field::SensorGain]
@@ -206,6 +217,43 @@ impl AugmentedModel {
         input: &StepInput,
         modulation: &Modulation,
     ) -> Result<(AugmentedState, Transition), OdeError> {
+        let mut transition = Transition::default();
+        let following = self.linearised_into(state, input, modulation, &mut transition)?;
+        Ok((following, transition))
+    }
+
+    /// As [`linearised`](Self::linearised); `transition` becomes the derivative.
+    #[inline(always)]
+    pub(crate) fn linearised_into(
+        &self,
+        state: &AugmentedState,
+        input: &StepInput,
+        modulation: &Modulation,
+        transition: &mut Transition,
+    ) -> Result<AugmentedState, OdeError> {
+        if self.other.is_none() && modulation.is_neutral() && Euler::covers(&state.body, input) {
+            let x = state.body.vector();
+            let following = OdeVector(self.euler.step(&x.0, self.euler.doses(input), state.flux));
+            if following.first_non_finite().is_none() {
+                let (glucose, distant) = self.euler.varying_slopes(&x.0);
+                *transition = self.resting;
+                transition.vary(glucose, distant, self.share());
+                let body = state.body.with_vector(&following);
+                return Ok(self.around(state, body, self.lag_decay));
+            }
+        }
+        let (following, found) = self.linearised_anew(state, input, modulation)?;
+        *transition = found;
+        Ok(following)
+    }
+
+    #[inline(never)]
+    fn linearised_anew(
+        &self,
+        state: &AugmentedState,
+        input: &StepInput,
+        modulation: &Modulation,
+    ) -> Result<(AugmentedState, Transition), OdeError> {
         if modulation.is_neutral() {
             let (body, slopes) =
                 self.body_linearised(&self.plant, &self.euler, &state.body, input, state.flux)?;
@@ -219,7 +267,7 @@ impl AugmentedModel {
     }
 
     /// The body alone one step later; `flux` is added to dQ1/dt, mmol/kg/min. `euler` is the step of `plant`.
-    #[inline]
+    #[inline(always)]
     fn advance(
         &self,
         plant: &OdePlant,
@@ -276,7 +324,7 @@ impl AugmentedModel {
     }
 
     /// The state corrected by `gain` times `innovation`, cut off at [`GLUCOSE_FLOOR`].
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn corrected(
         &self,
@@ -299,7 +347,7 @@ impl AugmentedModel {
     }
 
     /// Uncertainty of what is eaten at the start of a step; enters before it is propagated.
-    #[inline]
+    #[inline(always)]
     pub fn add_meal_noise(&self, p: &mut Covariance, input: &StepInput) {
         let cv = self.noise.carb_count_cv;
         let sd = match &self.other {
@@ -310,7 +358,7 @@ impl AugmentedModel {
     }
 
     /// Noise that comes in during a step; enters after propagation to `following`.
-    #[inline]
+    #[inline(always)]
     pub fn add_process_noise(
         &self,
         p: &mut Covariance,
@@ -367,7 +415,13 @@ impl AugmentedModel {
         (state, covariance)
     }
 
-    #[inline]
+    /// mg/dL that interstitial glucose gains in a step per mmol/kg of Q1 at both of its ends, halved.
+    #[inline(always)]
+    fn share(&self) -> f64 {
+        0.5 * (1.0 - self.lag_decay) * self.glucose_per_q1()
+    }
+
+    #[inline(always)]
     fn glucose_per_q1(&self) -> f64 {
         MG_PER_DL_PER_MMOL_PER_L / self.plant.parameters.v_g
     }
@@ -425,7 +479,7 @@ impl AugmentedModel {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn around(&self, state: &AugmentedState, body: OdeState, lag_decay: f64) -> AugmentedState {
         let plasma = 0.5 * (self.plant.glucose(&state.body).0 + self.plant.glucose(&body).0);
         let [first, second] = self.sensor_coefficients;
@@ -542,6 +596,8 @@ mod tests {
             };
             let (following, transition) = model.linearised(&state, &input, &Modulation::NEUTRAL).expect("finite");
             prop_assert_eq!(following, model.step(&state, &input, &Modulation::NEUTRAL).expect("finite"));
+            let anew = model.linearised_anew(&state, &input, &Modulation::NEUTRAL).expect("finite");
+            prop_assert_eq!((following, transition), anew);
             let x = state.vector();
             for column in 0..STATES {
                 // A step that balances truncation (the model is quadratic) against rounding.

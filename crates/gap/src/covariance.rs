@@ -1,19 +1,26 @@
 //! Covariance of the augmented state: propagation and the scalar measurement update.
 //!
-//! Fixed arrays of 14 x 14, rows padded to 16 so that they fill vector registers; at this size they
-//! are several times faster than a general matrix type. The transition's structural zeros are
-//! skipped. Updates take Joseph's form and symmetry is restored by every propagation, so that
-//! the matrix stays positive semidefinite however small the reading noise is. Both are inlined
-//! always, so that they are compiled for the instructions of the filter that calls them.
+//! The sensor error goes its own way between readings: what it has in common with the body is kept apart, and the
+//! twelve other states fill vector registers without rest. The transition's structural zeros are skipped. Symmetry is
+//! restored by every propagation, so that the matrix stays positive semidefinite however small the reading noise is.
+//! Both steps are inlined always, so that they are compiled for the instructions of the filter that calls them.
 
 use crate::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
 
-/// Entries of a padded row.
-const WIDTH: usize = 16;
+/// States but for the sensor error: the body's, the flux and interstitial glucose.
+const BODY: usize = SENSOR;
+/// Columns that are worked on together, and rows of a block.
+const SIDE: usize = 4;
 
 /// A symmetric positive semidefinite 14 x 14 matrix over the augmented state, in its units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Covariance([[f64; WIDTH]; STATES]);
+pub struct Covariance {
+    body: [[f64; BODY]; BODY],
+    /// Of each of these states with the sensor error of this step and of the one before.
+    cross: [[f64; 2]; BODY],
+    /// Of the sensor error: its variance, its covariance with that of the step before, and that one's variance.
+    sensor: [f64; 3],
+}
 
 /// Gain of one scalar update and the variance of the innovation, mg/dL squared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,13 +31,17 @@ pub struct Gain {
     pub innovation_variance: f64,
 }
 
+/// Some columns over all states but the sensor error.
+type Columns = [[f64; SIDE]; BODY];
+type Block = [[f64; SIDE]; SIDE];
+
 impl Covariance {
     /// Independent states with these standard deviations.
     #[must_use]
     pub fn diagonal(sd: &[f64; STATES]) -> Self {
-        let mut p = Self([[0.0; WIDTH]; STATES]);
+        let mut p = Self { body: [[0.0; BODY]; BODY], cross: [[0.0; 2]; BODY], sensor: [0.0; 3] };
         for (state, sd) in sd.iter().enumerate() {
-            p.0[state][state] = sd * sd;
+            p.add(state, sd * sd);
         }
         p
     }
@@ -38,18 +49,34 @@ impl Covariance {
     /// The entry of two states.
     #[must_use]
     pub fn get(&self, row: usize, column: usize) -> f64 {
-        self.0[row][column]
+        let (first, second) = (row.min(column), row.max(column));
+        match (first.checked_sub(BODY), second.checked_sub(BODY)) {
+            (None, None) => self.body[row][column],
+            (None, Some(sensor)) => self.cross[first][sensor],
+            _ => self.sensor[first + second - 2 * BODY],
+        }
     }
 
     /// Adds `variance` to that of one state.
+    #[inline(always)]
     pub fn add(&mut self, state: usize, variance: f64) {
-        self.0[state][state] += variance;
+        match state.checked_sub(BODY) {
+            None => self.body[state][state] += variance,
+            Some(sensor) => self.sensor[2 * sensor] += variance,
+        }
     }
 
     /// Adds `covariance` to that of two different states.
     pub fn link(&mut self, one: usize, other: usize, covariance: f64) {
-        self.0[one][other] += covariance;
-        self.0[other][one] += covariance;
+        let (first, second) = (one.min(other), one.max(other));
+        match (first.checked_sub(BODY), second.checked_sub(BODY)) {
+            (None, None) => {
+                self.body[one][other] += covariance;
+                self.body[other][one] += covariance;
+            }
+            (None, Some(sensor)) => self.cross[first][sensor] += covariance,
+            _ => self.sensor[1] += covariance,
+        }
     }
 
     /// `A P A'` for a transition `A`.
@@ -63,48 +90,138 @@ impl Covariance {
     /// Becomes `A P A'` for a transition `A`.
     #[inline(always)]
     pub fn propagate(&mut self, transition: &Transition) {
-        // Columns are vectors to the transition: A P, then A (A P)', which is symmetric but for rounding.
-        transition.carry(&mut self.0);
-        for row in 0..STATES {
-            for column in 0..row {
-                let (above, below) = (self.0[column][row], self.0[row][column]);
-                self.0[column][row] = below;
-                self.0[row][column] = above;
-            }
+        // (A P)', a few columns of P at a time.
+        let mut half = [[0.0; BODY]; BODY];
+        transpose::<0>(&self.body, &mut half, transition);
+        transpose::<1>(&self.body, &mut half, transition);
+        transpose::<2>(&self.body, &mut half, transition);
+        // A (A P)'; one triangle stands for both.
+        let mut first = columns::<0>(&half);
+        transition.carry_body(&mut first);
+        put::<0, 0>(&mut self.body, mirrored(block::<0>(&first)));
+        put::<1, 0>(&mut self.body, block::<1>(&first));
+        put::<2, 0>(&mut self.body, block::<2>(&first));
+        put::<0, 1>(&mut self.body, transposed(block::<1>(&first)));
+        put::<0, 2>(&mut self.body, transposed(block::<2>(&first)));
+        let mut second = columns::<1>(&half);
+        transition.carry_body(&mut second);
+        put::<1, 1>(&mut self.body, mirrored(block::<1>(&second)));
+        put::<2, 1>(&mut self.body, block::<2>(&second));
+        put::<1, 2>(&mut self.body, transposed(block::<2>(&second)));
+        let mut third = columns::<2>(&half);
+        transition.carry_body(&mut third);
+        put::<2, 2>(&mut self.body, mirrored(block::<2>(&third)));
+        transition.carry_body(&mut self.cross);
+        let [on, earlier, kept] = transition.sensor();
+        for [now, before] in &mut self.cross {
+            (*now, *before) = (on * *now + earlier * *before, kept * *now);
         }
-        transition.carry(&mut self.0);
-        // One triangle stands for both.
-        for row in 0..STATES {
-            for column in 0..row {
-                self.0[column][row] = self.0[row][column];
-            }
-        }
+        let [now, both, before] = self.sensor;
+        let (with_now, with_before) = (on * now + earlier * both, on * both + earlier * before);
+        self.sensor = [on * with_now + earlier * with_before, kept * with_now, kept * kept * now];
     }
 
     /// Updates with one reading, interstitial glucose plus sensor error plus white noise of variance
-    /// `reading_variance`, in Joseph's form (I - K h) P (I - K h)' + r K K'.
+    /// `reading_variance`: P - K (h P) with the gain K that makes the variance least. What Joseph's form would
+    /// add is rounding.
     ///
     /// Returns the gain and the variance of the innovation.
     #[inline(always)]
     pub fn update(&mut self, reading_variance: f64) -> Gain {
-        let mut along = [0.0; WIDTH];
-        for (value, row) in along.iter_mut().zip(&self.0) {
-            *value = row[INTERSTITIAL] + row[SENSOR];
+        let mut along = [0.0; BODY];
+        for k in 0..BODY {
+            along[k] = self.body[INTERSTITIAL][k] + self.cross[k][0];
         }
-        let innovation_variance = along[INTERSTITIAL] + along[SENSOR] + reading_variance;
-        let padded = along.map(|value| value / innovation_variance);
-        for (row, k) in self.0.iter_mut().zip(padded) {
-            let rest = row[INTERSTITIAL] - k * along[INTERSTITIAL] + row[SENSOR]
-                - k * along[SENSOR]
-                - reading_variance * k;
-            for ((entry, along), gain) in row.iter_mut().zip(along).zip(padded) {
-                *entry = *entry - k * along - rest * gain;
+        let [now, before] = self.cross[INTERSTITIAL];
+        let of_sensor = [now + self.sensor[0], before + self.sensor[1]];
+        let innovation_variance = along[INTERSTITIAL] + of_sensor[0] + reading_variance;
+        let mut gain = [0.0; STATES];
+        for k in 0..BODY {
+            gain[k] = along[k] / innovation_variance;
+        }
+        for k in 0..2 {
+            gain[BODY + k] = of_sensor[k] / innovation_variance;
+        }
+        for row in 0..BODY {
+            for k in 0..BODY {
+                self.body[row][k] -= gain[row] * along[k];
+            }
+            for k in 0..2 {
+                self.cross[row][k] -= gain[row] * of_sensor[k];
             }
         }
-        let mut gain = [0.0; STATES];
-        gain.copy_from_slice(&padded[..STATES]);
+        self.sensor[0] -= gain[BODY] * of_sensor[0];
+        self.sensor[1] -= gain[BODY] * of_sensor[1];
+        self.sensor[2] -= gain[BODY + 1] * of_sensor[1];
         Gain { gain, innovation_variance }
     }
+}
+
+// Loops by number, which are unrolled: closures over arrays are not always inlined, and would then stay on the
+// plainest instructions.
+
+#[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "unrolled by number")]
+fn columns<const PLACE: usize>(from: &[[f64; BODY]; BODY]) -> Columns {
+    let mut columns = [[0.0; SIDE]; BODY];
+    for row in 0..BODY {
+        for k in 0..SIDE {
+            columns[row][k] = from[row][SIDE * PLACE + k];
+        }
+    }
+    columns
+}
+
+/// Writes the transpose of `A P` at some columns of P.
+#[inline(always)]
+fn transpose<const PLACE: usize>(
+    p: &[[f64; BODY]; BODY],
+    to: &mut [[f64; BODY]; BODY],
+    transition: &Transition,
+) {
+    let mut columns = columns::<PLACE>(p);
+    transition.carry_body(&mut columns);
+    put::<PLACE, 0>(to, transposed(block::<0>(&columns)));
+    put::<PLACE, 1>(to, transposed(block::<1>(&columns)));
+    put::<PLACE, 2>(to, transposed(block::<2>(&columns)));
+}
+
+#[inline(always)]
+fn block<const ROW: usize>(columns: &Columns) -> Block {
+    let first = SIDE * ROW;
+    [columns[first], columns[first + 1], columns[first + 2], columns[first + 3]]
+}
+
+#[inline(always)]
+fn put<const ROW: usize, const PLACE: usize>(to: &mut [[f64; BODY]; BODY], block: Block) {
+    for row in 0..SIDE {
+        for k in 0..SIDE {
+            to[SIDE * ROW + row][SIDE * PLACE + k] = block[row][k];
+        }
+    }
+}
+
+#[inline(always)]
+fn transposed(block: Block) -> Block {
+    let [a, b, c, d] = block;
+    [
+        [a[0], b[0], c[0], d[0]],
+        [a[1], b[1], c[1], d[1]],
+        [a[2], b[2], c[2], d[2]],
+        [a[3], b[3], c[3], d[3]],
+    ]
+}
+
+/// The lower triangle of a block on the diagonal, and what mirrors it.
+#[inline(always)]
+fn mirrored(block: Block) -> Block {
+    let [a, b, c, d] = block;
+    [
+        [a[0], b[0], c[0], d[0]],
+        [b[0], b[1], c[1], d[1]],
+        [c[0], c[1], c[2], d[2]],
+        [d[0], d[1], d[2], d[3]],
+    ]
 }
 
 #[cfg(test)]
@@ -116,10 +233,14 @@ mod tests {
     fn random_covariance(rng: &mut impl rand::Rng) -> Covariance {
         let factor: [[f64; STATES]; STATES] =
             std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+        let product = |row: usize, column: usize| -> f64 {
+            (0..STATES).map(|k| factor[row][k] * factor[column][k]).sum()
+        };
         let mut p = Covariance::diagonal(&[0.0; STATES]);
         for row in 0..STATES {
-            for column in 0..STATES {
-                p.0[row][column] = (0..STATES).map(|k| factor[row][k] * factor[column][k]).sum();
+            p.add(row, product(row, row));
+            for column in 0..row {
+                p.link(row, column, product(row, column));
             }
         }
         p

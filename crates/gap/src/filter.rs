@@ -133,6 +133,7 @@ impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running
         let Self { model, record, end, mut seen } = self;
         let (mut state, mut covariance) = start(model, record);
         let variance = model.noise().reading_sd.powi(2);
+        let mut transition = Transition::default();
         for step in 0..end.min(record.len()) {
             let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
             let expected = model.reading(&state, record.modulation(step));
@@ -150,8 +151,9 @@ impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running
                 .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
             let input = &record.inputs[step];
             model.add_meal_noise(&mut covariance, input);
-            let (following, transition) =
-                model.linearised(&state, input, record.modulation(step)).map_err(|_| failed())?;
+            let following = model
+                .linearised_into(&state, input, record.modulation(step), &mut transition)
+                .map_err(|_| failed())?;
             covariance.propagate(&transition);
             model.add_process_noise(&mut covariance, input, &following);
             let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());

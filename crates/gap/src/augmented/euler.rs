@@ -137,17 +137,10 @@ impl Euler {
     ///
     /// At the kinks (4.5 and 9 mmol/L, X3 = 1 where production is never negative) the slope from above for
     /// glucose and from below for X3, as in [`jacobian`](ode_sim::equations::jacobian).
-    #[inline(always)]
     pub(crate) fn slopes(&self, x: &[f64; COMPARTMENTS]) -> BodySlopes {
-        let [_, _, _, x1, x2, x3, q1, q2, _, _] = *x;
-        let closed = self.egp == EgpMode::NonNegative && x3 > 1.0;
-        let by_x3 = if closed { 0.0 } else { -self.production };
-        let taken = if self.uptake_slope * q1 < self.uptake { self.uptake_slope } else { 0.0 };
-        let cleared = if q1 >= self.renal_from { RENAL } else { 0.0 };
-        let (moving, gone) = (STEP.0 * x1, STEP.0 * q1);
+        let ([by_x1, by_x3, by_q1], distant) = self.varying_slopes(x);
         let [e1, e2, e3] = self.effect_on;
         let [l1, l2, l3] = self.effect_left;
-        let kept = 1.0 - moving - taken - cleared;
         let (left, on) = (self.gut_left, self.gut_on);
         BodySlopes {
             insulin: [
@@ -163,10 +156,25 @@ impl Euler {
                 e3,
                 l3,
             ],
-            glucose: [-gone, by_x3, kept, self.returning, self.appearing, STEP.0],
-            distant: [gone, -STEP.0 * q2, moving, 1.0 - self.returning - STEP.0 * x2],
+            glucose: [by_x1, by_x3, by_q1, self.returning, self.appearing, STEP.0],
+            distant,
             gut: [left, left * on, left],
         }
+    }
+
+    /// The part of [`slopes`](Self::slopes) that depends on the state: of Q1 by X1, X3 and Q1; of Q2 by X1, X2, Q1
+    /// and Q2.
+    #[inline(always)]
+    pub(super) fn varying_slopes(&self, x: &[f64; COMPARTMENTS]) -> ([f64; 3], [f64; 4]) {
+        let [_, _, _, x1, x2, x3, q1, q2, _, _] = *x;
+        let closed = self.egp == EgpMode::NonNegative && x3 > 1.0;
+        let by_x3 = if closed { 0.0 } else { -self.production };
+        let taken = if self.uptake_slope * q1 < self.uptake { self.uptake_slope } else { 0.0 };
+        let cleared = if q1 >= self.renal_from { RENAL } else { 0.0 };
+        let (moving, gone) = (STEP.0 * x1, STEP.0 * q1);
+        let kept = 1.0 - moving - taken - cleared;
+        let distant = [gone, -STEP.0 * q2, moving, 1.0 - self.returning - STEP.0 * x2];
+        ([-gone, by_x3, kept], distant)
     }
 }
 

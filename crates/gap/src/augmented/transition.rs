@@ -14,6 +14,10 @@ pub struct Transition([f64; ENTRIES]);
 
 /// Entries that may differ from zero.
 const ENTRIES: usize = 35;
+/// Places of the first entries of Q1, Q2 and interstitial glucose.
+const FIRST_OF_Q1: usize = 11;
+const FIRST_OF_Q2: usize = 17;
+const FIRST_OF_INTERSTITIAL: usize = 25;
 
 impl Default for Transition {
     fn default() -> Self {
@@ -35,7 +39,7 @@ pub(super) struct Surroundings {
 
 impl Transition {
     /// That of a body with the flux, the lag and the sensor around it.
-    #[inline]
+    #[inline(always)]
     pub(super) fn of(slopes: &BodySlopes, around: &Surroundings) -> Self {
         let BodySlopes { insulin, glucose, distant, gut } = *slopes;
         // Interstitial glucose follows the mean of Q1 before and after.
@@ -124,14 +128,39 @@ impl Transition {
         }
     }
 
-    /// Multiplies vectors by the matrix: `x[state][vector]` becomes `A x`.
+    /// Replaces what changes from step to step where nothing modulates them: the derivative of Q1 by X1, X3 and
+    /// Q1, which interstitial glucose shares in, and that of Q2 by X1, X2, Q1 and Q2.
     #[inline(always)]
-    pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]; STATES]) {
-        carry(&self.0, x);
+    pub(super) fn vary(&mut self, glucose: [f64; 3], distant: [f64; 4], share: f64) {
+        let [by_x1, by_x3, by_q1] = glucose;
+        self.0[FIRST_OF_Q1] = by_x1;
+        self.0[FIRST_OF_Q1 + 1] = by_x3;
+        self.0[FIRST_OF_Q1 + 2] = by_q1;
+        self.0[FIRST_OF_Q2] = distant[0];
+        self.0[FIRST_OF_Q2 + 1] = distant[1];
+        self.0[FIRST_OF_Q2 + 2] = distant[2];
+        self.0[FIRST_OF_Q2 + 3] = distant[3];
+        self.0[FIRST_OF_INTERSTITIAL] = share * by_x1;
+        self.0[FIRST_OF_INTERSTITIAL + 1] = share * by_x3;
+        self.0[FIRST_OF_INTERSTITIAL + 2] = share * by_q1 + share;
+    }
+
+    /// Multiplies vectors by the matrix, all rows but those of the sensor error: `x[state][vector]` becomes
+    /// `A x`.
+    #[inline(always)]
+    pub(crate) fn carry_body<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]; SENSOR]) {
+        carry_body(&self.0, x);
+    }
+
+    /// How much of the sensor error of this step and of the one before is in that of the next, and how much of
+    /// this step's is kept beside it.
+    #[inline(always)]
+    pub(crate) fn sensor(&self) -> [f64; 3] {
+        [self.0[ENTRIES - 3], self.0[ENTRIES - 2], self.0[ENTRIES - 1]]
     }
 
     /// The same matrix in single precision.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn narrowed(&self) -> Narrow {
         Narrow(self.0.map(|entry| entry as f32))
     }
@@ -142,7 +171,7 @@ impl Transition {
 pub(crate) struct Narrow([f32; ENTRIES]);
 
 impl Narrow {
-    /// As [`Transition::carry`].
+    /// Multiplies vectors by the matrix: `x[state][vector]` becomes `A x`.
     #[inline(always)]
     pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f32; WIDTH]; STATES]) {
         carry(&self.0, x);
@@ -153,6 +182,22 @@ impl Narrow {
 /// compiled for the instructions of whoever calls it.
 #[inline(always)]
 fn carry<T, const WIDTH: usize>(entries: &[T; ENTRIES], x: &mut [[T; WIDTH]; STATES])
+where
+    T: Copy + Add<Output = T> + Mul<Output = T>,
+{
+    let Some((body, [sensor, before])) = x.split_first_chunk_mut::<SENSOR>() else { return };
+    carry_body(entries, body);
+    let [.., sensor_sensor, sensor_before, before_sensor] = *entries;
+    for k in 0..WIDTH {
+        let error = sensor_sensor * sensor[k] + sensor_before * before[k];
+        before[k] = before_sensor * sensor[k];
+        sensor[k] = error;
+    }
+}
+
+/// As [`carry`], but for the sensor error.
+#[inline(always)]
+fn carry_body<T, const WIDTH: usize>(entries: &[T; ENTRIES], x: &mut [[T; WIDTH]; SENSOR])
 where
     T: Copy + Add<Output = T> + Mul<Output = T>,
 {
@@ -189,11 +234,9 @@ where
         g_c2,
         g_flux,
         g_g,
-        sensor_sensor,
-        sensor_before,
-        before_sensor,
+        ..,
     ] = *entries;
-    let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g, sensor, before] = x;
+    let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g] = x;
     for k in 0..WIDTH {
         let glucose = q1_x1 * x1[k]
             + q1_x3 * x3[k]
@@ -219,9 +262,6 @@ where
         c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
         c1[k] = c1[k] * c1_c1;
         flux[k] = flux[k] * flux_flux;
-        let error = sensor_sensor * sensor[k] + sensor_before * before[k];
-        before[k] = before_sensor * sensor[k];
-        sensor[k] = error;
     }
 }
 

@@ -8,7 +8,9 @@ use physiology::StepInput;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::modulated_plant::ModulatedState;
-use crate::augmented::{AugmentedModel, AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE};
+use crate::augmented::{
+    AugmentedModel, AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, Transition,
+};
 use crate::covariance::Covariance;
 use crate::error::GapError;
 use crate::filter::Filtered;
@@ -136,9 +138,10 @@ impl<'a> Rollouts<'a> {
         step: usize,
     ) -> Result<(), GapError> {
         self.model.add_meal_noise(covariance, input);
-        let (following, transition) = self
+        let mut transition = Transition::default();
+        let following = self
             .model
-            .linearised(state, input, modulation)
+            .linearised_into(state, input, modulation, &mut transition)
             .map_err(|_| GapError::FilterNotFinite { person: self.record.person.clone(), step })?;
         covariance.propagate(&transition);
         self.model.add_process_noise(covariance, input, &following);
