@@ -41,7 +41,7 @@ use crate::how_far::PersonInput;
 use crate::observations::Observations;
 
 pub(crate) use self::detection::power;
-pub use self::thresholds::{Evidence, Threshold, Thresholds};
+pub use self::thresholds::{Evidence, Threshold, ThresholdStep, Thresholds};
 
 /// Most effects that are named.
 const MOST_EFFECTS: usize = 3;

@@ -7,15 +7,10 @@ use serde::{Deserialize, Serialize};
 /// Least threshold of an effect, nats: at odds of one effect in fifty a gain of 4 makes it as likely as not.
 const LEAST: f64 = 4.0;
 /// Least thresholds of effects that a plant of another structure than the body's shows as well, nats: how glucose
-/// is defended when it is low and shed when it is high, how large meals are absorbed, and insulin action by
-/// the clock, which meals at fixed hours mimic. They stand above what either generator shows without an effect,
+/// is defended when it is low and shed when it is high, and insulin action by the clock, which meals at fixed hours mimic. They stand above what either generator shows without an effect,
 /// in cohorts of up to 560 person-days.
-const STRUCTURAL: [(&str, f64); 4] = [
-    ("counter_regulation", 60.0),
-    ("renal_threshold", 16.0),
-    ("slow_meals", 12.0),
-    ("circadian_sensitivity", 9.0),
-];
+const STRUCTURAL: [(&str, f64); 3] =
+    [("counter_regulation", 60.0), ("renal_threshold", 16.0), ("circadian_sensitivity", 9.0)];
 /// Least threshold of a port that varies, nats.
 const LEAST_PORT: f64 = 20.0;
 /// Least threshold of events of no known effect, nats.
@@ -40,6 +35,10 @@ const UNEVEN: [(&str, f64); 11] = [
 ];
 /// Room above the largest evidence seen where nothing is missing.
 const ROOM: f64 = 1.15;
+/// Cohorts that tell the threshold of a size are up to this many times as large.
+const NEIGHBOURS: f64 = 1.5;
+/// Person-days from which the floors of [`STRUCTURAL`] and [`UNEVEN`] hold in full.
+const LARGE_COHORT: f64 = 280.0;
 /// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
 /// would set that of its effect.
 const ALARMS: f64 = 0.025;
@@ -70,23 +69,60 @@ pub struct Thresholds {
     pub temperature: f64,
 }
 
-/// One threshold.
+/// One threshold, by the size of the cohort.
 ///
-/// A plant of another structure than the body gains a little from wrong effects for every day observed, so
-/// beyond the size of the cohorts that it was fixed on a threshold grows with the person-days.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A plant of another structure than the body gains a little from wrong effects for every day observed, so that
+/// large cohorts without an effect reach further than small ones. Beyond the cohorts that it was fixed on a threshold
+/// grows with the person-days.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
+    /// Ascending, and not empty.
+    pub steps: Vec<ThresholdStep>,
+}
+
+/// The evidence that is needed in cohorts of up to a size.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ThresholdStep {
+    /// Person-days up to which it holds.
+    pub person_days: f64,
     /// Least evidence, nats.
     pub nats: f64,
-    /// Person-days up to which that holds.
-    pub person_days: f64,
 }
 
 impl Threshold {
+    /// The same evidence in cohorts of up to so many person-days.
+    fn even(nats: f64, person_days: f64) -> Self {
+        Self { steps: vec![ThresholdStep { person_days, nats }] }
+    }
+
     /// The evidence needed over so many person-days.
     #[must_use]
     pub fn over(&self, person_days: f64) -> f64 {
-        self.nats * (person_days / self.person_days).max(1.0)
+        match (self.steps.iter().find(|s| person_days <= s.person_days), self.steps.last()) {
+            (Some(step), _) => step.nats,
+            (None, Some(last)) => last.nats * person_days / last.person_days,
+            (None, None) => f64::INFINITY,
+        }
+    }
+
+    /// The stricter of two at every size.
+    fn larger(&self, other: &Self) -> Self {
+        let mut sizes: Vec<f64> =
+            self.steps.iter().chain(&other.steps).map(|step| step.person_days).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.dedup();
+        let of = |person_days: f64| ThresholdStep {
+            person_days,
+            nats: self.over(person_days).max(other.over(person_days)),
+        };
+        Self { steps: sizes.into_iter().map(of).collect() }
+    }
+
+    fn times(mut self, factor: f64) -> Self {
+        for step in &mut self.steps {
+            step.nats *= factor;
+        }
+        self
     }
 }
 
@@ -101,13 +137,13 @@ impl Thresholds {
         let (a, b) = (of("hovorka"), of("padova"));
         let mut by_name = a.by_name.clone();
         for (name, threshold) in &b.by_name {
-            let entry = by_name.entry(name.clone()).or_insert(*threshold);
-            *entry = entry.larger(*threshold);
+            let entry = by_name.entry(name.clone()).or_insert_with(|| threshold.clone());
+            *entry = entry.larger(threshold);
         }
         Self {
             source: format!("{}; {}", a.source, b.source),
             by_name,
-            other: a.other.larger(b.other),
+            other: a.other.larger(&b.other),
             temperature: a.temperature.max(b.temperature),
         }
     }
@@ -129,7 +165,7 @@ impl Thresholds {
     /// stands in `source`. False alarms are not calibrated for such a plant.
     #[must_use]
     pub fn for_other_plants(self) -> Self {
-        let wider = |t: Threshold| Threshold { nats: OTHER_PLANTS * t.nats, ..t };
+        let wider = |t: Threshold| t.times(OTHER_PLANTS);
         Self {
             source: format!(
                 "{}; fixed for the ODE plant, here times {OTHER_PLANTS} for another plant",
@@ -143,16 +179,19 @@ impl Thresholds {
 
     /// Thresholds that hardly a cohort of `nulls` reaches, in which nothing is missing.
     ///
-    /// For each name 1.15 times the largest evidence of the cohorts, no less than a floor. Up to 2.5 % of the
-    /// cohorts are left out first: each time the one without which the thresholds fall by most.
+    /// For each name and size of cohort 1.15 times the largest evidence of the cohorts up to half as large again,
+    /// no less than a floor. Up to 2.5 % of the cohorts are left out first: each time the one without which the
+    /// thresholds fall by most.
     #[must_use]
     pub fn fit(source: &str, nulls: &[Evidence]) -> Self {
+        let sizes = sizes(nulls);
         let mut kept: Vec<&Evidence> = nulls.iter().collect();
         for _ in 0..(ALARMS * nulls.len() as f64) as usize {
-            let all = total(&largest(kept.iter().copied()));
+            let all = total(&largest(&kept, &sizes));
             let without = |place: usize| {
-                let others = kept.iter().enumerate().filter(|(k, _)| *k != place);
-                total(&largest(others.map(|(_, null)| *null)))
+                let mut others = kept.clone();
+                others.remove(place);
+                total(&largest(&others, &sizes))
             };
             let falls: Vec<f64> = (0..kept.len()).map(|place| all - without(place)).collect();
             let Some(odd) = (0..falls.len()).max_by(|a, b| falls[*a].total_cmp(&falls[*b])) else {
@@ -160,37 +199,52 @@ impl Thresholds {
             };
             kept.remove(odd);
         }
-        let person_days = nulls.iter().map(|null| null.person_days).fold(1.0, f64::max);
-        let by_name = largest(kept.into_iter())
-            .into_iter()
-            .map(|(name, nats)| (name, Threshold { nats, person_days }))
-            .collect();
-        let other = Threshold { nats: LEAST_PORT, person_days };
+        let by_name = largest(&kept, &sizes);
+        let other = Threshold::even(LEAST_PORT, sizes[sizes.len() - 1]);
         Self { source: source.to_owned(), by_name, other, temperature: TEMPERATURE }
     }
 
     /// That of an effect, a kind of unknown events or a port with its scale: no less than its floor.
     #[must_use]
     pub fn of(&self, name: &str) -> Threshold {
-        let found = self.by_name.get(name).copied().unwrap_or(self.other);
-        Threshold { nats: found.nats.max(least(name)), ..found }
+        let mut found = self.by_name.get(name).unwrap_or(&self.other).clone();
+        for step in &mut found.steps {
+            step.nats = step.nats.max(least(name, step.person_days));
+        }
+        found
     }
 }
 
-/// For each name the evidence that none of the cohorts reaches, nats.
-fn largest<'a>(nulls: impl Iterator<Item = &'a Evidence>) -> BTreeMap<String, f64> {
-    let mut by_name = BTreeMap::new();
+/// Sizes of cohorts that have thresholds of their own, person-days: the largest, and halves of it.
+fn sizes(nulls: &[Evidence]) -> [f64; 4] {
+    let largest = nulls.iter().map(|null| null.person_days).fold(1.0, f64::max);
+    [8.0, 4.0, 2.0, 1.0].map(|part| largest / part)
+}
+
+/// For each name and size the evidence that none of the cohorts reaches, nats.
+fn largest(nulls: &[&Evidence], sizes: &[f64]) -> BTreeMap<String, Threshold> {
+    let floor = |name: &str| Threshold {
+        steps: sizes
+            .iter()
+            .map(|size| ThresholdStep { person_days: *size, nats: least(name, *size) })
+            .collect(),
+    };
+    let mut by_name: BTreeMap<String, Threshold> = BTreeMap::new();
     for null in nulls {
         for (name, gain) in &null.gains {
-            let entry = by_name.entry(name.clone()).or_insert_with(|| least(name));
-            *entry = entry.max(ROOM * gain);
+            let entry = by_name.entry(name.clone()).or_insert_with(|| floor(name));
+            for step in &mut entry.steps {
+                if null.person_days <= NEIGHBOURS * step.person_days {
+                    step.nats = step.nats.max(ROOM * gain);
+                }
+            }
         }
     }
     by_name
 }
 
-fn total(thresholds: &BTreeMap<String, f64>) -> f64 {
-    thresholds.values().sum()
+fn total(thresholds: &BTreeMap<String, Threshold>) -> f64 {
+    thresholds.values().flat_map(|threshold| &threshold.steps).map(|step| step.nats).sum()
 }
 
 /// Whether an effect is one that a difference of structure mimics.
@@ -198,24 +252,20 @@ pub(super) fn is_structural(name: &str) -> bool {
     STRUCTURAL.iter().any(|(effect, _)| *effect == name)
 }
 
-/// The floor of a threshold.
-fn least(name: &str) -> f64 {
-    let mut named = STRUCTURAL.iter().chain(&UNEVEN);
-    let named = named.find(|(known, _)| *known == name);
+/// The floor of a threshold in cohorts of so many person-days.
+fn least(name: &str, person_days: f64) -> f64 {
     let course = COURSES.iter().find(|(kind, _)| name.ends_with(kind));
-    match named.or(course) {
+    let usual = match course {
         Some((_, least)) => *least,
         None if name.contains('/') => LEAST_PORT,
         None if name.starts_with("unknown") => LEAST_UNKNOWN,
         None => LEAST,
-    }
-}
-
-impl Threshold {
-    /// The stricter of two.
-    fn larger(self, other: Self) -> Self {
-        if self.nats >= other.nats { self } else { other }
-    }
+    };
+    let mut named = STRUCTURAL.iter().chain(&UNEVEN);
+    named.find(|(known, _)| *known == name).map_or(usual, |(_, least)| {
+        let share = (person_days / LARGE_COHORT).min(1.0).sqrt();
+        usual + share * (least - usual)
+    })
 }
 
 #[cfg(test)]
@@ -228,17 +278,19 @@ mod tests {
         assert!(working.temperature > 0.0);
         for name in effects::names() {
             let threshold = working.of(name);
-            assert!(threshold.nats >= LEAST && threshold.person_days >= 1.0, "{name}");
-            assert!(threshold.over(1e6) >= threshold.over(1.0));
+            assert!(threshold.over(1.0) >= LEAST, "{name}");
+            let sizes = [1.0, 50.0, 100.0, 200.0, 400.0, 1e6];
+            assert!(sizes.is_sorted_by_key(|size| threshold.over(*size)), "{name}");
         }
     }
 
     #[test]
     fn hardly_a_null_reaches_the_thresholds_fitted_to_it() {
-        let null = |gain, port: f64| Evidence {
-            person_days: 140.0,
+        let of_size = |person_days, gain, port: f64| Evidence {
+            person_days,
             gains: [("dawn".to_owned(), gain), ("egp/day".to_owned(), port)].into(),
         };
+        let null = |gain, port| of_size(140.0, gain, port);
         let mut nulls = vec![null(6.0, 30.0), null(1.0, 20.0), null(1.0, 0.0)];
         let fitted = Thresholds::fit("test", &nulls);
         for null in &nulls {
@@ -247,6 +299,8 @@ mod tests {
             }
         }
         assert_eq!(fitted.of("dawn").over(280.0), 2.0 * 1.15 * 6.0);
+        // What large cohorts show is not asked of small ones.
+        assert_eq!(fitted.of("dawn").over(60.0), LEAST);
         // One odd world in forty is left out.
         nulls.extend(vec![null(0.0, 0.0); 37]);
         let fitted = Thresholds::fit("test", &nulls);
