@@ -61,6 +61,9 @@ const LEAST_FACTOR: f64 = 0.05;
 /// the factor alone.
 const UNKNOWN_FACTOR: f64 = 1.15;
 const UNKNOWN_MARGIN: f64 = 5.0;
+/// The same for events of the flux, as a factor: slow ones of no known kind are mistaken for meals, of whose evidence they
+/// show nearly all or more, while of real meals' they show less.
+const UNKNOWN_FLUX_FACTOR: f64 = 0.9;
 /// Standard deviation of the amplitude of a guard.
 const GUARD_SD: f64 = 0.5;
 
@@ -296,9 +299,14 @@ fn prefer_known(
         if candidate.effect >= known {
             if explained {
                 // Differences between days are integrated out of courses; other unknown events gain by them.
-                let is_course = candidate.effect >= library.len();
-                let margin = if is_course { 0.0 } else { UNKNOWN_MARGIN };
-                candidate.excess = (candidate.excess - margin) / UNKNOWN_FACTOR;
+                let (margin, factor) = match library.get(candidate.effect) {
+                    None => (0.0, UNKNOWN_FACTOR),
+                    Some(kind) if kind.card().port == Port::GlucoseFlux => {
+                        (0.0, UNKNOWN_FLUX_FACTOR)
+                    }
+                    Some(_) => (UNKNOWN_MARGIN, UNKNOWN_FACTOR),
+                };
+                candidate.excess = (candidate.excess - margin) / factor;
             }
         } else if !named.is_empty() && GUARDS.contains(&library[candidate.effect].card().name) {
             candidate.excess = candidate.excess.min(0.0);

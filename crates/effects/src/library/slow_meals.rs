@@ -12,8 +12,8 @@ use crate::port::Port;
 
 /// Time of absorption of a slow dinner at size 1, as a factor.
 const SLOWER: f64 = 1.4;
-/// For how long absorption is slow, min.
-const ABSORBING: [f64; 3] = [180.0, 360.0, 540.0];
+/// For how long absorption is slow, min; the commonest first.
+const ABSORBING: [f64; 3] = [360.0, 180.0, 540.0];
 /// Relative sizes and their weights.
 const SIZES: [(f64, f64); 4] = [(0.5, 0.25), (1.0, 0.35), (2.0, 0.25), (3.5, 0.15)];
 /// Hours between which a meal is dinner.

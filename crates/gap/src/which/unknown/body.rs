@@ -5,10 +5,20 @@ use effects::{Field, Port};
 use super::UnknownEvents;
 
 /// The kinds of unexplained events of the body that are tried.
-pub(super) const KINDS: [UnknownEvents; 1] = [UnknownEvents {
-    name: "unknown_production_events",
-    port: Port::Egp,
-    field: Field::Production,
-    change: 0.4,
-    hours: &[4, 8],
-}];
+pub(super) const KINDS: [UnknownEvents; 2] = [
+    UnknownEvents {
+        name: "unknown_production_events",
+        port: Port::Egp,
+        field: Field::Production,
+        change: 0.4,
+        hours: &[4, 8],
+    },
+    // In mmol/kg/min: an event of size 1 is as much as half of nominal production.
+    UnknownEvents {
+        name: "unknown_flux_events",
+        port: Port::GlucoseFlux,
+        field: Field::Flux,
+        change: 0.008,
+        hours: &[3, 5, 8],
+    },
+];
