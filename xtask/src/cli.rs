@@ -124,7 +124,8 @@ pub(crate) enum Command {
 pub(crate) enum Profile {
     /// Minutes on two cores.
     Quick,
-    /// The paper's widths and schedules; hours. `train` uses a tenth of the paper's simulated days.
+    /// The paper's widths and schedules; hours, of which `train` takes minutes. It uses a tenth of the
+    /// paper's simulated days.
     Paper,
 }
 
@@ -202,24 +203,27 @@ pub(crate) struct SimulateArgs {
     pub out: PathBuf,
 }
 
-/// Whose training it is where the paper and the authors' code differ.
+/// How the population network is trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TrainingPreset {
-    /// The paper's: glucose runs free.
+    /// Ours: gradients are limited and the best epoch is kept; with `--profile quick` short roll-outs
+    /// come first.
+    Working,
+    /// As the paper says.
     Paper,
-    /// The published code's: glucose is confined to 40-400 mg/dL after every step.
+    /// As the published code does: glucose is also confined to 40-400 mg/dL after every step.
     AuthorsCode,
 }
 
 /// Options of `train`.
 #[derive(Debug, Args)]
 pub(crate) struct TrainArgs {
-    /// How much to compute.
+    /// How much to compute: the network's widths and the simulated days.
     #[arg(long, value_enum, default_value = "quick")]
     pub profile: Profile,
-    /// Whose training it is where the paper and the authors' code differ.
-    #[arg(long, value_enum, default_value = "paper")]
+    /// How the network is trained.
+    #[arg(long, value_enum, default_value = "working")]
     pub preset: TrainingPreset,
     /// End after so many epochs without a lower error on the validation windows, and keep the best
     /// epoch's weights [default: all epochs].

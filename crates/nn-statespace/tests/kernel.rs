@@ -299,6 +299,25 @@ fn neither_threads_nor_the_width_of_vectors_change_a_byte() {
 }
 
 #[test]
+fn a_kernel_that_was_used_before_gives_the_same_bytes() {
+    let (wiring, widths) = (Wiring::paper(), widths(|_| 9));
+    let networks = initial_networks(&wiring, &widths, 0.3, 3);
+    let fresh = || FusedRollOut::<f32>::new(&wiring, &widths);
+    let parameters: Vec<f32> = fresh().layout().flatten(&networks).expect("of these widths");
+    let answer = |kernel: &mut FusedRollOut<f32>, data: &Data<f32>| {
+        let mut gradient = vec![f32::NAN; parameters.len()];
+        let loss = kernel.gradient(&parameters, &data.sequences(), &terms(data), &mut gradient);
+        (loss.expect("fits"), gradient)
+    };
+    let mut used = fresh();
+    // Full blocks before a part of one, long before short, and back.
+    for (batch, steps) in [(70, 20), (3, 20), (40, 5), (1, 30), (64, 30), (33, 1)] {
+        let data = Data::random(batch as u64, batch, steps);
+        assert_eq!(answer(&mut used, &data), answer(&mut fresh(), &data), "{batch}, {steps} steps");
+    }
+}
+
+#[test]
 fn what_does_not_fit_is_refused() {
     let (wiring, widths) = (Wiring::paper(), Widths::quick());
     let networks = initial_networks(&wiring, &widths, 0.3, 3);

@@ -88,7 +88,7 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
         None => {
             let train = TrainArgs {
                 profile: args.profile,
-                preset: TrainingPreset::Paper,
+                preset: TrainingPreset::Working,
                 patience: None,
                 out: at(Stage::Train),
                 seed: args.seed,

@@ -59,11 +59,13 @@ impl Recipe {
                     ..DevelopmentPlan::paper(seed)
                 },
                 widths: Widths::paper(),
-                config: TrainingConfig::paper(seed),
+                config: TrainingConfig::working(seed),
             },
         };
-        if args.preset == TrainingPreset::AuthorsCode {
-            recipe.config.clamp = TrainingConfig::authors_code(seed).clamp;
+        match args.preset {
+            TrainingPreset::Working => {}
+            TrainingPreset::Paper => recipe.config = TrainingConfig::paper(seed),
+            TrainingPreset::AuthorsCode => recipe.config = TrainingConfig::authors_code(seed),
         }
         if let Some(epochs) = args.patience {
             recipe.config.stop = EarlyStop::Patience(epochs);

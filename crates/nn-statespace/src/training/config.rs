@@ -136,7 +136,19 @@ impl TrainingConfig {
         Self { clamp: GlucoseClamp::Reproduction, ..Self::paper(seed) }
     }
 
-    /// Settings for a few thousand windows and a minute: short roll-outs first, which find the
+    /// The paper's settings with each batch's gradient limited and the best epoch's weights kept.
+    ///
+    /// Without a limit single batches, whose roll-outs run away, throw the weights off in any epoch.
+    #[must_use]
+    pub fn working(seed: u64) -> Self {
+        Self {
+            gradient_limit: GradientLimit::Norm(1.0),
+            keep: KeptWeights::LowestValidationError,
+            ..Self::paper(seed)
+        }
+    }
+
+    /// Settings for a few thousand windows and seconds: short roll-outs first, which find the
     /// rates cheaply, then the paper's full length at falling learning rates.
     #[must_use]
     pub fn quick(seed: u64) -> Self {

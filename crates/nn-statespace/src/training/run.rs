@@ -146,7 +146,8 @@ impl<'a> TrainingRun<'a> {
         let in_stage = self.in_stage(stage_index).count();
         let learning_rate = stage.learning_rate.at(in_stage);
         if self.order.is_empty() {
-            self.order = self.order_of(self.state.epochs.len());
+            let (seed, epoch) = (self.state.header.config.seed, self.state.epochs.len());
+            self.order = order_of(self.training.len(), seed, epoch);
         }
         let state = &mut self.state;
         let first = state.header.batches * state.header.config.batch;
@@ -232,15 +233,6 @@ impl<'a> TrainingRun<'a> {
         self.state.epochs.iter().filter(move |report| report.stage == stage)
     }
 
-    /// The order of the windows in an epoch.
-    fn order_of(&self, epoch: usize) -> Vec<usize> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.state.header.config.seed);
-        rng.set_stream(FIRST_ORDER + epoch as u64);
-        let mut order: Vec<usize> = (0..self.training.len()).collect();
-        order.shuffle(&mut rng);
-        order
-    }
-
     /// Writes an epoch down and keeps its weights if they are to be kept.
     fn end_epoch(&mut self, report: EpochReport) {
         let state = &mut self.state;
@@ -284,6 +276,15 @@ fn check(
     }
 }
 
+/// The order of the windows in an epoch.
+fn order_of(windows: usize, seed: u64, epoch: usize) -> Vec<usize> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(FIRST_ORDER + epoch as u64);
+    let mut order: Vec<usize> = (0..windows).collect();
+    order.shuffle(&mut rng);
+    order
+}
+
 /// Scales the gradient, whose length is `norm`, down to the limit where it is longer.
 fn limit(gradient: &mut [f32], norm: f64, limit: GradientLimit) {
     let GradientLimit::Norm(longest) = limit else { return };
@@ -317,5 +318,34 @@ impl Write for Fnv {
 
     fn flush(&mut self) -> std::io::Result<()> {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_epoch_and_every_seed_has_an_order_of_its_own() {
+        let orders = [order_of(50, 1, 0), order_of(50, 1, 1), order_of(50, 2, 0)];
+        for (index, order) in orders.iter().enumerate() {
+            assert!(orders[..index].iter().all(|other| other != order));
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert_eq!(sorted, (0..50).collect::<Vec<_>>());
+        }
+        assert_eq!(order_of(50, 1, 1), orders[1]);
+    }
+
+    #[test]
+    fn a_long_gradient_is_shortened_to_the_limit_and_keeps_its_direction() {
+        for (longest, expected) in [(5.0, [3.0, 4.0]), (1.0, [0.6, 0.8]), (10.0, [3.0, 4.0])] {
+            let mut gradient = [3.0, 4.0];
+            limit(&mut gradient, 5.0, GradientLimit::Norm(longest));
+            assert_eq!(gradient, expected, "{longest}");
+        }
+        let mut gradient = [3.0, 4.0];
+        limit(&mut gradient, 5.0, GradientLimit::Off);
+        assert_eq!(gradient, [3.0, 4.0]);
     }
 }

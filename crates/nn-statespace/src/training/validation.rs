@@ -9,8 +9,8 @@ use crate::error::ModelError;
 use crate::kernel::{FusedRollOut, Sequence};
 use crate::wiring::Signal;
 
-/// Windows rolled out together: work for many threads, and a few megabytes of states.
-const BATCH: usize = 1024;
+/// Windows rolled out together: work for eight threads in a few megabytes.
+const BATCH: usize = 256;
 
 /// The paper's three groups of sequences, by the true glucose after the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
