@@ -162,7 +162,11 @@ impl Transition {
     /// The same matrix in single precision.
     #[inline(always)]
     pub(crate) fn narrowed(&self) -> Narrow {
-        Narrow(self.0.map(|entry| entry as f32))
+        let mut narrow = [0.0; ENTRIES];
+        for (narrow, entry) in narrow.iter_mut().zip(&self.0) {
+            *narrow = *entry as f32;
+        }
+        Narrow(narrow)
     }
 }
 

@@ -206,11 +206,14 @@ impl Rows {
             rows.days.push(days[step]);
             // What is whitened has both of the entries before it.
             let at = |step: usize| &derivatives[step * columns..][..columns];
-            let entries = at(step).iter().zip(at(step - spacing)).zip(at(step - 2 * spacing));
-            let whitened = |((now, before), earlier): ((&f64, &f64), &f64)| {
-                (now - a1 * before - a2 * earlier) / fit.scale
-            };
-            rows.derivatives.extend(entries.map(whitened));
+            let first = rows.derivatives.len();
+            rows.derivatives.extend_from_slice(at(step));
+            let entries = rows.derivatives[first..].iter_mut();
+            for ((entry, before), earlier) in
+                entries.zip(at(step - spacing)).zip(at(step - 2 * spacing))
+            {
+                *entry = (*entry - a1 * before - a2 * earlier) / fit.scale;
+            }
         }
         rows
     }
@@ -222,20 +225,22 @@ impl Rows {
     /// `None` where the factors' curvature is not positive definite.
     fn equations(&self, fit: &Fit, effects: usize) -> Option<Equations> {
         let columns = FACTORS + effects;
-        let mut curvature = Mat::<f64>::zeros(columns, columns);
+        // The lower triangle, row by row.
+        let mut curvature = vec![0.0; columns * columns];
         let mut gradient = vec![0.0; columns];
         for ((residual, weight), row) in
             self.residuals.iter().zip(&self.weights).zip(self.derivatives())
         {
-            for (a, gradient) in gradient.iter_mut().enumerate() {
+            let sums = gradient.iter_mut().zip(curvature.chunks_exact_mut(columns));
+            for (a, (gradient, curvature)) in sums.enumerate() {
                 let weighted = weight * row[a];
                 *gradient += weighted * residual;
-                for b in 0..=a {
-                    curvature[(a, b)] += weighted * row[b];
+                for (sum, value) in curvature[..=a].iter_mut().zip(row) {
+                    *sum += weighted * value;
                 }
             }
         }
-        let symmetric = |a: usize, b: usize| curvature[(a.max(b), a.min(b))];
+        let symmetric = |a: usize, b: usize| curvature[a.max(b) * columns + a.min(b)];
         let mut of_factors = Mat::from_fn(FACTORS, FACTORS, symmetric);
         for (place, factor) in Factor::ALL.into_iter().enumerate() {
             let precision = factor.prior_sd().powi(-2);

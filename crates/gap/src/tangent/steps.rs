@@ -122,9 +122,15 @@ impl<'a> Steps<'a> {
         let (step, state) = (seen.step, seen.state);
         let (input, modulation) = (&record.inputs[step], record.modulation(step));
         let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
+        let mut gain = [0.0; STATES];
+        if let Some(applied) = &seen.gain {
+            for (narrow, k) in gain.iter_mut().zip(&applied.gain) {
+                *narrow = *k as f32;
+            }
+        }
         self.each.push(Step {
             transition: seen.transition.narrowed(),
-            gain: seen.gain.map_or([0.0; STATES], |gain| gain.gain.map(|k| k as f32)),
+            gain,
             sensor_gain: modulation[Field::SensorGain] as f32,
             expected: expected(seen) as f32,
             scored: seen.innovation.is_some(),
