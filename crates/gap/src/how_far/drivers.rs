@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn what_reads_glucose_is_found_out() {
-        for (name, expected) in [("dawn", false), ("slow_meals", false), ("exercise", true)] {
+        for (name, expected) in [("dawn", false), ("carb_miscount", false), ("exercise", true)] {
             let effect = effects::find(name).expect("in the library");
             let driver = Driver::new(effect.as_ref(), 0, &course());
             assert_eq!((driver.signalled, driver.reads_glucose), (true, expected), "{name}");
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn slopes_belong_to_the_point_at_which_they_are_taken() {
         let course = course();
-        let names = ["dawn", "slow_meals"];
+        let names = ["dawn", "carb_miscount"];
         let found: Vec<_> =
             names.iter().map(|name| effects::find(name).expect("in the library")).collect();
         let drivers: Vec<Driver<'_>> =
@@ -140,11 +140,13 @@ mod tests {
         let at = [0.0, 0.8];
         let slopes = directions(&drivers, &at, &course);
         let Direction::Course(fields) = &slopes[1] else { panic!("a course") };
-        let (_, gut) = fields.iter().find(|(f, _)| *f == Field::GutTime).expect("gut time");
+        let (_, carbs) = fields.iter().find(|(f, _)| *f == Field::CarbAmount).expect("carbs");
         let here = modulations(&drivers, &at, &course, |_| true);
-        for (step, slope) in gut.iter().enumerate().filter(|(_, s)| **s != 0.0) {
-            // d/da 1.4^a = ln 1.4 times the value; central differences err by (0.05 ln 1.4)^2 / 6.
-            let expected = 1.4f64.ln() * here[step][Field::GutTime];
+        assert!(carbs.iter().any(|slope| slope.abs() > 0.01));
+        for (step, slope) in carbs.iter().enumerate().filter(|(_, s)| **s != 0.0) {
+            // d/da e^(ca) is c times the value, which tells c; central differences err by (0.05 c)^2 / 6.
+            let value = here[step][Field::CarbAmount];
+            let expected = value.ln() / at[1] * value;
             assert!((slope / expected - 1.0).abs() < 1e-4, "{slope} against {expected}");
         }
     }
