@@ -107,6 +107,12 @@ pub(crate) enum Command {
         --compare initSteadyStates.csv --out out/steady-state"
     )]
     SteadyState(SteadyStateArgs),
+    /// Whether a model answers to insulin and carbohydrate as a person does: ladders of doses beside the ODE's.
+    #[command(
+        after_help = "Examples:\n  cargo xtask trajectories --model out/train/population.safetensors\n  \
+        cargo xtask trajectories --model out/published/population.safetensors --twin out/published/twin.safetensors"
+    )]
+    Trajectories(TrajectoriesArgs),
     /// Formatting, lints, crate directions, documentation and tests.
     #[command(after_help = "Examples:\n  cargo xtask check\n  cargo xtask check --static")]
     Check(CheckArgs),
@@ -464,6 +470,20 @@ pub(crate) struct SteadyStateArgs {
     pub compare: Option<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/steady-state")]
+    pub out: PathBuf,
+}
+
+/// Options of `trajectories`.
+#[derive(Debug, Args)]
+pub(crate) struct TrajectoriesArgs {
+    /// Population model.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// A person's twin on that model.
+    #[arg(long, value_name = "FILE")]
+    pub twin: Option<PathBuf>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/trajectories")]
     pub out: PathBuf,
 }
 

@@ -16,6 +16,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("conformance", &[]),
     ("cohort", &["physiology"]),
     ("stats", &["physiology"]),
+    ("behaviour", &["physiology"]),
     ("twins", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats"]),
     ("world", &["physiology", "ode-sim", "cohort"]),
     ("effects", &[]),

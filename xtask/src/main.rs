@@ -79,6 +79,7 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Worlds(args) => stages::worlds::run(&args),
         Command::Report(args) => stages::report::run(&args),
         Command::SteadyState(args) => stages::steady_state::run(&args),
+        Command::Trajectories(args) => stages::trajectories::run(&args),
         Command::Check(args) => stages::check::run(&args),
         Command::Bench(args) => match args.what {
             BenchSubject::Diagnosis => stages::bench::run(&args),

@@ -16,6 +16,7 @@ pub(crate) mod simulate;
 pub(crate) mod steady_state;
 pub(crate) mod train;
 pub(crate) mod training_step;
+pub(crate) mod trajectories;
 pub(crate) mod twin;
 pub(crate) mod verify;
 pub(crate) mod worlds;
