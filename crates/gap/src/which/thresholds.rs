@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 /// Least threshold of an effect, nats: at odds of one effect in fifty a gain of 4 makes it as likely as not.
 const LEAST: f64 = 4.0;
 /// Least thresholds of effects that a plant of another structure than the body's shows as well, nats: how glucose
-/// is defended when it is low and shed when it is high, and insulin action by the clock, which meals at fixed hours mimic. They stand above what either generator shows without an effect,
-/// in cohorts of up to 560 person-days.
+/// is defended when it is low and shed when it is high, and insulin action by the clock, which meals at fixed hours
+/// mimic. They stand above what either generator shows without an effect.
 const STRUCTURAL: [(&str, f64); 3] =
-    [("counter_regulation", 60.0), ("renal_threshold", 16.0), ("circadian_sensitivity", 9.0)];
+    [("counter_regulation", 60.0), ("renal_threshold", 16.0), ("circadian_sensitivity", 13.0)];
 /// Least threshold of a port that varies, nats.
 const LEAST_PORT: f64 = 20.0;
 /// Least threshold of events of no known effect, nats.
@@ -20,18 +20,20 @@ const LEAST_UNKNOWN: f64 = 8.0;
 const COURSES: [(&str, f64); 3] = [("/events", 4.0), ("/swings", 4.0), ("/states", 6.0)];
 /// Least thresholds of effects and courses that people of one structure show more of than people of another, where
 /// nothing is missing, nats: with room, what the calibration worlds of either generator reach.
-const UNEVEN: [(&str, f64); 11] = [
-    ("alcohol", 5.0),
+const UNEVEN: [(&str, f64); 13] = [
+    ("alcohol", 5.5),
     ("post_exercise_sensitivity", 5.0),
     ("sensor_drift", 5.0),
-    ("set_ageing", 7.0),
-    ("set_failure", 14.0),
-    ("sleep_loss", 5.5),
-    ("glucose_flux/events", 9.0),
-    ("glucose_flux/states", 15.0),
-    ("gut_absorption/events", 7.0),
-    ("insulin_action/events", 10.0),
-    ("insulin_action_liver/events", 8.0),
+    ("set_ageing", 8.0),
+    ("set_failure", 22.0),
+    ("sleep_loss", 6.0),
+    ("egp/events", 6.0),
+    ("glucose_flux/events", 12.0),
+    ("glucose_flux/states", 16.0),
+    ("gut_absorption/events", 12.0),
+    ("insulin_action/events", 14.0),
+    ("insulin_action/states", 8.0),
+    ("insulin_action_liver/events", 10.0),
 ];
 /// Room above the largest evidence seen where nothing is missing.
 const ROOM: f64 = 1.15;
