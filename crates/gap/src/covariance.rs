@@ -127,6 +127,7 @@ impl Covariance {
     ///
     /// Returns the gain and the variance of the innovation.
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "unrolled by number, as below")]
     pub fn update(&mut self, reading_variance: f64) -> Gain {
         let mut along = [0.0; BODY];
         for k in 0..BODY {
@@ -161,7 +162,6 @@ impl Covariance {
 // plainest instructions.
 
 #[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "unrolled by number")]
 fn columns<const PLACE: usize>(from: &[[f64; BODY]; BODY]) -> Columns {
     let mut columns = [[0.0; SIDE]; BODY];
     for row in 0..BODY {

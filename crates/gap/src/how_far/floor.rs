@@ -87,8 +87,7 @@ impl<'a> Rollouts<'a> {
         covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
         let mut expected = vec![None; horizons.len()];
         let last = horizons.iter().copied().filter(|steps| *steps < states.len()).max();
-        for place in 0..=last.unwrap_or(0) {
-            let state = &states[place];
+        for (place, state) in states.iter().enumerate().take(last.map_or(0, |last| last + 1)) {
             let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);
             if horizons.contains(&place) {
                 let gain = modulation[Field::SensorGain];
