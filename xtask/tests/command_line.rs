@@ -377,3 +377,38 @@ fn column(path: &Path, name: &str) -> Vec<f64> {
         .map(|line| line.split(',').nth(place).expect("a cell").parse().expect("a number"))
         .collect()
 }
+
+#[test]
+fn published_models_do_not_behave_and_the_command_says_how() {
+    let name = "published_models_do_not_behave_and_the_command_says_how";
+    let Some(published) = reference_data::find("t1dsim_ai", name) else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let run = |arguments: &[&str], out: &str| {
+        let out = text(&at(out)).to_owned();
+        let all: Vec<&str> = arguments.iter().copied().chain(["--out", &out, "-q"]).collect();
+        let output = xtask(&all);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run(&["import-model", "--from", "t1dsim", text(&published)], "model");
+    let model = at("model").join("population.safetensors");
+    run(&["trajectories", "--model", text(&model)], "trajectories");
+    let read = fs::read(at("trajectories").join("trajectories.json")).expect("written");
+    let found: serde_json::Value = serde_json::from_slice(&read).expect("JSON");
+    assert_eq!((&found["schema"], &found["passed"]), (&"trajectories/1".into(), &false.into()));
+    let findings = found["findings"].as_array().expect("five checks");
+    assert_eq!(findings.len(), 5);
+    // Without insulin it settles at 68 mg/dL, as others measured.
+    let settled = &findings[0]["worst"]["glucose_more_mg_dl"];
+    assert!((settled.as_f64().expect("a number") - 68.0).abs() < 0.5, "{settled}");
+    // 8 U without food raise glucose.
+    assert_eq!((&findings[2]["check"], &findings[2]["passed"]), (&"bolus".into(), &false.into()));
+    assert_eq!(findings[2]["worst"]["more"], 8.0);
+
+    let out = at("refused");
+    refused(
+        &["trajectories", "--model", text(&published.join("LICENSE"))],
+        &out,
+        &["not a population model"],
+    );
+}
