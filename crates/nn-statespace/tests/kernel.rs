@@ -317,6 +317,9 @@ fn a_kernel_that_was_used_before_gives_the_same_bytes() {
     }
 }
 
+/// A change of sequences, parameters and the room for their gradient.
+type Edit = dyn Fn(&mut Vec<Sequence<'_, f32>>, &mut Vec<f32>, &mut Vec<f32>);
+
 #[test]
 fn what_does_not_fit_is_refused() {
     let (wiring, widths) = (Wiring::paper(), Widths::quick());
@@ -324,7 +327,7 @@ fn what_does_not_fit_is_refused() {
     let data = Data::<f32>::random(6, 3, 4);
     let mut kernel = FusedRollOut::new(&wiring, &widths);
     let parameters: Vec<f32> = kernel.layout().flatten(&networks).expect("of these widths");
-    let mut message = |edit: &dyn Fn(&mut Vec<Sequence<'_, f32>>, &mut Vec<f32>, &mut Vec<f32>)| {
+    let mut message = |edit: &Edit| {
         let mut gradient = vec![0.0; parameters.len()];
         let (mut sequences, mut parameters) = (data.sequences(), parameters.clone());
         edit(&mut sequences, &mut parameters, &mut gradient);
@@ -332,7 +335,7 @@ fn what_does_not_fit_is_refused() {
         result.map_err(|error: ModelError| error.to_string())
     };
     assert!(message(&|_, _, _| ()).is_ok());
-    let cases: [(&dyn Fn(&mut Vec<Sequence<'_, f32>>, &mut Vec<f32>, &mut Vec<f32>), &str); 7] = [
+    let cases: [(&Edit, &str); 7] = [
         (&|s, _, _| s[2].inputs = &s[2].inputs[1..], "inputs of sequence 2: expected shape [8]"),
         (
             &|s, _, _| s[1].initial = &s[1].initial[1..],

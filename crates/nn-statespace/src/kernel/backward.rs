@@ -184,8 +184,8 @@ fn sum_part<T: Real, L: Lanes<T>, const N: usize, const U: usize>(
     let mut b = [zero; U];
     for u in 0..U {
         b[u] = lanes.splat(units[u].b);
-        for k in 0..N {
-            w[u][k] = lanes.splat(units[u].w[k]);
+        for (w, weight) in w[u].iter_mut().zip(units[u].w) {
+            *w = lanes.splat(weight);
         }
     }
     let mut sums = [[zero; N]; U];

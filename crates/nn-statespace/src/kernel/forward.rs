@@ -109,10 +109,10 @@ fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
         };
         for (index, unit) in units.iter().enumerate() {
             let mut activation = [lanes.splat(unit.b); V];
-            for k in 0..N {
-                let w = lanes.splat(unit.w[k]);
+            for (weight, x) in unit.w.iter().zip(&x) {
+                let weight = lanes.splat(*weight);
                 for v in 0..V {
-                    activation[v] = lanes.multiply_add(w, x[k][v], activation[v]);
+                    activation[v] = lanes.multiply_add(weight, x[v], activation[v]);
                 }
             }
             let more = lanes.splat(unit.offset);
@@ -121,8 +121,8 @@ fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
                 if L::MASKS_ARE_BITS {
                     kept[index] = lanes.bits(active);
                 }
-                for k in 0..N {
-                    slope[k][v] = lanes.add_where(active, slope[k][v], lanes.splat(unit.slopes[k]));
+                for (slope, more) in slope.iter_mut().zip(&unit.slopes) {
+                    slope[v] = lanes.add_where(active, slope[v], lanes.splat(*more));
                 }
                 offset[v] = lanes.add_where(active, offset[v], more);
             }

@@ -23,7 +23,7 @@ pub struct Provenance {
 /// A trained model and how it came about.
 #[derive(Debug, Clone)]
 pub struct Trained {
-    /// The model with the kept weights, Q1 running free (see [`GlucoseClamp`]).
+    /// The model with the kept weights, and with the clamp of Q1 that it was trained with.
     pub model: PopulationModel,
     /// Configuration and curves.
     pub report: TrainingReport,
