@@ -1,0 +1,84 @@
+//! What stands beside a hidden event: the constant directions of the background.
+
+use effects::Effect;
+
+use super::held_out::{self, Allowed};
+use super::statistics::Person as Statistics;
+use crate::background::BackgroundKind;
+use crate::design::{Column, Design, HiddenEvents};
+use crate::event_bank::Beside;
+
+/// The constant directions of the background beside hidden events, which must not be made of what every meal or
+/// every low of a person shows.
+pub(super) struct Backgrounds {
+    each: Vec<Beside>,
+    /// Effects and their places in `each`.
+    places: Vec<(usize, usize)>,
+}
+
+impl Backgrounds {
+    /// Directions that are what an effect itself would change are left out for it.
+    /// Directions that are what an effect itself would change are left out for it. `hidden` are the design's.
+    pub(super) fn of(
+        design: &Design,
+        statistics: &Statistics,
+        hidden: &HiddenEvents,
+        library: &[&dyn Effect],
+    ) -> Self {
+        let mut sets: Vec<Vec<usize>> = Vec::new();
+        let mut found = Self { each: Vec::new(), places: Vec::new() };
+        for effect in hidden.effects() {
+            let allowed = beside_columns(statistics, library[effect].card().name);
+            let columns: Vec<usize> = allowed.iter().map(|a| a.column).collect();
+            let known = sets.iter().position(|set| *set == columns);
+            found.places.push((effect, known.unwrap_or(sets.len())));
+            if known.is_none() {
+                sets.push(columns);
+                found.each.push(beside(design, statistics, &allowed));
+            }
+        }
+        found
+    }
+
+    /// The background of an effect that acts by hidden events.
+    pub(super) fn beside(&self, effect: usize) -> &Beside {
+        let place = self.places.iter().find(|(known, _)| *known == effect);
+        &self.each[place.map_or(0, |(_, place)| *place)]
+    }
+}
+
+/// The directions of the background that may stand beside a hidden event of `effect`.
+pub(super) fn beside_columns(statistics: &Statistics, effect: &str) -> Vec<Allowed> {
+    let columns = statistics.columns.iter().enumerate();
+    columns
+        .filter_map(|(column, stands_for)| match stands_for {
+            Column::Background { name, prior_sd, kind } if !rivals(effect, *kind, name) => {
+                Some(Allowed { column, mean: 0.0, sd: *prior_sd })
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+pub(super) fn beside(design: &Design, statistics: &Statistics, allowed: &[Allowed]) -> Beside {
+    let (fitted, factor) = held_out::fitted_to_all(&statistics.folds, allowed);
+    let mut left = design.residuals.clone();
+    for (allowed, value) in allowed.iter().zip(fitted) {
+        for (rest, signature) in left.iter_mut().zip(&design.signatures[allowed.column]) {
+            *rest += value * f64::from(*signature);
+        }
+    }
+    let of = |allowed: &Allowed| design.signatures[allowed.column].as_slice();
+    let signatures: Vec<&[f32]> = allowed.iter().map(of).collect();
+    Beside::of(&left, &signatures, &factor)
+}
+
+/// Whether a direction of the background is what an effect itself would change.
+pub(super) fn rivals(effect: &str, kind: BackgroundKind, name: &str) -> bool {
+    match effect {
+        "dawn" | "circadian_sensitivity" => kind == BackgroundKind::Clock,
+        "renal_threshold" => name == "shedding",
+        "counter_regulation" | "unlogged_rescue_carbs" => name == "defence",
+        _ => false,
+    }
+}

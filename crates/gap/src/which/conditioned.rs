@@ -1,0 +1,84 @@
+//! People under the effects that have been named.
+
+use effects::{Effect, Form, Modulation};
+use rayon::prelude::*;
+
+use super::Named;
+use super::lag;
+use super::round::Subject;
+use crate::calibration::Calibration;
+use crate::config::DiagnosisConfig;
+use crate::course::course;
+use crate::error::GapError;
+use crate::how_far::PersonInput;
+use crate::observations::Observations;
+
+/// Least factor that hidden events may leave of anything.
+const LEAST_FACTOR: f64 = 0.05;
+
+/// Runs the longer lags for everybody where the first ones call for it.
+pub(super) fn longer_lags(
+    subjects: &mut [Subject],
+    people: &[PersonInput<'_>],
+    library: &[&dyn Effect],
+    named: &[Named],
+    config: &DiagnosisConfig,
+) -> Result<(), GapError> {
+    let Some(lag) = library.iter().position(|effect| effect.card().name == lag::NAME) else {
+        return Ok(());
+    };
+    let known: Vec<&lag::Likelihoods> = subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
+    if known.is_empty() || !lag::calls_for_longer(&known) {
+        return Ok(());
+    }
+    subjects.par_iter_mut().zip(people).enumerate().try_for_each(|(place, (subject, input))| {
+        let Some(lags) = &mut subject.lags else { return Ok(()) };
+        let about = (!named.is_empty())
+            .then(|| conditioned(input, place, library, named, config))
+            .transpose()?;
+        let (observations, calibration) = about
+            .as_ref()
+            .map_or((input.observations, input.calibration), |about| (&about.0, &about.1));
+        let rule = &config.calibration;
+        lags.extend(lag::likelihoods(observations, calibration, rule, library[lag], lag::rest())?);
+        Ok(())
+    })
+}
+
+/// A person's record under the effects that have been named, and the calibrated filter run on it.
+pub(super) fn conditioned(
+    input: &PersonInput<'_>,
+    place: usize,
+    library: &[&dyn Effect],
+    named: &[Named],
+    config: &DiagnosisConfig,
+) -> Result<(Observations, Calibration), GapError> {
+    let calibration = input.calibration;
+    let glucose = calibration.glucose();
+    let course = course(input.person, glucose);
+    let mut modulations = vec![Modulation::NEUTRAL; course.len()];
+    for named in named {
+        let effect = &library[named.effect];
+        match effect.form(&course) {
+            Some(Form::Driven) => {
+                let (amplitude, _) = named.personal[place];
+                effect.modulate(named.variants[place], amplitude, &course, &mut modulations);
+            }
+            Some(Form::Events(shape)) => {
+                for event in named.events.iter().filter(|event| event.person == place) {
+                    let profile = &shape.profiles[event.profile];
+                    for (modulation, add) in modulations[event.onset..].iter_mut().zip(profile) {
+                        modulation[shape.field] += event.size * add;
+                        if shape.field.neutral() == 1.0 {
+                            modulation[shape.field] = modulation[shape.field].max(LEAST_FACTOR);
+                        }
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    let observations = Observations { modulations, ..input.observations.clone() };
+    let about = calibration.about(&observations, &config.calibration)?;
+    Ok((observations, about))
+}
