@@ -213,8 +213,7 @@ pub(crate) struct SimulateArgs {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TrainingPreset {
-    /// Ours: gradients are limited and the best epoch is kept; with `--profile quick` short roll-outs
-    /// come first.
+    /// Ours: short roll-outs come first, gradients are limited, and the best epoch is kept.
     Working,
     /// As the paper says.
     Paper,

@@ -136,12 +136,20 @@ impl TrainingConfig {
         Self { clamp: GlucoseClamp::Reproduction, ..Self::paper(seed) }
     }
 
-    /// The paper's settings with each batch's gradient limited and the best epoch's weights kept.
+    /// The paper's settings with each batch's gradient limited, the first two epochs on short
+    /// roll-outs, and the best epoch's weights kept.
     ///
-    /// Without a limit single batches, whose roll-outs run away, throw the weights off in any epoch.
+    /// Without a limit single batches, whose roll-outs run away, throw the weights off in any epoch;
+    /// without short ones first, they do so in the first epochs and some seeds do not recover.
     #[must_use]
     pub fn working(seed: u64) -> Self {
+        let stage = |epochs, steps| Stage {
+            epochs,
+            steps,
+            learning_rate: LearningRate { first: 1e-3, decay: 0.1 },
+        };
         Self {
+            stages: vec![stage(1, 6), stage(1, 20), stage(13, 60)],
             gradient_limit: GradientLimit::Norm(1.0),
             keep: KeptWeights::LowestValidationError,
             ..Self::paper(seed)
