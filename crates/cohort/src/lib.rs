@@ -17,6 +17,7 @@ mod folder;
 mod import;
 mod inputs;
 mod mass_balance;
+mod parquet_sink;
 mod person;
 mod plausibility;
 mod range;
@@ -35,6 +36,7 @@ pub use import::{
 };
 pub use inputs::MissingDoses;
 pub use mass_balance::MassBalance;
+pub use parquet_sink::{CellKind, Cells, ParquetSink};
 pub use person::{Cohort, Person, Therapy};
 pub use plausibility::{Finding, findings};
 pub use record::{Channel, Record};
