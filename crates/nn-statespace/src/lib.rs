@@ -17,6 +17,7 @@ mod per_compartment;
 mod population;
 mod scaler;
 pub mod training;
+pub mod training_set;
 mod weight_file;
 mod widths;
 mod wiring;

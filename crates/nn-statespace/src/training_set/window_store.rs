@@ -1,0 +1,327 @@
+//! Windows over scaled runs, by index.
+
+use std::io::Write;
+
+use physiology::Compartment;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
+
+use super::compact_run::{CompactRun, INPUTS, SIGNALS, STATES, signals};
+use crate::error::ModelError;
+use crate::kernel::Sequence;
+use crate::per_compartment::PerCompartment;
+use crate::scaler::{CentreAndScale, Scaler};
+use crate::training::CarbStart;
+use crate::wiring::Signal;
+
+/// Windows of equal length over runs in scaled units.
+///
+/// A window is a run and a first step: however much windows overlap, a row is stored once, 48 bytes
+/// a step, and a window takes 8 more.
+#[derive(Debug, Clone)]
+pub struct TrainingSet {
+    scaler: Scaler,
+    length: usize,
+    runs: Vec<ScaledRun>,
+    /// Run and first step of each window.
+    starts: Vec<(u32, u32)>,
+    /// Lowest and highest scaled value of each signal over all rows.
+    bounds: [(f64, f64); SIGNALS],
+    /// Lowest scaled value of each state over all rows; 0 for C1.
+    minima: PerCompartment<f64>,
+}
+
+/// A run after scaling; shapes as in [`CompactRun`].
+#[derive(Debug, Clone)]
+struct ScaledRun {
+    states: Box<[f32]>,
+    inputs: Box<[f32]>,
+}
+
+impl TrainingSet {
+    /// Scales `runs` where they lie, on all threads, and cuts them into windows of `length` steps
+    /// that start `stride` steps apart; a run's tail that does not fill a window is not used. The
+    /// paper takes 60 steps, 15 apart for training (75 % overlap) and 60 apart for validation.
+    ///
+    /// # Errors
+    /// [`ModelError::Windows`] if `length` or `stride` is 0 or no run holds a window;
+    /// [`ModelError::NotFinite`] if a scaled value is not a finite number.
+    pub fn new(
+        scaler: &Scaler,
+        runs: Vec<CompactRun>,
+        length: usize,
+        stride: usize,
+        carb_start: CarbStart,
+    ) -> Result<Self, ModelError> {
+        let problem = |run, problem| ModelError::Windows { run, problem };
+        if length == 0 || stride == 0 {
+            return Err(problem(0, "length and stride must be at least one step"));
+        }
+        let mut starts = Vec::new();
+        for (index, run) in runs.iter().enumerate() {
+            let (Ok(place), Ok(_)) = (u32::try_from(index), u32::try_from(run.steps())) else {
+                return Err(problem(index, "more than 2^32 runs or steps"));
+            };
+            if let Some(last) = run.steps().checked_sub(length) {
+                starts.extend((0..=last).step_by(stride).map(|step| (place, step as u32)));
+            }
+        }
+        if starts.is_empty() {
+            return Err(problem(runs.len(), "no run is as long as a window"));
+        }
+        // The same boxes: nothing is copied.
+        let mut runs: Vec<ScaledRun> = runs
+            .into_iter()
+            .map(|CompactRun { states, inputs }| ScaledRun { states, inputs })
+            .collect();
+        let pairs: Vec<CentreAndScale> = signals().map(|signal| scaler.of(signal)).collect();
+        let bounds = runs
+            .par_iter_mut()
+            .enumerate()
+            .map(|(index, run)| run.scale(&pairs, carb_start, index))
+            .try_reduce(|| NO_BOUNDS, |a, b| Ok(std::array::from_fn(|k| wider(a[k], b[k]))))?;
+        let mut minima = PerCompartment::from_fn(|_| 0.0);
+        for (compartment, (lowest, _)) in Compartment::ALL.into_iter().zip(&bounds) {
+            if compartment != Compartment::C1 {
+                minima[compartment] = *lowest;
+            }
+        }
+        Ok(Self { scaler: *scaler, length, runs, starts, bounds, minima })
+    }
+
+    /// Number of windows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.starts.len()
+    }
+
+    /// Whether there are no windows; never true, since none cannot be built.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.starts.is_empty()
+    }
+
+    /// Steps in a window.
+    #[must_use]
+    pub fn length(&self) -> usize {
+        self.length
+    }
+
+    /// The scaler of the rows.
+    #[must_use]
+    pub fn scaler(&self) -> &Scaler {
+        &self.scaler
+    }
+
+    /// The lowest scaled value of each state over all rows, and 0 for C1: min(x^i) of the paper.
+    #[must_use]
+    pub fn minima(&self) -> &PerCompartment<f64> {
+        &self.minima
+    }
+
+    /// The lowest and highest scaled value of a signal over all rows.
+    #[must_use]
+    pub fn bounds(&self, signal: Signal) -> (f64, f64) {
+        let place = signals().position(|other| other == signal).expect("every signal is listed");
+        self.bounds[place]
+    }
+
+    /// Bytes that rows and windows take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let rows: usize = self.runs.iter().map(|run| run.states.len() + run.inputs.len()).sum();
+        size_of::<f32>() * rows + size_of::<(u32, u32)>() * self.starts.len()
+    }
+
+    /// The scaled states of a window, row-major, shape (length + 1, 10), time along the rows.
+    ///
+    /// # Panics
+    /// If there is no such window.
+    #[must_use]
+    pub fn states(&self, window: usize) -> &[f32] {
+        let (run, step) = self.starts[window];
+        let step = step as usize;
+        &self.runs[run as usize].states[step * STATES..(step + self.length + 1) * STATES]
+    }
+
+    /// The scaled inputs of a window, row-major, shape (length, 2), time along the rows.
+    ///
+    /// # Panics
+    /// If there is no such window.
+    #[must_use]
+    pub fn inputs(&self, window: usize) -> &[f32] {
+        let (run, step) = self.starts[window];
+        let step = step as usize;
+        &self.runs[run as usize].inputs[step * INPUTS..(step + self.length) * INPUTS]
+    }
+
+    /// The first `steps` steps of a window, with the states that should follow each.
+    ///
+    /// # Panics
+    /// If there is no such window or it has fewer steps.
+    #[must_use]
+    pub fn sequence(&self, window: usize, steps: usize) -> Sequence<'_, f32> {
+        let (initial, truth) = self.states(window).split_at(STATES);
+        let inputs = &self.inputs(window)[..steps * INPUTS];
+        Sequence { initial, inputs, truth: &truth[..steps * STATES] }
+    }
+
+    /// Writes everything that training sees, little-endian, so that a hash of it names the data.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_canonical(&self, mut writer: impl Write) -> std::io::Result<()> {
+        writer.write_all(&(self.length as u64).to_le_bytes())?;
+        let mut bytes = Vec::new();
+        for (run, step) in &self.starts {
+            bytes.extend(run.to_le_bytes().into_iter().chain(step.to_le_bytes()));
+        }
+        writer.write_all(&bytes)?;
+        for run in &self.runs {
+            bytes.clear();
+            bytes.extend(run.states.iter().chain(&run.inputs).flat_map(|x| x.to_le_bytes()));
+            writer.write_all(&bytes)?;
+        }
+        Ok(())
+    }
+}
+
+/// The bounds of nothing.
+const NO_BOUNDS: [(f64, f64); SIGNALS] = [(f64::INFINITY, f64::NEG_INFINITY); SIGNALS];
+
+fn wider(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+impl ScaledRun {
+    /// Scales every row in place; the bounds of each signal. `index` names the run in errors.
+    fn scale(
+        &mut self,
+        pairs: &[CentreAndScale],
+        carb_start: CarbStart,
+        index: usize,
+    ) -> Result<[(f64, f64); SIGNALS], ModelError> {
+        let mut bounds = NO_BOUNDS;
+        let (states, inputs) = pairs.split_at(STATES);
+        for (rows, pairs, offset) in
+            [(&mut self.states, states, 0), (&mut self.inputs, inputs, STATES)]
+        {
+            for (step, row) in rows.chunks_exact_mut(pairs.len()).enumerate() {
+                for (k, (slot, pair)) in row.iter_mut().zip(pairs).enumerate() {
+                    let latent = Compartment::ALL.get(offset + k) == Some(&Compartment::C1);
+                    let scaled = match carb_start {
+                        CarbStart::Zero if latent => 0.0,
+                        _ => (f64::from(*slot) - pair.centre) / pair.scale,
+                    };
+                    *slot = scaled as f32;
+                    if !slot.is_finite() {
+                        let signal = signals().nth(offset + k).expect("a row has no more");
+                        let tensor = format!("run {index}, {signal}");
+                        return Err(ModelError::NotFinite { tensor, index: step });
+                    }
+                    bounds[offset + k] = wider(bounds[offset + k], (scaled, scaled));
+                }
+            }
+        }
+        Ok(bounds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::compact_run::tests::example;
+    use super::*;
+    use crate::training::{Run, WindowSet};
+
+    const LENGTH: usize = 6;
+    const STRIDE: usize = 2;
+
+    fn compact(given: &[(Vec<physiology::States>, Vec<physiology::StepInput>)]) -> Vec<CompactRun> {
+        let run = |(states, inputs): &(Vec<_>, Vec<_>)| CompactRun::new(Run { states, inputs });
+        given.iter().map(|given| run(given).expect("finite")).collect()
+    }
+
+    #[test]
+    fn windows_are_those_of_a_window_set() {
+        // Of single precision already, so that nothing is rounded twice. One is too short.
+        let given = [example(1, 20), example(2, 5), example(3, 13)];
+        let runs: Vec<Run<'_>> =
+            given.iter().map(|(states, inputs)| Run { states, inputs }).collect();
+        let scaler = Scaler::fit(&runs).expect("finite");
+        for carb_start in [CarbStart::Reported, CarbStart::Zero] {
+            let expected =
+                WindowSet::new(&scaler, &runs, LENGTH, STRIDE, carb_start).expect("windows");
+            let set = TrainingSet::new(&scaler, compact(&given), LENGTH, STRIDE, carb_start)
+                .expect("windows");
+            assert_eq!((set.len(), set.length()), (8 + 4, LENGTH));
+            assert_eq!(set.len(), expected.len());
+            for window in 0..set.len() {
+                assert_eq!(set.states(window), expected.states(window));
+                assert_eq!(set.inputs(window), expected.inputs(window));
+                let (ours, theirs) = (set.sequence(window, 4), expected.sequence(window, 4));
+                assert_eq!((ours.initial, ours.inputs), (theirs.initial, theirs.inputs));
+                assert_eq!(ours.truth, theirs.truth);
+            }
+            assert_eq!(set.minima(), expected.minima());
+            assert_eq!(set.scaler(), expected.scaler());
+        }
+    }
+
+    #[test]
+    fn overlapping_windows_share_their_rows() {
+        let given = [example(1, 20)];
+        let runs = compact(&given);
+        let scaler = Scaler::fit(&[Run { states: &given[0].0, inputs: &given[0].1 }]);
+        let set = TrainingSet::new(&scaler.expect("finite"), runs, LENGTH, 1, CarbStart::Reported)
+            .expect("windows");
+        assert_eq!(set.len(), 15);
+        assert_eq!(set.bytes(), 4 * (21 * 10 + 20 * 2) + 8 * 15);
+        assert!(std::ptr::eq(&set.states(0)[STATES], &set.states(1)[0]));
+        assert!(std::ptr::eq(&set.inputs(0)[INPUTS], &set.inputs(1)[0]));
+    }
+
+    #[test]
+    fn bounds_hold_every_row() {
+        let given = [example(1, 20), example(2, 31)];
+        let runs: Vec<Run<'_>> =
+            given.iter().map(|(states, inputs)| Run { states, inputs }).collect();
+        let scaler = Scaler::fit(&runs).expect("finite");
+        let set = TrainingSet::new(&scaler, compact(&given), LENGTH, 1, CarbStart::Reported)
+            .expect("windows");
+        for compartment in Compartment::ALL {
+            let values = given.iter().flat_map(|(states, _)| states);
+            let scaled = values.map(|x| scaler.scale(x)[compartment]);
+            let expected = scaled.fold((f64::MAX, f64::MIN), |b, x| (b.0.min(x), b.1.max(x)));
+            assert_eq!(set.bounds(Signal::State(compartment)), expected, "{compartment}");
+        }
+        assert_eq!(set.bounds(Signal::Carbs), (0.0, 30.0), "a range of 0 keeps its unit");
+    }
+
+    #[test]
+    fn canonical_bytes_follow_data_and_windows() {
+        let given = [example(1, 20)];
+        let scaler = Scaler::fit(&[Run { states: &given[0].0, inputs: &given[0].1 }]);
+        let scaler = scaler.expect("finite");
+        let bytes = |given: &[_], stride| {
+            let mut bytes = Vec::new();
+            TrainingSet::new(&scaler, compact(given), LENGTH, stride, CarbStart::Reported)
+                .and_then(|set| Ok(set.write_canonical(&mut bytes).expect("a vector takes all")))
+                .expect("windows");
+            bytes
+        };
+        assert_eq!(bytes(&given, 2), bytes(&given, 2));
+        assert_ne!(bytes(&given, 2), bytes(&given, 3));
+        assert_ne!(bytes(&given, 2), bytes(&[example(2, 20)], 2));
+    }
+
+    #[test]
+    fn what_cannot_be_cut_is_refused() {
+        let given = [example(1, 5)];
+        let scaler = Scaler::fit(&[Run { states: &given[0].0, inputs: &given[0].1 }]);
+        let scaler = scaler.expect("finite");
+        for (length, stride) in [(6, 1), (0, 1), (1, 0)] {
+            let cut =
+                TrainingSet::new(&scaler, compact(&given), length, stride, CarbStart::Reported);
+            assert!(matches!(cut, Err(ModelError::Windows { .. })), "{length}, {stride}");
+        }
+    }
+}
