@@ -36,14 +36,14 @@ const UNEVEN: [(&str, f64); 13] = [
     ("insulin_action_liver/events", 10.0),
 ];
 /// Room above the largest evidence seen where nothing is missing.
-const ROOM: f64 = 1.15;
+const ROOM: f64 = 1.3;
 /// Cohorts that tell the threshold of a size are up to this many times as large.
 const NEIGHBOURS: f64 = 1.5;
 /// Person-days from which the floors of [`STRUCTURAL`] and [`UNEVEN`] hold in full.
 const LARGE_COHORT: f64 = 280.0;
 /// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
 /// would set that of its effect.
-const ALARMS: f64 = 0.025;
+const ALARMS: f64 = 0.0125;
 /// How much more evidence is asked of a plant that is not the ODE, on which thresholds were fixed.
 const OTHER_PLANTS: f64 = 3.0;
 /// Temperature of the probabilities, nats.
