@@ -39,7 +39,7 @@ fn rest(glucose: MgPerDl) -> Result<Rest<OdeState>, String> {
 fn checked(tamper: fn(&mut StepInput)) -> BehaviourReport {
     let plant = OdePlant::reproduction(OdeParameters::nominal(), WEIGHT);
     let ode = Subject { plant: &plant, rest: &rest };
-    let tampered = Tampered { plant: plant.clone(), tamper };
+    let tampered = Tampered { plant, tamper };
     let model = Subject { plant: &tampered, rest: &rest };
     check(&model, &ode, &CheckRule::working()).expect("runs")
 }

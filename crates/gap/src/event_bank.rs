@@ -257,8 +257,8 @@ impl PulseLanes {
             for onset in &shape.onsets {
                 let first = onset / self.pulse;
                 let end = (first + length).min(touched.len());
-                for pulse in first.max(reached)..end {
-                    touched[pulse] = true;
+                if let Some(new) = touched.get_mut(first.max(reached)..end) {
+                    new.fill(true);
                 }
                 reached = reached.max(end);
             }
@@ -350,11 +350,11 @@ impl PulseSums {
         let width = if lanes.shared_with_background() { beside.width } else { 0 };
         let mut sums =
             Self { scores: Vec::with_capacity(pulses), shared: vec![0.0; width * pulses], width };
-        for k in 0..pulses {
+        for (k, touched) in touched.iter().enumerate() {
             let answer = products.answer(lanes, k);
             let start = lanes.answered(k).start;
             sums.scores.push(-product(answer, &beside.left[start..]));
-            if width > 0 && touched[k] {
+            if width > 0 && *touched {
                 let shared = &mut sums.shared[k * width..][..width];
                 let rows = beside.rows[start * width..].chunks_exact(width);
                 for (value, row) in answer.iter().zip(rows) {
@@ -462,7 +462,7 @@ mod tests {
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
             let beside = Beside::of(&residuals, &[], &[]);
             let products = PulseProducts::of(&lanes, &answers, &weights);
-            let sums = PulseSums::of(&lanes, &products, &vec![true; steps], &beside);
+            let sums = PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &beside);
             let bank = bank(0, shape, &lanes, &products, &sums);
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
             for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
