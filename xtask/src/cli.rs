@@ -44,6 +44,12 @@ pub(crate) enum Command {
         --initial initial_states.csv --out out/traces"
     )]
     Simulate(SimulateArgs),
+    /// Simulate the days on which the population network is trained, and write them as Parquet.
+    #[command(
+        after_help = "Examples:\n  cargo xtask development-set --out out/development-set\n  \
+        cargo xtask development-set --profile paper --out out/development-set"
+    )]
+    DevelopmentSet(DevelopmentSetArgs),
     /// Train the population network on simulated days.
     #[command(
         after_help = "Example:\n  cargo xtask train --profile quick --seed 1 --out out/train\n\n\
@@ -207,6 +213,20 @@ pub(crate) struct SimulateArgs {
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/simulate")]
     pub out: PathBuf,
+}
+
+/// Options of `development-set`.
+#[derive(Debug, Args)]
+pub(crate) struct DevelopmentSetArgs {
+    /// How many days: quick 420, paper 323,400 (two minutes, 3 GB).
+    #[arg(long, value_enum, default_value = "quick", hide_possible_values = true)]
+    pub profile: Profile,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/development-set")]
+    pub out: PathBuf,
+    /// Seed of meals, starts and doses.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// How the population network is trained.

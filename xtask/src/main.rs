@@ -4,6 +4,7 @@ mod asked;
 mod bodies;
 mod checkpoint;
 mod cli;
+mod development_data;
 mod diagnosed;
 mod directions;
 mod inputs;
@@ -68,6 +69,7 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Pipeline(args) => stages::pipeline::run(&args),
         Command::Import(args) => stages::import::run(&args),
         Command::Simulate(args) => stages::simulate::run(&args),
+        Command::DevelopmentSet(args) => stages::development_set::run(&args),
         Command::Train(args) => stages::train::run(&args),
         Command::ImportModel(args) => stages::import_model::run(&args),
         Command::Verify(args) => stages::verify::run(&args),

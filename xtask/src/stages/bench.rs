@@ -188,7 +188,7 @@ fn processor_seconds() -> Option<f64> {
 }
 
 /// Largest resident memory so far, where the system tells it (Linux).
-fn peak_mib() -> Option<f64> {
+pub(super) fn peak_mib() -> Option<f64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: f64 = line.split_whitespace().next()?.parse().ok()?;

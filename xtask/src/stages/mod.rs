@@ -3,6 +3,7 @@
 pub(crate) mod bench;
 pub(crate) mod blind_check;
 pub(crate) mod check;
+pub(crate) mod development_set;
 pub(crate) mod diagnose;
 pub(crate) mod evaluate;
 pub(crate) mod example_day;
