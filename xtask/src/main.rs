@@ -15,6 +15,7 @@ mod models;
 mod output;
 mod progress;
 mod stages;
+mod training_data;
 
 use std::process::ExitCode;
 

@@ -3,7 +3,7 @@
 //!
 //! Runs are kept in single precision ([`CompactRun`]: 48 bytes a step), the scaler is fitted to
 //! them by counting ([`CoarseCounts`], then [`FineCounts`]), exactly and without sorting, and
-//! [`TrainingSet`] scales them where they lie and hands out windows by index.
+//! [`WindowSet`] scales them where they lie and hands out windows by index.
 
 mod compact_run;
 mod rank_counts;
@@ -11,4 +11,4 @@ mod window_store;
 
 pub use compact_run::CompactRun;
 pub use rank_counts::{CoarseCounts, FineCounts};
-pub use window_store::TrainingSet;
+pub use window_store::WindowSet;

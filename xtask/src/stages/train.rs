@@ -5,35 +5,27 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result};
 use nn_statespace::training::{
-    Advance, CarbStart, EarlyStop, KeptWeights, Provenance, Run, Trained, TrainingConfig,
-    TrainingRun, WindowSet,
+    Advance, EarlyStop, KeptWeights, Provenance, Trained, TrainingConfig, TrainingRun, WindowSet,
 };
-use nn_statespace::{Scaler, Widths};
-use ode_sim::development_set::Subset;
-use ode_sim::{DevelopmentPlan, DevelopmentSet};
-use physiology::{Compartment, Plant as _, STEP, States, StepInput};
-use sha2::{Digest as _, Sha256};
+use nn_statespace::{Signal, Widths};
+use ode_sim::DevelopmentPlan;
+use physiology::{Compartment, STEP};
 
 use crate::checkpoint::CheckpointFile;
 use crate::cli::{Profile, TrainArgs, TrainingPreset};
-use crate::manifest::{Manifest, hexadecimal};
+use crate::development_data::{TRAINING_STRIDE, WINDOW};
+use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
+use crate::training_data::TrainingData;
 
 /// The model's file name in an output folder.
 pub(crate) const MODEL: &str = "population.safetensors";
 /// The range of the training data, as a region that `verify` reads.
 pub(crate) const REGION: &str = "region.json";
 
-/// Steps of a window: five hours (paper).
-const WINDOW: usize = 60;
-/// Steps between the starts of training windows: 75 % overlap (paper).
-const TRAINING_STRIDE: usize = 15;
 /// Updates between two checkpoints: seconds of work.
 const CHECKPOINT_EVERY: usize = 2000;
-/// Simulated weeks per call, which bounds memory.
-const WEEKS_AT_ONCE: usize = 256;
-
 /// What a profile trains, and on what.
 #[derive(Debug, Clone)]
 struct Recipe {
@@ -100,11 +92,8 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let manifest = manifest(args);
     let output = OutputFolder::begin(&args.out, manifest)?;
 
-    let weeks = simulate_weeks(&recipe.plan)?;
-    let (training, validation) = windows(&weeks)?;
-    let range = training_range(&weeks, training.scaler());
-    drop(weeks);
-    let hash = hash(&training)?;
+    let TrainingData { training, validation, sha256: hash } = TrainingData::simulate(&recipe.plan)?;
+    let range = training_range(&training);
 
     let provenance = Provenance {
         origin: format!(
@@ -214,88 +203,13 @@ fn trained<'a>(
     }
 }
 
-/// A simulated week in reporting units.
-struct SimulatedWeek {
-    subset: Subset,
-    states: Vec<States>,
-    inputs: Vec<StepInput>,
-}
-
-fn simulate_weeks(plan: &DevelopmentPlan) -> Result<Vec<SimulatedWeek>> {
-    let set = DevelopmentSet::new(plan.clone()).context("the development set")?;
-    let progress = Progress::begin("simulate", set.len());
-    let mut weeks = Vec::with_capacity(set.len());
-    for first in (0..set.len()).step_by(WEEKS_AT_ONCE) {
-        let range = first..set.len().min(first + WEEKS_AT_ONCE);
-        for (week, run) in set.simulate(range).context("simulating the development set")? {
-            weeks.push(SimulatedWeek {
-                subset: week.subset,
-                states: run.states.iter().map(|x| set.plant().report(x)).collect(),
-                inputs: run.inputs,
-            });
-            progress.advance("weeks");
-        }
-    }
-    progress.finish(&format!("{} days for the development set", plan.days()));
-    Ok(weeks)
-}
-
-fn of(weeks: &[SimulatedWeek], subset: Subset) -> impl Iterator<Item = &SimulatedWeek> {
-    weeks.iter().filter(move |week| week.subset == subset)
-}
-
-/// Training and validation windows; the scaler sees training rows only.
-fn windows(weeks: &[SimulatedWeek]) -> Result<(WindowSet, WindowSet)> {
-    let runs = |subset| -> Vec<Run<'_>> {
-        of(weeks, subset).map(|week| Run { states: &week.states, inputs: &week.inputs }).collect()
-    };
-    let training = runs(Subset::Train);
-    let scaler = Scaler::fit(&training).context("the scaler")?;
-    let cut = |runs: &[Run<'_>], stride| {
-        WindowSet::new(&scaler, runs, WINDOW, stride, CarbStart::Reported).context("the windows")
-    };
-    Ok((cut(&training, TRAINING_STRIDE)?, cut(&runs(Subset::Validation), WINDOW)?))
-}
-
 /// Lowest and highest scaled value of each signal over the training rows: the training region of
 /// the conformance rows.
-fn training_range(weeks: &[SimulatedWeek], scaler: &Scaler) -> serde_json::Value {
-    let mut bounds: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
-    let mut widen = |name, value: f64| {
-        let bound = bounds.entry(name).or_insert((value, value));
-        *bound = (bound.0.min(value), bound.1.max(value));
-    };
-    for week in of(weeks, Subset::Train) {
-        for states in &week.states {
-            for (compartment, value) in scaler.scale(states).iter() {
-                widen(compartment.name(), value);
-            }
-        }
-        for input in &week.inputs {
-            let scaled = scaler.scale_input(input);
-            widen("u_insulin", scaled.insulin);
-            widen("u_carbs", scaled.carbs);
-        }
-    }
+fn training_range(training: &WindowSet) -> serde_json::Value {
+    let states = Compartment::ALL.into_iter().map(Signal::State);
+    let bounds: BTreeMap<&str, (f64, f64)> = states
+        .chain([Signal::Insulin, Signal::Carbs])
+        .map(|signal| (signal.name(), training.bounds(signal)))
+        .collect();
     serde_json::json!({ "unit": "scaled", "bounds": bounds })
-}
-
-fn hash(windows: &WindowSet) -> Result<String> {
-    let mut hasher = Hasher(Sha256::new());
-    windows.write_canonical(&mut hasher).context("hashing the training windows")?;
-    Ok(hexadecimal(&hasher.0.finalize()))
-}
-
-/// SHA-256 as something to write into.
-struct Hasher(Sha256);
-
-impl std::io::Write for Hasher {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.update(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
 }

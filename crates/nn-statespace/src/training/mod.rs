@@ -19,6 +19,7 @@ mod train;
 mod validation;
 pub(crate) mod windows;
 
+pub use crate::training_set::WindowSet;
 pub use config::{EarlyStop, GradientLimit, KeptWeights, LearningRate, Stage, TrainingConfig};
 pub use epoch::EpochReport;
 pub use initial_weights::initial_networks;
@@ -27,4 +28,4 @@ pub use roll_out::RollOut;
 pub use run::{Advance, TrainingRun};
 pub use train::{Provenance, Trained, TrainingReport, train};
 pub use validation::{GroupErrors, WindowGroup, validate};
-pub use windows::{CarbStart, Run, WindowSet};
+pub use windows::{CarbStart, Run};

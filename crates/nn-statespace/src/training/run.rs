@@ -14,11 +14,11 @@ use super::initial_weights::initial_networks;
 use super::loss_terms::LossTerms;
 use super::train::{Provenance, Trained, TrainingReport};
 use super::validation::validate;
-use super::windows::WindowSet;
 use crate::card::ModelCard;
 use crate::error::ModelError;
 use crate::kernel::{FusedRollOut, Sequence};
 use crate::population::{GlucoseClamp, PopulationModel, scaled_glucose_range};
+use crate::training_set::WindowSet;
 use crate::widths::Widths;
 use crate::wiring::Wiring;
 

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::config::TrainingConfig;
 use super::epoch::EpochReport;
 use super::run::{Advance, TrainingRun};
-use super::windows::WindowSet;
 use crate::error::ModelError;
 use crate::population::PopulationModel;
+use crate::training_set::WindowSet;
 use crate::widths::Widths;
 
 /// Where the training data came from, for the model's card.
@@ -15,8 +15,8 @@ use crate::widths::Widths;
 pub struct Provenance {
     /// In words.
     pub origin: String,
-    /// SHA-256, in hexadecimal, of what [`WindowSet::write_canonical`] writes for the training
-    /// windows; `None` if the caller does not keep one.
+    /// SHA-256, in hexadecimal, that names the data the training windows were cut from; `None` if
+    /// the caller does not keep one.
     pub training_data_sha256: Option<String>,
 }
 

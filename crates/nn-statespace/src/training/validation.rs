@@ -4,9 +4,10 @@ use physiology::Compartment;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::windows::{STATES, WindowSet};
+use super::windows::STATES;
 use crate::error::ModelError;
 use crate::kernel::{FusedRollOut, Sequence};
+use crate::training_set::WindowSet;
 use crate::wiring::Signal;
 
 /// Windows rolled out together: work for eight threads in a few megabytes.

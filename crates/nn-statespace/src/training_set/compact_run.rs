@@ -6,12 +6,9 @@ use physiology::Compartment;
 
 use crate::error::ModelError;
 use crate::training::Run;
+pub(super) use crate::training::windows::{INPUTS, STATES};
 use crate::wiring::Signal;
 
-/// States a row holds.
-pub(super) const STATES: usize = Compartment::ALL.len();
-/// Inputs a row holds: insulin, carbohydrate.
-pub(super) const INPUTS: usize = 2;
 /// Signals a row holds.
 pub(super) const SIGNALS: usize = STATES + INPUTS;
 

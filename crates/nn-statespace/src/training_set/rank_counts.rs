@@ -7,6 +7,8 @@
 //! whatever the order of the rows: the result does not depend on how they are shared out.
 
 use physiology::Compartment;
+use rayon::iter::ParallelIterator;
+use rayon::slice::ParallelSlice;
 
 use super::compact_run::{CompactRun, SIGNALS, signals};
 use crate::error::ModelError;
@@ -143,6 +145,44 @@ impl FineCounts {
             pair(Signal::Insulin)?,
             pair(Signal::Carbs)?,
         )
+    }
+}
+
+impl Scaler {
+    /// Fits the scaler to training runs in memory: what [`Scaler::fit`] gives for them, without a
+    /// copy of a column and on all threads.
+    ///
+    /// # Errors
+    /// [`ModelError::NoRows`] without rows.
+    pub fn fit_compact(runs: &[CompactRun]) -> Result<Self, ModelError> {
+        let share = runs.len().div_ceil(rayon::current_num_threads()).max(1);
+        let coarse = runs
+            .par_chunks(share)
+            .map(|runs| {
+                let mut own = CoarseCounts::new();
+                runs.iter().for_each(|run| own.add(run));
+                own
+            })
+            .reduce(CoarseCounts::new, |mut all, own| {
+                all.merge(&own);
+                all
+            });
+        let nothing = coarse.narrow()?;
+        let fine = runs
+            .par_chunks(share)
+            .map(|runs| {
+                let mut own = nothing.clone();
+                runs.iter().for_each(|run| own.add(run));
+                own
+            })
+            .reduce(
+                || nothing.clone(),
+                |mut all, own| {
+                    all.merge(&own);
+                    all
+                },
+            );
+        fine.scaler()
     }
 }
 
@@ -290,12 +330,14 @@ mod tests {
             for hands in [1, 3] {
                 assert_eq!(counted(&compact, hands).expect("rows"), sorted, "{steps}, {hands}");
             }
+            assert_eq!(Scaler::fit_compact(&compact).expect("rows"), sorted, "{steps}");
         }
     }
 
     #[test]
     fn without_rows_there_is_no_scaler() {
         assert!(matches!(CoarseCounts::new().narrow(), Err(ModelError::NoRows { .. })));
+        assert!(matches!(Scaler::fit_compact(&[]), Err(ModelError::NoRows { .. })));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::error::ModelError;
 use crate::kernel::Sequence;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
-use crate::training::CarbStart;
+use crate::training::{CarbStart, Run};
 use crate::wiring::Signal;
 
 /// Windows of equal length over runs in scaled units.
@@ -18,14 +18,14 @@ use crate::wiring::Signal;
 /// A window is a run and a first step: however much windows overlap, a row is stored once, 48 bytes
 /// a step, and a window takes 8 more.
 #[derive(Debug, Clone)]
-pub struct TrainingSet {
+pub struct WindowSet {
     scaler: Scaler,
     length: usize,
     runs: Vec<ScaledRun>,
     /// Run and first step of each window.
     starts: Vec<(u32, u32)>,
     /// Lowest and highest scaled value of each signal over all rows.
-    bounds: [(f64, f64); SIGNALS],
+    bounds: Bounds,
     /// Lowest scaled value of each state over all rows; 0 for C1.
     minima: PerCompartment<f64>,
 }
@@ -37,38 +37,44 @@ struct ScaledRun {
     inputs: Box<[f32]>,
 }
 
-impl TrainingSet {
-    /// Scales `runs` where they lie, on all threads, and cuts them into windows of `length` steps
-    /// that start `stride` steps apart; a run's tail that does not fill a window is not used. The
-    /// paper takes 60 steps, 15 apart for training (75 % overlap) and 60 apart for validation.
+impl WindowSet {
+    /// Scales `runs` and cuts them into windows of `length` steps that start `stride` steps apart; a
+    /// run's tail that does not fill a window is not used. The paper takes 60 steps, 15 apart for
+    /// training (75 % overlap) and 60 apart for validation.
     ///
     /// # Errors
-    /// [`ModelError::Windows`] if `length` or `stride` is 0 or no run holds a window;
-    /// [`ModelError::NotFinite`] if a scaled value is not a finite number.
+    /// [`ModelError::Windows`] if `length` or `stride` is 0, a run's lengths do not fit together
+    /// or no run holds a window; [`ModelError::NotFinite`] if a value is not a finite number.
     pub fn new(
+        scaler: &Scaler,
+        runs: &[Run<'_>],
+        length: usize,
+        stride: usize,
+        carb_start: CarbStart,
+    ) -> Result<Self, ModelError> {
+        let scaled: Vec<(ScaledRun, Bounds)> = runs
+            .iter()
+            .enumerate()
+            .map(|(index, run)| ScaledRun::new(scaler, *run, carb_start, index))
+            .collect::<Result<_, _>>()?;
+        let bounds = scaled.iter().fold(NO_BOUNDS, |all, (_, own)| wider(&all, own));
+        let runs = scaled.into_iter().map(|(run, _)| run).collect();
+        Self::cut(scaler, runs, &bounds, length, stride)
+    }
+
+    /// As [`new`](Self::new), but scales runs where they lie, on all threads: nothing is copied. Values
+    /// were rounded to single precision before scaling and are again after it.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn in_place(
         scaler: &Scaler,
         runs: Vec<CompactRun>,
         length: usize,
         stride: usize,
         carb_start: CarbStart,
     ) -> Result<Self, ModelError> {
-        let problem = |run, problem| ModelError::Windows { run, problem };
-        if length == 0 || stride == 0 {
-            return Err(problem(0, "length and stride must be at least one step"));
-        }
-        let mut starts = Vec::new();
-        for (index, run) in runs.iter().enumerate() {
-            let (Ok(place), Ok(_)) = (u32::try_from(index), u32::try_from(run.steps())) else {
-                return Err(problem(index, "more than 2^32 runs or steps"));
-            };
-            if let Some(last) = run.steps().checked_sub(length) {
-                starts.extend((0..=last).step_by(stride).map(|step| (place, step as u32)));
-            }
-        }
-        if starts.is_empty() {
-            return Err(problem(runs.len(), "no run is as long as a window"));
-        }
-        // The same boxes: nothing is copied.
+        // The same boxes.
         let mut runs: Vec<ScaledRun> = runs
             .into_iter()
             .map(|CompactRun { states, inputs }| ScaledRun { states, inputs })
@@ -78,14 +84,41 @@ impl TrainingSet {
             .par_iter_mut()
             .enumerate()
             .map(|(index, run)| run.scale(&pairs, carb_start, index))
-            .try_reduce(|| NO_BOUNDS, |a, b| Ok(std::array::from_fn(|k| wider(a[k], b[k]))))?;
+            .try_reduce(|| NO_BOUNDS, |a, b| Ok(wider(&a, &b)))?;
+        Self::cut(scaler, runs, &bounds, length, stride)
+    }
+
+    fn cut(
+        scaler: &Scaler,
+        runs: Vec<ScaledRun>,
+        bounds: &Bounds,
+        length: usize,
+        stride: usize,
+    ) -> Result<Self, ModelError> {
+        let problem = |run, problem| ModelError::Windows { run, problem };
+        if length == 0 || stride == 0 {
+            return Err(problem(0, "length and stride must be at least one step"));
+        }
+        let mut starts = Vec::new();
+        for (index, run) in runs.iter().enumerate() {
+            let steps = run.inputs.len() / INPUTS;
+            let (Ok(place), Ok(_)) = (u32::try_from(index), u32::try_from(steps)) else {
+                return Err(problem(index, "more than 2^32 runs or steps"));
+            };
+            if let Some(last) = steps.checked_sub(length) {
+                starts.extend((0..=last).step_by(stride).map(|step| (place, step as u32)));
+            }
+        }
+        if starts.is_empty() {
+            return Err(problem(runs.len(), "no run is as long as a window"));
+        }
         let mut minima = PerCompartment::from_fn(|_| 0.0);
-        for (compartment, (lowest, _)) in Compartment::ALL.into_iter().zip(&bounds) {
+        for (compartment, (lowest, _)) in Compartment::ALL.into_iter().zip(bounds) {
             if compartment != Compartment::C1 {
                 minima[compartment] = *lowest;
             }
         }
-        Ok(Self { scaler: *scaler, length, runs, starts, bounds, minima })
+        Ok(Self { scaler: *scaler, length, runs, starts, bounds: *bounds, minima })
     }
 
     /// Number of windows.
@@ -185,40 +218,87 @@ impl TrainingSet {
     }
 }
 
-/// The bounds of nothing.
-const NO_BOUNDS: [(f64, f64); SIGNALS] = [(f64::INFINITY, f64::NEG_INFINITY); SIGNALS];
+/// Lowest and highest value of each signal.
+type Bounds = [(f64, f64); SIGNALS];
 
-fn wider(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    (a.0.min(b.0), a.1.max(b.1))
+/// The bounds of nothing.
+const NO_BOUNDS: Bounds = [(f64::INFINITY, f64::NEG_INFINITY); SIGNALS];
+
+fn wider(a: &Bounds, b: &Bounds) -> Bounds {
+    std::array::from_fn(|k| (a[k].0.min(b[k].0), a[k].1.max(b[k].1)))
+}
+
+fn widen(bound: &mut (f64, f64), value: f64) {
+    *bound = (bound.0.min(value), bound.1.max(value));
+}
+
+/// `index` and `column` name the value in errors.
+fn rounded(value: f64, index: usize, step: usize, column: usize) -> Result<f32, ModelError> {
+    let single = value as f32;
+    if single.is_finite() {
+        return Ok(single);
+    }
+    let signal = signals().nth(column).expect("a row has no more");
+    Err(ModelError::NotFinite { tensor: format!("run {index}, {signal}"), index: step })
+}
+
+/// The latent compartment's value at this column, if it is not to be kept.
+fn is_cleared(column: usize, carb_start: CarbStart) -> bool {
+    carb_start == CarbStart::Zero && Compartment::ALL.get(column) == Some(&Compartment::C1)
 }
 
 impl ScaledRun {
+    /// A scaled run with the bounds of each signal. `index` names it in errors.
+    fn new(
+        scaler: &Scaler,
+        run: Run<'_>,
+        carb_start: CarbStart,
+        index: usize,
+    ) -> Result<(Self, Bounds), ModelError> {
+        if run.states.len() != run.inputs.len() + 1 {
+            let problem = "there must be one more state than inputs";
+            return Err(ModelError::Windows { run: index, problem });
+        }
+        let mut bounds = NO_BOUNDS;
+        let mut states = Vec::with_capacity(run.states.len() * STATES);
+        let mut inputs = Vec::with_capacity(run.inputs.len() * INPUTS);
+        for (step, row) in run.states.iter().enumerate() {
+            for (column, (_, scaled)) in scaler.scale(row).iter().enumerate() {
+                let value = if is_cleared(column, carb_start) { 0.0 } else { scaled };
+                states.push(rounded(value, index, step, column)?);
+                widen(&mut bounds[column], value);
+            }
+        }
+        for (step, input) in run.inputs.iter().enumerate() {
+            let scaled = scaler.scale_input(input);
+            for (column, value) in (STATES..).zip([scaled.insulin, scaled.carbs]) {
+                inputs.push(rounded(value, index, step, column)?);
+                widen(&mut bounds[column], value);
+            }
+        }
+        Ok((Self { states: states.into(), inputs: inputs.into() }, bounds))
+    }
+
     /// Scales every row in place; the bounds of each signal. `index` names the run in errors.
     fn scale(
         &mut self,
         pairs: &[CentreAndScale],
         carb_start: CarbStart,
         index: usize,
-    ) -> Result<[(f64, f64); SIGNALS], ModelError> {
+    ) -> Result<Bounds, ModelError> {
         let mut bounds = NO_BOUNDS;
         let (states, inputs) = pairs.split_at(STATES);
-        for (rows, pairs, offset) in
+        for (rows, pairs, first) in
             [(&mut self.states, states, 0), (&mut self.inputs, inputs, STATES)]
         {
             for (step, row) in rows.chunks_exact_mut(pairs.len()).enumerate() {
-                for (k, (slot, pair)) in row.iter_mut().zip(pairs).enumerate() {
-                    let latent = Compartment::ALL.get(offset + k) == Some(&Compartment::C1);
-                    let scaled = match carb_start {
-                        CarbStart::Zero if latent => 0.0,
-                        _ => (f64::from(*slot) - pair.centre) / pair.scale,
+                for (column, (slot, pair)) in (first..).zip(row.iter_mut().zip(pairs)) {
+                    let value = match is_cleared(column, carb_start) {
+                        true => 0.0,
+                        false => (f64::from(*slot) - pair.centre) / pair.scale,
                     };
-                    *slot = scaled as f32;
-                    if !slot.is_finite() {
-                        let signal = signals().nth(offset + k).expect("a row has no more");
-                        let tensor = format!("run {index}, {signal}");
-                        return Err(ModelError::NotFinite { tensor, index: step });
-                    }
-                    bounds[offset + k] = wider(bounds[offset + k], (scaled, scaled));
+                    *slot = rounded(value, index, step, column)?;
+                    widen(&mut bounds[column], value);
                 }
             }
         }
@@ -230,7 +310,6 @@ impl ScaledRun {
 mod tests {
     use super::super::compact_run::tests::example;
     use super::*;
-    use crate::training::{Run, WindowSet};
 
     const LENGTH: usize = 6;
     const STRIDE: usize = 2;
@@ -241,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_are_those_of_a_window_set() {
+    fn windows_scaled_in_place_are_those_of_a_copy() {
         // Of single precision already, so that nothing is rounded twice. One is too short.
         let given = [example(1, 20), example(2, 5), example(3, 13)];
         let runs: Vec<Run<'_>> =
@@ -250,7 +329,7 @@ mod tests {
         for carb_start in [CarbStart::Reported, CarbStart::Zero] {
             let expected =
                 WindowSet::new(&scaler, &runs, LENGTH, STRIDE, carb_start).expect("windows");
-            let set = TrainingSet::new(&scaler, compact(&given), LENGTH, STRIDE, carb_start)
+            let set = WindowSet::in_place(&scaler, compact(&given), LENGTH, STRIDE, carb_start)
                 .expect("windows");
             assert_eq!((set.len(), set.length()), (8 + 4, LENGTH));
             assert_eq!(set.len(), expected.len());
@@ -271,8 +350,9 @@ mod tests {
         let given = [example(1, 20)];
         let runs = compact(&given);
         let scaler = Scaler::fit(&[Run { states: &given[0].0, inputs: &given[0].1 }]);
-        let set = TrainingSet::new(&scaler.expect("finite"), runs, LENGTH, 1, CarbStart::Reported)
-            .expect("windows");
+        let set =
+            WindowSet::in_place(&scaler.expect("finite"), runs, LENGTH, 1, CarbStart::Reported)
+                .expect("windows");
         assert_eq!(set.len(), 15);
         assert_eq!(set.bytes(), 4 * (21 * 10 + 20 * 2) + 8 * 15);
         assert!(std::ptr::eq(&set.states(0)[STATES], &set.states(1)[0]));
@@ -285,7 +365,7 @@ mod tests {
         let runs: Vec<Run<'_>> =
             given.iter().map(|(states, inputs)| Run { states, inputs }).collect();
         let scaler = Scaler::fit(&runs).expect("finite");
-        let set = TrainingSet::new(&scaler, compact(&given), LENGTH, 1, CarbStart::Reported)
+        let set = WindowSet::in_place(&scaler, compact(&given), LENGTH, 1, CarbStart::Reported)
             .expect("windows");
         for compartment in Compartment::ALL {
             let values = given.iter().flat_map(|(states, _)| states);
@@ -303,7 +383,7 @@ mod tests {
         let scaler = scaler.expect("finite");
         let bytes = |given: &[_], stride| {
             let mut bytes = Vec::new();
-            TrainingSet::new(&scaler, compact(given), LENGTH, stride, CarbStart::Reported)
+            WindowSet::in_place(&scaler, compact(given), LENGTH, stride, CarbStart::Reported)
                 .and_then(|set| Ok(set.write_canonical(&mut bytes).expect("a vector takes all")))
                 .expect("windows");
             bytes
@@ -320,7 +400,7 @@ mod tests {
         let scaler = scaler.expect("finite");
         for (length, stride) in [(6, 1), (0, 1), (1, 0)] {
             let cut =
-                TrainingSet::new(&scaler, compact(&given), length, stride, CarbStart::Reported);
+                WindowSet::in_place(&scaler, compact(&given), length, stride, CarbStart::Reported);
             assert!(matches!(cut, Err(ModelError::Windows { .. })), "{length}, {stride}");
         }
     }
