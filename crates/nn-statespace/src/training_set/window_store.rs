@@ -382,10 +382,11 @@ mod tests {
         let scaler = Scaler::fit(&[Run { states: &given[0].0, inputs: &given[0].1 }]);
         let scaler = scaler.expect("finite");
         let bytes = |given: &[_], stride| {
+            let set =
+                WindowSet::in_place(&scaler, compact(given), LENGTH, stride, CarbStart::Reported)
+                    .expect("windows");
             let mut bytes = Vec::new();
-            WindowSet::in_place(&scaler, compact(given), LENGTH, stride, CarbStart::Reported)
-                .and_then(|set| Ok(set.write_canonical(&mut bytes).expect("a vector takes all")))
-                .expect("windows");
+            set.write_canonical(&mut bytes).expect("a vector takes all");
             bytes
         };
         assert_eq!(bytes(&given, 2), bytes(&given, 2));
