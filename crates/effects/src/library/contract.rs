@@ -169,7 +169,7 @@ fn events_are_well_formed() {
         let weights: f64 = events.sizes.iter().map(|(_, weight)| weight).sum();
         assert!((weights - 1.0).abs() < 1e-12 && events.per_day > 0.0, "{name}");
     }
-    assert_eq!(seen, 5);
+    assert_eq!(seen, 6);
 }
 
 #[test]
