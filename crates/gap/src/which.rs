@@ -170,7 +170,7 @@ impl Named {
 /// Names the effects that are missing.
 ///
 /// # Errors
-/// As [`design`].
+/// As [`design`](crate::design::design).
 pub fn which(
     people: &[PersonInput<'_>],
     library: &[Box<dyn Effect>],
