@@ -92,6 +92,17 @@ impl Modulation {
         Self(values)
     };
 
+    /// The fields in which any pair of modulations differs, in the order of [`Field::ALL`].
+    pub fn differing<'a>(pairs: impl Iterator<Item = (&'a Self, &'a Self)>) -> Vec<Field> {
+        let mut differs = [false; FIELDS];
+        for (one, other) in pairs {
+            for (differs, (a, b)) in differs.iter_mut().zip(one.0.iter().zip(&other.0)) {
+                *differs |= a != b;
+            }
+        }
+        Field::ALL.into_iter().filter(|field| differs[*field as usize]).collect()
+    }
+
     /// Whether nothing is changed.
     #[inline]
     #[must_use]

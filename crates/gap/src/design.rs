@@ -123,13 +123,14 @@ pub fn design(
         directions.push(entry.direction);
     }
     let (mut events, mut random, mut untried) = (Vec::new(), Vec::new(), Vec::new());
+    let mut steps = Vec::with_capacity(course.len());
     for (place, effect) in library.iter().enumerate() {
         match effect.form(&course) {
             None => untried.push(place),
             Some(Form::Driven) => {
                 for variant in 0..effect.variants_for(&course) {
                     columns.push(Column::Effect { effect: place, variant });
-                    directions.push(driven(*effect, variant, &course));
+                    directions.push(driven(*effect, variant, &course, &mut steps));
                 }
             }
             Some(Form::Events(shape)) => events.push((place, shape)),
@@ -231,16 +232,22 @@ impl Whitener {
     }
 }
 
-/// The slope of a driver.
-fn driven(effect: &dyn Effect, variant: usize, course: &Course) -> Direction {
-    let mut steps = vec![Modulation::NEUTRAL; course.len()];
-    effect.modulate(variant, AMPLITUDE, course, &mut steps);
-    let changed = |field: Field| {
-        let change: Vec<f64> =
-            steps.iter().map(|m| (m[field] - field.neutral()) / AMPLITUDE).collect();
-        change.iter().any(|c| *c != 0.0).then_some((field, change))
+/// The slope of a driver. `steps` is room for its modulations.
+fn driven(
+    effect: &dyn Effect,
+    variant: usize,
+    course: &Course,
+    steps: &mut Vec<Modulation>,
+) -> Direction {
+    steps.clear();
+    steps.resize(course.len(), Modulation::NEUTRAL);
+    effect.modulate(variant, AMPLITUDE, course, steps);
+    let change = |field: Field| {
+        let change = steps.iter().map(|m| (m[field] - field.neutral()) / AMPLITUDE);
+        (field, change.collect())
     };
-    Direction::Course(Field::ALL.into_iter().filter_map(changed).collect())
+    let changed = Modulation::differing(steps.iter().map(|m| (m, &Modulation::NEUTRAL)));
+    Direction::Course(changed.into_iter().map(change).collect())
 }
 
 /// Steps of each unit: a calendar day, or a meal on record.

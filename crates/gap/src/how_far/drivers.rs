@@ -1,6 +1,6 @@
 //! What the driven effects found do in each step of one person's record.
 
-use effects::{Course, Effect, FIELDS, Field, Form, Modulation};
+use effects::{Course, Effect, Field, Form, Modulation};
 
 use crate::tangent::Direction;
 
@@ -83,18 +83,12 @@ pub(super) fn directions(
             let below = SPACING.min(amplitudes[place]);
             let (low, high) = (at(-below), at(SPACING));
             let width = SPACING + below;
-            let mut changes = [false; FIELDS];
-            for (high, low) in high.iter().zip(&low).filter(|(high, low)| high != low) {
-                for field in Field::ALL {
-                    changes[field as usize] |= high[field] != low[field];
-                }
-            }
             let slope = |field: Field| {
                 let differences = high.iter().zip(&low).map(|(h, l)| h[field] - l[field]);
                 (field, differences.map(|d| d / width).collect())
             };
-            let changed = Field::ALL.into_iter().filter(|field| changes[*field as usize]);
-            Direction::Course(changed.map(slope).collect())
+            let changed = Modulation::differing(high.iter().zip(&low));
+            Direction::Course(changed.into_iter().map(slope).collect())
         })
         .collect()
 }

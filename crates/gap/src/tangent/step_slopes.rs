@@ -67,7 +67,7 @@ pub(super) const fn reached(field: Field) -> &'static [usize] {
 /// A step without exercise and rescue carbohydrate.
 pub(super) struct StepSlopes<'a> {
     /// Parameters, modulated and not.
-    p: OdeParameters,
+    p: &'a OdeParameters,
     plain: &'a OdeParameters,
     body: &'a OdeState,
     modulation: &'a Modulation,
@@ -96,32 +96,34 @@ pub(super) struct StepSlopes<'a> {
 
 impl<'a> StepSlopes<'a> {
     /// Of the step from `state` to `following`; `None` where a difference has to be taken, as for any body
-    /// but the ODE.
+    /// but the ODE. `room` is for what acts under a modulation.
     pub(super) fn of(
         model: &'a AugmentedModel,
         state: &'a AugmentedState,
         input: &StepInput,
         modulation: &'a Modulation,
         following: &AugmentedState,
+        room: &'a mut Option<Acting>,
     ) -> Option<Self> {
-        let body = &state.body;
-        if !model.is_ode() || !Euler::covers(body, input) {
-            return None;
-        }
-        let Acting { plant, euler, input: acting, lag_decay, .. } =
-            model.acting(state, input, modulation);
-        let p = plant.parameters;
-        let plasma = 0.5 * (plant.glucose(body).0 + plant.glucose(&following.body).0);
+        let (body, plain) = (&state.body, model.plant());
+        let own = model.euler().filter(|_| Euler::covers(body, input))?;
+        let (p, euler, carbs, lag_decay) = if modulation.is_neutral() {
+            (&plain.parameters, own, input.carbs, model.lag_decay())
+        } else {
+            let acting = room.insert(model.acting(state, input, modulation));
+            (&acting.plant.parameters, &acting.euler, acting.input.carbs, acting.lag_decay)
+        };
+        let plasma = 0.5 * (plain.glucose(body).0 + plain.glucose(&following.body).0);
         Some(Self {
             p,
-            plain: &model.plant().parameters,
+            plain: &plain.parameters,
             body,
             modulation,
-            egp: plant.egp,
-            infusion: infusion(input.insulin().0, plant.weight.0),
+            egp: plain.egp,
+            infusion: infusion(input.insulin().0, plain.weight.0),
             gram: euler.per_gram,
             logged: input.carbs.0,
-            meal: euler.per_gram * acting.carbs.0,
+            meal: euler.per_gram * carbs.0,
             left: euler.gut_left,
             lag_decay,
             lag: model.noise().interstitial_lag,
@@ -133,7 +135,7 @@ impl<'a> StepSlopes<'a> {
 
     /// By the logarithm of a parameter.
     pub(super) fn by_parameter(&self, parameter: Parameter) -> Slope {
-        let (p, x) = (&self.p, self.body);
+        let (p, x) = (self.p, self.body);
         match parameter {
             Parameter::Action => {
                 let [x1, x2, x3] = self.action(p);
@@ -171,7 +173,7 @@ impl<'a> StepSlopes<'a> {
 
     /// By a field that changes the state.
     pub(super) fn by_field(&self, field: Field) -> Slope {
-        let p = &self.p;
+        let p = self.p;
         let factor = self.modulation[field];
         match field {
             Field::InsulinInput => one(STEP.0 * self.infusion),
@@ -226,7 +228,7 @@ impl<'a> StepSlopes<'a> {
 
     /// By the logarithm of the time of insulin absorption.
     fn insulin_time(&self) -> Slope {
-        let (p, x) = (&self.p, self.body);
+        let (p, x) = (self.p, self.body);
         [
             STEP.0 * x.s1 / p.t_max_i,
             STEP.0 * (x.s2 - x.s1) / p.t_max_i,
@@ -237,7 +239,7 @@ impl<'a> StepSlopes<'a> {
 
     /// By the logarithm of the time of meal absorption.
     fn gut_time(&self) -> Slope {
-        let (p, x) = (&self.p, self.body);
+        let (p, x) = (self.p, self.body);
         let (turns, fed) = (STEP.0 / p.t_max_g, x.meals.c1 + self.meal);
         let mut slope = self.glucose(-x.meals.c2 / p.t_max_g);
         slope[2] = self.left * turns * fed;

@@ -136,7 +136,8 @@ impl<'a> Steps<'a> {
             scored: seen.innovation.is_some(),
             floored: seen.gain.is_some() && state.body.q1 <= self.floor,
         });
-        let known = StepSlopes::of(model, state, input, modulation, seen.following);
+        let mut room = None;
+        let known = StepSlopes::of(model, state, input, modulation, seen.following, &mut room);
         for field in Field::ALL {
             let asked = &self.asked[field as usize];
             if asked.is_empty() {
@@ -156,7 +157,9 @@ impl<'a> Steps<'a> {
             }
         }
         for parameters in &mut self.parameters {
-            let mut lanes = [[0.0; LANES]; STATES];
+            let place = parameters.steps.len();
+            parameters.steps.resize(place + 1, [[0.0; LANES]; STATES]);
+            let lanes = &mut parameters.steps[place];
             for (lane, (parameter, neighbour)) in parameters.members.iter().enumerate() {
                 match &known {
                     Some(known) => {
@@ -168,11 +171,10 @@ impl<'a> Steps<'a> {
                     }
                     None => {
                         let moved = neighbour.step(state, input, modulation).map_err(failed)?;
-                        set(&mut lanes, lane, &slope(&moved.vector(), &seen.following.vector()));
+                        set(lanes, lane, &slope(&moved.vector(), &seen.following.vector()));
                     }
                 }
             }
-            parameters.steps.push(lanes);
         }
         Ok(())
     }
