@@ -9,6 +9,7 @@ use std::ops::Range;
 use effects::{EventShape, Field};
 use physiology::STEPS_PER_HOUR;
 
+use crate::single::{WIDTH, add_products, add_scaled, combined, product};
 use crate::tangent::Direction;
 
 /// Hidden events of one effect at every place where one could start.
@@ -83,12 +84,6 @@ impl HiddenEvents {
         beside: impl Fn(usize) -> &'a Beside,
         weights: &[f64],
     ) -> Vec<EventBank> {
-        // Compiled for the instructions of the machine it runs on; products are not contracted.
-        pulp::Arch::new().dispatch(|| self.scored(beside, weights))
-    }
-
-    #[inline(always)]
-    fn scored<'a>(self, beside: impl Fn(usize) -> &'a Beside, weights: &[f64]) -> Vec<EventBank> {
         let Self { effects, fields, answers } = self;
         let mut banks = Vec::with_capacity(effects.len());
         for (lanes, answers) in fields.iter().zip(&answers) {
@@ -118,7 +113,7 @@ pub(crate) struct Beside {
     /// The directions' signatures solved by the factor of their information, a row of [`width`](Self::width) a step:
     /// the squares of an event's products with them are what the directions take of its information.
     rows: Vec<f32>,
-    /// Number of directions, filled up to a multiple of eight.
+    /// Number of directions, filled up to a multiple of [`WIDTH`].
     width: usize,
 }
 
@@ -126,7 +121,7 @@ impl Beside {
     /// `left` is what the directions leave of the residuals; `factor` is the factor L of their information, prior
     /// included, row by row: the lower triangle of (directions, directions).
     pub(crate) fn of(left: &[f64], signatures: &[&[f32]], factor: &[Vec<f64>]) -> Self {
-        let width = signatures.len().next_multiple_of(8);
+        let width = signatures.len().next_multiple_of(WIDTH);
         // Columns of the inverse of the factor, one after the other.
         let mut inverse = vec![0.0_f32; signatures.len() * width];
         for (column, out) in inverse.chunks_exact_mut(width.max(1)).enumerate() {
@@ -139,41 +134,15 @@ impl Beside {
             }
         }
         let mut rows = vec![0.0; left.len() * width];
-        pulp::Arch::new().dispatch(|| {
-            for (step, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
-                let columns = signatures.iter().zip(inverse.chunks_exact(width)).enumerate();
-                for (place, (signature, column)) in columns {
-                    // Entries above the diagonal are 0.
-                    let from = place / 8 * 8;
-                    add(&mut row[from..], signature[step], &column[from..]);
-                }
+        let mut values = vec![0.0; signatures.len()];
+        for (step, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
+            for (value, signature) in values.iter_mut().zip(signatures) {
+                *value = signature[step];
             }
-        });
+            combined(&values, &inverse, row);
+        }
         Self { left: left.iter().map(|value| *value as f32).collect(), rows, width }
     }
-}
-
-/// Adds a multiple of one list to another.
-#[inline(always)]
-fn add(to: &mut [f32], factor: f32, of: &[f32]) {
-    for (to, of) in to.iter_mut().zip(of) {
-        *to += factor * of;
-    }
-}
-
-/// Product of two lists in single precision, as both are known; eight sums side by side.
-#[inline(always)]
-fn product(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0_f32; 8];
-    let n = a.len().min(b.len());
-    let (a, b) = (a[..n].chunks_exact(8), b[..n].chunks_exact(8));
-    let rest: f32 = a.remainder().iter().zip(b.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a.zip(b) {
-        for (sum, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
-            *sum += x * y;
-        }
-    }
-    sums.iter().sum::<f32>() + rest
 }
 
 /// Directions of the pulses of one field.
@@ -284,7 +253,6 @@ struct PulseProducts {
 }
 
 impl PulseProducts {
-    #[inline(always)]
     fn of(lanes: &PulseLanes, answers: &[Vec<f32>], weights: &[f64]) -> Self {
         let weight = |column: &Vec<f32>| {
             column.iter().zip(weights).map(|(value, w)| *value * *w as f32).collect()
@@ -299,9 +267,7 @@ impl PulseProducts {
                 let later = heavy.iter().skip(distance * lanes.pulse);
                 for (first, second) in later.zip(&plain) {
                     let second = second.get(distance..).unwrap_or_default();
-                    for ((gram, a), b) in grams.iter_mut().zip(first).zip(second) {
-                        *gram += a * b;
-                    }
+                    add_products(&mut grams, first, second);
                 }
                 grams
             })
@@ -316,7 +282,6 @@ impl PulseProducts {
 
     /// The weighted squares of the answers to pulses of these heights from each pulse on. Pulses beyond the end
     /// of the record count for nothing.
-    #[inline(always)]
     fn squares(&self, heights: &[f32]) -> Vec<f32> {
         let mut squares = vec![0.0; self.grams[0].len()];
         for (place, height) in heights.iter().enumerate() {
@@ -324,7 +289,7 @@ impl PulseProducts {
                 let twice = if distance == 0 { 1.0 } else { 2.0 };
                 let factor = twice * height * other;
                 if factor != 0.0 {
-                    add(&mut squares, factor, grams.get(place..).unwrap_or_default());
+                    add_scaled(&mut squares, factor, grams.get(place..).unwrap_or_default());
                 }
             }
         }
@@ -344,7 +309,6 @@ struct PulseSums {
 }
 
 impl PulseSums {
-    #[inline(always)]
     fn of(lanes: &PulseLanes, products: &PulseProducts, touched: &[bool], beside: &Beside) -> Self {
         let pulses = lanes.pulse_count();
         let width = if lanes.shared_with_background() { beside.width } else { 0 };
@@ -356,43 +320,33 @@ impl PulseSums {
             sums.scores.push(-product(answer, &beside.left[start..]));
             if width > 0 && *touched {
                 let shared = &mut sums.shared[k * width..][..width];
-                let rows = beside.rows[start * width..].chunks_exact(width);
-                for (value, row) in answer.iter().zip(rows) {
-                    add(shared, *value, row);
-                }
+                combined(answer, &beside.rows[start * width..], shared);
             }
         }
         sums
     }
 
     /// The scores of pulses of these heights from each pulse on.
-    #[inline(always)]
     fn scores(&self, heights: &[f32]) -> Vec<f32> {
         let mut scores = vec![0.0; self.scores.len()];
         for (place, height) in heights.iter().enumerate() {
-            add(&mut scores, *height, self.scores.get(place..).unwrap_or_default());
+            add_scaled(&mut scores, *height, self.scores.get(place..).unwrap_or_default());
         }
         scores
     }
 
     /// Information that the background takes from pulses of these heights from pulse `first` on. `sum` is room for
     /// one number a direction.
-    #[inline(always)]
     fn taken(&self, first: usize, heights: &[f32], sum: &mut [f32]) -> f32 {
         if self.width == 0 {
             return 0.0;
         }
-        sum.fill(0.0);
-        let rows = self.shared[first * self.width..].chunks_exact(self.width);
-        for (height, row) in heights.iter().zip(rows).filter(|(height, _)| **height != 0.0) {
-            add(sum, *height, row);
-        }
+        combined(heights, &self.shared[first * self.width..], sum);
         product(sum, sum)
     }
 }
 
 /// Information and score of every event.
-#[inline(always)]
 fn bank(
     effect: usize,
     shape: EventShape,
@@ -403,7 +357,8 @@ fn bank(
     let mut firsts: Vec<usize> = shape.onsets.iter().map(|onset| onset / lanes.pulse).collect();
     firsts.dedup();
     firsts.retain(|first| *first < lanes.pulse_count());
-    let mut known = vec![Vec::with_capacity(shape.profiles.len()); firsts.len()];
+    let room_for = |_: &usize| Vec::with_capacity(shape.profiles.len());
+    let mut known: Vec<Vec<EventScore>> = firsts.iter().map(room_for).collect();
     let mut room = vec![0.0; sums.width];
     for profile in &shape.profiles {
         let heights = lanes.pulses(profile);

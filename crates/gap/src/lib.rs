@@ -53,6 +53,7 @@ pub mod observations;
 mod person;
 mod plants;
 pub mod quality;
+mod single;
 pub mod tangent;
 pub mod which;
 pub mod whitening;

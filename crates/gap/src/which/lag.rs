@@ -84,8 +84,13 @@ pub(super) fn likelihoods(
     let of = |amplitude: &f64| {
         let mut one = [Modulation::NEUTRAL];
         effect.modulate(0, *amplitude, &Course::default(), &mut one);
-        let model = calibration.model.with_lag(one[0][Field::SensorLag]);
-        let all = innovations(&model, observations, steps)?;
+        let all = if one[0].is_neutral() {
+            // The calibration's own run.
+            calibration.filtered.innovations.clone()
+        } else {
+            let model = calibration.model.with_lag(one[0][Field::SensorLag]);
+            innovations(&model, observations, steps)?
+        };
         let z: Vec<Option<f64>> = all
             .iter()
             .zip(&scored)

@@ -162,21 +162,32 @@ impl Left {
         let mut l = vec![0.0; n * n];
         let mut solved = vec![0.0; n];
         let mut total = 0.0;
+        // Where the block of each factor starts; a whole day is answered by all blocks.
+        let mut starts = vec![0; n];
+        for i in 1..n {
+            if let (Some(block), _, _) = active[i] {
+                starts[i] = if active[i - 1].0 == Some(block) { starts[i - 1] } else { i };
+            }
+        }
         for (i, (block, a, s)) in active.iter().enumerate() {
             for (j, (other, b, t)) in active[..=i].iter().enumerate() {
                 let product = match (block, other) {
-                    (Some(k), Some(l)) if k != l => 0.0,
+                    (Some(k), Some(l)) if k != l => continue,
                     (Some(k), _) | (None, Some(k)) => self.grams[*k][*a][*b],
                     (None, None) => self.whole_gram[*a][*b],
                 };
-                let (row, above) = (&l[i * n..i * n + j], &l[j * n..j * n + j]);
+                // The row of a block is 0 outside of it.
+                let first = starts[j];
+                let (row, above) = (&l[i * n + first..i * n + j], &l[j * n + first..j * n + j]);
                 let taken: f64 = row.iter().zip(above).map(|(x, y)| x * y).sum();
                 let left = s * t * product - taken;
                 // The identity plus a product of a matrix with itself: the diagonal stays above 1.
                 l[i * n + j] = if i == j { (1.0 + left).sqrt() } else { left / l[j * n + j] };
             }
             let score = block.map_or(self.whole_score[*a], |k| self.scores[k][*a]);
-            let taken: f64 = l[i * n..i * n + i].iter().zip(&solved).map(|(x, y)| x * y).sum();
+            let own = starts[i];
+            let row = l[i * n + own..i * n + i].iter().zip(&solved[own..]);
+            let taken: f64 = row.map(|(x, y)| x * y).sum();
             solved[i] = (s * score - taken) / l[i * n + i];
             total += 0.5 * solved[i] * solved[i] - l[i * n + i].ln();
         }
