@@ -18,6 +18,7 @@ mod hidden;
 mod hierarchy;
 mod judge;
 mod modulated_plant;
+mod prepared_steps;
 mod reconstruction;
 mod refit;
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! the next, and that is in the filter's gains, which signatures hold. So the filter is run again at each of some lags,
 //! gains and all, and the lags are compared by the likelihood of the readings on days held out. What is tested is a lag
 //! beyond the usual ones, which are tried as well: bodies and sensors below it are no finding. The likelihood has one
-//! top along the lag: where a cohort likes the first longer lag less than a usual one, no longer one is run.
+//! top along the lag: where a cohort likes the first longer lag less than the usual one next to it, no other is run.
 
 use effects::Modulation;
 use effects::{Course, Effect, Field};
@@ -19,34 +19,36 @@ use crate::whitening::{Autoregression, huber_loss, robust_scale};
 
 /// The effect that is tested so.
 pub(super) const NAME: &str = "sensor_lag";
-/// Amplitudes that are usual: 6 and 8 min.
-const USUAL: [f64; 2] = [-0.71, 0.0];
-/// Amplitudes beyond: 10, 12, 16, 22 and 32 min.
-const LONGER: [f64; 5] = [0.55, 1.0, 1.7, 2.5, 3.4];
+/// Amplitudes in the order in which they are run: 8 and 10 min, then 6, 12, 16, 22 and 32 min.
+const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
+/// How many of them are run for everybody.
+const FIRST: usize = 2;
+/// Places of those that are usual, and of those beyond.
+const USUAL: [usize; 2] = [0, 2];
+const LONGER: [usize; 5] = [1, 3, 4, 5, 6];
 /// How much the other people's evidence for a lag counts for a person's own.
 const SHARED: f64 = 0.5;
 /// Least standard error of the mean amplitude: a third of the distance between neighbouring lags.
 const LEAST_ERROR: f64 = 0.2;
 
-/// Log likelihoods of one person: by amplitude, [`USUAL`] first, and by day of the record, nats. The last of
-/// [`LONGER`] may not be known.
+/// Log likelihoods of one person: by amplitude, all of [`AMPLITUDES`] or the first alone, and by day of the record,
+/// nats.
 pub(super) type Likelihoods = Vec<Vec<f64>>;
 
-/// Amplitudes that are run for everybody: the usual ones and the first beyond.
-pub(super) fn first() -> Vec<f64> {
-    [USUAL.as_slice(), &LONGER[..1]].concat()
+/// Amplitudes that are run for everybody.
+pub(super) fn first() -> &'static [f64] {
+    &AMPLITUDES[..FIRST]
 }
 
 /// Amplitudes that are run where the first ones call for it.
 pub(super) fn rest() -> &'static [f64] {
-    &LONGER[1..]
+    &AMPLITUDES[FIRST..]
 }
 
-/// Whether a cohort likes the first longer lag better than the usual ones.
+/// Whether a cohort likes the first longer lag better than the usual one next to it.
 pub(super) fn calls_for_longer(people: &[&Likelihoods]) -> bool {
     let of = |place: usize| -> f64 { people.iter().map(|p| p[place].iter().sum::<f64>()).sum() };
-    let longer = of(USUAL.len());
-    (0..USUAL.len()).all(|usual| of(usual) < longer)
+    of(USUAL[0]) < of(LONGER[0])
 }
 
 /// The answer.
@@ -120,18 +122,18 @@ pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
         people.iter().map(|person| of_person(&person[amplitude])).sum()
     };
     let known = people.iter().map(|person| person.len()).min().unwrap_or(0);
-    if !calls_for_longer(people) || known <= USUAL.len() {
+    if !calls_for_longer(people) || known < AMPLITUDES.len() {
         let none = vec![0.0; people.len()];
         let nobody = vec![(0.0, LEAST_ERROR); people.len()];
         return LagEvidence { gains: none, mean: (0.0, LEAST_ERROR), personal: nobody };
     }
-    let longer = USUAL.len()..known;
-    let best = |among: std::ops::Range<usize>, test: Option<usize>| {
-        among.max_by(|a, b| total(*a, test).total_cmp(&total(*b, test))).unwrap_or(0)
+    let best = |among: &[usize], test: Option<usize>| -> usize {
+        let of = |place: &&usize| total(**place, test);
+        among.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied().unwrap_or(0)
     };
     let mut gains = vec![0.0; people.len()];
     for place in 0..FOLDS {
-        let (usual, long) = (best(0..USUAL.len(), Some(place)), best(longer.clone(), Some(place)));
+        let (usual, long) = (best(&USUAL, Some(place)), best(&LONGER, Some(place)));
         if total(long, Some(place)) <= total(usual, Some(place)) {
             continue;
         }
@@ -141,12 +143,12 @@ pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
             *gain += of(long) - of(usual);
         }
     }
-    let totals: Vec<f64> = longer.clone().map(|amplitude| total(amplitude, None)).collect();
+    let totals: Vec<f64> = LONGER.map(|amplitude| total(amplitude, None)).to_vec();
     let (mean, spread) = moments(&totals);
     let personal = people
         .iter()
         .map(|person| {
-            let own = longer.clone().map(|a| person[a].iter().sum::<f64>());
+            let own = LONGER.into_iter().map(|a| person[a].iter().sum::<f64>());
             let logs: Vec<f64> =
                 own.zip(&totals).map(|(own, all)| own + SHARED * (all - own)).collect();
             let (mean, spread) = moments(&logs);
@@ -161,8 +163,10 @@ fn moments(logs: &[f64]) -> (f64, f64) {
     let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = logs.iter().map(|l| (l - top).exp()).collect();
     let sum: f64 = weights.iter().sum();
-    let mean = weights.iter().zip(LONGER).map(|(w, a)| w * a).sum::<f64>() / sum;
-    let square = weights.iter().zip(LONGER).map(|(w, a)| w * (a - mean).powi(2)).sum::<f64>() / sum;
+    let amplitudes = || LONGER.map(|place| AMPLITUDES[place]);
+    let mean = weights.iter().zip(amplitudes()).map(|(w, a)| w * a).sum::<f64>() / sum;
+    let squares = weights.iter().zip(amplitudes()).map(|(w, a)| w * (a - mean).powi(2));
+    let square = squares.sum::<f64>() / sum;
     (mean, square.sqrt())
 }
 
@@ -173,7 +177,7 @@ mod tests {
     /// Two weeks of a person whose days like one amplitude best, by `sharp` nats a squared unit.
     fn person(liked: f64, sharp: f64) -> Likelihoods {
         let of = |a: &f64| vec![-sharp * (a - liked).powi(2); 14];
-        USUAL.iter().chain(&LONGER).map(of).collect()
+        AMPLITUDES.iter().map(of).collect()
     }
 
     #[test]

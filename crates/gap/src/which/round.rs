@@ -92,7 +92,7 @@ impl Round {
                     .map(|lag| {
                         let rule = &config.calibration;
                         let first = lag::first();
-                        lag::likelihoods(observations, calibration, rule, library[lag], &first)
+                        lag::likelihoods(observations, calibration, rule, library[lag], first)
                     })
                     .transpose()?;
                 let statistics = Statistics::of(&design);

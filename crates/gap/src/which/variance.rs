@@ -156,19 +156,11 @@ impl Left {
 
     /// Log likelihood of the spreads, nats, up to a constant: with M = I + D Z'WZ D = LL' and scores z, half the
     /// square of the inverse of L times Dz, less the logarithms of the diagonal of L.
-    fn likelihood(&self, spreads: &Spreads) -> f64 {
-        let active = active(spreads, self.grams.len());
+    fn likelihood(&self, under: &mut Under<'_>) -> f64 {
+        under.of_blocks(self.grams.len());
+        let Under { active, starts, l, solved, .. } = under;
         let n = active.len();
-        let mut l = vec![0.0; n * n];
-        let mut solved = vec![0.0; n];
         let mut total = 0.0;
-        // Where the block of each factor starts; a whole day is answered by all blocks.
-        let mut starts = vec![0; n];
-        for i in 1..n {
-            if let (Some(block), _, _) = active[i] {
-                starts[i] = if active[i - 1].0 == Some(block) { starts[i - 1] } else { i };
-            }
-        }
         for (i, (block, a, s)) in active.iter().enumerate() {
             for (j, (other, b, t)) in active[..=i].iter().enumerate() {
                 let product = match (block, other) {
@@ -192,6 +184,42 @@ impl Left {
             total += 0.5 * solved[i] * solved[i] - l[i * n + i].ln();
         }
         total
+    }
+}
+
+/// What the likelihoods of one day after another have in common.
+struct Under<'a> {
+    spreads: &'a Spreads,
+    blocks: Option<usize>,
+    active: Vec<(Option<usize>, usize, f64)>,
+    /// Where the block of each factor starts; a whole day is answered by all blocks.
+    starts: Vec<usize>,
+    /// Room for L and for the solution.
+    l: Vec<f64>,
+    solved: Vec<f64>,
+}
+
+impl<'a> Under<'a> {
+    fn new(spreads: &'a Spreads) -> Self {
+        let (starts, l, solved) = (Vec::new(), Vec::new(), Vec::new());
+        Self { spreads, blocks: None, active: Vec::new(), starts, l, solved }
+    }
+
+    /// Makes ready for a day of so many blocks.
+    fn of_blocks(&mut self, blocks: usize) {
+        if self.blocks != Some(blocks) {
+            let active = active(self.spreads, blocks);
+            let n = active.len();
+            let mut starts = vec![0; n];
+            for i in 1..n {
+                if let (Some(block), _, _) = active[i] {
+                    starts[i] = if active[i - 1].0 == Some(block) { starts[i - 1] } else { i };
+                }
+            }
+            // What lies between two blocks is 0 and stays so.
+            let (l, solved) = (vec![0.0; n * n], vec![0.0; n]);
+            *self = Self { spreads: self.spreads, blocks: Some(blocks), active, starts, l, solved };
+        }
     }
 }
 
@@ -236,7 +264,10 @@ pub(super) fn estimate(people: &[&Person], fixed: &[Vec<f64>], start: Spreads) -
         })
         .collect();
     let of = |spreads: &Spreads| -> f64 {
-        let of_person = |days: &Vec<Left>| days.iter().map(|day| day.likelihood(spreads)).sum();
+        let of_person = |days: &Vec<Left>| {
+            let mut under = Under::new(spreads);
+            days.iter().map(|day| day.likelihood(&mut under)).sum()
+        };
         let each: Vec<f64> = left.par_iter().map(of_person).collect();
         each.iter().sum()
     };
@@ -318,7 +349,7 @@ mod tests {
                 let logs: f64 = (0..active.len()).map(|i| factor.L()[(i, i)].ln()).sum();
                 0.5 * explained - logs
             };
-            let found = left.likelihood(&spreads);
+            let found = left.likelihood(&mut Under::new(&spreads));
             assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found} {expected}"); // rounding
         }
     }
@@ -337,6 +368,7 @@ mod tests {
             assert!((left - expected).abs() < 1e-10); // rounding of sums of 60
         }
         let wide = Spreads { day: [0.0, 0.0, 0.0, 0.45, 0.0, 0.0, 0.0], block: [0.0; COUNT] };
-        assert!(without.likelihood(&wide) > with.likelihood(&wide) + 10.0);
+        let of = |left: &Left| left.likelihood(&mut Under::new(&wide));
+        assert!(of(&without) > of(&with) + 10.0);
     }
 }
