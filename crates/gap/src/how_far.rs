@@ -106,8 +106,8 @@ impl Amplitude {
 pub struct HowFarRule {
     /// Folds of contiguous days; every whole day is held out in one of them.
     pub folds: usize,
-    /// Most Gauss-Newton iterations of the fits before and after alike; a fit ends earlier that moves by less
-    /// than the tolerance of the calibration.
+    /// Most Gauss-Newton iterations of the fits before and after alike; a fit ends earlier where the next step is
+    /// expected to be within the tolerance of the calibration.
     pub iterations: usize,
     /// Steps from one start of a free run to the next.
     pub every: usize,

@@ -126,7 +126,7 @@ fn choose_variant(
     }
     let equations: Vec<Equations> = units
         .par_iter_mut()
-        .filter_map(|unit| unit.equations_of_variants(effect, tried, place, config))
+        .filter_map(|unit| unit.equations_of_variants(place, tried, config))
         .collect();
     let known: Vec<&Equations> = equations.iter().collect();
     let inflation = inflation(&known, tried);

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use effects::Effect;
-
 use super::HowFarRule;
 use super::drivers::{self, Driver};
 use super::folds::Folds;
@@ -29,6 +27,8 @@ pub(super) struct Unit<'a> {
     pub(super) after: Fit,
     /// The last equations of the fit with effects, and the fit at which they were taken.
     about: Option<(Fit, Equations)>,
+    /// Length of the latest step of each fit, in posterior standard deviations.
+    lengths: [Option<f64>; 2],
     /// Whether the fit with effects lies so near to where they were taken that they still hold.
     settled: bool,
     pub(super) failed: Option<GapError>,
@@ -62,6 +62,7 @@ impl<'a> Unit<'a> {
             after: Fit { amplitudes: subject.starts.clone(), ..fit.clone() },
             before: fit,
             about: None,
+            lengths: [None; 2],
             settled: false,
             failed: None,
         }
@@ -69,13 +70,14 @@ impl<'a> Unit<'a> {
 }
 
 impl Unit<'_> {
-    /// One iteration of the fit without effects; whether it moved by less than the calibration's tolerance,
-    /// so that another would change nothing.
+    /// One iteration of the fit without effects; whether another is expected to move it by less than the
+    /// calibration's tolerance.
     pub(super) fn iterate_before(&mut self, config: &DiagnosisConfig) -> bool {
         let rule = &config.calibration;
         match self.training.equations(&mut self.before, config) {
             Ok(equations) => {
-                equations.step(&mut self.before, Vec::new(), rule.bound) < rule.tolerance
+                let length = equations.step(&mut self.before, Vec::new(), rule.bound);
+                settles(&mut self.lengths[0], length, rule.tolerance)
             }
             Err(error) => {
                 self.failed = Some(error);
@@ -109,7 +111,8 @@ impl Unit<'_> {
         if let Some((at, equations)) = &self.about {
             self.after = at.clone();
             let length = equations.step(&mut self.after, amplitudes, rule.bound);
-            self.settled = length < rule.tolerance;
+            let settles = settles(&mut self.lengths[1], length, rule.tolerance);
+            self.settled = self.settled || settles;
         }
     }
 
@@ -117,17 +120,18 @@ impl Unit<'_> {
     /// effects; `None` for a unit that has failed or fails at it.
     pub(super) fn equations_of_variants(
         &mut self,
-        effect: &dyn Effect,
-        tried: usize,
         place: usize,
+        tried: usize,
         config: &DiagnosisConfig,
     ) -> Option<Equations> {
         if self.failed.is_some() {
             return None;
         }
         let course = self.training.course();
+        // Whether they read glucose is not asked here.
+        let own = self.training.drivers[place];
         let mut drivers: Vec<Driver<'_>> =
-            (0..tried).map(|variant| Driver::new(effect, variant, &course)).collect();
+            (0..tried).map(|variant| Driver { variant, ..own }).collect();
         let mut fit = Fit { amplitudes: vec![0.0; tried], ..self.before.clone() };
         for (other, driver) in self.training.drivers.iter().enumerate() {
             if other != place {
@@ -244,6 +248,13 @@ impl Unit<'_> {
         judged.predicted = pairs(before, after);
         Ok(judged)
     }
+}
+
+/// Whether the step after one of this length is expected to be shorter than `tolerance`: steps shrink by much the
+/// same ratio. `latest` is the length of the step before, and becomes this one's.
+fn settles(latest: &mut Option<f64>, length: f64, tolerance: f64) -> bool {
+    let ratio = latest.replace(length).map_or(1.0, |before| length / before.max(length));
+    length * ratio < tolerance
 }
 
 /// A person's days of one fold, by number.
