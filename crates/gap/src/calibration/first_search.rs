@@ -17,7 +17,7 @@ const SPEED_STARTS: [f64; 2] = [0.0, 0.5];
 /// Scored readings of the first search: three days.
 const FIRST_READINGS: usize = 3 * STEPS_PER_DAY;
 /// The step, in posterior standard deviations, and the iteration at which it ends.
-const FIRST_TOLERANCE: f64 = 0.5;
+const FIRST_TOLERANCE: f64 = 1.0;
 const FIRST_ITERATIONS: usize = 10;
 
 /// Factors near the best posterior of the first days, by Fisher's scoring.
