@@ -462,11 +462,7 @@ impl AugmentedModel {
             * p.v_g
             - renal_clearance(g, p.v_g);
         let plant = OdePlant { parameters, ..self.plant };
-        let euler = if parameters.t_max_g == p.t_max_g {
-            Euler::with_gut(&plant, self.euler.gut_left)
-        } else {
-            Euler::of(&plant)
-        };
+        let euler = self.euler.modulated(&self.plant, &plant);
         Acting {
             plant,
             euler,

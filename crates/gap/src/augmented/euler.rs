@@ -82,6 +82,25 @@ impl Euler {
         }
     }
 
+    /// The step of a body that differs from this one's in what a modulation changes.
+    #[inline]
+    pub(crate) fn modulated(&self, own: &OdePlant, changed: &OdePlant) -> Self {
+        let (before, p, h) = (&own.parameters, &changed.parameters, STEP.0);
+        if p.t_max_g != before.t_max_g {
+            return Self::of(changed);
+        }
+        let mut step = *self;
+        if p.t_max_i != before.t_max_i {
+            let depot_on = h / p.t_max_i;
+            step.depot_left = 1.0 - depot_on;
+            step.depot_on = depot_on;
+            step.plasma_on = depot_on / p.v_i;
+        }
+        step.effect_on = [h * p.k_a1 * p.s_f1, h * p.k_a2 * p.s_f2, h * p.k_a3 * p.s_f3];
+        step.production = h * p.egp_0;
+        step
+    }
+
     /// Whether a step is one of these: without exercise and rescue carbohydrate.
     #[inline]
     pub(crate) fn covers(state: &OdeState, input: &StepInput) -> bool {
