@@ -7,7 +7,7 @@
 
 use effects::Field;
 use ode_sim::gut::glucose_dose;
-use physiology::{Grams, STEP, STEPS_PER_HOUR};
+use physiology::{Grams, STEP, STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::observations::Observations;
 use crate::tangent::{Direction, Parameter};
@@ -189,10 +189,13 @@ pub(crate) fn background(
                 let turns = harmonic as f64 * hour / 24.0 - phase;
                 CLOCK_FLUX * (std::f64::consts::TAU * turns).cos()
             };
+            // Steps of five minutes come round every day.
+            let day: Vec<f64> = hours.iter().take(STEPS_PER_DAY).map(wave).collect();
+            let course = day.iter().copied().cycle().take(hours.len()).collect();
             all.push(BackgroundDirection {
                 name: format!("{name}_{harmonic}"),
                 kind: BackgroundKind::Clock,
-                direction: Direction::Course(vec![(Field::Flux, hours.iter().map(wave).collect())]),
+                direction: Direction::Course(vec![(Field::Flux, course)]),
                 prior_sd: 1.0,
             });
         }

@@ -66,28 +66,38 @@ pub(super) fn add(
     }
 }
 
-/// The slope of the modulations along each amplitude.
+/// The slope of the modulations along each amplitude; `acting` are those at the amplitudes themselves.
 pub(super) fn directions(
     drivers: &[Driver<'_>],
     amplitudes: &[f64],
     course: &Course,
+    acting: &[Modulation],
 ) -> Vec<Direction> {
+    let (mut above, mut beneath) = (Vec::new(), Vec::new());
     (0..drivers.len())
         .map(|place| {
-            let at = |by: f64| {
+            let at = |by: f64, steps: &mut Vec<Modulation>| {
                 let mut moved = amplitudes.to_vec();
                 moved[place] += by;
-                modulations(drivers, &moved, course, |_| true)
+                steps.clear();
+                steps.resize(course.len(), Modulation::NEUTRAL);
+                add(drivers, &moved, course, |_| true, steps);
             };
             // Amplitudes are never negative.
             let below = SPACING.min(amplitudes[place]);
-            let (low, high) = (at(-below), at(SPACING));
+            at(SPACING, &mut above);
+            let (low, high) = if below > 0.0 {
+                at(-below, &mut beneath);
+                (beneath.as_slice(), above.as_slice())
+            } else {
+                (acting, above.as_slice())
+            };
             let width = SPACING + below;
             let slope = |field: Field| {
-                let differences = high.iter().zip(&low).map(|(h, l)| h[field] - l[field]);
+                let differences = high.iter().zip(low).map(|(h, l)| h[field] - l[field]);
                 (field, differences.map(|d| d / width).collect())
             };
-            let changed = Modulation::differing(high.iter().zip(&low));
+            let changed = Modulation::differing(high.iter().zip(low));
             Direction::Course(changed.into_iter().map(slope).collect())
         })
         .collect()
@@ -132,10 +142,10 @@ mod tests {
         let drivers: Vec<Driver<'_>> =
             found.iter().map(|effect| Driver::new(effect.as_ref(), 0, &course)).collect();
         let at = [0.0, 0.8];
-        let slopes = directions(&drivers, &at, &course);
+        let here = modulations(&drivers, &at, &course, |_| true);
+        let slopes = directions(&drivers, &at, &course, &here);
         let Direction::Course(fields) = &slopes[1] else { panic!("a course") };
         let (_, carbs) = fields.iter().find(|(f, _)| *f == Field::CarbAmount).expect("carbs");
-        let here = modulations(&drivers, &at, &course, |_| true);
         assert!(carbs.iter().any(|slope| slope.abs() > 0.01));
         for (step, slope) in carbs.iter().enumerate().filter(|(_, s)| **s != 0.0) {
             // d/da e^(ca) is c times the value, which tells c; central differences err by (0.05 c)^2 / 6.

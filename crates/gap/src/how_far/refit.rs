@@ -123,7 +123,8 @@ impl Training<'_> {
         } else {
             let course = self.course();
             let all = drivers::modulations(&self.drivers, &fit.amplitudes, &course, |_| true);
-            (all, drivers::directions(&self.drivers, &fit.amplitudes, &course))
+            let slopes = drivers::directions(&self.drivers, &fit.amplitudes, &course, &all);
+            (all, slopes)
         };
         let trusted = self.observations.trusted(config.calibration.dose_memory);
         let mut innovations = vec![None; steps];
