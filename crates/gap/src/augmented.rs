@@ -418,7 +418,13 @@ impl AugmentedModel {
     /// mg/dL that interstitial glucose gains in a step per mmol/kg of Q1 at both of its ends, halved.
     #[inline(always)]
     fn share(&self) -> f64 {
-        0.5 * (1.0 - self.lag_decay) * self.glucose_per_q1()
+        self.share_at(self.lag_decay)
+    }
+
+    /// The same where another share of the distance to plasma glucose is left after a step.
+    #[inline(always)]
+    pub(crate) fn share_at(&self, lag_decay: f64) -> f64 {
+        0.5 * (1.0 - lag_decay) * self.glucose_per_q1()
     }
 
     #[inline(always)]

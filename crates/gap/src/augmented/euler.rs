@@ -19,12 +19,12 @@ pub(crate) const COMPARTMENTS: usize = slot(Compartment::C2) + 1;
 pub(crate) struct Euler {
     /// Shares of S1 and S2 that stay and that move on.
     depot_left: f64,
-    depot_on: f64,
+    pub(crate) depot_on: f64,
     /// mU/L in plasma per mU/kg of S2; share of I that stays.
-    plasma_on: f64,
+    pub(crate) plasma_on: f64,
     plasma_left: f64,
     /// X1, X2, X3 per mU/L of insulin; shares that stay.
-    effect_on: [f64; 3],
+    pub(crate) effect_on: [f64; 3],
     effect_left: [f64; 3],
     /// Uptake of Q1 besides insulin, mmol/kg: at most, and per mmol/kg of Q1.
     uptake: f64,
@@ -40,7 +40,7 @@ pub(crate) struct Euler {
     egp: EgpMode,
     /// Share of C1 and C2 that stays; C2 per C1 over that.
     pub(crate) gut_left: f64,
-    gut_on: f64,
+    pub(crate) gut_on: f64,
     /// What U/h add to S1, mU/kg, and a gram to C1, mmol/kg.
     per_rate: f64,
     pub(crate) per_gram: f64,

@@ -8,7 +8,7 @@ use ode_sim::equations::{
     RENAL_RATE, RENAL_THRESHOLD, UPTAKE_SATURATION, endogenous_production, infusion,
     non_insulin_uptake,
 };
-use ode_sim::{EgpMode, OdeParameters, OdeState, slot};
+use ode_sim::{OdeParameters, slot};
 use physiology::Compartment;
 use physiology::{MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
 
@@ -65,84 +65,72 @@ pub(super) const fn reached(field: Field) -> &'static [usize] {
 }
 
 /// A step without exercise and rescue carbohydrate.
+///
+/// It is made for every step of every run that carries directions along: what few of them need is worked out when it is
+/// asked for.
 pub(super) struct StepSlopes<'a> {
-    /// Parameters, modulated and not.
-    p: &'a OdeParameters,
-    plain: &'a OdeParameters,
-    body: &'a OdeState,
+    model: &'a AugmentedModel,
+    state: &'a AugmentedState,
+    input: &'a StepInput,
     modulation: &'a Modulation,
-    egp: EgpMode,
-    /// Insulin on record, mU/kg/min.
-    infusion: f64,
-    /// What a gram adds to the gut, mmol/kg.
-    gram: f64,
-    /// Carbohydrate on record, g.
-    logged: f64,
+    following: &'a AugmentedState,
+    /// Parameters and step, modulated and not.
+    p: &'a OdeParameters,
+    euler: &'a Euler,
+    own: &'a Euler,
     /// What is eaten, mmol/kg.
     meal: f64,
-    /// Share of the gut's content that stays through the step.
-    left: f64,
     /// Share of the distance between interstitial and plasma glucose that is left after the step.
     lag_decay: f64,
-    /// Time constant of the lag on record, min.
-    lag: f64,
-    /// Plasma glucose that interstitial glucose follows, mg/dL.
-    plasma: f64,
-    /// Interstitial glucose before the step over that, mg/dL.
-    ahead: f64,
-    /// Share of counter-regulation that is called up.
-    depth: f64,
+    /// mg/dL of interstitial glucose in a mmol/kg that Q1 has gained at the end of the step.
+    share: f64,
 }
 
 impl<'a> StepSlopes<'a> {
     /// Of the step from `state` to `following`; `None` where a difference has to be taken, as for any body
     /// but the ODE. `room` is for what acts under a modulation.
+    #[inline(always)]
     pub(super) fn of(
         model: &'a AugmentedModel,
         state: &'a AugmentedState,
-        input: &StepInput,
+        input: &'a StepInput,
         modulation: &'a Modulation,
-        following: &AugmentedState,
+        following: &'a AugmentedState,
         room: &'a mut Option<Acting>,
     ) -> Option<Self> {
-        let (body, plain) = (&state.body, model.plant());
-        let own = model.euler().filter(|_| Euler::covers(body, input))?;
+        let own = model.euler().filter(|_| Euler::covers(&state.body, input))?;
         let (p, euler, carbs, lag_decay) = if modulation.is_neutral() {
-            (&plain.parameters, own, input.carbs, model.lag_decay())
+            (&model.plant().parameters, own, input.carbs, model.lag_decay())
         } else {
             let acting = room.insert(model.acting(state, input, modulation));
             (&acting.plant.parameters, &acting.euler, acting.input.carbs, acting.lag_decay)
         };
-        let plasma = 0.5 * (plain.glucose(body).0 + plain.glucose(&following.body).0);
         Some(Self {
-            p,
-            plain: &plain.parameters,
-            body,
+            model,
+            state,
+            input,
             modulation,
-            egp: plain.egp,
-            infusion: infusion(input.insulin().0, plain.weight.0),
-            gram: euler.per_gram,
-            logged: input.carbs.0,
+            following,
+            p,
+            euler,
+            own,
             meal: euler.per_gram * carbs.0,
-            left: euler.gut_left,
             lag_decay,
-            lag: model.noise().interstitial_lag,
-            plasma,
-            ahead: state.interstitial.0 - plasma,
-            depth: low_depth(state.interstitial),
+            share: model.share_at(lag_decay),
         })
     }
 
     /// By the logarithm of a parameter.
+    #[inline(always)]
     pub(super) fn by_parameter(&self, parameter: Parameter) -> Slope {
-        let (p, x) = (self.p, self.body);
+        let (p, x) = (self.p, &self.state.body);
         match parameter {
             Parameter::Action => {
-                let [x1, x2, x3] = self.action(p);
+                let [x1, x2, x3] = self.action(self.euler);
                 [x1, x2, x3, 0.0]
             }
             Parameter::Egp0 => self.glucose(self.production(p.egp_0)),
-            Parameter::F01 => self.glucose(-non_insulin_uptake(x.q1 / p.v_g, p.f_01)),
+            Parameter::F01 => self.glucose(-non_insulin_uptake(self.concentration(), p.f_01)),
             Parameter::TMaxI => self.insulin_time(),
             Parameter::AG => self.eaten(self.meal),
             Parameter::TMaxG => self.gut_time(),
@@ -157,7 +145,7 @@ impl<'a> StepSlopes<'a> {
             }
             Parameter::KE => one(-STEP.0 * p.k_e * x.i),
             Parameter::VG => {
-                let g = x.q1 / p.v_g;
+                let g = self.concentration();
                 // The same amount is a lower concentration.
                 let uptake =
                     if g < UPTAKE_SATURATION { non_insulin_uptake(g, p.f_01) } else { 0.0 };
@@ -165,7 +153,7 @@ impl<'a> StepSlopes<'a> {
                 let cleared =
                     if g > threshold { self.renal_rate() * threshold * p.v_g } else { 0.0 };
                 let mut slope = self.glucose(uptake + cleared);
-                slope[1] -= (1.0 - self.lag_decay) * self.plasma;
+                slope[1] -= (1.0 - self.lag_decay) * self.plasma();
                 slope
             }
         }
@@ -173,27 +161,30 @@ impl<'a> StepSlopes<'a> {
 
     /// By a field that changes the state.
     pub(super) fn by_field(&self, field: Field) -> Slope {
-        let p = self.p;
+        let (p, plain) = (self.p, self.model.plant());
         let factor = self.modulation[field];
         match field {
-            Field::InsulinInput => one(STEP.0 * self.infusion),
+            Field::InsulinInput => {
+                one(STEP.0 * infusion(self.input.insulin().0, plain.weight.0))
+            }
             Field::InsulinTime => self.insulin_time().map(|value| value / factor),
             Field::Action => {
-                let [x1, x2, _] = self.action(self.plain);
+                let [x1, x2, _] = self.action(self.own);
                 [x1, x2, 0.0, 0.0]
             }
-            Field::LiverAction => one(self.action(self.plain)[2]),
+            Field::LiverAction => one(self.action(self.own)[2]),
             Field::Production => {
-                let counter = 1.0 + self.modulation[Field::LowGlucoseProduction] * self.depth;
-                self.glucose(self.production(self.plain.egp_0 * counter))
+                let low = self.modulation[Field::LowGlucoseProduction];
+                let counter = if low == 0.0 { 1.0 } else { 1.0 + low * self.depth() };
+                self.glucose(self.production(plain.parameters.egp_0 * counter))
             }
             Field::GutTime => self.gut_time().map(|value| value / factor),
-            Field::CarbAmount => self.eaten(self.logged * self.gram),
-            Field::ExtraCarbs => self.eaten(self.gram),
+            Field::CarbAmount => self.eaten(self.input.carbs.0 * self.euler.per_gram),
+            Field::ExtraCarbs => self.eaten(self.euler.per_gram),
             Field::Flux => self.glucose(1.0),
             Field::LowGlucoseProduction => {
-                let full = self.plain.egp_0 * self.modulation[Field::Production];
-                self.glucose(self.production(full * self.depth))
+                let full = plain.parameters.egp_0 * self.modulation[Field::Production];
+                self.glucose(self.production(full * self.depth()))
             }
             Field::RenalRate => self.glucose(-RENAL_RATE * self.over_threshold() * p.v_g),
             Field::RenalThreshold => {
@@ -202,7 +193,9 @@ impl<'a> StepSlopes<'a> {
                 self.glucose(rate * p.v_g / MG_PER_DL_PER_MMOL_PER_L)
             }
             Field::SensorLag => {
-                one(self.ahead * self.lag_decay * STEP.0 / (self.lag * factor * factor))
+                let ahead = self.state.interstitial.0 - self.plasma();
+                let lag = self.model.noise().interstitial_lag;
+                one(ahead * self.lag_decay * STEP.0 / (lag * factor * factor))
             }
             // What changes the reading alone.
             Field::SensorGain | Field::SensorOffset => [0.0; 4],
@@ -210,47 +203,68 @@ impl<'a> StepSlopes<'a> {
     }
 
     /// A flux into Q1, mmol/kg/min, and what interstitial glucose makes of it.
+    #[inline(always)]
     fn glucose(&self, flux: f64) -> Slope {
         let gained = STEP.0 * flux;
-        let share = 0.5 * (1.0 - self.lag_decay) * MG_PER_DL_PER_MMOL_PER_L / self.p.v_g;
-        [gained, share * gained, 0.0, 0.0]
+        [gained, self.share * gained, 0.0, 0.0]
+    }
+
+    /// Plasma glucose before the step, mmol/L.
+    #[inline(always)]
+    fn concentration(&self) -> f64 {
+        self.state.body.q1 / self.p.v_g
+    }
+
+    /// Plasma glucose that interstitial glucose follows, mg/dL.
+    fn plasma(&self) -> f64 {
+        let plant = self.model.plant();
+        0.5 * (plant.glucose(&self.state.body).0 + plant.glucose(&self.following.body).0)
+    }
+
+    /// Share of counter-regulation that is called up.
+    fn depth(&self) -> f64 {
+        low_depth(self.state.interstitial)
     }
 
     /// Endogenous production, mmol/kg/min.
+    #[inline(always)]
     fn production(&self, egp_0: f64) -> f64 {
-        endogenous_production(self.body.x3, egp_0, self.egp)
+        endogenous_production(self.state.body.x3, egp_0, self.model.plant().egp)
     }
 
     /// By a common factor on the three sensitivities, on X1, X2 and X3.
-    fn action(&self, p: &OdeParameters) -> [f64; 3] {
-        [p.k_a1 * p.s_f1, p.k_a2 * p.s_f2, p.k_a3 * p.s_f3].map(|rate| STEP.0 * rate * self.body.i)
+    #[inline(always)]
+    fn action(&self, euler: &Euler) -> [f64; 3] {
+        let (i, [first, second, third]) = (self.state.body.i, euler.effect_on);
+        [first * i, second * i, third * i]
     }
 
     /// By the logarithm of the time of insulin absorption.
+    #[inline(always)]
     fn insulin_time(&self) -> Slope {
-        let (p, x) = (self.p, self.body);
-        [
-            STEP.0 * x.s1 / p.t_max_i,
-            STEP.0 * (x.s2 - x.s1) / p.t_max_i,
-            -STEP.0 * x.s2 / (p.t_max_i * p.v_i),
-            0.0,
-        ]
+        let (x, euler) = (&self.state.body, self.euler);
+        [euler.depot_on * x.s1, euler.depot_on * (x.s2 - x.s1), -euler.plasma_on * x.s2, 0.0]
     }
 
     /// By the logarithm of the time of meal absorption.
+    #[inline(always)]
     fn gut_time(&self) -> Slope {
-        let (p, x) = (self.p, self.body);
-        let (turns, fed) = (STEP.0 / p.t_max_g, x.meals.c1 + self.meal);
-        let mut slope = self.glucose(-x.meals.c2 / p.t_max_g);
-        slope[2] = self.left * turns * fed;
-        slope[3] = self.left * turns * (x.meals.c2 + fed * turns - fed);
-        slope
+        let (x, euler) = (&self.state.body, self.euler);
+        let (turns, left, fed) = (euler.gut_on, euler.gut_left, x.meals.c1 + self.meal);
+        let appearing = -turns * x.meals.c2;
+        [
+            appearing,
+            self.share * appearing,
+            left * turns * fed,
+            left * turns * (x.meals.c2 + fed * turns - fed),
+        ]
     }
 
     /// Carbohydrate eaten at the start of the step, mmol/kg.
+    #[inline(always)]
     fn eaten(&self, amount: f64) -> Slope {
-        let left = self.left * amount;
-        [left, left * STEP.0 / self.p.t_max_g, 0.0, 0.0]
+        let left = self.euler.gut_left * amount;
+        [left, left * self.euler.gut_on, 0.0, 0.0]
     }
 
     /// Renal clearance, 1/min.
@@ -265,7 +279,7 @@ impl<'a> StepSlopes<'a> {
 
     /// Glucose over that, mmol/L; 0 below.
     fn over_threshold(&self) -> f64 {
-        (self.body.q1 / self.p.v_g - self.renal_threshold()).max(0.0)
+        (self.concentration() - self.renal_threshold()).max(0.0)
     }
 }
 
