@@ -4,9 +4,11 @@
 //! estimated; the fold then tells by how much the effect raises its likelihood. Variants of a shape are
 //! weighed by their evidence on the training days of all people.
 
+use std::sync::OnceLock;
+
 use faer::Mat;
 use faer::Side;
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{Llt, Solve};
 use rayon::prelude::*;
 
 use super::amplitude::{Hierarchy, Information};
@@ -33,19 +35,62 @@ pub(super) struct Folds {
     pub(super) days: usize,
     /// Sums over the days of each fold.
     pub(super) tests: Vec<Sums>,
+    /// What most effects are tested beside.
+    usual: Vec<Allowed>,
+    /// The days of all folds but each, and those of all; worked out when they are first asked for.
+    training: Vec<OnceLock<Training>>,
+}
+
+/// Days that are fitted.
+struct Training {
+    sums: Sums,
+    /// The factor of the information about what is usually allowed for, its prior included.
+    usual: OnceLock<Llt<f64>>,
+}
+
+impl Training {
+    /// The factor of the information about some directions, their prior included.
+    fn factor(&self, allowed: &[Allowed]) -> Llt<f64> {
+        // The factorisation reads the lower triangle alone.
+        let system = Mat::from_fn(allowed.len(), allowed.len(), |row, column| {
+            let prior = if row == column { allowed[row].sd.powi(-2) } else { 0.0 };
+            prior + self.sums.a[(allowed[row].column, allowed[column].column)]
+        });
+        system.llt(Side::Lower).expect("a Gram matrix plus the precision of a proper prior")
+    }
 }
 
 impl Folds {
+    pub(super) fn new(days: usize, tests: Vec<Sums>) -> Self {
+        let training = (0..=tests.len()).map(|_| OnceLock::new()).collect();
+        Self { days, tests, usual: Vec::new(), training }
+    }
+
+    /// Most effects are going to be tested beside these.
+    pub(super) fn beside(self, usual: Vec<Allowed>) -> Self {
+        Self { usual, ..self }
+    }
+
     /// Whether a fold has days, and there are others to train on.
     fn is_tested(&self, place: usize) -> bool {
         let test = fold(self.days, place);
         !test.is_empty() && self.days > test.len()
     }
 
-    /// Sums over the days of every fold but one.
-    fn training(&self, without: Option<usize>) -> Vec<&Sums> {
-        let others = self.tests.iter().enumerate().filter(|(place, _)| Some(*place) != without);
-        others.map(|(_, sums)| sums).collect()
+    /// The days of every fold but one.
+    fn training(&self, without: Option<usize>) -> &Training {
+        self.training[without.unwrap_or(self.tests.len())].get_or_init(|| {
+            let others = self.tests.iter().enumerate().filter(|(place, _)| Some(*place) != without);
+            let columns = self.tests.first().map_or(0, |sums| sums.b.len());
+            let mut all = Sums::none(columns);
+            for (_, sums) in others {
+                all.a += &sums.a;
+                for (all, own) in all.b.iter_mut().zip(&sums.b) {
+                    *all += own;
+                }
+            }
+            Training { sums: all, usual: OnceLock::new() }
+        })
     }
 }
 
@@ -95,51 +140,36 @@ impl Trial<'_> {
     /// The background on every fold but one.
     fn fitted(&self, without: Option<usize>) -> Fitted {
         let n = self.allowed.len();
-        let columns: Vec<usize> =
-            self.allowed.iter().map(|a| a.column).chain(self.variants.iter().copied()).collect();
         let training = self.folds.training(without);
-        let sum = |row: usize, column: usize| -> f64 {
-            training.iter().map(|sums| sums.a[(row, column)]).sum()
-        };
-        let b: Vec<f64> =
-            columns.iter().map(|place| training.iter().map(|sums| sums.b[*place]).sum()).collect();
-        let own: Vec<f64> = self.variants.iter().map(|place| sum(*place, *place)).collect();
-        // Columns of A lie together: entries of a row are those of a column, A being symmetric.
-        let mut a = Mat::<f64>::zeros(columns.len(), n);
-        for (column, other) in columns[..n].iter().enumerate() {
-            for (row, place) in columns.iter().enumerate().skip(column) {
-                a[(row, column)] = sum(*place, *other);
-            }
-        }
-        // The factorisation reads the lower triangle alone.
-        let mut system = a.get(..n, ..).to_owned();
-        for (i, allowed) in self.allowed.iter().enumerate() {
-            system[(i, i)] += allowed.sd.powi(-2);
-        }
+        let Sums { a, b } = &training.sums;
         let right = Mat::from_fn(n, 1 + self.variants.len(), |i, k| {
-            if k == 0 {
-                b[i] + self.allowed[i].mean * self.allowed[i].sd.powi(-2)
-            } else {
-                a[(n + k - 1, i)]
+            let allowed = &self.allowed[i];
+            match k.checked_sub(1) {
+                None => b[allowed.column] + allowed.mean * allowed.sd.powi(-2),
+                Some(variant) => a[(allowed.column, self.variants[variant])],
             }
         });
-        let solved = system
-            .llt(Side::Lower)
-            .expect("a Gram matrix plus the precision of a proper prior")
-            .solve(&right);
+        let own;
+        let factor = if self.allowed == self.folds.usual {
+            training.usual.get_or_init(|| training.factor(&self.allowed))
+        } else {
+            own = training.factor(&self.allowed);
+            &own
+        };
+        let solved = factor.solve(&right);
         let background: Vec<f64> = (0..n).map(|i| solved[(i, 0)]).collect();
         let shared = Mat::from_fn(self.variants.len(), self.variants.len(), |v, w| {
-            let taken: f64 = (0..n).map(|i| a[(n + v, i)] * solved[(i, w + 1)]).sum();
-            sum(self.variants[v], self.variants[w]) - taken
+            let taken: f64 = (0..n).map(|i| right[(i, v + 1)] * solved[(i, w + 1)]).sum();
+            a[(self.variants[v], self.variants[w])] - taken
         });
         let variants = (0..self.variants.len())
             .map(|v| {
                 let answer: Vec<f64> = (0..n).map(|i| solved[(i, v + 1)]).collect();
-                let mut information = own[v];
-                let mut score = b[n + v];
+                let mut information = a[(self.variants[v], self.variants[v])];
+                let mut score = b[self.variants[v]];
                 for i in 0..n {
-                    information -= a[(n + v, i)] * answer[i];
-                    score -= a[(n + v, i)] * background[i];
+                    information -= right[(i, v + 1)] * answer[i];
+                    score -= right[(i, v + 1)] * background[i];
                 }
                 (Information { information: information.max(1e-9), score }, answer)
             })
@@ -520,7 +550,7 @@ mod tests {
                 Sums { a, b }
             })
             .collect();
-        Folds { days, tests }
+        Folds::new(days, tests)
     }
 
     fn trial(folds: &Folds) -> Trial<'_> {
@@ -607,7 +637,7 @@ mod tests {
                 Sums { a, b }
             })
             .collect();
-        let folds = Folds { days, tests };
+        let folds = Folds::new(days, tests);
         let of = |variants: &[usize]| {
             let allowed = vec![Allowed { column: 0, mean: 0.0, sd: 1.0 }];
             held_out(&[Trial { folds: &folds, allowed, variants: variants.to_vec() }]).gain()

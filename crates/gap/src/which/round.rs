@@ -141,7 +141,10 @@ impl Round {
         round.marginal = round
             .subjects
             .par_iter()
-            .map(|s| variance::marginal(&s.statistics, &spreads))
+            .enumerate()
+            .map(|(person, s)| {
+                variance::marginal(&s.statistics, &spreads).beside(round.allowed(person, None))
+            })
             .collect();
         Ok(round)
     }

@@ -45,7 +45,7 @@ pub(super) struct Sums {
 
 impl Sums {
     /// Sums of no day.
-    fn none(columns: usize) -> Self {
+    pub(super) fn none(columns: usize) -> Self {
         Self { a: Mat::zeros(columns, columns), b: vec![0.0; columns] }
     }
 }

@@ -116,7 +116,7 @@ pub(super) fn marginal(person: &Person, spreads: &Spreads) -> Folds {
             sums
         })
         .collect();
-    Folds { days: count, tests }
+    Folds::new(count, tests)
 }
 
 /// What a likelihood of the spreads needs of a day: Grams of the random factors' signatures, and what is left
