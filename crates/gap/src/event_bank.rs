@@ -4,6 +4,7 @@
 //! answers to single pulses are worked out once for each field; many pulses share a direction as long as their
 //! answers do not meet. An event of any shape is then a sum of answers.
 
+use std::cell::OnceCell;
 use std::ops::Range;
 
 use effects::{EventShape, Field};
@@ -78,27 +79,35 @@ impl HiddenEvents {
 
     /// Scores every event against what the background that `beside` gives for its effect leaves of the residuals.
     ///
-    /// Effects that are given one background share the sums over pulses.
+    /// Effects that are given one background share the sums over pulses. `before` are the same person's banks of an
+    /// earlier round: what is known of an event's information there still holds, since it hardly depends on what has
+    /// been named in between.
     pub(crate) fn banks<'a>(
         self,
-        beside: impl Fn(usize) -> &'a Beside,
+        beside: impl Fn(usize) -> &'a Beside<'a>,
         weights: &[f64],
+        before: &[EventBank],
     ) -> Vec<EventBank> {
         let Self { effects, fields, answers } = self;
         let mut banks = Vec::with_capacity(effects.len());
         for (lanes, answers) in fields.iter().zip(&answers) {
-            let products = PulseProducts::of(lanes, answers, weights);
-            let mut against: Vec<(&Beside, PulseSums)> = Vec::new();
-            let theirs = || effects.iter().filter(|(_, shape)| shape.field == lanes.field);
-            let touched = lanes.touched(theirs().map(|(_, shape)| shape));
-            for (effect, shape) in theirs() {
-                let beside = beside(*effect);
+            let theirs: Vec<Events<'_>> = effects
+                .iter()
+                .filter(|(_, shape)| shape.field == lanes.field)
+                .map(|(effect, shape)| Events::of(*effect, shape, lanes, before))
+                .collect();
+            let anew = || theirs.iter().filter(|events| events.known.is_none());
+            let touched = lanes.touched(anew().map(|events| events.shape));
+            let products = PulseProducts::of(lanes, answers, weights, anew().next().is_some());
+            let mut against: Vec<(&Beside<'_>, PulseSums)> = Vec::new();
+            for events in &theirs {
+                let beside = beside(events.effect);
                 let known = against.iter().position(|(known, _)| std::ptr::eq(*known, beside));
                 let place = known.unwrap_or_else(|| {
                     against.push((beside, PulseSums::of(lanes, &products, &touched, beside)));
                     against.len() - 1
                 });
-                banks.push(bank(*effect, shape.clone(), lanes, &products, &against[place].1));
+                banks.push(events.bank(lanes, &products, &against[place].1));
             }
         }
         banks.sort_by_key(|bank| bank.effect);
@@ -107,20 +116,23 @@ impl HiddenEvents {
 }
 
 /// What is allowed for beside an event: constant directions, fitted to the whole record.
-pub(crate) struct Beside {
+pub(crate) struct Beside<'a> {
     /// What they leave of the residuals, one entry a step.
     left: Vec<f32>,
-    /// The directions' signatures solved by the factor of their information, a row of [`width`](Self::width) a step:
-    /// the squares of an event's products with them are what the directions take of its information.
-    rows: Vec<f32>,
+    signatures: Vec<&'a [f32]>,
+    /// The inverse of the factor of their information, column by column.
+    inverse: Vec<f32>,
+    /// The signatures solved by the factor, a row of [`width`](Self::width) a step: the squares of an event's products
+    /// with them are what the directions take of its information. Worked out when they are first asked for.
+    rows: OnceCell<Vec<f32>>,
     /// Number of directions, filled up to a multiple of [`WIDTH`].
     width: usize,
 }
 
-impl Beside {
+impl<'a> Beside<'a> {
     /// `left` is what the directions leave of the residuals; `factor` is the factor L of their information, prior
     /// included, row by row: the lower triangle of (directions, directions).
-    pub(crate) fn of(left: &[f64], signatures: &[&[f32]], factor: &[Vec<f64>]) -> Self {
+    pub(crate) fn of(left: &[f64], signatures: Vec<&'a [f32]>, factor: &[Vec<f64>]) -> Self {
         let width = signatures.len().next_multiple_of(WIDTH);
         // Columns of the inverse of the factor, one after the other.
         let mut inverse = vec![0.0_f32; signatures.len() * width];
@@ -133,15 +145,24 @@ impl Beside {
                 out[row] = solved[row] as f32;
             }
         }
-        let mut rows = vec![0.0; left.len() * width];
-        let mut values = vec![0.0; signatures.len()];
-        for (step, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
-            for (value, signature) in values.iter_mut().zip(signatures) {
-                *value = signature[step];
+        let left = left.iter().map(|value| *value as f32).collect();
+        Self { left, signatures, inverse, rows: OnceCell::new(), width }
+    }
+
+    /// The rows from a step on.
+    fn rows(&self, from: usize) -> &[f32] {
+        let rows = self.rows.get_or_init(|| {
+            let mut rows = vec![0.0; self.left.len() * self.width];
+            let mut values = vec![0.0; self.signatures.len()];
+            for (step, row) in rows.chunks_exact_mut(self.width.max(1)).enumerate() {
+                for (value, signature) in values.iter_mut().zip(&self.signatures) {
+                    *value = signature[step];
+                }
+                combined(&values, &self.inverse, row);
             }
-            combined(&values, &inverse, row);
-        }
-        Self { left: left.iter().map(|value| *value as f32).collect(), rows, width }
+            rows
+        });
+        &rows[from * self.width..]
     }
 }
 
@@ -253,11 +274,15 @@ struct PulseProducts {
 }
 
 impl PulseProducts {
-    fn of(lanes: &PulseLanes, answers: &[Vec<f32>], weights: &[f64]) -> Self {
+    /// With the products where they are `wanted`.
+    fn of(lanes: &PulseLanes, answers: &[Vec<f32>], weights: &[f64], wanted: bool) -> Self {
         let weight = |column: &Vec<f32>| {
             column.iter().zip(weights).map(|(value, w)| *value * *w as f32).collect()
         };
         let weighted: Vec<Vec<f32>> = answers.iter().map(weight).collect();
+        if !wanted {
+            return Self { weighted, grams: Vec::new() };
+        }
         let pulses = lanes.pulse_count();
         // By step from the start of a pulse, pulses side by side.
         let (plain, heavy) = (lanes.side_by_side(answers), lanes.side_by_side(&weighted));
@@ -283,7 +308,7 @@ impl PulseProducts {
     /// The weighted squares of the answers to pulses of these heights from each pulse on. Pulses beyond the end
     /// of the record count for nothing.
     fn squares(&self, heights: &[f32]) -> Vec<f32> {
-        let mut squares = vec![0.0; self.grams[0].len()];
+        let mut squares = vec![0.0; self.grams.first().map_or(0, Vec::len)];
         for (place, height) in heights.iter().enumerate() {
             for (distance, (other, grams)) in heights[place..].iter().zip(&self.grams).enumerate() {
                 let twice = if distance == 0 { 1.0 } else { 2.0 };
@@ -309,9 +334,15 @@ struct PulseSums {
 }
 
 impl PulseSums {
-    fn of(lanes: &PulseLanes, products: &PulseProducts, touched: &[bool], beside: &Beside) -> Self {
+    fn of(
+        lanes: &PulseLanes,
+        products: &PulseProducts,
+        touched: &[bool],
+        beside: &Beside<'_>,
+    ) -> Self {
         let pulses = lanes.pulse_count();
-        let width = if lanes.shared_with_background() { beside.width } else { 0 };
+        let shared = lanes.shared_with_background() && touched.contains(&true);
+        let width = if shared { beside.width } else { 0 };
         let mut sums =
             Self { scores: Vec::with_capacity(pulses), shared: vec![0.0; width * pulses], width };
         for (k, touched) in touched.iter().enumerate() {
@@ -320,7 +351,7 @@ impl PulseSums {
             sums.scores.push(-product(answer, &beside.left[start..]));
             if width > 0 && *touched {
                 let shared = &mut sums.shared[k * width..][..width];
-                combined(answer, &beside.rows[start * width..], shared);
+                combined(answer, beside.rows(start), shared);
             }
         }
         sums
@@ -346,33 +377,60 @@ impl PulseSums {
     }
 }
 
-/// Information and score of every event.
-fn bank(
+/// The events of one effect.
+struct Events<'a> {
     effect: usize,
-    shape: EventShape,
-    lanes: &PulseLanes,
-    products: &PulseProducts,
-    sums: &PulseSums,
-) -> EventBank {
-    let mut firsts: Vec<usize> = shape.onsets.iter().map(|onset| onset / lanes.pulse).collect();
-    firsts.dedup();
-    firsts.retain(|first| *first < lanes.pulse_count());
-    let room_for = |_: &usize| Vec::with_capacity(shape.profiles.len());
-    let mut known: Vec<Vec<EventScore>> = firsts.iter().map(room_for).collect();
-    let mut room = vec![0.0; sums.width];
-    for profile in &shape.profiles {
-        let heights = lanes.pulses(profile);
-        let (squares, scores) = (products.squares(&heights), sums.scores(&heights));
-        for (first, known) in firsts.iter().zip(&mut known) {
-            let information = squares[*first] - sums.taken(*first, &heights, &mut room);
-            known.push(EventScore {
-                information: f64::from(information.max(0.0)),
-                score: f64::from(scores[*first]),
-            });
-        }
+    shape: &'a EventShape,
+    /// The pulses with which an event may start.
+    firsts: Vec<usize>,
+    /// What is known of the same events from an earlier round.
+    known: Option<&'a EventBank>,
+}
+
+impl<'a> Events<'a> {
+    fn of(
+        effect: usize,
+        shape: &'a EventShape,
+        lanes: &PulseLanes,
+        before: &'a [EventBank],
+    ) -> Self {
+        let mut firsts: Vec<usize> = shape.onsets.iter().map(|onset| onset / lanes.pulse).collect();
+        firsts.dedup();
+        firsts.retain(|first| *first < lanes.pulse_count());
+        let same = |bank: &&EventBank| {
+            bank.effect == effect
+                && bank.shape.profiles == shape.profiles
+                && bank.onsets.iter().copied().eq(firsts.iter().map(|first| first * lanes.pulse))
+        };
+        let known = before.iter().find(same);
+        Self { effect, shape, firsts, known }
     }
-    let onsets = firsts.into_iter().map(|first| first * lanes.pulse).collect();
-    EventBank { effect, shape, onsets, known }
+
+    /// Information and score of every event.
+    fn bank(&self, lanes: &PulseLanes, products: &PulseProducts, sums: &PulseSums) -> EventBank {
+        let profiles = &self.shape.profiles;
+        let room_for = |_: &usize| Vec::with_capacity(profiles.len());
+        let mut known: Vec<Vec<EventScore>> = self.firsts.iter().map(room_for).collect();
+        let mut room = vec![0.0; sums.width];
+        for (number, profile) in profiles.iter().enumerate() {
+            let heights = lanes.pulses(profile);
+            let scores = sums.scores(&heights);
+            let squares =
+                if self.known.is_some() { Vec::new() } else { products.squares(&heights) };
+            for (place, (first, known)) in self.firsts.iter().zip(&mut known).enumerate() {
+                let information = match self.known {
+                    Some(bank) => bank.known[place][number].information,
+                    None => {
+                        let left = squares[*first] - sums.taken(*first, &heights, &mut room);
+                        f64::from(left.max(0.0))
+                    }
+                };
+                known.push(EventScore { information, score: f64::from(scores[*first]) });
+            }
+        }
+        let onsets = self.firsts.iter().map(|first| first * lanes.pulse).collect();
+        EventBank { effect: self.effect, shape: self.shape.clone(), onsets, known }
+    }
 }
 
 #[cfg(test)]
@@ -415,10 +473,10 @@ mod tests {
             let residuals: Vec<f64> = (0..steps).map(|k| (0.7 * k as f64).sin()).collect();
             let weights: Vec<f64> =
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
-            let beside = Beside::of(&residuals, &[], &[]);
-            let products = PulseProducts::of(&lanes, &answers, &weights);
+            let beside = Beside::of(&residuals, Vec::new(), &[]);
+            let products = PulseProducts::of(&lanes, &answers, &weights, true);
             let sums = PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &beside);
-            let bank = bank(0, shape, &lanes, &products, &sums);
+            let bank = Events::of(0, &shape, &lanes, &[]).bank(&lanes, &products, &sums);
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
             for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
                 let onset = bank.onsets[place];

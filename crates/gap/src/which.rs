@@ -190,8 +190,9 @@ pub fn which(
     let person_days: f64 = days.iter().sum();
     let mut named: Vec<Named> = Vec::new();
     let mut first: Option<First> = None;
+    let mut banks = vec![Vec::new(); people.len()];
     loop {
-        let round = Round::of(people, library, &named, config)?;
+        let round = Round::of(people, library, &named, banks, config)?;
         let scores = round.scores(library, known, &named);
         let mut candidates: Vec<Candidate> = scores
             .iter()
@@ -257,6 +258,7 @@ pub fn which(
             .find(|s| s.effect == best.effect)
             .expect("a candidate comes from a score");
         named.push(round.named(score, best, &candidates, library));
+        banks = round.subjects.into_iter().map(|subject| subject.events).collect();
     }
 }
 

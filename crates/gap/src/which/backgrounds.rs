@@ -10,17 +10,16 @@ use crate::event_bank::Beside;
 
 /// The constant directions of the background beside hidden events, which must not be made of what every meal or
 /// every low of a person shows.
-pub(super) struct Backgrounds {
-    each: Vec<Beside>,
+pub(super) struct Backgrounds<'a> {
+    each: Vec<Beside<'a>>,
     /// Effects and their places in `each`.
     places: Vec<(usize, usize)>,
 }
 
-impl Backgrounds {
-    /// Directions that are what an effect itself would change are left out for it.
+impl<'a> Backgrounds<'a> {
     /// Directions that are what an effect itself would change are left out for it. `hidden` are the design's.
     pub(super) fn of(
-        design: &Design,
+        design: &'a Design,
         statistics: &Statistics,
         hidden: &HiddenEvents,
         library: &[&dyn Effect],
@@ -41,7 +40,7 @@ impl Backgrounds {
     }
 
     /// The background of an effect that acts by hidden events.
-    pub(super) fn beside(&self, effect: usize) -> &Beside {
+    pub(super) fn beside(&self, effect: usize) -> &Beside<'a> {
         let place = self.places.iter().find(|(known, _)| *known == effect);
         &self.each[place.map_or(0, |(_, place)| *place)]
     }
@@ -60,7 +59,7 @@ pub(super) fn beside_columns(statistics: &Statistics, effect: &str) -> Vec<Allow
         .collect()
 }
 
-pub(super) fn beside(design: &Design, statistics: &Statistics, allowed: &[Allowed]) -> Beside {
+fn beside<'a>(design: &'a Design, statistics: &Statistics, allowed: &[Allowed]) -> Beside<'a> {
     let (fitted, factor) = held_out::fitted_to_all(&statistics.folds, allowed);
     let mut left = design.residuals.clone();
     for (allowed, value) in allowed.iter().zip(fitted) {
@@ -69,8 +68,7 @@ pub(super) fn beside(design: &Design, statistics: &Statistics, allowed: &[Allowe
         }
     }
     let of = |allowed: &Allowed| design.signatures[allowed.column].as_slice();
-    let signatures: Vec<&[f32]> = allowed.iter().map(of).collect();
-    Beside::of(&left, &signatures, &factor)
+    Beside::of(&left, allowed.iter().map(of).collect(), &factor)
 }
 
 /// Whether a direction of the background is what an effect itself would change.

@@ -69,16 +69,20 @@ impl Score {
 }
 
 impl Round {
+    /// The round of these people when some effects are named; `before` are their banks of events of the round before,
+    /// empty lists at first.
     pub(super) fn of(
         people: &[PersonInput<'_>],
         library: &[&dyn Effect],
         named: &[Named],
+        before: Vec<Vec<EventBank>>,
         config: &DiagnosisConfig,
     ) -> Result<Self, GapError> {
         let mut subjects: Vec<Subject> = people
             .par_iter()
+            .zip(before)
             .enumerate()
-            .map(|(place, input)| {
+            .map(|(place, (input, before))| {
                 let about = (!named.is_empty())
                     .then(|| conditioned(input, place, library, named, config))
                     .transpose()?;
@@ -100,7 +104,8 @@ impl Round {
                 let units = design.random.iter().map(of).collect();
                 let hidden = std::mem::take(&mut design.events);
                 let backgrounds = Backgrounds::of(&design, &statistics, &hidden, library);
-                let events = hidden.banks(|effect| backgrounds.beside(effect), &design.weights);
+                let events = hidden.banks(|effect| backgrounds.beside(effect), &design.weights, &before);
+                drop(backgrounds);
                 let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
                 let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
                 // The largest parts of a person, and summed up.
