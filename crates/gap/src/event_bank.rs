@@ -117,7 +117,7 @@ impl HiddenEvents {
 
 /// What is allowed for beside an event: constant directions, fitted to the whole record.
 pub(crate) struct Beside<'a> {
-    /// What they leave of the residuals, one entry a step.
+    /// What they leave of the residuals, weighted, one entry a step.
     left: Vec<f32>,
     signatures: Vec<&'a [f32]>,
     /// The inverse of the factor of their information, column by column.
@@ -130,9 +130,14 @@ pub(crate) struct Beside<'a> {
 }
 
 impl<'a> Beside<'a> {
-    /// `left` is what the directions leave of the residuals; `factor` is the factor L of their information, prior
+    /// `left` is what the directions leave of the residuals, to be weighted; `factor` is the factor L of their information, prior
     /// included, row by row: the lower triangle of (directions, directions).
-    pub(crate) fn of(left: &[f64], signatures: Vec<&'a [f32]>, factor: &[Vec<f64>]) -> Self {
+    pub(crate) fn of(
+        left: &[f64],
+        weights: &[f64],
+        signatures: Vec<&'a [f32]>,
+        factor: &[Vec<f64>],
+    ) -> Self {
         let width = signatures.len().next_multiple_of(WIDTH);
         // Columns of the inverse of the factor, one after the other.
         let mut inverse = vec![0.0_f32; signatures.len() * width];
@@ -145,7 +150,7 @@ impl<'a> Beside<'a> {
                 out[row] = solved[row] as f32;
             }
         }
-        let left = left.iter().map(|value| *value as f32).collect();
+        let left = left.iter().zip(weights).map(|(value, w)| (value * w) as f32).collect();
         Self { left, signatures, inverse, rows: OnceCell::new(), width }
     }
 
@@ -266,23 +271,29 @@ impl PulseLanes {
 }
 
 /// Weighted answers to the pulses of one field and their products with each other.
-struct PulseProducts {
-    /// Weighted answers, a list a direction.
+struct PulseProducts<'a> {
+    answers: &'a [Vec<f32>],
+    /// Weighted answers, a list a direction; none where the products are not wanted.
     weighted: Vec<Vec<f32>>,
     /// By distance d below the number of directions: the products of the answers to pulses k and k + d, by k.
     grams: Vec<Vec<f32>>,
 }
 
-impl PulseProducts {
+impl<'a> PulseProducts<'a> {
     /// With the products where they are `wanted`.
-    fn of(lanes: &PulseLanes, answers: &[Vec<f32>], weights: &[f64], wanted: bool) -> Self {
+    fn of(
+        lanes: &PulseLanes,
+        answers: &'a [Vec<f32>],
+        weights: &[f64],
+        wanted: bool,
+    ) -> Self {
+        if !wanted {
+            return Self { answers, weighted: Vec::new(), grams: Vec::new() };
+        }
         let weight = |column: &Vec<f32>| {
             column.iter().zip(weights).map(|(value, w)| *value * *w as f32).collect()
         };
         let weighted: Vec<Vec<f32>> = answers.iter().map(weight).collect();
-        if !wanted {
-            return Self { weighted, grams: Vec::new() };
-        }
         let pulses = lanes.pulse_count();
         // By step from the start of a pulse, pulses side by side.
         let (plain, heavy) = (lanes.side_by_side(answers), lanes.side_by_side(&weighted));
@@ -297,11 +308,16 @@ impl PulseProducts {
                 grams
             })
             .collect();
-        Self { weighted, grams }
+        Self { answers, weighted, grams }
     }
 
-    /// The weighted answer to pulse `k`, from its start.
+    /// The answer to pulse `k`, from its start.
     fn answer(&self, lanes: &PulseLanes, k: usize) -> &[f32] {
+        &self.answers[k % lanes.count()][lanes.answered(k)]
+    }
+
+    /// The same, weighted.
+    fn weighted(&self, lanes: &PulseLanes, k: usize) -> &[f32] {
         &self.weighted[k % lanes.count()][lanes.answered(k)]
     }
 
@@ -336,7 +352,7 @@ struct PulseSums {
 impl PulseSums {
     fn of(
         lanes: &PulseLanes,
-        products: &PulseProducts,
+        products: &PulseProducts<'_>,
         touched: &[bool],
         beside: &Beside<'_>,
     ) -> Self {
@@ -351,7 +367,7 @@ impl PulseSums {
             sums.scores.push(-product(answer, &beside.left[start..]));
             if width > 0 && *touched {
                 let shared = &mut sums.shared[k * width..][..width];
-                combined(answer, beside.rows(start), shared);
+                combined(products.weighted(lanes, k), beside.rows(start), shared);
             }
         }
         sums
@@ -407,7 +423,7 @@ impl<'a> Events<'a> {
     }
 
     /// Information and score of every event.
-    fn bank(&self, lanes: &PulseLanes, products: &PulseProducts, sums: &PulseSums) -> EventBank {
+    fn bank(&self, lanes: &PulseLanes, products: &PulseProducts<'_>, sums: &PulseSums) -> EventBank {
         let profiles = &self.shape.profiles;
         let room_for = |_: &usize| Vec::with_capacity(profiles.len());
         let mut known: Vec<Vec<EventScore>> = self.firsts.iter().map(room_for).collect();
@@ -473,7 +489,7 @@ mod tests {
             let residuals: Vec<f64> = (0..steps).map(|k| (0.7 * k as f64).sin()).collect();
             let weights: Vec<f64> =
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
-            let beside = Beside::of(&residuals, Vec::new(), &[]);
+            let beside = Beside::of(&residuals, &weights, Vec::new(), &[]);
             let products = PulseProducts::of(&lanes, &answers, &weights, true);
             let sums = PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &beside);
             let bank = Events::of(0, &shape, &lanes, &[]).bank(&lanes, &products, &sums);

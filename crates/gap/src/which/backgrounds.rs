@@ -68,7 +68,7 @@ fn beside<'a>(design: &'a Design, statistics: &Statistics, allowed: &[Allowed]) 
         }
     }
     let of = |allowed: &Allowed| design.signatures[allowed.column].as_slice();
-    Beside::of(&left, allowed.iter().map(of).collect(), &factor)
+    Beside::of(&left, &design.weights, allowed.iter().map(of).collect(), &factor)
 }
 
 /// Whether a direction of the background is what an effect itself would change.
