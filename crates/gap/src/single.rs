@@ -92,22 +92,28 @@ pub(crate) fn combined(factors: &[f32], rows: &[f32], sum: &mut [f32]) {
     }
 }
 
-/// The product of two lists, as far as both go; [`WIDTH`] sums side by side.
+/// The product of two lists, as far as both go; [`WIDTH`] sums side by side on every machine.
 pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
     struct Multiplying<'a>(&'a [f32], &'a [f32]);
-    impl NullaryFnOnce for Multiplying<'_> {
+    impl WithSimd for Multiplying<'_> {
         type Output = f32;
         #[inline(always)]
-        fn call(self) -> f32 {
+        fn with_simd<S: Simd>(self, simd: S) -> f32 {
             let Self(a, b) = self;
             let n = a.len().min(b.len());
-            let (a, b) = (&a[..n], &b[..n]);
-            let whole = n / WIDTH * WIDTH;
+            let ((a, a_rest), (b, b_rest)) =
+                (a[..n].as_chunks::<WIDTH>(), b[..n].as_chunks::<WIDTH>());
             let mut sums = [0.0_f32; WIDTH];
-            for first in (0..whole).step_by(WIDTH) {
-                let (x, y) = (&a[first..first + WIDTH], &b[first..first + WIDTH]);
-                for lane in 0..WIDTH {
-                    sums[lane] += x[lane] * y[lane];
+            {
+                let (registers, rest) = S::as_mut_simd_f32s(&mut sums);
+                assert!(rest.is_empty(), "registers are no wider than the sums");
+                for (place, register) in registers.iter_mut().enumerate() {
+                    let mut sum = simd.splat_f32s(0.0);
+                    for (x, y) in a.iter().zip(b) {
+                        let (x, y) = (S::as_simd_f32s(x).0[place], S::as_simd_f32s(y).0[place]);
+                        sum = simd.add_f32s(sum, simd.mul_f32s(x, y));
+                    }
+                    *register = sum;
                 }
             }
             let mut total = 0.0;
@@ -115,8 +121,8 @@ pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
                 total += sum;
             }
             let mut rest = 0.0;
-            for k in whole..n {
-                rest += a[k] * b[k];
+            for (x, y) in a_rest.iter().zip(b_rest) {
+                rest += x * y;
             }
             total + rest
         }

@@ -111,23 +111,25 @@ impl UnitDay {
         let weighted = Mat::from_fn(scored.len(), count, |row, unit| {
             design.weights[scored[row]] * answers[(row, unit)]
         });
-        let product = |column: usize, unit: usize, from: usize, to: usize| -> f64 {
-            let signature = &design.signatures[column];
-            let rows = scored.iter().enumerate().filter(|(_, k)| (from..to).contains(*k));
-            rows.map(|(row, k)| f64::from(signature[*k]) * weighted[(row, unit)]).sum()
-        };
+        // Signatures of the scored steps, one column after the other.
+        let mut signatures = Mat::<f64>::zeros(scored.len(), design.columns.len());
+        for (to, from) in signatures.col_iter_mut().zip(&design.signatures) {
+            for (to, step) in to.iter_mut().zip(&scored) {
+                *to = f64::from(from[*step]);
+            }
+        }
+        let cross = signatures.transpose() * &weighted;
         let za = (steps.start..steps.end)
             .step_by(BLOCK)
             .map(|from| {
-                let to = (from + BLOCK).min(steps.end);
-                Mat::from_fn(person.random.len(), count, |row, unit| {
-                    product(person.random[row], unit, from, to)
-                })
+                let row = |step: usize| scored.partition_point(|scored| *scored < step);
+                let (first, end) = (row(from), row((from + BLOCK).min(steps.end)));
+                let random = Mat::from_fn(end - first, person.random.len(), |row, k| {
+                    signatures[(first + row, person.random[k])]
+                });
+                random.transpose() * weighted.as_ref().subrows(first, end - first)
             })
             .collect();
-        let cross = Mat::from_fn(design.columns.len(), count, |column, unit| {
-            product(column, unit, steps.start, steps.end)
-        });
         let score = (0..count)
             .map(|unit| {
                 let rows = scored.iter().enumerate();
