@@ -248,9 +248,9 @@ impl HeldOut<'_> {
     }
 }
 
-/// One start in so many has its floor taken: at two hours between starts, every ten hours, so that all
+/// One start in so many has its floor taken: at two hours between starts, every twenty hours, so that all
 /// parts of the day come up.
-const FLOOR_EVERY: usize = 5;
+const FLOOR_EVERY: usize = 10;
 
 /// Days of a block by their number.
 struct Days(Vec<(usize, Day)>, Vec<usize>);
