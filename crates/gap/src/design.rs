@@ -123,7 +123,7 @@ pub fn design(
         directions.push(entry.direction);
     }
     let (mut events, mut random, mut untried) = (Vec::new(), Vec::new(), Vec::new());
-    let mut steps = Vec::with_capacity(course.len());
+    let mut steps = vec![Modulation::NEUTRAL; course.len()];
     for (place, effect) in library.iter().enumerate() {
         match effect.form(&course) {
             None => untried.push(place),
@@ -232,21 +232,22 @@ impl Whitener {
     }
 }
 
-/// The slope of a driver. `steps` is room for its modulations.
+/// The slope of a driver. `steps` is room for its modulations: neutral, and left so.
 fn driven(
     effect: &dyn Effect,
     variant: usize,
     course: &Course,
-    steps: &mut Vec<Modulation>,
+    steps: &mut [Modulation],
 ) -> Direction {
-    steps.clear();
-    steps.resize(course.len(), Modulation::NEUTRAL);
     effect.modulate(variant, AMPLITUDE, course, steps);
-    let change = |field: Field| {
-        let change = steps.iter().map(|m| (m[field] - field.neutral()) / AMPLITUDE);
-        (field, change.collect())
-    };
     let changed = Modulation::differing(steps.iter().map(|m| (m, &Modulation::NEUTRAL)));
+    let change = |field: Field| {
+        let changes = steps.iter_mut().map(|modulation| {
+            let value = std::mem::replace(&mut modulation[field], field.neutral());
+            (value - field.neutral()) / AMPLITUDE
+        });
+        (field, changes.collect())
+    };
     Direction::Course(changed.into_iter().map(change).collect())
 }
 

@@ -205,12 +205,9 @@ impl PulseLanes {
     /// The directions: pulse k, of height 1, is in direction k modulo their number.
     fn directions(&self) -> impl Iterator<Item = Direction> + '_ {
         (0..self.count()).map(|lane| {
-            let mut course = vec![0.0; self.steps];
-            for k in (lane..self.pulse_count()).step_by(self.count()) {
-                let start = k * self.pulse;
-                course[start..(start + self.pulse).min(self.steps)].fill(1.0);
-            }
-            Direction::Course(vec![(self.field, course)])
+            let length = self.pulse;
+            let (first, every) = (lane * length, self.count() * length);
+            Direction::Pulses { field: self.field, first, every, length }
         })
     }
 
@@ -281,12 +278,7 @@ struct PulseProducts<'a> {
 
 impl<'a> PulseProducts<'a> {
     /// With the products where they are `wanted`.
-    fn of(
-        lanes: &PulseLanes,
-        answers: &'a [Vec<f32>],
-        weights: &[f64],
-        wanted: bool,
-    ) -> Self {
+    fn of(lanes: &PulseLanes, answers: &'a [Vec<f32>], weights: &[f64], wanted: bool) -> Self {
         if !wanted {
             return Self { answers, weighted: Vec::new(), grams: Vec::new() };
         }
@@ -423,7 +415,12 @@ impl<'a> Events<'a> {
     }
 
     /// Information and score of every event.
-    fn bank(&self, lanes: &PulseLanes, products: &PulseProducts<'_>, sums: &PulseSums) -> EventBank {
+    fn bank(
+        &self,
+        lanes: &PulseLanes,
+        products: &PulseProducts<'_>,
+        sums: &PulseSums,
+    ) -> EventBank {
         let profiles = &self.shape.profiles;
         let room_for = |_: &usize| Vec::with_capacity(profiles.len());
         let mut known: Vec<Vec<EventScore>> = self.firsts.iter().map(room_for).collect();
@@ -458,13 +455,14 @@ mod tests {
         lanes
             .directions()
             .map(|direction| {
-                let Direction::Course(courses) = direction else { panic!("a course") };
+                let Direction::Pulses { first, every, length, .. } = direction else {
+                    panic!("pulses")
+                };
                 let mut state = 0.0_f64;
-                courses[0]
-                    .1
-                    .iter()
-                    .map(|value| {
-                        state = 0.5 * state + value;
+                (0..lanes.steps)
+                    .map(|step| {
+                        let acts = step >= first && (step - first) % every < length;
+                        state = 0.5 * state + f64::from(u8::from(acts));
                         state as f32
                     })
                     .collect()

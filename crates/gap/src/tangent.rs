@@ -30,8 +30,29 @@ use crate::observations::Observations;
 pub enum Direction {
     /// Time courses of modulation fields, one value a step: what is added to the field per unit of amplitude.
     Course(Vec<(Field, Vec<f64>)>),
+    /// One field in pulses of height 1, some steps long, from a first step on and again every so many steps.
+    Pulses {
+        /// The field.
+        field: Field,
+        /// Step at which the first pulse starts.
+        first: usize,
+        /// Steps from one start to the next; at least one.
+        every: usize,
+        /// Steps that a pulse lasts.
+        length: usize,
+    },
     /// A parameter of the plant, for good: its logarithm is raised by the amplitude.
     Parameter(Parameter),
+}
+
+/// The steps of pulses within a record of `n` steps, in which they follow each other `every` so many.
+fn pulses(
+    first: usize,
+    every: usize,
+    length: usize,
+    n: usize,
+) -> impl Iterator<Item = std::ops::Range<usize>> {
+    (first..n).step_by(every.max(1)).map(move |start| start..(start + length).min(n))
 }
 
 /// A parameter of the plant as a direction.
@@ -186,6 +207,7 @@ fn in_order(directions: &[Direction]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..directions.len()).collect();
     places.sort_by_key(|place| match &directions[*place] {
         Direction::Parameter(_) => Vec::new(),
+        Direction::Pulses { field, .. } => vec![1, 2 + *field as usize],
         Direction::Course(fields) => {
             std::iter::once(1).chain(fields.iter().map(|(field, _)| 2 + *field as usize)).collect()
         }
@@ -209,10 +231,8 @@ mod tests {
     use crate::noise::NoiseModel;
     use crate::observations::Reading;
 
-    #[test]
-    fn directions_carried_with_the_filter_are_those_carried_after_it() {
-        // No multiple of what is worked out at once, and more directions than fit side by side.
-        let n = 3 * AT_ONCE + 5;
+    /// A record in which much happens.
+    fn record(n: usize) -> Observations {
         let wave = |k: usize| (0.4 * k as f64).sin();
         let reading = |k: usize| match k % 7 {
             3 => Reading::Missing,
@@ -223,7 +243,7 @@ mod tests {
             modulation[Field::Production] = 1.0 + 0.2 * wave(2 * k);
             modulation
         };
-        let record = Observations {
+        Observations {
             person: "p".into(),
             weight: Kilograms(70.0),
             readings: (0..n).map(reading).collect(),
@@ -238,13 +258,22 @@ mod tests {
             doses_recorded: vec![true; n],
             modulations: (0..n).map(modulation).collect(),
             interpolated_share: 0.0,
-        };
+        }
+    }
+
+    #[test]
+    fn directions_carried_with_the_filter_are_those_carried_after_it() {
+        // No multiple of what is worked out at once, and more directions than fit side by side.
+        let n = 3 * AT_ONCE + 5;
+        let wave = |k: usize| (0.4 * k as f64).sin();
+        let record = record(n);
         let parameters = OdeParameters::nominal();
         let noise = NoiseModel::working();
         let model = AugmentedModel::new(parameters, record.weight, EgpMode::NonNegative, noise);
         let parameters = [Parameter::Action, Parameter::TMaxG, Parameter::VG, Parameter::K12];
         let mut directions: Vec<Direction> =
             parameters.into_iter().map(Direction::Parameter).collect();
+        directions.push(Direction::Pulses { field: Field::Flux, first: 3, every: 20, length: 4 });
         directions.extend(Field::ALL.map(|field| {
             let course = (0..n).map(|k| if k % 5 == 0 { 0.0 } else { wave(k) }).collect();
             Direction::Course(vec![(field, course)])
@@ -266,5 +295,23 @@ mod tests {
         assert_eq!(filtered.states, frozen.states);
         assert_eq!(filtered.gains, frozen.gains);
         assert_eq!(filtered.innovations, frozen.innovations);
+    }
+    #[test]
+    fn pulses_are_the_course_that_they_make_up() {
+        let n = 70;
+        let record = record(n);
+        let (weight, noise) = (record.weight, NoiseModel::working());
+        let model =
+            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let frozen = filter(&model, &record).expect("finite");
+        for field in [Field::ExtraCarbs, Field::SensorOffset] {
+            let course = (0..n).map(|k| f64::from(u8::from(k >= 5 && (k - 5) % 21 < 6))).collect();
+            let written_out = Direction::Course(vec![(field, course)]);
+            let pulses = Direction::Pulses { field, first: 5, every: 21, length: 6 };
+            let found =
+                signatures(&model, &record, &frozen, &[written_out, pulses]).expect("finite");
+            assert!(found[0].iter().any(|value| value.abs() > 0.1));
+            assert_eq!(found[0], found[1], "{field:?}");
+        }
     }
 }

@@ -307,9 +307,8 @@ impl Runner<'_> {
     /// Whether something that acts reads the run's own glucose.
     fn feeds_back(&self) -> bool {
         let mut acting = self.candidate.drivers.iter().zip(&self.candidate.fit.amplitudes);
-        acting.any(|(driver, amplitude)| {
-            driver.signalled && driver.reads_glucose && *amplitude > 0.0
-        })
+        acting
+            .any(|(driver, amplitude)| driver.signalled && driver.reads_glucose && *amplitude > 0.0)
     }
 
     /// A run from the start of a step, as long as the longest horizon and no longer than the block.

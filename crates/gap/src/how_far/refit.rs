@@ -174,7 +174,7 @@ fn part(direction: &Direction, range: &Range<usize>) -> Direction {
         Direction::Course(fields) => Direction::Course(
             fields.iter().map(|(field, course)| (*field, course[range.clone()].to_vec())).collect(),
         ),
-        Direction::Parameter(parameter) => Direction::Parameter(*parameter),
+        other => other.clone(),
     }
 }
 

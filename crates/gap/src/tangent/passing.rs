@@ -6,7 +6,7 @@ use physiology::Compartment;
 
 use super::step_slopes::reached;
 use super::steps::{Parameters, Steps};
-use super::{Direction, LANES, Lanes, States, reads_only};
+use super::{Direction, LANES, Lanes, States, pulses, reads_only};
 use crate::augmented::{INTERSTITIAL, SENSOR, STATES};
 
 /// Courses of one field, side by side.
@@ -38,20 +38,35 @@ impl Block {
         let parameters = steps.parameters.get(place).map(|some| (place, some.begin));
         let mut block = Self { parameters, feeding: Vec::new(), read: Vec::new() };
         for (lane, member) in members.iter().enumerate() {
-            let Direction::Course(courses) = &directions[*member] else { continue };
-            for (field, course) in courses {
-                let all = if reads_only(*field) { &mut block.read } else { &mut block.feeding };
-                let known = all.iter().position(|courses| courses.field == *field);
-                let known = known.unwrap_or_else(|| {
-                    all.push(Courses { field: *field, rows: vec![[0.0; LANES]; n] });
-                    all.len() - 1
-                });
-                for (row, value) in all[known].rows.iter_mut().zip(course) {
-                    row[lane] += *value as f32;
+            match &directions[*member] {
+                Direction::Course(courses) => {
+                    for (field, course) in courses {
+                        for (row, value) in block.rows(*field, n).iter_mut().zip(course) {
+                            row[lane] += *value as f32;
+                        }
+                    }
                 }
+                Direction::Pulses { field, first, every, length } => {
+                    let rows = block.rows(*field, n);
+                    for row in pulses(*first, *every, *length, n).flatten() {
+                        rows[row][lane] += 1.0;
+                    }
+                }
+                Direction::Parameter(_) => {}
             }
         }
         block
+    }
+
+    /// The courses of a field, a row a step.
+    fn rows(&mut self, field: Field, n: usize) -> &mut [Lanes] {
+        let all = if reads_only(field) { &mut self.read } else { &mut self.feeding };
+        let known = all.iter().position(|courses| courses.field == field);
+        let known = known.unwrap_or_else(|| {
+            all.push(Courses { field, rows: vec![[0.0; LANES]; n] });
+            all.len() - 1
+        });
+        &mut all[known].rows
     }
 }
 

@@ -164,9 +164,7 @@ impl<'a> StepSlopes<'a> {
         let (p, plain) = (self.p, self.model.plant());
         let factor = self.modulation[field];
         match field {
-            Field::InsulinInput => {
-                one(STEP.0 * infusion(self.input.insulin().0, plain.weight.0))
-            }
+            Field::InsulinInput => one(STEP.0 * infusion(self.input.insulin().0, plain.weight.0)),
             Field::InsulinTime => self.insulin_time().map(|value| value / factor),
             Field::Action => {
                 let [x1, x2, _] = self.action(self.own);

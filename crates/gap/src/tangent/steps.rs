@@ -3,7 +3,7 @@
 use effects::{FIELDS, Field, Modulation};
 
 use super::step_slopes::{StepSlopes, changed, reached};
-use super::{Direction, LANES, Parameter, States, reads_only};
+use super::{Direction, LANES, Parameter, States, pulses, reads_only};
 use crate::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, STATES};
 use crate::error::GapError;
 use crate::filter::{Seen, start};
@@ -75,6 +75,14 @@ impl<'a> Steps<'a> {
                         }
                     }
                 }
+                Direction::Pulses { field, first, every, length } if !reads_only(*field) => {
+                    let asked = &mut asked[*field as usize];
+                    asked.resize(n, false);
+                    for steps in pulses(*first, *every, *length, n) {
+                        asked[steps].fill(true);
+                    }
+                }
+                Direction::Pulses { .. } => {}
                 Direction::Parameter(parameter) => asked_parameters.push(*parameter),
             }
         }

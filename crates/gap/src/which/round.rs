@@ -104,7 +104,8 @@ impl Round {
                 let units = design.random.iter().map(of).collect();
                 let hidden = std::mem::take(&mut design.events);
                 let backgrounds = Backgrounds::of(&design, &statistics, &hidden, library);
-                let events = hidden.banks(|effect| backgrounds.beside(effect), &design.weights, &before);
+                let events =
+                    hidden.banks(|effect| backgrounds.beside(effect), &design.weights, &before);
                 drop(backgrounds);
                 let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
                 let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
