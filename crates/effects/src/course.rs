@@ -2,6 +2,8 @@
 
 /// Length of a step, min.
 pub const STEP_MINUTES: f64 = 5.0;
+/// Steps of a day.
+const STEPS_PER_DAY: usize = 288;
 
 /// One person's time courses; every list has one entry per five-minute step.
 ///
@@ -40,9 +42,38 @@ impl Course {
         self.hour.len()
     }
 
+    /// A function of the hour at every step. Hours come round, so that it is mostly that of the day before.
+    pub fn by_hour<'a>(&'a self, of: impl Fn(f64) -> f64 + 'a) -> impl Iterator<Item = f64> + 'a {
+        let first = self.hour.iter().take(STEPS_PER_DAY);
+        let day: Vec<(f64, f64)> = first.map(|hour| (*hour, of(*hour))).collect();
+        self.hour.iter().enumerate().map(move |(step, hour)| {
+            let (same, value) = day[step % STEPS_PER_DAY];
+            // Hours are worked out from the number of the step and differ by rounding.
+            if (same - hour).abs() < 1e-9 { value } else { of(*hour) }
+        })
+    }
+
     /// Whether there is no step.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.hour.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_of_the_hour_is_that_of_each_steps_hour() {
+        let hour = |k: usize| (21.5 + k as f64 / 12.0) % 24.0;
+        let mut hours: Vec<f64> = (0..700).map(hour).collect();
+        // A clock that was set by an hour does not come round.
+        hours[400..].iter_mut().for_each(|hour| *hour = (*hour + 1.0) % 24.0);
+        let course = Course { hour: hours.clone(), ..Course::default() };
+        for (found, hour) in course.by_hour(|hour| hour * hour).zip(&hours) {
+            assert!((found - hour * hour).abs() < 1e-7, "{found} at {hour}"); // rounding of the hour
+        }
+        assert_eq!(Course::default().by_hour(f64::exp).count(), 0);
     }
 }

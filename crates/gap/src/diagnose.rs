@@ -91,8 +91,6 @@ pub fn diagnose_plant(
             reason: first.excluded.clone().unwrap_or_default(),
         });
     }
-    let gaps = gaps(&included, &config, seed);
-    let baseline = baseline(&included, &config, seed)?;
     let library = effects::library();
     let inputs: Vec<PersonInput<'_>> = cohort
         .people
@@ -105,11 +103,19 @@ pub fn diagnose_plant(
             Some(PersonInput { person, observations, calibration })
         })
         .collect();
-    let which = which(&inputs, &library, &config)?;
+    // What one of them works out in turn, the other fills with its own.
+    let ((gaps, baseline), which) = rayon::join(
+        || (gaps(&included, &config, seed), baseline(&included, &config, seed)),
+        || which(&inputs, &library, &config),
+    );
+    let (baseline, which) = (baseline?, which?);
     let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
     let answer = which.answer(&library, &ids, config.thresholds.temperature);
-    let power = power(&inputs, &library, &which.detectable);
-    let how_far = held_out_change(&which, &inputs, &library, &config, derived(seed, HOW_FAR))?;
+    let (power, how_far) = rayon::join(
+        || power(&inputs, &library, &which.detectable),
+        || held_out_change(&which, &inputs, &library, &config, derived(seed, HOW_FAR)),
+    );
+    let how_far = how_far?;
     Ok(Diagnosis {
         schema: SCHEMA.to_owned(),
         stage: Stage::HowFar,

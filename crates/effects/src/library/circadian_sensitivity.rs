@@ -51,12 +51,14 @@ impl Effect for CircadianSensitivity {
 
     fn modulate(&self, variant: usize, amplitude: f64, course: &Course, into: &mut [Modulation]) {
         let variant = variant % self.variants();
-        for (hour, modulation) in course.hour.iter().zip(into) {
+        let factor = |hour: f64| {
             let exponent = match variant.checked_sub(1) {
-                None => steps(*hour).ln() - STEPS_MEAN_LN,
+                None => steps(hour).ln() - STEPS_MEAN_LN,
                 Some(phase) => -HALF_RANGE * (TAU * (hour - TROUGHS[phase]) / 24.0).cos(),
             };
-            let factor = (amplitude * exponent).exp();
+            (amplitude * exponent).exp()
+        };
+        for (factor, modulation) in course.by_hour(factor).zip(into) {
             modulation[Field::Action] *= factor;
             modulation[Field::LiverAction] *= factor;
         }

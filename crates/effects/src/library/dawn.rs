@@ -43,12 +43,13 @@ impl Effect for Dawn {
 
     fn modulate(&self, variant: usize, amplitude: f64, course: &Course, into: &mut [Modulation]) {
         let peak = PEAKS[variant % PEAKS.len()];
-        for (hour, modulation) in course.hour.iter().zip(into) {
+        let factor = |hour: f64| {
             let distance = (hour - peak) / HALF_WIDTH;
-            if distance.abs() < 1.0 {
-                let bump = 0.5 * (1.0 + (std::f64::consts::PI * distance).cos());
-                modulation[Field::Production] *= 1.0 + amplitude * RISE * bump;
-            }
+            let bump = 0.5 * (1.0 + (std::f64::consts::PI * distance).cos());
+            if distance.abs() < 1.0 { 1.0 + amplitude * RISE * bump } else { 1.0 }
+        };
+        for (factor, modulation) in course.by_hour(factor).zip(into) {
+            modulation[Field::Production] *= factor;
         }
     }
 }
