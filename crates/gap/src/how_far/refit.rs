@@ -1,5 +1,6 @@
 //! One Gauss-Newton iteration of a person's calibration and amplitudes on training days.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use effects::{Course, Modulation};
@@ -100,9 +101,18 @@ pub(super) fn stretch(
 }
 
 impl Training<'_> {
-    /// What drivers look at.
+    /// What drivers may look at.
     pub(super) fn course(&self) -> Course {
         Course { glucose: self.glucose.clone(), ..self.whole.clone() }
+    }
+
+    /// What these drivers look at: where none of them reads glucose, it is that of the whole record.
+    pub(super) fn driving(&self) -> Cow<'_, Course> {
+        if self.drivers.iter().any(|driver| driver.reads_glucose) {
+            Cow::Owned(self.course())
+        } else {
+            Cow::Borrowed(self.whole)
+        }
     }
 
     /// The equations at a fit; whitening and glucose are brought up to date.
@@ -121,7 +131,7 @@ impl Training<'_> {
         let (modulations, slopes) = if effects == 0 {
             (Vec::new(), Vec::new())
         } else {
-            let course = self.course();
+            let course = self.driving();
             let all = drivers::modulations(&self.drivers, &fit.amplitudes, &course, |_| true);
             let slopes = drivers::directions(&self.drivers, &fit.amplitudes, &course, &all);
             (all, slopes)

@@ -127,9 +127,8 @@ impl Unit<'_> {
         if self.failed.is_some() {
             return None;
         }
-        let course = self.training.course();
-        // Whether they read glucose is not asked here.
-        let own = self.training.drivers[place];
+        // Some may read glucose where the variant in use does not.
+        let own = Driver { reads_glucose: true, ..self.training.drivers[place] };
         let mut drivers: Vec<Driver<'_>> =
             (0..tried).map(|variant| Driver { variant, ..own }).collect();
         let mut fit = Fit { amplitudes: vec![0.0; tried], ..self.before.clone() };
@@ -145,7 +144,7 @@ impl Unit<'_> {
             stretches: self.training.stretches.clone(),
             drivers,
             whole: self.training.whole,
-            glucose: course.glucose,
+            glucose: self.training.glucose.clone(),
         };
         training.equations(&mut fit, config).ok()
     }
@@ -193,7 +192,7 @@ impl Unit<'_> {
         let modulations = drivers::modulations(
             &training.drivers,
             &self.after.amplitudes,
-            &training.course(),
+            &training.driving(),
             |_| true,
         );
         Linear::new(training.observations, training.model, range, &modulations, &self.after, config)
