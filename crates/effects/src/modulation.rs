@@ -80,6 +80,8 @@ impl Field {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modulation([f64; FIELDS]);
 
+static UNCHANGED: Modulation = Modulation::NEUTRAL;
+
 impl Modulation {
     /// Nothing is changed.
     pub const NEUTRAL: Self = {
@@ -103,11 +105,18 @@ impl Modulation {
         Field::ALL.into_iter().filter(|field| differs[*field as usize]).collect()
     }
 
+    /// The neutral one that steps share in which nothing acts: it is known for neutral by its place.
+    #[inline]
+    #[must_use]
+    pub fn unchanged() -> &'static Self {
+        &UNCHANGED
+    }
+
     /// Whether nothing is changed.
     #[inline]
     #[must_use]
     pub fn is_neutral(&self) -> bool {
-        *self == Self::NEUTRAL
+        std::ptr::eq(self, &raw const UNCHANGED) || *self == Self::NEUTRAL
     }
 }
 

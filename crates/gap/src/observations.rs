@@ -173,7 +173,7 @@ impl Observations {
     /// What effects change in a step.
     #[must_use]
     pub fn modulation(&self, step: usize) -> &Modulation {
-        self.modulations.get(step).unwrap_or(&Modulation::NEUTRAL)
+        self.modulations.get(step).unwrap_or(Modulation::unchanged())
     }
 
     /// Number of steps.

