@@ -491,6 +491,17 @@ mod tests {
             let products = PulseProducts::of(&lanes, &answers, &weights, true);
             let sums = PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &beside);
             let bank = Events::of(0, &shape, &lanes, &[]).bank(&lanes, &products, &sums);
+            // A later round keeps the information of the same events, and of no others.
+            let before = [EventBank {
+                known: vec![vec![EventScore { information: 7.0, score: 0.0 }; 2]; bank.known.len()],
+                ..bank.clone()
+            }];
+            let later = Events::of(0, &shape, &lanes, &before).bank(&lanes, &products, &sums);
+            for (known, first) in later.known.iter().flatten().zip(bank.known.iter().flatten()) {
+                assert_eq!((known.information, known.score), (7.0, first.score));
+            }
+            let fewer = EventShape { onsets: vec![0, 60], ..shape.clone() };
+            assert!(Events::of(0, &fewer, &lanes, &before).known.is_none());
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
             for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
                 let onset = bank.onsets[place];
