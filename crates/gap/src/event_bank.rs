@@ -80,7 +80,7 @@ impl HiddenEvents {
     /// Scores every event against what the background that `beside` gives for its effect leaves of the residuals.
     ///
     /// Effects that are given one background share the sums over pulses. `before` are the same person's banks of an
-    /// earlier round: what is known of an event's information there still holds, since it hardly depends on what has
+    /// earlier round: what is known of an event's information there is kept, since it hardly depends on what has
     /// been named in between.
     pub(crate) fn banks<'a>(
         self,

@@ -258,7 +258,12 @@ pub fn which(
             .find(|s| s.effect == best.effect)
             .expect("a candidate comes from a score");
         named.push(round.named(score, best, &candidates, library));
-        banks = round.subjects.into_iter().map(|subject| subject.events).collect();
+        // Hidden events that are named change what readings weigh, and with it the information of others.
+        banks = if matches!(score.evidence, ScoreOf::Driven(_)) {
+            round.subjects.into_iter().map(|subject| subject.events).collect()
+        } else {
+            vec![Vec::new(); people.len()]
+        };
     }
 }
 
