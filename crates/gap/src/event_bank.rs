@@ -80,8 +80,8 @@ impl HiddenEvents {
     /// Scores every event against what the background that `beside` gives for its effect leaves of the residuals.
     ///
     /// Effects that are given one background share the sums over pulses. `before` are the same person's banks of an
-    /// earlier round: what is known of an event's information there is kept, since it hardly depends on what has
-    /// been named in between.
+    /// earlier round, empty where hidden events were named since: those change what readings weigh, driven effects hardly
+    /// do, and information is kept after them.
     pub(crate) fn banks<'a>(
         self,
         beside: impl Fn(usize) -> &'a Beside<'a>,
@@ -267,7 +267,7 @@ impl PulseLanes {
     }
 }
 
-/// Weighted answers to the pulses of one field and their products with each other.
+/// Answers to the pulses of one field and their weighted products with each other.
 struct PulseProducts<'a> {
     answers: &'a [Vec<f32>],
     /// Weighted answers, a list a direction; none where the products are not wanted.

@@ -296,6 +296,7 @@ mod tests {
         assert_eq!(filtered.gains, frozen.gains);
         assert_eq!(filtered.innovations, frozen.innovations);
     }
+
     #[test]
     fn pulses_are_the_course_that_they_make_up() {
         let n = 70;

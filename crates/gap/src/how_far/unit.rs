@@ -111,8 +111,7 @@ impl Unit<'_> {
         if let Some((at, equations)) = &self.about {
             self.after = at.clone();
             let length = equations.step(&mut self.after, amplitudes, rule.bound);
-            let settles = settles(&mut self.lengths[1], length, rule.tolerance);
-            self.settled = self.settled || settles;
+            self.settled |= settles(&mut self.lengths[1], length, rule.tolerance);
         }
     }
 

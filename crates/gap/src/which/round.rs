@@ -69,8 +69,8 @@ impl Score {
 }
 
 impl Round {
-    /// The round of these people when some effects are named; `before` are their banks of events of the round before,
-    /// empty lists at first.
+    /// The round of these people when some effects are named; `before` are their banks of events of the round before
+    /// where their information still holds, otherwise empty lists.
     pub(super) fn of(
         people: &[PersonInput<'_>],
         library: &[&dyn Effect],
