@@ -5,7 +5,7 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::hierarchy::{Hierarchy, empirical_bayes};
-use super::refit::Equations;
+use super::refit::{Equations, Fit};
 use super::subject::Subject;
 use super::unit::Unit;
 use super::{Amplitude, HowFarRule, NamedEffect};
@@ -45,10 +45,10 @@ pub(super) fn fitted<'a>(
                 break;
             }
         }
+        unit.start_after();
     });
     let mut hierarchies: Vec<Hierarchy> = Vec::new();
     if driven.is_empty() {
-        units.iter_mut().for_each(|unit| unit.after = unit.before.clone());
         return Fitted { units, hierarchies, variants: Vec::new() };
     }
     let variants = folds
@@ -124,11 +124,9 @@ fn choose_variant(
     if tried < 2 || known(&driven[place].amplitude).is_some() {
         return given;
     }
-    let equations: Vec<Equations> = units
-        .par_iter_mut()
-        .filter_map(|unit| unit.equations_of_variants(place, tried, config))
-        .collect();
-    let known: Vec<&Equations> = equations.iter().collect();
+    let found: Vec<Option<(Fit, Equations)>> =
+        units.par_iter_mut().map(|unit| unit.equations_of_variants(place, tried, config)).collect();
+    let known: Vec<&Equations> = found.iter().flatten().map(|(_, equations)| equations).collect();
     let inflation = inflation(&known, tried);
     let gain = |variant: usize| {
         let (mut information, mut weighted) = (0.0, 0.0);
@@ -148,8 +146,8 @@ fn choose_variant(
             best = (variant, gain);
         }
     }
-    for unit in units {
-        unit.set_variant(place, best.0);
+    for (unit, about) in units.iter_mut().zip(found) {
+        unit.set_variant(place, best.0, tried, about);
     }
     best.0
 }

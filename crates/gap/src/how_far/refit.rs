@@ -302,6 +302,21 @@ impl Rows {
 }
 
 impl Equations {
+    /// Those of some of the amplitudes, where the others stay at zero.
+    pub(super) fn restricted(&self, kept: &[usize]) -> Self {
+        let n = kept.len();
+        Self {
+            factors: self.factors.clone(),
+            gradient: self.gradient.clone(),
+            mixed: Mat::from_fn(FACTORS, n, |row, column| self.mixed[(row, kept[column])]),
+            information: Mat::from_fn(n, n, |row, column| {
+                self.information[(kept[row], kept[column])]
+            }),
+            weighted: kept.iter().map(|column| self.weighted[*column]).collect(),
+            by_day: kept.iter().map(|column| self.by_day[*column]).collect(),
+        }
+    }
+
     /// What the person says about the amplitudes, when the information on each has to be divided by
     /// `inflation`.
     pub(super) fn evidence(&self, inflation: &[f64]) -> Evidence {
@@ -405,5 +420,50 @@ mod tests {
         let mut changed = person.clone();
         changed.record.channel_mut(Channel::Cgm)[300] = Some(150.0);
         assert_ne!(trained, weighted(&changed), "a training reading counts");
+    }
+
+    #[test]
+    fn a_variant_among_others_at_zero_has_the_equations_it_has_alone() {
+        let person = sample::person(4);
+        let observations = Observations::from_person(&person).expect("a good record");
+        let whole = course(&person, vec![120.0; person.record.len()]);
+        let (exercise, dawn) = (effects::find("exercise"), effects::find("dawn"));
+        let (exercise, dawn) = (exercise.expect("known"), dawn.expect("known"));
+        let model = &sample::model(observations.weight);
+        let taken = |variants: &[usize]| {
+            let mut drivers: Vec<Driver<'_>> =
+                variants.iter().map(|v| Driver::new(exercise.as_ref(), *v, &whole)).collect();
+            drivers.push(Driver::new(dawn.as_ref(), 0, &whole));
+            let mut amplitudes = vec![0.0; variants.len()];
+            amplitudes.push(0.3);
+            let (observations, whole) = (&observations, &whole);
+            let (stretches, glucose) = (vec![0..864], whole.glucose.clone());
+            let mut training = Training { observations, model, stretches, drivers, whole, glucose };
+            let mut fit = Fit {
+                factors: PersonalFactors::default(),
+                amplitudes,
+                autoregression: Autoregression::WHITE,
+                scale: 1.0,
+            };
+            let config = DiagnosisConfig::working();
+            training.equations(&mut fit, &config).expect("solves")
+        };
+        let among = taken(&[0, 1, 2]).restricted(&[1, 3]);
+        let alone = taken(&[1]);
+        let near = |a: f64, b: f64| {
+            // Single precision of the signatures.
+            assert!((a - b).abs() < 1e-5 * a.abs().max(1.0), "{a} against {b}");
+        };
+        for row in 0..2 {
+            near(among.weighted[row], alone.weighted[row]);
+            near(among.by_day[row], alone.by_day[row]);
+            for column in 0..2 {
+                near(among.information[(row, column)], alone.information[(row, column)]);
+            }
+            for factor in 0..FACTORS {
+                near(among.mixed[(factor, row)], alone.mixed[(factor, row)]);
+            }
+        }
+        assert!(alone.information[(0, 0)] > 1.0 && alone.information[(0, 1)] != 0.0);
     }
 }

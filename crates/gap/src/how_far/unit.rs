@@ -1,5 +1,6 @@
 //! A person in one fold: trained on the other days, judged on the fold's.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
 use super::HowFarRule;
@@ -29,6 +30,8 @@ pub(super) struct Unit<'a> {
     about: Option<(Fit, Equations)>,
     /// Length of the latest step of each fit, in posterior standard deviations.
     lengths: [Option<f64>; 2],
+    /// Whether the fit with effects has not moved since they were taken.
+    fresh: bool,
     /// Whether the fit with effects lies so near to where they were taken that they still hold.
     settled: bool,
     pub(super) failed: Option<GapError>,
@@ -63,6 +66,7 @@ impl<'a> Unit<'a> {
             before: fit,
             about: None,
             lengths: [None; 2],
+            fresh: false,
             settled: false,
             failed: None,
         }
@@ -70,6 +74,12 @@ impl<'a> Unit<'a> {
 }
 
 impl Unit<'_> {
+    /// The fit with effects starts where the one without them came to.
+    pub(super) fn start_after(&mut self) {
+        let amplitudes = std::mem::take(&mut self.after.amplitudes);
+        self.after = Fit { amplitudes, ..self.before.clone() };
+    }
+
     /// One iteration of the fit without effects; whether another is expected to move it by less than the
     /// calibration's tolerance.
     pub(super) fn iterate_before(&mut self, config: &DiagnosisConfig) -> bool {
@@ -88,7 +98,7 @@ impl Unit<'_> {
 
     /// Takes the equations of the fit with effects anew, unless those at hand still hold.
     pub(super) fn take_equations(&mut self, config: &DiagnosisConfig) {
-        if self.failed.is_some() || self.settled {
+        if self.failed.is_some() || self.settled || self.fresh {
             return;
         }
         match self.training.equations(&mut self.after, config) {
@@ -110,6 +120,7 @@ impl Unit<'_> {
         let rule = &config.calibration;
         if let Some((at, equations)) = &self.about {
             self.after = at.clone();
+            self.fresh = false;
             let length = equations.step(&mut self.after, amplitudes, rule.bound);
             self.settled |= settles(&mut self.lengths[1], length, rule.tolerance);
         }
@@ -122,7 +133,7 @@ impl Unit<'_> {
         place: usize,
         tried: usize,
         config: &DiagnosisConfig,
-    ) -> Option<Equations> {
+    ) -> Option<(Fit, Equations)> {
         if self.failed.is_some() {
             return None;
         }
@@ -145,15 +156,35 @@ impl Unit<'_> {
             whole: self.training.whole,
             glucose: self.training.glucose.clone(),
         };
-        training.equations(&mut fit, config).ok()
+        let equations = training.equations(&mut fit, config).ok()?;
+        Some((fit, equations))
     }
 
-    /// Replaces the variant of an effect.
-    pub(super) fn set_variant(&mut self, place: usize, variant: usize) {
+    /// Gives an effect the variant that was found best among `tried`. The fit with effects starts where they were
+    /// compared: `about` is what [`equations_of_variants`](Self::equations_of_variants) gave.
+    pub(super) fn set_variant(
+        &mut self,
+        place: usize,
+        variant: usize,
+        tried: usize,
+        about: Option<(Fit, Equations)>,
+    ) {
         let driver = self.training.drivers[place];
         if driver.variant != variant {
             self.training.drivers[place] =
                 Driver::new(driver.effect, variant, &self.training.course());
+        }
+        // Where its own stands among those that were compared, with the others after them.
+        let own = |effect: usize| match effect.cmp(&place) {
+            Ordering::Less => tried + effect,
+            Ordering::Equal => variant,
+            Ordering::Greater => tried + effect - 1,
+        };
+        if let Some((mut fit, equations)) = about.filter(|_| variant < tried) {
+            let kept: Vec<usize> = (0..self.training.drivers.len()).map(own).collect();
+            fit.amplitudes = kept.iter().map(|column| fit.amplitudes[*column]).collect();
+            self.about = Some((fit, equations.restricted(&kept)));
+            self.fresh = true;
         }
     }
 
