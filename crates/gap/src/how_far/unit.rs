@@ -118,7 +118,11 @@ impl Unit<'_> {
     /// Moves the fit with effects to where its equations lead at these amplitudes.
     pub(super) fn move_after(&mut self, amplitudes: Vec<f64>, config: &DiagnosisConfig) {
         let rule = &config.calibration;
-        if let Some((at, equations)) = &self.about {
+        if self.training.drivers.iter().all(|driver| !driver.signalled) {
+            // Nothing acts: it stays the fit without effects.
+            self.after.amplitudes = amplitudes;
+            self.settled = true;
+        } else if let Some((at, equations)) = &self.about {
             self.after = at.clone();
             self.fresh = false;
             let length = equations.step(&mut self.after, amplitudes, rule.bound);

@@ -275,7 +275,7 @@ fn what_depends_on_glucose_and_who_lacks_a_channel_is_said() {
         "exercise depends on glucose: free runs drive it with their own",
     ];
     assert_eq!(found.notes, expected);
-    // Without the channel nothing is changed, up to the same fit run twice.
+    // Without the channel nothing is changed.
     let without = &found.people[2];
     assert_eq!(without.mae_before, without.mae_after);
     assert!(found.amplitudes[0].mean.value < 0.5, "{:?}", found.amplitudes);
