@@ -437,7 +437,7 @@ mod tests {
             let mut amplitudes = vec![0.0; variants.len()];
             amplitudes.push(0.3);
             let (observations, whole) = (&observations, &whole);
-            let (stretches, glucose) = (vec![0..864], whole.glucose.clone());
+            let (stretches, glucose) = (vec![0..576, 700..864], whole.glucose.clone());
             let mut training = Training { observations, model, stretches, drivers, whole, glucose };
             let mut fit = Fit {
                 factors: PersonalFactors::default(),
