@@ -119,6 +119,12 @@ pub(crate) enum Command {
         cargo xtask trajectories --model out/published/population.safetensors --twin out/published/twin.safetensors"
     )]
     Trajectories(TrajectoriesArgs),
+    /// Errors and outcomes of a population network on held-out days of the development set, beside the ODE.
+    #[command(
+        after_help = "Examples:\n  cargo xtask held-out --model out/train/population.safetensors\n  \
+        cargo xtask held-out --model ours.safetensors --beside published.safetensors --profile paper"
+    )]
+    HeldOut(HeldOutArgs),
     /// Formatting, lints, crate directions, documentation and tests.
     #[command(after_help = "Examples:\n  cargo xtask check\n  cargo xtask check --static")]
     Check(CheckArgs),
@@ -136,8 +142,7 @@ pub(crate) enum Command {
 pub(crate) enum Profile {
     /// Minutes on two cores.
     Quick,
-    /// The paper's widths and schedules; hours, of which `train` takes minutes. It uses a tenth of the
-    /// paper's simulated days.
+    /// The paper's widths, schedules and simulated days; hours, of which `train` takes a quarter of one.
     Paper,
 }
 
@@ -233,8 +238,11 @@ pub(crate) struct DevelopmentSetArgs {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TrainingPreset {
-    /// Ours: short roll-outs come first, gradients are limited, and the best epoch is kept.
+    /// Ours: short roll-outs come first, gradients are limited, the best epoch is kept, and slopes keep the
+    /// signs of physiology.
     Working,
+    /// Ours, with slopes as they come.
+    Unconstrained,
     /// As the paper says.
     Paper,
     /// As the published code does: glucose is also confined to 40-400 mg/dL after every step.
@@ -503,6 +511,26 @@ pub(crate) struct TrajectoriesArgs {
     pub twin: Option<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/trajectories")]
+    pub out: PathBuf,
+}
+
+/// Options of `held-out`.
+#[derive(Debug, Args)]
+pub(crate) struct HeldOutArgs {
+    /// Population model.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// Another population model, on the same windows.
+    #[arg(long, value_name = "FILE")]
+    pub beside: Option<PathBuf>,
+    /// The development set whose test subset is used: that of `train` with this profile and seed.
+    #[arg(long, value_enum, default_value = "quick")]
+    pub profile: Profile,
+    /// Seed of the development set.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/held-out")]
     pub out: PathBuf,
 }
 

@@ -28,6 +28,10 @@ pub(crate) struct WeekFacts {
     /// Steps by which boluses follow meals.
     pub delay: usize,
     pub dose_factor: f64,
+    /// Mean over the days.
+    pub basal_factor: f64,
+    /// Boluses without a meal, all together, U.
+    pub extra_boluses: f64,
     pub shares: TimeShares,
     /// SHA-256 of place, subset, meal days and rows.
     digest: [u8; 32],
@@ -48,6 +52,8 @@ pub(crate) fn simulated(set: &DevelopmentSet, index: usize) -> Result<(WeekFacts
             initial_glucose: week.initial_glucose,
             delay: week.delay,
             dose_factor: week.dose_factor,
+            basal_factor: week.basal_factors.iter().sum::<f64>() / DAYS_PER_WEEK as f64,
+            extra_boluses: week.extra_boluses.iter().map(|(_, bolus)| bolus.0).sum(),
             shares: set.time_shares(&run),
             digest: digest(&week, &rows)?,
         };

@@ -7,6 +7,7 @@ mod cli;
 mod development_data;
 mod diagnosed;
 mod directions;
+mod held_out_windows;
 mod inputs;
 mod interrupt;
 mod labels;
@@ -82,6 +83,7 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Worlds(args) => stages::worlds::run(&args),
         Command::Report(args) => stages::report::run(&args),
         Command::SteadyState(args) => stages::steady_state::run(&args),
+        Command::HeldOut(args) => stages::held_out::run(&args),
         Command::Trajectories(args) => stages::trajectories::run(&args),
         Command::Check(args) => stages::check::run(&args),
         Command::Bench(args) => match args.what {

@@ -16,6 +16,7 @@ mod network;
 mod per_compartment;
 mod population;
 mod scaler;
+pub mod structure;
 pub mod training;
 pub mod training_set;
 mod weight_file;

@@ -4,14 +4,15 @@
 //! Paper, section on the development dataset: 323,400 days; daily meals
 //! ([`MealDay`]); boluses by the 1700 rule at the meal or 5 to 45 min
 //! late, under- and over-dosed; five initial glucose values N(156, 45) for each meal scenario;
-//! further weeks with more than 20 % of the time below 70 mg/dL or more than 40 % above 250 mg/dL;
+//! further weeks with more than 20 % of the time below 70 mg/dL or more than 40 % above 250 mg/dL, in which
+//! insulin varies more: other basal rates, and boluses without a meal;
 //! split 60/20/20 so that no daily meal scenario lies in two subsets.
 //!
 //! Nothing is stored but the pool of daily meals: each week is made from (seed, index) when asked
 //! for, so weeks can be made in any order, on any number of threads, and streamed.
 
 use physiology::{
-    Kilograms, MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, StepInput, Trajectory, UnitsPerHour,
+    Kilograms, MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, StepInput, Trajectory, Units, UnitsPerHour,
     simulate,
 };
 use rand::seq::SliceRandom;
@@ -53,6 +54,13 @@ pub const SPLIT: (f64, f64) = (0.6, 0.2);
 const LOW_DOSES: std::ops::Range<f64> = 1.2..2.2;
 /// See [`LOW_DOSES`].
 const HIGH_DOSES: std::ops::Range<f64> = 0.0..0.7;
+/// Factors on the basal rate of a day of an additional week, where it has not the usual one: more of it in low
+/// weeks, down to none in high ones (assumed).
+const LOW_BASAL: std::ops::Range<f64> = 1.0..2.0;
+/// See [`LOW_BASAL`].
+const HIGH_BASAL: std::ops::Range<f64> = 0.0..1.0;
+/// Boluses without a meal on a day of a low week that has one, U (assumed).
+const EXTRA_BOLUS: std::ops::Range<f64> = 0.5..8.0;
 /// Weeks simulated in search of one additional week before giving up.
 const MAX_ATTEMPTS: usize = 1000;
 
@@ -183,8 +191,12 @@ pub struct Week {
     pub initial_glucose: MgPerDl,
     /// Delay of each bolus, in steps.
     pub delay: usize,
-    /// Factor on each bolus.
+    /// Factor on each bolus of a meal.
     pub dose_factor: f64,
+    /// Factor on the basal rate, a day each.
+    pub basal_factors: [f64; DAYS_PER_WEEK],
+    /// Boluses without a meal: step of the week and size.
+    pub extra_boluses: Vec<(usize, Units)>,
     /// The state at the start: steady at the initial glucose.
     pub initial: OdeState,
     /// The 2016 inputs.
@@ -355,6 +367,8 @@ impl DevelopmentSet {
             glucose: initial_glucose(&mut rng),
             delay: plan.delays[delay],
             dose_factor: plan.dose_factors[dose],
+            basal_factors: [1.0; DAYS_PER_WEEK],
+            extra_boluses: Vec::new(),
         };
         self.assemble(index, Origin::Combination, choice)
     }
@@ -362,12 +376,18 @@ impl DevelopmentSet {
     fn additional(&self, index: usize, origin: Origin) -> Result<Week, OdeError> {
         let mut rng = stream(self.plan.seed, Purpose::Scenario, index as u64);
         for _ in 0..MAX_ATTEMPTS {
-            let doses = if origin == Origin::AdditionalLow { LOW_DOSES } else { HIGH_DOSES };
+            let low = origin == Origin::AdditionalLow;
+            let (doses, basal) =
+                if low { (LOW_DOSES, LOW_BASAL) } else { (HIGH_DOSES, HIGH_BASAL) };
             let choice = Choice {
                 meal_week: rng.random_range(0..self.weeks.len()),
                 glucose: initial_glucose(&mut rng),
                 delay: rng.random_range(0..=MAX_DELAY_STEPS),
                 dose_factor: rng.random_range(doses),
+                basal_factors: std::array::from_fn(|_| {
+                    if rng.random() { 1.0 } else { rng.random_range(basal.clone()) }
+                }),
+                extra_boluses: if low { extra_boluses(&mut rng) } else { Vec::new() },
             };
             let week = self.assemble(index, origin, choice)?;
             let shares = self.time_shares(&self.run(&week)?);
@@ -390,6 +410,8 @@ impl DevelopmentSet {
         let mut inputs =
             vec![StepInput { basal: self.basal, ..StepInput::default() }; STEPS_PER_WEEK];
         for (day, place) in meal_days.into_iter().enumerate() {
+            let basal = UnitsPerHour(self.basal.0 * choice.basal_factors[day]);
+            inputs[day * STEPS_PER_DAY..][..STEPS_PER_DAY].iter_mut().for_each(|i| i.basal = basal);
             for meal in self.pool[place].meals() {
                 let step = day * STEPS_PER_DAY + meal.step;
                 inputs[step].carbs = inputs[step].carbs + meal.carbs;
@@ -400,6 +422,9 @@ impl DevelopmentSet {
                 }
             }
         }
+        for (step, bolus) in &choice.extra_boluses {
+            inputs[*step].bolus = inputs[*step].bolus + *bolus;
+        }
         Ok(Week {
             index,
             subset,
@@ -408,6 +433,8 @@ impl DevelopmentSet {
             initial_glucose: choice.glucose,
             delay: choice.delay,
             dose_factor: choice.dose_factor,
+            basal_factors: choice.basal_factors,
+            extra_boluses: choice.extra_boluses,
             initial: start.state,
             inputs,
         })
@@ -419,6 +446,8 @@ struct Choice {
     glucose: MgPerDl,
     delay: usize,
     dose_factor: f64,
+    basal_factors: [f64; DAYS_PER_WEEK],
+    extra_boluses: Vec<(usize, Units)>,
 }
 
 fn check(plan: &DevelopmentPlan) -> Result<(), OdeError> {
@@ -475,6 +504,18 @@ fn meal_weeks(plan: &DevelopmentPlan) -> Vec<(Subset, [usize; DAYS_PER_WEEK])> {
         weeks.extend(dealt.into_iter().take(size));
     }
     weeks
+}
+
+/// On every second day one bolus at any time.
+fn extra_boluses(rng: &mut impl Rng) -> Vec<(usize, Units)> {
+    let mut boluses = Vec::new();
+    for day in 0..DAYS_PER_WEEK {
+        if rng.random() {
+            let step = day * STEPS_PER_DAY + rng.random_range(0..STEPS_PER_DAY);
+            boluses.push((step, Units(rng.random_range(EXTRA_BOLUS))));
+        }
+    }
+    boluses
 }
 
 fn initial_glucose(rng: &mut impl Rng) -> MgPerDl {

@@ -65,6 +65,32 @@ fn boluses_follow_meals_by_the_delay_and_scale_with_the_dose() {
 }
 
 #[test]
+fn insulin_of_additional_weeks_varies_in_the_direction_of_their_glucose() {
+    let set = quick();
+    let usual = set.week(0).expect("week").inputs[0].basal.0;
+    let (mut other_basal, mut extra) = (0, 0);
+    for index in 0..set.len() {
+        let week = set.week(index).expect("week");
+        for (day, factor) in week.basal_factors.into_iter().enumerate() {
+            let allowed = match week.origin {
+                Origin::Combination => factor == 1.0,
+                Origin::AdditionalLow => (1.0..2.0).contains(&factor),
+                Origin::AdditionalHigh => (0.0..=1.0).contains(&factor),
+            };
+            assert!(allowed, "week {index}: {factor}");
+            let rates = week.inputs[288 * day..288 * (day + 1)].iter().map(|input| input.basal.0);
+            assert!(rates.into_iter().all(|rate| rate == usual * factor));
+            other_basal += usize::from(factor != 1.0);
+        }
+        let meals: f64 = week.inputs.iter().map(|input| input.bolus.0).sum();
+        let without: f64 = week.extra_boluses.iter().map(|(_, bolus)| bolus.0).sum();
+        assert!(without == 0.0 || (week.origin == Origin::AdditionalLow && meals > without));
+        extra += week.extra_boluses.len();
+    }
+    assert!(other_basal > 50 && extra > 10, "{other_basal} days, {extra} boluses");
+}
+
+#[test]
 fn no_daily_meal_scenario_lies_in_two_subsets() {
     let set = quick();
     let mut seen = HashSet::new();

@@ -230,19 +230,22 @@ const fn origin_name(origin: Origin) -> &'static str {
 
 fn weeks_table(weeks: &[WeekFacts]) -> String {
     let mut text = String::from(
-        "week,subset,origin,initial_glucose_mg_dl,bolus_delay_min,dose_factor,meal_day_1,meal_day_2,\
+        "week,subset,origin,initial_glucose_mg_dl,bolus_delay_min,dose_factor,\
+         mean_basal_factor,extra_bolus_u,meal_day_1,meal_day_2,\
          meal_day_3,meal_day_4,meal_day_5,meal_day_6,meal_day_7,share_below_70,share_above_250,file\n",
     );
     for week in weeks {
         let _ = write!(
             text,
-            "{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{}",
             week.index,
             week.subset.name(),
             origin_name(week.origin),
             week.initial_glucose.0,
             week.delay as f64 * STEP.0,
             week.dose_factor,
+            week.basal_factor,
+            week.extra_boluses,
         );
         for day in week.meal_days {
             let _ = write!(text, ",{day}");

@@ -8,6 +8,7 @@ pub(crate) mod diagnose;
 pub(crate) mod evaluate;
 pub(crate) mod example_day;
 pub(crate) mod glucose_profile;
+pub(crate) mod held_out;
 pub(crate) mod import;
 pub(crate) mod import_model;
 pub(crate) mod pipeline;

@@ -43,19 +43,15 @@ impl Recipe {
                 widths: Widths::quick(),
                 config: TrainingConfig::quick(seed),
             },
-            // A tenth of the paper's 46,200 weeks, for time: memory holds them all (3.6 GB).
             Profile::Paper => Self {
-                plan: DevelopmentPlan {
-                    meal_weeks: 24,
-                    additional_weeks: 1020,
-                    ..DevelopmentPlan::paper(seed)
-                },
+                plan: DevelopmentPlan::paper(seed),
                 widths: Widths::paper(),
                 config: TrainingConfig::working(seed),
             },
         };
         match args.preset {
             TrainingPreset::Working => {}
+            TrainingPreset::Unconstrained => recipe.config = TrainingConfig::unconstrained(seed),
             TrainingPreset::Paper => recipe.config = TrainingConfig::paper(seed),
             TrainingPreset::AuthorsCode => recipe.config = TrainingConfig::authors_code(seed),
         }

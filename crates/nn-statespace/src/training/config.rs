@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::kept_slopes::{ProductPenalty, SlopeRule};
 use super::loss::LossConfig;
 use crate::population::GlucoseClamp;
 
@@ -21,6 +22,8 @@ pub struct TrainingConfig {
     pub initial_output_gain: f64,
     /// Whether Q1 is confined after each step of the roll-out, in training and in the model.
     pub clamp: GlucoseClamp,
+    /// Whether slopes keep the signs of physiology.
+    pub slopes: SlopeRule,
     /// Which epoch's weights are kept.
     pub keep: KeptWeights,
     /// When a stage ends before its last epoch.
@@ -123,6 +126,7 @@ impl TrainingConfig {
             gradient_limit: GradientLimit::Off,
             initial_output_gain: 0.1,
             clamp: GlucoseClamp::Off,
+            slopes: SlopeRule::Free,
             keep: KeptWeights::LastEpoch,
             stop: EarlyStop::Off,
             seed,
@@ -136,20 +140,26 @@ impl TrainingConfig {
         Self { clamp: GlucoseClamp::Reproduction, ..Self::paper(seed) }
     }
 
+    /// As [`unconstrained`](Self::unconstrained), with slopes kept as physiology has them.
+    #[must_use]
+    pub fn working(seed: u64) -> Self {
+        Self { slopes: SlopeRule::Kept(ProductPenalty::working()), ..Self::unconstrained(seed) }
+    }
+
     /// The paper's settings with each batch's gradient limited, the first two epochs on short
-    /// roll-outs, and the best epoch's weights kept.
+    /// roll-outs, a learning rate that falls faster, and the best epoch's weights kept.
     ///
     /// Without a limit single batches, whose roll-outs run away, throw the weights off in any epoch;
     /// without short ones first, they do so in the first epochs and some seeds do not recover.
     #[must_use]
-    pub fn working(seed: u64) -> Self {
-        let stage = |epochs, steps| Stage {
+    pub fn unconstrained(seed: u64) -> Self {
+        let stage = |epochs, steps, decay| Stage {
             epochs,
             steps,
-            learning_rate: LearningRate { first: 1e-3, decay: 0.1 },
+            learning_rate: LearningRate { first: 1e-3, decay },
         };
         Self {
-            stages: vec![stage(1, 6), stage(1, 20), stage(13, 60)],
+            stages: vec![stage(1, 6, 0.0), stage(1, 20, 0.0), stage(13, 60, 0.25)],
             gradient_limit: GradientLimit::Norm(1.0),
             keep: KeptWeights::LowestValidationError,
             ..Self::paper(seed)
@@ -172,6 +182,7 @@ impl TrainingConfig {
             gradient_limit: GradientLimit::Norm(1.0),
             initial_output_gain: 0.1,
             clamp: GlucoseClamp::Off,
+            slopes: SlopeRule::Free,
             keep: KeptWeights::LowestValidationError,
             stop: EarlyStop::Off,
             seed,

@@ -11,6 +11,7 @@ use super::checkpoint::{Checkpoint, Header, Kept};
 use super::config::{GradientLimit, KeptWeights, Stage, TrainingConfig};
 use super::epoch::EpochReport;
 use super::initial_weights::initial_networks;
+use super::kept_slopes::SlopeKeeper;
 use super::loss_terms::LossTerms;
 use super::train::{Provenance, Trained, TrainingReport};
 use super::validation::validate;
@@ -41,6 +42,7 @@ pub struct TrainingRun<'a> {
     /// Windows of the present epoch in their order; empty before it is drawn.
     order: Vec<usize>,
     gradient: Vec<f32>,
+    keeper: SlopeKeeper,
 }
 
 /// What [`TrainingRun::advance`] did.
@@ -72,7 +74,9 @@ impl<'a> TrainingRun<'a> {
             roll_out = roll_out.with_glucose_range(scaled_glucose_range(training.scaler()));
         }
         let networks = initial_networks(&wiring, widths, config.initial_output_gain, config.seed);
-        let parameters: Vec<f32> = roll_out.layout().flatten(&networks)?;
+        let mut parameters: Vec<f32> = roll_out.layout().flatten(&networks)?;
+        let keeper = SlopeKeeper::new(config.slopes, roll_out.layout(), training, config.seed);
+        keeper.orient(&mut parameters);
         let each = physiology::Compartment::ALL.map(|compartment| widths.of(compartment));
         let state = Checkpoint {
             header: Header::new(config, each.into(), fingerprint(training, validation)),
@@ -83,7 +87,7 @@ impl<'a> TrainingRun<'a> {
             parameters,
         };
         let gradient = vec![0.0; state.parameters.len()];
-        Ok(Self { state, training, validation, roll_out, order: Vec::new(), gradient })
+        Ok(Self { state, training, validation, roll_out, order: Vec::new(), gradient, keeper })
     }
 
     /// The run that [`Self::checkpoint`] wrote down, to go on from there.
@@ -172,8 +176,10 @@ impl<'a> TrainingRun<'a> {
             return Err(ModelError::Training { problem });
         }
         limit(gradient, norm, config.gradient_limit);
+        self.keeper.add_penalty(&state.parameters, state.adam.updates, gradient);
         state.weighted_loss += loss * batch.len() as f64;
         state.adam.update(&mut state.parameters, gradient, learning_rate);
+        self.keeper.project(&mut state.parameters);
         state.header.updates = state.adam.updates;
         state.header.batches += 1;
         if last < self.order.len() {
