@@ -119,6 +119,10 @@ pub(crate) enum Command {
         cargo xtask trajectories --model out/published/population.safetensors --twin out/published/twin.safetensors"
     )]
     Trajectories(TrajectoriesArgs),
+    /// Hidden widths of the ten networks by Bayesian optimisation of the balanced error; goes on where it was ended.
+    #[command(after_help = "Examples:\n  cargo xtask widths\n  \
+        cargo xtask widths --profile paper --explore 50 --exploit 50 --out out/widths")]
+    Widths(WidthsArgs),
     /// Errors and outcomes of a population network on held-out days of the development set, beside the ODE.
     #[command(
         after_help = "Examples:\n  cargo xtask held-out --model out/train/population.safetensors\n  \
@@ -307,6 +311,9 @@ pub(crate) struct VerifyArgs {
     /// Time limit of one row, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
     pub limit: f64,
+    /// Change the model as little as it takes to have every physical property, and verify what comes out.
+    #[arg(long)]
+    pub repair: bool,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/verify")]
     pub out: PathBuf,
@@ -512,6 +519,29 @@ pub(crate) struct TrajectoriesArgs {
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/trajectories")]
     pub out: PathBuf,
+}
+
+/// Options of `widths`.
+#[derive(Debug, Args)]
+pub(crate) struct WidthsArgs {
+    /// How much each training computes.
+    #[arg(long, value_enum, default_value = "quick")]
+    pub profile: Profile,
+    /// Trainings that explore the range of widths.
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    pub explore: usize,
+    /// Trainings of widths that the trials before them propose.
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    pub exploit: usize,
+    /// Trainings side by side while exploring; each takes some megabytes beside the common data.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub at_once: usize,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/widths")]
+    pub out: PathBuf,
+    /// Seed of simulated days, initial weights and proposals.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// Options of `held-out`.

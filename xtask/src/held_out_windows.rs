@@ -156,6 +156,11 @@ impl Scored {
         self
     }
 
+    /// The mean over the paper's groups of the error of glucose, mg/dL.
+    pub(crate) fn balanced_error(&self) -> f64 {
+        self.all.rmse().balanced()
+    }
+
     /// What is told of a model beside the ODE.
     pub(crate) fn told(&self, ode: &Self) -> Result<Told> {
         let (real, model) = (ode.by_meal_week(), self.by_meal_week());

@@ -17,6 +17,7 @@ mod output;
 mod progress;
 mod stages;
 mod training_data;
+mod width_search;
 
 use std::process::ExitCode;
 
@@ -84,6 +85,7 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Report(args) => stages::report::run(&args),
         Command::SteadyState(args) => stages::steady_state::run(&args),
         Command::HeldOut(args) => stages::held_out::run(&args),
+        Command::Widths(args) => stages::widths::run(&args),
         Command::Trajectories(args) => stages::trajectories::run(&args),
         Command::Check(args) => stages::check::run(&args),
         Command::Bench(args) => match args.what {

@@ -111,6 +111,15 @@ impl OneHiddenLayer {
         self.b2
     }
 
+    /// The same hidden layer under other output weights and another output bias.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Shape`] and [`ConformanceError::NonFiniteWeight`].
+    pub fn with_output(&self, w2: Vec<f64>, b2: f64) -> Result<Self, ConformanceError> {
+        let Self { output, inputs, w1, b1, .. } = self.clone();
+        Self::new(output, inputs, w1, b1, w2, b2)
+    }
+
     /// Position of an input.
     ///
     /// # Errors

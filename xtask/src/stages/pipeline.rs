@@ -108,6 +108,7 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
             model: model.clone(),
             region: None,
             limit,
+            repair: false,
             out: at(Stage::Verify),
             seed: args.seed,
         };

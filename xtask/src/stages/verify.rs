@@ -19,6 +19,7 @@ use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
+use crate::stages::repair::repaired;
 use crate::stages::train;
 
 /// Relative gap at which a row counts as solved.
@@ -53,6 +54,7 @@ pub(crate) fn manifest(args: &VerifyArgs) -> Result<Manifest> {
         "relative_gap": RELATIVE_GAP,
         "share_points": SHARE_POINTS,
         "milp_up_to_inputs": MILP_INPUTS,
+        "repair": args.repair,
     });
     Manifest::new("verify", config, Some(args.seed))
         .with_input(&args.model)?
@@ -65,9 +67,16 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         bail!("--limit {} must be above 0 and at most {LONGEST_LIMIT} s", args.limit);
     }
     let manifest = manifest(args)?;
-    let model = read_population(&args.model)?;
+    let mut model = read_population(&args.model)?;
     let region = read_region(&region_path(args)?, &model)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
+    if args.repair {
+        let limit = Duration::from_secs_f64(args.limit);
+        model = repaired(&model, &region, limit, args.seed, &output)?;
+        // The region goes with the model, as training leaves it.
+        let bounds = std::fs::read(region_path(args)?).context("the region")?;
+        output.write(train::REGION, &bounds)?;
+    }
 
     let clock = Instant::now();
     let properties = paper_properties();
