@@ -25,10 +25,11 @@ pub enum SlopeRule {
 }
 
 /// What a sum of units that stands for a product pays: `weight` times the mean, over points of its two states, of
-/// what its slopes lack to `margin`.
+/// what its slopes lack to `margin`, and as much again over linear pieces.
 ///
 /// Points are drawn anew for each update, uniformly from the states' scaled range, from physical zero to
-/// `reach` times what training rows hold.
+/// `reach` times what training rows hold. Pieces are those on both sides of the kink of one unit, drawn anew as well: every
+/// piece borders on a kink, so that the smallest is met as often as the largest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ProductPenalty {
     /// Factor of the mean.
@@ -182,36 +183,104 @@ impl SlopeKeeper {
         for product in &self.products {
             for _ in 0..penalty.points {
                 let point = product.range.map(|(low, high)| rng.random_range(low..high));
-                product.add_penalty(point, margin, share, parameters, gradient);
+                let on = product.active(point, parameters);
+                product.add_penalty(&on, margin, share, parameters, gradient);
+            }
+            if product.units.is_empty() {
+                continue;
+            }
+            let unit = rng.random_range(0..product.units.len());
+            let middles = product.along_kink(unit, parameters);
+            let share = (penalty.weight / (2 * middles.len()).max(1) as f64) as f32;
+            for middle in middles {
+                let mut on = product.active(middle, parameters);
+                for side in [true, false] {
+                    on[unit] = side;
+                    product.add_penalty(&on, margin, share, parameters, gradient);
+                }
             }
         }
     }
 }
 
 impl Product {
-    /// The slopes by the two states at a point.
-    fn slopes(&self, point: [f32; 2], parameters: &[f32]) -> [f32; 2] {
+    /// Which units are active at a point.
+    fn active(&self, point: [f32; 2], parameters: &[f32]) -> Vec<bool> {
+        let at = |[first, second, bias, _]: &[usize; 4]| {
+            parameters[*first] * point[0] + parameters[*second] * point[1] + parameters[*bias]
+        };
+        self.units.iter().map(|unit| at(unit) > 0.0).collect()
+    }
+
+    /// The slopes by the two states where these units are active.
+    fn slopes(&self, on: &[bool], parameters: &[f32]) -> [f32; 2] {
         let mut slopes = [0.0; 2];
-        for [first, second, bias, out] in &self.units {
-            let weights = [parameters[*first], parameters[*second]];
-            let activation = weights[0] * point[0] + weights[1] * point[1] + parameters[*bias];
-            if activation > 0.0 {
-                slopes[0] += parameters[*out] * weights[0];
-                slopes[1] += parameters[*out] * weights[1];
+        for ([first, second, _, out], on) in self.units.iter().zip(on) {
+            if *on {
+                slopes[0] += parameters[*out] * parameters[*first];
+                slopes[1] += parameters[*out] * parameters[*second];
             }
         }
         slopes
     }
 
+    /// A point between each two neighbouring kinks of other units on the kink of one, within the range.
+    fn along_kink(&self, unit: usize, parameters: &[f32]) -> Vec<[f32; 2]> {
+        let line = |unit: usize| {
+            let [first, second, bias, _] = self.units[unit];
+            ([parameters[first], parameters[second]], parameters[bias])
+        };
+        let (weights, bias) = line(unit);
+        let width = self.range.map(|(low, high)| high - low);
+        // The state along which the kink is the less steep is the one that counts its points.
+        let run = usize::from((weights[0] * width[0]).abs() > (weights[1] * width[1]).abs());
+        let rise = 1 - run;
+        if weights[rise] == 0.0 {
+            return Vec::new();
+        }
+        let (slope, offset) = (-weights[run] / weights[rise], -bias / weights[rise]);
+        let (mut low, mut high) = self.range[run];
+        let (least, most) = self.range[rise];
+        if slope == 0.0 {
+            if !(least..=most).contains(&offset) {
+                return Vec::new();
+            }
+        } else {
+            let ends = [(least - offset) / slope, (most - offset) / slope];
+            low = low.max(ends[0].min(ends[1]));
+            high = high.min(ends[0].max(ends[1]));
+        }
+        if low >= high {
+            return Vec::new();
+        }
+        let mut crossings = vec![low, high];
+        for other in (0..self.units.len()).filter(|other| *other != unit) {
+            let (weights, bias) = line(other);
+            let along = weights[run] + weights[rise] * slope;
+            let crossing = -(bias + weights[rise] * offset) / along;
+            if crossing > low && crossing < high {
+                crossings.push(crossing);
+            }
+        }
+        crossings.sort_by(f32::total_cmp);
+        let middles = crossings.windows(2).filter(|pair| pair[0] < pair[1]).map(|pair| {
+            let middle = 0.5 * (pair[0] + pair[1]);
+            let mut point = [0.0; 2];
+            (point[run], point[rise]) = (middle, slope * middle + offset);
+            point
+        });
+        middles.collect()
+    }
+
     fn add_penalty(
         &self,
-        point: [f32; 2],
+        on: &[bool],
         margin: f32,
         share: f32,
         parameters: &[f32],
         gradient: &mut [f32],
     ) {
-        let slopes = self.slopes(point, parameters);
+        let slopes = self.slopes(on, parameters);
         // By how much a slope in the right direction lowers what is paid.
         let relief: [f32; 2] = std::array::from_fn(|k| {
             if self.signs[k] * slopes[k] < margin { -share * self.signs[k] } else { 0.0 }
@@ -219,13 +288,13 @@ impl Product {
         if relief == [0.0; 2] {
             return;
         }
-        for [first, second, bias, out] in &self.units {
-            let weights = [parameters[*first], parameters[*second]];
-            let activation = weights[0] * point[0] + weights[1] * point[1] + parameters[*bias];
-            if activation > 0.0 {
+        for ([first, second, _, out], on) in self.units.iter().zip(on) {
+            if *on {
+                let (weights, output) =
+                    ([parameters[*first], parameters[*second]], parameters[*out]);
                 gradient[*out] += relief[0] * weights[0] + relief[1] * weights[1];
-                gradient[*first] += relief[0] * parameters[*out];
-                gradient[*second] += relief[1] * parameters[*out];
+                gradient[*first] += relief[0] * output;
+                gradient[*second] += relief[1] * output;
             }
         }
     }
@@ -253,7 +322,7 @@ mod tests {
         let parameters: Vec<f32> = (0..48).map(|_| rng.random_range(-1.0..1.0)).collect();
         let (margin, share) = (0.05, 0.7);
         let paid = |parameters: &[f32], point| {
-            let slopes = product.slopes(point, parameters);
+            let slopes = product.slopes(&product.active(point, parameters), parameters);
             let lacking = slopes.iter().zip(product.signs).map(|(s, sign)| margin - sign * s);
             lacking.map(|lack| f64::from(share * lack.max(0.0))).sum::<f64>()
         };
@@ -261,7 +330,8 @@ mod tests {
         for _ in 0..40 {
             let point = product.range.map(|(low, high)| rng.random_range(low..high));
             let mut gradient = vec![0.0; parameters.len()];
-            product.add_penalty(point, margin, share, &parameters, &mut gradient);
+            let on = product.active(point, &parameters);
+            product.add_penalty(&on, margin, share, &parameters, &mut gradient);
             for (place, slope) in gradient.iter().enumerate() {
                 let moved = |by: f32| {
                     let mut parameters = parameters.clone();
@@ -271,12 +341,11 @@ mod tests {
                 let (above, below) = (moved(1e-3), moved(-1e-3));
                 // Where no unit and no hinge turns over between the two, what is paid is linear in a weight.
                 let signs = |p: &[f32]| -> Vec<bool> {
-                    let slopes = product.slopes(point, p);
+                    let on = product.active(point, p);
+                    let slopes = product.slopes(&on, p);
                     let hinges =
                         slopes.iter().zip(product.signs).map(|(s, sign)| sign * s < margin);
-                    let units = product.units.iter().map(|[a, b, bias, _]| {
-                        p[*a] * point[0] + p[*b] * point[1] + p[*bias] > 0.0
-                    });
+                    let units = on.iter().copied();
                     hinges.chain(units).collect()
                 };
                 if signs(&above) != signs(&below) {
@@ -292,6 +361,44 @@ mod tests {
             }
         }
         assert!(compared > 100, "{compared}");
+    }
+
+    #[test]
+    fn points_along_a_kink_lie_on_it_and_between_all_others() {
+        let product = product(30);
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let parameters: Vec<f32> = (0..120).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let mut patterns = std::collections::HashSet::new();
+        let mut met = 0;
+        for unit in 0..30 {
+            let points = product.along_kink(unit, &parameters);
+            met += usize::from(!points.is_empty());
+            let mut before: Option<Vec<bool>> = None;
+            for point in points {
+                for (value, (low, high)) in point.into_iter().zip(product.range) {
+                    assert!((low - 1e-4..=high + 1e-4).contains(&value), "{point:?}");
+                }
+                let [first, second, bias, _] = product.units[unit];
+                let activation =
+                    parameters[first] * point[0] + parameters[second] * point[1] + parameters[bias];
+                assert!(activation.abs() < 1e-5, "on the kink of {unit}: {activation}");
+                let mut on = product.active(point, &parameters);
+                on[unit] = true;
+                if let Some(before) = before.replace(on.clone()) {
+                    let turned = before.iter().zip(&on).filter(|(a, b)| a != b).count();
+                    assert_eq!(turned, 1, "one kink is crossed from each point to the next");
+                }
+                patterns.insert(on.clone());
+                on[unit] = false;
+                patterns.insert(on);
+            }
+        }
+        assert!(met > 15);
+        // Every piece that random points find is one of them.
+        for _ in 0..5000 {
+            let point = product.range.map(|(low, high)| rng.random_range(low..high));
+            assert!(patterns.contains(&product.active(point, &parameters)), "{point:?}");
+        }
     }
 
     #[test]
