@@ -55,10 +55,10 @@ const LOW_DOSES: std::ops::Range<f64> = 1.2..2.2;
 /// See [`LOW_DOSES`].
 const HIGH_DOSES: std::ops::Range<f64> = 0.0..0.7;
 /// Factors on the basal rate of a day of an additional week, where it has not the usual one: more of it in low
-/// weeks, down to none in high ones (assumed).
-const LOW_BASAL: std::ops::Range<f64> = 1.0..2.0;
+/// weeks, less in high ones and on one such day in five none, which is what a draw below zero means (assumed).
+const LOW_BASAL: std::ops::Range<f64> = 1.0..2.2;
 /// See [`LOW_BASAL`].
-const HIGH_BASAL: std::ops::Range<f64> = 0.0..1.0;
+const HIGH_BASAL: std::ops::Range<f64> = -0.25..1.0;
 /// Boluses without a meal on a day of a low week that has one, U (assumed).
 const EXTRA_BOLUS: std::ops::Range<f64> = 0.5..8.0;
 /// Weeks simulated in search of one additional week before giving up.
@@ -385,7 +385,7 @@ impl DevelopmentSet {
                 delay: rng.random_range(0..=MAX_DELAY_STEPS),
                 dose_factor: rng.random_range(doses),
                 basal_factors: std::array::from_fn(|_| {
-                    if rng.random() { 1.0 } else { rng.random_range(basal.clone()) }
+                    if rng.random() { 1.0 } else { rng.random_range(basal.clone()).max(0.0) }
                 }),
                 extra_boluses: if low { extra_boluses(&mut rng) } else { Vec::new() },
             };

@@ -74,7 +74,7 @@ fn insulin_of_additional_weeks_varies_in_the_direction_of_their_glucose() {
         for (day, factor) in week.basal_factors.into_iter().enumerate() {
             let allowed = match week.origin {
                 Origin::Combination => factor == 1.0,
-                Origin::AdditionalLow => (1.0..2.0).contains(&factor),
+                Origin::AdditionalLow => (1.0..2.2).contains(&factor),
                 Origin::AdditionalHigh => (0.0..=1.0).contains(&factor),
             };
             assert!(allowed, "week {index}: {factor}");
