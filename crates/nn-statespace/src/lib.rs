@@ -16,6 +16,7 @@ mod network;
 mod per_compartment;
 mod population;
 mod scaler;
+mod shipped;
 pub mod structure;
 pub mod training;
 pub mod training_set;

@@ -76,7 +76,8 @@ pub enum GradientLimit {
 pub enum KeptWeights {
     /// Those of the last epoch, as the name of the published file suggests.
     LastEpoch,
-    /// Those of the epoch with the lowest balanced error on the validation windows.
+    /// Those of the epoch with the lowest balanced error on the validation windows; one whose slopes do not have the signs
+    /// that are to be kept counts as a quarter worse.
     LowestValidationError,
 }
 
@@ -147,19 +148,19 @@ impl TrainingConfig {
     }
 
     /// The paper's settings with each batch's gradient limited, the first two epochs on short
-    /// roll-outs, a learning rate that falls faster, and the best epoch's weights kept.
+    /// roll-outs, a lower learning rate that falls faster, and the best epoch's weights kept.
     ///
     /// Without a limit single batches, whose roll-outs run away, throw the weights off in any epoch;
     /// without short ones first, they do so in the first epochs and some seeds do not recover.
     #[must_use]
     pub fn unconstrained(seed: u64) -> Self {
-        let stage = |epochs, steps, decay| Stage {
+        let stage = |epochs, steps, first, decay| Stage {
             epochs,
             steps,
-            learning_rate: LearningRate { first: 1e-3, decay },
+            learning_rate: LearningRate { first, decay },
         };
         Self {
-            stages: vec![stage(1, 6, 0.0), stage(1, 20, 0.0), stage(13, 60, 0.25)],
+            stages: vec![stage(1, 6, 1e-3, 0.0), stage(1, 20, 1e-3, 0.0), stage(13, 60, 5e-4, 0.2)],
             gradient_limit: GradientLimit::Norm(1.0),
             keep: KeptWeights::LowestValidationError,
             ..Self::paper(seed)
@@ -182,7 +183,7 @@ impl TrainingConfig {
             gradient_limit: GradientLimit::Norm(1.0),
             initial_output_gain: 0.1,
             clamp: GlucoseClamp::Off,
-            slopes: SlopeRule::Free,
+            slopes: SlopeRule::Kept(ProductPenalty::working()),
             keep: KeptWeights::LowestValidationError,
             stop: EarlyStop::Off,
             seed,

@@ -10,6 +10,10 @@ use crate::structure::{UnitRole, products, slope_sign, unit_role};
 use crate::training_set::WindowSet;
 use crate::wiring::{Signal, Wiring};
 
+/// Most that a state's own monotone units may add up to as the slope of its rate by the state, per minute: below two
+/// over a step of 5 min, so that a roll-out never swings itself up; a quarter of it beside a product, which has a share of
+/// its own.
+const MOST_OWN_SLOPE: f32 = 0.39;
 /// Streams of the seed from here on are those of the points of each update.
 const FIRST_POINTS: u64 = 1 << 48;
 
@@ -57,6 +61,15 @@ pub(super) struct SlopeKeeper {
     seed: u64,
     bounds: Vec<(usize, Bound)>,
     products: Vec<Product>,
+    own_slopes: Vec<OwnSlope>,
+}
+
+/// A network's slope by its own state, as far as monotone units make it.
+#[derive(Debug, Clone)]
+struct OwnSlope {
+    /// Places of each unit's weight on the state and of its output weight.
+    units: Vec<[usize; 2]>,
+    most: f32,
 }
 
 /// What a weight is held to.
@@ -85,7 +98,8 @@ impl SlopeKeeper {
         windows: &WindowSet,
         seed: u64,
     ) -> Self {
-        let mut keeper = Self { rule, seed, bounds: Vec::new(), products: Vec::new() };
+        let (bounds, products, own_slopes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut keeper = Self { rule, seed, bounds, products, own_slopes };
         let SlopeRule::Kept(penalty) = rule else { return keeper };
         let range = |signal: Signal| {
             let constants = windows.scaler().of(signal);
@@ -129,6 +143,16 @@ impl SlopeKeeper {
                 }
             }
         }
+        let own = inputs.iter().position(|signal| *signal == Signal::State(network));
+        if let Some(own) = own {
+            let monotone = (0..span.hidden())
+                .filter(|unit| matches!(unit_role(network, *unit), UnitRole::Monotone(_)));
+            let share = if products(network).is_empty() { 1.0 } else { 0.25 };
+            self.own_slopes.push(OwnSlope {
+                units: monotone.map(|unit| [place(unit, own), span.w2().start + unit]).collect(),
+                most: share * MOST_OWN_SLOPE,
+            });
+        }
         for pair in products(network) {
             let signals = pair.map(Signal::State);
             let column = |signal: Signal| {
@@ -162,7 +186,8 @@ impl SlopeKeeper {
         }
     }
 
-    /// Puts weights that have left their signs to zero.
+    /// Puts weights that have left their signs to zero, and scales down weights on a network's own state that add up
+    /// to more than is stable.
     pub(super) fn project(&self, parameters: &mut [f32]) {
         for (place, bound) in &self.bounds {
             let weight = &mut parameters[*place];
@@ -171,6 +196,36 @@ impl SlopeKeeper {
                 _ => *weight = 0.0,
             }
         }
+        for OwnSlope { units, most } in &self.own_slopes {
+            let slopes = units.iter().map(|[own, out]| (parameters[*own] * parameters[*out]).abs());
+            let sum: f32 = slopes.sum();
+            if sum > *most {
+                for [own, _] in units {
+                    parameters[*own] *= most / sum;
+                }
+            }
+        }
+    }
+
+    /// Whether the slopes of every product have their signs on all linear pieces, in single precision.
+    pub(super) fn holds(&self, parameters: &[f32]) -> bool {
+        self.products.iter().all(|product| {
+            let right = |on: &[bool]| {
+                let slopes = product.slopes(on, parameters);
+                slopes.iter().zip(product.signs).all(|(slope, sign)| sign * slope >= 0.0)
+            };
+            let corner = product.range.map(|(low, _)| low);
+            right(&product.active(corner, parameters))
+                && (0..product.units.len()).all(|unit| {
+                    product.along_kink(unit, parameters).into_iter().all(|middle| {
+                        let mut on = product.active(middle, parameters);
+                        [true, false].into_iter().all(|side| {
+                            on[unit] = side;
+                            right(&on)
+                        })
+                    })
+                })
+        })
     }
 
     /// Adds the slopes of what is paid at the points of an update.
@@ -394,6 +449,19 @@ mod tests {
             }
         }
         assert!(met > 15);
+        let keeper = SlopeKeeper {
+            rule: SlopeRule::Free,
+            seed: 0,
+            bounds: Vec::new(),
+            products: vec![product.clone()],
+            own_slopes: Vec::new(),
+        };
+        let right = patterns.iter().all(|on| {
+            let slopes = product.slopes(on, &parameters);
+            slopes.iter().zip(product.signs).all(|(slope, sign)| sign * slope >= 0.0)
+        });
+        assert_eq!(keeper.holds(&parameters), right);
+        assert!(!right && keeper.holds(&[0.0; 120]));
         // Every piece that random points find is one of them.
         for _ in 0..5000 {
             let point = product.range.map(|(low, high)| rng.random_range(low..high));
@@ -410,6 +478,7 @@ mod tests {
             seed: 0,
             bounds: Vec::new(),
             products: Vec::new(),
+            own_slopes: Vec::new(),
         };
         for network in Compartment::ALL {
             keeper.add(network, &layout, &|_| (-1.0, 1.0));
@@ -418,10 +487,19 @@ mod tests {
         let mut parameters: Vec<f32> = layout.flatten(&networks).expect("of these widths");
         let drawn = parameters.clone();
         keeper.orient(&mut parameters);
+        keeper.project(&mut parameters); // sums of own slopes
+        for own in &keeper.own_slopes {
+            let slopes = own.units.iter().map(|[w, v]| (parameters[*w] * parameters[*v]).abs());
+            assert!(slopes.sum::<f32>() <= 1.0001 * own.most);
+        }
+        assert_eq!(keeper.own_slopes.len(), 10);
         let oriented = parameters.clone();
         assert_ne!(oriented, drawn);
         keeper.project(&mut parameters);
-        assert_eq!(parameters, oriented, "oriented weights have their signs");
+        for (place, weight) in parameters.iter().enumerate() {
+            // A sum at its limit is scaled again by what rounding leaves.
+            assert!((weight - oriented[place]).abs() < 1e-6, "oriented weights have their signs");
+        }
         for weight in &mut parameters {
             *weight = -*weight;
         }

@@ -27,6 +27,10 @@ use crate::wiring::Wiring;
 /// batches has the stream that follows it by the epoch's number.
 const FIRST_ORDER: u64 = 1 << 32;
 
+/// By how much an epoch's error counts for more, where the best is kept, if slopes do not have their signs although they
+/// are to be kept: a repair costs some of that.
+const WRONG_SLOPES: f64 = 1.25;
+
 /// A training run between two updates.
 ///
 /// Batches are drawn without replacement in an order that seed and epoch fix; each is simulated from
@@ -245,9 +249,13 @@ impl<'a> TrainingRun<'a> {
         let error = report.validation.balanced();
         let keep = match (&state.kept, state.header.config.keep) {
             (None, _) | (_, KeptWeights::LastEpoch) => true,
-            // A NaN must not win, nor stay.
             (Some(kept), KeptWeights::LowestValidationError) => {
-                error < kept.error || kept.error.is_nan()
+                let counted = |error: f64, parameters: &[f32]| {
+                    if self.keeper.holds(parameters) { error } else { WRONG_SLOPES * error }
+                };
+                // A NaN must not win, nor stay.
+                counted(error, &state.parameters) < counted(kept.error, &kept.parameters)
+                    || kept.error.is_nan()
             }
         };
         if keep {
