@@ -110,11 +110,10 @@ impl Scored {
         fasting: bool,
     ) -> Result<()> {
         let square: f64 = glucose.iter().zip(truth).map(|(g, t)| (g - t).powi(2)).sum();
-        for errors in [Some(&mut self.all), fasting.then_some(&mut self.fasting)] {
-            if let Some(errors) = errors {
-                errors.squares[group as usize] += square;
-                errors.windows[group as usize] += 1;
-            }
+        let fasting = fasting.then_some(&mut self.fasting);
+        for errors in std::iter::once(&mut self.all).chain(fasting) {
+            errors.squares[group as usize] += square;
+            errors.windows[group as usize] += 1;
         }
         self.below_least += glucose.iter().filter(|g| **g < LEAST_GLUCOSE).count();
         let outcomes = Outcomes::of(glucose.iter().map(|g| MgPerDl(g.max(LEAST_GLUCOSE))))
