@@ -17,6 +17,7 @@ mod output;
 mod progress;
 mod stages;
 mod training_data;
+mod trajectory_cost;
 mod width_search;
 
 use std::process::ExitCode;

@@ -17,6 +17,7 @@
 mod bound;
 mod branch;
 mod cells;
+mod change_cost;
 mod error;
 mod exact;
 mod interior;
@@ -32,6 +33,7 @@ mod verify;
 
 pub use branch::Stop;
 pub use cells::{Enumerated, largest_slope_by_enumeration};
+pub use change_cost::ChangeCost;
 pub use error::ConformanceError;
 pub use network::OneHiddenLayer;
 pub use property::{Direction, Property, PropertyKind, paper_properties};

@@ -111,6 +111,12 @@ impl OneHiddenLayer {
         self.b2
     }
 
+    /// What hidden neuron `neuron` sees at `point`, before its ReLU.
+    pub(crate) fn activation(&self, neuron: usize, point: &[f64]) -> f64 {
+        let products = self.input_weights(neuron).iter().zip(point).map(|(w, x)| w * x);
+        products.sum::<f64>() + self.b1[neuron]
+    }
+
     /// The same hidden layer under other output weights and another output bias.
     ///
     /// # Errors

@@ -2,21 +2,18 @@
 //!
 //! With the hidden layer as it is, the slope on every linear piece is linear in the output weights v, so that the
 //! networks with the properties are a polyhedron in v. It has too many faces to be written down; but the verifier names one that
-//! is violated as long as there is one. Repair by cutting planes: find violated pieces, find the v nearest to
-//! the original that satisfies all pieces named so far, and again, until the verifier proves every property. Nearest is
-//! in the mean squared change of the output over points of the caller's, so that what changes least is what is used most.
-//! Output weights are rounded to single precision, in which weight files keep them, before they are verified.
+//! is violated as long as there is one. Repair by cutting planes: find violated pieces, find the cheapest v
+//! that satisfies all pieces named so far, and again, until the verifier proves every property. What is cheap says the
+//! caller: a quadratic function of the change ([`ChangeCost`]), taken anew about the proved network if the caller
+//! says so, as in sequential quadratic programming. Output weights are rounded to single precision, in which weight files
+//! keep them, before they are verified.
 
 use std::time::Duration;
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver as _, NonnegativeConeT, SolverStatus,
-};
-use faer::{Mat, Side};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
+use crate::change_cost::ChangeCost;
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
@@ -26,8 +23,10 @@ use crate::verify::{CrossCheck, Limits, Row, Verdict, verify};
 /// How a network is repaired.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RepairRule {
-    /// Rounds of verification after which an unproved network is given back as it is then.
+    /// Rounds of verification after which a network is given back as it is then.
     pub rounds: usize,
+    /// How often the cost is taken anew about a proved network, in search of a cheaper one.
+    pub refits: usize,
     /// Slope in the right direction that a named piece is given, scaled output per minute per scaled input: above what
     /// rounding of weights takes away.
     pub margin: f64,
@@ -46,7 +45,8 @@ impl RepairRule {
     #[must_use]
     pub fn working(time: Duration, seed: u64) -> Self {
         Self {
-            rounds: 100,
+            rounds: 200,
+            refits: 4,
             margin: 2e-6,
             points: 20_000,
             pieces: 20,
@@ -66,7 +66,7 @@ impl RepairRule {
 pub struct Repaired {
     /// The network, its output weights of single precision; the original one if that was proved as it came.
     pub network: OneHiddenLayer,
-    /// The last verification of each property.
+    /// Its verification, a row a property.
     pub rows: Vec<Row>,
     /// Whether every property is proved.
     pub proved: bool,
@@ -74,50 +74,77 @@ pub struct Repaired {
     pub rounds: usize,
     /// Pieces that were named.
     pub pieces: usize,
-    /// Root mean square change of the output over the caller's points, scaled output per minute.
-    pub change: f64,
+    /// What the original network costs; 0 if it was proved as it came, and nothing was worked out.
+    pub cost_before: f64,
+    /// What this network costs; 0 likewise.
+    pub cost: f64,
 }
 
-/// The nearest network with these properties, all of which are of `network`.
+/// The cheapest network with these properties, all of which are of `network`, among those that differ from it in the output
+/// weights and bias alone.
 ///
-/// `points` are where the output should stay as it is: scaled, one value per input.
+/// `cost` is what a network costs, and a change about it. It is asked for `network`, then for each proved network.
 ///
 /// # Errors
-/// What [`verify()`] refuses; [`ConformanceError::Point`]; [`ConformanceError::Limit`] without points.
-pub fn repair(
+/// What [`verify()`] refuses, and what `cost` fails with.
+pub fn repair<E: From<ConformanceError>>(
     network: &OneHiddenLayer,
     properties: &[Property],
     region: &Region,
-    points: &[Vec<f64>],
+    cost: &dyn Fn(&OneHiddenLayer) -> Result<ChangeCost, E>,
     rule: &RepairRule,
     clock: &(dyn Fn() -> Duration + Sync),
-) -> Result<Repaired, ConformanceError> {
-    if points.is_empty() {
-        let range = "at least one point is needed";
-        return Err(ConformanceError::Limit { limit: "points", value: 0.0, range });
-    }
-    for (place, point) in points.iter().enumerate() {
-        network.check_point(point, place)?;
-    }
+) -> Result<Repaired, E> {
     let tested: Vec<usize> = properties
         .iter()
         .map(|property| network.input_index(&property.input))
         .collect::<Result<_, _>>()?;
     let boxed = region.box_of(network)?;
-    let metric = Metric::new(network, points);
-    let mut rng = ChaCha8Rng::seed_from_u64(rule.seed);
-    let mut current = network.clone();
-    let mut pieces: Vec<Vec<f64>> = Vec::new();
-    let mut round = 0;
-    loop {
-        round += 1;
+    let verified = |network: &OneHiddenLayer| -> Result<(Vec<Row>, bool), ConformanceError> {
         let rows: Vec<Row> = properties
             .iter()
-            .map(|property| verify(&current, property, region, &rule.limits, clock))
+            .map(|property| verify(network, property, region, &rule.limits, clock))
             .collect::<Result<_, _>>()?;
         let proved = rows.iter().all(|row| row.verdict == Verdict::Proved);
-        let before = pieces.len();
-        if !proved && round < rule.rounds {
+        Ok((rows, proved))
+    };
+    let (mut rows, mut proved) = verified(network)?;
+    let mut found = Repaired {
+        network: network.clone(),
+        rows: rows.clone(),
+        proved,
+        rounds: 1,
+        pieces: 0,
+        cost_before: 0.0,
+        cost: 0.0,
+    };
+    if proved {
+        return Ok(found);
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(rule.seed);
+    let mut about = cost(network)?;
+    found.cost_before = about.value();
+    let (mut centre, mut current) = (network.clone(), network.clone());
+    let mut pieces: Vec<Vec<f64>> = Vec::new();
+    let mut refits = 0;
+    loop {
+        if proved {
+            let here = cost(&current)?;
+            let better = !found.proved || here.value() < found.cost;
+            if better {
+                (found.network, found.rows, found.proved) = (current.clone(), rows, true);
+                found.cost = here.value();
+            }
+            if !better || refits == rule.refits {
+                return Ok(found);
+            }
+            refits += 1;
+            (about, centre) = (here, current);
+        } else {
+            if !found.proved {
+                (found.network, found.rows) = (current.clone(), rows.clone());
+            }
+            let before = pieces.len();
             for ((property, tested), row) in properties.iter().zip(&tested).zip(&rows) {
                 if row.verdict == Verdict::Proved {
                     continue;
@@ -126,31 +153,33 @@ pub fn repair(
                 let worst = row.witness.as_ref().map(|witness| {
                     network.inputs().iter().map(|name| witness.point[name]).collect::<Vec<f64>>()
                 });
-                let mut found: Vec<(f64, Vec<f64>)> = worst
+                let mut named: Vec<(f64, Vec<f64>)> = worst
                     .into_iter()
                     .chain((0..rule.points).map(|_| drawn(&boxed, &mut rng)))
                     .filter_map(|point| violated(&current, &point, *tested, against))
                     .collect();
                 // The worst first; the verifier's own stays among them.
-                found.sort_by(|a, b| b.0.total_cmp(&a.0));
-                for (_, piece) in found.into_iter().take(rule.pieces) {
+                named.sort_by(|a, b| b.0.total_cmp(&a.0));
+                for (_, piece) in named.into_iter().take(rule.pieces) {
                     if !pieces.contains(&piece) {
                         pieces.push(piece);
                     }
                 }
             }
+            found.pieces = pieces.len();
+            if pieces.len() == before {
+                return Ok(found);
+            }
         }
-        let nearest = if proved || pieces.len() == before {
-            None
-        } else {
-            metric.nearest(network, &pieces, rule.margin)
-        };
-        let Some((weights, bias)) = nearest else {
-            let change = metric.change(network, &current);
-            let pieces = pieces.len();
-            return Ok(Repaired { network: current, rows, proved, rounds: round, pieces, change });
+        if found.rounds == rule.rounds {
+            return Ok(found);
+        }
+        let Some((weights, bias)) = about.least(&centre, &pieces, rule.margin) else {
+            return Ok(found);
         };
         current = network.with_output(weights, bias)?;
+        (rows, proved) = verified(&current)?;
+        found.rounds += 1;
     }
 }
 
@@ -172,7 +201,7 @@ fn violated(
     let piece: Vec<f64> = (0..network.hidden())
         .map(|unit| {
             let weights = network.input_weights(unit);
-            let activation = activation(network, unit, point);
+            let activation = network.activation(unit, point);
             let on = activation > 0.0 || (activation == 0.0 && weights[tested] > 0.0);
             let by = if on { against * weights[tested] } else { 0.0 };
             slope += by * network.output_weights()[unit];
@@ -180,117 +209,6 @@ fn violated(
         })
         .collect();
     (slope > 0.0).then_some((slope, piece))
-}
-
-fn activation(network: &OneHiddenLayer, unit: usize, point: &[f64]) -> f64 {
-    let products = network.input_weights(unit).iter().zip(point).map(|(w, x)| w * x);
-    products.sum::<f64>() + network.hidden_biases()[unit]
-}
-
-/// Share of the mean curvature that is added to every direction of the output weights: what the points do not see
-/// must not change without need either.
-const RIDGE: f64 = 1e-6;
-/// Tolerance of the search for the nearest weights: below half of any margin that survives rounding.
-const TOLERANCE: f64 = 1e-9;
-
-/// How much the output changes with the output weights and bias.
-struct Metric {
-    /// Mean outer product of the hidden layer's activity, the bias as its last unit; shape (hidden + 1, hidden + 1).
-    curvature: Mat<f64>,
-    /// Inverse of the lower Cholesky factor of the curvature and the ridge.
-    whitening: Mat<f64>,
-}
-
-impl Metric {
-    fn new(network: &OneHiddenLayer, points: &[Vec<f64>]) -> Self {
-        let n = network.hidden() + 1;
-        let activity = Mat::from_fn(n, points.len(), |unit, place| {
-            if unit + 1 == n { 1.0 } else { activation(network, unit, &points[place]).max(0.0) }
-        });
-        let share = 1.0 / points.len() as f64;
-        let product = &activity * activity.transpose();
-        let curvature = Mat::from_fn(n, n, |row, column| share * product[(row, column)]);
-        let mean = (0..n).map(|unit| curvature[(unit, unit)]).sum::<f64>() / n as f64;
-        let ridged = Mat::from_fn(n, n, |row, column| {
-            curvature[(row, column)] + if row == column { RIDGE * mean.max(1e-12) } else { 0.0 }
-        });
-        let factor = ridged.llt(Side::Lower).expect("a sum of squares and a ridge");
-        let mut whitening = Mat::<f64>::identity(n, n);
-        factor.L().solve_lower_triangular_in_place(whitening.as_mut());
-        Self { curvature, whitening }
-    }
-
-    /// The nearest output weights and bias whose slope on every piece is `margin` in the right direction; `None` if there
-    /// are none. A quadratic programme in coordinates in which the distance is the usual one.
-    fn nearest(
-        &self,
-        network: &OneHiddenLayer,
-        pieces: &[Vec<f64>],
-        margin: f64,
-    ) -> Option<(Vec<f64>, f64)> {
-        let (n, count) = (network.hidden() + 1, pieces.len());
-        let original = network.output_weights();
-        let rows =
-            Mat::from_fn(count, n, |piece, unit| pieces[piece].get(unit).copied().unwrap_or(0.0));
-        let whitened = &rows * self.whitening.transpose();
-        // Each piece in units of its own length, so that the tolerance means the same for all.
-        let lengths: Vec<f64> =
-            (0..count).map(|piece| whitened.row(piece).norm_l2().max(f64::MIN_POSITIVE)).collect();
-        let columns: Vec<f64> = (0..n)
-            .flat_map(|column| (0..count).map(move |piece| (piece, column)))
-            .map(|(piece, column)| whitened[(piece, column)] / lengths[piece])
-            .collect();
-        let left = CscMatrix::new(
-            count,
-            n,
-            (0..=n).map(|column| column * count).collect(),
-            (0..n).flat_map(|_| 0..count).collect(),
-            columns,
-        );
-        let right: Vec<f64> = pieces
-            .iter()
-            .zip(&lengths)
-            .map(|(piece, length)| {
-                let slope: f64 = piece.iter().zip(original).map(|(by, weight)| by * weight).sum();
-                -(slope + margin) / length
-            })
-            .collect();
-        let settings = DefaultSettings {
-            verbose: false,
-            max_threads: 1,
-            tol_feas: TOLERANCE,
-            tol_gap_abs: TOLERANCE,
-            tol_gap_rel: TOLERANCE,
-            ..DefaultSettings::default()
-        };
-        let distance = CscMatrix::identity(n);
-        let linear = vec![0.0; n];
-        let cones = [NonnegativeConeT(count)];
-        let mut solver =
-            DefaultSolver::new(&distance, &linear, &left, &right, &cones, settings).ok()?;
-        solver.solve();
-        let found =
-            matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
-        let change = |unit: usize| -> f64 {
-            (0..n).map(|other| self.whitening[(other, unit)] * solver.solution.x[other]).sum()
-        };
-        let single = |value: f64| f64::from(value as f32);
-        let weights = original.iter().enumerate().map(|(unit, w)| single(w + change(unit)));
-        found.then(|| (weights.collect(), single(network.output_bias() + change(n - 1))))
-    }
-
-    /// Root mean square change of the output between two networks with this hidden layer.
-    fn change(&self, before: &OneHiddenLayer, after: &OneHiddenLayer) -> f64 {
-        let n = before.hidden() + 1;
-        let difference = Mat::from_fn(n, 1, |unit, _| {
-            if unit + 1 == n {
-                after.output_bias() - before.output_bias()
-            } else {
-                after.output_weights()[unit] - before.output_weights()[unit]
-            }
-        });
-        (difference.transpose() * &self.curvature * &difference)[(0, 0)].max(0.0).sqrt()
-    }
 }
 
 #[cfg(test)]
@@ -334,7 +252,8 @@ mod tests {
             let boxed = region.box_of(&network).expect("bounded");
             let points: Vec<Vec<f64>> = (0..500).map(|_| drawn(&boxed, &mut rng)).collect();
             let rule = RepairRule::working(Duration::from_secs(60), seed);
-            let found = repair(&network, &properties, &region, &points, &rule, &|| Duration::ZERO)
+            let cost = |changed: &OneHiddenLayer| ChangeCost::of_output(&network, changed, &points);
+            let found = repair(&network, &properties, &region, &cost, &rule, &|| Duration::ZERO)
                 .expect("bounded inputs");
             assert!(
                 found.proved,
@@ -362,8 +281,8 @@ mod tests {
                 *weight *= if unit % 4 == 0 { 1.0 } else { 0.0 };
             }
             let crude = network.with_output(crude, network.output_bias()).expect("as many");
-            let metric = Metric::new(&network, &points);
-            assert!(found.change < metric.change(&network, &crude), "seed {seed}");
+            assert!(found.cost < cost(&crude).expect("as many").value(), "seed {seed}");
+            assert_eq!(found.cost_before, 0.0);
         }
         assert!(repaired_some > 6, "{repaired_some}");
     }
@@ -374,11 +293,48 @@ mod tests {
         let network = random(40, 2);
         let rule = RepairRule { rounds: 1, ..RepairRule::working(Duration::from_secs(60), 1) };
         let properties = [property("a", Direction::Decreasing)];
-        let points = [vec![0.0, 0.0]];
-        let found = repair(&network, &properties, &region, &points, &rule, &|| Duration::ZERO);
+        let cost =
+            |changed: &OneHiddenLayer| ChangeCost::of_output(&network, changed, &[vec![0.0, 0.0]]);
+        let found = repair(&network, &properties, &region, &cost, &rule, &|| Duration::ZERO);
         let found = found.expect("bounded inputs");
         assert!(!found.proved && found.network == network);
-        let none = repair(&network, &properties, &region, &[], &rule, &|| Duration::ZERO);
+        let none = ChangeCost::of_output(&network, &network, &[]);
         assert!(none.expect_err("no points").to_string().contains("points"));
+    }
+
+    /// A cost that is not quadratic: the fourth power of the distance of the output weights from others, which a single
+    /// quadratic about the start does not find.
+    #[test]
+    fn the_cost_is_taken_anew_about_proved_networks() {
+        let region = Region::scaled([("a", [-2.0, 3.0]), ("b", [-1.0, 4.0])]).expect("a box");
+        let network = random(40, 2);
+        let properties = [property("a", Direction::Decreasing)];
+        let cost = |changed: &OneHiddenLayer| {
+            let n = network.hidden() + 1;
+            let mut distances: Vec<f64> = changed
+                .output_weights()
+                .iter()
+                .zip(network.output_weights())
+                .map(|(now, then)| now - then - 0.1)
+                .collect();
+            distances.push(changed.output_bias() - network.output_bias());
+            let value = distances.iter().map(|d| d.powi(4)).sum();
+            let gradient = distances.iter().map(|d| 4.0 * d.powi(3)).collect();
+            let mut curvature = vec![0.0; n * n];
+            for (unit, d) in distances.iter().enumerate() {
+                curvature[unit * n + unit] = 12.0 * d * d;
+            }
+            ChangeCost::new(changed, value, gradient, &curvature)
+        };
+        let of = |refits: usize| {
+            let rule = RepairRule { refits, ..RepairRule::working(Duration::from_secs(60), 1) };
+            let found = repair(&network, &properties, &region, &cost, &rule, &|| Duration::ZERO);
+            let found = found.expect("bounded inputs");
+            assert!(found.proved);
+            assert_eq!(found.cost, cost(&found.network).expect("a cost").value());
+            found.cost
+        };
+        let (once, again) = (of(0), of(4));
+        assert!(again < 0.9 * once, "{once} {again}");
     }
 }

@@ -1,0 +1,182 @@
+//! What a change of a network's output weights costs, and the cheapest change that some linear pieces ask for.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver as _, NonnegativeConeT, SolverStatus,
+};
+use faer::{Mat, Side};
+
+use crate::error::ConformanceError;
+use crate::network::OneHiddenLayer;
+
+/// Share of the mean curvature that is added to every direction of the output weights: what the cost does not see
+/// must not change without need either.
+const RIDGE: f64 = 1e-6;
+/// Tolerance of the search for the cheapest change: below half of any margin that survives rounding.
+const TOLERANCE: f64 = 1e-9;
+
+/// The cost of changing the output weights of a network, about the weights it has: `value + gradient . d + d . curvature d / 2`,
+/// with d the change of the output weights and, in the last place, of the output bias.
+#[derive(Clone, Debug)]
+pub struct ChangeCost {
+    value: f64,
+    gradient: Vec<f64>,
+    /// Shape (hidden + 1, hidden + 1), symmetric, positive semi-definite.
+    curvature: Mat<f64>,
+}
+
+impl ChangeCost {
+    /// A cost from its parts, the curvature row by row.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Shape`] if they do not fit together, [`ConformanceError::NonFiniteWeight`] if one is not a
+    /// finite number.
+    pub fn new(
+        network: &OneHiddenLayer,
+        value: f64,
+        gradient: Vec<f64>,
+        curvature: &[f64],
+    ) -> Result<Self, ConformanceError> {
+        let n = network.hidden() + 1;
+        let name = || network.output().to_owned();
+        for (array, found, expected) in
+            [("gradient", gradient.len(), n), ("curvature", curvature.len(), n * n)]
+        {
+            if found != expected {
+                return Err(ConformanceError::Shape { network: name(), array, found, expected });
+            }
+        }
+        for (array, values) in [
+            ("value", std::slice::from_ref(&value)),
+            ("gradient", gradient.as_slice()),
+            ("curvature", curvature),
+        ] {
+            if let Some((index, &value)) = values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+                let network = name();
+                return Err(ConformanceError::NonFiniteWeight { network, array, index, value });
+            }
+        }
+        let curvature = Mat::from_fn(n, n, |row, column| curvature[row * n + column]);
+        Ok(Self { value, gradient, curvature })
+    }
+
+    /// The mean squared difference of the outputs of `network` and `original` over `points`, scaled as the network
+    /// sees them; both have the same hidden layer.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Point`]; [`ConformanceError::Limit`] without points.
+    pub fn of_output(
+        original: &OneHiddenLayer,
+        network: &OneHiddenLayer,
+        points: &[Vec<f64>],
+    ) -> Result<Self, ConformanceError> {
+        if points.is_empty() {
+            let range = "at least one point is needed";
+            return Err(ConformanceError::Limit { limit: "points", value: 0.0, range });
+        }
+        for (place, point) in points.iter().enumerate() {
+            network.check_point(point, place)?;
+        }
+        let n = network.hidden() + 1;
+        let activity = Mat::from_fn(n, points.len(), |unit, place| {
+            if unit + 1 == n { 1.0 } else { network.activation(unit, &points[place]).max(0.0) }
+        });
+        let share = 2.0 / points.len() as f64;
+        let product = &activity * activity.transpose();
+        let curvature = Mat::from_fn(n, n, |row, column| share * product[(row, column)]);
+        let difference = Mat::from_fn(n, 1, |unit, _| {
+            if unit + 1 == n {
+                network.output_bias() - original.output_bias()
+            } else {
+                network.output_weights()[unit] - original.output_weights()[unit]
+            }
+        });
+        let gradient = &curvature * &difference;
+        let value = 0.5 * (difference.transpose() * &gradient)[(0, 0)].max(0.0);
+        Ok(Self { value, gradient: (0..n).map(|unit| gradient[(unit, 0)]).collect(), curvature })
+    }
+
+    /// What the network costs as it is.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// The curvature, row by row.
+    #[must_use]
+    pub fn curvature(&self) -> Vec<f64> {
+        let n = self.gradient.len();
+        (0..n * n).map(|place| self.curvature[(place / n, place % n)]).collect()
+    }
+
+    /// The output weights and bias of least cost, of single precision, whose slope on every piece is `margin` in the right
+    /// direction; `None` if there are none. `pieces` are derivatives of slopes against a property by the output weights.
+    ///
+    /// A quadratic programme, in coordinates in which the curvature is the identity.
+    pub(crate) fn least(
+        &self,
+        network: &OneHiddenLayer,
+        pieces: &[Vec<f64>],
+        margin: f64,
+    ) -> Option<(Vec<f64>, f64)> {
+        let (n, count) = (network.hidden() + 1, pieces.len());
+        let mean = (0..n).map(|unit| self.curvature[(unit, unit)]).sum::<f64>() / n as f64;
+        let ridged = Mat::from_fn(n, n, |row, column| {
+            let ridge = if row == column { RIDGE * mean.max(1e-12) } else { 0.0 };
+            self.curvature[(row, column)] + ridge
+        });
+        let factor = ridged.llt(Side::Lower).ok()?;
+        let mut whitening = Mat::<f64>::identity(n, n);
+        factor.L().solve_lower_triangular_in_place(whitening.as_mut());
+
+        let rows =
+            Mat::from_fn(count, n, |piece, unit| pieces[piece].get(unit).copied().unwrap_or(0.0));
+        let whitened = &rows * whitening.transpose();
+        // Each piece in units of its own length, so that the tolerance means the same for all.
+        let lengths: Vec<f64> =
+            (0..count).map(|piece| whitened.row(piece).norm_l2().max(f64::MIN_POSITIVE)).collect();
+        let left = CscMatrix::new(
+            count,
+            n,
+            (0..=n).map(|column| column * count).collect(),
+            (0..n).flat_map(|_| 0..count).collect(),
+            (0..n * count)
+                .map(|place| (place % count, place / count))
+                .map(|(piece, column)| whitened[(piece, column)] / lengths[piece])
+                .collect(),
+        );
+        let original = network.output_weights();
+        let right: Vec<f64> = pieces
+            .iter()
+            .zip(&lengths)
+            .map(|(piece, length)| {
+                let slope: f64 = piece.iter().zip(original).map(|(by, weight)| by * weight).sum();
+                -(slope + margin) / length
+            })
+            .collect();
+        let linear: Vec<f64> = (0..n)
+            .map(|row| (0..n).map(|unit| whitening[(row, unit)] * self.gradient[unit]).sum())
+            .collect();
+        let settings = DefaultSettings {
+            verbose: false,
+            max_threads: 1,
+            tol_feas: TOLERANCE,
+            tol_gap_abs: TOLERANCE,
+            tol_gap_rel: TOLERANCE,
+            ..DefaultSettings::default()
+        };
+        let cones = [NonnegativeConeT(count)];
+        let distance = CscMatrix::identity(n);
+        let mut solver =
+            DefaultSolver::new(&distance, &linear, &left, &right, &cones, settings).ok()?;
+        solver.solve();
+        let found =
+            matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+        let change = |unit: usize| -> f64 {
+            (0..n).map(|row| whitening[(row, unit)] * solver.solution.x[row]).sum()
+        };
+        let single = |value: f64| f64::from(value as f32);
+        let weights = original.iter().enumerate().map(|(unit, w)| single(w + change(unit)));
+        found.then(|| (weights.collect(), single(network.output_bias() + change(n - 1))))
+    }
+}
