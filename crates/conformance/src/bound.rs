@@ -33,6 +33,8 @@ pub(crate) struct Search {
     /// (switches x inputs), row by row.
     weights: Vec<f64>,
     biases: Vec<f64>,
+    /// Half the range of each switch over the root box.
+    radii: Vec<f64>,
     /// Enclosures of the gains, upper ends.
     gains: Vec<f64>,
     /// Bound on the rounding error of a switch's value anywhere in the root box.
@@ -77,8 +79,16 @@ impl Search {
                 2.0 * rounding_error(inputs, switch.bias.abs() + size.sum::<f64>())
             })
             .collect();
+        let halves: Vec<f64> =
+            region.lower().iter().zip(region.upper()).map(|(l, u)| (u - l) / 2.0).collect();
+        let radii = rest
+            .switches
+            .iter()
+            .map(|switch| switch.weights.iter().zip(&halves).map(|(w, r)| (w * r).abs()).sum())
+            .collect();
         Self {
             inputs,
+            radii,
             weights: rest.switches.iter().flat_map(|switch| switch.weights.clone()).collect(),
             biases: rest.switches.iter().map(|switch| switch.bias).collect(),
             gains: rest.switches.iter().map(|switch| switch.gain.round_up()).collect(),
@@ -180,7 +190,9 @@ impl Search {
                 if value > 0.0 {
                     at_centre += gain;
                 }
-                let weight = gain.abs() / radius;
+                // By the switch's range over the whole region, not over the box: of a switch that sees few of the inputs,
+                // and whose hope is fulfilled on one side, boxes would otherwise be cut along those for ever.
+                let weight = gain.abs() / self.radii[index];
                 for ((share, &w), &r) in influence.iter_mut().zip(row).zip(&reach) {
                     *share += weight * w.abs() * r;
                 }
