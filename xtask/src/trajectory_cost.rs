@@ -7,7 +7,7 @@ use nn_statespace::{
     GlucoseClamp, HiddenLayerNetwork, PerCompartment, PopulationModel, ScaledStates, Signal,
 };
 use ode_sim::DevelopmentSet;
-use ode_sim::development_set::Subset;
+use ode_sim::development_set::{Subset, Week};
 use physiology::{Compartment, Plant as _, STEP, States, StepInput};
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
@@ -16,8 +16,12 @@ use rayon::prelude::*;
 
 use crate::development_data::WINDOW;
 
+/// Weeks of a subset that windows are drawn from.
+pub(crate) const WEEKS: usize = 400;
 /// Most windows of one of the paper's groups.
-const WINDOWS: usize = 300;
+const WINDOWS: usize = 2000;
+/// Of so many steps one is counted.
+const EVERY: usize = 3;
 /// Windows that one task sums up; fixed, so that sums do not depend on the number of threads.
 const TOGETHER: usize = 10;
 /// Share of the curvature of glucose, as means of diagonals, that the output of the network itself is given at the steps of the
@@ -47,15 +51,11 @@ struct Sums {
 }
 
 impl TrajectoryCost {
-    /// Draws windows from the training weeks of a development set, as many of each of the paper's groups as there are, at
-    /// most [`WINDOWS`].
+    /// Draws windows from training weeks of a development set, which are drawn first: as many of each of the paper's groups
+    /// as there are, at most [`WINDOWS`].
     pub(crate) fn new(set: &DevelopmentSet, seed: u64) -> Result<Self> {
         let mut by_group: [Vec<Window>; 3] = Default::default();
-        for index in 0..set.len() {
-            let week = set.week(index)?;
-            if week.subset != Subset::Train {
-                continue;
-            }
+        for week in drawn_weeks(set, Subset::Train, WEEKS, seed)? {
             let run = set.run(&week)?;
             let states: Vec<States> = run.states.iter().map(|x| set.plant().report(x)).collect();
             for first in (0..week.inputs.len().saturating_sub(WINDOW - 1)).step_by(WINDOW) {
@@ -126,14 +126,14 @@ impl TrajectoryCost {
         window: &Window,
     ) -> Result<()> {
         let present = self.groups.iter().filter(|windows| **windows > 0).count();
-        let share = 1.0 / (present * self.groups[window.group as usize] * WINDOW) as f64;
+        let share = 1.0 / (present * self.groups[window.group as usize] * (WINDOW / EVERY)) as f64;
         let unit = model.scaler().of(Signal::State(Compartment::Q1)).scale;
         let network = model.network(compartment);
         let n = network.hidden() + 1;
         let mut state = model.scaler().scale(&window.start);
         // Of each state by each output weight; all zero at the start.
         let mut tangents = PerCompartment::from_fn(|_| vec![0.0; n]);
-        for (input, truth) in window.inputs.iter().zip(&window.glucose) {
+        for (step, (input, truth)) in window.inputs.iter().zip(&window.glucose).enumerate() {
             let u = model.scaler().scale_input(input);
             let slopes = PerCompartment::from_fn(|c| model.rate_and_slopes(c, &state, u).1);
             let seen = seen(model, compartment, &state, input);
@@ -151,8 +151,10 @@ impl TrajectoryCost {
             }
             tangents = next;
             state = model.step(&state, input).context("a window of the development set")?;
-            let error = model.glucose(&state).0 - truth;
-            sums.take(error, unit, share, &tangents[Compartment::Q1]);
+            if (step + 1).is_multiple_of(EVERY) {
+                let error = model.glucose(&state).0 - truth;
+                sums.take(error, unit, share, &tangents[Compartment::Q1]);
+            }
         }
         Ok(())
     }
@@ -218,6 +220,28 @@ fn active(network: &HiddenLayerNetwork, unit: usize, seen: &[f64]) -> f64 {
     let weights = &network.w1()[unit * network.inputs()..(unit + 1) * network.inputs()];
     let sum: f64 = weights.iter().zip(seen).map(|(w, x)| w * x).sum();
     (sum + network.b1()[unit]).max(0.0)
+}
+
+/// As many weeks of a subset, drawn from the whole set, or all if there are fewer.
+pub(crate) fn drawn_weeks(
+    set: &DevelopmentSet,
+    subset: Subset,
+    count: usize,
+    seed: u64,
+) -> Result<Vec<Week>> {
+    let mut indices: Vec<usize> = (0..set.len()).collect();
+    indices.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    let mut weeks = Vec::new();
+    for index in indices {
+        let week = set.week(index)?;
+        if week.subset == subset {
+            weeks.push(week);
+        }
+        if weeks.len() == count {
+            break;
+        }
+    }
+    Ok(weeks)
 }
 
 /// The model with another network in one place.

@@ -81,6 +81,31 @@ fn the_shipped_network_behaves_and_every_physical_property_is_proved() {
 }
 
 #[test]
+fn a_network_trained_without_constraints_is_repaired_to_the_same_bytes_by_any_number_of_threads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = |name: &str| folder.path().join(name);
+    let (trained, first, second) = (out("trained"), out("first"), out("second"));
+    run(&["train", "--preset", "unconstrained", "--seed", "3", "--out", text(&trained)]);
+    let model = trained.join("population.safetensors");
+    run(&["verify", "--model", text(&model), "--out", text(&out("before"))]);
+    let before = physical(&out("before").join("conformance.json"));
+    assert!(before.iter().any(|verdict| verdict == "violated"), "nothing to repair");
+    for (out, threads) in [(&first, "1"), (&second, "2")] {
+        let arguments = ["verify", "--repair", "--model", text(&model), "--threads", threads];
+        run(&[arguments.as_slice(), &["--out", text(out)]].concat());
+    }
+    assert_eq!(physical(&first.join("conformance.json")), vec!["proved"; 25]);
+    let told = json(&first.join("repair.json"));
+    assert_eq!(told["proved"], Value::Bool(true));
+    let error = &told["held_out_balanced_error_mg_dl"];
+    assert!(error["after"].as_f64() > Some(0.0), "{error}");
+    for file in ["population.safetensors", "repair.json"] {
+        let read = |folder: &Path| fs::read(folder.join(file)).expect("written");
+        assert!(read(&first) == read(&second), "{file} depends on the number of threads");
+    }
+}
+
+#[test]
 fn the_shipped_network_is_nearer_to_the_ode_than_the_published_one() {
     let folder = tempfile::tempdir().expect("a folder");
     let (model, out) = (shipped(), folder.path().join("held-out"));

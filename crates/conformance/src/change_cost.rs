@@ -2,7 +2,7 @@
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver as _, NonnegativeConeT, SolverStatus,
+    DefaultSettings, DefaultSolver, IPSolver as _, NonnegativeConeT, SolverStatus, ZeroConeT,
 };
 use faer::{Mat, Side};
 
@@ -111,15 +111,55 @@ impl ChangeCost {
 
     /// The output weights and bias of least cost, of single precision, whose slope on every piece is `margin` in the right
     /// direction; `None` if there are none. `pieces` are derivatives of slopes against a property by the output weights.
-    ///
-    /// A quadratic programme, in coordinates in which the curvature is the identity.
     pub(crate) fn least(
         &self,
         network: &OneHiddenLayer,
         pieces: &[Vec<f64>],
         margin: f64,
     ) -> Option<(Vec<f64>, f64)> {
-        let (n, count) = (network.hidden() + 1, pieces.len());
+        let bounds = pieces.iter().map(|piece| (piece.clone(), -margin)).collect();
+        self.solve(network, &[], bounds)
+    }
+
+    /// The output weights and bias of least cost, of single precision, that have the signs named.
+    pub(crate) fn least_with_signs(
+        &self,
+        network: &OneHiddenLayer,
+        signs: &[Sign],
+    ) -> Option<(Vec<f64>, f64)> {
+        let unit = |place: usize, value: f64| {
+            let mut row = vec![0.0; signs.len()];
+            row[place] = value;
+            row
+        };
+        let of = |sign: Sign| (0..signs.len()).filter(move |place| signs[*place] == sign);
+        let zeros: Vec<Vec<f64>> = of(Sign::Zero).map(|place| unit(place, 1.0)).collect();
+        let bounds = of(Sign::NotAbove)
+            .map(|place| (unit(place, 1.0), 0.0))
+            .chain(of(Sign::NotBelow).map(|place| (unit(place, -1.0), 0.0)))
+            .collect();
+        let (mut weights, bias) = self.solve(network, &zeros, bounds)?;
+        // What the search leaves within its tolerance.
+        for (weight, sign) in weights.iter_mut().zip(signs) {
+            *weight = match sign {
+                Sign::Free => *weight,
+                Sign::NotAbove => weight.min(0.0),
+                Sign::NotBelow => weight.max(0.0),
+                Sign::Zero => 0.0,
+            };
+        }
+        Some((weights, bias))
+    }
+
+    /// The output weights v and bias of least cost with `row . v = 0` for the rows in `zeros` and `row . v <= most` for those
+    /// in `bounds`; a quadratic programme, in coordinates in which the curvature is the identity.
+    fn solve(
+        &self,
+        network: &OneHiddenLayer,
+        zeros: &[Vec<f64>],
+        bounds: Vec<(Vec<f64>, f64)>,
+    ) -> Option<(Vec<f64>, f64)> {
+        let n = network.hidden() + 1;
         let mean = (0..n).map(|unit| self.curvature[(unit, unit)]).sum::<f64>() / n as f64;
         let ridged = Mat::from_fn(n, n, |row, column| {
             let ridge = if row == column { RIDGE * mean.max(1e-12) } else { 0.0 };
@@ -129,12 +169,17 @@ impl ChangeCost {
         let mut whitening = Mat::<f64>::identity(n, n);
         factor.L().solve_lower_triangular_in_place(whitening.as_mut());
 
+        let original = network.output_weights();
+        let cones = [ZeroConeT(zeros.len()), NonnegativeConeT(bounds.len())];
+        let asked: Vec<(Vec<f64>, f64)> =
+            zeros.iter().map(|row| (row.clone(), 0.0)).chain(bounds).collect();
+        let count = asked.len();
         let rows =
-            Mat::from_fn(count, n, |piece, unit| pieces[piece].get(unit).copied().unwrap_or(0.0));
+            Mat::from_fn(count, n, |row, unit| asked[row].0.get(unit).copied().unwrap_or(0.0));
         let whitened = &rows * whitening.transpose();
-        // Each piece in units of its own length, so that the tolerance means the same for all.
+        // Each row in units of its own length, so that the tolerance means the same for all.
         let lengths: Vec<f64> =
-            (0..count).map(|piece| whitened.row(piece).norm_l2().max(f64::MIN_POSITIVE)).collect();
+            (0..count).map(|row| whitened.row(row).norm_l2().max(f64::MIN_POSITIVE)).collect();
         let left = CscMatrix::new(
             count,
             n,
@@ -142,16 +187,15 @@ impl ChangeCost {
             (0..n).flat_map(|_| 0..count).collect(),
             (0..n * count)
                 .map(|place| (place % count, place / count))
-                .map(|(piece, column)| whitened[(piece, column)] / lengths[piece])
+                .map(|(row, column)| whitened[(row, column)] / lengths[row])
                 .collect(),
         );
-        let original = network.output_weights();
-        let right: Vec<f64> = pieces
+        let right: Vec<f64> = asked
             .iter()
             .zip(&lengths)
-            .map(|(piece, length)| {
-                let slope: f64 = piece.iter().zip(original).map(|(by, weight)| by * weight).sum();
-                -(slope + margin) / length
+            .map(|((row, most), length)| {
+                let now: f64 = row.iter().zip(original).map(|(by, weight)| by * weight).sum();
+                (most - now) / length
             })
             .collect();
         let linear: Vec<f64> = (0..n)
@@ -165,7 +209,6 @@ impl ChangeCost {
             tol_gap_rel: TOLERANCE,
             ..DefaultSettings::default()
         };
-        let cones = [NonnegativeConeT(count)];
         let distance = CscMatrix::identity(n);
         let mut solver =
             DefaultSolver::new(&distance, &linear, &left, &right, &cones, settings).ok()?;
@@ -179,4 +222,13 @@ impl ChangeCost {
         let weights = original.iter().enumerate().map(|(unit, w)| single(w + change(unit)));
         found.then(|| (weights.collect(), single(network.output_bias() + change(n - 1))))
     }
+}
+
+/// What sign an output weight may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sign {
+    Free,
+    NotAbove,
+    NotBelow,
+    Zero,
 }

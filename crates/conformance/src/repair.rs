@@ -5,7 +5,8 @@
 //! is violated as long as there is one. Repair by cutting planes: find violated pieces, find the cheapest v
 //! that satisfies all pieces named so far, and again, until the verifier proves every property. What is cheap says the
 //! caller: a quadratic function of the change ([`ChangeCost`]), taken anew about the proved network if the caller
-//! says so, as in sequential quadratic programming. Output weights are rounded to single precision, in which weight files
+//! says so, as in sequential quadratic programming. Where the pieces named leave no network with a margin, units alone are
+//! asked for the right signs: of these networks there is always one, if only a constant. Output weights are rounded to single precision, in which weight files
 //! keep them, before they are verified.
 
 use std::time::Duration;
@@ -13,7 +14,7 @@ use std::time::Duration;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-use crate::change_cost::ChangeCost;
+use crate::change_cost::{ChangeCost, Sign};
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
@@ -61,6 +62,9 @@ impl RepairRule {
     }
 }
 
+/// Times a rule's margin up to which it is widened where pieces that were named stay violated.
+const MOST_MARGINS: f64 = 1e3;
+
 /// A network after its repair.
 #[derive(Clone, Debug)]
 pub struct Repaired {
@@ -74,6 +78,8 @@ pub struct Repaired {
     pub rounds: usize,
     /// Pieces that were named.
     pub pieces: usize,
+    /// Whether no network had a margin on all of them, so that each unit has the right signs by itself.
+    pub by_unit: bool,
     /// What the original network costs; 0 if it was proved as it came, and nothing was worked out.
     pub cost_before: f64,
     /// What this network costs; 0 likewise.
@@ -115,6 +121,7 @@ pub fn repair<E: From<ConformanceError>>(
         proved,
         rounds: 1,
         pieces: 0,
+        by_unit: false,
         cost_before: 0.0,
         cost: 0.0,
     };
@@ -126,14 +133,14 @@ pub fn repair<E: From<ConformanceError>>(
     found.cost_before = about.value();
     let (mut centre, mut current) = (network.clone(), network.clone());
     let mut pieces: Vec<Vec<f64>> = Vec::new();
-    let mut refits = 0;
+    let (mut refits, mut by_unit, mut margin) = (0, false, rule.margin);
     loop {
         if proved {
             let here = cost(&current)?;
             let better = !found.proved || here.value() < found.cost;
             if better {
                 (found.network, found.rows, found.proved) = (current.clone(), rows, true);
-                found.cost = here.value();
+                (found.cost, found.by_unit) = (here.value(), by_unit);
             }
             if !better || refits == rule.refits {
                 return Ok(found);
@@ -168,19 +175,49 @@ pub fn repair<E: From<ConformanceError>>(
             }
             found.pieces = pieces.len();
             if pieces.len() == before {
-                return Ok(found);
+                // Named already: what the search for the cheapest change leaves within its tolerance.
+                margin *= 4.0;
             }
         }
         if found.rounds == rule.rounds {
             return Ok(found);
         }
-        let Some((weights, bias)) = about.least(&centre, &pieces, rule.margin) else {
+        let mut next = if by_unit || margin > MOST_MARGINS * rule.margin {
+            None
+        } else {
+            about.least(&centre, &pieces, margin)
+        };
+        if next.is_none() && (by_unit || !found.proved) {
+            by_unit = true;
+            next = about.least_with_signs(&centre, &signs(network, properties, &tested));
+        }
+        let Some((weights, bias)) = next else {
             return Ok(found);
         };
         current = network.with_output(weights, bias)?;
         (rows, proved) = verified(&current)?;
         found.rounds += 1;
     }
+}
+
+/// Signs of output weights with which no unit by itself moves against a property.
+fn signs(network: &OneHiddenLayer, properties: &[Property], tested: &[usize]) -> Vec<Sign> {
+    let of = |unit: usize| {
+        let against = properties
+            .iter()
+            .zip(tested)
+            .map(|(property, tested)| {
+                property.direction.against() * network.input_weights(unit)[*tested]
+            })
+            .collect::<Vec<f64>>();
+        match (against.iter().any(|by| *by > 0.0), against.iter().any(|by| *by < 0.0)) {
+            (false, false) => Sign::Free,
+            (true, false) => Sign::NotAbove,
+            (false, true) => Sign::NotBelow,
+            (true, true) => Sign::Zero,
+        }
+    };
+    (0..network.hidden()).map(of).collect()
 }
 
 /// A point of the box.
@@ -300,6 +337,26 @@ mod tests {
         assert!(!found.proved && found.network == network);
         let none = ChangeCost::of_output(&network, &network, &[]);
         assert!(none.expect_err("no points").to_string().contains("points"));
+    }
+
+    #[test]
+    fn what_no_margin_can_mend_is_mended_unit_by_unit() {
+        let region = Region::scaled([("a", [-1.0, 1.0]), ("b", [-1.0, 1.0])]).expect("a box");
+        let properties =
+            [property("a", Direction::Decreasing), property("b", Direction::Increasing)];
+        let inputs = vec!["a".to_owned(), "b".to_owned()];
+        // The first unit moves wrongly in one of the two whatever its sign; the second need not.
+        let w1 = vec![1.0, 1.0, -1.0, 2.0];
+        let network = OneHiddenLayer::new("N", inputs, w1, vec![0.1, 0.2], vec![1.0, 1.0], 0.0)
+            .expect("shapes fit");
+        let points = [vec![0.5, 0.5], vec![-0.5, 0.5], vec![0.0, 0.0], vec![-0.5, -0.9]];
+        let rule = RepairRule::working(Duration::from_secs(60), 1);
+        let cost = |changed: &OneHiddenLayer| ChangeCost::of_output(&network, changed, &points);
+        let found = repair(&network, &properties, &region, &cost, &rule, &|| Duration::ZERO);
+        let found = found.expect("bounded inputs");
+        assert!(found.proved && found.by_unit, "{found:?}");
+        assert_eq!(found.network.output_weights()[0], 0.0);
+        assert!(found.network.output_weights()[1] > 0.5);
     }
 
     /// A cost that is not quadratic: the fourth power of the distance of the output weights from others, which a single

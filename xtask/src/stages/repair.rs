@@ -17,7 +17,7 @@ use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::train;
 use crate::stages::verify::network;
-use crate::trajectory_cost::{TrajectoryCost, with_network};
+use crate::trajectory_cost::{TrajectoryCost, WEEKS, drawn_weeks, with_network};
 
 /// Repairs a model over a region, writes it and what it cost, and returns it.
 pub(crate) fn repaired(
@@ -27,7 +27,7 @@ pub(crate) fn repaired(
     seed: u64,
     output: &OutputFolder,
 ) -> Result<PopulationModel> {
-    let set = DevelopmentSet::new(DevelopmentPlan::quick(seed)).context("the development set")?;
+    let set = DevelopmentSet::new(DevelopmentPlan::paper(seed)).context("the development set")?;
     let trajectories = TrajectoryCost::new(&set, seed)?;
     let properties: Vec<Property> = paper_properties()
         .into_iter()
@@ -66,7 +66,7 @@ pub(crate) fn repaired(
         model.clamp(),
         card,
     )?;
-    let cost = cost(&set, model, &after)?;
+    let cost = cost(&set, model, &after, seed)?;
     output.write(train::MODEL, &after.to_safetensors())?;
     output.write_json(
         "repair.json",
@@ -98,24 +98,23 @@ fn tell(found: &Repaired) -> serde_json::Value {
         "proved": found.proved,
         "rounds": found.rounds,
         "pieces": found.pieces,
+        "by_unit": found.by_unit,
         "training_windows_mse": { "before": found.cost_before, "after": found.cost },
     })
 }
 
-/// Balanced error on the held-out weeks of the set, mg/dL, before and after.
+/// Balanced error on held-out weeks of the set, mg/dL, before and after.
 fn cost(
     set: &DevelopmentSet,
     before: &PopulationModel,
     after: &PopulationModel,
+    seed: u64,
 ) -> Result<(f64, f64)> {
     let models = [before.clone(), after.clone()];
     let mut sums = vec![Scored::default(); 3];
-    for index in 0..set.len() {
-        let week = set.week(index)?;
-        if week.subset == Subset::Test {
-            for (sum, more) in sums.iter_mut().zip(score(set, &week, &models)?) {
-                *sum = std::mem::take(sum).plus(&more);
-            }
+    for week in drawn_weeks(set, Subset::Test, WEEKS, seed)? {
+        for (sum, more) in sums.iter_mut().zip(score(set, &week, &models)?) {
+            *sum = std::mem::take(sum).plus(&more);
         }
     }
     Ok((sums[1].balanced_error(), sums[2].balanced_error()))
