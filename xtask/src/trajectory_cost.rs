@@ -63,7 +63,7 @@ impl TrajectoryCost {
                 let glucose: Vec<f64> = after.iter().map(|x| x[Compartment::Q1]).collect();
                 let group = WindowGroup::of(&glucose);
                 by_group[group as usize].push(Window {
-                    start: states[first].clone(),
+                    start: states[first],
                     inputs: week.inputs[first..first + WINDOW].to_vec(),
                     glucose,
                     group,

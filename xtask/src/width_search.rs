@@ -111,7 +111,8 @@ mod tests {
             let mut widths: Vec<usize> = points.iter().map(|point| point[network]).collect();
             widths.sort_unstable();
             assert!(widths[0] <= 5 && widths[19] >= 205, "{widths:?}");
-            assert!((28..=37).contains(&widths[10]), "the middle of the logarithm: {widths:?}");
+            // The eleventh of twenty parts: 2^5 to 2^5.3.
+            assert!((32..=40).contains(&widths[10]), "{widths:?}");
         }
         assert_ne!(points, hypercube(20, 5));
     }
