@@ -14,6 +14,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("ode-sim", &["physiology"]),
     ("nn-statespace", &["physiology"]),
     ("conformance", &[]),
+    ("certificate", &[]),
     ("cohort", &["physiology"]),
     ("stats", &["physiology"]),
     ("behaviour", &["physiology"]),

@@ -2,6 +2,7 @@
 
 mod asked;
 mod bodies;
+mod certificates;
 mod checkpoint;
 mod cli;
 mod development_data;

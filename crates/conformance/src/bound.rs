@@ -64,6 +64,23 @@ pub(crate) struct Undecided {
 /// Two children with, for each, a point that may be better than the best known.
 pub(crate) type Halves = Option<[(Option<Node>, Option<Vec<f64>>); 2]>;
 
+/// Two undecided switches whose hopes exclude each other over a box.
+#[derive(Clone, Copy)]
+pub(crate) struct Apart {
+    /// Places among the undecided ones.
+    pub(crate) first: usize,
+    pub(crate) second: usize,
+    /// The input whose weight vanishes in the combination that shows it.
+    pub(crate) bend: usize,
+}
+
+/// A bounded box, what its bound rests on, and a point that may be better than the best known.
+pub(crate) struct Bounded {
+    pub(crate) node: Node,
+    pub(crate) pairs: Vec<Apart>,
+    candidate: Option<Vec<f64>>,
+}
+
 impl Search {
     pub(crate) fn new(sum: &SlopeSum, region: &BoxRegion) -> Self {
         let rest = sum.restricted_to(region);
@@ -99,14 +116,18 @@ impl Search {
 
     /// The whole box, with its middle.
     pub(crate) fn root(&self, region: &BoxRegion) -> (Node, Vec<f64>) {
+        let root = self.whole(region, f64::INFINITY).node;
+        let middle = region.lower().iter().zip(region.upper()).map(|(l, u)| middle(*l, *u));
+        (root, middle.collect())
+    }
+
+    /// The whole box with what its bound rests on, if a bound of `known` is enough.
+    pub(crate) fn whole(&self, region: &BoxRegion, known: f64) -> Bounded {
         let all: Vec<Undecided> = (0..self.biases.len() as u32)
             .map(|switch| Undecided { switch, hoped_on: false })
             .collect();
         let settled = self.rest.constant.round_up();
-        let (node, _) =
-            self.bound(region.lower().into(), region.upper().into(), &all, settled, f64::INFINITY);
-        let middle = region.lower().iter().zip(region.upper()).map(|(l, u)| middle(*l, *u));
-        (node, middle.collect())
+        self.bound(region.lower().into(), region.upper().into(), &all, settled, known)
     }
 
     /// The switches that would be on where a box's bound is attained: those on at its centre,
@@ -126,8 +147,15 @@ impl Search {
     /// Bounds both halves of a box; those that cannot exceed `known` are left out. `None` if the box
     /// is too small to halve.
     pub(crate) fn halve(&self, parent: &Node, known: f64) -> Halves {
-        let axis = parent.split?;
-        let cut = middle(parent.lower[axis], parent.upper_corner[axis]);
+        let children = self.children(parent, known)?;
+        Some(children.map(|Bounded { node, candidate, .. }| {
+            ((node.upper > known).then_some(node), candidate)
+        }))
+    }
+
+    /// Bounds both halves of a box, the lower one first; `None` if the box is too small to halve.
+    pub(crate) fn children(&self, parent: &Node, known: f64) -> Option<[Bounded; 2]> {
+        let (axis, cut) = parent.cut()?;
         let half = |upper_half: bool| {
             let (mut lower, mut upper) = (parent.lower.clone(), parent.upper_corner.clone());
             if upper_half {
@@ -135,9 +163,7 @@ impl Search {
             } else {
                 upper[axis] = cut
             }
-            let (node, candidate) =
-                self.bound(lower, upper, &parent.undecided, parent.settled, known);
-            ((node.upper > known).then_some(node), candidate)
+            self.bound(lower, upper, &parent.undecided, parent.settled, known)
         };
         Some([half(false), half(true)])
     }
@@ -150,7 +176,7 @@ impl Search {
         undecided: &[Undecided],
         settled: f64,
         known: f64,
-    ) -> (Node, Option<Vec<f64>>) {
+    ) -> Bounded {
         let centre: Vec<f64> = lower.iter().zip(&upper).map(|(&l, &u)| middle(l, u)).collect();
         let reach: Vec<f64> = centre
             .iter()
@@ -222,17 +248,12 @@ impl Search {
             upper: bound,
             split,
         };
-        (node, promising.then_some(centre))
+        Bounded { node, pairs, candidate: promising.then_some(centre) }
     }
 
     /// The bound of a box summed without rounding; `centre` tells the states of the switches that
     /// are not undecided.
-    fn exact_bound(
-        &self,
-        centre: &[f64],
-        undecided: &[Undecided],
-        pairs: &[(usize, usize)],
-    ) -> f64 {
+    fn exact_bound(&self, centre: &[f64], undecided: &[Undecided], pairs: &[Apart]) -> f64 {
         let mut decided = vec![true; self.rest.switches.len()];
         for u in undecided {
             decided[u.switch as usize] = false;
@@ -247,11 +268,11 @@ impl Search {
         let gain = |n: usize| &self.rest.switches[undecided[n].switch as usize].gain;
         let hoped = |n| if gain(n).sign() == Ordering::Greater { gain(n) } else { &zero };
         let failed = |n| if gain(n).sign() == Ordering::Less { gain(n) } else { &zero };
-        let paired = |n: usize| pairs.iter().any(|&(a, b)| a == n || b == n);
+        let paired = |n: usize| pairs.iter().any(|pair| pair.first == n || pair.second == n);
         for n in (0..undecided.len()).filter(|&n| !paired(n)) {
             sum = sum.plus(hoped(n));
         }
-        for &(m, n) in pairs {
+        for &Apart { first: m, second: n, .. } in pairs {
             let (first, second) = (failed(m).plus(hoped(n)), hoped(m).plus(failed(n)));
             let larger = first.minus(&second).sign() == Ordering::Greater;
             sum = sum.plus(if larger { &first } else { &second });
@@ -267,14 +288,14 @@ impl Search {
         undecided: &mut [Undecided],
         values: &[f64],
         reach: &[f64],
-    ) -> (f64, Vec<(usize, usize)>) {
+    ) -> (f64, Vec<Apart>) {
         let gain = |u: &Undecided| self.gains[u.switch as usize];
         let mut conflicts = Vec::new();
         for m in 1..undecided.len() {
             for n in 0..m {
-                if self.exclude_each_other(undecided, values, reach, m, n) {
+                if let Some(bend) = self.exclude_each_other(undecided, values, reach, m, n) {
                     let loss = gain(&undecided[m]).abs().min(gain(&undecided[n]).abs());
-                    conflicts.push((loss, m, n));
+                    conflicts.push((loss, m, n, bend));
                 }
             }
         }
@@ -283,12 +304,12 @@ impl Search {
         let mut paired = vec![false; undecided.len()];
         let mut pairs = Vec::new();
         let mut sum = 0.0;
-        for (_, m, n) in conflicts {
+        for (_, m, n, bend) in conflicts {
             if paired[m] || paired[n] {
                 continue;
             }
             (paired[m], paired[n]) = (true, true);
-            pairs.push((m, n));
+            pairs.push(Apart { first: m, second: n, bend });
             let (p, q) = (gain(&undecided[m]), gain(&undecided[n]));
             let first_fails = add_up(p.min(0.0), q.max(0.0));
             let second_fails = add_up(p.max(0.0), q.min(0.0));
@@ -303,7 +324,7 @@ impl Search {
         (sum, pairs)
     }
 
-    /// Whether no point of the box lies on the hoped-for side of both switches.
+    /// Where a combination of both switches bends that shows that no point of the box lies on the hoped-for side of both.
     fn exclude_each_other(
         &self,
         undecided: &[Undecided],
@@ -311,7 +332,7 @@ impl Search {
         reach: &[f64],
         m: usize,
         n: usize,
-    ) -> bool {
+    ) -> Option<usize> {
         let (j, l) = (undecided[m].switch as usize, undecided[n].switch as usize);
         // Sides as signs: positive where the hope is fulfilled.
         let side = |index: usize| if self.gains[index] > 0.0 { 1.0 } else { -1.0 };
@@ -319,7 +340,7 @@ impl Search {
         let (p, q) = (self.row(j), self.row(l));
         // The maximum over the box is convex and piecewise linear in the share of the first
         // switch; it bends where a coefficient of the combination vanishes.
-        (0..self.inputs).any(|bend| {
+        (0..self.inputs).find(|&bend| {
             let (a, b) = (s * p[bend], t * q[bend]);
             if a * b >= 0.0 {
                 return false;
@@ -355,6 +376,17 @@ fn add_up(a: f64, b: f64) -> f64 {
 }
 
 impl Node {
+    /// The input across which the box is halved, and where; `None` if it is too small.
+    pub(crate) fn cut(&self) -> Option<(usize, f64)> {
+        let axis = self.split?;
+        Some((axis, middle(self.lower[axis], self.upper_corner[axis])))
+    }
+
+    /// The switches undecided over the box.
+    pub(crate) fn undecided(&self) -> impl Iterator<Item = usize> + '_ {
+        self.undecided.iter().map(|undecided| undecided.switch as usize)
+    }
+
     /// The bound without its last 16 bits, ordered as the bound is. Where many boxes share a
     /// bound, as along the flat in which a few switches meet, rounding must not decide.
     fn rank(&self) -> i64 {

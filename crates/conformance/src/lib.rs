@@ -17,6 +17,7 @@
 mod bound;
 mod branch;
 mod cells;
+mod certificate;
 mod change_cost;
 mod error;
 mod exact;
@@ -33,6 +34,7 @@ mod verify;
 
 pub use branch::Stop;
 pub use cells::{Enumerated, largest_slope_by_enumeration};
+pub use certificate::{Certificate, TreeNode, certify};
 pub use change_cost::ChangeCost;
 pub use error::ConformanceError;
 pub use network::OneHiddenLayer;

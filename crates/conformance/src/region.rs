@@ -98,6 +98,11 @@ impl Region {
         Ok(region)
     }
 
+    /// Every signal with its bounds, scaled units, by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, [f64; 2])> {
+        self.bounds.iter().map(|(name, bounds)| (name.as_str(), *bounds))
+    }
+
     /// The bounds of a signal, scaled units.
     #[must_use]
     pub fn bounds(&self, signal: &str) -> Option<[f64; 2]> {

@@ -23,6 +23,8 @@ use crate::region::BoxRegion;
 /// A hyperplane `w x + b = 0` and what crossing it to `w x + b > 0` adds to the slope.
 #[derive(Clone, Debug)]
 pub(crate) struct Switch {
+    /// The neurons on this hyperplane; the first gives its side.
+    pub(crate) neurons: Vec<usize>,
     /// Normal, one weight per input; the weight of the tested input is not 0.
     pub(crate) weights: Vec<f64>,
     /// Offset.
@@ -38,6 +40,8 @@ pub(crate) struct SlopeSum {
     pub(crate) tested: usize,
     pub(crate) constant: Dyadic,
     pub(crate) switches: Vec<Switch>,
+    /// Groups of two or more neurons that share a hyperplane, also of those whose gains cancel.
+    pub(crate) together: Vec<Vec<usize>>,
 }
 
 impl SlopeSum {
@@ -54,19 +58,26 @@ impl SlopeSum {
                 continue;
             }
             match switches.iter_mut().find(|known| known.shares_hyperplane(weights, bias, tested)) {
-                None => switches.push(Switch { weights: weights.to_vec(), bias, gain }),
+                None => {
+                    let neurons = vec![j];
+                    switches.push(Switch { neurons, weights: weights.to_vec(), bias, gain });
+                }
                 Some(known) if (known.weights[tested] > 0.0) == (weights[tested] > 0.0) => {
+                    known.neurons.push(j);
                     known.gain = known.gain.plus(&gain);
                 }
                 // On the far side of the same hyperplane: always on, and off where `known` is on.
                 Some(known) => {
+                    known.neurons.push(j);
                     constant = constant.plus(&gain);
                     known.gain = known.gain.minus(&gain);
                 }
             }
         }
+        let shared = switches.iter().filter(|switch| switch.neurons.len() > 1);
+        let together = shared.map(|switch| switch.neurons.clone()).collect();
         switches.retain(|switch| switch.gain.sign() != Ordering::Equal);
-        Self { tested, constant, switches }
+        Self { tested, constant, switches, together }
     }
 
     /// Exact one-sided slope to the right at `point`.

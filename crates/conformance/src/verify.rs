@@ -116,6 +116,9 @@ pub struct Row {
     /// Share of simulated points on which the property fails, if the caller adds it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_points: Option<Share>,
+    /// Whether the independent checker accepts the row's certificate, if the caller asked it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certified: Option<bool>,
     /// Physical units, if the caller adds them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub physical: Option<Physical>,
@@ -192,6 +195,7 @@ pub fn verify(
         milp,
         share_of_region: None,
         share_of_points: None,
+        certified: None,
         physical: None,
     })
 }

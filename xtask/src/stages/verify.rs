@@ -14,6 +14,7 @@ use physiology::Compartment;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
+use crate::certificates::certified;
 use crate::cli::VerifyArgs;
 use crate::manifest::Manifest;
 use crate::models::read_population;
@@ -91,10 +92,19 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         progress.advance(&format!("{} against {}", property.network, property.input));
         rows.push(row);
     }
+    let bytes = if args.repair {
+        model.to_safetensors()
+    } else {
+        std::fs::read(&args.model)
+            .with_context(|| format!("cannot read '{}'", args.model.display()))?
+    };
+    let certified = certified(&mut rows, &properties, &model, &bytes, &region)?;
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
     let summary = format!(
-        "{} proved, {} violated, {} undecided of {} rows",
+        "{} proved ({} certificates checked in {:.1} s), {} violated, {} undecided of {} rows",
         count(Verdict::Proved),
+        certified.accepted,
+        certified.took.as_secs_f64(),
         count(Verdict::Violated),
         count(Verdict::Undecided),
         rows.len()
@@ -102,6 +112,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     let table = table(&rows);
     output.write_json("conformance.json", &Report { rows })?;
     output.write("conformance.txt", table.as_bytes())?;
+    output.write("certificates.json", &certified.file)?;
     let place = output.finish()?;
     note(table);
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));

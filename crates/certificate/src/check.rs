@@ -1,0 +1,328 @@
+//! The check of one certificate after the other.
+
+use std::collections::BTreeMap;
+
+use num_bigint::BigInt;
+
+use crate::Rejection;
+use crate::format::{Certificate, Certificates, Leaf, Node, hexadecimal};
+use crate::grid::{last_bit, whole};
+use crate::model::Network;
+
+/// A certificate that was found to prove its claim.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accepted {
+    /// The sub-network.
+    pub network: String,
+    /// The tested input.
+    pub input: String,
+    /// "decreasing" or "increasing".
+    pub property: String,
+    /// Upper bound on the slope against the property; the property holds if it is not above 0.
+    pub claim: f64,
+    /// Boxes that were looked at.
+    pub leaves: usize,
+}
+
+/// Checks all certificates of a file against a model file.
+///
+/// # Errors
+/// The first [`Rejection`].
+pub fn check(certificates: &[u8], model: &[u8]) -> Result<Vec<Accepted>, Rejection> {
+    let read = Certificates::read(certificates)?;
+    let found = hexadecimal(model);
+    if found != read.model_sha256 {
+        return Err(Rejection::OtherModel { found, named: read.model_sha256 });
+    }
+    read.certificates
+        .iter()
+        .map(|certificate| {
+            let network = Network::read(model, &certificate.network)?;
+            let leaves = prove(certificate, &network, &read.bounds).map_err(|reason| {
+                Rejection::Unproved {
+                    network: certificate.network.clone(),
+                    input: certificate.input.clone(),
+                    property: certificate.property.clone(),
+                    reason,
+                }
+            })?;
+            Ok(Accepted {
+                network: certificate.network.clone(),
+                input: certificate.input.clone(),
+                property: certificate.property.clone(),
+                claim: certificate.claim,
+                leaves,
+            })
+        })
+        .collect()
+}
+
+/// A hyperplane and what crossing it to its positive side adds to the slope, in units of the grids.
+struct Switch {
+    /// The first of its neurons.
+    neuron: usize,
+    weights: Vec<BigInt>,
+    bias: BigInt,
+    gain: BigInt,
+}
+
+/// A box that is still to be looked at, with what is known of the box it comes from.
+#[derive(Clone)]
+struct Open {
+    lower: Vec<BigInt>,
+    upper: Vec<BigInt>,
+    /// Constant and gains of switches that are on.
+    settled: BigInt,
+    /// Places of switches without a fixed state.
+    undecided: Vec<usize>,
+}
+
+/// The number of leaves, or what does not hold.
+fn prove(
+    certificate: &Certificate,
+    network: &Network,
+    bounds: &BTreeMap<String, [f64; 2]>,
+) -> Result<usize, String> {
+    let tested = place(network, &certificate.input)?;
+    let against = match certificate.property.as_str() {
+        "decreasing" => 1.0,
+        "increasing" => -1.0,
+        other => return Err(format!("there is no property '{other}'")),
+    };
+    let boxed: Vec<[f64; 2]> = network
+        .inputs
+        .iter()
+        .map(|input| match bounds.get(input) {
+            Some([lower, upper]) if lower.is_finite() && upper.is_finite() && lower <= upper => {
+                Ok([*lower, *upper])
+            }
+            Some(_) => Err(format!("the bounds of '{input}' are no interval")),
+            None => Err(format!("the box has no bounds for '{input}'")),
+        })
+        .collect::<Result<_, _>>()?;
+    if boxed[tested][0] >= boxed[tested][1] {
+        return Err(format!("the box leaves '{}' no room to move", certificate.input));
+    }
+    if !certificate.claim.is_finite() {
+        return Err("the claim is not a finite number".to_owned());
+    }
+
+    // Grids: of input weights, of coordinates, of output weights. Products lie on sums of exponents.
+    let ats = certificate.tree.iter().filter_map(|node| match node {
+        Node::Split(split) => Some(split.at),
+        Node::Leaf(_) => None,
+    });
+    let ats: Vec<f64> = ats.collect();
+    if ats.iter().any(|at| !at.is_finite()) {
+        return Err("a split is not at a finite number".to_owned());
+    }
+    let finest =
+        |values: &mut dyn Iterator<Item = f64>| values.filter_map(last_bit).min().unwrap_or(0);
+    let by_weight = finest(&mut network.weights.iter().flatten().copied());
+    let by_bias = finest(&mut network.biases.iter().copied());
+    let by_point =
+        finest(&mut boxed.iter().flatten().chain(&ats).copied()).min(by_bias - by_weight);
+    let by_claim = finest(&mut std::iter::once(certificate.claim));
+    let by_output = finest(&mut network.output.iter().copied()).min(by_claim - by_weight);
+
+    let (constant, switches) =
+        switches(certificate, network, tested, against, [by_weight, by_point, by_output])?;
+    let claim = whole(certificate.claim, by_weight + by_output);
+    let coordinate = |value: f64| whole(value, by_point);
+    let mut open = vec![Open {
+        lower: boxed.iter().map(|ends| coordinate(ends[0])).collect(),
+        upper: boxed.iter().map(|ends| coordinate(ends[1])).collect(),
+        settled: constant,
+        undecided: (0..switches.len()).collect(),
+    }];
+    let mut leaves = 0;
+    for (number, node) in certificate.tree.iter().enumerate() {
+        let Some(parent) = open.pop() else {
+            return Err(format!("node {number} and what follows belong to no box"));
+        };
+        let known = settle(parent, &switches);
+        match node {
+            Node::Split(split) => {
+                let axis = place(network, &split.split)?;
+                let at = coordinate(split.at);
+                if at <= known.lower[axis] || at >= known.upper[axis] {
+                    return Err(format!("node {number} is split outside of its box"));
+                }
+                let (mut above, mut below) = (known.clone(), known);
+                above.lower[axis] = at.clone();
+                below.upper[axis] = at;
+                // The lower half comes next.
+                open.extend([above, below]);
+            }
+            Node::Leaf(leaf) => {
+                leaves += 1;
+                let bound = bound(leaf, &known, &switches, network)
+                    .map_err(|reason| format!("node {number}: {reason}"))?;
+                if bound > claim {
+                    return Err(format!(
+                        "node {number}: its bound is above the claim of {}",
+                        certificate.claim
+                    ));
+                }
+            }
+        }
+    }
+    if !open.is_empty() {
+        return Err(format!("{} boxes have no leaf", open.len()));
+    }
+    Ok(leaves)
+}
+
+/// The slope's constant and its switches, one for each group of neurons.
+fn switches(
+    certificate: &Certificate,
+    network: &Network,
+    tested: usize,
+    against: f64,
+    [by_weight, by_point, by_output]: [i64; 3],
+) -> Result<(BigInt, Vec<Switch>), String> {
+    let hidden = network.biases.len();
+    let mut grouped = vec![false; hidden];
+    for &neuron in certificate.together.iter().flatten() {
+        match grouped.get_mut(neuron) {
+            None => return Err(format!("there is no neuron {neuron}")),
+            Some(true) => return Err(format!("neuron {neuron} is in two groups")),
+            Some(free) => *free = true,
+        }
+    }
+    let alone = (0..hidden).filter(|neuron| !grouped[*neuron]).map(|neuron| vec![neuron]);
+    let of = |neuron: usize| -> Vec<BigInt> {
+        let weights = network.weights[neuron].iter().map(|w| whole(*w, by_weight));
+        weights.chain([whole(network.biases[neuron], by_weight + by_point)]).collect()
+    };
+    let mut constant = BigInt::ZERO;
+    let mut found = Vec::new();
+    for group in certificate.together.iter().cloned().chain(alone) {
+        let Some(&first) = group.first() else {
+            return Err("a group has no neuron".to_owned());
+        };
+        let mut row = of(first);
+        if row[tested] == BigInt::ZERO {
+            if group.len() > 1 {
+                return Err(format!("neuron {first} does not see the tested input"));
+            }
+            continue;
+        }
+        let mut gain = BigInt::ZERO;
+        for &neuron in &group {
+            let other = of(neuron);
+            let same = row.iter().zip(&other).all(|(a, b)| a * &other[tested] == b * &row[tested]);
+            if !same || other[tested] == BigInt::ZERO {
+                return Err(format!("neurons {first} and {neuron} do not share a hyperplane"));
+            }
+            let slope = &other[tested] * whole(against * network.output[neuron], by_output);
+            if (row[tested] > BigInt::ZERO) == (other[tested] > BigInt::ZERO) {
+                gain += slope;
+            } else {
+                // On where the first is off: always, less where the first is on.
+                constant += &slope;
+                gain -= slope;
+            }
+        }
+        if gain != BigInt::ZERO {
+            let bias = row.pop().expect("weights and a bias");
+            found.push(Switch { neuron: first, weights: row, bias, gain });
+        }
+    }
+    Ok((constant, found))
+}
+
+/// Takes switches that have one state over the box out of the undecided ones.
+fn settle(mut known: Open, switches: &[Switch]) -> Open {
+    let mut still = Vec::with_capacity(known.undecided.len());
+    for place in known.undecided {
+        let switch = &switches[place];
+        let (mut least, mut greatest) = (switch.bias.clone(), switch.bias.clone());
+        for (weight, (lower, upper)) in
+            switch.weights.iter().zip(known.lower.iter().zip(&known.upper))
+        {
+            let (one, other) = (weight * lower, weight * upper);
+            if *weight >= BigInt::ZERO {
+                (least, greatest) = (least + one, greatest + other);
+            } else {
+                (least, greatest) = (least + other, greatest + one);
+            }
+        }
+        if least >= BigInt::ZERO {
+            known.settled += &switch.gain;
+        } else if greatest > BigInt::ZERO {
+            still.push(place);
+        }
+    }
+    Open { undecided: still, ..known }
+}
+
+/// What the slope is at most in a leaf.
+fn bound(
+    leaf: &Leaf,
+    known: &Open,
+    switches: &[Switch],
+    network: &Network,
+) -> Result<BigInt, String> {
+    let mut sum = known.settled.clone();
+    for &place in &known.undecided {
+        sum += hoped(&switches[place].gain);
+    }
+    let mut used = Vec::new();
+    for (first, second, input) in &leaf.apart {
+        let find = |neuron: usize| {
+            let mut places = known.undecided.iter();
+            let place = places.find(|place| switches[**place].neuron == neuron);
+            place.copied().ok_or_else(|| format!("neuron {neuron} leads no undecided group"))
+        };
+        let pair = [find(*first)?, find(*second)?];
+        if pair[0] == pair[1] || pair.iter().any(|place| used.contains(place)) {
+            return Err(format!("neuron {first} or {second} is counted twice"));
+        }
+        used.extend(pair);
+        let axis = self::place(network, input)?;
+        let pair = pair.map(|place| &switches[place]);
+        if !apart(pair, axis, known) {
+            return Err(format!("neurons {first} and {second} are not apart"));
+        }
+        // One of the two hopes fails: the one that costs less, at best.
+        sum -= pair.map(|switch| size(&switch.gain)).into_iter().min().expect("two");
+    }
+    Ok(sum)
+}
+
+/// Whether a combination of two switches, each turned to its hoped-for side, without weight on `axis`, is negative in the
+/// whole box.
+fn apart(pair: [&Switch; 2], axis: usize, known: &Open) -> bool {
+    let turned = |switch: &Switch, value: &BigInt| {
+        if switch.gain > BigInt::ZERO { value.clone() } else { -value }
+    };
+    let [one, other] = pair;
+    let (a, b) = (turned(one, &one.weights[axis]), turned(other, &other.weights[axis]));
+    if &a * &b >= BigInt::ZERO {
+        return false;
+    }
+    let (by_one, by_other) = (size(&b), size(&a));
+    let combined = |p: &BigInt, q: &BigInt| &by_one * turned(one, p) + &by_other * turned(other, q);
+    let mut greatest = combined(&one.bias, &other.bias);
+    for ((p, q), (lower, upper)) in
+        one.weights.iter().zip(&other.weights).zip(known.lower.iter().zip(&known.upper))
+    {
+        let weight = combined(p, q);
+        greatest += if weight >= BigInt::ZERO { &weight * upper } else { &weight * lower };
+    }
+    greatest < BigInt::ZERO
+}
+
+fn hoped(gain: &BigInt) -> BigInt {
+    gain.clone().max(BigInt::ZERO)
+}
+
+fn size(value: &BigInt) -> BigInt {
+    BigInt::from(value.magnitude().clone())
+}
+
+fn place(network: &Network, input: &str) -> Result<usize, String> {
+    let found = network.inputs.iter().position(|name| name == input);
+    found.ok_or_else(|| format!("'{}' is no input", input))
+}

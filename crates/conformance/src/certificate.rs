@@ -1,0 +1,97 @@
+//! Split trees that a checker can follow without the search that found them.
+
+use serde::Serialize;
+
+use crate::bound::{Bounded, Search};
+use crate::error::ConformanceError;
+use crate::network::OneHiddenLayer;
+use crate::property::{Direction, Property};
+use crate::region::Region;
+use crate::share::slope_sum;
+
+/// A proof that a slope against a property is at most `claim` over a box; `certificate` checks it, the format is
+/// described there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Certificate {
+    /// Output name of the network.
+    pub network: String,
+    /// The tested input.
+    pub input: String,
+    /// The direction asked for.
+    pub property: Direction,
+    /// Upper bound, scaled output per minute per scaled input.
+    pub claim: f64,
+    /// Neurons that share a hyperplane, in groups of two or more; the first gives its side.
+    pub together: Vec<Vec<usize>>,
+    /// The tree in the order node, lower half, upper half.
+    pub tree: Vec<TreeNode>,
+}
+
+/// A node of a certificate's tree.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum TreeNode {
+    /// A box that is halved.
+    Split {
+        /// The input across which.
+        split: String,
+        /// The value at which, scaled.
+        at: f64,
+    },
+    /// A box whose bound is at most the claim.
+    Leaf {
+        /// Pairs of neurons, each the first of its group, whose hopes exclude each other, and the input whose weight vanishes
+        /// in the combination that shows it.
+        apart: Vec<(usize, usize, String)>,
+    },
+}
+
+/// The certificate that a slope against `property` is at most `claim`, in at most so many nodes; `None` if the search's own
+/// splits do not show it in as many.
+///
+/// Splits follow from boxes alone, so that the tree is part of the one that found the claim.
+///
+/// # Errors
+/// What [`verify()`](crate::verify()) refuses.
+pub fn certify(
+    network: &OneHiddenLayer,
+    property: &Property,
+    region: &Region,
+    claim: f64,
+    nodes: usize,
+) -> Result<Option<Certificate>, ConformanceError> {
+    let sum = slope_sum(network, property)?;
+    let boxed = region.box_of(network)?;
+    boxed.check_free(network, sum.tested)?;
+    let search = Search::new(&sum, &boxed);
+    let name = |input: usize| network.inputs()[input].clone();
+    let mut tree = Vec::new();
+    let mut open = vec![search.whole(&boxed, claim)];
+    while let Some(Bounded { node, pairs, .. }) = open.pop() {
+        if tree.len() == nodes {
+            return Ok(None);
+        }
+        if node.upper <= claim {
+            let undecided: Vec<usize> = node.undecided().collect();
+            let first = |place: usize| search.rest.switches[undecided[place]].neurons[0];
+            let apart = pairs.iter().map(|p| (first(p.first), first(p.second), name(p.bend)));
+            tree.push(TreeNode::Leaf { apart: apart.collect() });
+            continue;
+        }
+        let (Some((axis, at)), Some([below, above])) = (node.cut(), search.children(&node, claim))
+        else {
+            return Ok(None);
+        };
+        tree.push(TreeNode::Split { split: name(axis), at });
+        // The lower half comes next.
+        open.extend([above, below]);
+    }
+    Ok(Some(Certificate {
+        network: property.network.clone(),
+        input: property.input.clone(),
+        property: property.direction,
+        claim,
+        together: sum.together,
+        tree,
+    }))
+}
