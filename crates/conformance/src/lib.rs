@@ -30,6 +30,7 @@ mod repair;
 mod replay;
 mod share;
 mod slope;
+mod step;
 mod verify;
 
 pub use branch::Stop;
@@ -42,4 +43,5 @@ pub use property::{Direction, Property, PropertyKind, paper_properties};
 pub use region::{BoxRegion, Region, Scaling, Signal};
 pub use repair::{RepairRule, Repaired, repair};
 pub use share::{Share, share_of_points, share_of_region};
+pub use step::{StepBracket, step_bracket};
 pub use verify::{CrossCheck, Limits, Physical, Report, Row, Verdict, Witness, verify};

@@ -15,6 +15,7 @@ use crate::region::{BoxRegion, Region, Scaling};
 use crate::replay::{Replay, longest_step};
 use crate::share::{Share, slope_sum};
 use crate::slope::SlopeSum;
+use crate::step::StepBracket;
 
 /// How long to search, and what to run beside the certified search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,6 +117,9 @@ pub struct Row {
     /// Share of simulated points on which the property fails, if the caller adds it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub share_of_points: Option<Share>,
+    /// The paper's z for a step of the caller's, if the caller adds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<StepBracket>,
     /// Whether the independent checker accepts the row's certificate, if the caller asked it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<bool>,
@@ -195,6 +199,7 @@ pub fn verify(
         milp,
         share_of_region: None,
         share_of_points: None,
+        step: None,
         certified: None,
         physical: None,
     })

@@ -1,19 +1,20 @@
-//! The largest slope as a mixed-integer linear programme, through good_lp and HiGHS.
+//! Mixed-integer linear programmes through good_lp and HiGHS: three forms of the paper's question.
 //!
-//! One binary `q_j` a switch that the box leaves undecided, over the inputs x of the box:
+//! - **Gradient** ([`solve`]): the largest slope M. One binary `q_j` a switch that the box leaves undecided, over the inputs x
+//!   of the box: maximise `constant + sum c_j q_j` subject to `a_j >= L_j (1 - q_j)` where `c_j > 0` and
+//!   `a_j <= U_j q_j` where `c_j < 0`, with `L_j <= a_j <= U_j` the switch's range over the box.
+//! - **Difference** and **two copies** ([`solve_step`]): z, the largest movement against the property when the tested input
+//!   grows by at most delta; the second is the paper's own (section "Conformance Verification").
 //!
-//! maximise `constant + sum c_j q_j` subject to `a_j >= L_j (1 - q_j)` where `c_j > 0` and
-//! `a_j <= U_j q_j` where `c_j < 0`, with `L_j <= a_j <= U_j` the switch's range over the box.
-//!
-//! This is the gradient form of the paper's section "Conformance Verification", whose own form
-//! compares two copies of the network. The solver works to tolerances in floating point: what it
-//! calls optimal and what it calls a bound are **claims**. Its point is moved into the interior of
-//! the linear piece that the binaries describe, and the slope there is evaluated exactly; only that
+//! The solver works to tolerances in floating point: what it
+//! calls optimal and what it calls a bound are **claims**. Its point is evaluated exactly; only that
 //! number is attained.
 //!
 //! The caution is not idle: HiGHS 1.15.0 calls 2.958 optimal for a programme of six binaries that has
 //! a feasible point of value 3.583, which it accepts if it is handed over as a start (the network is in
 //! `tests/engines.rs`). [`crate::verify()`] flags such rows.
+
+mod step;
 
 use std::time::Duration;
 
@@ -28,6 +29,8 @@ use crate::property::Property;
 use crate::region::{BoxRegion, Region};
 use crate::share::slope_sum;
 use crate::slope::SlopeSum;
+
+pub use step::{Form, StepReport, solve_step};
 
 /// Limits of one solve. One thread is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,42 +194,58 @@ impl<'a> Programme<'a> {
             };
             problem.add_constraint(constraint);
         }
-        // good_lp has neither bound nor node count; the model inside has, without its options.
-        let mut model = problem.try_into_inner().map_err(|e| ("building", e.to_string()))?;
-        let refused = |_| ("setting options", "option refused".to_owned());
-        model.try_set_option("output_flag", false).map_err(refused)?;
-        model.try_set_option("threads", 1).map_err(refused)?;
-        model.try_set_option("parallel", "off").map_err(refused)?;
-        model.try_set_option("random_seed", 0).map_err(refused)?;
-        model.try_set_option("time_limit", limits.time.as_secs_f64()).map_err(refused)?;
-        model.try_set_option("mip_rel_gap", limits.relative_gap).map_err(refused)?;
-        model.try_set_option("mip_abs_gap", 0.0).map_err(refused)?;
-        // The tightest that HiGHS accepts for both is 1e-10; 1e-9 leaves it room to converge.
-        model.try_set_option("mip_feasibility_tolerance", 1e-9).map_err(refused)?;
-        model.try_set_option("primal_feasibility_tolerance", 1e-9).map_err(refused)?;
-        let solved = model.try_solve().map_err(|e| ("solving", format!("{e:?}")))?;
-
-        let status = match solved.status() {
-            HighsModelStatus::Optimal => MilpStatus::Optimal,
-            HighsModelStatus::ReachedTimeLimit
-            | HighsModelStatus::ReachedIterationLimit
-            | HighsModelStatus::ReachedSolutionLimit
-            | HighsModelStatus::ReachedMemoryLimit
-            | HighsModelStatus::ReachedInterrupt => MilpStatus::Limit,
-            other => return Err(("solving", format!("{other:?}"))),
-        };
-        let unread = |e| ("reading the result", format!("{e:?}"));
-        let bound = solved.double_info_value(c"mip_dual_bound").map_err(unread)?;
-        let feasible = solved.primal_solution_status() == highs::HighsSolutionStatus::Feasible;
-        let incumbent = feasible.then(|| {
-            let solution = solved.get_solution();
-            let columns = solution.columns();
-            Incumbent {
-                point: point_at(&columns[..inputs.len()], self.region, self.tested),
-                on: columns[inputs.len()..].iter().map(|&q| q > 0.5).collect(),
-                objective: self.constant + solved.objective_value(),
-            }
+        let solved = run(problem, limits)?;
+        let incumbent = solved.columns.map(|columns| Incumbent {
+            point: point_at(&columns[..inputs.len()], self.region, self.tested),
+            on: columns[inputs.len()..].iter().map(|&q| q > 0.5).collect(),
+            objective: self.constant + solved.objective,
         });
-        Ok(Answer { status, incumbent, bound: self.constant + bound })
+        Ok(Answer { status: solved.status, incumbent, bound: self.constant + solved.bound })
     }
+}
+
+/// What HiGHS says of a programme.
+struct Solved {
+    status: MilpStatus,
+    /// Values of all variables in the order they were added, if it has a feasible point.
+    columns: Option<Vec<f64>>,
+    objective: f64,
+    bound: f64,
+}
+
+/// Solves a programme on one thread.
+fn run(
+    problem: good_lp::solvers::highs::HighsProblem,
+    limits: &MilpLimits,
+) -> Result<Solved, Failure> {
+    // good_lp has neither bound nor node count; the model inside has, without its options.
+    let mut model = problem.try_into_inner().map_err(|e| ("building", e.to_string()))?;
+    let refused = |_| ("setting options", "option refused".to_owned());
+    model.try_set_option("output_flag", false).map_err(refused)?;
+    model.try_set_option("threads", 1).map_err(refused)?;
+    model.try_set_option("parallel", "off").map_err(refused)?;
+    model.try_set_option("random_seed", 0).map_err(refused)?;
+    model.try_set_option("time_limit", limits.time.as_secs_f64()).map_err(refused)?;
+    model.try_set_option("mip_rel_gap", limits.relative_gap).map_err(refused)?;
+    model.try_set_option("mip_abs_gap", 0.0).map_err(refused)?;
+    // The tightest that HiGHS accepts for both is 1e-10; 1e-9 leaves it room to converge.
+    model.try_set_option("mip_feasibility_tolerance", 1e-9).map_err(refused)?;
+    model.try_set_option("primal_feasibility_tolerance", 1e-9).map_err(refused)?;
+    let solved = model.try_solve().map_err(|e| ("solving", format!("{e:?}")))?;
+
+    let status = match solved.status() {
+        HighsModelStatus::Optimal => MilpStatus::Optimal,
+        HighsModelStatus::ReachedTimeLimit
+        | HighsModelStatus::ReachedIterationLimit
+        | HighsModelStatus::ReachedSolutionLimit
+        | HighsModelStatus::ReachedMemoryLimit
+        | HighsModelStatus::ReachedInterrupt => MilpStatus::Limit,
+        other => return Err(("solving", format!("{other:?}"))),
+    };
+    let unread = |e| ("reading the result", format!("{e:?}"));
+    let bound = solved.double_info_value(c"mip_dual_bound").map_err(unread)?;
+    let feasible = solved.primal_solution_status() == highs::HighsSolutionStatus::Feasible;
+    let objective = solved.objective_value();
+    let columns = feasible.then(|| solved.get_solution().columns().to_vec());
+    Ok(Solved { status, columns, objective, bound })
 }

@@ -1,0 +1,259 @@
+//! z, the largest movement against a property over a step of the tested input: the paper's quantity.
+
+use std::time::Duration;
+
+use good_lp::{Expression, ProblemVariables, SolverModel, Variable, variable};
+use serde::Serialize;
+
+use super::{Failure, MilpLimits, MilpStatus, Solved, run};
+use crate::error::ConformanceError;
+use crate::interior::{point_at, unit_inputs};
+use crate::network::OneHiddenLayer;
+use crate::property::Property;
+use crate::region::{BoxRegion, Region};
+use crate::replay::{Replay, replay};
+
+/// How a step is written as a programme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// One copy of the network; one binary a neuron says which of two bounds holds for its change.
+    Difference,
+    /// Two copies, each with a binary a neuron (paper).
+    TwoCopies,
+}
+
+/// What the solver says of a step, and what of it survives exact evaluation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StepReport {
+    /// The form that was solved.
+    pub form: Form,
+    /// How the solve ended.
+    pub status: MilpStatus,
+    /// Longest step, scaled.
+    pub delta: f64,
+    /// Movement against the property over the solver's step, exact and rounded down: attained, whatever the solver
+    /// says. Scaled output per minute.
+    pub z_lower: Option<f64>,
+    /// The point before the step, scaled, in the order of the network's inputs.
+    pub point: Option<Vec<f64>>,
+    /// The step, scaled.
+    pub step: Option<f64>,
+    /// Objective claimed by the solver.
+    pub claimed_objective: Option<f64>,
+    /// Bound claimed by the solver. Not a proof.
+    pub claimed_bound: f64,
+    /// Number of binaries.
+    pub binaries: usize,
+    /// Time taken, by the caller's clock.
+    pub seconds: f64,
+}
+
+/// Solves for the largest movement against `property` when the tested input grows by at most `delta` (scaled) within the
+/// box.
+///
+/// # Errors
+/// Those of [`super::solve`]; [`ConformanceError::Limit`] for a `delta` that is not above 0.
+pub fn solve_step(
+    network: &OneHiddenLayer,
+    property: &Property,
+    region: &Region,
+    delta: f64,
+    form: Form,
+    limits: &MilpLimits,
+    clock: &(dyn Fn() -> Duration + Sync),
+) -> Result<StepReport, ConformanceError> {
+    for (limit, value, good, range) in [
+        ("delta", delta, delta.is_finite() && delta > 0.0, "above 0"),
+        (
+            "milp relative_gap",
+            limits.relative_gap,
+            limits.relative_gap.is_finite() && limits.relative_gap >= 0.0,
+            "0 or more",
+        ),
+    ] {
+        if !good {
+            return Err(ConformanceError::Limit { limit, value, range });
+        }
+    }
+    let tested = crate::share::slope_sum(network, property)?.tested;
+    let boxed = region.box_of(network)?;
+    boxed.check_free(network, tested)?;
+    let began = clock();
+    let programme = Programme::new(network, &boxed, tested, property.direction.against(), delta);
+    let (solved, binaries) = programme.solve(form, limits).map_err(|(stage, reason)| {
+        let (network, input) = (property.network.clone(), property.input.clone());
+        ConformanceError::Solver { network, input, stage, reason }
+    })?;
+    let attained: Option<Replay> = solved.columns.as_ref().map(|columns| {
+        let point = point_at(&columns[..boxed.lower().len()], &boxed, tested);
+        let share = columns[boxed.lower().len()].clamp(0.0, 1.0);
+        let from = point[tested];
+        let mut to = (from + share * programme.delta).min(boxed.upper()[tested]);
+        while to - from > delta {
+            to = to.next_down();
+        }
+        replay(network, &point, tested, to, property.direction)
+    });
+    let point = solved
+        .columns
+        .as_ref()
+        .map(|columns| point_at(&columns[..boxed.lower().len()], &boxed, tested));
+    Ok(StepReport {
+        form,
+        status: solved.status,
+        delta,
+        z_lower: attained.as_ref().map(|step| step.rise),
+        point,
+        step: attained.as_ref().map(|step| step.to - step.from),
+        claimed_objective: solved.columns.as_ref().map(|_| solved.objective),
+        claimed_bound: solved.bound,
+        binaries,
+        seconds: clock().saturating_sub(began).as_secs_f64(),
+    })
+}
+
+/// The neurons that see the tested input, over inputs that run from 0 to 1 across the box; the step is a share from 0 to 1
+/// of `delta`.
+struct Programme<'a> {
+    region: &'a BoxRegion,
+    tested: usize,
+    /// Longest step, scaled; not longer than the box.
+    delta: f64,
+    neurons: Vec<Neuron>,
+}
+
+/// The lower end b of what a neuron sees during the step: before it if the neuron's weight is positive, else after it. The
+/// other end is `b + reach` times the share.
+struct Neuron {
+    /// Movement against the property for each unit by which the neuron's output grows from b to the other end.
+    gain: f64,
+    /// `b = offset + slopes t + by_share` times the share.
+    offset: f64,
+    slopes: Vec<f64>,
+    by_share: f64,
+    /// Largest distance of the two ends.
+    reach: f64,
+    /// Range of b.
+    low: f64,
+    high: f64,
+}
+
+impl<'a> Programme<'a> {
+    fn new(
+        network: &OneHiddenLayer,
+        region: &'a BoxRegion,
+        tested: usize,
+        against: f64,
+        delta: f64,
+    ) -> Self {
+        let delta = delta.min(region.upper()[tested] - region.lower()[tested]);
+        let neurons = (0..network.hidden())
+            .filter_map(|neuron| {
+                let weights = network.input_weights(neuron);
+                let weight = weights[tested];
+                let gain = against * network.output_weights()[neuron] * weight.signum();
+                if gain == 0.0 || weight == 0.0 {
+                    return None;
+                }
+                let terms = weights.iter().zip(region.lower().iter().zip(region.upper()));
+                let slopes: Vec<f64> = terms.clone().map(|(w, (lo, hi))| w * (hi - lo)).collect();
+                let offset =
+                    terms.fold(network.hidden_biases()[neuron], |sum, (w, (lo, _))| sum + w * lo);
+                let by_share = (weight * delta).min(0.0);
+                let low = offset + slopes.iter().map(|s| s.min(0.0)).sum::<f64>() + by_share;
+                let high = offset + slopes.iter().map(|s| s.max(0.0)).sum::<f64>();
+                let reach = weight.abs() * delta;
+                Some(Neuron { gain, offset, slopes, by_share, reach, low, high })
+            })
+            .collect();
+        Self { region, tested, delta, neurons }
+    }
+
+    /// The solver's answer, its columns led by inputs and share, and the number of binaries.
+    fn solve(&self, form: Form, limits: &MilpLimits) -> Result<(Solved, usize), Failure> {
+        let mut variables = ProblemVariables::new();
+        let inputs = unit_inputs(&mut variables, self.region);
+        let share = variables.add(variable().min(0.0).max(1.0));
+        let mut objective = Expression::default();
+        let mut constraints = Vec::new();
+        let mut binaries = 0;
+        let mut binary = |variables: &mut ProblemVariables| {
+            binaries += 1;
+            variables.add(variable().binary())
+        };
+        for neuron in &self.neurons {
+            let (low, high, reach) = (neuron.low, neuron.high, neuron.reach);
+            if high + reach <= 0.0 {
+                continue;
+            }
+            // All lengths as shares of the neuron's reach, so that rows have coefficients of order 1.
+            let bottom = neuron.expression(&inputs, share, 1.0 / reach);
+            if low >= 0.0 {
+                objective.add_mul(neuron.gain * reach, share);
+                continue;
+            }
+            match form {
+                Form::Difference => {
+                    let change = variables.add(variable().min(0.0).max(1.0));
+                    objective.add_mul(neuron.gain * reach, change);
+                    let pick = binary(&mut variables);
+                    let top = bottom + share;
+                    if neuron.gain > 0.0 {
+                        // At most the whole step, at most what lies above the kink, nothing if that is nothing.
+                        constraints.push((Expression::from(change) - share).leq(0.0));
+                        constraints.push((Expression::from(change) - pick).leq(0.0));
+                        constraints.push(
+                            (Expression::from(change) - top - (low / reach) * pick)
+                                .leq(-low / reach),
+                        );
+                    } else {
+                        // At least the whole step or what lies above the kink, whichever is less.
+                        constraints.push((Expression::from(change) - share + pick).geq(0.0));
+                        let above = (high / reach).max(0.0) + 1.0;
+                        constraints
+                            .push((Expression::from(change) - top - above * pick).geq(-above));
+                    }
+                }
+                Form::TwoCopies => {
+                    let top = bottom.clone() + share;
+                    for (end, ends, sign) in
+                        [(bottom, (low, high), -1.0), (top, (low, high + reach), 1.0)]
+                    {
+                        let (low, high) = (ends.0 / reach, ends.1 / reach);
+                        let output = variables.add(variable().min(0.0).max(high.max(0.0)));
+                        objective.add_mul(sign * neuron.gain * reach, output);
+                        let on = binary(&mut variables);
+                        let output = Expression::from(output);
+                        constraints.push((output.clone() - end.clone()).geq(0.0));
+                        constraints.push((output.clone() - end - low * on).leq(-low));
+                        constraints.push((output - high.max(0.0) * on).leq(0.0));
+                    }
+                }
+            }
+        }
+        let mut problem = variables.maximise(objective).using(good_lp::highs);
+        let width = self.region.upper()[self.tested] - self.region.lower()[self.tested];
+        constraints.push((inputs[self.tested] + (self.delta / width) * share).leq(1.0));
+        for constraint in constraints {
+            problem.add_constraint(constraint);
+        }
+        Ok((run(problem, limits)?, binaries))
+    }
+}
+
+impl Neuron {
+    /// b times a factor.
+    fn expression(&self, inputs: &[Variable], share: Variable, factor: f64) -> Expression {
+        let mut expression = Expression::from(self.offset * factor);
+        for (&slope, &t) in self.slopes.iter().zip(inputs) {
+            if slope != 0.0 {
+                expression.add_mul(slope * factor, t);
+            }
+        }
+        if self.by_share != 0.0 {
+            expression.add_mul(self.by_share * factor, share);
+        }
+        expression
+    }
+}
