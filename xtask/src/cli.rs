@@ -308,6 +308,15 @@ pub(crate) struct VerifyArgs {
     /// Box over which to verify [default: the range of the model's training data].
     #[arg(long, value_name = "FILE")]
     pub region: Option<PathBuf>,
+    /// Widen every interval of the box at both ends by this share of its length: the paper's generalisation region.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub widen: f64,
+    /// Longest step for the paper's z, scaled [default: ten times the smallest change of the input between simulated steps].
+    #[arg(long, value_name = "DELTA")]
+    pub delta: Option<f64>,
+    /// Programme that HiGHS solves beside the certified search, for networks of up to four inputs.
+    #[arg(long, value_enum, default_value = "gradient")]
+    pub milp: MilpForm,
     /// Time limit of one row, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
     pub limit: f64,
@@ -320,6 +329,20 @@ pub(crate) struct VerifyArgs {
     /// Seed of the sampled share of the box.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+}
+
+/// Programmes of the paper's question.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum MilpForm {
+    /// The largest slope.
+    Gradient,
+    /// The largest movement over a step, in one copy of the network.
+    Difference,
+    /// The same in two copies, as in the paper; slow.
+    TwoCopies,
+    /// None.
+    None,
 }
 
 /// Options of `twin`.

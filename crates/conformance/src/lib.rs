@@ -44,4 +44,4 @@ pub use region::{BoxRegion, Region, Scaling, Signal};
 pub use repair::{RepairRule, Repaired, repair};
 pub use share::{Share, share_of_points, share_of_region};
 pub use step::{StepBracket, step_bracket};
-pub use verify::{CrossCheck, Limits, Physical, Report, Row, Verdict, Witness, verify};
+pub use verify::{CrossCheck, Limits, Physical, Report, Row, Slice, Verdict, Witness, verify};

@@ -98,6 +98,22 @@ impl Region {
         Ok(region)
     }
 
+    /// Every interval longer by a share of its length at both ends.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Limit`] for a share below 0, [`ConformanceError::RegionNonFinite`] where an end leaves the
+    /// numbers.
+    pub fn widened(&self, share: f64) -> Result<Self, ConformanceError> {
+        if !(share.is_finite() && share >= 0.0) {
+            let range = "0 or more";
+            return Err(ConformanceError::Limit { limit: "widen", value: share, range });
+        }
+        Self::scaled(self.bounds.iter().map(|(name, [lower, upper])| {
+            let more = share * (upper - lower);
+            (name.clone(), [lower - more, upper + more])
+        }))
+    }
+
     /// Every signal with its bounds, scaled units, by name.
     pub fn iter(&self) -> impl Iterator<Item = (&str, [f64; 2])> {
         self.bounds.iter().map(|(name, bounds)| (name.as_str(), *bounds))

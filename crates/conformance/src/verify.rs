@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::branch::{Budget, Stop, maximise};
 use crate::error::ConformanceError;
 use crate::interior::deepest_point;
-use crate::milp::{self, MilpLimits, MilpReport};
+use crate::milp::{self, MilpLimits, MilpReport, StepReport};
 use crate::network::OneHiddenLayer;
 use crate::property::{Direction, Property, PropertyKind};
 use crate::region::{BoxRegion, Region, Scaling};
@@ -66,6 +66,15 @@ pub struct Witness {
     pub rise: f64,
 }
 
+/// The output of a network along one input, the others as they are at a witness.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Slice {
+    /// The tested input across the region, scaled.
+    pub input: Vec<f64>,
+    /// The output there, scaled per minute.
+    pub output: Vec<f64>,
+}
+
 /// The same numbers in physical units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Physical {
@@ -120,6 +129,19 @@ pub struct Row {
     /// The paper's z for a step of the caller's, if the caller adds it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<StepBracket>,
+    /// The same in physical units: delta of the input, z of the output per minute.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub physical_step: Option<StepBracket>,
+    /// What the solver says of that step, if the caller asks it. Its bound is its claim and decides nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub milp_step: Option<StepReport>,
+    /// The smallest change of the output in five minutes that its caller has seen, as a rate in physical units per minute
+    /// (the paper's minimum-viable change).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest_change: Option<f64>,
+    /// The output along the tested input through the witness, if the caller adds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slice: Option<Slice>,
     /// Whether the independent checker accepts the row's certificate, if the caller asked it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certified: Option<bool>,
@@ -200,6 +222,10 @@ pub fn verify(
         share_of_region: None,
         share_of_points: None,
         step: None,
+        physical_step: None,
+        milp_step: None,
+        smallest_change: None,
+        slice: None,
         certified: None,
         physical: None,
     })
@@ -255,7 +281,38 @@ impl Limits {
 }
 
 impl Row {
-    /// Adds the bracket in physical units, `m scale_output / scale_input`.
+    /// Adds the output along the tested input through the witness, at `points` places across the region and at both ends of
+    /// the witness' step. Nothing is added where there is no witness.
+    ///
+    /// # Errors
+    /// What [`verify()`] refuses.
+    pub fn with_slice(
+        mut self,
+        network: &OneHiddenLayer,
+        region: &Region,
+        points: usize,
+    ) -> Result<Self, ConformanceError> {
+        let tested = network.input_index(&self.input)?;
+        let boxed = region.box_of(network)?;
+        let Some(witness) = &self.witness else { return Ok(self) };
+        let mut point: Vec<f64> = network.inputs().iter().map(|name| witness.point[name]).collect();
+        let (first, last) = (boxed.lower()[tested], boxed.upper()[tested]);
+        let place = |k: usize| first + (last - first) * k as f64 / (points.max(2) - 1) as f64;
+        let mut input: Vec<f64> =
+            (0..points.max(2)).map(place).chain([witness.from, witness.to]).collect();
+        input.sort_by(f64::total_cmp);
+        let output = input
+            .iter()
+            .map(|x| {
+                point[tested] = *x;
+                network.evaluate(&point)
+            })
+            .collect::<Result<_, _>>()?;
+        self.slice = Some(Slice { input, output });
+        Ok(self)
+    }
+
+    /// Adds the brackets in physical units, `m scale_output / scale_input` and `z scale_output`.
     ///
     /// # Errors
     /// [`ConformanceError::Scaling`] for a scale that is not finite and positive.
@@ -272,6 +329,11 @@ impl Row {
         let convert = |m: f64| m * output.scale / input.scale;
         self.physical =
             Some(Physical { m_lower: convert(self.m_lower), m_upper: convert(self.m_upper) });
+        self.physical_step = self.step.map(|step| StepBracket {
+            delta: step.delta * input.scale,
+            z_lower: step.z_lower * output.scale,
+            z_upper: step.z_upper * output.scale,
+        });
         Ok(self)
     }
 

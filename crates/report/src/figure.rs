@@ -12,6 +12,7 @@ mod panel;
 mod power;
 mod reliability;
 mod schematic;
+mod slices;
 mod targets;
 mod training;
 
@@ -26,6 +27,7 @@ pub(crate) use palette::{Key, Stroke};
 pub(crate) use power::power;
 pub(crate) use reliability::reliability;
 pub(crate) use schematic::{PortShade, schematic};
+pub(crate) use slices::slices;
 pub(crate) use targets::targets;
 pub(crate) use training::training;
 

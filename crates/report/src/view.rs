@@ -21,7 +21,7 @@ pub use blind_check::{
     BlindCheck, Confusion, ConfusionRow, NamedEffect, Pairs, PowerRow, Reliability, ReliabilityBin,
     Share, Target, TrueEffect, UnknownScore, World,
 };
-pub use conformance::{Conformance, ConformanceRow, Verdict};
+pub use conformance::{Conformance, ConformanceRow, Counterexample, FailingShare, Slice, Verdict};
 pub use diagnosis::{
     Absorbed, AbsorbedEffect, AbsorbedError, Candidate, CellGap, DataQualityFinding,
     DetectionPower, Diagnosis, DiagnosisPerson, DiagnosisVerdict, Effect, FindingEstimate,

@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use cohort::{Cohort, MassBalance, findings};
 
 use crate::cli::{
-    DiagnoseArgs, EvaluateArgs, PipelineArgs, Profile, ReportArgs, TrainArgs, TrainingPreset,
-    TwinArgs, VerifyArgs,
+    DiagnoseArgs, EvaluateArgs, MilpForm, PipelineArgs, Profile, ReportArgs, TrainArgs,
+    TrainingPreset, TwinArgs, VerifyArgs,
 };
 use crate::diagnosed::ODE;
 use crate::manifest::Manifest;
@@ -109,6 +109,9 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
             region: None,
             limit,
             repair: false,
+            widen: 0.0,
+            delta: None,
+            milp: MilpForm::Gradient,
             out: at(Stage::Verify),
             seed: args.seed,
         };

@@ -4,22 +4,25 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use conformance::milp::MilpLimits;
+use conformance::milp::{Form, MilpLimits, solve_step};
 use conformance::{
-    CrossCheck, Limits, OneHiddenLayer, Property, Region, Report, Row, Scaling, Signal, Verdict,
-    paper_properties, share_of_region, verify,
+    CrossCheck, Limits, OneHiddenLayer, Property, PropertyKind, Region, Report, Row, Scaling,
+    Share, Signal, Verdict, paper_properties, share_of_points, share_of_region, step_bracket,
+    verify,
 };
-use nn_statespace::PopulationModel;
-use physiology::Compartment;
+use nn_statespace::{PopulationModel, Signal as NetworkSignal};
+use physiology::{Compartment, STEP};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
 use crate::certificates::certified;
-use crate::cli::VerifyArgs;
+use crate::cli::{MilpForm, VerifyArgs};
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
+use crate::paper_conformance::{beside_the_paper, summary as by_network};
 use crate::progress::{Progress, note};
+use crate::simulated_steps::SimulatedSteps;
 use crate::stages::repair::repaired;
 use crate::stages::train;
 
@@ -31,6 +34,10 @@ const RELATIVE_GAP_OF_LARGE: f64 = 1e-2;
 const LONGEST_LIMIT: f64 = 604_800.0;
 /// Points at which the violating share of the box is sampled.
 const SHARE_POINTS: usize = 100_000;
+/// Smallest changes of an input that a step is long (paper).
+const SMALLEST_CHANGES: f64 = 10.0;
+/// Places of the slice through a counterexample.
+const SLICE_POINTS: usize = 121;
 /// Networks up to this many inputs are also solved as a MILP.
 const MILP_INPUTS: usize = 4;
 
@@ -58,6 +65,9 @@ pub(crate) fn manifest(args: &VerifyArgs) -> Result<Manifest> {
         "relative_gap_of_large_networks": RELATIVE_GAP_OF_LARGE,
         "share_points": SHARE_POINTS,
         "milp_up_to_inputs": MILP_INPUTS,
+        "milp": args.milp,
+        "widen": args.widen,
+        "delta": args.delta,
         "repair": args.repair,
     });
     Manifest::new("verify", config, Some(args.seed))
@@ -72,7 +82,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     }
     let manifest = manifest(args)?;
     let mut model = read_population(&args.model)?;
-    let region = read_region(&region_path(args)?, &model)?;
+    let region = read_region(&region_path(args)?, &model)?.widened(args.widen)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     if args.repair {
         let limit = Duration::from_secs_f64(args.limit);
@@ -82,12 +92,13 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         output.write(train::REGION, &bounds)?;
     }
 
+    let steps = SimulatedSteps::new(args.seed)?;
     let clock = Instant::now();
     let properties = paper_properties();
     let progress = Progress::begin("verify", properties.len());
     let mut rows = Vec::with_capacity(properties.len());
     for property in &properties {
-        let row = verify_row(&model, property, &region, args, &|| clock.elapsed())
+        let row = verify_row(&model, property, &region, &steps, args, &|| clock.elapsed())
             .with_context(|| format!("network {}, input {}", property.network, property.input))?;
         progress.advance(&format!("{} against {}", property.network, property.input));
         rows.push(row);
@@ -109,7 +120,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         count(Verdict::Undecided),
         rows.len()
     );
-    let table = table(&rows);
+    let table = format!("{}\n{}\n{}", table(&rows), by_network(&rows), beside_the_paper(&rows));
     output.write_json("conformance.json", &Report { rows })?;
     output.write("conformance.txt", table.as_bytes())?;
     output.write("certificates.json", &certified.file)?;
@@ -123,6 +134,7 @@ fn verify_row(
     model: &PopulationModel,
     property: &Property,
     region: &Region,
+    steps: &SimulatedSteps,
     args: &VerifyArgs,
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<Row> {
@@ -130,20 +142,48 @@ fn verify_row(
         .with_context(|| format!("there is no network '{}'", property.network))?;
     let network = network(model, compartment)?;
     let time = Duration::from_secs_f64(args.limit);
-    let (relative_gap, cross_check) = if network.inputs().len() <= MILP_INPUTS {
-        let limits = MilpLimits { time, relative_gap: RELATIVE_GAP };
-        (RELATIVE_GAP, CrossCheck::Milp(limits))
+    let small = network.inputs().len() <= MILP_INPUTS;
+    let relative_gap = if small { RELATIVE_GAP } else { RELATIVE_GAP_OF_LARGE };
+    let milp = MilpLimits { time, relative_gap: RELATIVE_GAP };
+    let cross_check = if small && args.milp == MilpForm::Gradient {
+        CrossCheck::Milp(milp)
     } else {
-        (RELATIVE_GAP_OF_LARGE, CrossCheck::None)
+        CrossCheck::None
     };
     let limits = Limits { relative_gap, nodes: u64::MAX, time, cross_check };
     let mut row = verify(&network, property, region, &limits, clock)?;
+    let input = NetworkSignal::from_name(&property.input)
+        .with_context(|| format!("there is no signal '{}'", property.input))?;
+    let delta = args.delta.or_else(|| {
+        let change = steps.smallest_change(input)?;
+        Some(SMALLEST_CHANGES * change / model.scaler().of(input).scale)
+    });
+    if let Some(delta) = delta {
+        row.step = Some(step_bracket(&network, property, region, &row, delta)?);
+        let form = match args.milp {
+            MilpForm::Difference => Some(Form::Difference),
+            MilpForm::TwoCopies => Some(Form::TwoCopies),
+            MilpForm::Gradient | MilpForm::None => None,
+        };
+        if let Some(form) = form.filter(|_| small) {
+            row.milp_step =
+                Some(solve_step(&network, property, region, delta, form, &milp, clock)?);
+        }
+    }
+    let output = NetworkSignal::State(compartment);
+    row.smallest_change = steps.smallest_change(output).map(|change| change / STEP.0);
+    let seen = steps.seen_by(model, compartment);
+    row.share_of_points =
+        Some(share_of_points(&network, property, seen.iter().map(Vec::as_slice))?);
     let signals = signals(model);
     let scaling = |name: &str| {
         signals.iter().find(|signal| signal.name == name).and_then(|signal| signal.scaling)
     };
     if let (Some(output), Some(input)) = (scaling(&property.network), scaling(&property.input)) {
         row = row.with_physical(output, input)?;
+    }
+    if row.verdict == Verdict::Violated && row.kind == PropertyKind::Physical {
+        row = row.with_slice(&network, region, SLICE_POINTS)?;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     row.share_of_region =
@@ -168,7 +208,6 @@ pub(crate) fn network(model: &PopulationModel, compartment: Compartment) -> Resu
 
 /// Every signal of the model with its scaling.
 fn signals(model: &PopulationModel) -> Vec<Signal> {
-    use nn_statespace::Signal as NetworkSignal;
     let states = Compartment::ALL.into_iter().map(NetworkSignal::State);
     states
         .chain([NetworkSignal::Insulin, NetworkSignal::Carbs])
@@ -193,26 +232,34 @@ fn read_region(path: &Path, model: &PopulationModel) -> Result<Region> {
 fn table(rows: &[Row]) -> String {
     use std::fmt::Write as _;
     let mut text = format!(
-        "{:<4} {:<10} {:<11} {:<10} {:>14} {:>14} {:>9}  {}\n",
-        "net", "input", "property", "verdict", "M at least", "M at most", "share", "seconds"
+        "{:<4} {:<10} {:<11} {:<10} {:>14} {:>14} {:>9} {:>9}  {}\n",
+        "net",
+        "input",
+        "property",
+        "verdict",
+        "M at least",
+        "M at most",
+        "of box",
+        "of steps",
+        "seconds"
     );
     for row in rows {
-        let share = row.share_of_region.as_ref().map_or(f64::NAN, |share| share.value);
+        let share = |share: &Option<Share>| share.as_ref().map_or(f64::NAN, |s| 100.0 * s.value);
         writeln!(
             text,
-            "{:<4} {:<10} {:<11} {:<10} {:>14.7} {:>14.7} {:>8.3}%  {:.2}{}",
+            "{:<4} {:<10} {:<11} {:<10} {:>14.7} {:>14.7} {:>8.3}% {:>8.3}%  {:.2}{}",
             row.network,
             row.input,
             format!("{:?}", row.property).to_lowercase(),
             format!("{:?}", row.verdict).to_lowercase(),
             row.m_lower,
             row.m_upper,
-            100.0 * share,
+            share(&row.share_of_region),
+            share(&row.share_of_points),
             row.seconds,
             match row.kind {
-                conformance::PropertyKind::Physical => "",
-                conformance::PropertyKind::OppositeInformational =>
-                    "  (opposite sign, informational)",
+                PropertyKind::Physical => "",
+                PropertyKind::OppositeInformational => "  (opposite sign, informational)",
             }
         )
         .expect("writing to a String cannot fail");

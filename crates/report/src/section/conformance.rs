@@ -3,7 +3,7 @@
 use crate::html::{Column, Html};
 use crate::number::significant;
 use crate::view::{ConformanceRow, Verdict};
-use crate::{Inputs, ReportError};
+use crate::{Inputs, ReportError, figure};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
@@ -30,6 +30,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             .into_iter()
             .map(|row| {
                 let verdict = match row.verdict {
+                    Verdict::Proved if row.certified == Some(true) => "proved, certified",
                     Verdict::Proved => "proved",
                     Verdict::Violated => "violated",
                     Verdict::Undecided => "undecided",
@@ -42,6 +43,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                     row.property.clone(),
                     verdict.to_owned(),
                     bracket,
+                    significant(row.share_of_points.map(|share| 100.0 * share.value)),
                     significant(row.seconds),
                 ];
                 (row.is_physical() && row.verdict != Verdict::Proved, cells)
@@ -55,9 +57,23 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 ("Property", Column::Text),
                 ("Verdict", Column::Text),
                 ("Bracket of M", Column::Number),
+                ("Fails at steps, %", Column::Number),
                 ("Seconds", Column::Number),
             ],
             &cells,
+        );
+    }
+    let violated: Vec<&ConformanceRow> = conformance
+        .rows
+        .iter()
+        .filter(|row| row.is_physical() && row.verdict == Verdict::Violated)
+        .collect();
+    if let Some((svg, keys)) = figure::slices(&violated)? {
+        html.figure(
+            &svg,
+            &keys,
+            "Counterexamples: each output along the tested input across the region, the other inputs as \
+             they are where the slope against the property is largest. Scaled units.",
         );
     }
     Ok(html)

@@ -30,6 +30,43 @@ pub struct ConformanceRow {
     /// Time taken, s.
     #[serde(default)]
     pub seconds: Option<f64>,
+    /// Whether the independent checker accepts the certificate of a proof.
+    #[serde(default)]
+    pub certified: Option<bool>,
+    /// Share of simulated steps at which the property fails.
+    #[serde(default)]
+    pub share_of_points: Option<FailingShare>,
+    /// A counterexample.
+    #[serde(default)]
+    pub witness: Option<Counterexample>,
+    /// The output through it.
+    #[serde(default)]
+    pub slice: Option<Slice>,
+}
+
+/// A share of points, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct FailingShare {
+    /// Its value.
+    pub value: f64,
+}
+
+/// A step of the tested input against the property, scaled.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct Counterexample {
+    /// The tested input before the step.
+    pub from: f64,
+    /// The tested input after it.
+    pub to: f64,
+}
+
+/// A network's output along the tested input, the others as they are at the counterexample.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Slice {
+    /// The tested input, scaled.
+    pub input: Vec<f64>,
+    /// The output, scaled per minute.
+    pub output: Vec<f64>,
 }
 
 impl ConformanceRow {
