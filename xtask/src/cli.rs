@@ -308,6 +308,13 @@ pub(crate) struct VerifyArgs {
     /// Box over which to verify [default: the range of the model's training data].
     #[arg(long, value_name = "FILE")]
     pub region: Option<PathBuf>,
+    /// Verify a person's twin on this population model in its place: insulin-action and glucose directions of dQ1/dt, over
+    /// the ranges of the person's record.
+    #[arg(long, value_name = "FILE", requires = "cohort", conflicts_with_all = ["region", "repair"])]
+    pub twin: Option<PathBuf>,
+    /// The cohort with that person's record.
+    #[arg(long, value_name = "DIR", requires = "twin")]
+    pub cohort: Option<PathBuf>,
     /// Widen every interval of the box at both ends by this share of its length: the paper's generalisation region.
     #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
     pub widen: f64,

@@ -160,3 +160,41 @@ fn a_search_for_widths_that_is_killed_goes_on_to_the_same_end() {
     let found = json(&whole.join("widths.json"));
     assert_eq!(found["trials"].as_array().map(Vec::len), Some(3));
 }
+
+#[test]
+fn a_twin_is_bracketed_over_the_box_of_its_person() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = |name: &str| folder.path().join(name);
+    let cohort = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/embedded/cohort");
+    let (model, made) = (shipped(), out("twins"));
+    let of_model = ["--model", text(&model), "--cohort", text(&cohort)];
+    run(&[&["twin"], of_model.as_slice(), &["--out", text(&made)]].concat());
+    let twin = made.join("twins/P02.safetensors");
+    let of_twin = [&["verify"], of_model.as_slice(), &["--twin", text(&twin)]].concat();
+    let found = out("found");
+    run(&[of_twin.as_slice(), &["--limit", "1", "--out", text(&found)]].concat());
+    let rows = json(&found.join("conformance.json"))["rows"].as_array().expect("rows").clone();
+    assert_eq!(rows.len(), 6, "residual and twin by X1, X3 and Q1");
+    for row in &rows {
+        let number = |key: &str| row[key].as_f64().expect("a number");
+        assert!(number("m_lower") <= number("m_upper"), "{row:#}");
+        let verdict = match (number("m_upper") <= 0.0, number("m_lower") > 0.0) {
+            (true, _) => "proved",
+            (_, true) => "violated",
+            _ => "undecided",
+        };
+        assert_eq!(row["verdict"], verdict, "{row:#}");
+    }
+    // A record without the twin's person, and a repair of a twin.
+    let other = out("other");
+    run(&["worlds", "--count", "1", "--people", "1", "--days", "2", "--out", text(&other)]);
+    let stranger = other.join("001/cohort");
+    assert!(stranger.join("people.csv").exists(), "a world's cohort");
+    let asked = ["verify", "--model", text(&model), "--twin", text(&twin)];
+    let status = start(&[asked.as_slice(), &["--cohort", text(&stranger)]].concat())
+        .wait()
+        .expect("it ends");
+    assert_eq!(status.code(), Some(1));
+    let status = start(&[of_twin.as_slice(), &["--repair"]].concat()).wait().expect("it ends");
+    assert_eq!(status.code(), Some(2), "wrong usage");
+}

@@ -1,4 +1,9 @@
 //! `check-certificates MODEL CERTIFICATES`: says which properties are proved, or why the certificates are rejected.
+#![expect(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a program speaks on its standard streams"
+)]
 
 use std::error::Error as _;
 use std::path::{Path, PathBuf};

@@ -14,6 +14,10 @@ pub const PERSONAL_INPUTS: usize = 5;
 /// layer, and 10-128-64-32-1 has the 11,777 parameters that the paper counts.
 pub const INPUTS: usize = STATE_INPUTS + PERSONAL_INPUTS;
 
+/// Names of the residual network's inputs in their order.
+pub const INPUT_NAMES: [&str; INPUTS] =
+    ["Q1", "Q2", "X1", "X3", "C2", "heart_rate", "weekend", "hour_cos", "hour_sin", "sleep"];
+
 /// Which personal inputs reach the residual network (paper, "Contribution of individual-level
 /// inputs").
 ///

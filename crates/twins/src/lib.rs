@@ -47,7 +47,7 @@ pub use fingerprint::{population_fingerprint, windows_fingerprint};
 pub use graph::{ResidualVariables, graph_loss};
 pub use heart_rate::HeartRateScaler;
 pub use import::published_twin;
-pub use inputs::{INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
+pub use inputs::{INPUT_NAMES, INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
 pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
 pub use prepared::PreparedWindow;
 pub use protocol::{PersonWindows, Protocol};

@@ -127,6 +127,15 @@ impl ResidualNetwork {
         Ok(network)
     }
 
+    /// Weights (shape `(outputs, inputs)`, row-major) and biases of the four layers, the first one first.
+    #[must_use]
+    pub fn matrices(&self) -> [(Vec<f64>, Vec<f64>); 4] {
+        std::array::from_fn(|i| {
+            let (weights, biases) = self.tensors(i);
+            (weights, biases.to_vec())
+        })
+    }
+
     /// Weights (shape `(outputs, inputs)`, row-major) and bias of layer `i` of four.
     pub(crate) fn tensors(&self, i: usize) -> (Vec<f64>, &[f64]) {
         let (inputs, outputs) = SHAPES[i];

@@ -7,7 +7,7 @@ use nn_statespace::{PerCompartment, PopulationModel, ScaledStates};
 use physiology::{Compartment, MgPerDl, NonFinite, Plant, States, StepInput};
 
 use crate::heart_rate::HeartRateScaler;
-use crate::inputs::InputSet;
+use crate::inputs::{INPUTS, InputSet};
 use crate::prepared::network_input;
 use crate::protocol::Protocol;
 use crate::residual::ResidualNetwork;
@@ -47,6 +47,13 @@ pub struct Twin {
 }
 
 impl Twin {
+    /// What the residual network sees in a step, in the order of [`INPUT_NAMES`](crate::INPUT_NAMES).
+    #[must_use]
+    pub fn residual_inputs(&self, state: &ScaledStates, input: &StepInput) -> [f64; INPUTS] {
+        let personal = self.inputs.personal(&input.context, self.heart_rate_scaler.as_ref());
+        network_input(state, &personal)
+    }
+
     /// The person's addition to dQ1/dt at a state, scaled units of Q1 per minute.
     #[must_use]
     pub fn residual_rate(&self, state: &ScaledStates, input: &StepInput) -> f64 {

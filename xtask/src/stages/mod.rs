@@ -22,5 +22,6 @@ pub(crate) mod training_step;
 pub(crate) mod trajectories;
 pub(crate) mod twin;
 pub(crate) mod verify;
+pub(crate) mod verify_twin;
 pub(crate) mod widths;
 pub(crate) mod worlds;

@@ -109,6 +109,8 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
             region: None,
             limit,
             repair: false,
+            twin: None,
+            cohort: None,
             widen: 0.0,
             delta: None,
             milp: MilpForm::Gradient,

@@ -24,7 +24,7 @@ use crate::paper_conformance::{beside_the_paper, summary as by_network};
 use crate::progress::{Progress, note};
 use crate::simulated_steps::SimulatedSteps;
 use crate::stages::repair::repaired;
-use crate::stages::train;
+use crate::stages::{train, verify_twin};
 
 /// Relative gap at which a row counts as solved: of networks of at most [`MILP_INPUTS`] inputs, and of larger ones,
 /// where the last digits would take most of the time.
@@ -79,6 +79,9 @@ pub(crate) fn manifest(args: &VerifyArgs) -> Result<Manifest> {
 pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     if !(args.limit > 0.0 && args.limit <= LONGEST_LIMIT) {
         bail!("--limit {} must be above 0 and at most {LONGEST_LIMIT} s", args.limit);
+    }
+    if args.twin.is_some() {
+        return verify_twin::run(args);
     }
     let manifest = manifest(args)?;
     let mut model = read_population(&args.model)?;

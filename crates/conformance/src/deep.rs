@@ -1,0 +1,553 @@
+//! Slopes of networks with several hidden layers over boxes, as far as sound bounds reach.
+//!
+//! The slope by an input is a product of weight matrices and of the layers' switches. Over a box, each layer's inputs to its
+//! ReLUs are bounded by intervals and by linear relaxation (the triangle between a ReLU and its chord, carried back to the
+//! inputs; Zhang et al. 2018, "CROWN"); switches whose sign that settles are on or off, the others anything between. Carried back from the output, intervals of
+//! slopes result. The box of the largest bound is halved, until the property is proved, a limit is reached, or nothing is left to halve.
+//! Three hidden layers and ten inputs rarely close: `undecided` with its bracket is a usual answer.
+//!
+//! # Rounding
+//! Every sum of products is followed by a bound on its rounding error, `GAMMA` times the sum of the sizes of its terms for each term,
+//! which is added outwards. A relaxation's line is chosen by numbers as they are computed and its offset from the line as it was
+//! chosen, so that it is valid whatever was rounded before.
+
+use std::collections::BinaryHeap;
+use std::time::Duration;
+
+use rayon::prelude::*;
+
+use crate::error::ConformanceError;
+use crate::exact::Dyadic;
+use crate::property::Direction;
+
+/// More than the unit rounding error of a product and an addition.
+const GAMMA: f64 = 2.0 * f64::EPSILON;
+/// Boxes taken from the queue at a time, bounded in parallel and put back in order.
+const BATCH: usize = 32;
+
+/// A network of fully connected layers with ReLUs between them and one output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeepNetwork {
+    inputs: Vec<String>,
+    layers: Vec<Dense>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Dense {
+    /// Shape (outputs, inputs), row by row.
+    weights: Vec<f64>,
+    biases: Vec<f64>,
+    inputs: usize,
+}
+
+/// The outcome for one property.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeepBracket {
+    /// Certified bound on the largest slope against the property, output per input.
+    pub m_upper: f64,
+    /// Boxes bounded.
+    pub nodes: u64,
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeepLimits {
+    /// Bound that is enough.
+    pub enough: f64,
+    /// Most boxes.
+    pub nodes: u64,
+    /// Most time, by the caller's clock.
+    pub time: Duration,
+}
+
+impl DeepNetwork {
+    /// A network from its layers: weights of shape (outputs, inputs) row by row, and biases.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Shape`], [`ConformanceError::Empty`], [`ConformanceError::NonFiniteWeight`].
+    pub fn new(
+        inputs: Vec<String>,
+        layers: Vec<(Vec<f64>, Vec<f64>)>,
+    ) -> Result<Self, ConformanceError> {
+        let network = || "deep".to_owned();
+        for (what, length) in [("inputs", inputs.len()), ("layers", layers.len())] {
+            if length == 0 {
+                return Err(ConformanceError::Empty { network: network(), what });
+            }
+        }
+        let mut width = inputs.len();
+        let last = layers.len() - 1;
+        let mut built = Vec::with_capacity(layers.len());
+        for (number, (weights, biases)) in layers.into_iter().enumerate() {
+            let outputs = if number == last { 1 } else { biases.len().max(1) };
+            for (array, found, expected) in
+                [("weights", weights.len(), outputs * width), ("biases", biases.len(), outputs)]
+            {
+                if found != expected {
+                    let network = network();
+                    return Err(ConformanceError::Shape { network, array, found, expected });
+                }
+            }
+            for (array, values) in [("weights", &weights), ("biases", &biases)] {
+                if let Some((index, &value)) =
+                    values.iter().enumerate().find(|(_, v)| !v.is_finite())
+                {
+                    let network = network();
+                    return Err(ConformanceError::NonFiniteWeight { network, array, index, value });
+                }
+            }
+            built.push(Dense { weights, biases, inputs: width });
+            width = outputs;
+        }
+        Ok(Self { inputs, layers: built })
+    }
+
+    /// Names of the inputs.
+    #[must_use]
+    pub fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    /// The output at a point, without rounding, from which `at` is subtracted: the movement of the output between two
+    /// points, rounded down.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Point`].
+    pub fn exact_rise(&self, from: &[f64], to: &[f64]) -> Result<f64, ConformanceError> {
+        for (index, point) in [from, to].into_iter().enumerate() {
+            if point.len() != self.inputs.len() || point.iter().any(|x| !x.is_finite()) {
+                let (network, expected) = ("deep".to_owned(), self.inputs.len());
+                return Err(ConformanceError::Point { network, index, expected });
+            }
+        }
+        Ok(self.exact(to).minus(&self.exact(from)).round_down())
+    }
+
+    fn exact(&self, point: &[f64]) -> Dyadic {
+        let mut values: Vec<Dyadic> = point.iter().map(|x| Dyadic::new(*x)).collect();
+        for (number, layer) in self.layers.iter().enumerate() {
+            let hidden = number + 1 < self.layers.len();
+            values = layer
+                .weights
+                .chunks_exact(layer.inputs)
+                .zip(&layer.biases)
+                .map(|(row, bias)| {
+                    let sum = row.iter().zip(&values).fold(Dyadic::new(*bias), |sum, (w, x)| {
+                        sum.plus(&Dyadic::new(*w).times(x))
+                    });
+                    if hidden && sum.sign() == std::cmp::Ordering::Less {
+                        Dyadic::default()
+                    } else {
+                        sum
+                    }
+                })
+                .collect();
+        }
+        values.swap_remove(0)
+    }
+
+    /// Certified bound on the largest slope against a property of input `tested` over the box from `lower` to `upper`.
+    ///
+    /// # Errors
+    /// [`ConformanceError::Point`] for bounds of another number than the inputs or that are not finite;
+    /// [`ConformanceError::UnknownInput`].
+    pub fn largest_slope(
+        &self,
+        tested: &str,
+        direction: Direction,
+        (lower, upper): (&[f64], &[f64]),
+        limits: &DeepLimits,
+        clock: &(dyn Fn() -> Duration + Sync),
+    ) -> Result<DeepBracket, ConformanceError> {
+        let tested = self.inputs.iter().position(|name| name == tested).ok_or_else(|| {
+            ConformanceError::UnknownInput {
+                network: "deep".to_owned(),
+                input: tested.to_owned(),
+                known: self.inputs.clone(),
+            }
+        })?;
+        for (index, ends) in [lower, upper].into_iter().enumerate() {
+            if ends.len() != self.inputs.len() || ends.iter().any(|x| !x.is_finite()) {
+                let (network, expected) = ("deep".to_owned(), self.inputs.len());
+                return Err(ConformanceError::Point { network, index, expected });
+            }
+        }
+        let against = direction.against();
+        let began = clock();
+        let mut queue = BinaryHeap::new();
+        queue.push(self.bounded(lower.to_vec(), upper.to_vec(), tested, against));
+        let mut nodes = 1;
+        let mut stuck = f64::NEG_INFINITY;
+        while let Some(top) = queue.peek() {
+            let spent = clock().saturating_sub(began) >= limits.time || nodes >= limits.nodes;
+            if top.slope <= limits.enough.max(stuck) || spent {
+                break;
+            }
+            let parents: Vec<Part> = std::iter::from_fn(|| queue.pop()).take(BATCH).collect();
+            let halves: Vec<Option<[Part; 2]>> = parents
+                .par_iter()
+                .map(|parent| {
+                    let axis = parent.axis?;
+                    let middle = parent.lower[axis] / 2.0 + parent.upper[axis] / 2.0;
+                    let half = |above: bool| {
+                        let (mut lower, mut upper) = (parent.lower.clone(), parent.upper.clone());
+                        if above {
+                            lower[axis] = middle
+                        } else {
+                            upper[axis] = middle
+                        }
+                        let mut part = self.bounded(lower, upper, tested, against);
+                        // What holds for the whole holds for its half.
+                        part.slope = part.slope.min(parent.slope);
+                        part
+                    };
+                    Some([half(false), half(true)])
+                })
+                .collect();
+            for (parent, halves) in parents.into_iter().zip(halves) {
+                match halves {
+                    Some(halves) => {
+                        nodes += 2;
+                        queue.extend(halves);
+                    }
+                    None => stuck = stuck.max(parent.slope),
+                }
+            }
+        }
+        let left = queue.peek().map_or(f64::NEG_INFINITY, |part| part.slope);
+        Ok(DeepBracket { m_upper: left.max(stuck), nodes })
+    }
+
+    /// A box with the bound of its slope and the input to halve next.
+    fn bounded(&self, lower: Vec<f64>, upper: Vec<f64>, tested: usize, against: f64) -> Part {
+        let seen = self.seen_by_relus(&lower, &upper);
+        let last = self.layers.len() - 1;
+        // Slopes of the output by what each unit passes on, as intervals, from the last layer back.
+        let mut slopes: Vec<[f64; 2]> =
+            self.layers[last].weights.iter().map(|w| [against * w, against * w]).collect();
+        if against < 0.0 {
+            slopes.iter_mut().for_each(|ends| ends.sort_by(f64::total_cmp));
+        }
+        for number in (0..last).rev() {
+            for (slope, ends) in slopes.iter_mut().zip(&seen[number]) {
+                if ends[1] <= 0.0 {
+                    *slope = [0.0, 0.0];
+                } else if ends[0] < 0.0 {
+                    *slope = [slope[0].min(0.0), slope[1].max(0.0)];
+                }
+            }
+            if number > 0 {
+                let layer = &self.layers[number];
+                slopes = (0..layer.inputs).map(|input| layer.pulled_back(&slopes, input)).collect();
+            }
+        }
+        let first = &self.layers[0];
+        let slope = first.pulled_back(&slopes, tested)[1];
+        let influence = |axis: usize| -> f64 {
+            let rows = first.weights.chunks_exact(first.inputs);
+            let sum: f64 =
+                rows.zip(&slopes).map(|(row, ends)| row[axis].abs() * (ends[1] - ends[0])).sum();
+            let own: f64 = first
+                .weights
+                .chunks_exact(first.inputs)
+                .zip(&slopes)
+                .map(|(row, ends)| row[axis].abs() * ends[1].abs().max(ends[0].abs()))
+                .sum();
+            (sum + 0.1 * own) * (upper[axis] - lower[axis])
+        };
+        let axis = (0..lower.len())
+            .filter(|axis| {
+                let middle = lower[*axis] / 2.0 + upper[*axis] / 2.0;
+                lower[*axis] < middle && middle < upper[*axis]
+            })
+            .max_by(|a, b| influence(*a).total_cmp(&influence(*b)).then(b.cmp(a)));
+        Part { lower, upper, slope, axis }
+    }
+
+    /// Bounds of what each hidden layer's ReLUs see over a box.
+    fn seen_by_relus(&self, lower: &[f64], upper: &[f64]) -> Vec<Vec<[f64; 2]>> {
+        let mut seen: Vec<Vec<[f64; 2]>> = Vec::with_capacity(self.layers.len() - 1);
+        for number in 0..self.layers.len() - 1 {
+            let layer = &self.layers[number];
+            let passed: Vec<[f64; 2]> = match seen.last() {
+                None => lower.iter().zip(upper).map(|(l, u)| [*l, *u]).collect(),
+                Some(before) => before.iter().map(|e| [e[0].max(0.0), e[1].max(0.0)]).collect(),
+            };
+            let bounds = (0..layer.biases.len())
+                .map(|unit| {
+                    let row = layer.row(unit);
+                    let plain = interval(row, &passed, layer.biases[unit]);
+                    if number == 0 || plain[0] >= 0.0 || plain[1] <= 0.0 {
+                        return plain;
+                    }
+                    let above = self.relaxed(&seen, row, layer.biases[unit], 1.0, lower, upper);
+                    let below = -self.relaxed(&seen, row, layer.biases[unit], -1.0, lower, upper);
+                    [plain[0].max(below), plain[1].min(above)]
+                })
+                .collect();
+            seen.push(bounds);
+        }
+        seen
+    }
+
+    /// Upper bound of `sign (row h + bias)` over a box, h what the last bounded layer passes on.
+    fn relaxed(
+        &self,
+        seen: &[Vec<[f64; 2]>],
+        row: &[f64],
+        bias: f64,
+        sign: f64,
+        lower: &[f64],
+        upper: &[f64],
+    ) -> f64 {
+        let mut coefficients: Vec<f64> = row.iter().map(|w| sign * w).collect();
+        let (mut constant, mut size, mut terms) = (sign * bias, bias.abs(), 1.0);
+        let mut add = |constant: &mut f64, value: f64| {
+            *constant += value;
+            size += value.abs();
+            terms += 1.0;
+        };
+        for (number, bounds) in seen.iter().enumerate().rev() {
+            // From what the layer passes on to what its ReLUs see.
+            for (c, [l, u]) in coefficients.iter_mut().zip(bounds) {
+                if *u <= 0.0 {
+                    *c = 0.0;
+                } else if *l < 0.0 {
+                    if *c > 0.0 {
+                        // A line above the ReLU: its offset is what the line as rounded needs at both ends.
+                        let line = *c * (u / (u - l));
+                        let needed = (-line * l).max(*c * u - line * u);
+                        let slack = GAMMA * ((line * l).abs() + (*c * u).abs() + (line * u).abs());
+                        add(&mut constant, needed + slack);
+                        *c = line;
+                    } else if *u <= -*l {
+                        *c = 0.0;
+                    }
+                }
+            }
+            // From what the ReLUs see to what the layer before passes on.
+            let layer = &self.layers[number];
+            let mut next = vec![0.0; layer.inputs];
+            let mut sizes = vec![0.0; layer.inputs];
+            for (unit, c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+                add(&mut constant, c * layer.biases[unit]);
+                for ((next, size), w) in next.iter_mut().zip(&mut sizes).zip(layer.row(unit)) {
+                    *next += c * w;
+                    *size += (c * w).abs();
+                }
+            }
+            let units = coefficients.len() as f64 + 1.0;
+            for (input, size) in sizes.iter().enumerate() {
+                let reach = match number {
+                    0 => lower[input].abs().max(upper[input].abs()),
+                    _ => seen[number - 1][input][1].max(0.0),
+                };
+                add(&mut constant, units * GAMMA * size * reach);
+            }
+            coefficients = next;
+        }
+        for (c, (l, u)) in coefficients.iter().zip(lower.iter().zip(upper)) {
+            add(&mut constant, if *c >= 0.0 { c * u } else { c * l });
+        }
+        constant + 2.0 * terms * GAMMA * size
+    }
+}
+
+impl Dense {
+    fn row(&self, unit: usize) -> &[f64] {
+        &self.weights[unit * self.inputs..(unit + 1) * self.inputs]
+    }
+
+    /// Interval of the slope by one input from the intervals by the outputs.
+    fn pulled_back(&self, slopes: &[[f64; 2]], input: usize) -> [f64; 2] {
+        let (mut low, mut high, mut size) = (0.0, 0.0, 0.0);
+        for (unit, ends) in slopes.iter().enumerate() {
+            let w = self.weights[unit * self.inputs + input];
+            let (a, b) = (w * ends[0], w * ends[1]);
+            low += a.min(b);
+            high += a.max(b);
+            size += a.abs().max(b.abs());
+        }
+        let slack = 2.0 * (slopes.len() as f64 + 2.0) * GAMMA * size;
+        [low - slack, high + slack]
+    }
+}
+
+/// Interval of `row x + bias`.
+fn interval(row: &[f64], passed: &[[f64; 2]], bias: f64) -> [f64; 2] {
+    let (mut low, mut high, mut size) = (bias, bias, bias.abs());
+    for (w, ends) in row.iter().zip(passed) {
+        let (a, b) = (w * ends[0], w * ends[1]);
+        low += a.min(b);
+        high += a.max(b);
+        size += a.abs().max(b.abs());
+    }
+    let slack = 2.0 * (row.len() as f64 + 2.0) * GAMMA * size;
+    [low - slack, high + slack]
+}
+
+/// A box with the bound of the slope over it.
+struct Part {
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    slope: f64,
+    axis: Option<usize>,
+}
+
+impl Ord for Part {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        let place = |part: &Self| -> Vec<u64> {
+            part.lower.iter().chain(&part.upper).map(|x| x.to_bits()).collect()
+        };
+        self.slope.total_cmp(&other.slope).then_with(|| place(self).cmp(&place(other)))
+    }
+}
+
+impl PartialOrd for Part {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Part {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Part {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::network::OneHiddenLayer;
+    use crate::property::{Property, PropertyKind};
+    use crate::region::Region;
+    use crate::verify::{CrossCheck, Limits, verify};
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
+
+    fn limits(nodes: u64) -> DeepLimits {
+        DeepLimits { enough: f64::NEG_INFINITY, nodes, time: Duration::from_secs(60) }
+    }
+
+    fn random(widths: &[usize], seed: u64) -> DeepNetwork {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut draw = |count: usize| -> Vec<f64> {
+            (0..count).map(|_| rng.random_range(-1.0..1.0)).collect()
+        };
+        let names = (0..widths[0]).map(|k| format!("x{k}")).collect();
+        let layers = widths.windows(2).map(|pair| (draw(pair[0] * pair[1]), draw(pair[1])));
+        DeepNetwork::new(names, layers.collect()).expect("shapes fit")
+    }
+
+    fn evaluate(network: &DeepNetwork, point: &[f64]) -> f64 {
+        let mut values = point.to_vec();
+        for (number, layer) in network.layers.iter().enumerate() {
+            values = (0..layer.biases.len())
+                .map(|unit| {
+                    let sum: f64 = layer.row(unit).iter().zip(&values).map(|(w, x)| w * x).sum();
+                    let sum = sum + layer.biases[unit];
+                    if number + 1 < network.layers.len() { sum.max(0.0) } else { sum }
+                })
+                .collect();
+        }
+        values[0]
+    }
+
+    #[test]
+    fn bounds_hold_at_random_points_and_tighten() {
+        for seed in 0..20 {
+            let network = random(&[3, 8, 6, 5, 1], seed);
+            let (lower, upper) = ([-1.0, -0.5, 0.0], [1.0, 0.5, 0.3]);
+            let of = |nodes| {
+                let still = || Duration::ZERO;
+                let ends = (lower.as_slice(), upper.as_slice());
+                network
+                    .largest_slope("x1", Direction::Decreasing, ends, &limits(nodes), &still)
+                    .expect("bounded")
+                    .m_upper
+            };
+            let (once, often) = (of(1), of(4000));
+            assert!(often <= once);
+            let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+            let mut largest = f64::NEG_INFINITY;
+            for _ in 0..3000 {
+                let from: Vec<f64> =
+                    (0..3).map(|k| rng.random_range(lower[k]..upper[k] - 1e-5)).collect();
+                let mut to = from.clone();
+                to[1] += 1e-5;
+                let rise = network.exact_rise(&from, &to).expect("inside");
+                let rough = evaluate(&network, &to) - evaluate(&network, &from);
+                assert!((rise - rough).abs() < 1e-12);
+                largest = largest.max(rise / (to[1] - from[1]));
+            }
+            assert!(largest <= often + 1e-9, "seed {seed}: {largest} above {often}");
+            // Not just sound: within a half of the range that a single box leaves.
+            assert!(often - largest <= 0.5 * (once - largest) + 1e-9, "{largest} {often} {once}");
+        }
+    }
+
+    /// One hidden layer, where the other engine knows the answer.
+    #[test]
+    fn agrees_with_the_exact_search_on_one_hidden_layer() {
+        for seed in 0..10 {
+            let network = random(&[2, 9, 1], seed);
+            let flat = OneHiddenLayer::new(
+                "N",
+                network.inputs.clone(),
+                network.layers[0].weights.clone(),
+                network.layers[0].biases.clone(),
+                network.layers[1].weights.clone(),
+                0.0,
+            )
+            .expect("shapes fit");
+            let property = Property {
+                network: "N".to_owned(),
+                input: "x0".to_owned(),
+                direction: Direction::Increasing,
+                kind: PropertyKind::Physical,
+            };
+            let region = Region::scaled([("x0", [-1.0, 1.0]), ("x1", [-1.0, 1.0])]).expect("a box");
+            let exact = verify(
+                &flat,
+                &property,
+                &region,
+                &Limits {
+                    relative_gap: 0.0,
+                    nodes: 1_000_000,
+                    time: Duration::from_secs(60),
+                    cross_check: CrossCheck::None,
+                },
+                &|| Duration::ZERO,
+            )
+            .expect("decided");
+            let found = network
+                .largest_slope(
+                    "x0",
+                    Direction::Increasing,
+                    (&[-1.0, -1.0], &[1.0, 1.0]),
+                    &limits(20_000),
+                    &|| Duration::ZERO,
+                )
+                .expect("bounded");
+            assert!(found.m_upper >= exact.m_lower);
+            assert!(found.m_upper <= exact.m_upper + 0.02 * (1.0 + exact.m_upper.abs()), "{seed}");
+        }
+    }
+
+    #[test]
+    fn refuses_what_does_not_fit() {
+        let network = random(&[2, 4, 1], 1);
+        let still = || Duration::ZERO;
+        let of = |input: &str, ends: (&[f64], &[f64])| {
+            network.largest_slope(input, Direction::Increasing, ends, &limits(1), &still)
+        };
+        assert!(of("y", (&[0.0; 2], &[1.0; 2])).is_err());
+        assert!(of("x0", (&[0.0; 1], &[1.0; 2])).is_err());
+        assert!(of("x0", (&[f64::NAN; 2], &[1.0; 2])).is_err());
+        assert!(network.exact_rise(&[0.0], &[0.0]).is_err());
+        let wrong = DeepNetwork::new(vec!["a".to_owned()], vec![(vec![1.0; 3], vec![0.0; 2])]);
+        assert!(wrong.is_err());
+    }
+}
