@@ -64,6 +64,7 @@ fn sealed(certificates: &[Certificate], model: &[u8], region: &Region) -> Result
     let mut file = serde_json::json!({
         "schema": "certificate/1",
         "model_sha256": hexadecimal(&Sha256::digest(model)),
+        "half_spaces": region.half_spaces(),
         "bounds": region.iter().collect::<BTreeMap<_, _>>(),
         "certificates": certificates,
     });

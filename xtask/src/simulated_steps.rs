@@ -39,17 +39,10 @@ impl SimulatedSteps {
         compartment: Compartment,
     ) -> Vec<Vec<f64>> {
         let scaler = model.scaler();
-        let signals = model.wiring().inputs(compartment);
         self.rows
             .iter()
             .map(|(states, input)| {
-                let (x, u) = (scaler.scale(states), scaler.scale_input(input));
-                let value = |signal: &Signal| match signal {
-                    Signal::State(state) => x[*state],
-                    Signal::Insulin => u.insulin,
-                    Signal::Carbs => u.carbs,
-                };
-                signals.iter().map(value).collect()
+                model.seen_by(compartment, &scaler.scale(states), scaler.scale_input(input))
             })
             .collect()
     }

@@ -3,9 +3,7 @@
 use anyhow::{Context as _, Result};
 use conformance::{ChangeCost, OneHiddenLayer};
 use nn_statespace::training::WindowGroup;
-use nn_statespace::{
-    GlucoseClamp, HiddenLayerNetwork, PerCompartment, PopulationModel, ScaledStates, Signal,
-};
+use nn_statespace::{GlucoseClamp, HiddenLayerNetwork, PerCompartment, PopulationModel, Signal};
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{Subset, Week};
 use physiology::{Compartment, Plant as _, STEP, States, StepInput};
@@ -136,7 +134,7 @@ impl TrajectoryCost {
         for (step, (input, truth)) in window.inputs.iter().zip(&window.glucose).enumerate() {
             let u = model.scaler().scale_input(input);
             let slopes = PerCompartment::from_fn(|c| model.rate_and_slopes(c, &state, u).1);
-            let seen = seen(model, compartment, &state, input);
+            let seen = model.seen_by(compartment, &state, u);
             let mut next = tangents.clone();
             for (of, slopes) in slopes.iter() {
                 for (by, slope) in slopes.iter().filter(|(_, slope)| **slope != 0.0) {
@@ -162,7 +160,11 @@ impl TrajectoryCost {
     /// What a network sees at the starts of the windows.
     fn points_of(&self, model: &PopulationModel, compartment: Compartment) -> Vec<Vec<f64>> {
         let starts = self.windows.iter().map(|window| {
-            seen(model, compartment, &model.scaler().scale(&window.start), &window.inputs[0])
+            let (start, u) = (
+                model.scaler().scale(&window.start),
+                model.scaler().scale_input(&window.inputs[0]),
+            );
+            model.seen_by(compartment, &start, u)
         });
         starts.collect()
     }
@@ -197,22 +199,6 @@ impl Sums {
             }
         }
     }
-}
-
-/// What the network of a compartment sees in a step.
-fn seen(
-    model: &PopulationModel,
-    compartment: Compartment,
-    state: &ScaledStates,
-    input: &StepInput,
-) -> Vec<f64> {
-    let u = model.scaler().scale_input(input);
-    let value = |signal: &Signal| match signal {
-        Signal::State(state_of) => state[*state_of],
-        Signal::Insulin => u.insulin,
-        Signal::Carbs => u.carbs,
-    };
-    model.wiring().inputs(compartment).iter().map(value).collect()
 }
 
 /// A hidden unit after its ReLU.

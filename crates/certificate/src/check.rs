@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_bigint::BigInt;
 
 use crate::Rejection;
-use crate::format::{Certificate, Certificates, Leaf, Node, hexadecimal};
+use crate::format::{Certificate, Certificates, HalfSpace, Leaf, Node, hexadecimal};
 use crate::grid::{last_bit, whole};
 use crate::model::Network;
 
@@ -38,14 +38,14 @@ pub fn check(certificates: &[u8], model: &[u8]) -> Result<Vec<Accepted>, Rejecti
         .iter()
         .map(|certificate| {
             let network = Network::read(model, &certificate.network)?;
-            let leaves = prove(certificate, &network, &read.bounds).map_err(|reason| {
-                Rejection::Unproved {
+            let leaves = prove(certificate, &network, &read.bounds, &read.half_spaces).map_err(
+                |reason| Rejection::Unproved {
                     network: certificate.network.clone(),
                     input: certificate.input.clone(),
                     property: certificate.property.clone(),
                     reason,
-                }
-            })?;
+                },
+            )?;
             Ok(Accepted {
                 network: certificate.network.clone(),
                 input: certificate.input.clone(),
@@ -82,6 +82,7 @@ fn prove(
     certificate: &Certificate,
     network: &Network,
     bounds: &BTreeMap<String, [f64; 2]>,
+    half_spaces: &[HalfSpace],
 ) -> Result<usize, String> {
     let tested = place(network, &certificate.input)?;
     let against = match certificate.property.as_str() {
@@ -118,16 +119,30 @@ fn prove(
     }
     let finest =
         |values: &mut dyn Iterator<Item = f64>| values.filter_map(last_bit).min().unwrap_or(0);
-    let by_weight = finest(&mut network.weights.iter().flatten().copied());
-    let by_bias = finest(&mut network.biases.iter().copied());
+    let cuts = cuts(network, half_spaces)?;
+    let of_cuts = cuts.iter().flat_map(|(weights, _)| weights);
+    let by_weight = finest(&mut network.weights.iter().flatten().chain(of_cuts).copied());
+    let ends = cuts.iter().map(|(_, at_most)| at_most);
+    let by_bias = finest(&mut network.biases.iter().chain(ends).copied());
     let by_point =
         finest(&mut boxed.iter().flatten().chain(&ats).copied()).min(by_bias - by_weight);
     let by_claim = finest(&mut std::iter::once(certificate.claim));
     let by_output = finest(&mut network.output.iter().copied()).min(by_claim - by_weight);
 
-    let (constant, switches) =
+    let (constant, mut switches) =
         switches(certificate, network, tested, against, [by_weight, by_point, by_output])?;
     let claim = whole(certificate.claim, by_weight + by_output);
+    // Beyond everything that could make up for it.
+    let gains = switches.iter().map(|switch| size(&switch.gain));
+    let outside = gains.sum::<BigInt>() + size(&constant) + size(&claim) + 1;
+    for (number, (weights, at_most)) in cuts.iter().enumerate() {
+        switches.push(Switch {
+            neuron: network.biases.len() + number,
+            weights: weights.iter().map(|weight| whole(*weight, by_weight)).collect(),
+            bias: whole(-at_most, by_weight + by_point),
+            gain: -&outside,
+        });
+    }
     let coordinate = |value: f64| whole(value, by_point);
     let mut open = vec![Open {
         lower: boxed.iter().map(|ends| coordinate(ends[0])).collect(),
@@ -171,6 +186,23 @@ fn prove(
         return Err(format!("{} boxes have no leaf", open.len()));
     }
     Ok(leaves)
+}
+
+/// Weights of the network's inputs and largest sums of the half-spaces that speak of its inputs alone.
+fn cuts(network: &Network, half_spaces: &[HalfSpace]) -> Result<Vec<(Vec<f64>, f64)>, String> {
+    let mut cuts = Vec::new();
+    'half_spaces: for (number, HalfSpace { weights, at_most }) in half_spaces.iter().enumerate() {
+        if weights.values().chain([at_most]).any(|value| !value.is_finite()) {
+            return Err(format!("half-space {number} holds what is not a finite number"));
+        }
+        let mut row = vec![0.0; network.inputs.len()];
+        for (name, weight) in weights.iter().filter(|(_, weight)| **weight != 0.0) {
+            let Ok(place) = place(network, name) else { continue 'half_spaces };
+            row[place] = *weight;
+        }
+        cuts.push((row, *at_most));
+    }
+    Ok(cuts)
 }
 
 /// The slope's constant and its switches, one for each group of neurons.

@@ -20,10 +20,23 @@ pub struct Certificates {
     pub model_sha256: String,
     /// The box: least and greatest value of each signal, scaled.
     pub bounds: BTreeMap<String, [f64; 2]>,
+    /// Half-spaces that cut pieces off the box. A network is bound by those of them that speak of its inputs alone.
+    #[serde(default)]
+    pub half_spaces: Vec<HalfSpace>,
     /// One for each property that is proved.
     pub certificates: Vec<Certificate>,
     /// SHA-256 of this file as compact JSON with sorted keys and without this entry, hexadecimal.
     pub sha256: String,
+}
+
+/// The points at which a weighted sum of signals is at most a number, scaled.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpace {
+    /// Weight of each signal.
+    pub weights: BTreeMap<String, f64>,
+    /// The largest value of the sum.
+    pub at_most: f64,
 }
 
 /// A claim about one sub-network and its proof.
@@ -68,7 +81,7 @@ pub struct Split {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Leaf {
-    /// Pairs of neurons, each the first of its group, whose hopes exclude each other here, and the input whose weight
+    /// Pairs of neurons, each the first of its group, or of half-spaces, numbered after the neurons, whose hopes exclude each other here, and the input whose weight
     /// vanishes in the combination that shows it.
     pub apart: Vec<(usize, usize, String)>,
 }

@@ -22,6 +22,10 @@
 //!    of the leaf is on the hoped-for side of both, which a combination of the two shows that is negative on
 //!    the whole leaf (Farkas). One of the two hopes then fails. The sum is at most the claim.
 //!
+//! **Half-spaces** may cut pieces off the box. Each is a switch too, on outside of it, with a negative gain beyond everything
+//! else: what is claimed of the slope less that number, over the whole box, is claimed of the slope inside. (The region has
+//! to have an inside: of an empty one every claim is true.)
+//!
 //! A switch with `a = 0` on a face of a leaf is counted on one side only. That is enough: such points are limits of
 //! points inside, on whose linear pieces the slope is one that was counted.
 
@@ -31,7 +35,7 @@ mod grid;
 mod model;
 
 pub use check::{Accepted, check};
-pub use format::{Certificate, Certificates, Leaf, Node, Split};
+pub use format::{Certificate, Certificates, HalfSpace, Leaf, Node, Split};
 pub use model::Network;
 
 /// Why certificates are not accepted.

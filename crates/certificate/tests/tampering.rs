@@ -90,19 +90,24 @@ fn region(inputs: usize) -> Region {
 
 /// The certificate that the prover writes, sealed; whether the property holds, and the largest slope against it.
 fn proved(weights: &Weights) -> (Value, Verdict, f64) {
-    let (network, region) = (weights.network(), region(weights.inputs));
+    proved_over(weights, &region(weights.inputs))
+}
+
+fn proved_over(weights: &Weights, region: &Region) -> (Value, Verdict, f64) {
+    let network = weights.network();
     let limits = Limits {
         relative_gap: 0.0,
         nodes: 1_000_000,
         time: Duration::from_secs(60),
         cross_check: CrossCheck::None,
     };
-    let row = verify(&network, &property(), &region, &limits, &|| Duration::ZERO).expect("bounded");
-    let found = certify(&network, &property(), &region, row.m_upper, 1_000_000)
+    let row = verify(&network, &property(), region, &limits, &|| Duration::ZERO).expect("bounded");
+    let found = certify(&network, &property(), region, row.m_upper, 1_000_000)
         .expect("bounded")
         .expect("the search came to this bound");
     let file = json!({
         "schema": "certificate/1",
+        "half_spaces": region.half_spaces(),
         "bounds": region.iter().collect::<BTreeMap<_, _>>(),
         "certificates": [found],
     });
@@ -279,6 +284,35 @@ fn rejects_what_else_does_not_hold() {
     assert!(matches!(more, Err(Rejection::Form(_))), "{more:?}");
     assert!(matches!(check(b"[", &model), Err(Rejection::Form(_))));
     assert!(matches!(checked(&sealed(file.clone(), b"x"), b"x"), Err(Rejection::Model(_))));
+}
+
+#[test]
+fn half_spaces_are_part_of_the_claim() {
+    let (mut needed, mut accepted) = (0, 0);
+    for seed in 0..40 {
+        let weights = Weights::random(2, 8, seed);
+        let cut = region(2).within([("a", 1.0), ("b", -0.5)], 0.2).expect("a half-space");
+        let (file, _, claim) = proved_over(&weights, &cut);
+        assert_eq!(checked(&file, &weights.file()).expect("a proof"), claim);
+        accepted += 1;
+        let (_, _, of_box) = proved(&weights);
+        if claim < of_box {
+            // The claim is not true of the whole box.
+            for half_spaces in [
+                json!([]),
+                json!([{ "weights": { "a": 1.0, "b": -0.5 }, "at_most": 20.0 }]),
+                json!([{ "weights": { "a": -1.0, "b": 0.5 }, "at_most": 20.0 }]),
+                json!([{ "weights": { "a": 1.0, "z": -0.5 }, "at_most": 0.2 }]),
+            ] {
+                let mut changed = file.clone();
+                changed["half_spaces"] = half_spaces;
+                rejected(changed, &weights.file(), "node ");
+            }
+            needed += 1;
+        }
+    }
+    assert_eq!(accepted, 40);
+    assert!(needed > 5, "{needed}");
 }
 
 /// `max(0, a)` never falls: one leaf, by hand and not by the prover.

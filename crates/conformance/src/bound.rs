@@ -33,6 +33,8 @@ pub(crate) struct Search {
     /// (switches x inputs), row by row.
     weights: Vec<f64>,
     biases: Vec<f64>,
+    /// Sizes of the gains; of half-spaces that of the largest gain.
+    sizes: Vec<f64>,
     /// Half the range of each switch over the root box.
     radii: Vec<f64>,
     /// Enclosures of the gains, upper ends.
@@ -103,8 +105,24 @@ impl Search {
             .iter()
             .map(|switch| switch.weights.iter().zip(&halves).map(|(w, r)| (w * r).abs()).sum())
             .collect();
+        let half_spaces = region.half_spaces().len();
+        let first = sum.switches.len() - half_spaces;
+        let numbers: Vec<usize> =
+            sum.switches[first..].iter().map(|switch| switch.neurons[0]).collect();
+        let is_half_space = |neurons: &[usize]| numbers.contains(&neurons[0]);
+        let of_neurons = rest.switches.iter().filter(|switch| !is_half_space(&switch.neurons));
+        let largest = of_neurons.map(|s| s.gain.round_up().abs()).fold(0.0, f64::max);
+        let sizes = rest
+            .switches
+            .iter()
+            .map(|switch| {
+                let half_space = is_half_space(&switch.neurons);
+                if half_space { largest.max(1e-12) } else { switch.gain.round_up().abs() }
+            })
+            .collect();
         Self {
             inputs,
+            sizes,
             radii,
             weights: rest.switches.iter().flat_map(|switch| switch.weights.clone()).collect(),
             biases: rest.switches.iter().map(|switch| switch.bias).collect(),
@@ -218,7 +236,7 @@ impl Search {
                 }
                 // By the switch's range over the whole region, not over the box: of a switch that sees few of the inputs,
                 // and whose hope is fulfilled on one side, boxes would otherwise be cut along those for ever.
-                let weight = gain.abs() / self.radii[index];
+                let weight = self.sizes[index] / self.radii[index];
                 for ((share, &w), &r) in influence.iter_mut().zip(row).zip(&reach) {
                     *share += weight * w.abs() * r;
                 }

@@ -72,11 +72,12 @@ pub(crate) struct Budget {
     pub(crate) time: Duration,
 }
 
-/// The largest slope over the box; `clock` says how much time has passed since any fixed moment.
+/// The largest slope over the box; `inside` is a point of the region where it is not a box, `clock` says how much time has passed since any fixed moment.
 pub(crate) fn maximise(
     sum: &SlopeSum,
     region: &BoxRegion,
     budget: Budget,
+    inside: Option<Vec<f64>>,
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Bracket {
     let began = clock();
@@ -84,6 +85,9 @@ pub(crate) fn maximise(
     let (root, middle) = search.root(region);
     let mut best = Best { lower: f64::NEG_INFINITY, upper: f64::NEG_INFINITY, points: Vec::new() };
     best.offer(sum, middle);
+    if let Some(point) = inside {
+        best.offer(sum, point);
+    }
     let mut nodes = 1;
     let mut round = 0;
     let mut stuck = f64::NEG_INFINITY;
@@ -208,7 +212,7 @@ mod tests {
             let sum = SlopeSum::new(&network, 0, Direction::Increasing);
             let budget =
                 Budget { relative_gap: 0.0, nodes: 1_000_000, time: Duration::from_secs(1) };
-            let bracket = maximise(&sum, &boxed, budget, &|| Duration::ZERO);
+            let bracket = maximise(&sum, &boxed, budget, None, &|| Duration::ZERO);
             prop_assert_eq!(bracket.stop, Stop::Gap);
             prop_assert_eq!(bracket.lower, sum.at(&bracket.points[0]).round_down());
             // Both are exact sums of the same gains, so a piece is either found or missed.
@@ -235,14 +239,14 @@ mod tests {
         let sum = SlopeSum::new(&network, 0, Direction::Decreasing);
         let run = |nodes| {
             let budget = Budget { relative_gap: 0.0, nodes, time: Duration::from_secs(1) };
-            maximise(&sum, &boxed, budget, &|| Duration::ZERO)
+            maximise(&sum, &boxed, budget, None, &|| Duration::ZERO)
         };
         let stopped = run(10);
         assert_eq!(stopped.stop, Stop::Nodes);
         let truth = by_brute_force(&sum, &boxed);
         assert!(stopped.lower <= truth && truth < stopped.upper, "{stopped:?} {truth}");
         let budget = Budget { relative_gap: 0.0, nodes: u64::MAX, time: Duration::ZERO };
-        assert_eq!(maximise(&sum, &boxed, budget, &|| Duration::ZERO).stop, Stop::Time);
+        assert_eq!(maximise(&sum, &boxed, budget, None, &|| Duration::ZERO).stop, Stop::Time);
         let longer = run(100_000);
         assert!(longer.lower == truth && truth <= longer.upper, "{longer:?} {truth}");
     }

@@ -48,6 +48,9 @@ pub fn largest_slope_by_enumeration(
     let tested = network.input_index(&property.input)?;
     let boxed = region.box_of(network)?;
     boxed.check_free(network, tested)?;
+    if !boxed.half_spaces().is_empty() {
+        return Err(ConformanceError::BoxesAlone);
+    }
     let varying = boxed.lower().iter().zip(boxed.upper()).filter(|(lo, hi)| lo < hi).count();
     if network.inputs().len() != 2 || varying != 2 {
         let inputs = varying.min(network.inputs().len());

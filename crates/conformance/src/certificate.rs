@@ -60,8 +60,8 @@ pub fn certify(
     claim: f64,
     nodes: usize,
 ) -> Result<Option<Certificate>, ConformanceError> {
-    let sum = slope_sum(network, property)?;
     let boxed = region.box_of(network)?;
+    let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
     boxed.check_free(network, sum.tested)?;
     let search = Search::new(&sum, &boxed);
     let name = |input: usize| network.inputs()[input].clone();

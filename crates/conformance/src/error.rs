@@ -99,6 +99,23 @@ pub enum ConformanceError {
         /// The network that needs it.
         network: String,
     },
+    /// A half-space that is none.
+    #[error("region: half-space {number}: {reason}")]
+    HalfSpace {
+        /// Its place, from 0.
+        number: usize,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Half-spaces that leave nothing of the box, or too little for a point to be found.
+    #[error("region: its half-spaces leave nothing of the box that network '{network}' sees")]
+    RegionEmpty {
+        /// Output name of the network.
+        network: String,
+    },
+    /// An engine that knows boxes alone.
+    #[error("region: the enumeration of cells knows boxes alone, not half-spaces")]
+    BoxesAlone,
     /// A bound that is not a finite number.
     #[error("region: bounds of '{signal}' are [{lower}, {upper}]; both must be finite")]
     RegionNonFinite {

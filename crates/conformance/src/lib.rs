@@ -42,7 +42,7 @@ pub use deep::{DeepBracket, DeepLimits, DeepNetwork};
 pub use error::ConformanceError;
 pub use network::OneHiddenLayer;
 pub use property::{Direction, Property, PropertyKind, paper_properties};
-pub use region::{BoxRegion, Region, Scaling, Signal};
+pub use region::{BoxRegion, HalfSpace, Region, Scaling, Signal};
 pub use repair::{RepairRule, Repaired, repair};
 pub use share::{Share, share_of_points, share_of_region};
 pub use step::{StepBracket, step_bracket};

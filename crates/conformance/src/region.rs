@@ -4,14 +4,16 @@
 //! verification results"); any box will do. A region is read from `region.json`, whose bounds are
 //! in scaled or in physical units.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io::Read;
 
 use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::ConformanceError;
+use crate::exact::Dyadic;
 use crate::network::OneHiddenLayer;
 
 /// How a signal is scaled: `scaled = (physical - centre) / scale` (paper, robust scaler).
@@ -41,9 +43,23 @@ impl Signal {
 }
 
 /// One closed interval a signal, scaled units, finite, lower bound not above upper bound.
+///
+/// Half-spaces may cut pieces off: the region is then a polytope. A network sees those of them that speak of its inputs alone;
+/// what is proved for it holds on the rest all the more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
     bounds: BTreeMap<String, [f64; 2]>,
+    half_spaces: Vec<HalfSpace>,
+}
+
+/// The points at which a weighted sum of signals is at most a number, scaled units.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpace {
+    /// Weight of each signal; those that are not named have none.
+    pub weights: BTreeMap<String, f64>,
+    /// The largest value of the sum.
+    pub at_most: f64,
 }
 
 /// The part of a [`Region`] that one network sees: bounds in the order of its inputs.
@@ -51,6 +67,8 @@ pub struct Region {
 pub struct BoxRegion {
     lower: Vec<f64>,
     upper: Vec<f64>,
+    /// Weights of the inputs and the largest value of their sum.
+    half_spaces: Vec<(Vec<f64>, f64)>,
 }
 
 impl Region {
@@ -62,7 +80,7 @@ impl Region {
     pub fn scaled<N: Into<String>>(
         bounds: impl IntoIterator<Item = (N, [f64; 2])>,
     ) -> Result<Self, ConformanceError> {
-        let mut region = Self { bounds: BTreeMap::new() };
+        let mut region = Self { bounds: BTreeMap::new(), half_spaces: Vec::new() };
         for (signal, interval) in bounds {
             region.insert(signal.into(), interval)?;
         }
@@ -80,7 +98,7 @@ impl Region {
         let mut text = String::new();
         source.read_to_string(&mut text).map_err(ConformanceError::RegionRead)?;
         let file: RegionFile = serde_json::from_str(&text).map_err(ConformanceError::RegionForm)?;
-        let mut region = Self { bounds: BTreeMap::new() };
+        let mut region = Self { bounds: BTreeMap::new(), half_spaces: Vec::new() };
         for (name, interval) in file.bounds.0 {
             let signal = signals.iter().find(|signal| signal.name == name).ok_or_else(|| {
                 ConformanceError::RegionUnknown {
@@ -95,7 +113,47 @@ impl Region {
             };
             region.insert(name, interval)?;
         }
+        for half_space in file.half_spaces {
+            let half_space = match file.unit {
+                Unit::Scaled => half_space,
+                Unit::Physical => half_space.to_scaled(signals, &region)?,
+            };
+            region = region.within(half_space.weights, half_space.at_most)?;
+        }
         Ok(region)
+    }
+
+    /// The part of the region in which a weighted sum of signals is at most a number (scaled units).
+    ///
+    /// # Errors
+    /// [`ConformanceError::HalfSpace`] for weights or a number that are not finite, for no weight but 0, or for a signal
+    /// that the region does not bound.
+    pub fn within<N: Into<String>>(
+        mut self,
+        weights: impl IntoIterator<Item = (N, f64)>,
+        at_most: f64,
+    ) -> Result<Self, ConformanceError> {
+        let weights: BTreeMap<String, f64> =
+            weights.into_iter().map(|(name, weight)| (name.into(), weight)).collect();
+        let reason = if weights.values().chain([&at_most]).any(|value| !value.is_finite()) {
+            Some("a weight or the bound is not a finite number".to_owned())
+        } else if weights.values().all(|weight| *weight == 0.0) {
+            Some("no weight differs from 0".to_owned())
+        } else {
+            let unknown = weights.keys().find(|name| !self.bounds.contains_key(*name));
+            unknown.map(|name| format!("the region has no bounds for '{name}'"))
+        };
+        if let Some(reason) = reason {
+            return Err(ConformanceError::HalfSpace { number: self.half_spaces.len(), reason });
+        }
+        self.half_spaces.push(HalfSpace { weights, at_most });
+        Ok(self)
+    }
+
+    /// The half-spaces, in the order in which they were named.
+    #[must_use]
+    pub fn half_spaces(&self) -> &[HalfSpace] {
+        &self.half_spaces
     }
 
     /// Every interval longer by a share of its length at both ends.
@@ -108,10 +166,11 @@ impl Region {
             let range = "0 or more";
             return Err(ConformanceError::Limit { limit: "widen", value: share, range });
         }
-        Self::scaled(self.bounds.iter().map(|(name, [lower, upper])| {
+        let wider = Self::scaled(self.bounds.iter().map(|(name, [lower, upper])| {
             let more = share * (upper - lower);
             (name.clone(), [lower - more, upper + more])
-        }))
+        }))?;
+        Ok(Self { half_spaces: self.half_spaces.clone(), ..wider })
     }
 
     /// Every signal with its bounds, scaled units, by name.
@@ -140,7 +199,20 @@ impl Region {
             lower.push(lo);
             upper.push(hi);
         }
-        Ok(BoxRegion { lower, upper })
+        let half_spaces = self
+            .half_spaces
+            .iter()
+            .filter_map(|half_space| {
+                let weighted = half_space.weights.iter().filter(|(_, weight)| **weight != 0.0);
+                let mut weights = vec![0.0; network.inputs().len()];
+                for (name, weight) in weighted {
+                    let place = network.inputs().iter().position(|input| input == name)?;
+                    weights[place] = *weight;
+                }
+                Some((weights, half_space.at_most))
+            })
+            .collect();
+        Ok(BoxRegion { lower, upper, half_spaces })
     }
 
     fn insert(&mut self, signal: String, interval: [f64; 2]) -> Result<(), ConformanceError> {
@@ -166,7 +238,34 @@ impl BoxRegion {
         &self.upper
     }
 
-    /// Whether `point` lies in the box.
+    /// Weights of the inputs and the largest value of their sum, of each half-space that speaks of these inputs alone.
+    #[must_use]
+    pub fn half_spaces(&self) -> &[(Vec<f64>, f64)] {
+        &self.half_spaces
+    }
+
+    /// How far the tested input of a point may grow at most without leaving the region, rounded towards the point.
+    pub(crate) fn reach(&self, point: &[f64], tested: usize) -> f64 {
+        let mut limit = self.upper[tested];
+        for (weights, at_most) in &self.half_spaces {
+            if weights[tested] > 0.0 {
+                let sum: f64 = weights.iter().zip(point).map(|(w, x)| w * x).sum();
+                limit = limit.min(point[tested] + (at_most - sum) / weights[tested]);
+            }
+        }
+        let mut moved = point.to_vec();
+        moved[tested] = limit;
+        while limit > point[tested] && !self.contains(&moved) {
+            limit = point[tested] + (limit - point[tested]) * 0.999;
+            moved[tested] = limit;
+            if limit - point[tested] < 1e-12 * (1.0 + limit.abs()) {
+                return point[tested];
+            }
+        }
+        limit
+    }
+
+    /// Whether `point` lies in the region, decided exactly.
     #[must_use]
     pub fn contains(&self, point: &[f64]) -> bool {
         point.len() == self.lower.len()
@@ -175,6 +274,12 @@ impl BoxRegion {
                 .zip(&self.lower)
                 .zip(&self.upper)
                 .all(|((x, lower), upper)| lower <= x && x <= upper)
+            && self.half_spaces.iter().all(|(weights, at_most)| {
+                let sum = weights.iter().zip(point).fold(Dyadic::new(-at_most), |sum, (w, x)| {
+                    sum.plus(&Dyadic::new(*w).times(&Dyadic::new(*x)))
+                });
+                sum.sign() != Ordering::Greater
+            })
     }
 
     /// Refuses a box that leaves the tested input a single value.
@@ -219,10 +324,33 @@ fn to_scaled(signal: &Signal, [lower, upper]: [f64; 2]) -> Result<[f64; 2], Conf
     Ok([down, up])
 }
 
+impl HalfSpace {
+    /// From physical units: `sum of w (centre + scale x)`, the bound rounded outwards.
+    fn to_scaled(&self, signals: &[Signal], region: &Region) -> Result<Self, ConformanceError> {
+        let (mut at_most, mut size) = (self.at_most, self.at_most.abs());
+        let mut weights = BTreeMap::new();
+        for (name, weight) in &self.weights {
+            let scaling =
+                signals.iter().find(|signal| signal.name == *name).and_then(|s| s.scaling);
+            let Some(Scaling { centre, scale }) = scaling else {
+                return Err(ConformanceError::RegionNoScaling { signal: name.clone() });
+            };
+            let reach = region.bounds(name).map_or(0.0, |[l, u]| l.abs().max(u.abs()));
+            at_most -= weight * centre;
+            size += (weight * centre).abs() + (weight * scale).abs() * reach;
+            weights.insert(name.clone(), weight * scale);
+        }
+        let slack = 4.0 * (self.weights.len() as f64 + 2.0) * f64::EPSILON * size;
+        Ok(Self { weights, at_most: at_most + slack })
+    }
+}
+
 #[derive(Deserialize)]
 struct RegionFile {
     unit: Unit,
     bounds: Bounds,
+    #[serde(default)]
+    half_spaces: Vec<HalfSpace>,
 }
 
 #[derive(Clone, Copy, Deserialize)]

@@ -163,6 +163,7 @@ pub fn repair<E: From<ConformanceError>>(
                 let mut named: Vec<(f64, Vec<f64>)> = worst
                     .into_iter()
                     .chain((0..rule.points).map(|_| drawn(&boxed, &mut rng)))
+                    .filter(|point| boxed.contains(point))
                     .filter_map(|point| violated(&current, &point, *tested, against))
                     .collect();
                 // The worst first; the verifier's own stays among them.

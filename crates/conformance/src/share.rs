@@ -24,7 +24,7 @@ pub struct Share {
     pub points: usize,
 }
 
-/// The share of the region's volume on which the property fails, from `points` uniform draws.
+/// The share of the region's volume on which the property fails, from `points` uniform draws over its box.
 ///
 /// # Errors
 /// What [`crate::verify()`] refuses about network, property and region; [`ConformanceError::Limit`]
@@ -40,14 +40,17 @@ pub fn share_of_region(
     let region = region.box_of(network)?;
     region.check_free(network, sum.tested)?;
     let mut point = vec![0.0; network.inputs().len()];
-    let mut failed = 0;
+    let (mut failed, mut inside) = (0, 0);
     for _ in 0..points {
         for ((x, &lower), &upper) in point.iter_mut().zip(region.lower()).zip(region.upper()) {
             *x = lower + (upper - lower) * rng.random::<f64>();
         }
-        failed += usize::from(sum.fails_at(&point));
+        if region.contains(&point) {
+            inside += 1;
+            failed += usize::from(sum.fails_at(&point));
+        }
     }
-    wilson(failed, points)
+    wilson(failed, inside)
 }
 
 /// The share of `points` (scaled, one value per input of the network) at which the property fails.

@@ -25,7 +25,7 @@ use crate::region::BoxRegion;
 pub(crate) struct Switch {
     /// The neurons on this hyperplane; the first gives its side.
     pub(crate) neurons: Vec<usize>,
-    /// Normal, one weight per input; the weight of the tested input is not 0.
+    /// Normal, one weight per input; the weight of the tested input is not 0, but for half-spaces.
     pub(crate) weights: Vec<f64>,
     /// Offset.
     pub(crate) bias: f64,
@@ -78,6 +78,26 @@ impl SlopeSum {
         let together = shared.map(|switch| switch.neurons.clone()).collect();
         switches.retain(|switch| switch.gain.sign() != Ordering::Equal);
         Self { tested, constant, switches, together }
+    }
+
+    /// The same sum less a number beyond all gains outside of each half-space: where that is largest is where the slope is
+    /// largest inside. A half-space is a switch without a neuron, numbered after the `hidden` neurons.
+    ///
+    /// A half-space that does not see the tested input keeps its state along it; at a sum of exactly `at_most` it counts as
+    /// inside.
+    pub(crate) fn within(mut self, region: &BoxRegion, hidden: usize) -> Self {
+        let gains = self.switches.iter().map(|switch| switch.gain.round_up().abs());
+        let size = 1.0 + self.constant.round_up().abs() + gains.sum::<f64>();
+        let outside = Dyadic::new(-2.0 * size);
+        for (number, (weights, at_most)) in region.half_spaces().iter().enumerate() {
+            self.switches.push(Switch {
+                neurons: vec![hidden + number],
+                weights: weights.clone(),
+                bias: -at_most,
+                gain: outside.clone(),
+            });
+        }
+        self
     }
 
     /// Exact one-sided slope to the right at `point`.

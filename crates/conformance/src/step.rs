@@ -54,7 +54,12 @@ pub fn step_bracket(
                     to = to.next_down();
                 }
                 if to > from {
+                    point[tested] = to;
+                    let ends_inside = boxed.contains(&point);
                     point[tested] = from;
+                    if !ends_inside || !boxed.contains(&point) {
+                        continue;
+                    }
                     let rise = replay(network, &point, tested, to, property.direction).rise;
                     z_lower = z_lower.max(rise);
                 }

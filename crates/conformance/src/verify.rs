@@ -174,14 +174,15 @@ pub fn verify(
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<Row, ConformanceError> {
     limits.check()?;
-    let sum = slope_sum(network, property)?;
     let boxed = region.box_of(network)?;
+    let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
     boxed.check_free(network, sum.tested)?;
 
     let began = clock();
+    let inside = point_inside(network, &sum, &boxed)?;
     let budget =
         Budget { relative_gap: limits.relative_gap, nodes: limits.nodes, time: limits.time };
-    let bracket = maximise(&sum, &boxed, budget, clock);
+    let bracket = maximise(&sum, &boxed, budget, inside, clock);
     let attained = attained(network, property.direction, &sum, &boxed, &bracket.points);
     let m_lower = attained.as_ref().map_or(bracket.lower, |attained| attained.slope);
     let verdict = if bracket.upper <= 0.0 {
@@ -231,6 +232,28 @@ pub fn verify(
     })
 }
 
+/// A point of a region that is not a box; `None` of a box.
+fn point_inside(
+    network: &OneHiddenLayer,
+    sum: &SlopeSum,
+    region: &BoxRegion,
+) -> Result<Option<Vec<f64>>, ConformanceError> {
+    let half_spaces = region.half_spaces().len();
+    if half_spaces == 0 {
+        return Ok(None);
+    }
+    let first = sum.switches.len() - half_spaces;
+    let alone = SlopeSum { switches: sum.switches[first..].to_vec(), ..sum.clone() };
+    let middle: Vec<f64> =
+        region.lower().iter().zip(region.upper()).map(|(l, u)| l / 2.0 + u / 2.0).collect();
+    deepest_point(&alone, region, &vec![false; half_spaces])
+        .into_iter()
+        .chain([middle])
+        .find(|point| region.contains(point))
+        .map(Some)
+        .ok_or_else(|| ConformanceError::RegionEmpty { network: network.output().to_owned() })
+}
+
 /// A slope and a replayed step over which its mean is at least that.
 struct Attained {
     slope: f64,
@@ -257,7 +280,7 @@ fn attained(
             .flatten()
             .filter_map(|point| {
                 let slope = sum.at(&point).round_down();
-                let limit = region.upper()[tested];
+                let limit = region.reach(&point, tested);
                 let step = longest_step(network, &point, tested, limit, direction, slope)?;
                 Some(Attained { slope, point, step })
             })

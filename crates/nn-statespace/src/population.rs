@@ -130,6 +130,12 @@ impl PopulationModel {
         self.networks[compartment].evaluate(&gathered[..signals.len()])
     }
 
+    /// What the network of a compartment sees, scaled, in the order of its wiring.
+    #[must_use]
+    pub fn seen_by(&self, compartment: Compartment, x: &ScaledStates, u: ScaledInputs) -> Vec<f64> {
+        self.wiring.inputs(compartment).iter().map(|signal| value_of(*signal, x, u)).collect()
+    }
+
     /// The rate of one state and its slopes by the states, per minute; 0 for states that its network does
     /// not see. Units of networks exactly at their kink count as inactive.
     #[must_use]

@@ -209,15 +209,13 @@ fn seen(
     state: &ScaledStates,
     input: &StepInput,
 ) -> Seen {
-    let signals = population.wiring().inputs(Compartment::Q1);
-    let value = |signal: &Signal| match signal {
-        Signal::State(of) => state[*of],
-        Signal::Insulin => population.scaler().scale_input(input).insulin,
-        Signal::Carbs => population.scaler().scale_input(input).carbs,
-    };
     Seen {
         residual: twin.residual_inputs(state, input).to_vec(),
-        population: signals.iter().map(value).collect(),
+        population: population.seen_by(
+            Compartment::Q1,
+            state,
+            population.scaler().scale_input(input),
+        ),
     }
 }
 

@@ -95,8 +95,8 @@ pub fn solve(
             range: "0 or more",
         });
     }
-    let sum = slope_sum(network, property)?;
     let boxed = region.box_of(network)?;
+    let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
     boxed.check_free(network, sum.tested)?;
     let fail = |(stage, reason): Failure| ConformanceError::Solver {
         network: property.network.clone(),

@@ -85,7 +85,7 @@ pub fn solve_step(
         let (network, input) = (property.network.clone(), property.input.clone());
         ConformanceError::Solver { network, input, stage, reason }
     })?;
-    let attained: Option<Replay> = solved.columns.as_ref().map(|columns| {
+    let attained: Option<Replay> = solved.columns.as_ref().and_then(|columns| {
         let point = point_at(&columns[..boxed.lower().len()], &boxed, tested);
         let share = columns[boxed.lower().len()].clamp(0.0, 1.0);
         let from = point[tested];
@@ -93,7 +93,11 @@ pub fn solve_step(
         while to - from > delta {
             to = to.next_down();
         }
-        replay(network, &point, tested, to, property.direction)
+        let mut end = point.clone();
+        end[tested] = to;
+        // The solver keeps half-spaces to a tolerance.
+        let inside = boxed.contains(&point) && boxed.contains(&end);
+        inside.then(|| replay(network, &point, tested, to, property.direction))
     });
     let point = solved
         .columns
@@ -235,6 +239,16 @@ impl<'a> Programme<'a> {
         let mut problem = variables.maximise(objective).using(good_lp::highs);
         let width = self.region.upper()[self.tested] - self.region.lower()[self.tested];
         constraints.push((inputs[self.tested] + (self.delta / width) * share).leq(1.0));
+        // Both ends of the step lie in the region's half-spaces.
+        for (weights, at_most) in self.region.half_spaces() {
+            let bounds = self.region.lower().iter().zip(self.region.upper());
+            let mut sum = Expression::from(-at_most);
+            for ((weight, (lower, upper)), t) in weights.iter().zip(bounds).zip(&inputs) {
+                sum += Expression::from(weight * lower) + weight * (upper - lower) * *t;
+            }
+            constraints.push(sum.clone().leq(0.0));
+            constraints.push((sum + weights[self.tested] * self.delta * share).leq(0.0));
+        }
         for constraint in constraints {
             problem.add_constraint(constraint);
         }
