@@ -24,6 +24,8 @@ use crate::stages::verify::network;
 /// What dQ1/dt has to do with these states: insulin action lowers glucose, and glucose comes down faster where there is more
 /// of it.
 const ASKED: [&str; 3] = ["X1", "X3", "Q1"];
+/// Boxes that are bounded for a row; a number, not a time, so that the same bound comes out on every machine.
+const BOXES: u64 = 20_000;
 /// Steps of the record at which slopes are looked for.
 const STEPS: usize = 4000;
 /// First length of a step that is replayed in exact arithmetic, scaled, and how often it is halved.
@@ -63,7 +65,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     if args.repair {
         bail!("--repair mends population models; a twin is not repaired");
     }
-    let config = serde_json::json!({ "limit_seconds": args.limit, "steps": STEPS });
+    let config = serde_json::json!({ "limit_seconds": args.limit, "boxes": BOXES, "steps": STEPS });
     let manifest = Manifest::new("verify", config, Some(args.seed))
         .with_input(&args.model)?
         .with_input(path)?
@@ -119,7 +121,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         let of_population = verify(&glucose, &property, &region, &still, &|| clock.elapsed())?;
         // For the twin the residual may rise by what the population falls.
         let enough = (-of_population.m_upper).min(0.0);
-        let limits = DeepLimits { enough, nodes: u64::MAX, time: limit };
+        let limits = DeepLimits { enough, nodes: BOXES, time: limit };
         let of_residual =
             residual
                 .largest_slope(input, direction, (&lower, &upper), &limits, &|| clock.elapsed())?;
