@@ -10,7 +10,7 @@ use conformance::{Direction, PropertyKind, Row, Verdict};
 /// A row of the paper: network, input, direction, training region, generalisation region.
 type PaperRow = (&'static str, &'static str, Direction, Option<f64>, Option<f64>);
 
-const TABLE: [PaperRow; 27] = [
+const TABLE: [PaperRow; 31] = [
     ("Q1", "X1", Decreasing, None, Some(1e-12)),
     ("Q1", "X1", Increasing, Some(2e-2), Some(5e-3)),
     ("Q1", "X3", Decreasing, Some(2e-4), None),
@@ -38,36 +38,38 @@ const TABLE: [PaperRow; 27] = [
     ("X2", "X2", Decreasing, None, None),
     ("X3", "I", Increasing, None, None),
     ("X3", "X3", Decreasing, Some(1e-7), Some(4e-7)),
-];
-/// Its last four rows.
-const REST: [PaperRow; 4] = [
     ("C2", "C1", Decreasing, None, Some(7e-12)),
     ("C2", "C2", Increasing, Some(9e-9), Some(2e-8)),
     ("C1", "C1", Decreasing, None, None),
     ("C1", "u_carbs", Increasing, None, None),
 ];
 
-/// The table as text: theirs in the training region, ours, and what follows.
-pub(crate) fn beside_the_paper(rows: &[Row]) -> String {
+/// The table as text: theirs, ours, and what follows beside their training region, or their generalisation region if ours was
+/// widened.
+pub(crate) fn beside_the_paper(rows: &[Row], widened: bool) -> String {
     use std::fmt::Write as _;
     let mut text = format!(
-        "Beside the paper's appendix, training region; z in physical units per minute for a step of ten times the smallest\n\
+        "Beside the paper's appendix ({}); z in physical units per minute for a step of ten times the smallest\n\
          change of the input. 'conformant' is the paper's rule: z below the smallest change of the output.\n\
-         {:<4} {:<10} {:<11} {:>8}  {:>22}  {:>8} {:<10} {}\n",
+         {:<4} {:<10} {:<11} {:>14} {:>14}  {:>22}  {:>8} {:<10} {}\n",
+        if widened { "generalisation region" } else { "training region" },
         "net",
         "input",
         "property",
-        "paper z",
+        "paper training",
+        "generalisation",
         "our z, certified",
         "smallest",
         "verdict",
         "what follows"
     );
-    for (network, input, direction, training, _) in TABLE.iter().chain(&REST) {
+    for (network, input, direction, training, general) in &TABLE {
         let found = rows.iter().find(|row| {
             row.network == *network && row.input == *input && row.property == *direction
         });
-        let theirs = training.map_or("ok".to_owned(), |z| format!("{z:.0e}"));
+        let told = |z: &Option<f64>| z.map_or("ok".to_owned(), |z| format!("{z:.0e}"));
+        let (in_training, beyond) = (told(training), told(general));
+        let theirs = if widened { general } else { training };
         let Some(row) = found else { continue };
         let (z, least) = match (&row.physical_step, row.smallest_change) {
             (Some(step), least) => (
@@ -78,10 +80,10 @@ pub(crate) fn beside_the_paper(rows: &[Row]) -> String {
         };
         writeln!(
             text,
-            "{network:<4} {input:<10} {:<11} {theirs:>8}  {z:>22}  {least:>8} {:<10} {}{}",
+            "{network:<4} {input:<10} {:<11} {in_training:>14} {beyond:>14}  {z:>22}  {least:>8} {:<10} {}{}",
             format!("{direction:?}").to_lowercase(),
             format!("{:?}", row.verdict).to_lowercase(),
-            follows(row, training.is_none()),
+            follows(row, theirs.is_none()),
             match row.kind {
                 PropertyKind::Physical => "",
                 PropertyKind::OppositeInformational => " (the opposite sign of the equations)",

@@ -108,8 +108,7 @@ impl DeepNetwork {
         &self.inputs
     }
 
-    /// The output at a point, without rounding, from which `at` is subtracted: the movement of the output between two
-    /// points, rounded down.
+    /// By how much the output is larger at `to` than at `from`: worked out without rounding, then rounded down.
     ///
     /// # Errors
     /// [`ConformanceError::Point`].

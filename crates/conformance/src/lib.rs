@@ -12,6 +12,10 @@
 //! are reported as claims only, and the exact [`enumeration`](largest_slope_by_enumeration) of all
 //! cells for networks of two inputs.
 //!
+//! [`certify`] writes a proof down for a checker of its own (the crate `certificate`), [`repair()`] changes a network until
+//! every property is proved, [`milp::solve_step`] and [`step_bracket`] ask the paper's question of a step, and [`DeepNetwork`]
+//! bounds slopes of several hidden layers as far as sound bounds reach.
+//!
 //! The crate is handed matrices; it knows no other crate of the workspace.
 
 mod bound;

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, bail};
 use conformance::milp::{Form, MilpLimits, solve_step};
 use conformance::{
-    CrossCheck, Limits, OneHiddenLayer, Property, PropertyKind, Region, Report, Row, Scaling,
-    Share, Signal, Verdict, paper_properties, share_of_points, share_of_region, step_bracket,
-    verify,
+    ConformanceError, CrossCheck, Limits, OneHiddenLayer, Property, PropertyKind, Region, Report,
+    Row, Scaling, Share, Signal, Verdict, paper_properties, share_of_points, share_of_region,
+    step_bracket, verify,
 };
 use nn_statespace::{PopulationModel, Signal as NetworkSignal};
 use physiology::{Compartment, STEP};
@@ -123,7 +123,12 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         count(Verdict::Undecided),
         rows.len()
     );
-    let table = format!("{}\n{}\n{}", table(&rows), by_network(&rows), beside_the_paper(&rows));
+    let table = format!(
+        "{}\n{}\n{}",
+        table(&rows),
+        by_network(&rows),
+        beside_the_paper(&rows, args.widen > 0.0)
+    );
     output.write_json("conformance.json", &Report { rows })?;
     output.write("conformance.txt", table.as_bytes())?;
     output.write("certificates.json", &certified.file)?;
@@ -189,8 +194,13 @@ fn verify_row(
         row = row.with_slice(&network, region, SLICE_POINTS)?;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
-    row.share_of_region =
-        Some(share_of_region(&network, property, region, SHARE_POINTS, &mut rng)?);
+    row.share_of_region = match share_of_region(&network, property, region, SHARE_POINTS, &mut rng)
+    {
+        Ok(share) => Some(share),
+        // A polytope too thin for a single draw has no share that could be told.
+        Err(ConformanceError::Limit { limit: "points", .. }) => None,
+        Err(error) => return Err(error.into()),
+    };
     Ok(row)
 }
 
@@ -247,10 +257,12 @@ fn table(rows: &[Row]) -> String {
         "seconds"
     );
     for row in rows {
-        let share = |share: &Option<Share>| share.as_ref().map_or(f64::NAN, |s| 100.0 * s.value);
+        let share = |share: &Option<Share>| {
+            share.as_ref().map_or("-".to_owned(), |s| format!("{:.3}%", 100.0 * s.value))
+        };
         writeln!(
             text,
-            "{:<4} {:<10} {:<11} {:<10} {:>14.7} {:>14.7} {:>8.3}% {:>8.3}%  {:.2}{}",
+            "{:<4} {:<10} {:<11} {:<10} {:>14.7} {:>14.7} {:>9} {:>9}  {:.2}{}",
             row.network,
             row.input,
             format!("{:?}", row.property).to_lowercase(),
