@@ -65,6 +65,14 @@ pub enum TwinError {
         /// Steps of a window that differs.
         other: usize,
     },
+    /// Runs that are simulated together differ in number or length.
+    #[error("runs simulated together need one start each and as many inputs: {expected} expected, {found} found")]
+    UnequalRuns {
+        /// Starts, or steps of the first run.
+        expected: usize,
+        /// Lists of inputs, or steps of a run that differs.
+        found: usize,
+    },
     /// There is nothing to train on.
     #[error("no training windows; exclude the person or allow shorter windows")]
     NoWindows,

@@ -2,10 +2,9 @@
 //!
 //! Only Q1 and Q2 depend on glucose: the insulin chain (S1, S2, I, X1, X2, X3) follows from insulin
 //! and the gut (C1, C2) from carbohydrate. With the population model frozen, everything but Q1 and
-//! Q2 is therefore the same in every epoch and is simulated once, here; the result of a roll-out
-//! does not change by a bit.
+//! Q2 is therefore the same in every epoch and is simulated once, here.
 
-use nn_statespace::{PopulationModel, ScaledStates, Signal};
+use nn_statespace::{PopulationModel, ScaledInputs, ScaledStates, Signal};
 use physiology::{Compartment, Plant, StepInput};
 
 use crate::error::TwinError;
@@ -20,6 +19,8 @@ pub struct PreparedWindow {
     states: Vec<ScaledStates>,
     /// Inputs of each step, shape `(steps)`.
     inputs: Vec<StepInput>,
+    /// Insulin and carbohydrate of each step, scaled, shape `(steps)`.
+    scaled: Vec<ScaledInputs>,
     /// Personal inputs of each step, shape `(steps, 5)`.
     personal: Vec<[f64; PERSONAL_INPUTS]>,
     /// Measured glucose in scaled units, shape `(steps + 1)`, the start first.
@@ -66,7 +67,8 @@ impl PreparedWindow {
         }
         let personal =
             inputs.iter().map(|input| set.personal(&input.context, heart_rate)).collect();
-        Ok(Self { states, inputs, personal, target })
+        let scaled = inputs.iter().map(|input| population.scaler().scale_input(input)).collect();
+        Ok(Self { states, inputs, scaled, personal, target })
     }
 
     /// Steps of the window.
@@ -99,6 +101,11 @@ impl PreparedWindow {
         x[Compartment::Q1] = q1;
         x[Compartment::Q2] = q2;
         x
+    }
+
+    /// What is known of a step beforehand: the states but Q1 and Q2, and the inputs.
+    pub(crate) fn known(&self, step: usize) -> (&ScaledStates, ScaledInputs) {
+        (&self.states[step], self.scaled[step])
     }
 
     /// Personal inputs of a step.

@@ -1,22 +1,21 @@
 //! Training of one person's residual network.
 
-use candle_core::{Device, Tensor};
-use candle_nn::{AdamW, Optimizer, ParamsAdamW};
 use nn_statespace::PopulationModel;
+use nn_statespace::training::Adam;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use crate::error::TwinError;
-use crate::gradient::{Objective, Tape};
-use crate::graph::ResidualVariables;
 use crate::loss::TwinLoss;
 use crate::prepared::PreparedWindow;
-use crate::residual::{ResidualNetwork, SHAPES};
+use crate::residual::{PARAMETERS, ResidualNetwork};
+use crate::roll_out::{Precision, TwinRollOut, network_of, parameters_of};
 
 /// How a residual network is trained.
 ///
-/// The optimiser is Adam with decoupled weight decay (candle's AdamW) at a constant rate.
+/// The optimiser is Adam with decoupled weight decay at a constant rate; weights and roll-outs are in
+/// single precision, losses are summed in double precision.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TrainingPlan {
     /// The loss.
@@ -137,66 +136,59 @@ pub fn train(
     seed: u64,
 ) -> Result<Trained, TwinError> {
     plan.check()?;
-    let first = windows.first().ok_or(TwinError::NoWindows)?.steps();
-    if let Some(other) = windows.iter().find(|w| w.steps() != first) {
-        return Err(TwinError::UnequalWindows { first, other: other.steps() });
+    let windows = same_length(windows.iter().chain(held_out))?;
+    let (windows, held_out) = windows.split_at(windows.len() - held_out.len());
+    if windows.is_empty() {
+        return Err(TwinError::NoWindows);
     }
-    let objective = Objective { population, loss: plan.loss.scaled_by(population) };
-    let variables = ResidualVariables::new(&start)?;
-    let mut optimiser = AdamW::new(
-        variables.variables().to_vec(),
-        ParamsAdamW {
-            lr: plan.learning_rate,
-            weight_decay: plan.weight_decay,
-            ..ParamsAdamW::default()
-        },
-    )?;
+    let mut roll_out = TwinRollOut::<f32>::new(population, plan.loss.scaled_by(population))?;
+    let mut optimiser = Adam::new(PARAMETERS).with_weight_decay(plan.weight_decay);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut tape = Tape::default();
-    let mut network = start;
+    let mut parameters: Vec<f32> = parameters_of(&start);
+    let mut gradient = vec![0.0; PARAMETERS];
     let mut order: Vec<usize> = (0..windows.len()).collect();
+    let mut batch = Vec::with_capacity(plan.batch);
 
-    let loss_before = mean_loss(&objective, &network, windows, &mut tape);
-    let held_out_before =
-        (!held_out.is_empty()).then(|| mean_loss(&objective, &network, held_out, &mut tape));
+    let loss_before = mean_loss(&mut roll_out, &parameters, windows);
+    let judge_held_out = |roll_out: &mut TwinRollOut<f32>, parameters: &[f32]| {
+        (!held_out.is_empty()).then(|| mean_loss(roll_out, parameters, held_out))
+    };
+    let held_out_before = judge_held_out(&mut roll_out, &parameters);
     finite(loss_before, 0)?;
-    let mut best = (held_out_before.unwrap_or(loss_before), 0, network.clone());
+    let mut best = (held_out_before.unwrap_or(loss_before), 0, parameters.clone());
     let mut epochs = Vec::with_capacity(plan.epochs);
     for number in 0..plan.epochs {
         shuffle(&mut order, &mut rng);
         let mut sum = 0.0;
-        for batch in order.chunks(plan.batch) {
-            let mut gradient = ResidualNetwork::zeros();
-            for index in batch {
-                sum += objective.loss_and_gradient(
-                    &network,
-                    &windows[*index],
-                    &mut tape,
-                    &mut gradient,
-                );
-            }
-            descend(&mut optimiser, &variables, &gradient, batch.len())?;
-            network = variables.network()?;
+        for chosen in order.chunks(plan.batch) {
+            batch.clear();
+            batch.extend(chosen.iter().map(|index| windows[*index]));
+            gradient.fill(0.0);
+            sum += roll_out.loss_and_gradient(&parameters, &batch, &mut gradient);
+            let share = 1.0 / batch.len() as f32;
+            gradient.iter_mut().for_each(|slope| *slope *= share);
+            optimiser.update(&mut parameters, &gradient, plan.learning_rate);
         }
         let training = finite(sum / windows.len() as f64, number)?;
-        let held_out_loss =
-            (!held_out.is_empty()).then(|| mean_loss(&objective, &network, held_out, &mut tape));
+        let held_out_loss = judge_held_out(&mut roll_out, &parameters);
         epochs.push(Epoch { training, held_out: held_out_loss });
         if plan.keep == KeptEpoch::Best {
             let judged = match held_out_loss {
                 Some(loss) => loss,
-                None => mean_loss(&objective, &network, windows, &mut tape),
+                None => mean_loss(&mut roll_out, &parameters, windows),
             };
             if finite(judged, number)? < best.0 {
-                best = (judged, number + 1, network.clone());
+                best = (judged, number + 1, parameters.clone());
             }
         }
     }
-    let (kept, network) = match plan.keep {
-        KeptEpoch::Last => (plan.epochs, network),
+    let (kept, parameters) = match plan.keep {
+        KeptEpoch::Last => (plan.epochs, parameters),
         KeptEpoch::Best => (best.1, best.2),
     };
-    let loss_after = finite(mean_loss(&objective, &network, windows, &mut tape), plan.epochs - 1)?;
+    let loss_after = mean_loss(&mut roll_out, &parameters, windows);
+    let loss_after = finite(loss_after, plan.epochs - 1)?;
+    let network = network_of(&parameters);
     Ok(Trained { network, loss_before, held_out_before, epochs, kept, loss_after })
 }
 
@@ -210,14 +202,12 @@ pub fn window_loss(
     windows: &[PreparedWindow],
     loss: TwinLoss,
 ) -> Result<f64, TwinError> {
-    if windows.is_empty() {
-        return Err(TwinError::NoWindows);
-    }
-    let objective = Objective { population, loss: loss.scaled_by(population) };
-    Ok(mean_loss(&objective, network, windows, &mut Tape::default()))
+    let windows = same_length(windows.iter())?;
+    let mut roll_out = TwinRollOut::<f64>::new(population, loss.scaled_by(population))?;
+    Ok(mean_loss(&mut roll_out, &parameters_of(network), &windows))
 }
 
-/// Mean loss of a batch and its gradient by the roll-out by hand. The gradient has the shape of a
+/// Mean loss of a batch and its gradient by the fused roll-out, in f64. The gradient has the shape of a
 /// network.
 ///
 /// # Errors
@@ -228,59 +218,37 @@ pub fn batch_gradient(
     windows: &[&PreparedWindow],
     loss: TwinLoss,
 ) -> Result<(f64, ResidualNetwork), TwinError> {
-    if windows.is_empty() {
-        return Err(TwinError::NoWindows);
-    }
-    let objective = Objective { population, loss: loss.scaled_by(population) };
-    let mut gradient = ResidualNetwork::zeros();
-    let mut tape = Tape::default();
-    let mut sum = 0.0;
-    for window in windows {
-        sum += objective.loss_and_gradient(network, window, &mut tape, &mut gradient);
-    }
+    let windows = same_length(windows.iter().copied())?;
+    let mut roll_out = TwinRollOut::<f64>::new(population, loss.scaled_by(population))?;
+    let mut gradient = vec![0.0; PARAMETERS];
+    let sum = roll_out.loss_and_gradient(&parameters_of(network), &windows, &mut gradient);
     let share = 1.0 / windows.len() as f64;
-    for layer in gradient.layers_mut() {
-        for value in layer.weight.iter_mut().chain(&mut layer.bias) {
-            *value *= share;
-        }
-    }
-    Ok((sum * share, gradient))
+    gradient.iter_mut().for_each(|slope| *slope *= share);
+    Ok((sum * share, network_of(&gradient)))
 }
 
-fn mean_loss(
-    objective: &Objective<'_>,
-    network: &ResidualNetwork,
-    windows: &[PreparedWindow],
-    tape: &mut Tape,
+/// The windows, which must be of one length.
+fn same_length<'a>(
+    windows: impl Iterator<Item = &'a PreparedWindow>,
+) -> Result<Vec<&'a PreparedWindow>, TwinError> {
+    let windows: Vec<&PreparedWindow> = windows.collect();
+    let first = windows.first().ok_or(TwinError::NoWindows)?.steps();
+    match windows.iter().find(|window| window.steps() != first) {
+        Some(other) => Err(TwinError::UnequalWindows { first, other: other.steps() }),
+        None => Ok(windows),
+    }
+}
+
+fn mean_loss<T: Precision>(
+    roll_out: &mut TwinRollOut<T>,
+    parameters: &[T],
+    windows: &[&PreparedWindow],
 ) -> f64 {
-    let sum: f64 = windows.iter().map(|w| objective.loss(network, w, tape)).sum();
-    sum / windows.len() as f64
+    roll_out.loss(parameters, windows) / windows.len() as f64
 }
 
 fn finite(loss: f64, epoch: usize) -> Result<f64, TwinError> {
     if loss.is_finite() { Ok(loss) } else { Err(TwinError::Diverged { epoch }) }
-}
-
-/// One step of candle's optimiser along a gradient that was computed outside its graph: the sum
-/// of variable times gradient has exactly that gradient.
-fn descend(
-    optimiser: &mut AdamW,
-    variables: &ResidualVariables,
-    gradient: &ResidualNetwork,
-    windows: usize,
-) -> Result<(), TwinError> {
-    let mut surrogate = Tensor::new(0.0, &Device::Cpu)?;
-    let share = 1.0 / windows as f64;
-    let pairs = variables.variables().chunks_exact(2);
-    for ((layer, pair), shape) in gradient.layers().iter().zip(pairs).zip(SHAPES) {
-        let weight = Tensor::from_slice(&layer.weight, shape, &Device::Cpu)?;
-        let bias = Tensor::from_slice(&layer.bias, (1, shape.1), &Device::Cpu)?;
-        for (variable, slope) in pair.iter().zip([weight, bias]) {
-            let term = (variable.as_tensor() * (slope * share)?)?.sum_all()?;
-            surrogate = (surrogate + term)?;
-        }
-    }
-    Ok(optimiser.backward_step(&surrogate)?)
 }
 
 /// Fisher and Yates.

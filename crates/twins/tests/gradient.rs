@@ -1,4 +1,4 @@
-//! The gradient by hand against candle's graph and against central differences, and the windows
+//! The gradient of the fused roll-out against candle's graph and against central differences, and the windows
 //! that are simulated once against a full roll-out.
 
 mod synthetic;
@@ -9,7 +9,7 @@ use physiology::{Compartment, OpenLoop, Plant, simulate};
 use synthetic::{exercising_day, population, trained_looking, twin_of};
 use twins::{
     InputSet, PreparedWindow, ResidualNetwork, ResidualVariables, TwinLoss, batch_gradient,
-    graph_loss, window_loss,
+    graph_loss, simulate_many, window_loss,
 };
 
 fn start() -> ScaledStates {
@@ -35,13 +35,13 @@ fn windows(clamp: GlucoseClamp, steps: usize) -> Vec<PreparedWindow> {
 }
 
 #[test]
-fn the_gradient_by_hand_is_that_of_the_graph() {
+fn the_gradient_is_that_of_the_graph() {
     for clamp in [GlucoseClamp::Reproduction, GlucoseClamp::Off] {
         let population = population(clamp);
         let windows = windows(clamp, 60);
         let windows: Vec<&PreparedWindow> = windows.iter().collect();
         let network = trained_looking(5);
-        let (loss, by_hand) =
+        let (loss, fused) =
             batch_gradient(&population, &network, &windows, TwinLoss::PAPER).expect("windows");
 
         let variables = ResidualVariables::new(&network).expect("variables");
@@ -51,7 +51,7 @@ fn the_gradient_by_hand_is_that_of_the_graph() {
         assert!((loss - graph_value).abs() < 1e-10 * loss.abs().max(1.0), "{loss} {graph_value}");
 
         let store = graph.backward().expect("gradients");
-        let expected = ResidualVariables::new(&by_hand).expect("variables");
+        let expected = ResidualVariables::new(&fused).expect("variables");
         for (variable, ours) in variables.variables().iter().zip(expected.variables()) {
             let theirs = store.get(variable).expect("every variable has a gradient");
             let largest = |t: &Tensor| -> f64 {
@@ -115,10 +115,39 @@ fn what_is_simulated_once_equals_the_full_roll_out() {
                 TwinLoss::PAPER,
             )
             .expect("a window");
-            assert_eq!(full, once, "the same operations in the same order");
+            // Sums of some hundred products in f64, in another order.
+            assert!((full - once).abs() < 1e-12 * full, "{full} {once}");
             assert!(twin.glucose(&run.states[60]).0.is_finite());
         }
     }
+}
+
+#[test]
+fn runs_side_by_side_are_those_of_the_loop() {
+    let twin = twin_of(trained_looking(3), GlucoseClamp::Reproduction);
+    let day = exercising_day(288 + 40);
+    // More runs than lanes, each with a start and inputs of its own.
+    let runs: Vec<(ScaledStates, &[physiology::StepInput])> = (0..40)
+        .map(|run| {
+            let mut start = start();
+            start[Compartment::Q1] = -0.5 + 0.05 * run as f64;
+            (start, &day[run..run + 288])
+        })
+        .collect();
+    let (starts, inputs): (Vec<_>, Vec<_>) = runs.iter().copied().unzip();
+    let many = simulate_many(&twin, &starts, &inputs).expect("finite");
+    let mut spread = 0.0_f64;
+    for ((start, inputs), found) in runs.into_iter().zip(&many) {
+        let run = simulate(&twin, start, &mut OpenLoop::new(inputs), 288).expect("finite");
+        for (state, glucose) in run.states.iter().zip(found) {
+            let expected = twin.glucose(state).0;
+            // Single precision over 288 steps of a stable plant.
+            assert!((expected - glucose.0).abs() < 0.05, "{expected} {}", glucose.0);
+            spread = spread.max((expected - twin.glucose(&run.states[0]).0).abs());
+        }
+    }
+    assert!(spread > 50.0, "glucose moves by {spread}");
+    assert!(simulate_many(&twin, &starts[1..], &inputs).is_err());
 }
 
 fn flat(network: &ResidualNetwork) -> Vec<f64> {

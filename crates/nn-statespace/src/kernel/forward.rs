@@ -41,12 +41,7 @@ impl<T: Real> Job<T> for Forward<'_, T> {
                     activity: &mut *activity,
                     all_units: networks.units,
                 };
-                match &network.units {
-                    Units::Two(units) => advance(lanes, units, place),
-                    Units::Four(units) => advance(lanes, units, place),
-                    Units::Five(units) => advance(lanes, units, place),
-                    Units::All(units) => advance(lanes, units, place),
-                }
+                advance_network(lanes, place);
             }
             if let Some((lowest, highest)) = glucose_range {
                 confine(&mut next[Compartment::Q1 as usize], lowest, highest);
@@ -56,18 +51,29 @@ impl<T: Real> Job<T> for Forward<'_, T> {
 }
 
 /// One network in one step: what it reads and where its results go.
-struct Place<'a, T> {
-    network: &'a Network<T>,
-    now: &'a [Row<T>; SIGNALS],
-    next: &'a mut [Row<T>; SIGNALS],
+pub(super) struct Place<'a, T> {
+    pub(super) network: &'a Network<T>,
+    pub(super) now: &'a [Row<T>; SIGNALS],
+    pub(super) next: &'a mut [Row<T>; SIGNALS],
     /// From its first row on.
-    slopes: &'a mut [Row<T>],
+    pub(super) slopes: &'a mut [Row<T>],
     /// Of the step, shape (parts of the block, units of all networks), where it is kept.
-    activity: &'a mut [u16],
-    all_units: usize,
+    pub(super) activity: &'a mut [u16],
+    pub(super) all_units: usize,
 }
 
 /// One network's state after a step, and the slopes of the step.
+#[inline(always)]
+pub(super) fn advance_network<T: Real, L: Lanes<T>>(lanes: L, place: Place<'_, T>) {
+    match &place.network.units {
+        Units::Two(units) => advance(lanes, units, place),
+        Units::Four(units) => advance(lanes, units, place),
+        Units::Five(units) => advance(lanes, units, place),
+        Units::All(units) => advance(lanes, units, place),
+    }
+}
+
+/// The same for networks of so many inputs.
 #[inline(always)]
 fn advance<T: Real, L: Lanes<T>, const N: usize>(
     lanes: L,
@@ -141,8 +147,65 @@ fn advance_by<T: Real, L: Lanes<T>, const N: usize, const V: usize>(
     }
 }
 
+/// One network's state after a step and nothing else.
+#[inline(always)]
+pub(super) fn advance_without_slopes<T: Real, L: Lanes<T>>(
+    lanes: L,
+    network: &Network<T>,
+    now: &[Row<T>; SIGNALS],
+    next: &mut [Row<T>; SIGNALS],
+) {
+    match &network.units {
+        Units::Two(units) => plain(lanes, units, network, now, next),
+        Units::Four(units) => plain(lanes, units, network, now, next),
+        Units::Five(units) => plain(lanes, units, network, now, next),
+        Units::All(units) => plain(lanes, units, network, now, next),
+    }
+}
+
+/// The same for networks of so many inputs.
+#[inline(always)]
+fn plain<T: Real, L: Lanes<T>, const N: usize>(
+    lanes: L,
+    units: &[Unit<T, N>],
+    network: &Network<T>,
+    now: &[Row<T>; SIGNALS],
+    next: &mut [Row<T>; SIGNALS],
+) {
+    const TOGETHER: usize = 2;
+    let zero = lanes.splat(T::ZERO);
+    let state = network.compartment as usize;
+    let mut at = 0;
+    while at < BLOCK {
+        let mut x = [[zero; TOGETHER]; N];
+        for (x, row) in x.iter_mut().zip(network.signals) {
+            for (v, x) in x.iter_mut().enumerate() {
+                *x = lanes.load(&now[row][at + v * L::COUNT..]);
+            }
+        }
+        let mut change = [lanes.splat(network.offset); TOGETHER];
+        for unit in units {
+            let output = lanes.splat(unit.output);
+            for v in 0..TOGETHER {
+                let mut activation = lanes.splat(unit.b);
+                for (weight, x) in unit.w.iter().zip(&x) {
+                    activation = lanes.multiply_add(lanes.splat(*weight), x[v], activation);
+                }
+                let active = lanes.positive(activation);
+                change[v] = lanes.multiply_add_where(active, activation, output, change[v]);
+            }
+        }
+        for (v, change) in change.into_iter().enumerate() {
+            let place = at + v * L::COUNT;
+            let from = lanes.load(&now[state][place..]);
+            lanes.store(lanes.add(from, change), &mut next[state][place..]);
+        }
+        at += TOGETHER * L::COUNT;
+    }
+}
+
 /// Confines finite values to a range; others stay what they are, to be seen.
-fn confine<T: Real>(row: &mut Row<T>, lowest: T, highest: T) {
+pub(super) fn confine<T: Real>(row: &mut Row<T>, lowest: T, highest: T) {
     for value in row {
         if value.is_finite() {
             if *value < lowest {

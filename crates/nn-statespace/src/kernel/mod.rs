@@ -17,6 +17,7 @@
 mod backward;
 mod block;
 mod forward;
+mod lane_steps;
 mod lanes;
 mod layout;
 mod real;
@@ -25,6 +26,7 @@ mod units;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use lane_steps::{LANES, LaneSteps, Signals, signal_row};
 pub use lanes::Instructions;
 pub use layout::{NetworkSpan, ParameterLayout};
 pub use real::Real;

@@ -23,6 +23,8 @@ pub(super) struct Unit<T, const N: usize> {
     pub(super) slopes: [T; N],
     /// `STEP v b`, scaled units.
     pub(super) offset: T,
+    /// `STEP v`.
+    pub(super) output: T,
 }
 
 /// The units of a network by the number of its inputs, filled up with inputs of weight 0.
@@ -144,7 +146,8 @@ fn fill<'a, T: Real, const N: usize>(
     units.extend(each.map(|(row, b, v)| {
         let mut w = [T::ZERO; N];
         w[..row.len()].copy_from_slice(row);
-        Unit { w, b, slopes: w.map(|weight| step * v * weight), offset: step * v * b }
+        let slopes = w.map(|weight| step * v * weight);
+        Unit { w, b, slopes, offset: step * v * b, output: step * v }
     }));
 }
 
@@ -179,7 +182,7 @@ pub(super) fn slopes_of_weights<T: Real>(
 }
 
 /// The row of a signal.
-fn row_of(signal: Signal) -> usize {
+pub(super) fn row_of(signal: Signal) -> usize {
     match signal {
         Signal::State(compartment) => compartment as usize,
         Signal::Insulin => STATES,

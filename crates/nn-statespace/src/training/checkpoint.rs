@@ -135,11 +135,8 @@ impl Checkpoint {
             Ok(bytes.as_chunks::<8>().0.iter().map(|eight| f64::from_le_bytes(*eight)).collect())
         };
         let parameters = singles("parameters")?;
-        let adam = Adam {
-            first_moment: singles("first_moment")?,
-            second_moment: singles("second_moment")?,
-            updates: header.updates,
-        };
+        let adam =
+            Adam::resumed(singles("first_moment")?, singles("second_moment")?, header.updates);
         let [weighted_loss, error] = doubles("loss_and_kept_error")?[..] else {
             return Err(damaged("the loss is missing"));
         };
@@ -198,7 +195,7 @@ mod tests {
             header,
             weighted_loss: 0.1 + 0.2,
             parameters: vec![1.0, f32::MIN_POSITIVE, -0.0],
-            adam: Adam { first_moment: vec![0.1; 3], second_moment: vec![0.2; 3], updates: 7 },
+            adam: Adam::resumed(vec![0.1; 3], vec![0.2; 3], 7),
             epochs: vec![EpochReport {
                 epoch: 0,
                 stage: 0,

@@ -21,6 +21,7 @@ mod validation;
 pub(crate) mod windows;
 
 pub use crate::training_set::WindowSet;
+pub use adam::Adam;
 pub use config::{EarlyStop, GradientLimit, KeptWeights, LearningRate, Stage, TrainingConfig};
 pub use epoch::EpochReport;
 pub use initial_weights::initial_networks;
