@@ -25,75 +25,7 @@ use crate::noise::NoiseModel;
 use crate::observations::{Observations, Reading};
 use crate::whitening::{Autoregression, HUBER_THRESHOLD, huber_loss, robust_scale};
 
-/// A parameter that is calibrated to a person.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Factor {
-    /// The three insulin sensitivities together.
-    Action,
-    /// Endogenous glucose production at zero insulin.
-    Egp0,
-    /// Time to the maximal appearance of meal glucose.
-    TMaxG,
-    /// Time to the maximal insulin absorption.
-    TMaxI,
-    /// Carbohydrate bioavailability.
-    AG,
-    /// Non-insulin-mediated uptake.
-    F01,
-}
-
-/// Number of calibrated parameters.
-pub const FACTORS: usize = 6;
-
-impl Factor {
-    /// Every factor, in the order of [`PersonalFactors`].
-    pub const ALL: [Self; FACTORS] =
-        [Self::Action, Self::Egp0, Self::TMaxG, Self::TMaxI, Self::AG, Self::F01];
-
-    /// Standard deviation of the prior of the factor's logarithm; its mean is 0.
-    #[must_use]
-    pub const fn prior_sd(self) -> f64 {
-        match self {
-            Self::Action => 0.3,
-            Self::Egp0 | Self::F01 => 0.15,
-            Self::TMaxG => 0.25,
-            Self::TMaxI | Self::AG => 0.2,
-        }
-    }
-}
-
-/// Logarithms of a person's factors on the population parameters, in the order of [`Factor::ALL`].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PersonalFactors(pub [f64; FACTORS]);
-
-impl PersonalFactors {
-    /// The person's parameters.
-    #[must_use]
-    pub fn applied_to(&self, population: &OdeParameters) -> OdeParameters {
-        let [action, egp_0, t_max_g, t_max_i, a_g, f_01] = self.0.map(f64::exp);
-        let p = population.with_sensitivity_scaled(action);
-        OdeParameters {
-            egp_0: p.egp_0 * egp_0,
-            t_max_g: p.t_max_g * t_max_g,
-            t_max_i: p.t_max_i * t_max_i,
-            a_g: p.a_g * a_g,
-            f_01: p.f_01 * f_01,
-            ..p
-        }
-    }
-
-    /// The logarithm of one factor.
-    #[must_use]
-    pub fn get(&self, factor: Factor) -> f64 {
-        self.0[factor as usize]
-    }
-
-    /// Half the squared distance from the prior's mean, in nats.
-    fn prior_loss(&self) -> f64 {
-        self.0.iter().zip(Factor::ALL).map(|(v, f)| 0.5 * (v / f.prior_sd()).powi(2)).sum()
-    }
-}
+pub use ode_sim::personal::{FACTORS, Factor, PersonalFactors};
 
 /// How a calibration is run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

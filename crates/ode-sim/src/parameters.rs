@@ -1,5 +1,7 @@
 //! Parameters of the glucoregulatory model.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::OdeError;
 
 /// Factor on the three sensitivities that turns a person without diabetes into one with T1D
@@ -9,7 +11,7 @@ pub const T1D_SENSITIVITY_FACTOR: f64 = 0.4;
 /// Parameters of Eqs. (1) and (U_G) of the paper, in the paper's symbols.
 ///
 /// Values and units follow Resalat et al. 2019 (single-hormone population).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OdeParameters {
     /// Non-insulin-mediated glucose uptake F01 at 4.5 mmol/L and above, mmol/kg/min.
     pub f_01: f64,

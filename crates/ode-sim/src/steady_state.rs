@@ -101,6 +101,63 @@ pub fn at_glucose(
     Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: MAX_ITERATIONS })
 }
 
+/// The state of [`at_glucose`] alone, some hundred times faster: at a given infusion seven equations
+/// have a solution in closed form, and what is left is the root of a falling function of one
+/// unknown. Good to about 1e-12 of the infusion.
+///
+/// # Errors
+/// [`OdeError::NoBasal`] where glucose would stay below the target even without insulin;
+/// [`OdeError::SteadyState`] if no infusion lowers it. Parameters are not checked.
+pub fn state_at_glucose(p: &OdeParameters, glucose: MgPerDl) -> Result<OdeState, OdeError> {
+    let q1 = MmolPerL::from(glucose).0 * p.v_g;
+    let balance = |infusion: f64| {
+        let x = held_by(p, q1, infusion);
+        derivative(p, &x, &forcing(infusion), MODE)[Q1]
+    };
+    let (mut low, mut high) = (0.0, 0.1);
+    let mut at_low: f64 = balance(low);
+    if at_low < 0.0 {
+        return Err(OdeError::NoBasal { glucose: glucose.0 });
+    }
+    let mut at_high = balance(high);
+    while at_high > 0.0 && high < HIGHEST_INFUSION {
+        (low, at_low) = (high, at_high);
+        high *= 4.0;
+        at_high = balance(high);
+    }
+    // Not a number is not below zero either.
+    if !(at_high <= 0.0) {
+        let (residual, iterations) = (at_high.abs(), 0);
+        return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations });
+    }
+    // False position with the Illinois rule: an end that stays twice loses half its weight.
+    let mut moved_low = None;
+    for _ in 0..MAX_ITERATIONS {
+        if high - low <= 1e-12 * high || at_low == 0.0 {
+            break;
+        }
+        let trial = (low * at_high - high * at_low) / (at_high - at_low);
+        let at_trial = balance(trial);
+        let moves_low = at_trial > 0.0;
+        if moves_low {
+            (low, at_low) = (trial, at_trial);
+            at_high *= if moved_low == Some(true) { 0.5 } else { 1.0 };
+        } else {
+            (high, at_high) = (trial, at_trial);
+            at_low *= if moved_low == Some(false) { 0.5 } else { 1.0 };
+        }
+        if at_trial == 0.0 {
+            break;
+        }
+        moved_low = Some(moves_low);
+    }
+    let infusion = if at_low == 0.0 { low } else { high };
+    Ok(OdeState::default().with_vector(&held_by(p, q1, infusion)))
+}
+
+/// Beyond this infusion, mU/kg/min, no body is looked at: a thousand times a usual basal rate.
+const HIGHEST_INFUSION: f64 = 200.0;
+
 /// See [`at_glucose`]: either mode gives the same answer; this one has no kink.
 const MODE: EgpMode = EgpMode::Reproduction;
 

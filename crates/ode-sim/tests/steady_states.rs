@@ -26,6 +26,15 @@ fn every_virtual_person_stands_still_at_every_glucose() {
             assert!(found.basal.0 < last_basal, "more glucose needs less insulin");
             last_basal = found.basal.0;
             most_iterations = most_iterations.max(found.iterations);
+            let quick = steady_state::state_at_glucose(&person.parameters, target).expect("held");
+            for (a, b) in quick.vector().0.into_iter().zip(found.state.vector().0) {
+                // Both within 1e-10 of standing still, of states that relax within hours.
+                assert!(
+                    (a - b).abs() < 1e-7 * b.abs().max(1e-3),
+                    "person {}: {a} {b}",
+                    person.index
+                );
+            }
         }
     }
     assert!(most_iterations <= 12, "Newton converges quadratically: {most_iterations} iterations");

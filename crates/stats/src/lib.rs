@@ -23,6 +23,7 @@
 
 pub mod agreement;
 pub mod bootstrap;
+pub mod chains;
 pub mod equivalence;
 mod error;
 mod moments;

@@ -66,7 +66,9 @@ pub enum TwinError {
         other: usize,
     },
     /// Runs that are simulated together differ in number or length.
-    #[error("runs simulated together need one start each and as many inputs: {expected} expected, {found} found")]
+    #[error(
+        "runs simulated together need one start each and as many inputs: {expected} expected, {found} found"
+    )]
     UnequalRuns {
         /// Starts, or steps of the first run.
         expected: usize,

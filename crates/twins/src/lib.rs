@@ -50,7 +50,7 @@ pub use import::published_twin;
 pub use inputs::{INPUT_NAMES, INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
 pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
 pub use prepared::PreparedWindow;
-pub use protocol::{PersonWindows, Protocol};
+pub use protocol::{PersonWindows, Protocol, inputs_within, measured};
 pub use replay::{ReplayRow, ReplayStart, replay};
 pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
 pub use roll_out::simulate_many;

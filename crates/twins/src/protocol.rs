@@ -124,7 +124,7 @@ impl PersonWindows {
 ///
 /// # Errors
 /// [`TwinError::NoReading`] if one is missing or not finite.
-pub(crate) fn measured(person: &Person, window: &Window) -> Result<Vec<f64>, TwinError> {
+pub fn measured(person: &Person, window: &Window) -> Result<Vec<f64>, TwinError> {
     let missing = |step| TwinError::NoReading { person: person.id.clone(), step };
     window
         .range()
@@ -136,6 +136,7 @@ pub(crate) fn measured(person: &Person, window: &Window) -> Result<Vec<f64>, Twi
 }
 
 /// Inputs between the first and the last reading of a window: one fewer than readings.
-pub(crate) fn inputs_within<'a>(inputs: &'a [StepInput], window: &Window) -> &'a [StepInput] {
+#[must_use]
+pub fn inputs_within<'a>(inputs: &'a [StepInput], window: &Window) -> &'a [StepInput] {
     &inputs[window.start..window.start + window.len - 1]
 }

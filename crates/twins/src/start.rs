@@ -91,7 +91,7 @@ impl Startable for OdePlant {
     /// mg/dL for the population), nothing stands still: the steady state at the next lower
     /// multiple of 10 mg/dL that has one is used, with the glucose asked for.
     fn at_steady_state(&self, glucose: MgPerDl) -> Result<(OdeState, AtRest), TwinError> {
-        let solve = |at| ode_sim::steady_state::at_glucose(&self.parameters, self.weight, at);
+        let solve = |at| ode_sim::steady_state::state_at_glucose(&self.parameters, at);
         let mut tens = (glucose.0 / 10.0).ceil() - 1.0;
         let mut rest = AtRest::Yes;
         let mut found = solve(glucose);
@@ -100,7 +100,7 @@ impl Startable for OdePlant {
             tens -= 1.0;
             rest = AtRest::Nearly;
         }
-        Ok((self.with_glucose(&found?.state, glucose), rest))
+        Ok((self.with_glucose(&found?, glucose), rest))
     }
 }
 

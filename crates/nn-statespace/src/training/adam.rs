@@ -79,8 +79,7 @@ mod tests {
         let mut parameters = draw();
         let tensor = |v: &[f32]| Tensor::from_slice(v, v.len(), &Device::Cpu).expect("one axis");
         let variable = Var::from_tensor(&tensor(&parameters)).expect("a copy");
-        let settings =
-            ParamsAdamW { lr: 0.0, beta1: 0.9, beta2: 0.999, eps: 1e-8, weight_decay };
+        let settings = ParamsAdamW { lr: 0.0, beta1: 0.9, beta2: 0.999, eps: 1e-8, weight_decay };
         let mut theirs = AdamW::new(vec![variable.clone()], settings).expect("zeros");
         let mut ours = Adam::new(parameters.len()).with_weight_decay(weight_decay);
         for update in 0..50 {

@@ -1,0 +1,150 @@
+//! Maximum a posteriori and the posterior itself: six factors of a person, with priors.
+
+mod sample;
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use ode_sim::OdeParameters;
+use ode_sim::personal::{FACTORS, PersonalFactors};
+
+use crate::density::{Density, ErrorModel, factors_of};
+use crate::error::OdeTwinError;
+use crate::windows::FitWindows;
+
+pub use sample::{ChainDiagnostics, Posterior, Sampling, sample_posterior};
+
+/// Iterations after which a search is given up.
+const MOST_ITERATIONS: usize = 40;
+/// A step shorter than this many posterior standard deviations ends the search.
+const TOLERANCE: f64 = 0.01;
+
+/// The most probable factors of a person.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaximumAPosteriori {
+    /// Log factors on the population's parameters.
+    pub factors: PersonalFactors,
+    /// Their standard deviations by the curvature there, and by nothing else.
+    pub sd: [f64; FACTORS],
+    /// Standard deviation of what half an hour adds to a run's error, mg/dL.
+    pub sigma: f64,
+    /// Share of the error that is left after half an hour.
+    pub autoregression: f64,
+    /// Whether the search came to rest.
+    pub converged: bool,
+    /// Iterations made.
+    pub iterations: usize,
+    mode: Mode,
+}
+
+/// What the sampler starts from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Mode {
+    /// Factors in prior standard deviations.
+    pub(crate) standard: [f64; FACTORS],
+    pub(crate) errors: ErrorModel,
+    /// Lower Cholesky factor of the covariance of `standard`, row-major.
+    pub(crate) root: [[f64; FACTORS]; FACTORS],
+    /// Half hours, the number of observations.
+    pub(crate) observations: usize,
+}
+
+impl MaximumAPosteriori {
+    /// The person's parameters.
+    #[must_use]
+    pub fn parameters(&self) -> OdeParameters {
+        self.factors.applied_to(&OdeParameters::nominal())
+    }
+
+    pub(crate) fn mode(&self) -> &Mode {
+        &self.mode
+    }
+}
+
+/// The most probable factors given the windows that do not overlap, by Gauss-Newton steps with the
+/// error model fitted anew in between; priors as [`Factor::prior_sd`](ode_sim::personal::Factor::prior_sd)
+/// says.
+///
+/// # Errors
+/// Those of the simulation at the population's parameters and at each accepted step.
+pub fn maximum_a_posteriori(windows: &FitWindows<'_>) -> Result<MaximumAPosteriori, OdeTwinError> {
+    let density = Density { windows };
+    let mut standard = [0.0; FACTORS];
+    let mut at = density.linearised(&standard)?;
+    let mut model = ErrorModel::fitted(&at.errors);
+    let (mut converged, mut iterations) = (false, 0);
+    let mut information = Mat::identity(FACTORS, FACTORS);
+    while !converged && iterations < MOST_ITERATIONS {
+        iterations += 1;
+        let (matrix, right) = normal_equations(&at, &standard, &model);
+        information = matrix;
+        let factor = information.llt(Side::Lower).map_err(|_| OdeTwinError::Information)?;
+        let step = factor.solve(&right);
+        let length = (step.transpose() * &information * &step)[(0, 0)].sqrt();
+        let now = density.log(&at.errors, &standard, &model);
+        let mut share = 1.0;
+        let accepted = loop {
+            let trial: [f64; FACTORS] = std::array::from_fn(|k| standard[k] + share * step[(k, 0)]);
+            if let Ok(errors) = density.errors(&trial)
+                && density.log(&errors, &trial, &model) > now
+            {
+                break Some(trial);
+            }
+            share *= 0.5;
+            if share < 1e-3 {
+                break None;
+            }
+        };
+        converged = share * length < TOLERANCE || accepted.is_none();
+        if let Some(trial) = accepted {
+            standard = trial;
+            at = density.linearised(&standard)?;
+            model = ErrorModel::fitted(&at.errors);
+        }
+    }
+    let covariance = information
+        .llt(Side::Lower)
+        .map_err(|_| OdeTwinError::Information)?
+        .solve(Mat::<f64>::identity(FACTORS, FACTORS));
+    let root = covariance.llt(Side::Lower).map_err(|_| OdeTwinError::Information)?;
+    let root = std::array::from_fn(|i| std::array::from_fn(|j| root.L()[(i, j)]));
+    let factors = factors_of(&standard);
+    let scale = factors_of(&[1.0; FACTORS]).0;
+    Ok(MaximumAPosteriori {
+        factors,
+        sd: std::array::from_fn(|k| covariance[(k, k)].sqrt() * scale[k]),
+        sigma: model.sigma(),
+        autoregression: model.coefficient(),
+        converged,
+        iterations,
+        mode: Mode {
+            standard,
+            errors: model,
+            root,
+            observations: at.errors.iter().map(|window| window.len() - 1).sum(),
+        },
+    })
+}
+
+/// Curvature and slope of the log density by the factors, errors taken as linear in them.
+fn normal_equations(
+    at: &crate::density::Linearised,
+    standard: &[f64; FACTORS],
+    model: &ErrorModel,
+) -> (Mat<f64>, Mat<f64>) {
+    let mut matrix = Mat::<f64>::identity(FACTORS, FACTORS);
+    let mut right = Mat::from_fn(FACTORS, 1, |k, _| -standard[k]);
+    let precision = model.sigma().powi(-2);
+    for (place, window) in at.errors.iter().enumerate() {
+        let white = model.whitened(window);
+        let columns: Vec<Vec<f64>> =
+            at.slopes.iter().map(|slope| model.whitened(&slope[place])).collect();
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        for i in 0..FACTORS {
+            right[(i, 0)] -= precision * product(&columns[i], &white);
+            for j in 0..FACTORS {
+                matrix[(i, j)] += precision * product(&columns[i], &columns[j]);
+            }
+        }
+    }
+    (matrix, right)
+}
