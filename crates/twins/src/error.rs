@@ -4,7 +4,6 @@ use cohort::CohortError;
 use nn_statespace::ModelError;
 use ode_sim::OdeError;
 use physiology::{Compartment, SimulationError};
-use stats::StatsError;
 
 /// Errors of twins, their training, files and evaluation.
 #[derive(Debug, thiserror::Error)]
@@ -133,14 +132,6 @@ pub enum TwinError {
         /// The step of the record.
         step: usize,
     },
-    /// Tests and intervals over people need at least two.
-    #[error("{found} people to judge and {excluded} left out; at least 2 needed")]
-    TooFewPeople {
-        /// People judged.
-        found: usize,
-        /// People left out.
-        excluded: usize,
-    },
     /// A twin is another person's.
     #[error("person '{person}' cannot go on from the twin of '{twin}'; give their own twin")]
     OtherPerson {
@@ -152,9 +143,6 @@ pub enum TwinError {
     /// The record.
     #[error(transparent)]
     Cohort(Box<CohortError>),
-    /// A statistic.
-    #[error(transparent)]
-    Stats(#[from] StatsError),
     /// The population model.
     #[error(transparent)]
     Model(#[from] ModelError),

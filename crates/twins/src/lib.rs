@@ -5,8 +5,7 @@
 //! dQ1/dt inside the simulation loop (Roquemen-Echeverri et al., section "Individual-level model";
 //! the *paper* in this workspace). The crate trains such networks ([`build_twins`]), keeps them in
 //! files ([`Twin::to_bytes`]), reads those that the paper's authors published
-//! ([`published_twin`]), runs records through them ([`replay()`]) and judges them on held-out days
-//! beside the population model and the ODE ([`evaluation`]).
+//! ([`published_twin`]) and runs records through them ([`replay()`]).
 //!
 //! An untrained twin is the population model, exactly:
 //!
@@ -21,7 +20,6 @@
 
 mod cohort_training;
 mod error;
-pub mod evaluation;
 mod exclusion;
 mod file;
 mod fingerprint;
@@ -35,6 +33,7 @@ mod protocol;
 mod replay;
 mod residual;
 mod roll_out;
+mod signs;
 mod start;
 mod training;
 mod twin;
@@ -54,6 +53,10 @@ pub use protocol::{PersonWindows, Protocol, inputs_within, measured};
 pub use replay::{ReplayRow, ReplayStart, replay};
 pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
 pub use roll_out::simulate_many;
-pub use start::{AtRest, Startable, Starts, WindowStart, settled, window_starts};
+pub use signs::Signs;
+pub use start::{
+    AtRest, Startable, Starts, SteadyStates, WindowStart, settled, window_starts,
+    window_starts_with,
+};
 pub use training::{Epoch, KeptEpoch, Trained, TrainingPlan, batch_gradient, train, window_loss};
 pub use twin::{Twin, TwinCard};

@@ -152,7 +152,10 @@ pub fn window_starts<P: Startable>(
 }
 
 /// [`window_starts`] with steady states that are shared between people.
-pub(crate) fn window_starts_with<P: Startable>(
+///
+/// # Errors
+/// As [`window_starts`].
+pub fn window_starts_with<P: Startable>(
     steady: &SteadyStates<'_, P>,
     person: &Person,
     inputs: &[StepInput],
@@ -175,7 +178,7 @@ pub(crate) fn window_starts_with<P: Startable>(
 /// Sensors report whole mg/dL, so that a cohort's windows need far fewer solutions than there are
 /// windows; a network's takes some 20 ms.
 #[derive(Debug)]
-pub(crate) struct SteadyStates<'a, P: Startable> {
+pub struct SteadyStates<'a, P: Startable> {
     plant: &'a P,
     solved: Vec<OnceLock<(P::State, AtRest)>>,
 }
@@ -184,12 +187,15 @@ pub(crate) struct SteadyStates<'a, P: Startable> {
 const HIGHEST_KEPT: usize = 600;
 
 impl<'a, P: Startable> SteadyStates<'a, P> {
-    pub(crate) fn new(plant: &'a P) -> Self {
+    /// Nothing is solved yet.
+    #[must_use]
+    pub fn new(plant: &'a P) -> Self {
         Self { plant, solved: (0..=HIGHEST_KEPT).map(|_| OnceLock::new()).collect() }
     }
 
     /// The plant.
-    pub(crate) fn plant(&self) -> &'a P {
+    #[must_use]
+    pub fn plant(&self) -> &'a P {
         self.plant
     }
 

@@ -11,6 +11,7 @@ use crate::loss::TwinLoss;
 use crate::prepared::PreparedWindow;
 use crate::residual::{PARAMETERS, ResidualNetwork};
 use crate::roll_out::{Precision, TwinRollOut, network_of, parameters_of};
+use crate::signs::{Keeper, Signs};
 
 /// How a residual network is trained.
 ///
@@ -30,6 +31,8 @@ pub struct TrainingPlan {
     pub epochs: usize,
     /// Which epoch's weights are kept.
     pub keep: KeptEpoch,
+    /// Whether the network keeps physiology's signs.
+    pub signs: Signs,
 }
 
 /// Which epoch's weights are kept. Test days are never looked at.
@@ -55,6 +58,7 @@ impl TrainingPlan {
             batch: 32,
             epochs: 150,
             keep: KeptEpoch::Last,
+            signs: Signs::Free,
         }
     }
 
@@ -145,6 +149,10 @@ pub fn train(
     let mut optimiser = Adam::new(PARAMETERS).with_weight_decay(plan.weight_decay);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut parameters: Vec<f32> = parameters_of(&start);
+    let keeper = Keeper::new(plan.signs);
+    if let Some(keeper) = keeper.as_ref().filter(|_| !start.keeps_signs()) {
+        keeper.begin(&mut parameters);
+    }
     let mut gradient = vec![0.0; PARAMETERS];
     let mut order: Vec<usize> = (0..windows.len()).collect();
     let mut batch = Vec::with_capacity(plan.batch);
@@ -168,6 +176,9 @@ pub fn train(
             let share = 1.0 / batch.len() as f32;
             gradient.iter_mut().for_each(|slope| *slope *= share);
             optimiser.update(&mut parameters, &gradient, plan.learning_rate);
+            if let Some(keeper) = &keeper {
+                keeper.keep(&mut parameters);
+            }
         }
         let training = finite(sum / windows.len() as f64, number)?;
         let held_out_loss = judge_held_out(&mut roll_out, &parameters);

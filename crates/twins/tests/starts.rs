@@ -4,9 +4,9 @@ mod synthetic;
 
 use cohort::{Channel, MissingDoses, Person};
 use nn_statespace::{GlucoseClamp, PopulationModel, ScaledStates};
-use physiology::{Compartment, MgPerDl, OpenLoop, UnitsPerHour, simulate};
+use ode_sim::{OdeParameters, OdePlant};
+use physiology::{Compartment, Kilograms, MgPerDl, OpenLoop, UnitsPerHour, simulate};
 use synthetic::{cohort_of, planted, population, twin_of};
-use twins::evaluation::ode_baseline;
 use twins::{
     AtRest, ReplayStart, ResidualNetwork, Startable, WindowStart, replay, settled, window_starts,
 };
@@ -15,6 +15,11 @@ use twins::{
 fn person() -> Person {
     let truth = twin_of(ResidualNetwork::zeros(), GlucoseClamp::Reproduction);
     cohort_of(&truth, 1, 3).people.remove(0)
+}
+
+/// The ODE model with population parameters.
+fn ode() -> OdePlant {
+    OdePlant::reproduction(OdeParameters::nominal(), Kilograms(76.3))
 }
 
 fn carried(model: &PopulationModel, person: &Person, steps: &[usize]) -> Vec<ScaledStates> {
@@ -81,7 +86,7 @@ fn steady_starts_carry_the_reading_and_stand_still() {
     let person = person();
     let inputs = person.inputs(0..864, MissingDoses::Zero).expect("finite values");
     let steps: Vec<usize> = (0..864).step_by(60).collect();
-    let ode = ode_baseline(None);
+    let ode = ode();
     let starts =
         window_starts(&ode, &person, &inputs, &steps, WindowStart::SteadyState, UnitsPerHour(1.0))
             .expect("starts");
@@ -96,7 +101,7 @@ fn steady_starts_carry_the_reading_and_stand_still() {
 
 #[test]
 fn a_glucose_without_a_steady_state_starts_from_the_nearest_below() {
-    let ode = ode_baseline(None);
+    let ode = ode();
     let (state, rest) = ode.at_steady_state(MgPerDl(406.0)).expect("a start");
     let (below, at_rest) = ode.at_steady_state(MgPerDl(400.0)).expect("a steady state");
     assert_eq!((rest, at_rest), (AtRest::Nearly, AtRest::Yes));

@@ -1,11 +1,4 @@
-//! Twins and baselines against held-out days.
-//!
-//! Every method runs freely from a window's first reading; what it is judged on is what a sensor
-//! would have read. People, not windows, are the unit of every mean, test and interval.
-
-mod forecast;
-mod person;
-mod tables;
+//! All people of a cohort under all methods.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,60 +9,18 @@ use ode_sim::{OdeParameters, OdePlant};
 use physiology::Kilograms;
 use rayon::prelude::*;
 use stats::Bootstrap;
+use twins::{PersonWindows, Protocol, SteadyStates};
 
-use crate::error::TwinError;
-use crate::protocol::{PersonWindows, Protocol};
-use crate::start::SteadyStates;
-use crate::twin::Twin;
-
-pub use forecast::{FORECAST_MINUTES, ForecastError, Forecaster};
-pub use person::{MethodResult, PersonEvaluation};
-pub use tables::{
-    Comparison, ExclusionRow, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable,
-    Spread, TwinRow, TwinsTable, WithInterval,
-};
+use crate::error::EvaluationError;
+use crate::models::PersonModels;
+use crate::person::{PersonEvaluation, evaluate_person};
+use crate::tables::ExclusionRow;
 
 /// Weight of the simulator's average person, kg, for people whose weight is unknown (Resalat et al.
 /// 2019).
-pub const AVERAGE_WEIGHT: Kilograms = Kilograms(76.3);
+pub const AVERAGE_WEIGHT: Kilograms = Kilograms(ode_sim::population::MEAN_WEIGHT);
 
-/// A plant that is judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Method {
-    /// The person's twin.
-    Twin,
-    /// The population model without the person's network.
-    Population,
-    /// The ODE model with population parameters and the person's weight.
-    Ode,
-}
-
-impl Method {
-    /// Every method, the twin first.
-    pub const ALL: [Self; 3] = [Self::Twin, Self::Population, Self::Ode];
-
-    /// The key in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Twin => "twin",
-            Self::Population => "population",
-            Self::Ode => "ode",
-        }
-    }
-
-    /// The name for people.
-    #[must_use]
-    pub const fn label(self) -> &'static str {
-        match self {
-            Self::Twin => "Digital twin",
-            Self::Population => "Population model",
-            Self::Ode => "ODE, population parameters",
-        }
-    }
-}
-
-/// How twins are judged.
+/// How methods are judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EvaluationSettings {
     /// How records are cut; the same as in training.
@@ -107,35 +58,37 @@ pub fn ode_baseline(weight: Option<Kilograms>) -> OdePlant {
     OdePlant::reproduction(OdeParameters::nominal(), weight.unwrap_or(AVERAGE_WEIGHT))
 }
 
-/// Judges the twins of a cohort, found by person, beside the population model and the ODE.
+/// Judges the models of a cohort's people, found by person.
 ///
-/// People are left out for the reasons of [`Exclusion`](crate::Exclusion), or because `twins` has
-/// none of theirs. The result does not depend on the number of threads.
+/// People are left out for the reasons of [`Exclusion`](twins::Exclusion), or because there is no
+/// model of theirs. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// The first error by order of people.
+/// The first error by order of people; [`EvaluationError::MissingModel`] unless everybody has models
+/// of the same methods.
 pub fn evaluate(
     cohort: &Cohort,
-    twins: &BTreeMap<String, Twin>,
+    models: &BTreeMap<String, PersonModels>,
     population: &Arc<PopulationModel>,
     settings: &EvaluationSettings,
-) -> Result<Evaluation, TwinError> {
+) -> Result<Evaluation, EvaluationError> {
     let steady = SteadyStates::new(&**population);
-    let judged: Vec<Result<Judged, TwinError>> = cohort
+    let judged: Vec<Result<Judged, EvaluationError>> = cohort
         .people
         .par_iter()
         .enumerate()
         .map(|(index, person)| {
-            let cut = PersonWindows::new(index, person, &settings.protocol)?;
+            let of_person = |error: EvaluationError| error.of_person(&person.id);
+            let cut = PersonWindows::new(index, person, &settings.protocol)
+                .map_err(|error| of_person(error.into()))?;
             if let Some(reason) = cut.excluded {
                 return Ok(Judged::Out(reason.to_string()));
             }
-            match twins.get(&person.id) {
+            match models.get(&person.id) {
                 None => Ok(Judged::Out("no twin was given".to_owned())),
-                Some(twin) => {
-                    let found =
-                        person::evaluate_person(index, person, &cut, twin, &steady, settings)
-                            .map_err(|error| error.of_person(&person.id))?;
+                Some(models) => {
+                    let found = evaluate_person(index, person, &cut, models, &steady, settings)
+                        .map_err(of_person)?;
                     Ok(Judged::In(Box::new(found)))
                 }
             }
@@ -154,7 +107,24 @@ pub fn evaluate(
             }
         }
     }
+    alike(&evaluation.people)?;
     Ok(evaluation)
+}
+
+/// Whether everybody was judged by the same methods in the same order.
+fn alike(people: &[PersonEvaluation]) -> Result<(), EvaluationError> {
+    let Some(first) = people.first() else { return Ok(()) };
+    for person in people {
+        for (ours, theirs) in [(first, person), (person, first)] {
+            if let Some(missing) = ours.methods.iter().find(|m| theirs.of(m.method).is_none()) {
+                return Err(EvaluationError::MissingModel {
+                    person: theirs.person_id.clone(),
+                    method: missing.method.name(),
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 enum Judged {

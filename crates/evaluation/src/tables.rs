@@ -1,13 +1,15 @@
 //! `outcomes.json` and `twins.json`.
 
 use serde::{Deserialize, Serialize};
-use stats::{Bootstrap, Outcomes, Summary, compare_outcomes, multiplicity, paired};
+use stats::{Bootstrap, Outcomes, Summary, compare_outcomes, multiplicity, paired, tost};
+use twins::PersonTwin;
 
-use crate::cohort_training::PersonTwin;
-use crate::error::TwinError;
-use crate::evaluation::forecast::{FORECAST_MINUTES, Forecaster};
-use crate::evaluation::person::PersonEvaluation;
-use crate::evaluation::{Evaluation, EvaluationSettings, Method};
+use crate::error::EvaluationError;
+use crate::evaluate::{Evaluation, EvaluationSettings};
+use crate::forecast::{FORECAST_MINUTES, Forecaster};
+use crate::method::Method;
+use crate::person::{MethodResult, PersonEvaluation};
+use crate::scenario::Scenario;
 
 /// `outcomes.json`: the six outcomes of every method, and forecast errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,10 +28,17 @@ pub struct OutcomesTable {
     pub interval: IntervalMethod,
     /// People left out, with the reason.
     pub exclusions: Vec<ExclusionRow>,
-    /// One entry a method, the twin first.
+    /// One entry a method, the twin first; twins with other inputs are in `ablation`.
     pub methods: Vec<MethodRows>,
     /// Five-hour error of the other methods against the twin's.
     pub comparisons: Vec<Comparison>,
+    /// Twins that see other personal inputs, over all windows.
+    #[serde(default)]
+    pub ablation: Vec<MethodRows>,
+    /// Windows that begin with an event: twins with all and with other inputs, and the population
+    /// model (paper, Table `inputsContributions`).
+    #[serde(default)]
+    pub scenarios: Vec<ScenarioTable>,
     /// One entry a forecaster and horizon.
     pub forecast: Vec<ForecastRow>,
 }
@@ -67,6 +76,21 @@ pub struct MethodRows {
     pub rmse_5h: Spread,
     /// Windows whose start is no steady state although one was asked for.
     pub starts_not_at_rest: usize,
+}
+
+/// The windows of one scenario.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ScenarioTable {
+    /// The key of the scenario.
+    pub scenario: String,
+    /// The name for people.
+    pub label: String,
+    /// People with such windows.
+    pub people: usize,
+    /// Windows, over all people.
+    pub windows: usize,
+    /// One entry a method; empty below two people.
+    pub methods: Vec<MethodRows>,
 }
 
 /// Mean and standard deviation over people.
@@ -112,6 +136,9 @@ pub struct OutcomeRow {
     pub p_holm: f64,
     /// Whether p is below the level.
     pub equivalent: bool,
+    /// The p that the same scatter between people would give without any bias: where it is above the
+    /// level, so few people cannot show equivalence.
+    pub p_unbiased: f64,
 }
 
 /// A figure of the twin against the same figure of another method, compared within people.
@@ -129,6 +156,8 @@ pub struct Comparison {
     pub difference: WithInterval,
     /// p of the signed-rank test over people.
     pub p: f64,
+    /// That p adjusted for all comparisons (Holm).
+    pub p_holm: f64,
 }
 
 /// Error of one forecaster at one horizon.
@@ -182,36 +211,32 @@ impl OutcomesTable {
     /// The table of an evaluation.
     ///
     /// # Errors
-    /// [`TwinError::TooFewPeople`] below two people, and [`TwinError::Stats`].
+    /// [`EvaluationError::TooFewPeople`] below two people, and [`EvaluationError::Stats`].
     pub fn new(
         cohort: &str,
         evaluation: &Evaluation,
         settings: &EvaluationSettings,
-    ) -> Result<Self, TwinError> {
+    ) -> Result<Self, EvaluationError> {
         let people = &evaluation.people;
         if people.len() < 2 {
-            return Err(TwinError::TooFewPeople {
+            return Err(EvaluationError::TooFewPeople {
                 found: people.len(),
                 excluded: evaluation.exclusions.len(),
             });
         }
-        let methods: Result<Vec<MethodRows>, TwinError> =
-            Method::ALL.into_iter().map(|method| method_rows(people, method, settings)).collect();
-        let twin = rmse_of(people, Method::Twin);
-        let comparisons: Result<Vec<Comparison>, TwinError> = [Method::Population, Method::Ode]
-            .into_iter()
-            .map(|method| {
-                let found = paired::compare(&twin, &rmse_of(people, method), &settings.bootstrap)?;
-                Ok(Comparison {
-                    first: Method::Twin.name().to_owned(),
-                    second: method.name().to_owned(),
-                    quantity: "RMSE over 5 h".to_owned(),
-                    unit: "mg/dL".to_owned(),
-                    difference: with_bootstrap(&found.difference),
-                    p: found.signed_rank.p,
-                })
-            })
-            .collect();
+        let all: Vec<&PersonEvaluation> = people.iter().collect();
+        let judged: Vec<Method> = people[0].methods.iter().map(|found| found.method).collect();
+        let ablated = |method: &Method| matches!(method, Method::Ablated(_));
+        let rows = |methods: Vec<Method>| -> Result<Vec<MethodRows>, EvaluationError> {
+            let figures = |method| Figures::overall(&all, method);
+            methods.into_iter().map(|method| figures(method).rows(method, settings)).collect()
+        };
+        let methods = rows(judged.iter().copied().filter(|method| !ablated(method)).collect())?;
+        let ablation = rows(judged.iter().copied().filter(ablated).collect())?;
+        let mut scenarios = Vec::new();
+        for scenario in Scenario::ALL {
+            scenarios.push(scenario_table(people, scenario, &judged, settings)?);
+        }
         Ok(Self {
             schema: "outcomes/1".to_owned(),
             cohort: cohort.to_owned(),
@@ -226,8 +251,10 @@ impl OutcomesTable {
                 replicates: settings.bootstrap.replicates,
             },
             exclusions: evaluation.exclusions.clone(),
-            methods: methods?,
-            comparisons: comparisons?,
+            comparisons: comparisons(&all, &judged, settings)?,
+            methods,
+            ablation,
+            scenarios,
             forecast: forecast_rows(people)?,
         })
     }
@@ -239,7 +266,7 @@ impl TwinsTable {
     pub fn new(twins: &[PersonTwin], evaluation: &Evaluation) -> Self {
         let people = twins.iter().map(|person| {
             let judged = evaluation.people.iter().find(|e| e.person_id == person.person_id);
-            let rmse = |method| judged.map(|judged| judged.of(method).rmse);
+            let rmse = |method| Some(judged?.of(method)?.rmse);
             let built = person.result.as_ref().ok();
             TwinRow {
                 person_id: person.person_id.clone(),
@@ -259,48 +286,150 @@ impl TwinsTable {
     }
 }
 
-fn rmse_of(people: &[PersonEvaluation], method: Method) -> Vec<f64> {
-    people.iter().map(|person| person.of(method).rmse).collect()
+/// One method's figures over people, and the measured outcomes beside them.
+struct Figures {
+    actual: Vec<Outcomes>,
+    found: Vec<MethodResult>,
 }
 
-fn method_rows(
-    people: &[PersonEvaluation],
-    method: Method,
-    settings: &EvaluationSettings,
-) -> Result<MethodRows, TwinError> {
-    let actual: Vec<Outcomes> = people.iter().map(|person| person.actual).collect();
-    let simulated: Vec<Outcomes> = people.iter().map(|person| person.of(method).outcomes).collect();
-    let tests = compare_outcomes(&actual, &simulated, settings.alpha)?;
-    let holm = multiplicity::holm(&tests.iter().map(|row| row.p).collect::<Vec<f64>>())?;
-    let rows: Result<Vec<OutcomeRow>, TwinError> = tests
-        .iter()
-        .zip(holm)
-        .map(|(test, p_holm)| {
-            let difference = difference(&actual, &simulated, test.metric, &settings.bootstrap)?;
-            Ok(OutcomeRow {
-                metric: test.metric.key().to_owned(),
-                unit: test.unit.to_owned(),
-                margin: test.margin,
-                actual: spread(test.actual),
-                simulated: spread(test.simulated),
-                difference,
-                difference_t: WithInterval {
-                    value: test.difference.value,
-                    lower: test.difference.lower,
-                    upper: test.difference.upper,
-                },
-                p: test.p,
-                p_holm,
-                equivalent: test.equivalent,
+impl Figures {
+    fn overall(people: &[&PersonEvaluation], method: Method) -> Self {
+        let of = people.iter().filter_map(|person| Some((person.actual, *person.of(method)?)));
+        let (actual, found) = of.unzip();
+        Self { actual, found }
+    }
+
+    fn in_scenario(people: &[PersonEvaluation], scenario: Scenario, method: Method) -> Self {
+        let of = people.iter().filter_map(|person| {
+            let windows = person.in_scenario(scenario)?;
+            let found = windows.methods.iter().find(|found| found.method == method)?;
+            Some((windows.actual, *found))
+        });
+        let (actual, found) = of.unzip();
+        Self { actual, found }
+    }
+
+    fn rmse(&self) -> Vec<f64> {
+        self.found.iter().map(|found| found.rmse).collect()
+    }
+
+    fn rows(
+        &self,
+        method: Method,
+        settings: &EvaluationSettings,
+    ) -> Result<MethodRows, EvaluationError> {
+        let simulated: Vec<Outcomes> = self.found.iter().map(|found| found.outcomes).collect();
+        let tests = compare_outcomes(&self.actual, &simulated, settings.alpha)?;
+        let holm = multiplicity::holm(&tests.iter().map(|row| row.p).collect::<Vec<f64>>())?;
+        let rows: Result<Vec<OutcomeRow>, EvaluationError> = tests
+            .iter()
+            .zip(holm)
+            .map(|(test, p_holm)| {
+                let difference =
+                    difference(&self.actual, &simulated, test.metric, &settings.bootstrap)?;
+                Ok(OutcomeRow {
+                    metric: test.metric.key().to_owned(),
+                    unit: test.unit.to_owned(),
+                    margin: test.margin,
+                    actual: spread(test.actual),
+                    simulated: spread(test.simulated),
+                    difference,
+                    difference_t: WithInterval {
+                        value: test.difference.value,
+                        lower: test.difference.lower,
+                        upper: test.difference.upper,
+                    },
+                    p: test.p,
+                    p_holm,
+                    equivalent: test.equivalent,
+                    p_unbiased: unbiased(&self.actual, &simulated, test.metric, settings.alpha)?,
+                })
             })
+            .collect();
+        Ok(MethodRows {
+            name: method.name().to_owned(),
+            label: method.label().to_owned(),
+            rows: rows?,
+            rmse_5h: spread(Summary::of(&self.rmse())?),
+            starts_not_at_rest: self.found.iter().map(|found| found.not_at_rest).sum(),
         })
-        .collect();
-    Ok(MethodRows {
-        name: method.name().to_owned(),
-        label: method.label().to_owned(),
-        rows: rows?,
-        rmse_5h: spread(Summary::of(&rmse_of(people, method))?),
-        starts_not_at_rest: people.iter().map(|person| person.of(method).not_at_rest).sum(),
+    }
+}
+
+/// The test's p after the mean difference was taken out.
+fn unbiased(
+    actual: &[Outcomes],
+    simulated: &[Outcomes],
+    metric: stats::Outcome,
+    alpha: f64,
+) -> Result<f64, EvaluationError> {
+    let pairs = simulated.iter().zip(actual);
+    let differences: Vec<f64> = pairs.map(|(s, a)| s.get(metric) - a.get(metric)).collect();
+    let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+    let centred: Vec<f64> = differences.iter().map(|difference| difference - mean).collect();
+    let none = vec![0.0; centred.len()];
+    Ok(tost::paired(&none, &centred, metric.margin(), alpha)?.p)
+}
+
+/// Five-hour errors of every other method against the twin's.
+fn comparisons(
+    people: &[&PersonEvaluation],
+    judged: &[Method],
+    settings: &EvaluationSettings,
+) -> Result<Vec<Comparison>, EvaluationError> {
+    let twin = Figures::overall(people, Method::Twin).rmse();
+    let others: Vec<Method> = judged.iter().copied().filter(|m| *m != Method::Twin).collect();
+    let mut rows = Vec::with_capacity(others.len());
+    for method in others {
+        let other = Figures::overall(people, method).rmse();
+        let found = paired::compare(&twin, &other, &settings.bootstrap)?;
+        rows.push(Comparison {
+            first: Method::Twin.name().to_owned(),
+            second: method.name().to_owned(),
+            quantity: "RMSE over 5 h".to_owned(),
+            unit: "mg/dL".to_owned(),
+            difference: with_bootstrap(&found.difference),
+            p: found.signed_rank.p,
+            p_holm: found.signed_rank.p,
+        });
+    }
+    if !rows.is_empty() {
+        let p: Vec<f64> = rows.iter().map(|row| row.p).collect();
+        for (row, p_holm) in rows.iter_mut().zip(multiplicity::holm(&p)?) {
+            row.p_holm = p_holm;
+        }
+    }
+    Ok(rows)
+}
+
+/// Twins of every kind and the population model over the windows of a scenario.
+fn scenario_table(
+    people: &[PersonEvaluation],
+    scenario: Scenario,
+    judged: &[Method],
+    settings: &EvaluationSettings,
+) -> Result<ScenarioTable, EvaluationError> {
+    let with: Vec<usize> =
+        people.iter().filter_map(|p| Some(p.in_scenario(scenario)?.windows)).collect();
+    let shown = |method: &&Method| {
+        matches!(
+            method,
+            Method::Twin | Method::ConstrainedTwin | Method::Ablated(_) | Method::Population
+        )
+    };
+    let mut methods = Vec::new();
+    if with.len() >= 2 {
+        for method in judged.iter().filter(shown) {
+            let figures = Figures::in_scenario(people, scenario, *method);
+            methods.push(figures.rows(*method, settings)?);
+        }
+    }
+    Ok(ScenarioTable {
+        scenario: scenario.name().to_owned(),
+        label: scenario.label().to_owned(),
+        people: with.len(),
+        windows: with.into_iter().sum(),
+        methods,
     })
 }
 
@@ -309,7 +438,7 @@ fn difference(
     simulated: &[Outcomes],
     metric: stats::Outcome,
     bootstrap: &Bootstrap,
-) -> Result<WithInterval, TwinError> {
+) -> Result<WithInterval, EvaluationError> {
     let pairs = simulated.iter().zip(actual);
     let differences: Vec<f64> = pairs.map(|(s, a)| s.get(metric) - a.get(metric)).collect();
     let estimate = bootstrap
@@ -327,7 +456,7 @@ fn spread(summary: Summary) -> Spread {
     Spread { mean: summary.mean, sd: summary.sd.unwrap_or(0.0) }
 }
 
-fn forecast_rows(people: &[PersonEvaluation]) -> Result<Vec<ForecastRow>, TwinError> {
+fn forecast_rows(people: &[PersonEvaluation]) -> Result<Vec<ForecastRow>, EvaluationError> {
     let mut rows = Vec::new();
     for forecaster in Forecaster::ALL {
         for minutes in FORECAST_MINUTES {

@@ -1,17 +1,17 @@
 //! Trains a twin of one synthetic person and judges it on held-out windows.
 //!
 //! The person follows the synthetic population model of the tests, but exercise lowers their
-//! glucose further. Run with `cargo run -p twins --example one_person`.
+//! glucose further. Run with `cargo run -p evaluation --example one_person`.
 
-#[path = "../tests/synthetic/mod.rs"]
+#[path = "../../twins/tests/synthetic/mod.rs"]
 mod synthetic;
 
 use std::collections::BTreeMap;
 use std::error::Error;
 
+use evaluation::{EvaluationSettings, PersonModels, evaluate};
 use nn_statespace::GlucoseClamp;
 use synthetic::{cohort_of, planted, population, twin_of};
-use twins::evaluation::{EvaluationSettings, Method, evaluate};
 use twins::{InputSet, Protocol, TrainingPlan, TwinRecipe, WindowStart, build_twin};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -27,13 +27,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let person = build_twin(0, &cohort.people[0], &recipe, None)?;
     let built = person.result.map_err(|reason| reason.to_string())?;
-    let twins = BTreeMap::from([(person.person_id, built.twin)]);
+    let twins = BTreeMap::from([(
+        person.person_id,
+        PersonModels::new(&cohort.people[0], built.twin),
+    )]);
     let settings = EvaluationSettings::paper(recipe.protocol, 1);
     let found = evaluate(&cohort, &twins, &recipe.population, &settings)?;
     #[expect(clippy::print_stdout, reason = "an example reports to its reader")]
-    for method in Method::ALL {
-        let rmse = found.people[0].of(method).rmse;
-        println!("{:<28} {rmse:5.1} mg/dL over five hours", method.label());
+    for judged in &found.people[0].methods {
+        let (label, rmse) = (judged.method.label(), judged.rmse);
+        println!("{label:<28} {rmse:5.1} mg/dL over five hours");
     }
     Ok(())
 }

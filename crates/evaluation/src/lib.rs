@@ -1,0 +1,46 @@
+//! Twins and what they are compared with, against days that trained none of them.
+//!
+//! Follows the paper's sections "Evaluation of simulation accuracy" and "Additional experiments", and
+//! adds what these leave out: intervals over people beside every difference, adjustment for the
+//! number of tests, paired comparisons with the twin, forecasts that a sensor alone can make, and a
+//! check of the order of what-if curves.
+//!
+//! - [`evaluate()`]: five-hour windows under every [`Method`], [outcomes](OutcomesTable) with equivalence
+//!   tests, [scenarios](Scenario), forecasts beside [autoregression](Forecaster);
+//! - [`what_if()`]: meals under several doses, and whether each twin answers in the right order.
+//!
+//! Every method runs freely from a window's first reading; what it is judged on is what a sensor
+//! would have read. People, not windows, are the unit of every mean, test and interval.
+//!
+//! ```
+//! use evaluation::Method;
+//!
+//! assert_eq!(Method::Twin.name(), "twin");
+//! assert!(Method::BASELINES.contains(&Method::Closest));
+//! ```
+//!
+//! The crate opens no files and prints nothing.
+
+mod arx;
+mod error;
+mod evaluate;
+mod forecast;
+mod method;
+mod models;
+mod person;
+mod scenario;
+mod tables;
+mod what_if;
+
+pub use error::EvaluationError;
+pub use evaluate::{AVERAGE_WEIGHT, Evaluation, EvaluationSettings, evaluate, ode_baseline};
+pub use forecast::{FORECAST_MINUTES, ForecastError, Forecaster};
+pub use method::Method;
+pub use models::{Model, PersonModels};
+pub use person::{MethodResult, PersonEvaluation, ScenarioEvaluation};
+pub use scenario::Scenario;
+pub use tables::{
+    Comparison, ExclusionRow, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable,
+    ScenarioTable, Spread, TwinRow, TwinsTable, WithInterval,
+};
+pub use what_if::{WhatIf, WhatIfCurve, WhatIfOrder, WhatIfPlan, what_if};

@@ -1,0 +1,261 @@
+//! One person's held-out windows under every method.
+
+use cohort::{Person, Window, split_by_time};
+use nn_statespace::{GLUCOSE_RANGE, PopulationModel};
+use ode_sim::OdePlant;
+use physiology::{MgPerDl, OpenLoop, Plant, StepInput, simulate};
+use stats::Outcomes;
+use twins::{
+    MissingContext, PersonWindows, SteadyStates, inputs_within, measured, window_starts,
+    window_starts_with,
+};
+
+use crate::error::EvaluationError;
+use crate::evaluate::EvaluationSettings;
+use crate::forecast::{ForecastError, forecast_errors};
+use crate::method::Method;
+use crate::models::{Model, PersonModels};
+use crate::scenario::Scenario;
+
+/// One person's figures.
+#[derive(Debug, Clone)]
+pub struct PersonEvaluation {
+    /// The person's identifier.
+    pub person_id: String,
+    /// Test windows.
+    pub windows: usize,
+    /// Outcomes of the sensor readings, averaged over windows.
+    pub actual: Outcomes,
+    /// Figures of each method.
+    pub methods: Vec<MethodResult>,
+    /// The same over windows that begin with an event; scenarios without windows are absent.
+    pub scenarios: Vec<ScenarioEvaluation>,
+    /// Forecast errors of every forecaster and horizon.
+    pub forecast: Vec<ForecastError>,
+    /// Personal inputs that the test windows lacked.
+    pub missing: MissingContext,
+}
+
+/// Figures over the windows of one scenario.
+#[derive(Debug, Clone)]
+pub struct ScenarioEvaluation {
+    /// What the windows begin with.
+    pub scenario: Scenario,
+    /// Windows.
+    pub windows: usize,
+    /// Outcomes of the sensor readings, averaged over windows.
+    pub actual: Outcomes,
+    /// Figures of each method.
+    pub methods: Vec<MethodResult>,
+}
+
+/// What one method made of a person's windows.
+#[derive(Debug, Clone, Copy)]
+pub struct MethodResult {
+    /// The method.
+    pub method: Method,
+    /// Outcomes of the simulated readings, averaged over windows.
+    pub outcomes: Outcomes,
+    /// Root mean squared error over all windows and steps after the start, mg/dL.
+    pub rmse: f64,
+    /// Windows whose start is no steady state although one was asked for.
+    pub not_at_rest: usize,
+}
+
+impl PersonEvaluation {
+    /// The figures of a method.
+    #[must_use]
+    pub fn of(&self, method: Method) -> Option<&MethodResult> {
+        self.methods.iter().find(|found| found.method == method)
+    }
+
+    /// The windows of a scenario.
+    #[must_use]
+    pub fn in_scenario(&self, scenario: Scenario) -> Option<&ScenarioEvaluation> {
+        self.scenarios.iter().find(|found| found.scenario == scenario)
+    }
+}
+
+pub(crate) fn evaluate_person(
+    index: usize,
+    person: &Person,
+    cut: &PersonWindows,
+    models: &PersonModels,
+    steady: &SteadyStates<'_, PopulationModel>,
+    settings: &EvaluationSettings,
+) -> Result<PersonEvaluation, EvaluationError> {
+    let judge = Judge { person, cut, models, steady, settings };
+    let (actual, methods) = judge.windows(&cut.test)?;
+    let training_days = settings.protocol.training_days_of(&person.record);
+    let test = split_by_time(&person.record, training_days).test;
+    let mut scenarios = Vec::new();
+    for scenario in Scenario::ALL {
+        let rule = &settings.protocol.test;
+        let windows = scenario.windows(index, person, &cut.inputs, test.clone(), rule)?;
+        if !windows.is_empty() {
+            let (actual, methods) = judge.windows(&windows)?;
+            let windows = windows.len();
+            scenarios.push(ScenarioEvaluation { scenario, windows, actual, methods });
+        }
+    }
+    let within = cut.test.iter().flat_map(|window| inputs_within(&cut.inputs, window));
+    Ok(PersonEvaluation {
+        person_id: person.id.clone(),
+        windows: cut.test.len(),
+        actual,
+        methods,
+        scenarios,
+        forecast: forecast_errors(index, person, cut, models, steady, settings)?,
+        missing: MissingContext::count(within),
+    })
+}
+
+struct Judge<'a> {
+    person: &'a Person,
+    cut: &'a PersonWindows,
+    models: &'a PersonModels,
+    steady: &'a SteadyStates<'a, PopulationModel>,
+    settings: &'a EvaluationSettings,
+}
+
+impl Judge<'_> {
+    /// Measured outcomes over some windows, and what every method makes of them.
+    fn windows(
+        &self,
+        windows: &[Window],
+    ) -> Result<(Outcomes, Vec<MethodResult>), EvaluationError> {
+        let Self { person, cut, steady, settings, .. } = *self;
+        let steps: Vec<usize> = windows.iter().map(|window| window.start).collect();
+        let start = settings.protocol.start;
+        let network =
+            window_starts_with(steady, person, &cut.inputs, &steps, start, cut.mean_basal)?;
+        let mut glucose = Vec::with_capacity(windows.len());
+        let mut actual = Vec::with_capacity(windows.len());
+        for window in windows {
+            let readings = measured(person, window)?;
+            actual.push(Outcomes::of(readings[1..].iter().copied().map(MgPerDl))?);
+            glucose.push(readings);
+        }
+        let mut methods = Vec::with_capacity(self.models.all().len());
+        for (method, model) in self.models.all() {
+            let (runs, not_at_rest) = match model {
+                Model::Twin(twin) => {
+                    (vec![self.runs(twin, &network.states, windows)?], network.not_at_rest)
+                }
+                Model::Population(population) => {
+                    (vec![self.runs(&**population, &network.states, windows)?], network.not_at_rest)
+                }
+                Model::Ode(plant) => self.of_plants(std::slice::from_ref(plant), &steps, windows)?,
+                Model::Draws(plants) => self.of_plants(plants, &steps, windows)?,
+            };
+            methods.push(summary(*method, &runs, &glucose, not_at_rest)?);
+        }
+        Ok((Outcomes::average(&actual)?, methods))
+    }
+
+    /// Runs of each plant, and how many starts of the first are not at rest.
+    fn of_plants(
+        &self,
+        plants: &[OdePlant],
+        steps: &[usize],
+        windows: &[Window],
+    ) -> Result<(Vec<Runs>, usize), EvaluationError> {
+        let mut not_at_rest = 0;
+        let mut all = Vec::with_capacity(plants.len());
+        for (place, plant) in plants.iter().enumerate() {
+            let Self { person, cut, settings, .. } = *self;
+            let start = settings.protocol.start;
+            let found =
+                window_starts(plant, person, &cut.inputs, steps, start, cut.mean_basal)?;
+            if place == 0 {
+                not_at_rest = found.not_at_rest;
+            }
+            all.push(self.runs(plant, &found.states, windows)?);
+        }
+        Ok((all, not_at_rest))
+    }
+
+    fn runs<P: Plant>(
+        &self,
+        plant: &P,
+        starts: &[P::State],
+        windows: &[Window],
+    ) -> Result<Runs, EvaluationError> {
+        let pairs = windows.iter().zip(starts);
+        pairs
+            .map(|(window, start)| {
+                readings(plant, start.clone(), inputs_within(&self.cut.inputs, window))
+            })
+            .collect()
+    }
+}
+
+/// Readings of each window, the start first.
+type Runs = Vec<Vec<MgPerDl>>;
+
+/// A method's outcomes, averaged over draws and windows, and the error of its mean course.
+fn summary(
+    method: Method,
+    draws: &[Runs],
+    measured: &[Vec<f64>],
+    not_at_rest: usize,
+) -> Result<MethodResult, EvaluationError> {
+    let mut outcomes = Vec::with_capacity(measured.len() * draws.len());
+    let (mut squares, mut samples) = (0.0, 0);
+    for (window, measured) in measured.iter().enumerate() {
+        for draw in draws {
+            outcomes.push(Outcomes::of(draw[window][1..].iter().copied())?);
+        }
+        for (step, measured) in measured.iter().enumerate().skip(1) {
+            let sum: f64 = draws.iter().map(|draw| draw[window][step].0).sum();
+            squares += (sum / draws.len() as f64 - measured).powi(2);
+            samples += 1;
+        }
+    }
+    Ok(MethodResult {
+        method,
+        outcomes: Outcomes::average(&outcomes)?,
+        rmse: (squares / f64::from(samples)).sqrt(),
+        not_at_rest,
+    })
+}
+
+/// What a sensor would have read of a free run, the start included.
+pub(crate) fn readings<P: Plant>(
+    plant: &P,
+    start: P::State,
+    inputs: &[StepInput],
+) -> Result<Vec<MgPerDl>, EvaluationError> {
+    let run = simulate(plant, start, &mut OpenLoop::new(inputs), inputs.len())?;
+    Ok(run.glucose(plant).into_iter().map(sensor_reading).collect())
+}
+
+/// Glucose within a sensor's range, 40 to 400 mg/dL, so that all methods are judged on what the
+/// record could have shown. A simulation has checked that it is finite.
+pub(crate) fn sensor_reading(glucose: MgPerDl) -> MgPerDl {
+    MgPerDl(glucose.0.clamp(GLUCOSE_RANGE.0.0, GLUCOSE_RANGE.1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_reads_between_40_and_400() {
+        for (glucose, expected) in [(-3.0, 40.0), (40.0, 40.0), (123.4, 123.4), (512.0, 400.0)] {
+            assert_eq!(sensor_reading(MgPerDl(glucose)), MgPerDl(expected));
+        }
+    }
+
+    #[test]
+    fn draws_share_their_mean_course_and_average_their_outcomes() {
+        let draw = |value: f64| vec![vec![MgPerDl(100.0), MgPerDl(value), MgPerDl(value)]];
+        let measured = [vec![100.0, 150.0, 150.0]];
+        let found =
+            summary(Method::Posterior, &[draw(60.0), draw(200.0)], &measured, 0).expect("finite");
+        // The mean course is 130, in range; of the draws one is below, one above.
+        assert!((found.rmse - 20.0).abs() < 1e-12);
+        assert_eq!(found.outcomes.get(stats::Outcome::Tir), 0.0);
+        assert_eq!(found.outcomes.get(stats::Outcome::Tbr), 50.0);
+    }
+}

@@ -1,0 +1,252 @@
+//! What a twin answers to meals under other doses (paper, "Evaluation of digital twins behavior under
+//! variable insulin boluses and carbohydrate inputs"), and whether its answers are in order.
+
+use nn_statespace::initial_state::steady_state;
+use nn_statespace::ScaledStates;
+use physiology::{Context, Grams, MgPerDl, STEP, StepInput, Units, UnitsPerHour};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use twins::Twin;
+
+use crate::error::EvaluationError;
+use crate::person::readings;
+
+/// Which meals, doses and circumstances.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WhatIfPlan {
+    /// Meals, g.
+    pub carbs_g: Vec<f64>,
+    /// Insulin-to-carbohydrate ratios, g/U, ascending: less insulin from one to the next.
+    pub ratios_g_per_u: Vec<f64>,
+    /// Glucose at the meal, mg/dL; the first is shown as curves.
+    pub starts_mg_dl: Vec<f64>,
+    /// Hours of the day, 0 to 23; the first is shown as curves.
+    pub hours: Vec<u8>,
+    /// Steps that a run lasts.
+    pub steps: usize,
+}
+
+impl WhatIfPlan {
+    /// The paper's meals and ratios over five hours; the order is checked at three glucose levels
+    /// and three hours, which the paper leaves open.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            carbs_g: vec![30.0, 60.0, 90.0],
+            ratios_g_per_u: vec![10.0, 20.0, 30.0],
+            starts_mg_dl: vec![120.0, 90.0, 180.0],
+            hours: vec![12, 7, 19],
+            steps: 60,
+        }
+    }
+}
+
+/// `what_if.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WhatIf {
+    /// `what-if/1`.
+    pub schema: String,
+    /// What was asked.
+    pub plan: WhatIfPlan,
+    /// One curve a meal and ratio, over people, at the first glucose and hour.
+    pub curves: Vec<WhatIfCurve>,
+    /// One entry a person.
+    pub order: Vec<WhatIfOrder>,
+}
+
+/// Glucose over people, one value a step from the meal on, mg/dL.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WhatIfCurve {
+    /// The meal, g.
+    pub carbs_g: f64,
+    /// The ratio, g/U.
+    pub ratio_g_per_u: f64,
+    /// Minutes since the meal.
+    pub minutes: Vec<f64>,
+    /// First quartile.
+    pub lower: Vec<f64>,
+    /// Median.
+    pub median: Vec<f64>,
+    /// Third quartile.
+    pub upper: Vec<f64>,
+}
+
+/// Whether one twin answers in the right order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WhatIfOrder {
+    /// The person.
+    pub person_id: String,
+    /// Whether less insulin never means less glucose: at no step of any run is the curve of a higher
+    /// ratio below that of a lower one by more than [`WhatIfOrder::TOLERANCE`], and mean glucose
+    /// grows from each ratio to the next. Where this does not hold the twin is not to be used for
+    /// what-ifs.
+    pub ordered: bool,
+    /// The most by which a curve with less insulin lies below one with more, mg/dL.
+    pub worst_mg_dl: f64,
+    /// Where that was, in words; empty where nothing is out of order.
+    pub worst_at: String,
+    /// Whether the peak grows with the meal at every ratio. A network may break this and still be
+    /// of use for doses.
+    pub peaks_grow_with_meals: bool,
+}
+
+impl WhatIfOrder {
+    /// Glucose that counts as the same, mg/dL: below what a sensor resolves.
+    pub const TOLERANCE: f64 = 0.5;
+}
+
+/// Runs every twin through the plan.
+///
+/// A run starts from the population model's steady state at its glucose, with the basal rate that
+/// holds it, heart rate at the person's median, awake, on a weekday. Meal and bolus are taken in the
+/// first step.
+///
+/// # Errors
+/// Those of the steady state, and a simulation that leaves the finite numbers.
+pub fn what_if(
+    twins: &[(&str, &Twin)],
+    plan: &WhatIfPlan,
+) -> Result<WhatIf, EvaluationError> {
+    let answers: Result<Vec<Answers>, EvaluationError> = twins
+        .par_iter()
+        .map(|(person, twin)| Answers::of(twin, plan).map_err(|error| error.of_person(person)))
+        .collect();
+    let answers = answers?;
+    let mut curves = Vec::new();
+    for (meal, carbs_g) in plan.carbs_g.iter().enumerate() {
+        for (ratio, ratio_g_per_u) in plan.ratios_g_per_u.iter().enumerate() {
+            let of_people: Vec<&[f64]> =
+                answers.iter().map(|a| a.conditions[0].curves[meal][ratio].as_slice()).collect();
+            curves.push(curve(*carbs_g, *ratio_g_per_u, &of_people));
+        }
+    }
+    let order = twins.iter().zip(&answers);
+    let order = order.map(|((person, _), answers)| answers.order(person, plan)).collect();
+    Ok(WhatIf { schema: "what-if/1".to_owned(), plan: plan.clone(), curves, order })
+}
+
+/// One twin's runs under every condition.
+struct Answers {
+    conditions: Vec<Condition>,
+}
+
+struct Condition {
+    start: f64,
+    hour: u8,
+    /// Glucose by meal and ratio, mg/dL.
+    curves: Vec<Vec<Vec<f64>>>,
+}
+
+impl Answers {
+    fn of(twin: &Twin, plan: &WhatIfPlan) -> Result<Self, EvaluationError> {
+        let mut conditions = Vec::new();
+        for start in &plan.starts_mg_dl {
+            let held = steady_state(&twin.population, MgPerDl(*start))?;
+            for hour in &plan.hours {
+                let curves: Result<Vec<Vec<Vec<f64>>>, EvaluationError> = plan
+                    .carbs_g
+                    .iter()
+                    .map(|carbs| {
+                        let ratios = plan.ratios_g_per_u.iter();
+                        let run = |ratio: &f64| {
+                            let inputs = inputs(plan, held.basal, *hour, *carbs, *ratio);
+                            course(twin, held.states, &inputs)
+                        };
+                        ratios.map(run).collect()
+                    })
+                    .collect();
+                conditions.push(Condition { start: *start, hour: *hour, curves: curves? });
+            }
+        }
+        Ok(Self { conditions })
+    }
+
+    fn order(&self, person: &str, plan: &WhatIfPlan) -> WhatIfOrder {
+        let mean = |curve: &[f64]| curve.iter().sum::<f64>() / curve.len() as f64;
+        let peak = |curve: &[f64]| curve.iter().copied().fold(f64::MIN, f64::max);
+        let mut order = WhatIfOrder {
+            person_id: person.to_owned(),
+            ordered: true,
+            worst_mg_dl: 0.0,
+            worst_at: String::new(),
+            peaks_grow_with_meals: true,
+        };
+        for condition in &self.conditions {
+            for (curves, carbs) in condition.curves.iter().zip(&plan.carbs_g) {
+                for (pair, ratios) in curves.windows(2).zip(plan.ratios_g_per_u.windows(2)) {
+                    let excess = pair[0].iter().zip(&pair[1]).map(|(more, less)| more - less);
+                    let excess = excess.fold(0.0, f64::max);
+                    if excess > order.worst_mg_dl {
+                        order.worst_mg_dl = excess;
+                        order.worst_at = format!(
+                            "{carbs} g at {} mg/dL and {} h, {} against {} g/U",
+                            condition.start, condition.hour, ratios[1], ratios[0]
+                        );
+                    }
+                    order.ordered &= mean(&pair[1]) > mean(&pair[0]);
+                }
+            }
+            for ratio in 0..plan.ratios_g_per_u.len() {
+                let mut peaks = condition.curves.windows(2);
+                order.peaks_grow_with_meals &=
+                    peaks.all(|pair| peak(&pair[1][ratio]) >= peak(&pair[0][ratio]));
+            }
+        }
+        order.ordered &= order.worst_mg_dl <= WhatIfOrder::TOLERANCE;
+        order
+    }
+}
+
+fn inputs(
+    plan: &WhatIfPlan,
+    basal: UnitsPerHour,
+    hour: u8,
+    carbs: f64,
+    ratio: f64,
+) -> Vec<StepInput> {
+    (0..plan.steps)
+        .map(|step| {
+            let passed = (step as f64 * STEP.0 / 60.0) as u8;
+            let first = step == 0;
+            StepInput {
+                basal,
+                bolus: Units(if first { carbs / ratio } else { 0.0 }),
+                carbs: Grams(if first { carbs } else { 0.0 }),
+                context: Context { hour: (hour + passed) % 24, ..Context::default() },
+                ..StepInput::default()
+            }
+        })
+        .collect()
+}
+
+fn course(
+    twin: &Twin,
+    start: ScaledStates,
+    inputs: &[StepInput],
+) -> Result<Vec<f64>, EvaluationError> {
+    Ok(readings(twin, start, inputs)?.into_iter().map(|glucose| glucose.0).collect())
+}
+
+/// Quartiles over people, step by step.
+fn curve(carbs_g: f64, ratio_g_per_u: f64, people: &[&[f64]]) -> WhatIfCurve {
+    let steps = people.first().map_or(0, |curve| curve.len());
+    let quartiles: Vec<[f64; 3]> = (0..steps)
+        .map(|step| {
+            let mut at: Vec<f64> = people.iter().map(|curve| curve[step]).collect();
+            at.sort_by(f64::total_cmp);
+            [0.25, 0.5, 0.75].map(|q| {
+                let place = q * (at.len() - 1) as f64;
+                let (below, above) = (at[place.floor() as usize], at[place.ceil() as usize]);
+                below + place.fract() * (above - below)
+            })
+        })
+        .collect();
+    WhatIfCurve {
+        carbs_g,
+        ratio_g_per_u,
+        minutes: (0..steps).map(|step| step as f64 * STEP.0).collect(),
+        lower: quartiles.iter().map(|q| q[0]).collect(),
+        median: quartiles.iter().map(|q| q[1]).collect(),
+        upper: quartiles.iter().map(|q| q[2]).collect(),
+    }
+}
