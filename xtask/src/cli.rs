@@ -73,6 +73,13 @@ pub(crate) enum Command {
         out/train/population.safetensors --out out/twin"
     )]
     Twin(TwinArgs),
+    /// Fit what twins are compared with: closest virtual patient, Bayesian optimisation, most probable
+    /// parameters, posterior.
+    #[command(
+        after_help = "Example:\n  cargo xtask baselines --cohort fixtures/embedded/cohort --model \
+        out/train/population.safetensors --out out/baselines"
+    )]
+    Baselines(BaselinesArgs),
     /// Simulate a cohort's record with a model, from its first glucose reading.
     #[command(
         after_help = "Examples:\n  cargo xtask replay --cohort out/day --model population.safetensors\n  \
@@ -80,9 +87,14 @@ pub(crate) enum Command {
         --initial table:initSteadyStates.csv"
     )]
     Replay(ReplayArgs),
+    /// Reconcile a cohort's logged carbohydrate with the meals that sensor and insulin show.
+    #[command(
+        after_help = "Example:\n  cargo xtask reconcile --cohort fixtures/embedded/cohort --out out/reconcile"
+    )]
+    Reconcile(ReconcileArgs),
     /// Compare simulated with recorded glucose on held-out days.
     #[command(
-        after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded/cohort --twins out/twin --out out/evaluate"
+        after_help = "Example:\n  cargo xtask evaluate --cohort fixtures/embedded/cohort --twins out/twin --baselines out/baselines --out out/evaluate"
     )]
     Evaluate(EvaluateArgs),
     /// Say where a model misses a cohort.
@@ -162,6 +174,10 @@ pub(crate) struct PipelineArgs {
     /// Population model to use instead of training one.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    /// Virtual patients of whom the closest is taken, in the columns of the published population; 99
+    /// of our own where it is not given.
+    #[arg(long, value_name = "FILE")]
+    pub patients: Option<PathBuf>,
     /// Compute this stage and all after it anew.
     #[arg(long, value_name = "STAGE")]
     pub from: Option<crate::stages::pipeline::Stage>,
@@ -364,10 +380,51 @@ pub(crate) struct TwinArgs {
     /// How much to compute.
     #[arg(long, value_enum, default_value = "quick")]
     pub profile: Profile,
+    /// Also train twins that see other personal inputs (the paper's ablation), and twins whose
+    /// network keeps physiology's signs.
+    #[arg(long)]
+    pub variants: bool,
+    /// Output folder of an earlier run, whose twins are trained further; say with `--training-days`
+    /// how many days there are now.
+    #[arg(long, value_name = "DIR")]
+    pub continue_from: Option<PathBuf>,
+    /// Days from the start of each record that train; the profile's 14 if not given.
+    #[arg(long, value_name = "N")]
+    pub training_days: Option<usize>,
+    /// Passes over the windows; the profile's if not given. Further training needs fewer.
+    #[arg(long, value_name = "N")]
+    pub epochs: Option<usize>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/twin")]
     pub out: PathBuf,
     /// Seed of the initial weights and the order of the batches.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `baselines`.
+#[derive(Debug, Args)]
+pub(crate) struct BaselinesArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// Population model; its scaling of glucose enters the loss.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// The virtual patients of whom the closest is taken, in the columns of the published population;
+    /// 99 of our own where it is not given.
+    #[arg(long, value_name = "FILE")]
+    pub patients: Option<PathBuf>,
+    /// How much to compute.
+    #[arg(long, value_enum, default_value = "quick")]
+    pub profile: Profile,
+    /// Days from the start of each record that train; 14 if not given.
+    #[arg(long, value_name = "N")]
+    pub training_days: Option<usize>,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/baselines")]
+    pub out: PathBuf,
+    /// Seed of the search and of the sampler.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
 }
@@ -392,6 +449,43 @@ pub(crate) struct ReplayArgs {
     pub out: PathBuf,
 }
 
+/// How meals are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum DetectorName {
+    /// The published rate-of-rise detector; it estimates no sizes.
+    Grid,
+    /// A matched filter behind a Kalman filter on the ODE plant.
+    Plant,
+}
+
+/// How a log and the meals found become one log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum RuleName {
+    /// The paper's: reports near a detection and a bolus are replaced, unsupported ones discarded.
+    Published,
+    /// Every report stays; meals found where nothing is logged are added.
+    Additive,
+}
+
+/// Options of `reconcile`.
+#[derive(Debug, Args)]
+pub(crate) struct ReconcileArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// How meals are found.
+    #[arg(long, value_enum, value_name = "DETECTOR", default_value = "plant")]
+    pub detector: DetectorName,
+    /// How they and the log become one log.
+    #[arg(long, value_enum, value_name = "RULE", default_value = "published")]
+    pub rule: RuleName,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/reconcile")]
+    pub out: PathBuf,
+}
+
 /// Options of `evaluate`.
 #[derive(Debug, Args)]
 pub(crate) struct EvaluateArgs {
@@ -401,6 +495,9 @@ pub(crate) struct EvaluateArgs {
     /// Output folder of `twin`.
     #[arg(long, value_name = "DIR")]
     pub twins: PathBuf,
+    /// Output folder of `baselines`.
+    #[arg(long, value_name = "DIR")]
+    pub baselines: Option<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/evaluate")]
     pub out: PathBuf,
@@ -610,6 +707,8 @@ pub(crate) enum BenchSubject {
     Diagnosis,
     /// One update of the population network; takes no option but `--out` and `--seed`.
     TrainingStep,
+    /// Meals found and logs reconciled against worlds' truth; takes no option but `--out` and `--seed`.
+    Meals,
 }
 
 /// Options of `bench`.

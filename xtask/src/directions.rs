@@ -18,11 +18,14 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cohort", &["physiology"]),
     ("stats", &["physiology"]),
     ("behaviour", &["physiology"]),
-    ("twins", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats"]),
+    ("twins", &["physiology", "ode-sim", "nn-statespace", "cohort"]),
+    ("ode-twins", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats", "twins"]),
+    ("evaluation", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats", "twins"]),
     ("world", &["physiology", "ode-sim", "cohort"]),
     ("effects", &[]),
     ("gap", &["physiology", "ode-sim", "cohort", "stats", "effects"]),
     ("blind", &["stats"]),
+    ("meals", &["physiology", "ode-sim", "cohort"]),
     ("report", &[]),
 ];
 

@@ -81,7 +81,9 @@ fn run(line: CommandLine) -> Result<()> {
         Command::ImportModel(args) => stages::import_model::run(&args),
         Command::Verify(args) => stages::verify::run(&args),
         Command::Twin(args) => stages::twin::run(&args),
+        Command::Baselines(args) => stages::baselines::run(&args),
         Command::Replay(args) => stages::replay::run(&args),
+        Command::Reconcile(args) => stages::reconcile::run(&args),
         Command::Evaluate(args) => stages::evaluate::run(&args),
         Command::Diagnose(args) => stages::diagnose::run(&args),
         Command::BlindCheck(args) => stages::blind_check::run(&args),
@@ -95,6 +97,7 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Bench(args) => match args.what {
             BenchSubject::Diagnosis => stages::bench::run(&args),
             BenchSubject::TrainingStep => stages::training_step::run(&args),
+            BenchSubject::Meals => stages::meals_bench::run(&args),
         },
     }
 }

@@ -29,6 +29,7 @@ mod method;
 mod models;
 mod person;
 mod scenario;
+mod spread;
 mod tables;
 mod what_if;
 
@@ -39,6 +40,7 @@ pub use method::Method;
 pub use models::{Model, PersonModels};
 pub use person::{MethodResult, PersonEvaluation, ScenarioEvaluation};
 pub use scenario::Scenario;
+pub use spread::RunError;
 pub use tables::{
     Comparison, ExclusionRow, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable,
     ScenarioTable, Spread, TwinRow, TwinsTable, WithInterval,

@@ -96,6 +96,16 @@ pub struct OdeFits {
     pub posterior: PosteriorSummary,
 }
 
+impl OdeFits {
+    /// The plants of the posterior's kept draws.
+    #[must_use]
+    pub fn posterior_plants(&self) -> Vec<OdePlant> {
+        let weight = Kilograms(self.maximum_a_posteriori.weight_kg);
+        let draws = self.posterior.draws.iter();
+        draws.map(|parameters| OdePlant::reproduction(*parameters, weight)).collect()
+    }
+}
+
 /// Fits one person; `index` is their place in the cohort.
 ///
 /// # Errors

@@ -1,5 +1,6 @@
 //! Twins for the people of a cohort.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cohort::{Cohort, Person, Window};
@@ -74,13 +75,27 @@ pub fn build_twins(
     recipe: &TwinRecipe,
     finished: &(dyn Fn(&PersonTwin) + Sync),
 ) -> Result<Vec<PersonTwin>, TwinError> {
+    build_twins_from(cohort, recipe, &BTreeMap::new(), finished)
+}
+
+/// The same; training goes on from a person's twin in `before`, if there is one, as in
+/// [`build_twin`].
+///
+/// # Errors
+/// The first error by order of people.
+pub fn build_twins_from(
+    cohort: &Cohort,
+    recipe: &TwinRecipe,
+    before: &BTreeMap<String, Twin>,
+    finished: &(dyn Fn(&PersonTwin) + Sync),
+) -> Result<Vec<PersonTwin>, TwinError> {
     let steady = SteadyStates::new(&*recipe.population);
     let results: Vec<Result<PersonTwin, TwinError>> = cohort
         .people
         .par_iter()
         .enumerate()
         .map(|(index, person)| {
-            let built = build_with(index, person, recipe, None, &steady)
+            let built = build_with(index, person, recipe, before.get(&person.id), &steady)
                 .map_err(|error| error.of_person(&person.id));
             if let Ok(built) = &built {
                 finished(built);
@@ -177,6 +192,7 @@ fn train_person(
             "kept_epoch": trained.kept,
             "seed": recipe.seed,
             "stream": index,
+            "continued_from": before.map(|twin| &twin.card.training_data_sha256),
         })),
     };
     let missing = MissingContext::count(windows.iter().flat_map(PreparedWindow::inputs));

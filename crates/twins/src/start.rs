@@ -88,19 +88,17 @@ impl Startable for OdePlant {
     }
 
     /// Where the kidneys clear more glucose than the liver makes even without insulin (above 400
-    /// mg/dL for the population), nothing stands still: the steady state at the next lower
-    /// multiple of 10 mg/dL that has one is used, with the glucose asked for.
+    /// mg/dL for the population), nothing stands still: the state without any insulin is used, with
+    /// the glucose asked for. It is what steady states come to as glucose rises towards the last that
+    /// has one, so that a start depends on parameters without a jump.
     fn at_steady_state(&self, glucose: MgPerDl) -> Result<(OdeState, AtRest), TwinError> {
-        let solve = |at| ode_sim::steady_state::state_at_glucose(&self.parameters, at);
-        let mut tens = (glucose.0 / 10.0).ceil() - 1.0;
-        let mut rest = AtRest::Yes;
-        let mut found = solve(glucose);
-        while matches!(found, Err(OdeError::NoBasal { .. })) && tens > 0.0 {
-            found = solve(MgPerDl(10.0 * tens));
-            tens -= 1.0;
-            rest = AtRest::Nearly;
-        }
-        Ok((self.with_glucose(&found?, glucose), rest))
+        let found = ode_sim::steady_state::state_at_glucose(&self.parameters, glucose);
+        let (state, rest) = match found {
+            Ok(state) => (state, AtRest::Yes),
+            Err(OdeError::NoBasal { .. }) => (OdeState::default(), AtRest::Nearly),
+            Err(error) => return Err(error.into()),
+        };
+        Ok((self.with_glucose(&state, glucose), rest))
     }
 }
 

@@ -100,12 +100,25 @@ fn steady_starts_carry_the_reading_and_stand_still() {
 }
 
 #[test]
-fn a_glucose_without_a_steady_state_starts_from_the_nearest_below() {
+fn a_glucose_without_a_steady_state_starts_without_insulin_and_without_a_jump() {
     let ode = ode();
     let (state, rest) = ode.at_steady_state(MgPerDl(406.0)).expect("a start");
-    let (below, at_rest) = ode.at_steady_state(MgPerDl(400.0)).expect("a steady state");
-    assert_eq!((rest, at_rest), (AtRest::Nearly, AtRest::Yes));
-    assert_eq!(state, ode.with_glucose(&below, MgPerDl(406.0)));
+    assert_eq!(rest, AtRest::Nearly);
+    assert_eq!(state, ode.with_glucose(&ode.neutral(), MgPerDl(406.0)));
+    // The last glucose that has a steady state, by halving.
+    let (mut low, mut high) = (400.0, 406.0);
+    while high - low > 1e-9 {
+        let middle = 0.5 * (low + high);
+        match ode.at_steady_state(MgPerDl(middle)).expect("a start").1 {
+            AtRest::Yes => low = middle,
+            AtRest::Nearly => high = middle,
+        }
+    }
+    let below = ode.at_steady_state(MgPerDl(low)).expect("a steady state").0;
+    let above = ode.at_steady_state(MgPerDl(high)).expect("a start").0;
+    for (a, b) in below.vector().0.into_iter().zip(above.vector().0) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
 }
 
 #[test]

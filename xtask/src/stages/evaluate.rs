@@ -1,31 +1,40 @@
 //! `evaluate`: twins and baselines against held-out days.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
+use cohort::Cohort;
+use evaluation::{
+    EvaluationSettings, Method, Model, OutcomesTable, PersonModels, WhatIfPlan, evaluate, what_if,
+};
 use nn_statespace::PopulationModel;
 use twins::Twin;
-use twins::evaluation::{EvaluationSettings, OutcomesTable, evaluate};
 
 use crate::cli::{EvaluateArgs, Profile};
 use crate::manifest::Manifest;
-use crate::models::{find, read_population, read_twin};
+use crate::models::{read_bytes, read_population};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
-use crate::stages::twin::read_cohort;
-use crate::stages::{example_day, glucose_profile, train, twin};
+use crate::stages::baselines::{self, Baselines};
+use crate::stages::twin::{read_cohort, twins_in, variants_in};
+use crate::stages::{example_day, glucose_profile, paper_tables, train, twin};
 
 /// Fewest people over whom an equivalence test is defined.
 const FEWEST_PEOPLE: usize = 2;
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &EvaluateArgs) -> Result<Manifest> {
-    let config = serde_json::json!({ "profile": profile_of(&args.twins)? });
-    Manifest::new("evaluate", config, Some(args.seed))
+    let (profile, training_days) = trained_with(&args.twins)?;
+    let config = serde_json::json!({ "profile": profile, "training_days": training_days });
+    let manifest = Manifest::new("evaluate", config, Some(args.seed))
         .with_input(&args.cohort)?
-        .with_input(&args.twins)
+        .with_input(&args.twins)?;
+    match &args.baselines {
+        Some(folder) => manifest.with_input(folder),
+        None => Ok(manifest),
+    }
 }
 
 /// Runs the command.
@@ -33,14 +42,15 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
     let manifest = manifest(args)?;
     let cohort = read_cohort(&args.cohort)?;
     note_other_records(&args.twins, &manifest);
-    let (population, twins) = read_twins(&args.twins)?;
-    let (protocol, _) = twin::protocol(profile_of(&args.twins)?);
+    let people = People::read(args, &cohort)?;
+    let (profile, training_days) = trained_with(&args.twins)?;
+    let (protocol, _) = twin::protocol(profile, training_days);
     let settings = EvaluationSettings::paper(protocol, args.seed);
 
     let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("evaluate", 1);
-    let evaluation = evaluate(&cohort, &twins, &population, &settings).context("the evaluation")?;
-    let name = cohort_name(&args.cohort);
+    let evaluation = evaluate(&cohort, &people.models, &people.population, &settings)
+        .context("the evaluation")?;
     let judged = evaluation.people.len();
     for excluded in &evaluation.exclusions {
         note(format!("evaluate: {} left out: {}", excluded.person_id, excluded.reason));
@@ -52,22 +62,47 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
         ));
         output.write_json("exclusions.json", &evaluation.exclusions)?;
     } else {
-        let table = OutcomesTable::new(&name, &evaluation, &settings)?;
+        let table = OutcomesTable::new(&cohort_name(&args.cohort), &evaluation, &settings)?;
         output.write_json("outcomes.json", &table)?;
         let profile = glucose_profile::over_held_out_windows(
             &cohort,
-            &twins,
-            &population,
+            &people.twins,
+            &people.population,
             &evaluation,
             &protocol,
         )?;
         output.write_json("agp.json", &profile)?;
-        let text = text(&table);
-        output.write("outcomes.txt", text.as_bytes())?;
+        let twins: Vec<(&str, &Twin)> =
+            people.twins.iter().map(|(id, twin)| (id.as_str(), twin)).collect();
+        let mut answers = what_if(&twins, &WhatIfPlan::paper()).context("the what-if runs")?;
+        answers.order.sort_by(|a, b| a.person_id.cmp(&b.person_id));
+        output.write_json("what_if.json", &answers)?;
+        let constrained = people.constrained();
+        let constrained = if constrained.is_empty() {
+            None
+        } else {
+            let answers = what_if(&constrained, &WhatIfPlan::paper())
+                .context("the what-if runs of twins that keep signs")?;
+            output.write_json("what_if_constrained.json", &answers)?;
+            Some(answers)
+        };
+        let text = paper_tables::text(
+            &table,
+            people.candidates.as_deref(),
+            &answers,
+            constrained.as_ref(),
+        );
+        output.write("tables.txt", text.as_bytes())?;
         note(text);
     }
-    if let Some(day) = example_day::choose(&cohort, &twins, &evaluation, &protocol) {
-        let day = example_day::simulate_day(&cohort, &twins, &population, &day, &protocol)?;
+    if let Some(day) = example_day::choose(&cohort, &people.twins, &evaluation, &protocol) {
+        let day = example_day::simulate_day(
+            &cohort,
+            &people.twins,
+            &people.population,
+            &day,
+            &protocol,
+        )?;
         output.write_json("example_day.json", &day)?;
     }
     progress.advance("people");
@@ -78,6 +113,87 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
         place.display()
     ));
     Ok(())
+}
+
+/// Everything that stands for the people of a cohort.
+struct People {
+    population: Arc<PopulationModel>,
+    twins: BTreeMap<String, Twin>,
+    models: BTreeMap<String, PersonModels>,
+    /// Of whom the closest was taken, in words.
+    candidates: Option<String>,
+}
+
+impl People {
+    fn read(args: &EvaluateArgs, cohort: &Cohort) -> Result<Self> {
+        let folder = &args.twins;
+        let population =
+            Arc::new(read_population(&folder.join(train::MODEL)).with_context(|| {
+                format!("'{}' is not an output folder of the command twin", folder.display())
+            })?);
+        let twins = twins_in(&folder.join(twin::TWINS), &population)?;
+        let mut models = BTreeMap::new();
+        for (id, twin) in &twins {
+            if let Some((_, person)) = cohort.find(id) {
+                models.insert(id.clone(), PersonModels::new(person, twin.clone()));
+            }
+        }
+        let mut candidates = None;
+        if let Some(folder) = &args.baselines {
+            let fits = read_baselines(folder)?;
+            candidates = Some(fits.candidates);
+            for fits in fits.people {
+                add(&mut models, &fits.person_id, |models| {
+                    let posterior = fits.posterior_plants();
+                    models
+                        .with(Method::Closest, Model::Ode(fits.closest.plant()))
+                        .with(
+                            Method::BayesianOptimisation,
+                            Model::Ode(fits.bayesian_optimisation.plant()),
+                        )
+                        .with(
+                            Method::MaximumAPosteriori,
+                            Model::Ode(fits.maximum_a_posteriori.plant()),
+                        )
+                        .with(Method::Posterior, Model::Draws(posterior))
+                });
+            }
+        }
+        for (method, twins) in variants_in(folder, &population)? {
+            for (id, twin) in twins {
+                add(&mut models, &id, |models| models.with(method, Model::Twin(twin)));
+            }
+        }
+        Ok(Self { population, twins, models, candidates })
+    }
+
+    /// Twins that keep physiology's signs, by person.
+    fn constrained(&self) -> Vec<(&str, &Twin)> {
+        let people = self.models.iter();
+        people
+            .filter_map(|(id, models)| match models.of(Method::ConstrainedTwin) {
+                Some(Model::Twin(twin)) => Some((id.as_str(), twin)),
+                _ => None,
+            })
+            .collect()
+    }
+}
+
+fn add(
+    models: &mut BTreeMap<String, PersonModels>,
+    id: &str,
+    more: impl FnOnce(PersonModels) -> PersonModels,
+) {
+    if let Some(known) = models.remove(id) {
+        models.insert(id.to_owned(), more(known));
+    }
+}
+
+/// The fits in an output folder of `baselines`.
+fn read_baselines(folder: &Path) -> Result<Baselines> {
+    let path = folder.join(baselines::FILE);
+    serde_json::from_slice(&read_bytes(&path)?)
+        .with_context(|| format!("'{}' is not what the command baselines writes", path.display()))
 }
 
 /// Says so if the twins were trained on other records: held-out days may not be held out then.
@@ -103,75 +219,15 @@ fn cohort_name(folder: &Path) -> String {
     }
 }
 
-/// The population model and the twins in an output folder of `twin`.
-fn read_twins(folder: &Path) -> Result<(Arc<PopulationModel>, BTreeMap<String, Twin>)> {
-    let population = Arc::new(read_population(&folder.join(train::MODEL)).with_context(|| {
-        format!("'{}' is not an output folder of the command twin", folder.display())
-    })?);
-    let twins_folder: PathBuf = folder.join(twin::TWINS);
-    let mut twins = BTreeMap::new();
-    if twins_folder.is_dir() {
-        for path in find(&twins_folder, "", ".safetensors")? {
-            let twin = read_twin(&path, Arc::clone(&population))?;
-            twins.insert(twin.card.person_id.clone(), twin);
-        }
-    }
-    Ok((population, twins))
-}
-
-/// The profile with which the twins were trained, so that held-out days stay held out.
-fn profile_of(folder: &Path) -> Result<Profile> {
+/// The profile and the days with which the twins were trained, so that held-out days stay held out.
+fn trained_with(folder: &Path) -> Result<(Profile, Option<usize>)> {
     let Some(manifest) = Manifest::read(folder) else {
         bail!("'{}' has no manifest; give an output folder of the command twin", folder.display());
     };
+    let days = manifest.config["training_days"].as_u64().and_then(|n| usize::try_from(n).ok());
     match manifest.config["profile"].as_str() {
-        Some("quick") if manifest.stage == "twin" => Ok(Profile::Quick),
-        Some("paper") if manifest.stage == "twin" => Ok(Profile::Paper),
+        Some("quick") if manifest.stage == "twin" => Ok((Profile::Quick, days)),
+        Some("paper") if manifest.stage == "twin" => Ok((Profile::Paper, days)),
         _ => bail!("'{}' is the output of '{}', not of twin", folder.display(), manifest.stage),
     }
-}
-
-/// The outcomes as text.
-fn text(table: &OutcomesTable) -> String {
-    use std::fmt::Write as _;
-    let mut text = format!(
-        "{} people, {} windows of {} min\n{:<12} {:<5} {:>15} {:>15} {:>24} {:>7} {}\n",
-        table.people,
-        table.windows,
-        table.window_minutes,
-        "method",
-        "",
-        "actual",
-        "simulated",
-        "difference (interval)",
-        "p",
-        "equivalent"
-    );
-    for method in &table.methods {
-        for row in &method.rows {
-            writeln!(
-                text,
-                "{:<12} {:<5} {:>7.1} ± {:>5.1} {:>7.1} ± {:>5.1} {:>8.2} ({:>6.2}, {:>6.2}) {:>7.3} {}",
-                method.name,
-                row.metric,
-                row.actual.mean,
-                row.actual.sd,
-                row.simulated.mean,
-                row.simulated.sd,
-                row.difference.value,
-                row.difference.lower,
-                row.difference.upper,
-                row.p,
-                if row.equivalent { "yes" } else { "no" }
-            )
-            .expect("writing to a String cannot fail");
-        }
-        writeln!(
-            text,
-            "{:<12} 5-hour RMSE {:.1} ± {:.1} mg/dL",
-            method.name, method.rmse_5h.mean, method.rmse_5h.sd
-        )
-        .expect("writing to a String cannot fail");
-    }
-    text
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
 use cohort::{Cohort, MissingDoses, Person};
+use evaluation::{Evaluation, Method, ode_baseline};
 use nn_statespace::PopulationModel;
 use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, StepInput, simulate};
 use serde::Serialize;
-use twins::evaluation::{Evaluation, Method, ode_baseline};
 use twins::{PersonWindows, Protocol, Startable, Twin, window_starts};
 
 /// `example_day.json`: every series has one value a step.
@@ -48,7 +48,8 @@ pub(crate) fn choose(
         .iter()
         .filter_map(|found| {
             let (index, person) = cohort.find(&found.person_id)?;
-            twins.contains_key(&person.id).then(|| (found.of(Method::Twin).rmse, index))
+            let rmse = found.of(Method::Twin)?.rmse;
+            twins.contains_key(&person.id).then_some((rmse, index))
         })
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));

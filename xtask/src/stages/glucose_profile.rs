@@ -6,11 +6,11 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result};
 use chrono::Timelike as _;
 use cohort::Cohort;
+use evaluation::Evaluation;
 use nn_statespace::PopulationModel;
 use physiology::STEPS_PER_DAY;
 use serde::Serialize;
 use stats::Profile;
-use twins::evaluation::Evaluation;
 use twins::{PersonWindows, Protocol, Twin};
 
 use crate::stages::example_day::{glucose, starts};

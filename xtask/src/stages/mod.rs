@@ -1,5 +1,6 @@
 //! One file a command. Each reads what it is given, calls the crates, and writes one folder.
 
+pub(crate) mod baselines;
 pub(crate) mod bench;
 pub(crate) mod blind_check;
 pub(crate) mod check;
@@ -11,7 +12,10 @@ pub(crate) mod glucose_profile;
 pub(crate) mod held_out;
 pub(crate) mod import;
 pub(crate) mod import_model;
+pub(crate) mod meals_bench;
+pub(crate) mod paper_tables;
 pub(crate) mod pipeline;
+pub(crate) mod reconcile;
 pub(crate) mod repair;
 pub(crate) mod replay;
 pub(crate) mod report;

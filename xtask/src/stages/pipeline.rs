@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use cohort::{Cohort, MassBalance, findings};
 
 use crate::cli::{
-    DiagnoseArgs, EvaluateArgs, MilpForm, PipelineArgs, Profile, ReportArgs, TrainArgs,
+    BaselinesArgs, DiagnoseArgs, EvaluateArgs, MilpForm, PipelineArgs, Profile, ReportArgs, TrainArgs,
     TrainingPreset, TwinArgs, VerifyArgs,
 };
 use crate::diagnosed::ODE;
@@ -15,7 +15,7 @@ use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::note;
 use crate::stages::twin::read_cohort;
-use crate::stages::{check, diagnose, evaluate, report, train, twin, verify};
+use crate::stages::{baselines, check, diagnose, evaluate, report, train, twin, verify};
 
 /// Time limit of a conformance row in the quick profile, s.
 const QUICK_ROW_SECONDS: f64 = 5.0;
@@ -31,8 +31,10 @@ pub(crate) enum Stage {
     Train,
     /// Prove or refute the network's monotonicity.
     Verify,
-    /// Train a twin a person.
+    /// Train a twin a person, and its variants.
     Twin,
+    /// Fit what twins are compared with.
+    Baselines,
     /// Compare with held-out days.
     Evaluate,
     /// Say where the ODE plant misses.
@@ -48,8 +50,9 @@ impl Stage {
             Self::Train => "2-train",
             Self::Verify => "3-verify",
             Self::Twin => "4-twin",
-            Self::Evaluate => "5-evaluate",
-            Self::Diagnose => "6-diagnose",
+            Self::Baselines => "5-baselines",
+            Self::Evaluate => "6-evaluate",
+            Self::Diagnose => "7-diagnose",
             Self::Report => "report",
         }
     }
@@ -63,6 +66,9 @@ impl Stage {
 pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
     if let Some(model) = args.model.as_deref().filter(|model| !model.is_file()) {
         bail!("there is no model file '{}'", model.display());
+    }
+    if let Some(patients) = args.patients.as_deref().filter(|patients| !patients.is_file()) {
+        bail!("there is no file of virtual patients '{}'", patients.display());
     }
     if let Some(cohort) = args.cohort.as_deref().filter(|cohort| !cohort.is_dir()) {
         bail!("there is no cohort folder '{}'", cohort.display());
@@ -133,14 +139,32 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
         cohort: cohort.clone(),
         model,
         profile: args.profile,
+        variants: true,
+        continue_from: None,
+        training_days: None,
+        epochs: None,
         out: at(Stage::Twin),
         seed: args.seed,
     };
     step(args, Stage::Twin, &twin.out, twin::manifest(&twin)?, || twin::run(&twin))?;
 
+    let baselines = BaselinesArgs {
+        cohort: cohort.clone(),
+        model: twin.model.clone(),
+        patients: args.patients.clone(),
+        profile: args.profile,
+        training_days: None,
+        out: at(Stage::Baselines),
+        seed: args.seed,
+    };
+    step(args, Stage::Baselines, &baselines.out, baselines::manifest(&baselines)?, || {
+        baselines::run(&baselines)
+    })?;
+
     let evaluate = EvaluateArgs {
         cohort: cohort.clone(),
         twins: twin.out.clone(),
+        baselines: Some(baselines.out.clone()),
         out: at(Stage::Evaluate),
         seed: args.seed,
     };

@@ -115,7 +115,7 @@ fn written(patient: &str, scenario: Scenario, rows: &[Row]) -> String {
     text
 }
 
-fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
+pub(crate) fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
     let table = Table::read(path)?;
     let mut patients: Vec<(String, VirtualPatient)> = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {

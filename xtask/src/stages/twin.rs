@@ -4,71 +4,118 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{Cohort, findings, read_folder};
-use twins::evaluation::{EvaluationSettings, TwinsTable, evaluate};
-use twins::{InputSet, Protocol, TrainingPlan, Twin, TwinRecipe, build_twins};
+use evaluation::{EvaluationSettings, Method, PersonModels, TwinsTable, evaluate};
+use nn_statespace::PopulationModel;
+use twins::{
+    InputSet, PersonTwin, Protocol, Signs, TrainingPlan, Twin, TwinRecipe, build_twins,
+    build_twins_from,
+};
 
 use crate::cli::{Profile, TwinArgs};
 use crate::manifest::Manifest;
-use crate::models::read_population;
+use crate::models::{find, read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::train;
 
 /// Folder of the twins within the output folder.
 pub(crate) const TWINS: &str = "twins";
+/// Folder of the twins that see other inputs or keep signs, one folder a method.
+const VARIANTS: &str = "variants";
 
 /// Implausible figures of a cohort that are said.
 const FINDINGS_SAID: usize = 10;
 
-/// How a profile cuts records and trains.
-pub(crate) fn protocol(profile: Profile) -> (Protocol, TrainingPlan) {
-    match profile {
+/// How a profile cuts records and trains; `training_days` takes the place of the profile's.
+pub(crate) fn protocol(
+    profile: Profile,
+    training_days: Option<usize>,
+) -> (Protocol, TrainingPlan) {
+    let (protocol, plan) = match profile {
         Profile::Quick => (Protocol::quick(), TrainingPlan::quick()),
         Profile::Paper => (Protocol::paper(), TrainingPlan::paper()),
-    }
+    };
+    let training_days = training_days.unwrap_or(protocol.training_days);
+    (Protocol { training_days, ..protocol }, plan)
+}
+
+/// The twins beside the main ones: what they are called, what they see, what their networks keep.
+fn variants() -> Vec<(Method, InputSet, Signs)> {
+    let mut variants: Vec<(Method, InputSet, Signs)> = InputSet::ALL
+        .into_iter()
+        .filter(|inputs| *inputs != InputSet::All)
+        .map(|inputs| (Method::Ablated(inputs), inputs, Signs::Free))
+        .collect();
+    variants.push((Method::ConstrainedTwin, InputSet::All, Signs::Kept));
+    variants
 }
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &TwinArgs) -> Result<Manifest> {
-    let config = serde_json::json!({ "profile": args.profile, "inputs": InputSet::All.name() });
-    Manifest::new("twin", config, Some(args.seed)).with_input(&args.cohort)?.with_input(&args.model)
+    let (protocol, plan) = protocol(args.profile, args.training_days);
+    let config = serde_json::json!({
+        "profile": args.profile,
+        "inputs": InputSet::All.name(),
+        "variants": args.variants,
+        "training_days": protocol.training_days,
+        "epochs": args.epochs.unwrap_or(plan.epochs),
+        "continued": args.continue_from.is_some(),
+    });
+    let manifest = Manifest::new("twin", config, Some(args.seed))
+        .with_input(&args.cohort)?
+        .with_input(&args.model)?;
+    match &args.continue_from {
+        Some(folder) => manifest.with_input(&folder.join(TWINS)),
+        None => Ok(manifest),
+    }
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &TwinArgs) -> Result<()> {
+    for (name, value) in [("--training-days", args.training_days), ("--epochs", args.epochs)] {
+        ensure!(value != Some(0), "{name} 0 must be at least 1");
+    }
     let manifest = manifest(args)?;
     let cohort = read_cohort(&args.cohort)?;
     let population = Arc::new(read_population(&args.model)?);
-    let (protocol, plan) = protocol(args.profile);
+    let (protocol, plan) = protocol(args.profile, args.training_days);
     let recipe = TwinRecipe {
         population: Arc::clone(&population),
         protocol,
-        plan,
+        plan: TrainingPlan { epochs: args.epochs.unwrap_or(plan.epochs), ..plan },
         inputs: InputSet::All,
         seed: args.seed,
     };
+    let before = match &args.continue_from {
+        Some(folder) => earlier_twins(folder, &population)?,
+        None => BTreeMap::new(),
+    };
     let output = OutputFolder::begin(&args.out, manifest)?;
-    let progress = Progress::begin("twin", cohort.people.len());
-    let built = build_twins(&cohort, &recipe, &|person| progress.advance(&person.person_id))
-        .context("training the twins")?;
-    let mut trained = 0;
-    for person in &built {
-        if let Ok(built) = &person.result {
-            trained += 1;
-            let name = format!("{TWINS}/{}.safetensors", person.person_id);
-            output.write(&name, &built.twin.to_bytes()?)?;
-        }
+    let others = if args.variants { variants() } else { Vec::new() };
+    let progress = Progress::begin("twin", cohort.people.len() * (1 + others.len()));
+    let built =
+        build_twins_from(&cohort, &recipe, &before, &|person| progress.advance(&person.person_id))
+            .context("training the twins")?;
+    let trained = write(&output, TWINS, &built)?;
+    for (method, inputs, signs) in others {
+        let plan = TrainingPlan { signs, ..recipe.plan };
+        let recipe = TwinRecipe { inputs, plan, ..recipe.clone() };
+        let built = build_twins(&cohort, &recipe, &|person| progress.advance(&person.person_id))
+            .with_context(|| format!("training the twins '{}'", method.name()))?;
+        write(&output, &format!("{VARIANTS}/{}", method.name()), &built)?;
     }
-    let twins: BTreeMap<String, Twin> = built
+    let models = built
         .iter()
-        .filter_map(|person| {
-            Some((person.person_id.clone(), person.result.as_ref().ok()?.twin.clone()))
+        .zip(&cohort.people)
+        .filter_map(|(built, person)| {
+            let twin = built.result.as_ref().ok()?.twin.clone();
+            Some((built.person_id.clone(), PersonModels::new(person, twin)))
         })
         .collect();
     let settings = EvaluationSettings::paper(protocol, args.seed);
-    let judged = evaluate(&cohort, &twins, &population, &settings).context("judging the twins")?;
+    let judged = evaluate(&cohort, &models, &population, &settings).context("judging the twins")?;
     output.write_json("twins.json", &TwinsTable::new(&built, &judged))?;
     // A twin is of no use without the model it was trained on.
     output.write(train::MODEL, &population.to_safetensors())?;
@@ -79,6 +126,61 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
         place.join("twins.json").display()
     ));
     Ok(())
+}
+
+/// Writes everybody's twin into a folder and says how many there are.
+fn write(output: &OutputFolder, folder: &str, built: &[PersonTwin]) -> Result<usize> {
+    let mut written = 0;
+    for person in built {
+        if let Ok(built) = &person.result {
+            let name = format!("{folder}/{}.safetensors", person.person_id);
+            output.write(&name, &built.twin.to_bytes()?)?;
+            written += 1;
+        }
+    }
+    Ok(written)
+}
+
+/// The twins of an earlier run, which must stand on the same population model.
+fn earlier_twins(
+    folder: &Path,
+    population: &Arc<PopulationModel>,
+) -> Result<BTreeMap<String, Twin>> {
+    let found = twins_in(&folder.join(TWINS), population)?;
+    if found.is_empty() {
+        bail!("'{}' holds no twins to continue from", folder.join(TWINS).display());
+    }
+    Ok(found)
+}
+
+/// The twins in a folder by person; none if there is no such folder.
+pub(crate) fn twins_in(
+    folder: &Path,
+    population: &Arc<PopulationModel>,
+) -> Result<BTreeMap<String, Twin>> {
+    let mut twins = BTreeMap::new();
+    if folder.is_dir() {
+        for path in find(folder, "", ".safetensors")? {
+            let twin = read_twin(&path, Arc::clone(population))?;
+            twins.insert(twin.card.person_id.clone(), twin);
+        }
+    }
+    Ok(twins)
+}
+
+/// The twins beside the main ones in an output folder of this command, by method.
+pub(crate) fn variants_in(
+    folder: &Path,
+    population: &Arc<PopulationModel>,
+) -> Result<Vec<(Method, BTreeMap<String, Twin>)>> {
+    let mut found = Vec::new();
+    for (method, _, _) in variants() {
+        let twins = twins_in(&folder.join(VARIANTS).join(method.name()), population)?;
+        if !twins.is_empty() {
+            found.push((method, twins));
+        }
+    }
+    Ok(found)
 }
 
 /// A cohort folder.

@@ -1,0 +1,96 @@
+//! Meals found in sensor and insulin alone.
+
+use cohort::Person;
+use physiology::Grams;
+use serde::Serialize;
+
+use crate::error::MealError;
+use crate::signals::Signals;
+
+pub mod grid;
+pub mod plant;
+
+pub use grid::GridSettings;
+pub use plant::PlantSettings;
+
+/// How strongly the readings speak for a meal.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Evidence {
+    /// Logarithm of the likelihood with the meal over that without it, both at their best.
+    LikelihoodRatio {
+        /// The logarithm, nats.
+        nats: f64,
+    },
+    /// Slope of the filtered readings over the standard deviation that the sensor's error alone
+    /// gives such a slope.
+    Slope {
+        /// The quotient, unitless.
+        z: f64,
+    },
+}
+
+impl Evidence {
+    /// The number, in nats or standard deviations; those of one detector can be compared.
+    #[must_use]
+    pub const fn strength(self) -> f64 {
+        match self {
+            Self::LikelihoodRatio { nats } => nats,
+            Self::Slope { z } => z,
+        }
+    }
+}
+
+/// A meal that a detector claims.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Step of the record at which it was eaten, as far as the detector can tell:
+    /// [`Detector::Grid`] gives the step of its alarm.
+    pub step: usize,
+    /// Estimated carbohydrate; `None` where the detector estimates none.
+    pub carbs: Option<Grams>,
+    /// What speaks for it.
+    pub evidence: Evidence,
+}
+
+/// The meals found in one record, in order of their steps.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Detected {
+    /// The meals.
+    pub meals: Vec<Detection>,
+    /// Insulin sensitivity over the nominal one that the record asked for; `None` where the
+    /// detector knows no insulin.
+    pub sensitivity: Option<f64>,
+}
+
+/// A way of finding meals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Detector {
+    /// The published rate-of-rise detector, [`grid`].
+    Grid(GridSettings),
+    /// A matched filter behind a Kalman filter on the ODE plant, [`plant`].
+    Plant(PlantSettings),
+}
+
+impl Detector {
+    /// The name that files and the command line use.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Grid(_) => "grid",
+            Self::Plant(_) => "plant",
+        }
+    }
+
+    /// Finds the meals of a person. What they logged as carbohydrate is not looked at.
+    ///
+    /// # Errors
+    /// [`MealError`] for values that cannot be, and where the plant fails.
+    pub fn detect(&self, person: &Person) -> Result<Detected, MealError> {
+        let signals = Signals::of(person)?;
+        match self {
+            Self::Grid(settings) => grid::detect(&signals, settings),
+            Self::Plant(settings) => plant::detect(&signals, settings),
+        }
+    }
+}

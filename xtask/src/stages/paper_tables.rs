@@ -1,0 +1,169 @@
+//! The paper's result tables as text, with what they leave out.
+
+use std::fmt::Write as _;
+
+use evaluation::{MethodRows, OutcomesTable, WhatIf};
+
+/// Width of a column.
+const COLUMN: usize = 22;
+
+/// Every table of an evaluation.
+///
+/// `candidates` says of whom the closest virtual patient was taken.
+pub(crate) fn text(
+    table: &OutcomesTable,
+    candidates: Option<&str>,
+    answers: &WhatIf,
+    constrained: Option<&WhatIf>,
+) -> String {
+    let mut text = format!(
+        "Cohort '{}': {} people judged, {} left out, {} windows of {} min\n",
+        table.cohort,
+        table.people,
+        table.exclusions.len(),
+        table.windows,
+        table.window_minutes
+    );
+    for out in &table.exclusions {
+        let _ = writeln!(text, "  left out: {}: {}", out.person_id, out.reason);
+    }
+    text.push_str("\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, ");
+    text.push_str("p of equivalence (* below 0.05; ^ no number of people so small could show it)\n");
+    outcomes(&mut text, &table.methods);
+    if let Some(candidates) = candidates {
+        let _ = writeln!(text, "closest: of {candidates}");
+    }
+    comparisons(&mut text, table);
+    if !table.ablation.is_empty() {
+        text.push_str("\nTwins with other personal inputs, all windows\n");
+        outcomes(&mut text, &table.ablation);
+    }
+    for scenario in &table.scenarios {
+        let _ = writeln!(
+            text,
+            "\nScenario (paper, Table 'inputsContributions'): {}: {} people, {} windows",
+            scenario.label, scenario.people, scenario.windows
+        );
+        if scenario.methods.is_empty() {
+            text.push_str("fewer than two people have such windows\n");
+        } else {
+            outcomes(&mut text, &scenario.methods);
+        }
+    }
+    forecast(&mut text, table);
+    order(&mut text, "twins", answers);
+    if let Some(constrained) = constrained {
+        order(&mut text, "twins that keep physiology's signs", constrained);
+    }
+    text
+}
+
+/// Outcomes down, methods across, as the paper has them.
+fn outcomes(text: &mut String, methods: &[MethodRows]) {
+    let Some(first) = methods.first() else { return };
+    let _ = write!(text, "{:<6}{:<16}", "", "actual");
+    for method in methods {
+        let _ = write!(text, "{:<COLUMN$}", method.name);
+    }
+    text.push('\n');
+    for (place, row) in first.rows.iter().enumerate() {
+        let actual = format!("{:.1} \u{b1} {:.1}", row.actual.mean, row.actual.sd);
+        let _ = write!(text, "{:<6}{actual:<16}", row.metric.to_uppercase());
+        for method in methods {
+            let row = &method.rows[place];
+            let mark = match (row.equivalent, row.p_unbiased < 0.05) {
+                (true, _) => "*",
+                (false, true) => "",
+                (false, false) => "^",
+            };
+            let cell = format!(
+                "{:.1} \u{b1} {:.1} ({}{mark})",
+                row.simulated.mean,
+                row.simulated.sd,
+                p(row.p)
+            );
+            let _ = write!(text, "{cell:<COLUMN$}");
+        }
+        text.push('\n');
+    }
+    let _ = write!(text, "{:<6}{:<16}", "RMSE", "");
+    for method in methods {
+        let cell = format!("{:.1} \u{b1} {:.1}", method.rmse_5h.mean, method.rmse_5h.sd);
+        let _ = write!(text, "{cell:<COLUMN$}");
+    }
+    text.push('\n');
+}
+
+fn p(p: f64) -> String {
+    if p < 0.001 { "<0.001".to_owned() } else { format!("{p:.3}") }
+}
+
+fn comparisons(text: &mut String, table: &OutcomesTable) {
+    let _ = writeln!(
+        text,
+        "\nFive-hour RMSE, twin minus other, mg/dL, {:.0} % interval over people, p of the signed-rank \
+         test, and adjusted for all comparisons (Holm)",
+        100.0 * table.interval.level
+    );
+    for row in &table.comparisons {
+        let d = row.difference;
+        let _ = writeln!(
+            text,
+            "  {:<24} {:>7.1} ({:.1} to {:.1})  p {}  {}",
+            row.second,
+            d.value,
+            d.lower,
+            d.upper,
+            p(row.p),
+            p(row.p_holm)
+        );
+    }
+}
+
+fn forecast(text: &mut String, table: &OutcomesTable) {
+    text.push_str("\nForecast RMSE, mg/dL, mean \u{b1} SD over people\n");
+    let mut minutes: Vec<u32> = table.forecast.iter().map(|row| row.minutes).collect();
+    minutes.sort_unstable();
+    minutes.dedup();
+    let mut methods: Vec<&str> = Vec::new();
+    for row in &table.forecast {
+        if !methods.contains(&row.method.as_str()) {
+            methods.push(&row.method);
+        }
+    }
+    let _ = write!(text, "{:<14}", "");
+    for minutes in &minutes {
+        let _ = write!(text, "{:<16}", format!("{minutes} min"));
+    }
+    text.push('\n');
+    for method in methods {
+        let _ = write!(text, "{method:<14}");
+        for minutes in &minutes {
+            let mut rows = table.forecast.iter();
+            let row = rows.find(|row| row.method == method && row.minutes == *minutes);
+            let cell = row.map_or_else(String::new, |row| {
+                format!("{:.1} \u{b1} {:.1}", row.rmse.mean, row.rmse.sd)
+            });
+            let _ = write!(text, "{cell:<16}");
+        }
+        text.push('\n');
+    }
+}
+
+fn order(text: &mut String, whose: &str, answers: &WhatIf) {
+    let ordered = answers.order.iter().filter(|row| row.ordered).count();
+    let _ = writeln!(
+        text,
+        "\nWhat-if order of {whose} (less insulin never means less glucose): holds for {ordered} of {}; \
+         peaks grow with meals for {}",
+        answers.order.len(),
+        answers.order.iter().filter(|row| row.peaks_grow_with_meals).count()
+    );
+    for row in answers.order.iter().filter(|row| !row.ordered) {
+        let _ = writeln!(
+            text,
+            "  {}: not to be used for what-ifs: out of order by {:.1} mg/dL ({})",
+            row.person_id, row.worst_mg_dl, row.worst_at
+        );
+    }
+}
