@@ -707,6 +707,8 @@ pub(crate) enum BenchSubject {
     Diagnosis,
     /// One update of the population network; takes no option but `--out` and `--seed`.
     TrainingStep,
+    /// Training and running of twins; takes no option but `--out` and `--seed`.
+    Twins,
     /// Meals found and logs reconciled against worlds' truth; takes no option but `--out` and `--seed`.
     Meals,
 }

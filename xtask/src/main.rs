@@ -97,6 +97,7 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Bench(args) => match args.what {
             BenchSubject::Diagnosis => stages::bench::run(&args),
             BenchSubject::TrainingStep => stages::training_step::run(&args),
+            BenchSubject::Twins => stages::twin_speed::run(&args),
             BenchSubject::Meals => stages::meals_bench::run(&args),
         },
     }

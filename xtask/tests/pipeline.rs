@@ -31,7 +31,7 @@ fn the_embedded_cohort_ends_in_a_report_and_a_second_run_keeps_every_stage() {
     let html = fs::read_to_string(out.join("report.html")).expect("a report");
     for words in [
         "Where the gap lies",
-        "An example day",
+        "Example days",
         "Physiological conformance",
         "Not a medical device",
         "TIR",
@@ -53,7 +53,7 @@ fn the_embedded_cohort_ends_in_a_report_and_a_second_run_keeps_every_stage() {
     let output = pipeline(&again, &["--threads", "1", "-q"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for file in
-        ["2-train/population.safetensors", "5-evaluate/outcomes.json", "6-diagnose/diagnosis.json"]
+        ["2-train/population.safetensors", "6-evaluate/outcomes.json", "7-diagnose/diagnosis.json"]
     {
         assert_eq!(
             fs::read(out.join(file)).expect("first run"),

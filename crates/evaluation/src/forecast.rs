@@ -116,7 +116,7 @@ pub(crate) fn forecast_errors(
     let horizons = FORECAST_MINUTES.map(|minutes| (f64::from(minutes) / STEP.0) as usize);
     for method in PLANTS {
         let runs: Vec<Vec<MgPerDl>> = match models.of(method) {
-            None | Some(Model::Draws(_)) => continue,
+            None | Some(Model::Draws(_) | Model::Spread(..)) => continue,
             Some(Model::Twin(twin)) => {
                 runs(twin, &of_network.states, &test, cut)?
             }

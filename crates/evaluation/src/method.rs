@@ -9,6 +9,8 @@ pub enum Method {
     Twin,
     /// A twin whose residual network keeps physiology's signs by construction.
     ConstrainedTwin,
+    /// A twin trained on its error alone, with the courses around it drawn.
+    SpreadTwin,
     /// A twin that sees other personal inputs (paper, "Contribution of individual-level inputs").
     Ablated(InputSet),
     /// The population model without the person's network.
@@ -42,6 +44,7 @@ impl Method {
         match self {
             Self::Twin => "twin",
             Self::ConstrainedTwin => "constrained_twin",
+            Self::SpreadTwin => "spread_twin",
             Self::Ablated(inputs) => inputs.name(),
             Self::Population => "population",
             Self::Ode => "ode",
@@ -58,6 +61,7 @@ impl Method {
         match self {
             Self::Twin => "Digital twin",
             Self::ConstrainedTwin => "Twin, signs kept",
+            Self::SpreadTwin => "Twin with spread",
             Self::Ablated(InputSet::All) => "All inputs",
             Self::Ablated(InputSet::HeartRateOnly) => "Heart rate only",
             Self::Ablated(InputSet::SleepOnly) => "Sleep only",

@@ -9,6 +9,7 @@ use twins::Twin;
 
 use crate::evaluate::ode_baseline;
 use crate::method::Method;
+use crate::spread::RunError;
 
 /// A model of a person.
 #[derive(Debug, Clone)]
@@ -17,6 +18,8 @@ pub enum Model {
     Population(Arc<PopulationModel>),
     /// The population network and a residual network.
     Twin(Twin),
+    /// A twin and the error of its free runs: outcomes are those of courses drawn around them.
+    Spread(Twin, RunError),
     /// The ODE model.
     Ode(OdePlant),
     /// The ODE model under several draws of its parameters, at least one.

@@ -4,6 +4,8 @@ use cohort::{Person, Window, split_by_time};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel};
 use ode_sim::OdePlant;
 use physiology::{MgPerDl, OpenLoop, Plant, StepInput, simulate};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
 use stats::Outcomes;
 use twins::{
     MissingContext, PersonWindows, SteadyStates, inputs_within, measured, window_starts,
@@ -16,6 +18,7 @@ use crate::forecast::{ForecastError, forecast_errors};
 use crate::method::Method;
 use crate::models::{Model, PersonModels};
 use crate::scenario::Scenario;
+use crate::spread::RunError;
 
 /// One person's figures.
 #[derive(Debug, Clone)]
@@ -75,6 +78,9 @@ impl PersonEvaluation {
         self.scenarios.iter().find(|found| found.scenario == scenario)
     }
 }
+
+/// Courses drawn around a run.
+const COURSES: usize = 24;
 
 pub(crate) fn evaluate_person(
     index: usize,
@@ -138,19 +144,43 @@ impl Judge<'_> {
         }
         let mut methods = Vec::with_capacity(self.models.all().len());
         for (method, model) in self.models.all() {
-            let (runs, not_at_rest) = match model {
+            let at_rest = network.not_at_rest;
+            methods.push(match model {
                 Model::Twin(twin) => {
-                    (vec![self.runs(twin, &network.states, windows)?], network.not_at_rest)
+                    let runs = [self.runs(twin, &network.states, windows)?];
+                    summary(*method, &runs, &runs, &glucose, at_rest)?
                 }
                 Model::Population(population) => {
-                    (vec![self.runs(&**population, &network.states, windows)?], network.not_at_rest)
+                    let runs = [self.runs(&**population, &network.states, windows)?];
+                    summary(*method, &runs, &runs, &glucose, at_rest)?
                 }
-                Model::Ode(plant) => self.of_plants(std::slice::from_ref(plant), &steps, windows)?,
-                Model::Draws(plants) => self.of_plants(plants, &steps, windows)?,
-            };
-            methods.push(summary(*method, &runs, &glucose, not_at_rest)?);
+                Model::Spread(twin, error) => {
+                    let runs = [self.runs(twin, &network.states, windows)?];
+                    let courses = self.courses(error, &runs[0]);
+                    summary(*method, &runs, &courses, &glucose, at_rest)?
+                }
+                Model::Ode(plant) => {
+                    let (runs, at_rest) =
+                        self.of_plants(std::slice::from_ref(plant), &steps, windows)?;
+                    summary(*method, &runs, &runs, &glucose, at_rest)?
+                }
+                Model::Draws(plants) => {
+                    let (runs, at_rest) = self.of_plants(plants, &steps, windows)?;
+                    summary(*method, &runs, &runs, &glucose, at_rest)?
+                }
+            });
         }
         Ok((Outcomes::average(&actual)?, methods))
+    }
+
+    /// Courses around each run: as many as make their own chance small beside a person's.
+    fn courses(&self, error: &RunError, runs: &Runs) -> Vec<Runs> {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.settings.bootstrap.seed);
+        // Streams by person; those of the bootstrap are its own.
+        rng.set_stream(self.cut.test.first().map_or(0, |window| window.person as u64));
+        (0..COURSES)
+            .map(|_| runs.iter().map(|run| error.draw(run, &mut rng)).collect())
+            .collect()
     }
 
     /// Runs of each plant, and how many starts of the first are not at rest.
@@ -193,22 +223,23 @@ impl Judge<'_> {
 /// Readings of each window, the start first.
 type Runs = Vec<Vec<MgPerDl>>;
 
-/// A method's outcomes, averaged over draws and windows, and the error of its mean course.
+/// A method's outcomes, averaged over courses and windows, and the error of the mean of its runs.
 fn summary(
     method: Method,
-    draws: &[Runs],
+    runs: &[Runs],
+    courses: &[Runs],
     measured: &[Vec<f64>],
     not_at_rest: usize,
 ) -> Result<MethodResult, EvaluationError> {
-    let mut outcomes = Vec::with_capacity(measured.len() * draws.len());
+    let mut outcomes = Vec::with_capacity(measured.len() * courses.len());
     let (mut squares, mut samples) = (0.0, 0);
     for (window, measured) in measured.iter().enumerate() {
-        for draw in draws {
-            outcomes.push(Outcomes::of(draw[window][1..].iter().copied())?);
+        for course in courses {
+            outcomes.push(Outcomes::of(course[window][1..].iter().copied())?);
         }
         for (step, measured) in measured.iter().enumerate().skip(1) {
-            let sum: f64 = draws.iter().map(|draw| draw[window][step].0).sum();
-            squares += (sum / draws.len() as f64 - measured).powi(2);
+            let sum: f64 = runs.iter().map(|run| run[window][step].0).sum();
+            squares += (sum / runs.len() as f64 - measured).powi(2);
             samples += 1;
         }
     }
@@ -251,8 +282,8 @@ mod tests {
     fn draws_share_their_mean_course_and_average_their_outcomes() {
         let draw = |value: f64| vec![vec![MgPerDl(100.0), MgPerDl(value), MgPerDl(value)]];
         let measured = [vec![100.0, 150.0, 150.0]];
-        let found =
-            summary(Method::Posterior, &[draw(60.0), draw(200.0)], &measured, 0).expect("finite");
+        let draws = [draw(60.0), draw(200.0)];
+        let found = summary(Method::Posterior, &draws, &draws, &measured, 0).expect("finite");
         // The mean course is 130, in range; of the draws one is below, one above.
         assert!((found.rmse - 20.0).abs() < 1e-12);
         assert_eq!(found.outcomes.get(stats::Outcome::Tir), 0.0);

@@ -6,13 +6,45 @@
 //! the courses themselves are drawn. The error of a run is taken as multiplicative, zero at the
 //! start, and as an autoregression from half hour to half hour.
 
+use cohort::Person;
+use nn_statespace::PopulationModel;
 use physiology::{MgPerDl, STEPS_PER_HOUR};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
+use twins::{
+    PersonWindows, Protocol, SteadyStates, Twin, inputs_within, measured, window_starts_with,
+};
 
-use crate::person::sensor_reading;
+use crate::error::EvaluationError;
+use crate::person::{readings, sensor_reading};
+
+/// The error of a twin's runs over the windows that were held out of its training.
+///
+/// `protocol` is the one with which the twin was trained, with
+/// [`held_out_days`](Protocol::held_out_days); `None` where these days hold no window.
+///
+/// # Errors
+/// Those of windows, starts and simulation.
+pub fn run_error(
+    index: usize,
+    person: &Person,
+    twin: &Twin,
+    steady: &SteadyStates<'_, PopulationModel>,
+    protocol: &Protocol,
+) -> Result<Option<RunError>, EvaluationError> {
+    let cut = PersonWindows::new(index, person, protocol)?;
+    let steps: Vec<usize> = cut.held_out.iter().map(|window| window.start).collect();
+    let starts =
+        window_starts_with(steady, person, &cut.inputs, &steps, protocol.start, cut.mean_basal)?;
+    let mut runs = Vec::with_capacity(steps.len());
+    for (window, start) in cut.held_out.iter().zip(starts.states) {
+        let run = readings(twin, start, inputs_within(&cut.inputs, window))?;
+        runs.push((measured(person, window)?, run.into_iter().map(|g| g.0).collect()));
+    }
+    Ok(RunError::fit(&runs))
+}
 
 /// Steps between errors that are drawn; between them lies a straight line.
 const SPACING: usize = STEPS_PER_HOUR / 2;

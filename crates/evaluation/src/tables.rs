@@ -414,7 +414,11 @@ fn scenario_table(
     let shown = |method: &&Method| {
         matches!(
             method,
-            Method::Twin | Method::ConstrainedTwin | Method::Ablated(_) | Method::Population
+            Method::Twin
+                | Method::ConstrainedTwin
+                | Method::SpreadTwin
+                | Method::Ablated(_)
+                | Method::Population
         )
     };
     let mut methods = Vec::new();

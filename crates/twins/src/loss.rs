@@ -22,6 +22,8 @@ impl Penalty {
     pub const PAPER: Self = Self { low: 8.5, high: 6.0 };
     /// The 6 and 6 of the authors' published code.
     pub const AUTHORS_CODE: Self = Self { low: 6.0, high: 6.0 };
+    /// Every error weighs the same, so that the fit is to the mean.
+    pub const NONE: Self = Self { low: 1.0, high: 1.0 };
 }
 
 /// Penalised squared error plus `consistency` times the squared error of first differences, both

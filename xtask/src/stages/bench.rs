@@ -178,7 +178,7 @@ fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
 }
 
 /// Processor time of this process so far, where the system tells it (Linux).
-fn processor_seconds() -> Option<f64> {
+pub(crate) fn processor_seconds() -> Option<f64> {
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
     // The name of the program stands in brackets and may hold anything.
     let (_, rest) = stat.rsplit_once(')')?;

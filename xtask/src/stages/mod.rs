@@ -25,6 +25,7 @@ pub(crate) mod train;
 pub(crate) mod training_step;
 pub(crate) mod trajectories;
 pub(crate) mod twin;
+pub(crate) mod twin_speed;
 pub(crate) mod verify;
 pub(crate) mod verify_twin;
 pub(crate) mod widths;

@@ -6,16 +6,18 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{Cohort, findings, read_folder};
-use evaluation::{EvaluationSettings, Method, PersonModels, TwinsTable, evaluate};
+use evaluation::{
+    EvaluationSettings, Method, PersonModels, RunError, TwinsTable, evaluate, run_error,
+};
 use nn_statespace::PopulationModel;
 use twins::{
-    InputSet, PersonTwin, Protocol, Signs, TrainingPlan, Twin, TwinRecipe, build_twins,
-    build_twins_from,
+    InputSet, Penalty, PersonTwin, Protocol, Signs, SteadyStates, TrainingPlan, Twin, TwinLoss,
+    TwinRecipe, build_twins, build_twins_from,
 };
 
 use crate::cli::{Profile, TwinArgs};
 use crate::manifest::Manifest;
-use crate::models::{find, read_population, read_twin};
+use crate::models::{find, read_bytes, read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::train;
@@ -24,6 +26,11 @@ use crate::stages::train;
 pub(crate) const TWINS: &str = "twins";
 /// Folder of the twins that see other inputs or keep signs, one folder a method.
 const VARIANTS: &str = "variants";
+
+/// The errors of free runs of the twins with spread, within their folder.
+const RUN_ERRORS: &str = "run_errors.json";
+/// Of the training days, the last that are held out to measure these errors.
+const ERROR_DAYS: usize = 4;
 
 /// Implausible figures of a cohort that are said.
 const FINDINGS_SAID: usize = 10;
@@ -94,7 +101,8 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
     };
     let output = OutputFolder::begin(&args.out, manifest)?;
     let others = if args.variants { variants() } else { Vec::new() };
-    let progress = Progress::begin("twin", cohort.people.len() * (1 + others.len()));
+    let spread = if args.variants { 2 } else { 0 };
+    let progress = Progress::begin("twin", cohort.people.len() * (1 + others.len() + spread));
     let built =
         build_twins_from(&cohort, &recipe, &before, &|person| progress.advance(&person.person_id))
             .context("training the twins")?;
@@ -105,6 +113,10 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
         let built = build_twins(&cohort, &recipe, &|person| progress.advance(&person.person_id))
             .with_context(|| format!("training the twins '{}'", method.name()))?;
         write(&output, &format!("{VARIANTS}/{}", method.name()), &built)?;
+    }
+    if args.variants {
+        let finished = |person: &PersonTwin| progress.advance(&person.person_id);
+        write_spread(&output, &cohort, &recipe, &finished).context("training twins with spread")?;
     }
     let models = built
         .iter()
@@ -126,6 +138,68 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
         place.join("twins.json").display()
     ));
     Ok(())
+}
+
+/// Twins without penalties, and the error of their free runs on days held out of a first training.
+fn write_spread(
+    output: &OutputFolder,
+    cohort: &Cohort,
+    recipe: &TwinRecipe,
+    finished: &(dyn Fn(&PersonTwin) + Sync),
+) -> Result<()> {
+    let loss = TwinLoss { penalty: Penalty::NONE, ..recipe.plan.loss };
+    let recipe = TwinRecipe { plan: TrainingPlan { loss, ..recipe.plan }, ..recipe.clone() };
+    let protocol = Protocol { held_out_days: ERROR_DAYS, ..recipe.protocol };
+    let first = build_twins(cohort, &TwinRecipe { protocol, ..recipe.clone() }, finished)?;
+    let steady = SteadyStates::new(&*recipe.population);
+    let mut errors = BTreeMap::new();
+    for (index, (built, person)) in first.iter().zip(&cohort.people).enumerate() {
+        if let Ok(built) = &built.result
+            && let Some(error) = run_error(index, person, &built.twin, &steady, &protocol)?
+        {
+            errors.insert(person.id.clone(), error);
+        }
+    }
+    // Somebody whose held-out days hold no window gets the errors of the others' mean.
+    let usual = mean_error(errors.values());
+    let built = build_twins(cohort, &recipe, finished)?;
+    if let Some(usual) = usual {
+        for person in built.iter().filter(|person| person.result.is_ok()) {
+            errors.entry(person.person_id.clone()).or_insert(usual);
+        }
+        let folder = format!("{VARIANTS}/{}", Method::SpreadTwin.name());
+        write(output, &folder, &built)?;
+        output.write_json(&format!("{folder}/{RUN_ERRORS}"), &errors)?;
+    }
+    Ok(())
+}
+
+fn mean_error<'a>(errors: impl ExactSizeIterator<Item = &'a RunError>) -> Option<RunError> {
+    let count = errors.len() as f64;
+    let sum = errors.fold((0.0, 0.0), |sum, error| (sum.0 + error.left, sum.1 + error.added));
+    (count > 0.0).then(|| RunError { left: sum.0 / count, added: sum.1 / count })
+}
+
+/// The twins with spread in an output folder of this command.
+pub(crate) fn spread_in(
+    folder: &Path,
+    population: &Arc<PopulationModel>,
+) -> Result<Vec<(Twin, RunError)>> {
+    let folder = folder.join(VARIANTS).join(Method::SpreadTwin.name());
+    let twins = twins_in(&folder, population)?;
+    if twins.is_empty() {
+        return Ok(Vec::new());
+    }
+    let path = folder.join(RUN_ERRORS);
+    let errors: BTreeMap<String, RunError> = serde_json::from_slice(&read_bytes(&path)?)
+        .with_context(|| format!("'{}'", path.display()))?;
+    twins
+        .into_iter()
+        .map(|(id, twin)| match errors.get(&id) {
+            Some(error) => Ok((twin, *error)),
+            None => bail!("'{}' lacks the error of '{id}'; train anew", path.display()),
+        })
+        .collect()
 }
 
 /// Writes everybody's twin into a folder and says how many there are.
