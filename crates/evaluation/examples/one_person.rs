@@ -27,10 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let person = build_twin(0, &cohort.people[0], &recipe, None)?;
     let built = person.result.map_err(|reason| reason.to_string())?;
-    let twins = BTreeMap::from([(
-        person.person_id,
-        PersonModels::new(&cohort.people[0], built.twin),
-    )]);
+    let twins =
+        BTreeMap::from([(person.person_id, PersonModels::new(&cohort.people[0], built.twin))]);
     let settings = EvaluationSettings::paper(recipe.protocol, 1);
     let found = evaluate(&cohort, &twins, &recipe.population, &settings)?;
     #[expect(clippy::print_stdout, reason = "an example reports to its reader")]

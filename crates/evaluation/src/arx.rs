@@ -132,8 +132,11 @@ mod tests {
             .collect();
         let mut glucose = vec![Some(120.0), Some(120.0)];
         for k in 1..2999 {
-            let (now, before): (f64, f64) = (glucose[k].expect("set"), glucose[k - 1].expect("set"));
-            glucose.push(Some(now + 2.0 * inputs[k].carbs.0 - 0.1 * (now - before) - 0.02 * (now - 120.0)));
+            let (now, before): (f64, f64) =
+                (glucose[k].expect("set"), glucose[k - 1].expect("set"));
+            glucose.push(Some(
+                now + 2.0 * inputs[k].carbs.0 - 0.1 * (now - before) - 0.02 * (now - 120.0),
+            ));
         }
         let origins: Vec<usize> = (BACK..2000).collect();
         let arx = Arx::fit(&glucose, &inputs, &origins, 1).expect("enough rows");

@@ -97,8 +97,7 @@ pub(crate) fn forecast_errors(
         return Ok(Vec::new());
     }
     let start = settings.protocol.start;
-    let of_network =
-        window_starts_with(steady, person, &cut.inputs, &test, start, cut.mean_basal)?;
+    let of_network = window_starts_with(steady, person, &cut.inputs, &test, start, cut.mean_basal)?;
     let glucose = person.record.cgm();
     let actual = |origin: usize, ahead: usize| glucose[origin + ahead].map_or(f64::NAN, |g| g);
 
@@ -117,9 +116,7 @@ pub(crate) fn forecast_errors(
     for method in PLANTS {
         let runs: Vec<Vec<MgPerDl>> = match models.of(method) {
             None | Some(Model::Draws(_) | Model::Spread(..)) => continue,
-            Some(Model::Twin(twin)) => {
-                runs(twin, &of_network.states, &test, cut)?
-            }
+            Some(Model::Twin(twin)) => runs(twin, &of_network.states, &test, cut)?,
             Some(Model::Population(population)) => {
                 runs(&**population, &of_network.states, &test, cut)?
             }

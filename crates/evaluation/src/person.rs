@@ -178,9 +178,7 @@ impl Judge<'_> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.settings.bootstrap.seed);
         // Streams by person; those of the bootstrap are its own.
         rng.set_stream(self.cut.test.first().map_or(0, |window| window.person as u64));
-        (0..COURSES)
-            .map(|_| runs.iter().map(|run| error.draw(run, &mut rng)).collect())
-            .collect()
+        (0..COURSES).map(|_| runs.iter().map(|run| error.draw(run, &mut rng)).collect()).collect()
     }
 
     /// Runs of each plant, and how many starts of the first are not at rest.
@@ -195,8 +193,7 @@ impl Judge<'_> {
         for (place, plant) in plants.iter().enumerate() {
             let Self { person, cut, settings, .. } = *self;
             let start = settings.protocol.start;
-            let found =
-                window_starts(plant, person, &cut.inputs, steps, start, cut.mean_basal)?;
+            let found = window_starts(plant, person, &cut.inputs, steps, start, cut.mean_basal)?;
             if place == 0 {
                 not_at_rest = found.not_at_rest;
             }

@@ -1,8 +1,8 @@
 //! What a twin answers to meals under other doses (paper, "Evaluation of digital twins behavior under
 //! variable insulin boluses and carbohydrate inputs"), and whether its answers are in order.
 
-use nn_statespace::initial_state::steady_state;
 use nn_statespace::ScaledStates;
+use nn_statespace::initial_state::steady_state;
 use physiology::{Context, Grams, MgPerDl, STEP, StepInput, Units, UnitsPerHour};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -103,10 +103,7 @@ impl WhatIfOrder {
 ///
 /// # Errors
 /// Those of the steady state, and a simulation that leaves the finite numbers.
-pub fn what_if(
-    twins: &[(&str, &Twin)],
-    plan: &WhatIfPlan,
-) -> Result<WhatIf, EvaluationError> {
+pub fn what_if(twins: &[(&str, &Twin)], plan: &WhatIfPlan) -> Result<WhatIf, EvaluationError> {
     let answers: Result<Vec<Answers>, EvaluationError> = twins
         .par_iter()
         .map(|(person, twin)| Answers::of(twin, plan).map_err(|error| error.of_person(person)))

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use cohort::Cohort;
 use evaluation::{
-    EvaluationSettings, Method, Model, OutcomesTable, PersonModels, TwinsTable, WhatIfPlan, evaluate,
-    what_if,
+    EvaluationSettings, Method, Model, OutcomesTable, PersonModels, TwinsTable, WhatIfPlan,
+    evaluate, what_if,
 };
 use nn_statespace::GlucoseClamp;
 use physiology::{OpenLoop, simulate};
@@ -268,7 +268,8 @@ fn people_must_be_judged_alike() {
     let cohort = three_people();
     let truth = truth();
     let mut models = same_twin_for_all(&cohort, &truth);
-    let more = models["p1"].clone().with(Method::Ablated(InputSet::None), Model::Twin(truth.clone()));
+    let more =
+        models["p1"].clone().with(Method::Ablated(InputSet::None), Model::Twin(truth.clone()));
     models.insert("p1".to_owned(), more);
     let error = evaluate(&cohort, &models, &truth.population, &settings()).expect_err("unlike");
     assert!(error.to_string().contains("has no model 'none'"), "{error}");

@@ -125,8 +125,7 @@ pub fn state_at_glucose(p: &OdeParameters, glucose: MgPerDl) -> Result<OdeState,
         high *= 4.0;
         at_high = balance(high);
     }
-    // Not a number is not below zero either.
-    if !(at_high <= 0.0) {
+    if at_high > 0.0 || at_high.is_nan() {
         let (residual, iterations) = (at_high.abs(), 0);
         return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations });
     }

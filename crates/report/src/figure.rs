@@ -15,6 +15,7 @@ mod schematic;
 mod slices;
 mod targets;
 mod training;
+mod what_if;
 
 pub(crate) use agp::agp;
 pub(crate) use before_after::{Bars, before_after};
@@ -30,6 +31,7 @@ pub(crate) use schematic::{PortShade, schematic};
 pub(crate) use slices::slices;
 pub(crate) use targets::targets;
 pub(crate) use training::training;
+pub(crate) use what_if::what_if;
 
 /// A figure with the key to its lines.
 pub(crate) type Drawn = (Svg, Vec<Key>);

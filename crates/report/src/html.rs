@@ -3,8 +3,10 @@
 //! [`Html`] can be made only from literals of this crate ([`Html::literal`]), from escaped text, and
 //! from other [`Html`]; a string from a JSON file has no other way in.
 
+mod crossed;
 mod heat;
 
+pub(crate) use crossed::{Crossed, CrossedCell, CrossedRow};
 pub(crate) use heat::{Heat, HeatCell};
 
 use crate::figure::{Key, Stroke, Svg};

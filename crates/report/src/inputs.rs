@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use crate::ReportError;
 use crate::view::{
     Agp, BlindCheck, Conformance, Diagnosis, ExampleDay, Manifest, Outcomes, Seal, Training, Twins,
+    WhatIf,
 };
 
 /// One JSON output of the pipeline.
@@ -26,8 +27,12 @@ pub enum Part {
     Twins,
     /// What was found and done on import.
     ImportReport,
-    /// One day of one person, measured and simulated.
+    /// Days of one person, measured and simulated.
     ExampleDay,
+    /// What twins answer to meals under other doses.
+    WhatIf,
+    /// The same of twins whose networks keep physiology's signs.
+    WhatIfConstrained,
     /// Ambulatory glucose profile, measured and simulated.
     Agp,
     /// Answers of the diagnosis scored against labels that it could not see.
@@ -38,7 +43,7 @@ pub enum Part {
 
 impl Part {
     /// Every part.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Manifest,
         Self::Outcomes,
         Self::Conformance,
@@ -47,6 +52,8 @@ impl Part {
         Self::Twins,
         Self::ImportReport,
         Self::ExampleDay,
+        Self::WhatIf,
+        Self::WhatIfConstrained,
         Self::Agp,
         Self::BlindCheck,
         Self::Seal,
@@ -64,6 +71,8 @@ impl Part {
             Self::Twins => "twins.json",
             Self::ImportReport => "import_report.json",
             Self::ExampleDay => "example_day.json",
+            Self::WhatIf => "what_if.json",
+            Self::WhatIfConstrained => "what_if_constrained.json",
             Self::Agp => "agp.json",
             Self::BlindCheck => "blind_check.json",
             Self::Seal => "seal.json",
@@ -90,6 +99,10 @@ pub struct Inputs {
     pub import_report: Option<serde_json::Value>,
     /// From `example_day.json`.
     pub example_day: Option<ExampleDay>,
+    /// From `what_if.json`.
+    pub what_if: Option<WhatIf>,
+    /// From `what_if_constrained.json`.
+    pub what_if_constrained: Option<WhatIf>,
     /// From `agp.json`.
     pub agp: Option<Agp>,
     /// From `blind_check.json`.
@@ -109,6 +122,8 @@ impl Inputs {
             && self.twins.is_none()
             && self.import_report.is_none()
             && self.example_day.is_none()
+            && self.what_if.is_none()
+            && self.what_if_constrained.is_none()
             && self.agp.is_none()
             && self.blind_check.is_none()
     }
@@ -134,6 +149,8 @@ impl Inputs {
                 day.check()?;
                 self.example_day = Some(day);
             }
+            Part::WhatIf => self.what_if = Some(what_if(part, reader)?),
+            Part::WhatIfConstrained => self.what_if_constrained = Some(what_if(part, reader)?),
             Part::Agp => {
                 let agp: Agp = parse(part, reader)?;
                 agp.check()?;
@@ -144,6 +161,12 @@ impl Inputs {
         }
         Ok(())
     }
+}
+
+fn what_if(part: Part, reader: impl Read) -> Result<WhatIf, ReportError> {
+    let answers: WhatIf = parse(part, reader)?;
+    answers.check(part)?;
+    Ok(answers)
 }
 
 fn parse<T: DeserializeOwned>(part: Part, reader: impl Read) -> Result<T, ReportError> {

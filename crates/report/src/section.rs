@@ -19,6 +19,7 @@ mod provenance;
 mod training;
 mod twins;
 mod verdict;
+mod what_if;
 mod words;
 
 use crate::html::Html;
@@ -51,7 +52,7 @@ const SOUGHT_EFFECTS: fn(&Inputs) -> bool =
 const HAS_BLIND_CHECK: fn(&Inputs) -> bool = |inputs| inputs.blind_check.is_some();
 
 /// Every section below the verdict.
-const SECTIONS: [Section; 21] = [
+const SECTIONS: [Section; 22] = [
     section(
         "data-quality",
         "Data quality",
@@ -83,7 +84,8 @@ const SECTIONS: [Section; 21] = [
     section("worlds", "Blind check: every world", HAS_BLIND_CHECK, blind_check::worlds),
     section("outcomes", "Glucose outcomes", |i| i.outcomes.is_some(), outcomes::body),
     section("agp", "Ambulatory glucose profile", |i| i.agp.is_some(), agp::body),
-    section("example-day", "An example day", |i| i.example_day.is_some(), example_day::body),
+    section("example-day", "Example days", |i| i.example_day.is_some(), example_day::body),
+    section("what-if", "Meals under other doses", what_if::applies, what_if::body),
     section(
         "conformance",
         "Physiological conformance",

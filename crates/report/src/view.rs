@@ -15,6 +15,7 @@ mod outcomes;
 mod seal;
 mod training;
 mod twins;
+mod what_if;
 
 pub use agp::{Agp, Percentiles};
 pub use blind_check::{
@@ -28,15 +29,17 @@ pub use diagnosis::{
     FittedAmplitude, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
     PersonAmplitude, PersonChange, PortEvidence, Untried,
 };
-pub use example_day::ExampleDay;
+pub use example_day::{DayOutcomes, ExampleDay, TimeInRanges};
 pub use manifest::{Manifest, ManifestInput};
 pub use outcomes::{
     Comparison, Exclusion, ForecastRow, IntervalMethod, Method, OutcomeRow, Outcomes,
+    ScenarioOutcomes,
 };
 pub use seal::{Seal, SealedWorld};
 use serde::Deserialize;
 pub use training::{Epoch, Training, TrainingData};
 pub use twins::{TwinPerson, Twins};
+pub use what_if::{WhatIf, WhatIfCurve, WhatIfOrder, WhatIfPlan};
 
 /// Mean and SD over people.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]

@@ -38,7 +38,9 @@ mod start;
 mod training;
 mod twin;
 
-pub use cohort_training::{BuiltTwin, PersonTwin, TwinRecipe, build_twin, build_twins, build_twins_from};
+pub use cohort_training::{
+    BuiltTwin, PersonTwin, TwinRecipe, build_twin, build_twins, build_twins_from,
+};
 pub use error::TwinError;
 pub use exclusion::{Exclusion, Part};
 pub use file::is_twin;

@@ -121,7 +121,7 @@ impl<T: Precision> TwinRollOut<T> {
             let residual = evaluate(parameters, &mut tape.activations);
             self.steps.step(&now, &mut next);
             for (q1, residual) in next[Compartment::Q1 as usize].iter_mut().zip(residual) {
-                *q1 = *q1 + step_size * residual;
+                *q1 += step_size * residual;
             }
             tape.confined = self.steps.confine_glucose(&mut next);
             if keep == Keep::Everything {

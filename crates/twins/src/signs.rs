@@ -137,7 +137,8 @@ impl ResidualNetwork {
     /// its inputs: a proof that needs no search.
     #[must_use]
     pub fn keeps_signs(&self) -> bool {
-        let parameters = self.layers().iter().flat_map(|layer| layer.weight.iter().chain(&layer.bias));
+        let parameters =
+            self.layers().iter().flat_map(|layer| layer.weight.iter().chain(&layer.bias));
         parameters.zip(bounds()).all(|(value, bound)| match bound {
             Bound::Free => true,
             Bound::AtLeastZero => *value >= 0.0,
@@ -185,7 +186,8 @@ mod tests {
                     moved[k] |= slope != 0.0;
                 }
                 let slopes = free.evaluate_with_slopes(&input).1;
-                broken += usize::from(slopes.iter().zip(STATE_SIGNS).any(|(s, sign)| s * sign < 0.0));
+                broken +=
+                    usize::from(slopes.iter().zip(STATE_SIGNS).any(|(s, sign)| s * sign < 0.0));
             }
         }
         assert!(moved.iter().all(|moved| *moved), "every state must be able to act");

@@ -18,7 +18,7 @@ use crate::models::{read_bytes, read_population};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::baselines::{self, Baselines};
-use crate::stages::twin::{read_cohort, twins_in, variants_in};
+use crate::stages::twin::{read_cohort, spread_in, twins_in, variants_in};
 use crate::stages::{example_day, glucose_profile, paper_tables, train, twin};
 
 /// Fewest people over whom an equivalence test is defined.
@@ -100,6 +100,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
             &cohort,
             &people.twins,
             &people.population,
+            &people.models,
             &day,
             &protocol,
         )?;
@@ -163,6 +164,12 @@ impl People {
             for (id, twin) in twins {
                 add(&mut models, &id, |models| models.with(method, Model::Twin(twin)));
             }
+        }
+        for (twin, error) in spread_in(folder, &population)? {
+            let id = twin.card.person_id.clone();
+            add(&mut models, &id, |models| {
+                models.with(Method::SpreadTwin, Model::Spread(twin, error))
+            });
         }
         Ok(Self { population, twins, models, candidates })
     }

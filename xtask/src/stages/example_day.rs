@@ -1,42 +1,78 @@
-//! One held-out day of one person, measured and simulated, for the report.
+//! Up to three consecutive held-out days of one person, measured and simulated, for the report.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
+use chrono::Timelike as _;
 use cohort::{Cohort, MissingDoses, Person};
-use evaluation::{Evaluation, Method, ode_baseline};
-use nn_statespace::PopulationModel;
+use evaluation::{Evaluation, Method, Model, PersonModels, ode_baseline};
+use nn_statespace::{GLUCOSE_RANGE, PopulationModel};
 use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, StepInput, simulate};
 use serde::Serialize;
+use stats::Outcomes;
 use twins::{PersonWindows, Protocol, Startable, Twin, window_starts};
+
+/// Most days that are shown, as many as the paper's figure has.
+const MOST_DAYS: usize = 3;
+/// Length of a step of a record, s.
+const STEP_SECONDS: usize = 24 * 3600 / STEPS_PER_DAY;
+/// Fewest readings of a day that is shown, as a share of its steps.
+const LEAST_READ: f64 = 0.9;
 
 /// `example_day.json`: every series has one value a step.
 #[derive(Debug, Serialize)]
 pub(crate) struct ExampleDay {
     person_id: String,
     date: String,
+    /// Days shown.
+    days: usize,
     time: Vec<String>,
     cgm: Vec<Option<f64>>,
-    population: Vec<f64>,
-    twin: Vec<f64>,
-    ode: Vec<f64>,
+    /// Simulated series begin with the first reading.
+    population: Vec<Option<f64>>,
+    twin: Vec<Option<f64>>,
+    ode: Vec<Option<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    closest: Option<Vec<Option<f64>>>,
     insulin_u_h: Vec<f64>,
     carbs_g: Vec<f64>,
     heart_rate_over_baseline: Vec<Option<f64>>,
     sleep_efficiency: Vec<Option<f64>>,
+    outcomes: SeriesOutcomes,
     chosen: String,
 }
 
-/// Which day to show.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Chosen {
-    person: usize,
-    start: usize,
+/// Outcomes of each glucose series, all over the steps after the start that have a reading.
+#[derive(Debug, Serialize)]
+struct SeriesOutcomes {
+    cgm: TimeInRanges,
+    population: TimeInRanges,
+    twin: TimeInRanges,
+    ode: TimeInRanges,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    closest: Option<TimeInRanges>,
 }
 
-/// The day to show: of the person with the median error of the twin, the first complete calendar
-/// day after the training days. Nothing about how the day itself comes out enters the choice.
+/// Shares of the steps, %.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+struct TimeInRanges {
+    tbr: f64,
+    tir: f64,
+    tar: f64,
+}
+
+/// Which days to show.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Chosen {
+    person: usize,
+    steps: Range<usize>,
+}
+
+/// The days to show: of the person with the median error of the twin, the first three consecutive
+/// calendar days after the training days with readings enough, or the first two or one where there
+/// are no three. Nothing about how the days themselves come out enters the choice.
 pub(crate) fn choose(
     cohort: &Cohort,
     twins: &BTreeMap<String, Twin>,
@@ -53,48 +89,89 @@ pub(crate) fn choose(
         })
         .collect();
     judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // From the median upwards, then downwards, should the first have no complete day.
+    // From the median upwards, then downwards, should the first have no such day.
     let middle = judged.len() / 2;
     let order = (middle..judged.len()).chain((0..middle).rev());
     order.map(|place| judged[place].1).find_map(|person| {
-        let start = complete_day(&cohort.people[person], protocol)?;
-        Some(Chosen { person, start })
+        let record = &cohort.people[person].record;
+        let first_test = protocol.training_days_of(record) * STEPS_PER_DAY;
+        let midnight = (first_test..record.len())
+            .find(|k| (record.time(*k).num_seconds_from_midnight() as usize) < STEP_SECONDS)?;
+        let steps = days_with_readings(record.cgm(), midnight)?;
+        Some(Chosen { person, steps })
     })
 }
 
-/// First step of the first calendar day after the training days whose readings are all there.
-fn complete_day(person: &Person, protocol: &Protocol) -> Option<usize> {
-    let record = &person.record;
-    let first_test = protocol.training_days_of(record) * STEPS_PER_DAY;
-    (first_test..record.len().checked_sub(STEPS_PER_DAY)? + 1)
-        .filter(|k| record.time(*k).format("%H:%M").to_string() == "00:00")
-        .find(|k| record.cgm()[*k..*k + STEPS_PER_DAY].iter().all(Option::is_some))
+/// The first three consecutive days from `midnight` on that have readings enough, or two, or one.
+fn days_with_readings(cgm: &[Option<f64>], midnight: usize) -> Option<Range<usize>> {
+    let read: Vec<bool> = cgm
+        .get(midnight..)?
+        .chunks_exact(STEPS_PER_DAY)
+        .map(|day| {
+            let readings = day.iter().flatten().count();
+            readings as f64 >= LEAST_READ * STEPS_PER_DAY as f64
+        })
+        .collect();
+    (1..=MOST_DAYS).rev().find_map(|days| {
+        let first = read.windows(days).position(|run| run.iter().all(|day| *day))?;
+        let start = midnight + first * STEPS_PER_DAY;
+        Some(start..start + days * STEPS_PER_DAY)
+    })
 }
 
-/// Runs the day under the twin, the population model and the ODE.
+/// Runs the days, in one run from the first reading on, under the twin, the population model, the
+/// ODE and, where `models` has it, the closest virtual patient.
 pub(crate) fn simulate_day(
     cohort: &Cohort,
     twins: &BTreeMap<String, Twin>,
     population: &Arc<PopulationModel>,
+    models: &BTreeMap<String, PersonModels>,
     chosen: &Chosen,
     protocol: &Protocol,
 ) -> Result<ExampleDay> {
     let person = &cohort.people[chosen.person];
-    let twin = twins.get(&person.id).context("the example day's person has a twin")?;
-    let cut = PersonWindows::new(chosen.person, person, protocol)?;
-    let range = chosen.start..chosen.start + STEPS_PER_DAY;
-    let inputs = person.inputs(range.clone(), MissingDoses::Zero)?;
-    let ode = ode_baseline(person.weight);
-    let network = start(&**population, person, &cut, protocol, chosen.start)?;
     let record = &person.record;
+    let twin = twins.get(&person.id).context("the example day's person has a twin")?;
+    let closest = models.get(&person.id).and_then(|models| match models.of(Method::Closest) {
+        Some(Model::Ode(plant)) => Some(plant),
+        _ => None,
+    });
+    let range = chosen.steps.clone();
+    let cgm = record.cgm()[range.clone()].to_vec();
+    let before = cgm.iter().position(Option::is_some).context("an example day has a reading")?;
+    let inputs = person.inputs(range.clone(), MissingDoses::Zero)?;
+    let run = FreeRun {
+        person,
+        cut: &PersonWindows::new(chosen.person, person, protocol)?,
+        protocol,
+        first: range.start + before,
+        inputs: &inputs[before..],
+        before,
+    };
+    let ode = ode_baseline(person.weight);
+    let network = run.start(&**population)?;
+    let population = run.series(&**population, network)?;
+    let twin = run.series(twin, network)?;
+    let ode = run.series(&ode, run.start(&ode)?)?;
+    let closest = closest.map(|plant| run.series(plant, run.start(plant)?)).transpose()?;
+    let days = range.len() / STEPS_PER_DAY;
     Ok(ExampleDay {
         person_id: person.id.clone(),
-        date: record.time(chosen.start).format("%Y-%m-%d").to_string(),
+        date: dates(person, &range),
+        days,
         time: range.clone().map(|k| record.time(k).format("%H:%M").to_string()).collect(),
-        cgm: record.cgm()[range].to_vec(),
-        population: glucose(&**population, network, &inputs)?,
-        twin: glucose(twin, network, &inputs)?,
-        ode: glucose(&ode, start(&ode, person, &cut, protocol, chosen.start)?, &inputs)?,
+        outcomes: SeriesOutcomes {
+            cgm: in_ranges(&cgm, &cgm)?,
+            population: in_ranges(&population, &cgm)?,
+            twin: in_ranges(&twin, &cgm)?,
+            ode: in_ranges(&ode, &cgm)?,
+            closest: closest.as_ref().map(|series| in_ranges(series, &cgm)).transpose()?,
+        },
+        cgm,
+        population,
+        twin,
+        ode,
+        closest,
         insulin_u_h: inputs.iter().map(|input| input.insulin().0).collect(),
         carbs_g: inputs.iter().map(|input| input.carbs.0).collect(),
         heart_rate_over_baseline: inputs
@@ -102,19 +179,61 @@ pub(crate) fn simulate_day(
             .map(|input| input.context.heart_rate_over_baseline.map(|rate| rate.0))
             .collect(),
         sleep_efficiency: inputs.iter().map(|input| input.context.sleep_efficiency).collect(),
-        chosen: "person with the median twin error, first complete day after training".to_owned(),
+        chosen: format!(
+            "person with the median twin error, first {} after training with at least {:.0} % of \
+             readings",
+            match days {
+                1 => "day".to_owned(),
+                days => format!("{days} consecutive days"),
+            },
+            100.0 * LEAST_READ
+        ),
     })
 }
 
-fn start<P: Startable>(
-    plant: &P,
-    person: &Person,
-    cut: &PersonWindows,
-    protocol: &Protocol,
-    step: usize,
-) -> Result<P::State> {
-    let found = starts(plant, person, cut, protocol, &[step])?;
-    found.into_iter().next().context("one start was asked for")
+/// The first and the last date.
+fn dates(person: &Person, range: &Range<usize>) -> String {
+    let date = |step| person.record.time(step).format("%Y-%m-%d").to_string();
+    let (first, last) = (date(range.start), date(range.end - 1));
+    if first == last { first } else { format!("{first} to {last}") }
+}
+
+/// Times in ranges of a series over the steps after the first reading at which the sensor reads: the
+/// first reading is where every series starts.
+fn in_ranges(series: &[Option<f64>], cgm: &[Option<f64>]) -> Result<TimeInRanges> {
+    let read = series.iter().zip(cgm).filter(|(_, reading)| reading.is_some()).skip(1);
+    // What a sensor could have read; the ranges of the outcomes lie within a sensor's.
+    let (low, high) = (GLUCOSE_RANGE.0.0, GLUCOSE_RANGE.1.0);
+    let glucose = read.filter_map(|(glucose, _)| *glucose).map(|g| MgPerDl(g.clamp(low, high)));
+    let Outcomes { tbr, tir, tar, .. } =
+        Outcomes::of(glucose).context("the outcomes of the example days")?;
+    Ok(TimeInRanges { tbr, tir, tar })
+}
+
+/// One run over the days.
+struct FreeRun<'a> {
+    person: &'a Person,
+    cut: &'a PersonWindows,
+    protocol: &'a Protocol,
+    /// Step of the record with the first reading.
+    first: usize,
+    /// Inputs from there on.
+    inputs: &'a [StepInput],
+    /// Steps of the days before it.
+    before: usize,
+}
+
+impl FreeRun<'_> {
+    fn start<P: Startable>(&self, plant: &P) -> Result<P::State> {
+        let found = starts(plant, self.person, self.cut, self.protocol, &[self.first])?;
+        found.into_iter().next().context("one start was asked for")
+    }
+
+    /// Glucose at every step of the days; nothing before the start.
+    fn series<P: Plant>(&self, plant: &P, start: P::State) -> Result<Vec<Option<f64>>> {
+        let simulated = glucose(plant, start, self.inputs)?.into_iter().map(Some);
+        Ok(std::iter::repeat_n(None, self.before).chain(simulated).collect())
+    }
 }
 
 /// The states of a plant at the start of each of `steps`.
@@ -139,4 +258,49 @@ pub(crate) fn glucose<P: Plant>(
     let mut glucose: Vec<f64> = run.glucose(plant).into_iter().map(MgPerDl::value).collect();
     glucose.truncate(inputs.len());
     Ok(glucose)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten steps of an unfinished day, then days with so many readings each.
+    fn record(readings: &[usize]) -> Vec<Option<f64>> {
+        let mut cgm = vec![Some(100.0); 10];
+        for readings in readings {
+            cgm.extend((0..STEPS_PER_DAY).map(|k| (k < *readings).then_some(100.0)));
+        }
+        cgm
+    }
+
+    #[test]
+    fn three_days_are_shown_or_as_many_as_there_are() {
+        let (full, enough, few) = (288, 260, 259);
+        for (readings, expected) in [
+            (&[full, full, full, full][..], Some((0, 3))),
+            (&[few, full, enough, full], Some((1, 3))),
+            (&[full, few, full, full, few], Some((2, 2))),
+            (&[few, full, few], Some((1, 1))),
+            (&[few, 0], None),
+            (&[], None),
+        ] {
+            let found = days_with_readings(&record(readings), 10);
+            let steps = expected.map(|(first, days)| {
+                let start = 10 + first * STEPS_PER_DAY;
+                start..start + days * STEPS_PER_DAY
+            });
+            assert_eq!(found, steps, "{readings:?}");
+        }
+        assert_eq!(days_with_readings(&record(&[]), 11), None);
+    }
+
+    #[test]
+    fn series_are_judged_at_the_readings_after_their_start() {
+        let cgm = [None, Some(100.0), None, Some(60.0), Some(200.0), Some(100.0), Some(100.0)];
+        let run = [None, Some(100.0), Some(10.0), Some(-5.0), Some(65.0), Some(500.0), Some(90.0)];
+        let shares = |series| in_ranges(series, &cgm).expect("five readings");
+        assert_eq!(shares(&cgm), TimeInRanges { tbr: 25.0, tir: 50.0, tar: 25.0 });
+        // Below a sensor's range is still below; what was simulated without a reading is not judged.
+        assert_eq!(shares(&run), TimeInRanges { tbr: 50.0, tir: 25.0, tar: 25.0 });
+    }
 }

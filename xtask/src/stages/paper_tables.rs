@@ -27,8 +27,12 @@ pub(crate) fn text(
     for out in &table.exclusions {
         let _ = writeln!(text, "  left out: {}: {}", out.person_id, out.reason);
     }
-    text.push_str("\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, ");
-    text.push_str("p of equivalence (* below 0.05; ^ no number of people so small could show it)\n");
+    text.push_str(
+        "\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, ",
+    );
+    text.push_str(
+        "p of equivalence (* below 0.05; ^ no number of people so small could show it)\n",
+    );
     outcomes(&mut text, &table.methods);
     if let Some(candidates) = candidates {
         let _ = writeln!(text, "closest: of {candidates}");

@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use cohort::{Cohort, MassBalance, findings};
 
 use crate::cli::{
-    BaselinesArgs, DiagnoseArgs, EvaluateArgs, MilpForm, PipelineArgs, Profile, ReportArgs, TrainArgs,
-    TrainingPreset, TwinArgs, VerifyArgs,
+    BaselinesArgs, DiagnoseArgs, EvaluateArgs, MilpForm, PipelineArgs, Profile, ReportArgs,
+    TrainArgs, TrainingPreset, TwinArgs, VerifyArgs,
 };
 use crate::diagnosed::ODE;
 use crate::manifest::Manifest;

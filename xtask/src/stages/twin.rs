@@ -36,10 +36,7 @@ const ERROR_DAYS: usize = 4;
 const FINDINGS_SAID: usize = 10;
 
 /// How a profile cuts records and trains; `training_days` takes the place of the profile's.
-pub(crate) fn protocol(
-    profile: Profile,
-    training_days: Option<usize>,
-) -> (Protocol, TrainingPlan) {
+pub(crate) fn protocol(profile: Profile, training_days: Option<usize>) -> (Protocol, TrainingPlan) {
     let (protocol, plan) = match profile {
         Profile::Quick => (Protocol::quick(), TrainingPlan::quick()),
         Profile::Paper => (Protocol::paper(), TrainingPlan::paper()),

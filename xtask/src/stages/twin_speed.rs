@@ -212,11 +212,7 @@ fn updates(twin: &Twin, cohort: &Cohort, seed: u64) -> Result<Row> {
 }
 
 /// Milliseconds of a turn for each of the pieces that it says it did.
-fn timed(
-    job: &'static str,
-    threads: usize,
-    mut turn: impl FnMut() -> Result<f64>,
-) -> Result<Row> {
+fn timed(job: &'static str, threads: usize, mut turn: impl FnMut() -> Result<f64>) -> Result<Row> {
     turn()?;
     let before = processor_seconds();
     let (mut times, mut pieces) = (Vec::new(), 0.0);
@@ -277,8 +273,9 @@ fn peer(job: &'static str, threads: usize) -> Result<Option<Row>> {
 }
 
 fn text(rows: &[Row], whole: &Whole) -> String {
-    let mut text = "job         threads  engine                  median ms   least ms  processor ms"
-        .to_owned();
+    let mut text =
+        "job         threads  engine                  median ms   least ms  processor ms"
+            .to_owned();
     for row in rows {
         let processor = row.processor_ms.map_or_else(String::new, |ms| format!("{ms:.1}"));
         let _ = write!(
@@ -288,9 +285,8 @@ fn text(rows: &[Row], whole: &Whole) -> String {
         );
     }
     for ours in rows.iter().filter(|row| row.engine == OURS) {
-        let same = |row: &&Row| {
-            row.job == ours.job && row.threads == ours.threads && row.engine != OURS
-        };
+        let same =
+            |row: &&Row| row.job == ours.job && row.threads == ours.threads && row.engine != OURS;
         let Some(theirs) = rows.iter().find(same) else { continue };
         let _ = write!(
             text,

@@ -105,8 +105,9 @@ impl<T: Real> LaneSteps<T> {
             let before = *row;
             confine(row, lowest, highest);
             for ((confined, before), after) in confined.iter_mut().zip(before).zip(row) {
-                // A value that is not a number equals nothing, and nothing was done to it.
-                *confined = before < *after || before > *after;
+                // A value that is not a number compares with nothing, and nothing was done to it.
+                let order = before.partial_cmp(after);
+                *confined = order.is_some_and(std::cmp::Ordering::is_ne);
             }
         }
         confined

@@ -2,6 +2,7 @@
 
 mod blind_check;
 mod diagnosis;
+mod what_if;
 
 use std::f64::consts::TAU;
 
@@ -10,6 +11,7 @@ use serde_json::{Value, json};
 
 pub(crate) use blind_check::{blind_check, seal};
 pub(crate) use diagnosis::diagnosis;
+use what_if::what_if;
 
 /// The parts that the output folder of a command holds: `diagnose`, `none` and `unknown` for
 /// diagnoses with that verdict, `blind-check`; anything else has every part.
@@ -36,6 +38,8 @@ pub(crate) fn parts() -> Vec<(Part, Value)> {
         (Part::Twins, twins()),
         (Part::ImportReport, import_report()),
         (Part::ExampleDay, example_day()),
+        (Part::WhatIf, what_if(&["p03", "p09"])),
+        (Part::WhatIfConstrained, what_if(&[])),
         (Part::Agp, agp()),
         (Part::BlindCheck, blind_check()),
         (Part::Seal, seal()),
@@ -56,17 +60,30 @@ fn outcomes() -> Value {
         let p = if shift.abs() + half < margin { 0.0004 } else { 0.37 };
         json!({"metric": metric, "unit": unit, "margin": margin,
             "actual": {"mean": mean, "sd": sd}, "simulated": {"mean": mean + shift, "sd": 1.1 * sd},
-            "difference": {"value": shift, "lower": shift - half, "upper": shift + half},
-            "p": p, "equivalent": p < 0.05})
+            "difference": {"value": shift, "lower": shift - 0.9 * half, "upper": shift + 0.9 * half},
+            "difference_t": {"value": shift, "lower": shift - half, "upper": shift + half},
+            "p": p, "p_holm": 2.0 * p, "equivalent": p < 0.05,
+            "p_unbiased": if half < margin { 0.002 } else { 0.18 }})
     };
-    let method = |name: &str, label: &str, size: f64| {
-        json!({"name": name, "label": label, "rows": [
-            row("tir", "%", 5.0, 70.5, 16.2, -1.1 * size, 1.4),
-            row("tar", "%", 5.0, 26.1, 17.1, 1.6 * size, 1.5),
-            row("tbr", "%", 1.0, 3.4, 3.5, -0.5 * size, 0.6),
-            row("lbgi", "", 0.5, 0.9, 0.8, -0.09 * size, 0.11),
-            row("hbgi", "", 1.0, 5.9, 4.3, 0.2 * size, 0.4),
-            row("mg", "mg/dL", 10.0, 151.2, 26.9, 2.2 * size, 3.1)]})
+    let method = |name: &str, label: &str, size: f64, scatter: f64| {
+        json!({"name": name, "label": label, "starts_not_at_rest": 0,
+            "rmse_5h": {"mean": 34.0 + 6.0 * size, "sd": 7.0}, "rows": [
+            row("tir", "%", 5.0, 70.5, 16.2, -1.1 * size, 1.4 * scatter),
+            row("tar", "%", 5.0, 26.1, 17.1, 1.6 * size, 1.5 * scatter),
+            row("tbr", "%", 1.0, 3.4, 3.5, -0.5 * size, 0.6 * scatter),
+            row("lbgi", "", 0.5, 0.9, 0.8, -0.09 * size, 0.11 * scatter),
+            row("hbgi", "", 1.0, 5.9, 4.3, 0.2 * size, 0.4 * scatter),
+            row("mg", "mg/dL", 10.0, 151.2, 26.9, 2.2 * size, 3.1 * scatter)]})
+    };
+    let ablated = || {
+        [("time_only", "Time only", 1.7), ("none", "No inputs", 2.4)]
+            .map(|(name, label, size)| method(name, label, size, 1.3))
+    };
+    let scenario = |name: &str, label: &str, windows: usize, size: f64| {
+        let mut methods = vec![method("twin", "Digital twin", size, 1.2)];
+        methods.extend(ablated());
+        json!({"scenario": name, "label": label, "people": 12, "windows": windows,
+            "methods": methods})
     };
     let forecast: Vec<Value> = [("twin", 15.0), ("population", 18.0), ("persistence", 21.0)]
         .iter()
@@ -80,13 +97,25 @@ fn outcomes() -> Value {
     json!({"schema": "outcomes/1", "cohort": "made-up cohort", "people": 12, "windows": 412,
         "window_minutes": 300,
         "exclusions": [{"person_id": "p13", "reason": "no carbohydrate in the second part"}],
-        "methods": [method("twin", "Digital twin", 1.0),
-            method("population", "Population network", 3.2),
-            method("ode", "ODE, closest virtual patient", 2.1)],
+        "interval": {"method": "bootstrap over people", "level": 0.9, "replicates": 2000},
+        "methods": [method("twin", "Digital twin", 1.0, 1.0),
+            method("population", "Population network", 3.2, 1.1),
+            method("ode", "ODE, population parameters", 3.0, 1.2),
+            method("closest", "ODE, closest virtual patient", 2.1, 1.9),
+            method("bayesian_optimisation", "ODE, Bayesian optimisation", 1.9, 1.4),
+            method("map", "ODE, most probable", 1.6, 1.3),
+            method("posterior", "ODE, posterior", 1.4, 1.3),
+            method("constrained_twin", "Twin, signs kept", 1.2, 1.0)],
+        "ablation": ablated(),
+        "scenarios": [scenario("physical_activity", "Physical activity", 44, 1.5),
+            scenario("meal", "Meals", 131, 1.1),
+            json!({"scenario": "sleep", "label": "Sleep", "people": 1, "windows": 7, "methods": []})],
         "forecast": forecast,
-        "comparisons": [{"first": "twin", "second": "ode", "quantity": "RMSE over 5 h",
-            "unit": "mg/dL", "difference": {"value": -4.1, "lower": -6.0, "upper": -2.3},
-            "p": 0.002}]})
+        "comparisons": [
+            {"first": "twin", "second": "closest", "quantity": "RMSE over 5 h", "unit": "mg/dL",
+             "difference": {"value": -4.1, "lower": -6.0, "upper": -2.3}, "p": 0.002, "p_holm": 0.004},
+            {"first": "twin", "second": "none", "quantity": "RMSE over 5 h", "unit": "mg/dL",
+             "difference": {"value": -0.9, "lower": -2.0, "upper": 0.3}, "p": 0.21, "p_holm": 0.21}]})
 }
 
 fn conformance() -> Value {
@@ -137,8 +166,9 @@ fn import_report() -> Value {
 }
 
 fn example_day() -> Value {
-    let steps = 288_u32;
-    let hour = |k: u32| f64::from(k) / 12.0;
+    let days = 3_u32;
+    let steps = 288 * days;
+    let hour = |k: u32| f64::from(k % 288) / 12.0;
     let meal = |k: u32, at: f64, size: f64| {
         let since = hour(k) - at;
         if since < 0.0 { 0.0 } else { size * since * (-since / 1.1).exp() * 2.4 }
@@ -152,19 +182,29 @@ fn example_day() -> Value {
             + meal(k, 19.5, 85.0 * size)
     };
     let series = |of: &dyn Fn(u32) -> Value| -> Vec<Value> { (0..steps).map(of).collect() };
-    json!({"person_id": "p07", "date": "day 17",
-        "time": series(&|k| json!(format!("{:02}:{:02}", k / 12, k % 12 * 5))),
+    let doses = |k: u32, at: [u32; 3], of: [f64; 3], otherwise: f64| {
+        at.iter().position(|step| *step == k % 288).map_or(otherwise, |meal| of[meal])
+    };
+    let shares = |tbr: f64, tir: f64, tar: f64| json!({"tbr": tbr, "tir": tir, "tar": tar});
+    json!({"person_id": "p07", "date": "days 17 to 19", "days": days,
+        "time": series(&|k| json!(format!("{:02}:{:02}", k % 288 / 12, k % 12 * 5))),
         "cgm": series(&|k| if (200..212).contains(&k) { Value::Null } else {
             json!((glucose(k, 38.0, 1.0) + 4.0 * (f64::from(k) * 1.7).sin()).round()) }),
         "population": series(&|k| json!(glucose(k, 0.0, 0.7))),
         "twin": series(&|k| json!(glucose(k, 33.0, 0.95))),
         "ode": series(&|k| json!(glucose(k, 5.0, 1.2))),
-        "insulin_u_h": series(&|k| json!(match k { 88 => 38.0, 154 => 30.0, 232 => 46.0, _ => 0.9 })),
-        "carbs_g": series(&|k| json!(match k { 90 => 55.0, 156 => 45.0, 234 => 72.0, _ => 0.0 })),
+        "closest": series(&|k| json!(glucose(k, 12.0, 1.1))),
+        "insulin_u_h": series(&|k| json!(doses(k, [88, 154, 232], [38.0, 30.0, 46.0], 0.9))),
+        "carbs_g": series(&|k| json!(doses(k, [90, 156, 234], [55.0, 45.0, 72.0], 0.0))),
         "heart_rate_over_baseline": series(&|k| json!(
             10.0 * (hour(k) / 24.0 * TAU - 2.0).sin()
-                + if (204..216).contains(&k) { 45.0 } else { 0.0 })),
-        "sleep_efficiency": series(&|k| json!(if !(78..=276).contains(&k) { 0.92 } else { 0.0 }))})
+                + if (204..216).contains(&(k % 288)) { 45.0 } else { 0.0 })),
+        "sleep_efficiency": series(&|k| json!(
+            if !(78..=276).contains(&(k % 288)) { 0.92 } else { 0.0 })),
+        "outcomes": {"cgm": shares(1.9, 83.1, 15.0), "population": shares(0.0, 97.4, 2.6),
+            "twin": shares(4.7, 88.4, 6.8), "ode": shares(0.3, 84.0, 15.7),
+            "closest": shares(16.6, 62.6, 20.8)},
+        "chosen": "person with the median twin error, first 3 consecutive days after training"})
 }
 
 fn agp() -> Value {

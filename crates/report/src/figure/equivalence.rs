@@ -9,8 +9,11 @@ use super::panel::{Axis, Panel};
 use crate::ReportError;
 use crate::view::{Method, OutcomeRow};
 
-/// Height that one method takes within an outcome, canvas units.
+/// Height that one method takes within an outcome, canvas units, and with many methods.
 const LANE: i32 = 34;
+const NARROW_LANE: i32 = 27;
+/// So many methods are many.
+const MANY: usize = 5;
 /// Intervals reach at most so many margins; longer ones are cut with a mark in the caption.
 pub(crate) const REACH: f64 = 4.0;
 
@@ -26,9 +29,10 @@ pub(crate) fn equivalence(methods: &[Method]) -> Result<Option<Drawn>, ReportErr
         return Ok(None);
     }
     let lanes = methods.len() as f64 + 1.0;
-    let height = (LANE as f64 * lanes * metrics.len() as f64) as i32;
+    let lane = if methods.len() < MANY { LANE } else { NARROW_LANE };
+    let height = (f64::from(lane) * lanes * metrics.len() as f64) as i32;
     let scaled = |row: &OutcomeRow| {
-        let d = row.difference;
+        let d = row.tested_difference();
         [d.lower, d.upper, d.value].map(|x| (x / row.margin).clamp(-REACH, REACH))
     };
     let ends: Vec<f64> = methods.iter().flat_map(|m| &m.rows).flat_map(scaled).collect();
@@ -40,8 +44,10 @@ pub(crate) fn equivalence(methods: &[Method]) -> Result<Option<Drawn>, ReportErr
         x: Axis::over(ends.into_iter().chain([-1.5, 1.5]), 6),
         y: Axis::bare(0.0, lanes * metrics.len() as f64),
     };
+    // Where the colours begin anew the markers go on by one, so that no two methods look the same.
     let style = |index: usize| {
-        (solid(COLOURS[index % COLOURS.len()], 5), Marker::CYCLE[index % Marker::CYCLE.len()])
+        let (round, place) = (index / COLOURS.len(), index % COLOURS.len());
+        (solid(COLOURS[place], 5), Marker::CYCLE[(place + round) % Marker::CYCLE.len()])
     };
 
     let svg =

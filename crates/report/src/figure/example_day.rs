@@ -1,11 +1,12 @@
-//! One day in three panels: glucose; insulin and carbohydrate; heart rate and sleep.
+//! A day or a few in three panels: glucose; insulin and carbohydrate; heart rate and sleep.
 
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
 use super::canvas::{Canvas, WIDTH, draw};
 use super::palette::{
-    BLUE, Key, MEASURED, ODE, ORANGE, POPULATION, PURPLE, SHADE, SKY, Stroke, TWIN, dashed, solid,
+    BLUE, CLOSEST, GREY, Key, MEASURED, ODE, ORANGE, POPULATION, SHADE, SKY, Stroke, TWIN,
+    VERMILLION, solid,
 };
 use super::panel::{Axis, Panel};
 use crate::ReportError;
@@ -18,9 +19,14 @@ const RIGHT: i32 = WIDTH - 50;
 /// Insulin rate.
 const INSULIN: Stroke = solid(BLUE, 4);
 /// Heart rate.
-const HEART_RATE: Stroke = dashed(PURPLE, 4, 16, 7);
+const HEART_RATE: Stroke = solid(VERMILLION, 3);
 
-/// Draws the day, or `None` where it has no sample.
+/// Whether the days go on so long that single hours have no room.
+fn is_long(from: f64, to: f64) -> bool {
+    to - from > 30.0
+}
+
+/// Draws the days, or `None` where it has no sample.
 pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError> {
     let hours: Vec<f64> = (0..day.time.len()).map(|k| hour_of(day, k)).collect();
     let (Some(first), Some(last)) = (hours.first(), hours.last()) else {
@@ -29,8 +35,9 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     let glucose = [
         (&day.cgm, MEASURED, "Sensor (CGM)"),
         (&day.twin, TWIN, "Digital twin"),
+        (&day.closest, CLOSEST, "ODE, closest virtual patient"),
         (&day.population, POPULATION, "Population network"),
-        (&day.ode, ODE, "ODE model"),
+        (&day.ode, ODE, "ODE, population parameters"),
     ];
     let shown: Vec<_> = glucose.into_iter().filter(|(values, ..)| has_value(values)).collect();
     if shown.is_empty() {
@@ -47,27 +54,30 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
         y,
     };
     let levels = shown.iter().flat_map(|(values, ..)| values.iter().flatten().copied());
-    let upper = panel(60, 380, Axis::over(levels.chain([70.0, 180.0]), 5));
+    let upper = panel(60, 380, Axis::over(levels.chain([70.0, 180.0]), 9));
     // Insulin keeps to the lower half of its panel, so that meals can hang from the top.
     let most_insulin = present(&day.insulin_u_h).fold(0.0, f64::max);
     let doses_axis = Axis::over([0.0, 1.0, 1.8 * most_insulin], 4);
     let middle = panel(525, 260, doses_axis);
     let lower = panel(870, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
 
-    let svg = draw(
-        "Glucose, insulin, carbohydrate, heart rate and sleep over one day",
-        1180,
-        |canvas| {
-            let (from, to) = (upper.at(*first, 180.0), upper.at(*last, 70.0));
-            canvas.rectangle((LEFT, from.1), (RIGHT, to.1), SHADE, 1.0)?;
-            upper.frame(canvas, "", "Glucose (mg/dL)")?;
-            for (values, stroke, _) in &shown {
-                upper.line(canvas, hours.iter().copied().zip(values.iter().copied()), *stroke)?;
-            }
-            doses(canvas, &middle, day, &hours)?;
-            activity(canvas, &lower, day, &hours)
-        },
-    )?;
+    let label = if is_long(*first, *last) {
+        "Glucose, insulin, carbohydrate, heart rate and sleep over several days"
+    } else {
+        "Glucose, insulin, carbohydrate, heart rate and sleep over one day"
+    };
+    let svg = draw(label, 1180, |canvas| {
+        let (from, to) = (upper.at(*first, 180.0), upper.at(*last, 70.0));
+        canvas.rectangle((LEFT, from.1), (RIGHT, to.1), SHADE, 1.0)?;
+        upper.frame(canvas, "", "Glucose (mg/dL)")?;
+        midnights(canvas, &upper)?;
+        // The sensor last, so that no line hides it.
+        for (values, stroke, _) in shown.iter().rev() {
+            upper.line(canvas, hours.iter().copied().zip(values.iter().copied()), *stroke)?;
+        }
+        doses(canvas, &middle, day, &hours)?;
+        activity(canvas, &lower, day, &hours)
+    })?;
 
     let mut keys: Vec<Key> =
         shown.iter().map(|(_, stroke, name)| Key::line(name, *stroke)).collect();
@@ -87,6 +97,18 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     Ok(Some((svg, keys)))
 }
 
+/// An upright line where one day ends and another begins.
+fn midnights(canvas: &Canvas<'_>, panel: &Panel) -> Result<(), ReportError> {
+    let (from, to) = panel.x.range;
+    let mut midnight = 24.0 * (from / 24.0).floor() + 24.0;
+    while is_long(from, to) && midnight < to {
+        let (x, _) = panel.at(midnight, panel.y.range.0);
+        canvas.path(vec![(x, panel.top), (x, panel.bottom)], solid(GREY, 3))?;
+        midnight += 24.0;
+    }
+    Ok(())
+}
+
 /// Insulin as a line from below, meals as bars from above with their grams.
 fn doses(
     canvas: &Canvas<'_>,
@@ -98,6 +120,8 @@ fn doses(
     if !has_value(&day.insulin_u_h) && !has_value(&day.carbs_g) {
         return note(canvas, panel, "not recorded");
     }
+    midnights(canvas, panel)?;
+    let half = if is_long(panel.x.range.0, panel.x.range.1) { 4 } else { 7 };
     let most = present(&day.carbs_g).fold(0.0, f64::max);
     let mut free_from = i32::MIN;
     for (hour, grams) in hours.iter().zip(&day.carbs_g) {
@@ -106,8 +130,8 @@ fn doses(
         // Divided first: the product of a large number would leave the finite ones.
         let height = f64::from(panel.bottom - panel.top) * 0.3 * (grams / most);
         let end = panel.top + height.round() as i32;
-        canvas.rectangle((x - 7, panel.top), (x + 7, end), ORANGE, 1.0)?;
-        // A meal logged over several steps is labelled once.
+        canvas.rectangle((x - half, panel.top), (x + half, end), ORANGE, 1.0)?;
+        // A meal logged over several steps is labelled once, and so are meals close together.
         if x >= free_from {
             canvas.text(&fixed(grams, 0), (x, end + 6), (HPos::Center, VPos::Top))?;
             free_from = x + 50;
@@ -139,6 +163,7 @@ fn activity(
     if !has_value(&day.heart_rate_over_baseline) && !has_value(&day.sleep_efficiency) {
         return note(canvas, panel, "not recorded");
     }
+    midnights(canvas, panel)?;
     let values = day.heart_rate_over_baseline.iter().copied();
     panel.line(canvas, hours.iter().copied().zip(values), HEART_RATE)
 }

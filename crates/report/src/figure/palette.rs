@@ -56,6 +56,8 @@ pub(crate) const TWIN: Stroke = dashed(BLUE, 5, 22, 8);
 pub(crate) const POPULATION: Stroke = dashed(VERMILLION, 4, 5, 9);
 /// The ODE model.
 pub(crate) const ODE: Stroke = dashed(GREEN, 3, 36, 18);
+/// The closest virtual patient.
+pub(crate) const CLOSEST: Stroke = dashed(PURPLE, 4, 14, 6);
 
 /// Shape of a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

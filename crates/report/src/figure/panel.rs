@@ -40,14 +40,18 @@ impl Axis {
         Self { range: (first as f64 * step, last as f64 * step), ticks: ticks.collect() }
     }
 
-    /// Time of day from `from` to `to` hours, labelled `HH:MM`.
+    /// Time of day from `from` to `to` hours, labelled `HH:MM`; hours from 24 on are further days.
     pub(super) fn clock(from: f64, to: f64) -> Self {
-        let step = if to - from > 12.0 { 4.0 } else { 2.0 };
+        let step = match to - from {
+            36.0.. => 12.0,
+            12.0.. => 4.0,
+            _ => 2.0,
+        };
         let first = (from / step).ceil() as i64;
         let last = (to / step).floor() as i64;
         let ticks = (first..=last).map(|k| k as f64 * step).map(|hour| {
-            // The end of the day is 24:00; only what lies beyond is another day.
-            let shown = if hour == 24.0 { 24 } else { (hour as i64).rem_euclid(24) };
+            // The end of the axis is 24:00; only where the axis goes on it is another day's 00:00.
+            let shown = if hour == 24.0 && to < 36.0 { 24 } else { (hour as i64).rem_euclid(24) };
             (hour, format!("{shown:02}:00"))
         });
         let ticks = ticks.collect();
@@ -78,6 +82,21 @@ impl Axis {
             }
         }
         Self { range: (f64::from(first), f64::from(last)), ticks }
+    }
+
+    /// Minutes from 0 to `last`, labelled at whole hours.
+    pub(super) fn minutes(last: f64) -> Self {
+        let last = if last > 0.0 { last } else { 60.0 };
+        let step = [60.0, 120.0, 240.0, 720.0].into_iter().find(|step| last / step < 4.0);
+        let step = step.unwrap_or(1440.0);
+        let ticks = (0..=(last / step).floor() as i64).map(|k| k as f64 * step);
+        Self { range: (0.0, last), ticks: ticks.map(|at| (at, fixed(at, 0))).collect() }
+    }
+
+    /// The same axis with its grid and without labels, for a panel beside one that has them.
+    pub(super) fn unlabelled(&self) -> Self {
+        let ticks = self.ticks.iter().map(|(place, _)| (*place, String::new())).collect();
+        Self { range: self.range, ticks }
     }
 
     /// An axis without labels.
@@ -134,7 +153,9 @@ impl Panel {
         for (value, label) in &self.y.ticks {
             let (_, y) = self.at(self.x.range.0, *value);
             canvas.path(vec![(self.left, y), (self.right, y)], grid)?;
-            canvas.text(label, (self.left - 12, y), (HPos::Right, VPos::Center))?;
+            if !label.is_empty() {
+                canvas.text(label, (self.left - 12, y), (HPos::Right, VPos::Center))?;
+            }
         }
         for (value, label) in &self.x.ticks {
             let (x, _) = self.at(*value, self.y.range.0);
@@ -243,6 +264,22 @@ mod tests {
         let axis = Axis::decades([0.13, 0.9]);
         let labels: Vec<&str> = axis.ticks.iter().map(|(_, l)| l.as_str()).collect();
         assert_eq!(labels, ["0.1", "0.2", "0.5", "1"]);
+    }
+
+    #[test]
+    fn hours_and_minutes_have_few_labels() {
+        for (axis, expected) in [
+            (Axis::clock(0.0, 24.0), "00:00 04:00 08:00 12:00 16:00 20:00 24:00"),
+            (Axis::clock(0.0, 71.9), "00:00 12:00 00:00 12:00 00:00 12:00"),
+            (Axis::minutes(300.0), "0 120 240"),
+            (Axis::minutes(180.0), "0 60 120 180"),
+            (Axis::minutes(0.0), "0 60"),
+        ] {
+            let labels: Vec<&str> = axis.ticks.iter().map(|(_, l)| l.as_str()).collect();
+            assert_eq!(labels.join(" "), expected);
+        }
+        let plain = Axis::minutes(300.0).unlabelled();
+        assert!(plain.ticks.len() == 3 && plain.ticks.iter().all(|(_, l)| l.is_empty()));
     }
 
     #[test]

@@ -1,6 +1,8 @@
-//! One day of one person, measured and simulated.
+//! Days of one person, measured and simulated.
 
 use crate::html::Html;
+use crate::number::fixed;
+use crate::view::{ExampleDay, TimeInRanges};
 use crate::{Inputs, ReportError, figure};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
@@ -11,17 +13,46 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         .map(|day| Ok::<_, ReportError>((day, figure::example_day(day)?)));
     match drawn.transpose()? {
         Some((day, Some((svg, keys)))) => {
-            let caption = format!(
-                "Person {}, {}. Above, glucose: compare each broken line with the solid sensor line. \
-                 Middle, what was given. Below, what the twin knows besides: heart rate and sleep. \
-                 Gaps are missing data.",
-                day.person_id, day.date
-            );
-            html.figure(&svg, &keys, &caption);
+            html.figure(&svg, &keys, &caption(day));
         }
         _ => {
             html.absent("There is no example day in this folder.");
         }
     }
     Ok(html)
+}
+
+fn caption(day: &ExampleDay) -> String {
+    let mut text = format!(
+        "Person {}, {}. Above, glucose: compare each broken line, which runs freely from the first \
+         reading on, with the solid sensor line. Middle, what was given. Below, what the twin knows \
+         besides: heart rate and sleep. Gaps are missing data.",
+        day.person_id, day.date
+    );
+    if day.days.is_some_and(|days| days > 1) {
+        text.push_str(" Upright lines stand at midnight.");
+    }
+    let outcomes = day.outcomes.unwrap_or_default();
+    let named = [
+        ("sensor", outcomes.cgm),
+        ("digital twin", outcomes.twin),
+        ("closest virtual patient", outcomes.closest),
+        ("population network", outcomes.population),
+        ("ODE with population parameters", outcomes.ode),
+    ];
+    let shares: Vec<String> = named
+        .into_iter()
+        .filter_map(|(name, shares)| {
+            let TimeInRanges { tbr, tir, tar } = shares?;
+            let [tbr, tir, tar] = [tbr, tir, tar].map(|share| fixed(share, 1));
+            Some(format!("{name} {tbr}\u{a0}%, {tir}\u{a0}% and {tar}\u{a0}%"))
+        })
+        .collect();
+    if !shares.is_empty() {
+        text.push_str(&format!(" TBR, TIR and TAR: {}.", shares.join("; ")));
+    }
+    if let Some(chosen) = &day.chosen {
+        text.push_str(&format!(" Chosen: {chosen}."));
+    }
+    text
 }

@@ -1,9 +1,12 @@
 //! The six outcomes of every method with margins and tests, and forecast errors.
 
+mod crossed;
+
+use self::crossed::{EQUIVALENT, TOO_FEW, crossed, digits};
 use crate::figure::equivalence;
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, count, fixed, interval, p_value, spread};
-use crate::view::Outcomes;
+use crate::number::{ABSENT, compact, count, fixed, interval, p_value, spread};
+use crate::view::{Comparison, Method, OutcomeRow, Outcomes};
 use crate::{Inputs, ReportError};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
@@ -26,49 +29,105 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 &keys,
                 "Simulated minus actual with 90 % intervals, in units of the equivalence margin. An \
                  outcome is equivalent where the whole interval lies in the shaded band. Values \
-                 beyond four margins are drawn at the edge; the table has them in full.",
+                 beyond four margins are drawn at the edge; the tables have them in full.",
             );
         }
         None => {
             html.absent("No outcome was tested.");
         }
     }
-    for method in &outcomes.methods {
-        let rows: Vec<(bool, Vec<String>)> = method
-            .rows
-            .iter()
-            .map(|row| {
-                let digits = if row.margin < 2.0 { 2 } else { 1 };
-                let name = row.metric.to_uppercase();
-                let cells = vec![
-                    if row.unit.is_empty() { name } else { format!("{name} ({})", row.unit) },
-                    spread(row.actual, digits),
-                    spread(row.simulated, digits),
-                    interval(row.difference, digits),
-                    format!("\u{b1}{}", fixed(row.margin, usize::from(row.margin.fract() != 0.0))),
-                    p_value(row.p),
-                    if row.equivalent { "yes" } else { "not shown" }.to_owned(),
-                ];
-                (row.equivalent, cells)
-            })
-            .collect();
-        html.table(
-            &format!("{}: mean \u{b1} SD over people; bold: equivalent", method.label),
-            &[
-                ("Outcome", Column::Text),
-                ("Actual", Column::Number),
-                ("Simulated", Column::Number),
-                ("Difference (90 % interval)", Column::Number),
-                ("Margin", Column::Number),
-                ("p (TOST)", Column::Number),
-                ("Equivalent", Column::Text),
-            ],
-            &rows,
-        );
+    methods(&mut html, "Outcomes of every method, all windows", &outcomes.methods);
+    if !outcomes.ablation.is_empty() {
+        html.element("h3", "Twins that see other personal inputs");
+        methods(&mut html, "Twins by what they see, all windows", &outcomes.ablation);
+    }
+    for scenario in &outcomes.scenarios {
+        html.element("h3", &format!("Windows that begin with: {}", scenario.label));
+        html.paragraph(&format!(
+            "{} and {}.",
+            count(scenario.people, "person", "people"),
+            count(scenario.windows, "window", "windows")
+        ));
+        if scenario.methods.is_empty() {
+            html.absent("Fewer than two people have such windows, so nothing was tested.");
+        } else {
+            methods(&mut html, &scenario.label, &scenario.methods);
+        }
+    }
+    if !outcomes.scenarios.is_empty() {
+        html.element("h3", "Forecasts and comparisons");
     }
     forecast(&mut html, outcomes);
     comparisons(&mut html, outcomes);
     Ok(html)
+}
+
+/// Methods over the same windows: one table across, and folded the differences of each method.
+fn methods(html: &mut Html, what: &str, methods: &[Method]) {
+    let Some(table) = crossed(methods) else { return };
+    let rows = || methods.iter().flat_map(|method| &method.rows);
+    let mut caption =
+        format!("{what}: mean \u{b1} SD over people, and p of equivalence within the margin");
+    if rows().any(|row| row.equivalent) {
+        caption.push_str(&format!("; {EQUIVALENT} and bold: equivalent"));
+    }
+    if rows().any(OutcomeRow::cannot_be_shown) {
+        caption.push_str(&format!(
+            "; {TOO_FEW}: so few people, scattered so much, could not have shown equivalence even of a \
+             method without any bias"
+        ));
+    }
+    html.crossed(&caption, &table);
+    let mut folded = Html::default();
+    for method in methods {
+        differences(&mut folded, method);
+    }
+    html.folded("Differences with their intervals, method by method", &folded);
+}
+
+/// Differences of one method.
+fn differences(html: &mut Html, method: &Method) {
+    let rows: Vec<(bool, Vec<String>)> = method
+        .rows
+        .iter()
+        .map(|row| {
+            let digits = digits(row);
+            let name = row.metric.to_uppercase();
+            let verdict = match (row.equivalent, row.cannot_be_shown()) {
+                (true, _) => "yes",
+                (false, true) => "not shown; too few people",
+                (false, false) => "not shown",
+            };
+            let tested = row.tested_difference();
+            let cells = vec![
+                if row.unit.is_empty() { name } else { format!("{name} ({})", row.unit) },
+                spread(row.actual, digits),
+                spread(row.simulated, digits),
+                interval(row.difference, digits),
+                format!("{} to {}", fixed(tested.lower, digits), fixed(tested.upper, digits)),
+                format!("\u{b1}{}", compact(row.margin)),
+                p_value(row.p),
+                row.p_unbiased.map_or_else(|| ABSENT.to_owned(), p_value),
+                verdict.to_owned(),
+            ];
+            (row.equivalent, cells)
+        })
+        .collect();
+    html.table(
+        &format!("{}: mean \u{b1} SD over people; bold: equivalent", method.label),
+        &[
+            ("Outcome", Column::Text),
+            ("Actual", Column::Number),
+            ("Simulated", Column::Number),
+            ("Difference (90 % interval)", Column::Number),
+            ("Interval of the test", Column::Number),
+            ("Margin", Column::Number),
+            ("p (TOST)", Column::Number),
+            ("p without bias", Column::Number),
+            ("Equivalent", Column::Text),
+        ],
+        &rows,
+    );
 }
 
 /// Forecast errors: methods down, horizons across.
@@ -108,20 +167,24 @@ fn forecast(html: &mut Html, outcomes: &Outcomes) {
 
 /// Two methods within people.
 fn comparisons(html: &mut Html, outcomes: &Outcomes) {
-    if outcomes.comparisons.is_empty() {
-        return;
-    }
+    let Some(first) = outcomes.comparisons.first() else { return };
+    // What all rows share stands in the caption, which leaves a phone room for the rest.
+    let shared = outcomes.comparisons.iter().all(|row| {
+        (&row.first, &row.quantity, &row.unit) == (&first.first, &first.quantity, &first.unit)
+    });
+    let quantity = |row: &Comparison| format!("{} ({})", row.quantity, row.unit);
     let rows: Vec<(bool, Vec<String>)> = outcomes
         .comparisons
         .iter()
         .map(|row| {
-            let cells = vec![
-                format!("{} ({})", row.quantity, row.unit),
-                label(outcomes, &row.first),
+            let own = [quantity(row), label(outcomes, &row.first)];
+            let mut cells = if shared { Vec::new() } else { own.to_vec() };
+            cells.extend([
                 label(outcomes, &row.second),
                 interval(row.difference, 1),
                 row.p.map_or_else(|| ABSENT.to_owned(), p_value),
-            ];
+                row.p_holm.map_or_else(|| ABSENT.to_owned(), p_value),
+            ]);
             (row.difference.upper < 0.0 || row.difference.lower > 0.0, cells)
         })
         .collect();
@@ -129,21 +192,38 @@ fn comparisons(html: &mut Html, outcomes: &Outcomes) {
         .interval
         .as_ref()
         .map_or_else(String::new, |interval| format!("{} % ", fixed(100.0 * interval.level, 0)));
-    html.table(
-        "Methods compared within people; bold: the interval leaves out zero",
-        &[
-            ("Quantity", Column::Text),
-            ("First", Column::Text),
-            ("Second", Column::Text),
-            (&format!("First \u{2212} second ({level}interval)"), Column::Number),
-            ("p (signed rank)", Column::Number),
-        ],
-        &rows,
+    let (what, second, difference) = if shared {
+        let (first, quantity) = (label(outcomes, &first.first), quantity(first));
+        (format!("{first} minus other methods within people, {quantity}"), "Other", "Difference")
+    } else {
+        ("Methods compared within people".to_owned(), "Second", "First \u{2212} second")
+    };
+    let difference = format!("{difference} ({level}interval)");
+    let mut columns =
+        if shared { Vec::new() } else { vec![("Quantity", Column::Text), ("First", Column::Text)] };
+    columns.extend([
+        (second, Column::Text),
+        (difference.as_str(), Column::Number),
+        ("p (signed rank)", Column::Number),
+        ("p (Holm)", Column::Number),
+    ]);
+    let caption = format!(
+        "{what}; bold: the interval leaves out zero; p (Holm): adjusted for all comparisons here"
     );
+    html.table(&caption, &columns, &rows);
 }
 
 /// Name of a method for people, or its key where it is not among the methods.
 fn label(outcomes: &Outcomes, name: &str) -> String {
-    let known = outcomes.methods.iter().find(|method| method.name == name);
-    known.map_or_else(|| name.to_owned(), |method| method.label.clone())
+    let mut judged = outcomes.methods.iter().chain(&outcomes.ablation);
+    let known = judged.find(|method| method.name == name);
+    known.map_or_else(
+        || match name {
+            "persistence" => "Last reading held".to_owned(),
+            "linear" => "Linear extrapolation".to_owned(),
+            "arx" => "ARX".to_owned(),
+            _ => name.to_owned(),
+        },
+        |method| method.label.clone(),
+    )
 }

@@ -6,6 +6,7 @@ use crate::html::Html;
 use crate::number::{count, fixed, p_value, percent};
 use crate::view::{
     BlindCheck, CellGap, Conformance, Diagnosis, DiagnosisVerdict, Effect, Outcomes, Verdict,
+    WhatIf,
 };
 
 /// Family-wise level at which a situation is named in the verdict.
@@ -13,6 +14,9 @@ pub(super) const LEVEL: f64 = 0.05;
 
 /// Power from which an effect counts as one that would have been found.
 pub(super) const POWER: f64 = 0.9;
+
+/// Most twins that a sentence names.
+const NAMED: usize = 12;
 
 /// Title of the page.
 pub(super) fn title(inputs: &Inputs) -> String {
@@ -30,6 +34,7 @@ pub(super) fn body(inputs: &Inputs) -> Html {
     let mut paragraphs: Vec<String> = inputs.diagnosis.as_ref().map(diagnosis).unwrap_or_default();
     paragraphs.extend(inputs.blind_check.as_ref().map(blind_check).unwrap_or_default());
     paragraphs.extend(inputs.outcomes.as_ref().map(outcomes));
+    paragraphs.extend(inputs.what_if.as_ref().and_then(what_if));
     paragraphs.extend(inputs.conformance.as_ref().map(conformance));
     html.literal("<div class=\"verdict\">\n");
     if paragraphs.is_empty() {
@@ -293,8 +298,17 @@ fn outcomes(outcomes: &Outcomes) -> String {
         count(outcomes.people, "person", "people"),
         count(outcomes.windows, "window", "windows")
     );
+    let hopeless = method.rows.iter().filter(|row| row.cannot_be_shown());
+    let hopeless: Vec<String> = hopeless.map(|row| row.metric.to_uppercase()).collect();
+    let aside = match hopeless.is_empty() {
+        true => String::new(),
+        false => format!(
+            " For {} so few people, scattered so much, could not have shown it of any method.",
+            list(&hopeless)
+        ),
+    };
     let method = &method.label;
-    match (shown.is_empty(), open.is_empty()) {
+    let text = match (shown.is_empty(), open.is_empty()) {
         (true, true) => format!("{method}: no outcome was tested."),
         (false, true) => format!(
             "{method}: all {} glucose outcomes are equivalent to the real ones within their \
@@ -314,6 +328,24 @@ fn outcomes(outcomes: &Outcomes) -> String {
             list(&shown),
             list(&open)
         ),
+    };
+    text + &aside
+}
+
+/// Which twins are not to be used for what-ifs.
+fn what_if(answers: &WhatIf) -> Option<String> {
+    let out = answers.order.iter().filter(|twin| !twin.ordered);
+    let out: Vec<String> = out.map(|twin| twin.person_id.clone()).collect();
+    let of = count(answers.order.len(), "twin", "twins");
+    let answer = if out.len() == 1 { "answers" } else { "answer" };
+    let are = if out.len() == 1 { "is" } else { "are" };
+    match (answers.order.len(), out.len()) {
+        (0, _) => None,
+        (_, 0) => Some(format!("Less insulin never means less glucose in any of {of}.")),
+        (_, n) => Some(format!(
+            "{n} of {of} {answer} other doses out of order and {are} not to be used for what-ifs: {}.",
+            if n <= NAMED { list(&out) } else { "the table below names them".to_owned() }
+        )),
     }
 }
 

@@ -4,7 +4,7 @@ use report::{DISCLAIMER, Inputs, Part, render};
 use serde_json::Value;
 
 /// Anchors of all sections, in reading order.
-pub(crate) const SECTIONS: [&str; 22] = [
+pub(crate) const SECTIONS: [&str; 23] = [
     "verdict",
     "data-quality",
     "which",
@@ -22,6 +22,7 @@ pub(crate) const SECTIONS: [&str; 22] = [
     "outcomes",
     "agp",
     "example-day",
+    "what-if",
     "conformance",
     "training",
     "twins",

@@ -103,7 +103,7 @@ pub(super) fn evaluate<T: Precision>(
     let (start, end, _) = spans(3);
     for (weight, row) in parameters[start..end].iter().zip(third) {
         for (sum, value) in output.iter_mut().zip(row) {
-            *sum = *sum + *weight * *value;
+            *sum += *weight * *value;
         }
     }
     output
@@ -169,7 +169,7 @@ pub(super) fn add_gradient<T: Precision>(
 ) {
     for row in slopes.hidden.iter_mut().flatten() {
         for (slope, factor) in row.iter_mut().zip(factors) {
-            *slope = *slope * *factor;
+            *slope *= *factor;
         }
     }
     let [first, second, third] = &activations.hidden;
@@ -183,21 +183,21 @@ pub(super) fn add_gradient<T: Precision>(
         let by_output_matrix = matrix(by_output).transpose();
         matmul(into, Accum::Add, matrix(input), by_output_matrix, T::of(1.0), Par::Seq);
         for (sum, row) in gradient[end..after].iter_mut().zip(by_output) {
-            *sum = *sum + total(row.iter().copied());
+            *sum += total(row.iter().copied());
         }
     }
     let (start, end, _) = spans(3);
     for (sum, row) in gradient[start..end].iter_mut().zip(third) {
-        *sum = *sum + total(row.iter().zip(factors).map(|(value, factor)| *value * *factor));
+        *sum += total(row.iter().zip(factors).map(|(value, factor)| *value * *factor));
     }
-    gradient[end] = gradient[end] + total(factors.iter().copied());
+    gradient[end] += total(factors.iter().copied());
 }
 
 /// The sum over lanes, in eight parts that can be added side by side.
 fn total<T: Precision>(lanes: impl ExactSizeIterator<Item = T>) -> T {
     let mut parts = [T::ZERO; 8];
     for (lane, value) in lanes.enumerate() {
-        parts[lane % 8] = parts[lane % 8] + value;
+        parts[lane % 8] += value;
     }
     parts.into_iter().sum()
 }

@@ -64,11 +64,10 @@ impl Block<'_> {
         let scaler = self.twin.population.scaler();
         let glucose = scaler.of(Signal::State(Compartment::Q1));
         let mut now: Signals<f32> = [[0.0; LANES]; 12];
-        for lane in 0..LANES {
-            // Idle lanes repeat the first run.
-            let start = starts.get(lane).unwrap_or(&starts[0]);
-            for compartment in Compartment::ALL {
-                now[compartment as usize][lane] = start[compartment] as f32;
+        for compartment in Compartment::ALL {
+            for (lane, value) in now[compartment as usize].iter_mut().enumerate() {
+                // Idle lanes repeat the first run.
+                *value = starts.get(lane).unwrap_or(&starts[0])[compartment] as f32;
             }
         }
         let mut next = now;

@@ -1,0 +1,102 @@
+//! Meals under several insulin-to-carbohydrate ratios: one panel a meal, one line a ratio.
+
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::Drawn;
+use super::canvas::{WIDTH, draw};
+use super::palette::{BLUE, GREEN, Key, PURPLE, SHADE, Stroke, VERMILLION, dashed, solid};
+use super::panel::{Axis, Panel};
+use crate::ReportError;
+use crate::number::compact;
+use crate::view::{WhatIf, WhatIfCurve};
+
+/// Panels beside each other.
+const COLUMNS: usize = 3;
+/// Edges of the outer panels, and the gap between two.
+const LEFT: i32 = 90;
+const RIGHT: i32 = WIDTH - 15;
+const GAP: i32 = 30;
+/// Height of a row of panels with its titles, canvas units.
+const HEIGHT: i32 = 550;
+/// Opacity of the quartiles.
+const VEIL: f64 = 0.22;
+/// How the ratios look, from the lowest on.
+const RATIOS: [Stroke; 4] = [
+    solid(BLUE, 6),
+    dashed(VERMILLION, 6, 26, 9),
+    dashed(GREEN, 6, 9, 8),
+    dashed(PURPLE, 6, 40, 14),
+];
+
+/// Draws one panel a meal, or `None` without a curve. All panels share one vertical axis.
+pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
+    let drawable = |curve: &&WhatIfCurve| curve.median.iter().any(Option::is_some);
+    let curves: Vec<&WhatIfCurve> = answers.curves.iter().filter(drawable).collect();
+    let meals = in_order(&curves, |curve| curve.carbs_g);
+    let ratios = in_order(&curves, |curve| curve.ratio_g_per_u);
+    if curves.is_empty() {
+        return Ok(None);
+    }
+    let stroke = |ratio: f64| {
+        let place = ratios.iter().position(|known| *known == ratio).unwrap_or(0);
+        RATIOS[place % RATIOS.len()]
+    };
+    let series = |curve: &WhatIfCurve| -> Vec<f64> {
+        let all = [&curve.lower, &curve.median, &curve.upper];
+        all.into_iter().flatten().flatten().copied().collect()
+    };
+    let levels = curves.iter().flat_map(|curve| series(curve));
+    let y = Axis::over(levels.chain([70.0, 180.0]), 6);
+    let last = curves.iter().flat_map(|curve| curve.minutes.iter().copied()).fold(0.0, f64::max);
+    let columns = meals.len().min(COLUMNS) as i32;
+    let width = (RIGHT - LEFT - GAP * (columns - 1)) / columns;
+    let rows = meals.len().div_ceil(COLUMNS) as i32;
+
+    let svg = draw("Glucose after meals under several doses", rows * HEIGHT, |canvas| {
+        for (number, carbs) in meals.iter().enumerate() {
+            let (row, column) = ((number / COLUMNS) as i32, (number % COLUMNS) as i32);
+            let left = LEFT + column * (width + GAP);
+            let panel = Panel {
+                left,
+                right: left + width,
+                top: row * HEIGHT + 90,
+                bottom: row * HEIGHT + HEIGHT - 105,
+                x: Axis::minutes(last),
+                y: if column == 0 { y.clone() } else { y.unlabelled() },
+            };
+            let (from, to) = (panel.at(0.0, 180.0), panel.at(0.0, 70.0));
+            canvas.rectangle((panel.left, from.1), (panel.right, to.1), SHADE, 1.0)?;
+            panel.frame(canvas, "Minutes", if column == 0 { "Glucose (mg/dL)" } else { "" })?;
+            // Under the frame's title, which only the first panel of a row has.
+            let title = format!("{} g", compact(*carbs));
+            let middle = (panel.left + panel.right) / 2;
+            canvas.text(&title, (middle, panel.top - 50), (HPos::Center, VPos::Bottom))?;
+            let of_meal = || curves.iter().filter(|curve| curve.carbs_g == *carbs);
+            for curve in of_meal() {
+                let quartiles = curve.minutes.iter().zip(&curve.lower).zip(&curve.upper);
+                let points = quartiles.map(|((x, low), high)| (*x, *low, *high));
+                panel.band(canvas, points, stroke(curve.ratio_g_per_u).colour, VEIL)?;
+            }
+            for curve in of_meal() {
+                let points = curve.minutes.iter().copied().zip(curve.median.iter().copied());
+                panel.line(canvas, points, stroke(curve.ratio_g_per_u))?;
+            }
+        }
+        Ok(())
+    })?;
+    let mut keys: Vec<Key> = ratios
+        .iter()
+        .map(|ratio| Key::line(&format!("{} g/U, median", compact(*ratio)), stroke(*ratio)))
+        .collect();
+    keys.push(Key::area("Middle half of the twins, in the line's colour", BLUE, VEIL));
+    keys.push(Key::area("Target range, 70\u{2013}180 mg/dL", SHADE, 1.0));
+    Ok(Some((svg, keys)))
+}
+
+/// The different values of a quantity, ascending.
+fn in_order(curves: &[&WhatIfCurve], of: fn(&WhatIfCurve) -> f64) -> Vec<f64> {
+    let mut values: Vec<f64> = curves.iter().map(|curve| of(curve)).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}

@@ -1,0 +1,109 @@
+//! Tables with a row a quantity and a column a method, each cell a value with a line beneath.
+
+use super::Html;
+
+/// A table of values with what is said of each beneath.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Crossed {
+    /// What the rows are.
+    pub(crate) corner: String,
+    /// Names of the columns.
+    pub(crate) columns: Vec<String>,
+    /// One entry a row.
+    pub(crate) rows: Vec<CrossedRow>,
+}
+
+/// One row, with as many cells as there are columns.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct CrossedRow {
+    /// Its name.
+    pub(crate) name: String,
+    /// What is said of it beneath, or nothing.
+    pub(crate) note: String,
+    /// Its cells.
+    pub(crate) cells: Vec<CrossedCell>,
+}
+
+/// One cell.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct CrossedCell {
+    /// Its value.
+    pub(crate) value: String,
+    /// Lines beneath.
+    pub(crate) notes: Vec<String>,
+    /// Whether it stands out: bold, on a ground of its own.
+    pub(crate) marked: bool,
+}
+
+impl Html {
+    /// A crossed table; it scrolls sideways where it is wider than the page, the names of its rows
+    /// staying in view.
+    pub(crate) fn crossed(&mut self, caption: &str, table: &Crossed) -> &mut Self {
+        self.literal("<div class=\"scroll across\" tabindex=\"0\">\n<table class=\"crossed\">\n");
+        self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
+        self.literal("<th scope=\"col\">").text(&table.corner).literal("</th>");
+        for column in &table.columns {
+            self.literal("<th scope=\"col\" class=\"number\">").text(column).literal("</th>");
+        }
+        self.literal("</tr></thead>\n<tbody>\n");
+        for row in &table.rows {
+            self.literal("<tr><th scope=\"row\">").text(&row.name);
+            self.beneath(&row.note).literal("</th>");
+            for cell in row.cells.iter().take(table.columns.len()) {
+                let class = if cell.marked { "number marked" } else { "number" };
+                self.literal("<td class=\"").literal(class).literal("\">").text(&cell.value);
+                for note in &cell.notes {
+                    self.beneath(note);
+                }
+                self.literal("</td>");
+            }
+            self.literal("</tr>\n");
+        }
+        self.literal("</tbody>\n</table>\n</div>\n")
+    }
+
+    /// A small line beneath a value. The blank before it parts the two where styles are lost.
+    fn beneath(&mut self, note: &str) -> &mut Self {
+        if !note.is_empty() {
+            self.literal(" <span class=\"beneath\">").text(note).literal("</span>");
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_hold_text_and_marks() {
+        let cell = |value: &str, marked| CrossedCell {
+            value: value.to_owned(),
+            notes: vec!["p < 1".to_owned()],
+            marked,
+        };
+        let mut html = Html::default();
+        html.crossed(
+            "what",
+            &Crossed {
+                corner: "Outcome".to_owned(),
+                columns: vec!["<b>".to_owned(), "plain".to_owned()],
+                rows: vec![CrossedRow {
+                    name: "TIR".to_owned(),
+                    note: String::new(),
+                    cells: vec![cell("1", true), cell("2", false), cell("one too many", false)],
+                }],
+            },
+        );
+        let text = html.into_string();
+        for part in [
+            "<th scope=\"col\" class=\"number\">&lt;b&gt;</th>",
+            "<th scope=\"row\">TIR</th>",
+            "<td class=\"number marked\">1 <span class=\"beneath\">p &lt; 1</span></td>",
+            "<td class=\"number\">2 <span",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        assert!(!text.contains("too many"));
+    }
+}

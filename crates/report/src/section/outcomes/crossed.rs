@@ -1,0 +1,79 @@
+//! Outcomes down, methods across, as the paper has its tables.
+
+use crate::html::{Crossed, CrossedCell, CrossedRow};
+use crate::number::{ABSENT, compact, p_value, spread};
+use crate::view::{Method, OutcomeRow};
+
+/// Beside p where equivalence is concluded.
+pub(super) const EQUIVALENT: &str = "\u{2713}";
+/// Beside p where so few people cannot show equivalence.
+pub(super) const TOO_FEW: &str = "\u{2020}";
+
+/// The table of some methods over the same windows, or `None` without a method.
+pub(super) fn crossed(methods: &[Method]) -> Option<Crossed> {
+    let first = methods.first()?;
+    let mut metrics: Vec<&str> = Vec::new();
+    for row in methods.iter().flat_map(|method| &method.rows) {
+        if !metrics.contains(&row.metric.as_str()) {
+            metrics.push(&row.metric);
+        }
+    }
+    let mut columns = vec!["Actual".to_owned()];
+    columns.extend(methods.iter().map(|method| method.label.clone()));
+    let mut rows: Vec<CrossedRow> =
+        metrics.into_iter().filter_map(|metric| row(methods, metric)).collect();
+    if methods.iter().any(|method| method.rmse_5h.is_some()) {
+        let mut cells = vec![CrossedCell::default()];
+        cells.extend(methods.iter().map(|method| CrossedCell {
+            value: method.rmse_5h.map_or_else(|| ABSENT.to_owned(), |rmse| spread(rmse, 1)),
+            ..CrossedCell::default()
+        }));
+        rows.push(CrossedRow { name: "RMSE".to_owned(), note: "mg/dL".to_owned(), cells });
+    }
+    let corner = "Outcome".to_owned();
+    (!first.rows.is_empty() || !rows.is_empty()).then_some(Crossed { corner, columns, rows })
+}
+
+/// One outcome of every method.
+fn row(methods: &[Method], metric: &str) -> Option<CrossedRow> {
+    let of = |method: &Method| -> Option<OutcomeRow> {
+        method.rows.iter().find(|row| row.metric == metric).cloned()
+    };
+    let known = methods.iter().find_map(of)?;
+    let digits = digits(&known);
+    let actual = spread(known.actual, digits);
+    let mut cells = vec![CrossedCell { value: actual.clone(), ..CrossedCell::default() }];
+    for method in methods {
+        let Some(row) = of(method) else {
+            cells.push(CrossedCell { value: ABSENT.to_owned(), ..CrossedCell::default() });
+            continue;
+        };
+        let mark = match (row.equivalent, row.cannot_be_shown()) {
+            (true, _) => EQUIVALENT,
+            (false, true) => TOO_FEW,
+            (false, false) => "",
+        };
+        let p = match p_value(row.p) {
+            p if p.starts_with('<') => format!("p {p}"),
+            p => format!("p = {p}"),
+        };
+        let mut notes = vec![format!("{p} {mark}").trim_end().to_owned()];
+        // A method that some people lack is compared with the others alone.
+        let own = spread(row.actual, digits);
+        if own != actual {
+            notes.push(format!("actual {own}"));
+        }
+        cells.push(CrossedCell {
+            value: spread(row.simulated, digits),
+            notes,
+            marked: row.equivalent,
+        });
+    }
+    let margin = format!("\u{b1}{} {}", compact(known.margin), known.unit).trim_end().to_owned();
+    Some(CrossedRow { name: metric.to_uppercase(), note: margin, cells })
+}
+
+/// Digits after the point of an outcome.
+pub(super) fn digits(row: &OutcomeRow) -> usize {
+    if row.margin < 2.0 { 2 } else { 1 }
+}

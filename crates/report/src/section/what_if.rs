@@ -1,0 +1,128 @@
+//! What twins answer to meals under other doses, and which of them answer in order.
+
+use super::words::list;
+use crate::html::{Column, Html};
+use crate::number::{ABSENT, compact, count, optional};
+use crate::view::{WhatIf, WhatIfOrder};
+use crate::{Inputs, ReportError, figure};
+
+pub(super) fn applies(inputs: &Inputs) -> bool {
+    inputs.what_if.is_some() || inputs.what_if_constrained.is_some()
+}
+
+pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    if let Some(answers) = &inputs.what_if {
+        match figure::what_if(answers)? {
+            Some((svg, keys)) => {
+                html.figure(&svg, &keys, &caption(answers));
+            }
+            None => {
+                html.absent("There is no course of glucose to show.");
+            }
+        }
+        order(&mut html, "Order of the answers", answers);
+    }
+    if let Some(answers) = &inputs.what_if_constrained {
+        order(&mut html, "Order of the answers of twins that keep physiology's signs", answers);
+    }
+    if !applies(inputs) {
+        html.absent("No meal was simulated under other doses.");
+    }
+    Ok(html)
+}
+
+fn caption(answers: &WhatIf) -> String {
+    let circumstances = answers.plan.as_ref().and_then(|plan| {
+        let (start, hour) = (plan.starts_mg_dl.first()?, plan.hours.first()?);
+        Some(format!(" at {} mg/dL and {hour}:00", compact(*start)))
+    });
+    format!(
+        "Glucose after meals of several sizes, from left to right, taken{} with the bolus that an \
+         insulin-to-carbohydrate ratio (g/U) asks for: median (thick) and middle half (shaded) of {}. \
+         A higher ratio means less insulin, so within a panel the line of a higher ratio has to lie \
+         above that of a lower one, and from panel to panel the peak has to grow with the meal.",
+        circumstances.unwrap_or_default(),
+        count(answers.order.len(), "twin", "twins"),
+    )
+}
+
+/// Glucose that counts as the same in the check of the order, mg/dL: below what a sensor resolves.
+const SAME: f64 = 0.5;
+
+/// For how many twins the order holds, and where it does not for the others.
+fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
+    html.element("h3", heading);
+    if answers.order.is_empty() {
+        html.absent("The order of the answers was not checked.");
+        return;
+    }
+    let of = answers.order.len();
+    let out: Vec<&WhatIfOrder> = answers.order.iter().filter(|twin| !twin.ordered).collect();
+    let conditions = answers.plan.as_ref().map_or_else(String::new, |plan| {
+        let starts: Vec<String> = plan.starts_mg_dl.iter().map(|start| compact(*start)).collect();
+        let hours: Vec<String> = plan.hours.iter().map(|hour| format!("{hour}:00")).collect();
+        format!(", checked from {} mg/dL at {}", list(&starts), list(&hours))
+    });
+    html.paragraph(&format!(
+        "Less insulin never means less glucose (by more than {SAME} mg/dL), and mean glucose grows from \
+         each ratio to the next, in {} of {}{conditions}.{}",
+        of - out.len(),
+        count(of, "twin", "twins"),
+        if out.is_empty() { "" } else { " The others are not to be used for what-ifs:" }
+    ));
+    if !out.is_empty() {
+        let rows: Vec<(bool, Vec<String>)> = out
+            .into_iter()
+            .map(|twin| {
+                let place = match twin.worst_at.as_str() {
+                    "" => "mean glucose does not grow with the ratio",
+                    place => place,
+                };
+                let grows = match twin.peaks_grow_with_meals {
+                    Some(true) => "yes",
+                    Some(false) => "no",
+                    None => ABSENT,
+                };
+                let cells = [&twin.person_id, &optional(twin.worst_mg_dl, 1), place, grows];
+                (false, cells.map(str::to_owned).to_vec())
+            })
+            .collect();
+        html.table(
+            "Twins that are not to be used for what-ifs, and where more insulin gave more glucose",
+            &[
+                ("Twin", Column::Text),
+                ("Out of order by, mg/dL", Column::Number),
+                ("Worst at", Column::Text),
+                ("Peak grows with the meal", Column::Text),
+            ],
+            &rows,
+        );
+    }
+    peaks(html, &answers.order);
+}
+
+/// In which twins the peak grows with the meal.
+fn peaks(html: &mut Html, order: &[WhatIfOrder]) {
+    let known = order.iter().filter(|twin| twin.peaks_grow_with_meals.is_some()).count();
+    let without: Vec<String> = order
+        .iter()
+        .filter(|twin| twin.peaks_grow_with_meals == Some(false))
+        .map(|twin| twin.person_id.clone())
+        .collect();
+    if known == 0 {
+        return;
+    }
+    let mut text = format!(
+        "The peak grows with the meal at every ratio in {} of {}",
+        known - without.len(),
+        count(known, "twin", "twins")
+    );
+    if !without.is_empty() {
+        text.push_str(&format!(
+            "; not in {}, where meals are not to be compared with each other",
+            list(&without)
+        ));
+    }
+    html.literal("<p class=\"note\">").text(&text).literal(".</p>\n");
+}

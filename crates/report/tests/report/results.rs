@@ -1,0 +1,213 @@
+//! The paper's results on the page: outcomes by method and scenario, days, what-ifs; and files of
+//! earlier versions, which lack some of them.
+
+use report::{Inputs, Part, ReportError};
+use serde_json::{Value, json};
+
+use crate::made_up;
+use crate::reading::{check_structure, page, with};
+
+/// The text of a section.
+fn section<'a>(html: &'a str, id: &str) -> &'a str {
+    let (_, from) = html.split_once(&format!("<section id=\"{id}\">")).expect("the section");
+    from.split_once("</section>").expect("its end").0
+}
+
+/// Removes keys wherever they are.
+fn without(value: &mut Value, keys: &[&str]) {
+    match value {
+        Value::Object(map) => {
+            map.retain(|key, _| !keys.contains(&key.as_str()));
+            map.values_mut().for_each(|value| without(value, keys));
+        }
+        Value::Array(list) => list.iter_mut().for_each(|value| without(value, keys)),
+        _ => {}
+    }
+}
+
+/// The made-up run as versions before these results wrote it: one day, no ablation, no scenario.
+fn earlier() -> Vec<(Part, Value)> {
+    let later =
+        ["ablation", "scenarios", "rmse_5h", "difference_t", "p_unbiased", "p_holm", "interval"];
+    let mut parts = made_up::parts();
+    parts.retain(|(part, _)| !matches!(part, Part::WhatIf | Part::WhatIfConstrained));
+    for (part, value) in &mut parts {
+        match part {
+            Part::Outcomes => without(value, &later),
+            Part::ExampleDay => {
+                without(value, &["closest", "outcomes", "chosen", "days"]);
+                for series in value.as_object_mut().expect("an object").values_mut() {
+                    if let Value::Array(values) = series {
+                        values.truncate(288);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    parts
+}
+
+#[test]
+fn files_of_earlier_versions_are_shown() {
+    let html = page(&earlier());
+    check_structure(&html);
+    for words in [
+        "aria-label=\"Glucose, insulin, carbohydrate, heart rate and sleep over one day\"",
+        ">\n24:00\n</text>",
+        "Meals under other doses",
+    ] {
+        assert!(html.contains(words), "{words}");
+    }
+    assert!(!html.contains("id=\"what-if\"") && !html.contains("TBR, TIR and TAR"));
+    let outcomes = section(&html, "outcomes");
+    assert!(outcomes.contains("<th scope=\"row\">TIR <span class=\"beneath\">\u{b1}5 %</span>"));
+    assert!(!outcomes.contains("RMSE <span") && !outcomes.contains('\u{2020}'));
+    assert_eq!(outcomes.matches("class=\"crossed\"").count(), 1);
+}
+
+#[test]
+fn outcomes_stand_down_and_methods_across() {
+    let html = page(&made_up::parts());
+    let outcomes = section(&html, "outcomes");
+    // All windows, the ablation, and the two scenarios with people enough.
+    assert_eq!(outcomes.matches("class=\"crossed\"").count(), 4);
+    assert_eq!(outcomes.matches("<details>").count(), 4);
+    for words in [
+        "<th scope=\"col\" class=\"number\">Actual</th><th scope=\"col\" class=\"number\">Digital \
+         twin</th>",
+        "<td class=\"number marked\">69.4 \u{b1} 17.8 <span class=\"beneath\">p &lt;0.001 \u{2713}</span></td>",
+        // Out of its margin although people enough could have shown it in, and the opposite.
+        "<td class=\"number\">2.90 \u{b1} 3.85 <span class=\"beneath\">p = 0.370</span></td>",
+        "<td class=\"number\">2.35 \u{b1} 3.85 <span class=\"beneath\">p = 0.370 \u{2020}</span></td>",
+        "<th scope=\"row\">RMSE <span class=\"beneath\">mg/dL</span></th><td class=\"number\"></td>\
+         <td class=\"number\">40.0 \u{b1} 7.0</td>",
+        "\u{2020}: so few people, scattered so much, could not have shown equivalence even of a \
+         method without any bias",
+        "Windows that begin with: Physical activity",
+        "12 people and 44 windows.",
+        "Fewer than two people have such windows",
+        "Digital twin minus other methods within people, RMSE over 5 h (mg/dL)",
+        ">No inputs</td>",
+        "Last reading held",
+    ] {
+        assert!(outcomes.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn what_differs_between_methods_is_said() {
+    // A method that lacks people has other actual outcomes; one that lacks an outcome has a dash.
+    let parts = with(
+        made_up::parts(),
+        Part::Outcomes,
+        "/methods/1/rows/0/actual",
+        json!({"mean": 66.6, "sd": 10.0}),
+    );
+    let parts = with(parts, Part::Outcomes, "/methods/2/rows", json!([]));
+    let parts = with(parts, Part::Outcomes, "/comparisons/0/quantity", json!("TIR"));
+    let html = page(&parts);
+    check_structure(&html);
+    let outcomes = section(&html, "outcomes");
+    for words in [
+        "<span class=\"beneath\">actual 66.6 \u{b1} 10.0</span>",
+        "<td class=\"number\">\u{2013}</td>",
+        "Methods compared within people",
+    ] {
+        assert!(outcomes.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn too_few_people_are_told_in_the_verdict() {
+    let words = "For TBR so few people, scattered so much, could not have shown it of any method.";
+    assert!(!page(&made_up::parts()).contains(words));
+    let few = with(made_up::parts(), Part::Outcomes, "/methods/0/rows/2/p_unbiased", json!(0.2));
+    assert!(page(&few).contains(words));
+}
+
+#[test]
+fn several_days_have_their_times_in_ranges() {
+    let html = page(&made_up::parts());
+    let days = section(&html, "example-day");
+    for words in [
+        "TBR, TIR and TAR: sensor 1.9\u{a0}%, 83.1\u{a0}% and 15.0\u{a0}%; digital twin \
+         4.7\u{a0}%, 88.4\u{a0}% and 6.8\u{a0}%; closest virtual patient 16.6\u{a0}%",
+        "ODE, closest virtual patient</li>",
+        "Upright lines stand at midnight.",
+        "Chosen: person with the median twin error",
+    ] {
+        assert!(days.contains(words), "{words}");
+    }
+    // Half days are labelled, and the end of a day is the next one's beginning.
+    assert_eq!(days.matches(">\n12:00\n</text>").count(), 3);
+    assert!(!days.contains(">\n24:00\n</text>"));
+}
+
+#[test]
+fn twins_out_of_order_are_named_where_doses_are_compared() {
+    let html = page(&made_up::parts());
+    let answers = section(&html, "what-if");
+    for words in [
+        "at 120 mg/dL and 12:00",
+        "median (thick) and middle half (shaded) of 12 twins",
+        "in 10 of 12 twins, checked from 120, 90 and 180 mg/dL at 12:00, 7:00 and 19:00. The others \
+         are not to be used for what-ifs:",
+        "<td class=\"short\">p09</td><td class=\"number\">6.4</td><td class=\"wide\">30 g at 180 \
+         mg/dL and 7 h, 20 against 10 g/U</td>",
+        "in 11 of 12 twins; not in p05",
+        "Order of the answers of twins that keep physiology&#39;s signs",
+        "in 12 of 12 twins, checked",
+    ] {
+        assert!(answers.contains(words), "{words}");
+    }
+    assert_eq!(answers.matches("<table").count(), 1, "nothing is out of order with signs kept");
+    for panel in ["30 g", "60 g", "90 g"] {
+        assert!(answers.contains(&format!(">\n{panel}\n</text>")), "{panel}");
+    }
+    let verdict = section(&html, "verdict");
+    let words = "2 of 12 twins answer other doses out of order and are not to be used for what-ifs: \
+                 p03 and p09.";
+    assert!(verdict.contains(words));
+}
+
+#[test]
+fn either_file_of_what_ifs_may_be_alone() {
+    let all = made_up::parts();
+    for (part, figures) in [(Part::WhatIf, 1), (Part::WhatIfConstrained, 0)] {
+        let alone: Vec<(Part, Value)> = all.iter().filter(|(p, _)| *p == part).cloned().collect();
+        let html = page(&alone);
+        check_structure(&html);
+        assert_eq!(section(&html, "what-if").matches("<figure>").count(), figures, "{part:?}");
+    }
+    // Without the circumstances, and without what some twin's order came to.
+    let bare = json!({"order": [{"person_id": "p", "ordered": false, "worst_mg_dl": 0.0}]});
+    let html = page(&[(Part::WhatIf, bare)]);
+    check_structure(&html);
+    assert!(html.contains("mean glucose does not grow with the ratio"));
+    assert!(html.contains("1 of 1 twin answers other doses out of order and is not to be used"));
+}
+
+#[test]
+fn quartiles_have_to_fit_their_minutes() {
+    let (_, mut answers) = made_up::parts()
+        .into_iter()
+        .find(|(part, _)| *part == Part::WhatIfConstrained)
+        .expect("part of the run");
+    answers["curves"][4]["upper"] = json!([120.0]);
+    let mut inputs = Inputs::default();
+    let error = inputs.read(Part::WhatIfConstrained, answers.to_string().as_bytes());
+    assert!(
+        matches!(
+            error,
+            Err(ReportError::UnevenSeries {
+                part: Part::WhatIfConstrained,
+                series: "upper",
+                found: 1,
+                expected: 61,
+                ..
+            })
+        ),
+        "{error:?}"
+    );
+}
