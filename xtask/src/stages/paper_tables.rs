@@ -31,7 +31,7 @@ pub(crate) fn text(
         "\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, ",
     );
     text.push_str(
-        "p of equivalence (* below 0.05; ^ no number of people so small could show it)\n",
+        "p of equivalence (* below 0.05; ^ so few people could not show it)\n",
     );
     outcomes(&mut text, &table.methods);
     if let Some(candidates) = candidates {
