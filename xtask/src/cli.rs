@@ -104,6 +104,12 @@ pub(crate) enum Command {
         cargo xtask diagnose --cohort fixtures/embedded/cohort --model out/twin"
     )]
     Diagnose(DiagnoseArgs),
+    /// Compare twins whose plant has the named effects with twins that must absorb them.
+    #[command(
+        after_help = "Example:\n  cargo xtask effect-twins --cohort fixtures/embedded/cohort --model \
+        crates/nn-statespace/model/population.safetensors"
+    )]
+    EffectTwins(EffectTwinsArgs),
     /// Ask the diagnosis for effects that are hidden from it, and score the answers.
     #[command(
         after_help = "Examples:\n  cargo xtask blind-check\n  cargo xtask blind-check --full --out out/blind-check\n  \
@@ -502,6 +508,26 @@ pub(crate) struct EvaluateArgs {
     #[arg(long, value_name = "DIR", default_value = "out/evaluate")]
     pub out: PathBuf,
     /// Seed of the bootstrap.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Options of `effect-twins`.
+#[derive(Debug, Args)]
+pub(crate) struct EffectTwinsArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// Population model.
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// How much to compute.
+    #[arg(long, value_enum, default_value = "quick")]
+    pub profile: Profile,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/effect-twins")]
+    pub out: PathBuf,
+    /// Seed of weights, order, folds and bootstrap.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
 }

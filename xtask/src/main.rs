@@ -8,6 +8,7 @@ mod cli;
 mod development_data;
 mod diagnosed;
 mod directions;
+mod effect_input;
 mod held_out_windows;
 mod inputs;
 mod interrupt;
@@ -86,6 +87,7 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Reconcile(args) => stages::reconcile::run(&args),
         Command::Evaluate(args) => stages::evaluate::run(&args),
         Command::Diagnose(args) => stages::diagnose::run(&args),
+        Command::EffectTwins(args) => stages::effect_twins::run(&args),
         Command::BlindCheck(args) => stages::blind_check::run(&args),
         Command::Worlds(args) => stages::worlds::run(&args),
         Command::Report(args) => stages::report::run(&args),

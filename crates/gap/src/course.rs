@@ -10,7 +10,8 @@ use crate::background::hours;
 const WARM_UP: std::ops::RangeInclusive<usize> = 20..=30;
 
 /// The time courses from which drivers are made. `glucose` is the filtered plasma glucose, mg/dL.
-pub(crate) fn course(person: &Person, glucose: Vec<f64>) -> Course {
+#[must_use]
+pub fn course(person: &Person, glucose: Vec<f64>) -> Course {
     let record = &person.record;
     let known = |channel: Channel| {
         let values = record.channel(channel);

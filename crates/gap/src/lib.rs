@@ -62,6 +62,7 @@ pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
 pub use body::Body;
 pub use calibration::CalibrationRule;
 pub use config::{DiagnosisConfig, InclusionRule, Production};
+pub use course::course;
 pub use diagnose::{diagnose, diagnose_plant, diagnose_with_progress};
 pub use diagnosis::{Diagnosis, PersonSummary, Stage, Verdict};
 pub use error::GapError;

@@ -143,21 +143,21 @@ fn effective_size(chains: &[Vec<f64>]) -> f64 {
         let covariances: Vec<f64> = chains.iter().map(|chain| autocovariance(chain, lag)).collect();
         1.0 - (within - mean(&covariances)) / whole
     };
-    // Sums of neighbouring correlations fall and stay positive in a reversible chain.
-    let mut sum = 0.0;
-    let mut least = f64::INFINITY;
-    let mut lag = 0;
-    while lag + 1 < length {
-        let first = if lag == 0 { 1.0 } else { correlation(lag) };
-        let pair = first + correlation(lag + 1);
-        if pair <= 0.0 {
-            // Of a sequence that ends, the even term may still count.
-            sum += first.max(0.0);
-            break;
-        }
-        least = least.min(pair);
-        sum += 2.0 * least;
+    // Sums of neighbouring correlations fall and stay positive in a reversible chain. Of the last pair
+    // that is looked at, the even term counts, and once.
+    let (mut even, mut odd) = (1.0, correlation(1));
+    let mut pairs = vec![even + odd];
+    let mut lag = 1;
+    while lag + 3 < length && even + odd > 0.0 {
+        (even, odd) = (correlation(lag + 1), correlation(lag + 2));
+        pairs.push(even + odd);
         lag += 2;
+    }
+    let mut least = f64::INFINITY;
+    let mut sum = even.max(0.0);
+    for pair in &pairs[..(lag - 1) / 2] {
+        least = least.min(*pair);
+        sum += 2.0 * least;
     }
     let time = (sum - 1.0).max(1.0 / total.log10());
     total / time

@@ -50,7 +50,7 @@ pub use heart_rate::HeartRateScaler;
 pub use import::published_twin;
 pub use inputs::{INPUT_NAMES, INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
 pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
-pub use prepared::PreparedWindow;
+pub use prepared::{Known, PreparedWindow};
 pub use protocol::{PersonWindows, Protocol, inputs_within, measured};
 pub use replay::{ReplayRow, ReplayStart, replay};
 pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
@@ -60,5 +60,7 @@ pub use start::{
     AtRest, Startable, Starts, SteadyStates, WindowStart, settled, window_starts,
     window_starts_with,
 };
-pub use training::{Epoch, KeptEpoch, Trained, TrainingPlan, batch_gradient, train, window_loss};
+pub use training::{
+    Epoch, KeptEpoch, Trained, TrainingPlan, batch_gradient, train, window_courses, window_loss,
+};
 pub use twin::{Twin, TwinCard};

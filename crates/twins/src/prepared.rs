@@ -25,6 +25,17 @@ pub struct PreparedWindow {
     personal: Vec<[f64; PERSONAL_INPUTS]>,
     /// Measured glucose in scaled units, shape `(steps + 1)`, the start first.
     target: Vec<f64>,
+    /// What is added to dQ1/dt in each step, scaled units per minute, shape `(steps)`.
+    beside: Vec<f64>,
+}
+
+/// What of a window does not depend on its glucose, one entry a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Known {
+    /// States at the start of each step, scaled; those of Q1 and Q2 count in the first alone.
+    pub states: Vec<ScaledStates>,
+    /// What is added to dQ1/dt, scaled units per minute.
+    pub beside: Vec<f64>,
 }
 
 impl PreparedWindow {
@@ -41,13 +52,50 @@ impl PreparedWindow {
         population: &PopulationModel,
         inputs: Vec<StepInput>,
         glucose_mg_dl: &[f64],
-        mut start: ScaledStates,
+        start: ScaledStates,
         heart_rate: Option<&HeartRateScaler>,
         set: InputSet,
     ) -> Result<Self, TwinError> {
         check_wiring(population)?;
-        if inputs.is_empty() || glucose_mg_dl.len() != inputs.len() + 1 {
-            return Err(TwinError::Window { steps: inputs.len(), glucose: glucose_mg_dl.len() });
+        let mut states = Vec::with_capacity(inputs.len());
+        states.push(start);
+        for (step, input) in inputs.iter().enumerate().take(inputs.len().saturating_sub(1)) {
+            let following = population.step(&states[step], input).map_err(|error| {
+                physiology::SimulationError::NonFinite { compartment: error.compartment, step }
+            })?;
+            states.push(following);
+        }
+        let beside = vec![0.0; inputs.len()];
+        Self::under(population, inputs, glucose_mg_dl, Known { states, beside }, heart_rate, set)
+    }
+
+    /// The same where something else acts beside the population model and is known beforehand: an
+    /// effect that is an input of the plant.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; [`TwinError::Window`] also if `known` has another length.
+    pub fn under(
+        population: &PopulationModel,
+        inputs: Vec<StepInput>,
+        glucose_mg_dl: &[f64],
+        known: Known,
+        heart_rate: Option<&HeartRateScaler>,
+        set: InputSet,
+    ) -> Result<Self, TwinError> {
+        check_wiring(population)?;
+        let Known { mut states, beside } = known;
+        let steps = inputs.len();
+        if steps == 0 || glucose_mg_dl.len() != steps + 1 {
+            return Err(TwinError::Window { steps, glucose: glucose_mg_dl.len() });
+        }
+        if states.len() != steps || beside.len() != steps {
+            return Err(TwinError::UnequalRuns {
+                expected: steps,
+                found: states.len().min(beside.len()),
+            });
+        }
+        if beside.iter().any(|rate| !rate.is_finite()) {
+            return Err(TwinError::NotFinite { what: "what acts beside the population model" });
         }
         let mut target = Vec::with_capacity(glucose_mg_dl.len());
         for value in glucose_mg_dl {
@@ -56,19 +104,11 @@ impl PreparedWindow {
             }
             target.push(scaled_glucose(population, *value));
         }
-        start[Compartment::Q1] = target[0];
-        let mut states = Vec::with_capacity(inputs.len());
-        states.push(start);
-        for (step, input) in inputs.iter().enumerate().take(inputs.len() - 1) {
-            let following = population.step(&states[step], input).map_err(|error| {
-                physiology::SimulationError::NonFinite { compartment: error.compartment, step }
-            })?;
-            states.push(following);
-        }
+        states[0][Compartment::Q1] = target[0];
         let personal =
             inputs.iter().map(|input| set.personal(&input.context, heart_rate)).collect();
         let scaled = inputs.iter().map(|input| population.scaler().scale_input(input)).collect();
-        Ok(Self { states, inputs, scaled, personal, target })
+        Ok(Self { states, inputs, scaled, personal, target, beside })
     }
 
     /// Steps of the window.
@@ -106,6 +146,11 @@ impl PreparedWindow {
     /// What is known of a step beforehand: the states but Q1 and Q2, and the inputs.
     pub(crate) fn known(&self, step: usize) -> (&ScaledStates, ScaledInputs) {
         (&self.states[step], self.scaled[step])
+    }
+
+    /// What is added to dQ1/dt in a step beside population and residual network.
+    pub(crate) fn beside(&self, step: usize) -> f64 {
+        self.beside[step]
     }
 
     /// Personal inputs of a step.

@@ -91,6 +91,21 @@ impl<T: Precision> TwinRollOut<T> {
         sum
     }
 
+    /// Scaled glucose of free runs through windows of one length, the start first.
+    pub(crate) fn courses(
+        &mut self,
+        parameters: &[T],
+        windows: &[&PreparedWindow],
+    ) -> Vec<Vec<f64>> {
+        let mut courses = Vec::with_capacity(windows.len());
+        for block in windows.chunks(LANES) {
+            self.forward(parameters, block, Keep::Glucose);
+            let lane = |lane: usize| self.glucose.iter().map(|row| row[lane].to_f64()).collect();
+            courses.extend((0..block.len()).map(lane));
+        }
+        courses
+    }
+
     fn forward(&mut self, parameters: &[T], block: &[&PreparedWindow], keep: Keep) {
         let count = block[0].steps();
         let tapes = if keep == Keep::Everything { count } else { 1 };
@@ -111,8 +126,10 @@ impl<T: Precision> TwinRollOut<T> {
         self.glucose.push(now[Compartment::Q1 as usize]);
         for step in 0..count {
             let tape = &mut self.tape[if keep == Keep::Everything { step } else { 0 }];
+            let mut beside = [T::ZERO; LANES];
             for (lane, window) in lanes(block).enumerate() {
                 load(window, step, lane, &mut now, &mut tape.activations);
+                beside[lane] = T::of(window.beside(step));
             }
             // Q1 and Q2 lead the residual network's inputs.
             for (input, compartment) in tape.activations.input.iter_mut().zip(GLUCOSE) {
@@ -120,8 +137,9 @@ impl<T: Precision> TwinRollOut<T> {
             }
             let residual = evaluate(parameters, &mut tape.activations);
             self.steps.step(&now, &mut next);
-            for (q1, residual) in next[Compartment::Q1 as usize].iter_mut().zip(residual) {
-                *q1 += step_size * residual;
+            let rates = residual.into_iter().zip(beside);
+            for (q1, (residual, beside)) in next[Compartment::Q1 as usize].iter_mut().zip(rates) {
+                *q1 += step_size * (residual + beside);
             }
             tape.confined = self.steps.confine_glucose(&mut next);
             if keep == Keep::Everything {

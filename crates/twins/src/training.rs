@@ -1,7 +1,8 @@
 //! Training of one person's residual network.
 
-use nn_statespace::PopulationModel;
 use nn_statespace::training::Adam;
+use nn_statespace::{PopulationModel, Signal};
+use physiology::{Compartment, MgPerDl};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -216,6 +217,26 @@ pub fn window_loss(
     let windows = same_length(windows.iter())?;
     let mut roll_out = TwinRollOut::<f64>::new(population, loss.scaled_by(population))?;
     Ok(mean_loss(&mut roll_out, &parameters_of(network), &windows))
+}
+
+/// Glucose of free runs of a twin's networks through windows, mg/dL, the start first, in f64.
+///
+/// # Errors
+/// [`TwinError::NoWindows`] and [`TwinError::UnequalWindows`].
+pub fn window_courses(
+    population: &PopulationModel,
+    network: &ResidualNetwork,
+    windows: &[PreparedWindow],
+) -> Result<Vec<Vec<MgPerDl>>, TwinError> {
+    let windows = same_length(windows.iter())?;
+    let loss = TwinLoss::PAPER.scaled_by(population);
+    let mut roll_out = TwinRollOut::<f64>::new(population, loss)?;
+    let glucose = population.scaler().of(Signal::State(Compartment::Q1));
+    let courses = roll_out.courses(&parameters_of(network), &windows);
+    let unscaled = |course: Vec<f64>| {
+        course.into_iter().map(|q1| MgPerDl(glucose.centre + glucose.scale * q1)).collect()
+    };
+    Ok(courses.into_iter().map(unscaled).collect())
 }
 
 /// Mean loss of a batch and its gradient by the fused roll-out, in f64. The gradient has the shape of a

@@ -8,8 +8,8 @@ use nn_statespace::{GlucoseClamp, ScaledStates};
 use physiology::{Compartment, OpenLoop, Plant, simulate};
 use synthetic::{exercising_day, population, trained_looking, twin_of};
 use twins::{
-    InputSet, PreparedWindow, ResidualNetwork, ResidualVariables, TwinLoss, batch_gradient,
-    graph_loss, simulate_many, window_loss,
+    InputSet, Known, PreparedWindow, ResidualNetwork, ResidualVariables, TwinLoss, batch_gradient,
+    graph_loss, simulate_many, window_courses, window_loss,
 };
 
 fn start() -> ScaledStates {
@@ -64,6 +64,54 @@ fn the_gradient_is_that_of_the_graph() {
             assert!(deviation < 1e-9 * size, "{deviation} of {size}"); // rounding, as above
         }
     }
+}
+
+#[test]
+fn what_acts_beside_the_networks_moves_glucose_and_the_gradient_alike() {
+    let population = population(GlucoseClamp::Off);
+    let network = trained_looking(5);
+    let plain = windows(GlucoseClamp::Off, 12);
+    let inputs = exercising_day(12);
+    let glucose: Vec<f64> = (0..=12).map(|k| 160.0 + 5.0 * k as f64).collect();
+    let mut states = vec![start(); 12];
+    for (k, state) in states.iter_mut().enumerate() {
+        state[Compartment::X1] = 0.05 * k as f64;
+    }
+    let window = |rate: f64| {
+        let known = Known { states: states.clone(), beside: vec![rate; 12] };
+        let (inputs, set) = (inputs.clone(), InputSet::All);
+        PreparedWindow::under(&population, inputs, &glucose, known, None, set).expect("fits")
+    };
+    let (without, with) = (window(0.0), window(0.01));
+    let courses = window_courses(&population, &network, &[without, with.clone()]).expect("two");
+    assert_eq!(courses[0][0].0, 160.0);
+    // 0.01 scaled units of 80 mg/dL a minute, five minutes.
+    let first = courses[1][1].0 - courses[0][1].0;
+    assert!((first - 4.0).abs() < 1e-9, "{first}");
+    let both = [&with, &plain[0]];
+    let (loss, fused) =
+        batch_gradient(&population, &network, &both, TwinLoss::PAPER).expect("windows");
+    let variables = ResidualVariables::new(&network).expect("variables");
+    let graph = graph_loss(&population, &variables, &both, TwinLoss::PAPER).expect("graph");
+    let value = graph.to_scalar::<f64>().expect("a scalar");
+    assert!((loss - value).abs() < 1e-10 * value, "{loss} {value}"); // rounding
+    let store = graph.backward().expect("gradients");
+    let expected = flat(&fused);
+    let found: Vec<f64> = variables
+        .variables()
+        .iter()
+        .flat_map(|v| {
+            let slope = store.get(v).expect("a gradient");
+            slope.flatten_all().expect("flat").to_vec1::<f64>().expect("f64")
+        })
+        .collect();
+    let largest = found.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    for (a, b) in found.iter().zip(&expected) {
+        assert!((a - b).abs() < 1e-9 * largest, "{a} {b}"); // rounding
+    }
+    let short = Known { states: states[1..].to_vec(), beside: vec![0.0; 12] };
+    let (inputs, set) = (inputs.clone(), InputSet::All);
+    assert!(PreparedWindow::under(&population, inputs, &glucose, short, None, set).is_err());
 }
 
 #[test]

@@ -6,6 +6,7 @@ pub(crate) mod blind_check;
 pub(crate) mod check;
 pub(crate) mod development_set;
 pub(crate) mod diagnose;
+pub(crate) mod effect_twins;
 pub(crate) mod evaluate;
 pub(crate) mod example_day;
 pub(crate) mod glucose_profile;

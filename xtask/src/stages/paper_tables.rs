@@ -30,9 +30,7 @@ pub(crate) fn text(
     text.push_str(
         "\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, ",
     );
-    text.push_str(
-        "p of equivalence (* below 0.05; ^ so few people could not show it)\n",
-    );
+    text.push_str("p of equivalence (* below 0.05; ^ so few people could not show it)\n");
     outcomes(&mut text, &table.methods);
     if let Some(candidates) = candidates {
         let _ = writeln!(text, "closest: of {candidates}");
