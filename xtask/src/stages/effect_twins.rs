@@ -140,8 +140,7 @@ pub(crate) fn run(args: &EffectTwinsArgs) -> Result<()> {
     }
     if acting.is_empty() {
         note(
-            "effect-twins: nothing is named that could be an input; with and without are the same"
-                .to_owned(),
+            "effect-twins: nothing is named that could be an input; with and without are the same",
         );
     }
     let progress = Progress::begin("effect-twins", people.len());
