@@ -183,23 +183,26 @@ fn in_this_process(apart: &Path, seed: u64) -> Ended {
 }
 
 /// A temporary folder under a random name, removed on interruption too.
-struct Scratch(tempfile::TempDir);
+struct Scratch(Option<tempfile::TempDir>);
 
 impl Scratch {
     fn new() -> Result<Self> {
-        let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
-        interrupt::remove_if_interrupted(folder.path());
-        Ok(Self(folder))
+        let folder = interrupt::make_removable(tempfile::tempdir)
+            .context("cannot make a temporary folder")?;
+        Ok(Self(Some(folder)))
     }
 
     fn path(&self) -> &Path {
-        self.0.path()
+        self.0.as_ref().expect("there until it is dropped").path()
     }
 }
 
 impl Drop for Scratch {
+    /// Gone first, then forgotten: an interruption in between finds nothing left to remove.
     fn drop(&mut self) {
-        interrupt::forget(self.0.path());
+        let path = self.path().to_path_buf();
+        drop(self.0.take());
+        interrupt::forget(&path);
     }
 }
 

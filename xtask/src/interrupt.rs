@@ -1,11 +1,17 @@
 //! What Ctrl-C leaves behind: nothing half-written.
 
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
 
+use tempfile::TempDir;
+
 static BUILDING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 static HANDLER: Once = Once::new();
+/// Set by an interruption.
+static ENDING: AtomicBool = AtomicBool::new(false);
 
 /// Exit status of a program that was ended by SIGINT, as shells report it.
 const INTERRUPTED: i32 = 130;
@@ -13,31 +19,52 @@ const INTERRUPTED: i32 = 130;
 const ATTEMPTS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(25);
 
-/// Removes `folder` if the program is interrupted before [`forget`].
-pub(crate) fn remove_if_interrupted(folder: &Path) {
+/// Makes a folder that is removed if the program is interrupted before [`forget`].
+///
+/// An interruption waits until a folder that is being made is known, and lets none be made after it.
+///
+/// # Errors
+/// Those of `make`.
+pub(crate) fn make_removable(make: impl FnOnce() -> io::Result<TempDir>) -> io::Result<TempDir> {
     HANDLER.call_once(|| {
         // Without a handler the default applies: the program ends and the hidden folder stays, which
         // no later run mistakes for a result.
         let _ = ctrlc::set_handler(|| {
-            // No process of ours may go on writing, and none may begin.
+            // No process or thread of ours may go on writing, and none may begin.
+            ENDING.store(true, Ordering::SeqCst);
             let _none_begins = crate::asked::end_all();
-            for folder in building().iter() {
+            let building = building();
+            for folder in building.iter() {
                 remove(folder);
             }
             crate::progress::say("interrupted; nothing half-written was left behind");
             std::process::exit(INTERRUPTED);
         });
     });
-    building().push(folder.to_path_buf());
+    let mut building = building();
+    let folder = make()?;
+    building.push(folder.path().to_path_buf());
+    Ok(folder)
 }
 
-/// Removes a folder into which another thread may still be writing its last file.
+/// Removes a folder into which another thread may still be writing its last file: it has to stay
+/// away for a while, since a thread that makes a folder for its file brings it back.
 fn remove(folder: &Path) {
+    let mut absent = false;
     for _ in 0..ATTEMPTS {
         let _ = std::fs::remove_dir_all(folder);
-        if !folder.exists() {
+        let gone = !folder.exists();
+        if gone && absent {
             return;
         }
+        absent = gone;
+        std::thread::sleep(PAUSE);
+    }
+}
+
+/// Where a thread is about to write: waits for the end if the program was interrupted.
+pub(crate) fn wait_if_interrupted() {
+    while ENDING.load(Ordering::SeqCst) {
         std::thread::sleep(PAUSE);
     }
 }

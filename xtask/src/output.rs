@@ -38,12 +38,13 @@ impl OutputFolder {
         fs::create_dir_all(&parent)
             .with_context(|| format!("cannot make the folder '{}'", parent.display()))?;
         sweep(&parent);
-        let building = tempfile::Builder::new()
-            .prefix(&format!("{BUILDING}{}-", std::process::id()))
-            .permissions(everyones(0o777))
-            .tempdir_in(&parent)
-            .with_context(|| format!("cannot write in '{}'", parent.display()))?;
-        crate::interrupt::remove_if_interrupted(building.path());
+        let building = crate::interrupt::make_removable(|| {
+            tempfile::Builder::new()
+                .prefix(&format!("{BUILDING}{}-", std::process::id()))
+                .permissions(everyones(0o777))
+                .tempdir_in(&parent)
+        })
+        .with_context(|| format!("cannot write in '{}'", parent.display()))?;
         Ok(Self { target: target.to_path_buf(), building, manifest })
     }
 
@@ -54,6 +55,7 @@ impl OutputFolder {
 
     /// The folder in which to write.
     pub(crate) fn path(&self) -> &Path {
+        crate::interrupt::wait_if_interrupted();
         self.building.path()
     }
 

@@ -38,6 +38,13 @@ impl Method {
         Self::Posterior,
     ];
 
+    /// Place in tables: twins, then baselines, then the ablation.
+    pub(crate) fn rank(self) -> usize {
+        let twins = [Self::Twin, Self::SpreadTwin, Self::ConstrainedTwin];
+        let order = twins.into_iter().chain(Self::BASELINES);
+        order.clone().position(|method| method == self).unwrap_or(order.count())
+    }
+
     /// The key in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {

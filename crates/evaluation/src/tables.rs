@@ -225,7 +225,8 @@ impl OutcomesTable {
             });
         }
         let all: Vec<&PersonEvaluation> = people.iter().collect();
-        let judged: Vec<Method> = people[0].methods.iter().map(|found| found.method).collect();
+        let mut judged: Vec<Method> = people[0].methods.iter().map(|found| found.method).collect();
+        judged.sort_by_key(|method| method.rank());
         let ablated = |method: &Method| matches!(method, Method::Ablated(_));
         let rows = |methods: Vec<Method>| -> Result<Vec<MethodRows>, EvaluationError> {
             let figures = |method| Figures::overall(&all, method);
