@@ -45,7 +45,7 @@ fn the_embedded_cohort_ends_in_a_report_and_a_second_run_keeps_every_stage() {
     let output = pipeline(&out, &[]);
     let notes = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{notes}");
-    assert_eq!(notes.matches("done before, kept").count(), 6, "{notes}");
+    assert_eq!(notes.matches("done before, kept").count(), 7, "{notes}");
     assert_eq!(fs::read(&model).expect("a model"), before);
 
     // The same seed gives the same bytes, on another number of threads too.
