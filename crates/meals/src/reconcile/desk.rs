@@ -1,0 +1,263 @@
+//! The passes over detections, reports and boluses in which nothing is used twice.
+
+use cohort::{Channel, Person};
+
+use super::{EventKind, EventRow, Fate, ReconcileSettings, Reconciled};
+use crate::detect::{Detected, Detection};
+use crate::error::MealError;
+
+/// Fewest pairs of a report and an estimate from which a person's own measure is taken.
+const FEWEST_PAIRS: usize = 5;
+/// Range of that measure.
+const SIZE_SCALES: (f64, f64) = (0.5, 2.0);
+
+/// An event on the desk.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    step: usize,
+    size: Option<f64>,
+    evidence: Option<f64>,
+    fate: Option<(Fate, Option<usize>)>,
+}
+
+/// Everything that is to be reconciled, and the meals decided on so far.
+pub(super) struct Desk {
+    detections: Vec<Entry>,
+    reports: Vec<Entry>,
+    boluses: Vec<Entry>,
+    meals: Vec<(usize, f64)>,
+    window: usize,
+    size_scale: f64,
+}
+
+/// Two lists whose entries are paired.
+fn nearest_pairs(left: &[Entry], right: &[Entry], window: usize) -> Vec<(usize, usize)> {
+    let mut near: Vec<(usize, f64, usize, usize)> = Vec::new();
+    for (l, a) in left.iter().enumerate().filter(|(_, a)| a.fate.is_none()) {
+        for (r, b) in right.iter().enumerate().filter(|(_, b)| b.fate.is_none()) {
+            let distance = a.step.abs_diff(b.step);
+            if distance <= window {
+                near.push((distance, -a.evidence.unwrap_or(0.0), l, r));
+            }
+        }
+    }
+    near.sort_by(|a, b| {
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)).then(a.3.cmp(&b.3))
+    });
+    let (mut of_left, mut of_right) = (vec![false; left.len()], vec![false; right.len()]);
+    near.retain(|(_, _, l, r)| {
+        let fresh = !of_left[*l] && !of_right[*r];
+        if fresh {
+            (of_left[*l], of_right[*r]) = (true, true);
+        }
+        fresh
+    });
+    near.into_iter().map(|(_, _, l, r)| (l, r)).collect()
+}
+
+impl Desk {
+    pub(super) fn new(
+        person: &Person,
+        detected: &Detected,
+        settings: &ReconcileSettings,
+    ) -> Result<Self, MealError> {
+        let steps = person.record.len();
+        let entry = |meal: &Detection| {
+            if meal.step >= steps {
+                let person = person.id.clone();
+                return Err(MealError::Outside { person, step: meal.step, steps });
+            }
+            let evidence = Some(meal.evidence.strength());
+            Ok(Entry { step: meal.step, size: meal.carbs.map(|g| g.0), evidence, fate: None })
+        };
+        let mut detections = detected.meals.iter().map(entry).collect::<Result<Vec<_>, _>>()?;
+        detections.sort_by_key(|detection| detection.step);
+        let logged = |step, size| Entry { step, size: Some(size), evidence: None, fate: None };
+        let carbs = checked(person, Channel::Carbs)?;
+        let reports = carbs.filter(|(_, g)| *g > 0.0).map(|(step, g)| logged(step, g)).collect();
+        let mut boluses: Vec<Entry> = Vec::new();
+        let mut last = None;
+        for (step, units) in checked(person, Channel::Bolus)?.filter(|(_, units)| *units > 0.0) {
+            match boluses.last_mut().and_then(|bolus| bolus.size.as_mut()) {
+                Some(size) if last.is_some_and(|last| last + 1 == step) => *size += units,
+                _ => boluses.push(logged(step, units)),
+            }
+            last = Some(step);
+        }
+        boluses.retain(|bolus| bolus.size.is_some_and(|u| u >= settings.smallest_bolus));
+        let (meals, window) = (Vec::new(), settings.window);
+        Ok(Self { detections, reports, boluses, meals, window, size_scale: 1.0 })
+    }
+
+    pub(super) fn published(&mut self) {
+        self.detections_by_boluses();
+        for (d, r) in nearest_pairs(&self.detections, &self.reports, self.window) {
+            let (detection, report) = (&mut self.detections[d], &mut self.reports[r]);
+            detection.fate = Some((Fate::MealOfReportedSize, Some(report.step)));
+            report.fate = Some((Fate::MovedToDetection, Some(detection.step)));
+            self.meals.extend(report.size.map(|grams| (detection.step, grams)));
+        }
+        for (r, b) in nearest_pairs(&self.reports, &self.boluses, self.window) {
+            let (report, bolus) = (&mut self.reports[r], &mut self.boluses[b]);
+            report.fate = Some((Fate::KeptWithBolus, Some(bolus.step)));
+            bolus.fate = Some((Fate::SupportsReport, Some(report.step)));
+            self.meals.extend(report.size.map(|grams| (report.step, grams)));
+        }
+        leave(&mut self.detections, Fate::UnsupportedDetection);
+        leave(&mut self.reports, Fate::UnsupportedReport);
+        leave(&mut self.boluses, Fate::NoMeal);
+    }
+
+    /// The first pass: detections take the time of boluses, and the reports of the same meals go.
+    fn detections_by_boluses(&mut self) {
+        let pairs = nearest_pairs(&self.detections, &self.boluses, self.window);
+        // A report may lie near the bolus or near the detection: both stand for the meal, so that
+        // each is asked, and the nearer of the two counts.
+        let mut same: Vec<(usize, f64, usize, usize)> = Vec::new();
+        for (place, (d, b)) in pairs.iter().enumerate() {
+            let (detection, bolus) = (&self.detections[*d], &self.boluses[*b]);
+            for (r, report) in self.reports.iter().enumerate() {
+                let distance =
+                    report.step.abs_diff(bolus.step).min(report.step.abs_diff(detection.step));
+                if distance <= self.window {
+                    same.push((distance, -detection.evidence.unwrap_or(0.0), place, r));
+                }
+            }
+        }
+        same.sort_by(|a, b| {
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)).then(a.3.cmp(&b.3))
+        });
+        let mut report_of: Vec<Option<usize>> = vec![None; pairs.len()];
+        for (_, _, place, r) in same {
+            if report_of[place].is_none() && self.reports[r].fate.is_none() {
+                report_of[place] = Some(r);
+                let detection = self.detections[pairs[place].0].step;
+                self.reports[r].fate = Some((Fate::ReplacedByDetection, Some(detection)));
+            }
+        }
+        for ((d, b), report) in pairs.into_iter().zip(report_of) {
+            let (detection, bolus) = (&mut self.detections[d], &mut self.boluses[b]);
+            let reported = report.and_then(|r| self.reports[r].size);
+            match detection.size.or(reported) {
+                Some(grams) => {
+                    detection.fate = Some((Fate::MealAtBolus, Some(bolus.step)));
+                    bolus.fate = Some((Fate::GivesTime, Some(detection.step)));
+                    self.meals.push((bolus.step, grams));
+                }
+                None => detection.fate = Some((Fate::UnknownSize, Some(bolus.step))),
+            }
+        }
+    }
+
+    /// Sum of reports over sum of estimates, where both tell of a meal; 1 if they seldom do.
+    fn own_measure(&self) -> f64 {
+        let pairs = nearest_pairs(&self.detections, &self.reports, self.window);
+        let both = pairs
+            .iter()
+            .filter_map(|(d, r)| Some((self.detections[*d].size?, self.reports[*r].size?)));
+        let (n, estimated, reported) =
+            both.fold((0, 0.0, 0.0), |(n, e, r), (size, report)| (n + 1, e + size, r + report));
+        if n < FEWEST_PAIRS {
+            return 1.0;
+        }
+        (reported / estimated).clamp(SIZE_SCALES.0, SIZE_SCALES.1)
+    }
+
+    pub(super) fn additive(&mut self) {
+        self.size_scale = self.own_measure();
+        let scale = self.size_scale;
+        for report in &mut self.reports {
+            report.fate = Some((Fate::KeptAsLogged, None));
+            self.meals.extend(report.size.map(|grams| (report.step, grams)));
+        }
+        for detection in &mut self.detections {
+            let nearest = self.reports.iter().min_by_key(|r| r.step.abs_diff(detection.step));
+            detection.fate = match (nearest, detection.size) {
+                (Some(report), _) if report.step.abs_diff(detection.step) <= self.window => {
+                    Some((Fate::AlreadyReported, Some(report.step)))
+                }
+                (_, None) => Some((Fate::UnknownSize, None)),
+                (_, Some(_)) => None,
+            };
+        }
+        for (d, b) in nearest_pairs(&self.detections, &self.boluses, self.window) {
+            let (detection, bolus) = (&mut self.detections[d], &mut self.boluses[b]);
+            detection.fate = Some((Fate::MealAtBolus, Some(bolus.step)));
+            bolus.fate = Some((Fate::GivesTime, Some(detection.step)));
+            self.meals.extend(detection.size.map(|grams| (bolus.step, scale * grams)));
+        }
+        for detection in self.detections.iter_mut().filter(|d| d.fate.is_none()) {
+            detection.fate = Some((Fate::MealAdded, None));
+            self.meals.extend(detection.size.map(|grams| (detection.step, scale * grams)));
+        }
+        leave(&mut self.boluses, Fate::NoMeal);
+    }
+
+    /// The new record, and the events in order.
+    pub(super) fn close(self, person: &Person, sensitivity: Option<f64>) -> Reconciled {
+        let record = &person.record;
+        let size_scale = self.size_scale;
+        let mut rows: Vec<(usize, EventRow)> = Vec::new();
+        for (kind, entries) in [
+            (EventKind::Detection, &self.detections),
+            (EventKind::Report, &self.reports),
+            (EventKind::Bolus, &self.boluses),
+        ] {
+            for entry in entries {
+                let (fate, partner) = entry.fate.expect("every pass ends by leaving what is left");
+                rows.push((
+                    entry.step,
+                    EventRow {
+                        person_id: person.id.clone(),
+                        time: record.time(entry.step),
+                        kind,
+                        size: entry.size,
+                        evidence: entry.evidence,
+                        fate,
+                        partner: partner.map(|step| record.time(step)),
+                    },
+                ));
+            }
+        }
+        rows.sort_by_key(|(step, row)| (*step, row.kind));
+        let mut reconciled = person.clone();
+        let carbs = reconciled.record.channel_mut(Channel::Carbs);
+        for slot in carbs.iter_mut().flatten() {
+            *slot = 0.0;
+        }
+        for (step, grams) in self.meals {
+            carbs[step] = Some(carbs[step].unwrap_or(0.0) + grams);
+        }
+        Reconciled {
+            person: reconciled,
+            events: rows.into_iter().map(|(_, row)| row).collect(),
+            sensitivity,
+            size_scale,
+        }
+    }
+}
+
+fn leave(entries: &mut [Entry], fate: Fate) {
+    for entry in entries.iter_mut().filter(|entry| entry.fate.is_none()) {
+        entry.fate = Some((fate, None));
+    }
+}
+
+/// The recorded values of a channel with their steps.
+fn checked(
+    person: &Person,
+    channel: Channel,
+) -> Result<impl Iterator<Item = (usize, f64)> + '_, MealError> {
+    let values = person.record.channel(channel);
+    let wrong = values.iter().position(|v| v.is_some_and(|v| !(v.is_finite() && v >= 0.0)));
+    if let Some(step) = wrong {
+        return Err(MealError::Value {
+            person: person.id.clone(),
+            step,
+            column: channel.column(),
+            value: values[step].unwrap_or(f64::NAN),
+            requirement: "a finite number of at least 0",
+        });
+    }
+    Ok(values.iter().enumerate().filter_map(|(step, value)| Some((step, (*value)?))))
+}
