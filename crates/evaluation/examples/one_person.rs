@@ -3,7 +3,7 @@
 //! The person follows the synthetic population model of the tests, but exercise lowers their
 //! glucose further. Run with `cargo run -p evaluation --example one_person`.
 
-#[path = "../../twins/tests/synthetic/mod.rs"]
+#[path = "../../twins/tests/it/synthetic.rs"]
 mod synthetic;
 
 use std::collections::BTreeMap;

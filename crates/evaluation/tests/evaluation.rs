@@ -1,6 +1,6 @@
 //! Judging twins of a cohort whose truth is known, and the tables that come out.
 
-#[path = "../../twins/tests/synthetic/mod.rs"]
+#[path = "../../twins/tests/it/synthetic.rs"]
 mod synthetic;
 
 use std::collections::BTreeMap;

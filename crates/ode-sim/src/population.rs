@@ -84,7 +84,7 @@ pub enum Physiology {
 ///
 /// One z and one w serve all three, as in the authors' program. (The 99 patients stored beside it
 /// share z and w as well, but were drawn with SDs of 13.1e-4 and 125e-4 for S_f1 and S_f3; see
-/// `tests/published_population.rs`.) `None` if a sensitivity is not positive.
+/// `tests/it/published_population.rs`.) `None` if a sensitivity is not positive.
 pub fn draw_parameters(rng: &mut impl Rng) -> Option<OdeParameters> {
     let z: f64 = StandardNormal.sample(rng);
     let w = 2.0 * rng.random::<f64>() - 1.0;

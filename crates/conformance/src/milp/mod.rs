@@ -12,7 +12,7 @@
 //!
 //! The caution is not idle: HiGHS 1.15.0 calls 2.958 optimal for a programme of six binaries that has
 //! a feasible point of value 3.583, which it accepts if it is handed over as a start (the network is in
-//! `tests/engines.rs`). [`crate::verify()`] flags such rows.
+//! `tests/it/engines.rs`). [`crate::verify()`] flags such rows.
 
 mod step;
 

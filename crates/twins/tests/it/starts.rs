@@ -1,15 +1,14 @@
 //! Where windows start, and the replay of a record.
 
-mod synthetic;
-
 use cohort::{Channel, MissingDoses, Person};
 use nn_statespace::{GlucoseClamp, PopulationModel, ScaledStates};
 use ode_sim::{OdeParameters, OdePlant};
 use physiology::{Compartment, Kilograms, MgPerDl, OpenLoop, UnitsPerHour, simulate};
-use synthetic::{cohort_of, planted, population, twin_of};
 use twins::{
     AtRest, ReplayStart, ResidualNetwork, Startable, WindowStart, replay, settled, window_starts,
 };
+
+use crate::synthetic::{cohort_of, planted, population, twin_of};
 
 /// Three days that follow the population model exactly.
 fn person() -> Person {

@@ -1,7 +1,5 @@
 //! Weight files: what is written is read, and what is broken is refused.
 
-mod synthetic;
-
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -10,8 +8,9 @@ use nn_statespace::{
 };
 use physiology::Compartment;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
-use synthetic::{population, trained_looking, twin_of};
 use twins::{HeartRateScaler, Twin};
+
+use crate::synthetic::{population, trained_looking, twin_of};
 
 fn twin() -> Twin {
     let scaler = HeartRateScaler { center: -5.055213928222656, scale: 18.085603713989258 };

@@ -1,16 +1,15 @@
 //! The gradient of the fused roll-out against candle's graph and against central differences, and the windows
 //! that are simulated once against a full roll-out.
 
-mod synthetic;
-
 use candle_core::Tensor;
 use nn_statespace::{GlucoseClamp, ScaledStates};
 use physiology::{Compartment, OpenLoop, Plant, simulate};
-use synthetic::{exercising_day, population, trained_looking, twin_of};
 use twins::{
     InputSet, Known, PreparedWindow, ResidualNetwork, ResidualVariables, TwinLoss, batch_gradient,
     graph_loss, simulate_many, window_courses, window_loss,
 };
+
+use crate::synthetic::{exercising_day, population, trained_looking, twin_of};
 
 fn start() -> ScaledStates {
     let mut start = ScaledStates::default();

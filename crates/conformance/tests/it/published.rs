@@ -1,9 +1,7 @@
 #![expect(clippy::print_stdout, reason = "with --nocapture the tests print their table")]
 //! The paper's published population weights over one box: every row decided, by every engine.
 //!
-//! `cargo test -p conformance --test published -- --nocapture` prints the table.
-
-mod weights;
+//! `cargo test -p conformance --test it published -- --nocapture` prints the table.
 
 use std::time::{Duration, Instant};
 
@@ -133,7 +131,7 @@ fn check_witness(row: &Row, networks: &[OneHiddenLayer], place: &str) {
 #[test]
 fn rows_of_two_to_four_inputs_are_decided_and_known_values_met() {
     let name = "rows_of_two_to_four_inputs_are_decided_and_known_values_met";
-    let Some(networks) = weights::published(name) else { return };
+    let Some(networks) = crate::weights::published(name) else { return };
     let rows = table(&networks, [2, 4], CrossCheck::None);
     check(&rows, &networks);
     assert_eq!(rows.len(), 26);
@@ -147,7 +145,7 @@ fn rows_of_two_to_four_inputs_are_decided_and_known_values_met() {
 #[test]
 fn rows_of_five_inputs_are_decided_and_known_values_met() {
     let name = "rows_of_five_inputs_are_decided_and_known_values_met";
-    let Some(networks) = weights::published(name) else { return };
+    let Some(networks) = crate::weights::published(name) else { return };
     let rows = table(&networks, [5, 5], CrossCheck::None);
     check(&rows, &networks);
     assert_eq!(rows.len(), 7);
@@ -156,7 +154,7 @@ fn rows_of_five_inputs_are_decided_and_known_values_met() {
 #[test]
 fn enumeration_agrees_on_every_row_of_two_inputs() {
     let name = "enumeration_agrees_on_every_row_of_two_inputs";
-    let Some(networks) = weights::published(name) else { return };
+    let Some(networks) = crate::weights::published(name) else { return };
     let rows = table(&networks, [2, 2], CrossCheck::None);
     for (row, (network, property)) in rows.iter().zip(rows_of(&networks, [2, 2])) {
         let exact = largest_slope_by_enumeration(network, &property, &region()).expect("planar");
@@ -170,7 +168,7 @@ fn enumeration_agrees_on_every_row_of_two_inputs() {
 #[test]
 fn milp_agrees_on_every_row_of_two_to_four_inputs() {
     let name = "milp_agrees_on_every_row_of_two_to_four_inputs";
-    let Some(networks) = weights::published(name) else { return };
+    let Some(networks) = crate::weights::published(name) else { return };
     let limits = MilpLimits { time: Duration::from_secs(30), relative_gap: 0.0 };
     let rows = table(&networks, [2, 4], CrossCheck::Milp(limits));
     for row in &rows {

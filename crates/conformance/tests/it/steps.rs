@@ -1,7 +1,5 @@
 //! z, the movement against a property over a step: both programmes beside each other, beside sampling, beside the slope.
 
-mod weights;
-
 use std::time::Duration;
 
 use conformance::milp::{Form, MilpLimits, MilpStatus, solve_step};
@@ -106,7 +104,7 @@ fn says_what_it_refuses() {
 #[test]
 fn bounds_of_the_solver_are_undercut_by_steps_that_are_there() {
     let name = "bounds_of_the_solver_are_undercut_by_steps_that_are_there";
-    let Some(networks) = weights::published(name) else { return };
+    let Some(networks) = crate::weights::published(name) else { return };
     let region = Region::scaled([
         ("I", [-0.984375, 19.578125]),
         ("X1", [-0.984375, 9.84375]),

@@ -1,15 +1,14 @@
 //! Training on people whose addition to the population model is known.
 
-mod synthetic;
-
 use std::sync::Arc;
 
 use nn_statespace::GlucoseClamp;
-use synthetic::{cohort_of, planted, population, twin_of};
 use twins::{
-    BuiltTwin, InputSet, KeptEpoch, Protocol, ResidualNetwork, TrainingPlan, TwinRecipe,
+    BuiltTwin, HeldOut, InputSet, KeptEpoch, Protocol, ResidualNetwork, TrainingPlan, TwinRecipe,
     WindowStart, build_twin, build_twins,
 };
+
+use crate::synthetic::{cohort_of, planted, population, twin_of};
 
 /// Six training days, two test days, windows an hour apart: enough for a small network to learn
 /// from, short enough for a test.
@@ -122,7 +121,7 @@ fn new_days_go_on_from_the_old_twin() {
 
 #[test]
 fn held_out_days_choose_the_epoch() {
-    let protocol = Protocol { held_out_days: 1, ..recipe().protocol };
+    let protocol = Protocol { held_out: HeldOut::Last(1), ..recipe().protocol };
     let plan = TrainingPlan { epochs: 4, ..recipe().plan };
     let trained = built(&TwinRecipe { protocol, plan, ..recipe() }, None).trained;
     let losses: Vec<f64> = trained.epochs.iter().map(|e| e.held_out.expect("held out")).collect();

@@ -1,0 +1,6 @@
+//! Cohort folders, damaged files and real records.
+
+mod cohort_folder;
+mod damaged_files;
+mod reference_people;
+mod t1d_uom_events;

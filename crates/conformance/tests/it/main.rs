@@ -1,0 +1,7 @@
+//! The two engines, their steps, and published networks.
+
+mod engines;
+mod polytopes;
+mod published;
+mod steps;
+mod weights;

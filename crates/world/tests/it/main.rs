@@ -1,0 +1,11 @@
+//! Worlds whose effects are known.
+
+mod balance;
+mod determinism;
+mod effects;
+mod embedded_fixture;
+mod plausibility;
+mod replayed;
+mod switches;
+mod therapy;
+mod two_bodies;

@@ -1,0 +1,10 @@
+//! The command line as a person meets it.
+
+mod blind_check;
+mod command_line;
+mod effect_removed;
+mod meals;
+mod other_plants;
+mod pipeline;
+mod population;
+mod training;
