@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
-use cohort::Person;
+use cohort::{Person, Window};
 use effects::{Course, Effect, Form, Modulation};
 use gap::augmented::{AugmentedModel, AugmentedState};
 use gap::{NoiseModel, course};
@@ -18,47 +18,119 @@ use twins::Known;
 
 use crate::bodies::NetworkBody;
 
-/// Glucose at which drivers are compared to see whether they read it, mg/dL.
+/// Glucose at which drivers are compared to see whether they follow it, mg/dL.
 const PROBES: [f64; 2] = [60.0, 240.0];
+/// Change of a free run between two passes below which it counts as found, mg/dL.
+const SETTLED: f64 = 0.5;
+/// Most passes; each knows glucose a little further into the window than the one before.
+const PASSES: usize = 12;
 
-/// An effect with the variant and the amplitude by which it acts in everybody who has one.
+/// An effect with the variant by which it acts in everybody who has an amplitude of it.
 #[derive(Debug)]
 pub(crate) struct Acting {
     pub(crate) effect: Box<dyn Effect>,
     pub(crate) variant: usize,
 }
 
-/// The course of a person's record from which drivers are made. Glucose is left out: what an input
-/// knows of it ahead of a window's start, a simulation must not.
-pub(crate) fn course_without_glucose(person: &Person) -> Course {
-    course(person, vec![120.0; person.record.len()])
+/// The course of a person's record from which drivers are made, with the last reading where one is
+/// missing. Inside a window [`Active::known`] replaces them: what an input knows of readings ahead of a
+/// window's start, a simulation must not.
+pub(crate) fn course_of(person: &Person) -> Course {
+    let readings = person.record.cgm();
+    let mut last = readings.iter().copied().flatten().next().unwrap_or(120.0);
+    let glucose = readings
+        .iter()
+        .map(|reading| {
+            last = reading.unwrap_or(last);
+            last
+        })
+        .collect();
+    course(person, glucose)
 }
 
 /// Why an effect cannot be an input of these records; `None` if it can.
 pub(crate) fn cannot_be_input(effect: &dyn Effect, courses: &[Course]) -> Option<&'static str> {
-    let driven = |course: &&Course| effect.form(course) == Some(Form::Driven);
-    let Some(course) = courses.iter().find(driven) else {
-        return Some("its events are hidden, or nobody's record signals it");
-    };
-    let at = |glucose: f64| {
-        let course = Course { glucose: vec![glucose; course.len()], ..course.clone() };
-        modulations(effect, 0, 1.0, &course)
-    };
-    (at(PROBES[0]) != at(PROBES[1])).then_some("it follows glucose, which an input must not know")
+    let driven = |course: &Course| effect.form(course) == Some(Form::Driven);
+    let signalled = courses.iter().any(driven);
+    (!signalled).then_some("its events are hidden, or nobody's record signals it")
 }
 
-/// What an effect does in each step of a record; nothing where the record does not signal it.
-pub(crate) fn modulations(
-    effect: &dyn Effect,
-    variant: usize,
-    amplitude: f64,
-    course: &Course,
-) -> Vec<Modulation> {
-    let mut steps = vec![Modulation::NEUTRAL; course.len()];
-    if effect.form(course) == Some(Form::Driven) {
-        effect.modulate(variant, amplitude, course, &mut steps);
+/// What acts in one person: with glucose known ahead or not.
+#[derive(Debug)]
+pub(crate) struct Active<'a> {
+    course: &'a Course,
+    /// What does not look at glucose, over the whole record.
+    fixed: Vec<Modulation>,
+    /// What follows glucose, with its variant and amplitude.
+    following: Vec<(&'a dyn Effect, usize, f64)>,
+}
+
+impl<'a> Active<'a> {
+    /// Effects with variants and amplitudes; those that the record does not signal, or with an amplitude
+    /// of 0, do nothing.
+    pub(crate) fn new(
+        course: &'a Course,
+        effects: impl IntoIterator<Item = (&'a dyn Effect, usize, f64)>,
+    ) -> Self {
+        let mut fixed = vec![Modulation::NEUTRAL; course.len()];
+        let mut following = Vec::new();
+        for (effect, variant, amplitude) in effects {
+            if effect.form(course) != Some(Form::Driven) || amplitude <= 0.0 {
+                continue;
+            }
+            if follows_glucose(effect, course) {
+                following.push((effect, variant, amplitude));
+            } else {
+                effect.modulate(variant, amplitude, course, &mut fixed);
+            }
+        }
+        Self { course, fixed, following }
     }
-    steps
+
+    /// What a window knows beforehand. What follows glucose follows the readings up to the window's start
+    /// and from there the network's own free run under the effects, found by passes: drivers do not look
+    /// ahead, so that each pass makes more of it right.
+    pub(crate) fn known(
+        &self,
+        network: &ModulatedNetwork<'_>,
+        start: &ScaledStates,
+        window: &Window,
+        inputs: &[StepInput],
+    ) -> Result<Known> {
+        let steps = window.start..window.start + inputs.len();
+        let mut known = network.known(start, inputs, &self.fixed[steps.clone()])?;
+        if self.following.is_empty() {
+            return Ok(known);
+        }
+        let mut course = self.course.clone();
+        for _ in 0..PASSES {
+            let mut moved = 0.0_f64;
+            for (glucose, states) in course.glucose[steps.clone()].iter_mut().zip(&known.states) {
+                let found = network.glucose(states);
+                moved = moved.max((found - *glucose).abs());
+                *glucose = found;
+            }
+            if moved < SETTLED {
+                break;
+            }
+            let mut under = self.fixed.clone();
+            for (effect, variant, amplitude) in &self.following {
+                effect.modulate(*variant, *amplitude, &course, &mut under);
+            }
+            known = network.known(start, inputs, &under[steps.clone()])?;
+        }
+        Ok(known)
+    }
+}
+
+fn follows_glucose(effect: &dyn Effect, course: &Course) -> bool {
+    let at = |glucose: f64| {
+        let course = Course { glucose: vec![glucose; course.len()], ..course.clone() };
+        let mut steps = vec![Modulation::NEUTRAL; course.len()];
+        effect.modulate(0, 1.0, &course, &mut steps);
+        steps
+    };
+    at(PROBES[0]) != at(PROBES[1])
 }
 
 /// The population network of one person under modulations.
@@ -111,6 +183,11 @@ impl<'a> ModulatedNetwork<'a> {
         Ok(known)
     }
 
+    /// Glucose of a scaled state, mg/dL.
+    fn glucose(&self, states: &ScaledStates) -> f64 {
+        self.population.scaler().unscale(states)[Compartment::Q1]
+    }
+
     /// A scaled state as the filter's model has it.
     fn augmented(&self, start: &ScaledStates) -> AugmentedState {
         let scaler = self.population.scaler();
@@ -135,7 +212,7 @@ fn confined(glucose: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use effects::Field;
+    use effects::{Field, find};
     use nn_statespace::initial_state::steady_state;
     use physiology::{Grams, OpenLoop, Units, simulate};
     use twins::{InputSet, PreparedWindow, ResidualNetwork, window_courses};
@@ -193,6 +270,49 @@ mod tests {
             for (found, expected) in found.iter().zip(&expected) {
                 assert!((found - expected).abs() < 1e-6, "{field:?}: {found} {expected}");
             }
+        }
+    }
+
+    #[test]
+    fn an_effect_that_follows_glucose_sees_readings_before_a_window_and_the_run_within() {
+        let population = Arc::new(PopulationModel::shipped().expect("read"));
+        let network = ModulatedNetwork::new(&population, Kilograms(76.3));
+        let start = steady_state(&population, MgPerDl(130.0)).expect("found").states;
+        let exercise = find("exercise").expect("in the library");
+        // An hour of exercise from the twentieth step of a window that begins at step 288.
+        let n = 400;
+        let mut rates = vec![Some(2.0); n];
+        rates[308..320].fill(Some(60.0));
+        let course = |ahead: f64| Course {
+            hour: (0..n).map(|k| k as f64 / 12.0 % 24.0).collect(),
+            day: (0..n).map(|k| k / 288).collect(),
+            weekend: vec![false; n],
+            carbs: vec![0.0; n],
+            bolus: vec![0.0; n],
+            heart_rate_over_rest: Some(rates.clone()),
+            glucose: (0..n).map(|k| if k <= 288 { 130.0 } else { ahead }).collect(),
+            ..Course::default()
+        };
+        let window = Window { person: 0, start: 288, len: 60 };
+        let under = |course: &Course, amplitude: f64| {
+            let active = Active::new(course, [(&*exercise, 0, amplitude)]);
+            let known = active.known(&network, &start, &window, &inputs()).expect("finite");
+            known.states.iter().map(|states| network.glucose(states)).collect::<Vec<f64>>()
+        };
+        assert!(follows_glucose(&*exercise, &course(130.0)));
+        let (none, once, twice) =
+            (under(&course(130.0), 0.0), under(&course(130.0), 1.0), under(&course(130.0), 2.0));
+        assert!((none[20] - once[20]).abs() < 1e-9, "nothing before the bout");
+        // beta x 60 of glucose a minute for an hour: 3.4e-4 x 60 x 60 x about 150, less what flows back.
+        let fall = none[32] - once[32];
+        assert!((60.0..200.0).contains(&fall), "{fall}");
+        // In proportion to what is left, twice the effect takes less than twice as much.
+        let fall_twice = none[32] - twice[32];
+        assert!(fall_twice > 1.1 * fall && fall_twice < 1.95 * fall, "{fall} {fall_twice}");
+        // Readings ahead of the start tell nothing.
+        let other = under(&course(350.0), 1.0);
+        for (one, other) in once.iter().zip(&other) {
+            assert!((one - other).abs() < SETTLED, "{one} {other}");
         }
     }
 }

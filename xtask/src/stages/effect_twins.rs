@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, ensure};
 use cohort::{Cohort, Person, Window};
-use effects::{Course, Modulation, find};
+use effects::{Course, find};
 use gap::{Diagnosis, DiagnosisConfig, diagnose};
 use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{Kilograms, MgPerDl, STEPS_PER_DAY};
@@ -26,9 +26,7 @@ use twins::{
 
 use crate::bodies::check_wiring;
 use crate::cli::EffectTwinsArgs;
-use crate::effect_input::{
-    Acting, ModulatedNetwork, cannot_be_input, course_without_glucose, modulations,
-};
+use crate::effect_input::{Acting, Active, ModulatedNetwork, cannot_be_input, course_of};
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
@@ -196,8 +194,8 @@ fn acting(
                 .par_iter()
                 .map(|subject| {
                     let amplitude = amplitude(diagnosis, &named.effect, &subject.person.id);
-                    let steps = modulations(effect.as_ref(), variant, amplitude, &subject.course);
-                    subject.loss_under(population, &steps)
+                    let acting = [(effect.as_ref(), variant, amplitude)];
+                    subject.loss_under(population, &Active::new(&subject.course, acting))
                 })
                 .collect::<Result<_>>()?;
             let loss = losses.iter().sum::<f64>();
@@ -256,7 +254,7 @@ impl<'a> Subject<'a> {
         let rates = cut.train.iter().flat_map(|window| inputs_within(&cut.inputs, window));
         let heart_rate =
             HeartRateScaler::fit(rates.filter_map(|i| i.context.heart_rate_over_baseline))?;
-        let course = course_without_glucose(person);
+        let course = course_of(person);
         Ok(Ok(Self { index, person, cut, course, heart_rate, train, test }))
     }
 
@@ -271,19 +269,18 @@ impl<'a> Subject<'a> {
         population: &Arc<PopulationModel>,
         windows: &[Window],
         starts: &[ScaledStates],
-        modulations: &[Modulation],
+        active: &Active<'_>,
         inputs: InputSet,
     ) -> Result<Vec<PreparedWindow>> {
         let network = self.network(population);
         let each = windows.iter().zip(starts);
         each.map(|(window, start)| {
             let steps = inputs_within(&self.cut.inputs, window);
-            let acting = &modulations[window.start..window.start + steps.len()];
             Ok(PreparedWindow::under(
                 population,
                 steps.to_vec(),
                 &measured(self.person, window)?,
-                network.known(start, steps, acting)?,
+                active.known(&network, start, window, steps)?,
                 self.heart_rate.as_ref(),
                 inputs,
             )?)
@@ -291,14 +288,10 @@ impl<'a> Subject<'a> {
         .collect()
     }
 
-    /// Loss of the population network under modulations on the training windows.
-    fn loss_under(
-        &self,
-        population: &Arc<PopulationModel>,
-        modulations: &[Modulation],
-    ) -> Result<f64> {
+    /// Loss of the population network under effects on the training windows.
+    fn loss_under(&self, population: &Arc<PopulationModel>, active: &Active<'_>) -> Result<f64> {
         let windows =
-            self.prepared(population, &self.cut.train, &self.train, modulations, InputSet::None)?;
+            self.prepared(population, &self.cut.train, &self.train, active, InputSet::None)?;
         Ok(window_loss(population, &ResidualNetwork::zeros(), &windows, TwinLoss::PAPER)?)
     }
 
@@ -311,15 +304,10 @@ impl<'a> Subject<'a> {
         plan: &TrainingPlan,
         seed: u64,
     ) -> Result<Judged> {
-        let mut under = vec![Modulation::NEUTRAL; self.course.len()];
-        for acting in acting {
-            let name = acting.effect.card().name;
-            let amplitude = amplitude(diagnosis, name, &self.person.id);
-            if acting.effect.form(&self.course).is_some() && amplitude > 0.0 {
-                acting.effect.modulate(acting.variant, amplitude, &self.course, &mut under);
-            }
-        }
-        let nothing = vec![Modulation::NEUTRAL; self.course.len()];
+        let amplitude =
+            |acting: &Acting| amplitude(diagnosis, acting.effect.card().name, &self.person.id);
+        let effects = acting.iter().map(|a| (a.effect.as_ref(), a.variant, amplitude(a)));
+        let (under, nothing) = (Active::new(&self.course, effects), Active::new(&self.course, []));
         let glucose: Result<Vec<Vec<f64>>, _> =
             self.cut.test.iter().map(|window| measured(self.person, window)).collect();
         let glucose = glucose?;
@@ -330,26 +318,20 @@ impl<'a> Subject<'a> {
         let actual: Result<Vec<Outcomes>, _> = glucose.iter().map(|g| outcomes(g)).collect();
         let mut kinds = Vec::with_capacity(KINDS.len());
         for kind in KINDS {
-            let modulations = if kind.effect { &under } else { &nothing };
+            let active = if kind.effect { &under } else { &nothing };
             let inputs = kind.residual.unwrap_or(InputSet::None);
             let network = match kind.residual {
                 None => ResidualNetwork::zeros(),
                 Some(_) => {
-                    let windows = self.prepared(
-                        population,
-                        &self.cut.train,
-                        &self.train,
-                        modulations,
-                        inputs,
-                    )?;
+                    let windows =
+                        self.prepared(population, &self.cut.train, &self.train, active, inputs)?;
                     // The same start and order for all kinds of a person.
                     let seed = seed.wrapping_mul(1_000_003).wrapping_add(self.index as u64);
                     let start = ResidualNetwork::untrained(seed);
                     train(population, start, &windows, &[], plan, seed)?.network
                 }
             };
-            let windows =
-                self.prepared(population, &self.cut.test, &self.test, modulations, inputs)?;
+            let windows = self.prepared(population, &self.cut.test, &self.test, active, inputs)?;
             let courses = window_courses(population, &network, &windows)?;
             let (mut found, mut squares, mut samples) = (Vec::new(), 0.0, 0.0);
             for (course, glucose) in courses.iter().zip(&glucose) {
