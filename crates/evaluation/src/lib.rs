@@ -40,7 +40,7 @@ pub use method::Method;
 pub use models::{Model, PersonModels};
 pub use person::{MethodResult, PersonEvaluation, ScenarioEvaluation};
 pub use scenario::Scenario;
-pub use spread::{RunError, run_error};
+pub use spread::{HeldOutRun, QuantileMap, RunError, held_out_runs};
 pub use tables::{
     Comparison, ExclusionRow, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable,
     ScenarioTable, Spread, TwinRow, TwinsTable, WithInterval,

@@ -183,7 +183,7 @@ fn train_person(
         training: Some(json!({
             "plan": recipe.plan,
             "training_days": recipe.protocol.training_days,
-            "held_out_days": recipe.protocol.held_out_days,
+            "held_out": recipe.protocol.held_out,
             "window_steps": recipe.protocol.training.len,
             "window_overlap": recipe.protocol.training.overlap,
             "start": recipe.protocol.start,

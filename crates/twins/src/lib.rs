@@ -51,7 +51,7 @@ pub use import::published_twin;
 pub use inputs::{INPUT_NAMES, INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
 pub use loss::{HIGH, LOW, Penalty, ScaledLoss, TwinLoss};
 pub use prepared::{Known, PreparedWindow};
-pub use protocol::{PersonWindows, Protocol, inputs_within, measured};
+pub use protocol::{HeldOut, PersonWindows, Protocol, inputs_within, measured};
 pub use replay::{ReplayRow, ReplayStart, replay};
 pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
 pub use roll_out::simulate_many;

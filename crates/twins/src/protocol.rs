@@ -9,14 +9,55 @@ use crate::error::TwinError;
 use crate::exclusion::{Exclusion, Part, without_doses};
 use crate::start::WindowStart;
 
+/// Which of the training days do not train: they choose an epoch, or show how far a twin errs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// None: all train.
+    Nothing,
+    /// That many, the last.
+    Last(usize),
+    /// A block in their midst.
+    Block {
+        /// The first of them, counted from 0.
+        first: usize,
+        /// How many.
+        days: usize,
+    },
+}
+
+impl HeldOut {
+    /// The days, within so many training days.
+    #[must_use]
+    pub fn within(self, training_days: usize) -> Range<usize> {
+        match self {
+            Self::Nothing => training_days..training_days,
+            Self::Last(days) => training_days.saturating_sub(days)..training_days,
+            Self::Block { first, days } => {
+                first.min(training_days)..(first + days).min(training_days)
+            }
+        }
+    }
+
+    /// Blocks that between them hold out each of so many training days once; `count` of them, or fewer
+    /// where there are fewer days.
+    pub fn blocks(training_days: usize, count: usize) -> impl Iterator<Item = Self> {
+        let count = count.clamp(1, training_days.max(1));
+        (0..count).map(move |block| {
+            let [first, end] = [block, block + 1].map(|b| b * training_days / count);
+            Self::Block { first, days: end - first }
+        })
+    }
+}
+
 /// How records are cut and windows started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Protocol {
     /// Days that train, from the first step of the record; see
     /// [`training_days_of`](Self::training_days_of) for short records.
     pub training_days: usize,
-    /// The last of the training days, held out to choose an epoch; 0 for none.
-    pub held_out_days: usize,
+    /// Training days that do not train.
+    pub held_out: HeldOut,
     /// How training windows are cut.
     pub training: WindowRule,
     /// How test windows are cut.
@@ -37,7 +78,7 @@ impl Protocol {
     pub const fn paper() -> Self {
         Self {
             training_days: cohort::TRAINING_DAYS,
-            held_out_days: 0,
+            held_out: HeldOut::Nothing,
             training: WindowRule::TRAINING,
             test: WindowRule::EVALUATION,
             start: WindowStart::SteadyState,
@@ -68,7 +109,7 @@ pub struct PersonWindows {
     pub inputs: Vec<StepInput>,
     /// Windows that train.
     pub train: Vec<Window>,
-    /// Windows of the training days that choose an epoch.
+    /// Windows of the training days that do not train.
     pub held_out: Vec<Window>,
     /// Windows that test.
     pub test: Vec<Window>,
@@ -85,15 +126,18 @@ impl PersonWindows {
     /// [`TwinError::Cohort`] if a value of the record is not finite or a rule cannot be.
     pub fn new(index: usize, person: &Person, protocol: &Protocol) -> Result<Self, TwinError> {
         let record = &person.record;
-        let split = split_by_time(record, protocol.training_days_of(record));
-        let held_out_steps = protocol.held_out_days * STEPS_PER_DAY;
-        let boundary = match protocol.held_out_days {
-            0 => split.train.end,
-            _ => split.train.end.saturating_sub(held_out_steps),
-        };
+        let training_days = protocol.training_days_of(record);
+        let split = split_by_time(record, training_days);
         let cut = |range, rule| windows(index, record, range, rule);
-        let train = cut(0..boundary, &protocol.training)?;
-        let held_out = cut(boundary..split.train.end, &protocol.training)?;
+        let (train, held_out) = if protocol.held_out == HeldOut::Nothing {
+            (cut(split.train.clone(), &protocol.training)?, Vec::new())
+        } else {
+            let days = protocol.held_out.within(training_days);
+            let [from, to] = [days.start, days.end].map(|day| day * STEPS_PER_DAY);
+            let mut train = cut(0..from, &protocol.training)?;
+            train.extend(cut(to..split.train.end.max(to), &protocol.training)?);
+            (train, cut(from..to, &protocol.training)?)
+        };
         let test = cut(split.test.clone(), &protocol.test)?;
         let inputs = person.inputs(0..record.len(), MissingDoses::Zero)?;
 
@@ -139,4 +183,21 @@ pub fn measured(person: &Person, window: &Window) -> Result<Vec<f64>, TwinError>
 #[must_use]
 pub fn inputs_within<'a>(inputs: &'a [StepInput], window: &Window) -> &'a [StepInput] {
     &inputs[window.start..window.start + window.len - 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_hold_out_every_training_day_once() {
+        for (days, count) in [(14, 4), (14, 1), (3, 5), (1, 4), (10, 3)] {
+            let held: Vec<usize> =
+                HeldOut::blocks(days, count).flat_map(|block| block.within(days)).collect();
+            assert_eq!(held, (0..days).collect::<Vec<usize>>(), "{days} in {count}");
+        }
+        assert_eq!(HeldOut::Last(4).within(14), 10..14);
+        assert_eq!(HeldOut::Last(4).within(2), 0..2);
+        assert!(HeldOut::Nothing.within(14).is_empty());
+    }
 }

@@ -7,12 +7,15 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{Cohort, findings, read_folder};
 use evaluation::{
-    EvaluationSettings, Method, PersonModels, RunError, TwinsTable, evaluate, run_error,
+    EvaluationSettings, HeldOutRun, Method, PersonModels, RunError, TwinsTable, evaluate,
+    held_out_runs,
 };
 use nn_statespace::PopulationModel;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng as _;
 use twins::{
-    InputSet, Penalty, PersonTwin, Protocol, Signs, SteadyStates, TrainingPlan, Twin, TwinLoss,
-    TwinRecipe, build_twins, build_twins_from,
+    HeldOut, InputSet, Penalty, PersonTwin, Protocol, Signs, SteadyStates, TrainingPlan, Twin,
+    TwinLoss, TwinRecipe, build_twins, build_twins_from,
 };
 
 use crate::cli::{Profile, TwinArgs};
@@ -29,8 +32,10 @@ const VARIANTS: &str = "variants";
 
 /// The errors of free runs of the twins with spread, within their folder.
 const RUN_ERRORS: &str = "run_errors.json";
-/// Of the training days, the last that are held out to measure these errors.
-const ERROR_DAYS: usize = 4;
+/// Blocks of training days that are held out in turn to measure these errors.
+const ERROR_BLOCKS: usize = 4;
+/// Fewest windows on held-out days from which a person's own errors are told: a day of hourly starts.
+const LEAST_RUNS: usize = 24;
 
 /// Implausible figures of a cohort that are said.
 const FINDINGS_SAID: usize = 10;
@@ -98,7 +103,7 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
     };
     let output = OutputFolder::begin(&args.out, manifest)?;
     let others = if args.variants { variants() } else { Vec::new() };
-    let spread = if args.variants { 2 } else { 0 };
+    let spread = if args.variants { ERROR_BLOCKS + 1 } else { 0 };
     let progress = Progress::begin("twin", cohort.people.len() * (1 + others.len() + spread));
     let built =
         build_twins_from(&cohort, &recipe, &before, &|person| progress.advance(&person.person_id))
@@ -137,7 +142,7 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
     Ok(())
 }
 
-/// Twins without penalties, and the error of their free runs on days held out of a first training.
+/// Twins without penalties, and the error of their free runs on training days that were held out in turn.
 fn write_spread(
     output: &OutputFolder,
     cohort: &Cohort,
@@ -146,35 +151,35 @@ fn write_spread(
 ) -> Result<()> {
     let loss = TwinLoss { penalty: Penalty::NONE, ..recipe.plan.loss };
     let recipe = TwinRecipe { plan: TrainingPlan { loss, ..recipe.plan }, ..recipe.clone() };
-    let protocol = Protocol { held_out_days: ERROR_DAYS, ..recipe.protocol };
-    let first = build_twins(cohort, &TwinRecipe { protocol, ..recipe.clone() }, finished)?;
     let steady = SteadyStates::new(&*recipe.population);
-    let mut errors = BTreeMap::new();
-    for (index, (built, person)) in first.iter().zip(&cohort.people).enumerate() {
-        if let Ok(built) = &built.result
-            && let Some(error) = run_error(index, person, &built.twin, &steady, &protocol)?
-        {
-            errors.insert(person.id.clone(), error);
+    let mut runs: BTreeMap<&str, Vec<HeldOutRun>> = BTreeMap::new();
+    for held_out in HeldOut::blocks(recipe.protocol.training_days, ERROR_BLOCKS) {
+        let protocol = Protocol { held_out, ..recipe.protocol };
+        let part = build_twins(cohort, &TwinRecipe { protocol, ..recipe.clone() }, finished)?;
+        for (index, (built, person)) in part.iter().zip(&cohort.people).enumerate() {
+            if let Ok(built) = &built.result {
+                let found = held_out_runs(index, person, &built.twin, &steady, &protocol)?;
+                runs.entry(&person.id).or_default().extend(found);
+            }
         }
     }
-    // Somebody whose held-out days hold no window gets the errors of the others' mean.
-    let usual = mean_error(errors.values());
     let built = build_twins(cohort, &recipe, finished)?;
-    if let Some(usual) = usual {
-        for person in built.iter().filter(|person| person.result.is_ok()) {
-            errors.entry(person.person_id.clone()).or_insert(usual);
-        }
-        let folder = format!("{VARIANTS}/{}", Method::SpreadTwin.name());
-        write(output, &folder, &built)?;
-        output.write_json(&format!("{folder}/{RUN_ERRORS}"), &errors)?;
-    }
-    Ok(())
-}
-
-fn mean_error<'a>(errors: impl ExactSizeIterator<Item = &'a RunError>) -> Option<RunError> {
-    let count = errors.len() as f64;
-    let sum = errors.fold((0.0, 0.0), |sum, error| (sum.0 + error.left, sum.1 + error.added));
-    (count > 0.0).then(|| RunError { left: sum.0 / count, added: sum.1 / count })
+    let mut rng = ChaCha8Rng::seed_from_u64(recipe.seed);
+    // Somebody with too few windows on days held out gets the errors of all.
+    let Some(usual) = RunError::fit(runs.values().flatten(), &mut rng) else { return Ok(()) };
+    let errors: BTreeMap<&str, RunError> = built
+        .iter()
+        .filter(|person| person.result.is_ok())
+        .map(|person| {
+            let id = person.person_id.as_str();
+            let own = runs.get(id).filter(|runs| runs.len() >= LEAST_RUNS);
+            let own = own.and_then(|runs| RunError::fit(runs, &mut rng));
+            (id, own.unwrap_or_else(|| usual.clone()))
+        })
+        .collect();
+    let folder = format!("{VARIANTS}/{}", Method::SpreadTwin.name());
+    write(output, &folder, &built)?;
+    output.write_json(&format!("{folder}/{RUN_ERRORS}"), &errors)
 }
 
 /// The twins with spread in an output folder of this command.
@@ -193,7 +198,7 @@ pub(crate) fn spread_in(
     twins
         .into_iter()
         .map(|(id, twin)| match errors.get(&id) {
-            Some(error) => Ok((twin, *error)),
+            Some(error) => Ok((twin, error.clone())),
             None => bail!("'{}' lacks the error of '{id}'; train anew", path.display()),
         })
         .collect()
