@@ -403,13 +403,13 @@ fn a_run_that_is_killed_goes_on_to_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("run.checkpoint");
     let status = std::process::Command::new(std::env::current_exe().expect("this test"))
-        .args(["--exact", "a_run_that_is_killed_goes_on_to_the_same_bytes"])
+        .args(["--exact", "training::a_run_that_is_killed_goes_on_to_the_same_bytes"])
         .env(CHECKPOINT, &path)
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::null())
         .status()
         .expect("starts");
-    assert!(!status.success(), "the process ended by itself");
+    assert!(!status.success(), "the process ended by itself, or no test has this name");
     let checkpoint = std::fs::read(&path).expect("written before the end");
     let resumed = TrainingRun::resume(&checkpoint, &config, &widths, &training, &training);
     let resumed = resumed.expect("the same run");
