@@ -3,6 +3,7 @@
 //! The person follows the synthetic population model of the tests, but exercise lowers their
 //! glucose further. Run with `cargo run -p evaluation --example one_person`.
 
+#[expect(dead_code, reason = "tests of the twins use the rest of this module")]
 #[path = "../../twins/tests/it/synthetic.rs"]
 mod synthetic;
 

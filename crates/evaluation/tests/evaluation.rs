@@ -1,5 +1,6 @@
 //! Judging twins of a cohort whose truth is known, and the tables that come out.
 
+#[expect(dead_code, reason = "tests of the twins use the rest of this module")]
 #[path = "../../twins/tests/it/synthetic.rs"]
 mod synthetic;
 

@@ -1,8 +1,6 @@
 //! A small population model with the right signs, days with meals and exercise, and networks that
 //! are not zero, for tests that need no data from outside.
 
-#![expect(dead_code, reason = "each test file uses its own part of this module")]
-
 use std::sync::Arc;
 
 use cohort::{Channel, Cohort, MissingDoses, Person, Record, Therapy};
