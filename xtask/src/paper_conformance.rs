@@ -113,8 +113,10 @@ fn follows(row: &Row, conformant: bool) -> &'static str {
 /// The paper's summary: for each network the largest z of its physical rows, in physical units per minute.
 pub(crate) fn summary(rows: &[Row]) -> String {
     use std::fmt::Write as _;
-    let mut text =
-        "Largest z of each network's physical rows, physical units per minute\n".to_owned();
+    let mut text = format!(
+        "Largest z of each network's physical rows, physical units per minute\n{:<4} {:<32} paper\n",
+        "net", "ours"
+    );
     let mut seen: Vec<&str> = Vec::new();
     for row in rows {
         if seen.contains(&row.network.as_str()) {
@@ -134,11 +136,46 @@ pub(crate) fn summary(rows: &[Row]) -> String {
             Some(row) => format!("{:.1e} against {}", self::worst(row), row.input),
             None => "open".to_owned(),
         };
-        writeln!(text, "{:<4} {told}", row.network).expect("writing to a String cannot fail");
+        let paper = papers_largest(&row.network)
+            .map_or_else(|| "conformant".to_owned(), |error| format!("{error:.0e}"));
+        writeln!(text, "{:<4} {told:<32} {paper}", row.network)
+            .expect("writing to a String cannot fail");
     }
     text
 }
 
+/// The paper's summary of a network: the largest of its critical errors in either region; `None` for a
+/// check mark.
+fn papers_largest(network: &str) -> Option<f64> {
+    let rows = TABLE.iter().filter(|row| row.0 == network);
+    rows.flat_map(|row| [row.3, row.4]).flatten().max_by(f64::total_cmp)
+}
+
 fn worst(row: &Row) -> f64 {
     row.physical_step.as_ref().map_or(0.0, |step| step.z_lower)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_appendix_gives_the_papers_summary() {
+        // Table `conformance_summary` of the paper.
+        let summary = [
+            ("Q1", Some(2e-2)),
+            ("Q2", Some(2e-5)),
+            ("S1", Some(1e-2)),
+            ("S2", Some(9e-6)),
+            ("I", Some(2e-5)),
+            ("X1", Some(5e-9)),
+            ("X2", None),
+            ("X3", Some(4e-7)),
+            ("C1", None),
+            ("C2", Some(2e-8)),
+        ];
+        for (network, error) in summary {
+            assert_eq!(papers_largest(network), error, "{network}");
+        }
+    }
 }

@@ -29,6 +29,8 @@ pub struct PersonEvaluation {
     pub windows: usize,
     /// Outcomes of the sensor readings, averaged over windows.
     pub actual: Outcomes,
+    /// The same over the training windows.
+    pub training: Outcomes,
     /// Figures of each method.
     pub methods: Vec<MethodResult>,
     /// The same over windows that begin with an event; scenarios without windows are absent.
@@ -104,11 +106,20 @@ pub(crate) fn evaluate_person(
             scenarios.push(ScenarioEvaluation { scenario, windows, actual, methods });
         }
     }
+    let training: Result<Vec<Outcomes>, EvaluationError> = cut
+        .train
+        .iter()
+        .map(|window| {
+            let readings = measured(person, window)?;
+            Ok(Outcomes::of(readings[1..].iter().copied().map(MgPerDl))?)
+        })
+        .collect();
     let within = cut.test.iter().flat_map(|window| inputs_within(&cut.inputs, window));
     Ok(PersonEvaluation {
         person_id: person.id.clone(),
         windows: cut.test.len(),
         actual,
+        training: Outcomes::average(&training?)?,
         methods,
         scenarios,
         forecast: forecast_errors(index, person, cut, models, steady, settings)?,

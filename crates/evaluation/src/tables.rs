@@ -28,6 +28,11 @@ pub struct OutcomesTable {
     pub interval: IntervalMethod,
     /// People left out, with the reason.
     pub exclusions: Vec<ExclusionRow>,
+    /// The sensor on the training days in place of a method: what a person's own weeks tell of the next. An
+    /// outcome that is not equivalent here changes too much from week to week to be asked of a simulator
+    /// that was fitted to these days.
+    #[serde(default)]
+    pub training_days: Vec<OutcomeRow>,
     /// One entry a method, the twin first; twins with other inputs are in `ablation`.
     pub methods: Vec<MethodRows>,
     /// Five-hour error of the other methods against the twin's.
@@ -253,6 +258,11 @@ impl OutcomesTable {
             },
             exclusions: evaluation.exclusions.clone(),
             comparisons: comparisons(&all, &judged, settings)?,
+            training_days: outcome_rows(
+                &people.iter().map(|person| person.actual).collect::<Vec<_>>(),
+                &people.iter().map(|person| person.training).collect::<Vec<_>>(),
+                settings,
+            )?,
             methods,
             ablation,
             scenarios,
@@ -320,41 +330,48 @@ impl Figures {
         settings: &EvaluationSettings,
     ) -> Result<MethodRows, EvaluationError> {
         let simulated: Vec<Outcomes> = self.found.iter().map(|found| found.outcomes).collect();
-        let tests = compare_outcomes(&self.actual, &simulated, settings.alpha)?;
-        let holm = multiplicity::holm(&tests.iter().map(|row| row.p).collect::<Vec<f64>>())?;
-        let rows: Result<Vec<OutcomeRow>, EvaluationError> = tests
-            .iter()
-            .zip(holm)
-            .map(|(test, p_holm)| {
-                let difference =
-                    difference(&self.actual, &simulated, test.metric, &settings.bootstrap)?;
-                Ok(OutcomeRow {
-                    metric: test.metric.key().to_owned(),
-                    unit: test.unit.to_owned(),
-                    margin: test.margin,
-                    actual: spread(test.actual),
-                    simulated: spread(test.simulated),
-                    difference,
-                    difference_t: WithInterval {
-                        value: test.difference.value,
-                        lower: test.difference.lower,
-                        upper: test.difference.upper,
-                    },
-                    p: test.p,
-                    p_holm,
-                    equivalent: test.equivalent,
-                    p_unbiased: unbiased(&self.actual, &simulated, test.metric, settings.alpha)?,
-                })
-            })
-            .collect();
         Ok(MethodRows {
             name: method.name().to_owned(),
             label: method.label().to_owned(),
-            rows: rows?,
+            rows: outcome_rows(&self.actual, &simulated, settings)?,
             rmse_5h: spread(Summary::of(&self.rmse())?),
             starts_not_at_rest: self.found.iter().map(|found| found.not_at_rest).sum(),
         })
     }
+}
+
+/// Each outcome of some simulated days beside the measured ones, over people.
+fn outcome_rows(
+    actual: &[Outcomes],
+    simulated: &[Outcomes],
+    settings: &EvaluationSettings,
+) -> Result<Vec<OutcomeRow>, EvaluationError> {
+    let tests = compare_outcomes(actual, simulated, settings.alpha)?;
+    let holm = multiplicity::holm(&tests.iter().map(|row| row.p).collect::<Vec<f64>>())?;
+    tests
+        .iter()
+        .zip(holm)
+        .map(|(test, p_holm)| {
+            let difference = difference(actual, simulated, test.metric, &settings.bootstrap)?;
+            Ok(OutcomeRow {
+                metric: test.metric.key().to_owned(),
+                unit: test.unit.to_owned(),
+                margin: test.margin,
+                actual: spread(test.actual),
+                simulated: spread(test.simulated),
+                difference,
+                difference_t: WithInterval {
+                    value: test.difference.value,
+                    lower: test.difference.lower,
+                    upper: test.difference.upper,
+                },
+                p: test.p,
+                p_holm,
+                equivalent: test.equivalent,
+                p_unbiased: unbiased(actual, simulated, test.metric, settings.alpha)?,
+            })
+        })
+        .collect()
 }
 
 /// The test's p after the mean difference was taken out.

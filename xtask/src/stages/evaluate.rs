@@ -24,6 +24,9 @@ use crate::stages::{example_day, glucose_profile, paper_tables, train, twin};
 /// Fewest people over whom an equivalence test is defined.
 const FEWEST_PEOPLE: usize = 2;
 
+/// The tables as text, within the output folder.
+pub(crate) const TEXT: &str = "tables.txt";
+
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &EvaluateArgs) -> Result<Manifest> {
     let (profile, training_days) = trained_with(&args.twins)?;
@@ -92,7 +95,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
             &answers,
             constrained.as_ref(),
         );
-        output.write("tables.txt", text.as_bytes())?;
+        output.write(TEXT, text.as_bytes())?;
         note(text);
     }
     if let Some(day) = example_day::choose(&cohort, &people.twins, &evaluation, &protocol) {

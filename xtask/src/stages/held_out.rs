@@ -29,19 +29,31 @@ const PAPER: [[(f64, f64); 2]; 6] = [
     [(132.6, 48.2), (132.8, 46.8)],
 ];
 
-/// Runs the command.
-pub(crate) fn run(args: &HeldOutArgs) -> Result<()> {
-    let plan = match args.profile {
+/// The tables as text, within the output folder.
+pub(crate) const TEXT: &str = "held-out.txt";
+
+fn plan(args: &HeldOutArgs) -> DevelopmentPlan {
+    match args.profile {
         Profile::Quick => DevelopmentPlan::quick(args.seed),
         Profile::Paper => DevelopmentPlan::paper(args.seed),
-    };
-    let paths: Vec<&Path> =
-        std::iter::once(args.model.as_path()).chain(args.beside.as_deref()).collect();
-    let config = serde_json::json!({ "simulated_weeks": plan.weeks() });
-    let mut manifest = Manifest::new("held-out", config, Some(args.seed));
-    for path in &paths {
-        manifest = manifest.with_input(path)?;
     }
+}
+
+fn paths(args: &HeldOutArgs) -> Vec<&Path> {
+    std::iter::once(args.model.as_path()).chain(args.beside.as_deref()).collect()
+}
+
+/// The manifest of a run with these arguments.
+pub(crate) fn manifest(args: &HeldOutArgs) -> Result<Manifest> {
+    let config = serde_json::json!({ "simulated_weeks": plan(args).weeks() });
+    let manifest = Manifest::new("held-out", config, Some(args.seed));
+    paths(args).into_iter().try_fold(manifest, Manifest::with_input)
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &HeldOutArgs) -> Result<()> {
+    let (plan, paths) = (plan(args), paths(args));
+    let manifest = manifest(args)?;
     let models: Vec<PopulationModel> =
         paths.iter().map(|path| read_population(path)).collect::<Result<_>>()?;
     let output = OutputFolder::begin(&args.out, manifest)?;
@@ -76,7 +88,7 @@ pub(crate) fn run(args: &HeldOutArgs) -> Result<()> {
             "parts": parts,
         }),
     )?;
-    output.write("held-out.txt", text.as_bytes())?;
+    output.write(TEXT, text.as_bytes())?;
     let place = output.finish()?;
     note(text);
     note(format!("held-out: {}", place.join("held-out.json").display()));

@@ -1,11 +1,50 @@
 //! The paper's result tables as text, with what they leave out.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
-use evaluation::{MethodRows, OutcomesTable, WhatIf};
+use anyhow::{Context as _, Result};
+use evaluation::{MethodRows, OutcomeRow, OutcomesTable, WhatIf};
+use nn_statespace::{PopulationModel, Widths};
+use physiology::Compartment;
 
 /// Width of a column.
-const COLUMN: usize = 22;
+const COLUMN: usize = 24;
+
+/// Every table of the paper: widths of a population network, then the texts of the stages, of which some
+/// may not have run.
+pub(crate) fn all(model: &PopulationModel, parts: &[PathBuf]) -> Result<String> {
+    let mut text = widths(model);
+    for part in parts {
+        if part.is_file() {
+            let found = std::fs::read_to_string(part)
+                .with_context(|| format!("cannot read '{}'", part.display()))?;
+            let _ = write!(text, "\n{}\n\n{}\n", "-".repeat(72), found.trim_end());
+        } else {
+            let _ = writeln!(text, "\n'{}' was not made", part.display());
+        }
+    }
+    Ok(text)
+}
+
+/// Units of the hidden layers, the paper's beside them.
+fn widths(model: &PopulationModel) -> String {
+    let mut text = format!(
+        "Hidden units (paper, Table 'best_archs')\n{:<5}{:>6}{:>7}\n",
+        "net", "here", "paper"
+    );
+    let paper = Widths::paper();
+    for compartment in Compartment::ALL {
+        let here = model.network(compartment).b1().len();
+        let _ = writeln!(text, "{:<5}{here:>6}{:>7}", compartment.name(), paper.of(compartment));
+    }
+    let _ = writeln!(text, "residual network of a twin: {} (the paper's)", layers(&twins::HIDDEN));
+    text
+}
+
+fn layers(units: &[usize]) -> String {
+    units.iter().map(ToString::to_string).collect::<Vec<_>>().join("-")
+}
 
 /// Every table of an evaluation.
 ///
@@ -30,15 +69,18 @@ pub(crate) fn text(
     text.push_str(
         "\nOutcomes (paper, Table 'overall_glucoseOutcomes'): mean \u{b1} SD over people, ",
     );
-    text.push_str("p of equivalence (* below 0.05; ^ so few people could not show it)\n");
-    outcomes(&mut text, &table.methods);
+    text.push_str(
+        "p of equivalence (* below 0.05; ^ so few people could not show it). 'training days' is the sensor \
+         on these in place of a method:\nwhat is not equivalent there changes too much from week to week\n",
+    );
+    outcomes(&mut text, Some(&table.training_days), &table.methods);
     if let Some(candidates) = candidates {
         let _ = writeln!(text, "closest: of {candidates}");
     }
     comparisons(&mut text, table);
     if !table.ablation.is_empty() {
         text.push_str("\nTwins with other personal inputs, all windows\n");
-        outcomes(&mut text, &table.ablation);
+        outcomes(&mut text, None, &table.ablation);
     }
     for scenario in &table.scenarios {
         let _ = writeln!(
@@ -49,7 +91,7 @@ pub(crate) fn text(
         if scenario.methods.is_empty() {
             text.push_str("fewer than two people have such windows\n");
         } else {
-            outcomes(&mut text, &scenario.methods);
+            outcomes(&mut text, None, &scenario.methods);
         }
     }
     forecast(&mut text, table);
@@ -60,10 +102,13 @@ pub(crate) fn text(
     text
 }
 
-/// Outcomes down, methods across, as the paper has them.
-fn outcomes(text: &mut String, methods: &[MethodRows]) {
+/// Outcomes down, methods across, as the paper has them; what the training days tell comes first.
+fn outcomes(text: &mut String, training_days: Option<&[OutcomeRow]>, methods: &[MethodRows]) {
     let Some(first) = methods.first() else { return };
     let _ = write!(text, "{:<6}{:<16}", "", "actual");
+    if training_days.is_some() {
+        let _ = write!(text, "{:<COLUMN$}", "training days");
+    }
     for method in methods {
         let _ = write!(text, "{:<COLUMN$}", method.name);
     }
@@ -71,29 +116,34 @@ fn outcomes(text: &mut String, methods: &[MethodRows]) {
     for (place, row) in first.rows.iter().enumerate() {
         let actual = format!("{:.1} \u{b1} {:.1}", row.actual.mean, row.actual.sd);
         let _ = write!(text, "{:<6}{actual:<16}", row.metric.to_uppercase());
+        if let Some(row) = training_days.and_then(|rows| rows.get(place)) {
+            cell(text, row);
+        }
         for method in methods {
-            let row = &method.rows[place];
-            let mark = match (row.equivalent, row.p_unbiased < 0.05) {
-                (true, _) => "*",
-                (false, true) => "",
-                (false, false) => "^",
-            };
-            let cell = format!(
-                "{:.1} \u{b1} {:.1} ({}{mark})",
-                row.simulated.mean,
-                row.simulated.sd,
-                p(row.p)
-            );
-            let _ = write!(text, "{cell:<COLUMN$}");
+            cell(text, &method.rows[place]);
         }
         text.push('\n');
     }
     let _ = write!(text, "{:<6}{:<16}", "RMSE", "");
+    if training_days.is_some() {
+        let _ = write!(text, "{:<COLUMN$}", "");
+    }
     for method in methods {
         let cell = format!("{:.1} \u{b1} {:.1}", method.rmse_5h.mean, method.rmse_5h.sd);
         let _ = write!(text, "{cell:<COLUMN$}");
     }
     text.push('\n');
+}
+
+fn cell(text: &mut String, row: &OutcomeRow) {
+    let mark = match (row.equivalent, row.p_unbiased < 0.05) {
+        (true, _) => "*",
+        (false, true) => "",
+        (false, false) => "^",
+    };
+    let (mean, sd) = (row.simulated.mean, row.simulated.sd);
+    let cell = format!("{mean:.1} \u{b1} {sd:.1} ({}{mark})", p(row.p));
+    let _ = write!(text, "{cell:<COLUMN$}");
 }
 
 fn p(p: f64) -> String {

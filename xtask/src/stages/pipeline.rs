@@ -7,20 +7,26 @@ use clap::ValueEnum;
 use cohort::{Cohort, MassBalance, findings};
 
 use crate::cli::{
-    BaselinesArgs, DiagnoseArgs, EvaluateArgs, MilpForm, PipelineArgs, Profile, ReportArgs,
-    TrainArgs, TrainingPreset, TwinArgs, VerifyArgs,
+    BaselinesArgs, DiagnoseArgs, EvaluateArgs, HeldOutArgs, MilpForm, PipelineArgs, Profile,
+    ReportArgs, TrainArgs, TrainingPreset, TwinArgs, VerifyArgs,
 };
 use crate::diagnosed::ODE;
 use crate::manifest::Manifest;
+use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::progress::note;
 use crate::stages::twin::read_cohort;
-use crate::stages::{baselines, check, diagnose, evaluate, report, train, twin, verify};
+use crate::stages::{
+    baselines, check, diagnose, evaluate, held_out, paper_tables, report, train, twin, verify,
+};
 
 /// Time limit of a conformance row in the quick profile, s.
 const QUICK_ROW_SECONDS: f64 = 5.0;
 /// Time limit of a conformance row in the paper profile, s.
 const PAPER_ROW_SECONDS: f64 = 60.0;
+
+/// Every table of the paper, as text.
+const TABLES: &str = "tables.txt";
 
 /// The stages, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
@@ -31,6 +37,8 @@ pub(crate) enum Stage {
     Train,
     /// Prove or refute the network's monotonicity.
     Verify,
+    /// Compare the network with the ODE on simulated days that trained neither.
+    HeldOut,
     /// Train a twin a person, and its variants.
     Twin,
     /// Fit what twins are compared with.
@@ -49,16 +57,17 @@ impl Stage {
             Self::Cohort => "1-cohort",
             Self::Train => "2-train",
             Self::Verify => "3-verify",
-            Self::Twin => "4-twin",
-            Self::Baselines => "5-baselines",
-            Self::Evaluate => "6-evaluate",
-            Self::Diagnose => "7-diagnose",
+            Self::HeldOut => "4-held-out",
+            Self::Twin => "5-twin",
+            Self::Baselines => "6-baselines",
+            Self::Evaluate => "7-evaluate",
+            Self::Diagnose => "8-diagnose",
             Self::Report => "report",
         }
     }
 
     fn name(self) -> String {
-        format!("{self:?}").to_lowercase()
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
 
@@ -135,6 +144,17 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
         ));
     }
 
+    let held_out = HeldOutArgs {
+        model: model.clone(),
+        beside: None,
+        profile: args.profile,
+        seed: args.seed,
+        out: at(Stage::HeldOut),
+    };
+    step(args, Stage::HeldOut, &held_out.out, held_out::manifest(&held_out)?, || {
+        held_out::run(&held_out)
+    })?;
+
     let twin = TwinArgs {
         cohort: cohort.clone(),
         model,
@@ -184,7 +204,18 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
         diagnose::run(&diagnose)
     })?;
 
-    report::run(&ReportArgs { folder: args.out.clone() })
+    report::run(&ReportArgs { folder: args.out.clone() })?;
+    let model = read_population(&twin.model)?;
+    let parts = [
+        at(Stage::HeldOut).join(held_out::TEXT),
+        at(Stage::Verify).join(verify::TEXT),
+        at(Stage::Evaluate).join(evaluate::TEXT),
+    ];
+    let text = paper_tables::all(&model, &parts)?;
+    let path = args.out.join(TABLES);
+    std::fs::write(&path, text).with_context(|| format!("cannot write '{}'", path.display()))?;
+    note(format!("pipeline: every table of the paper: {}", path.display()));
+    Ok(())
 }
 
 /// Runs a stage unless its folder already holds the same work.
@@ -210,12 +241,14 @@ fn step(
     work().with_context(|| format!("stage {}", stage.name()))
 }
 
-/// Removes an earlier result of a stage, and the report that may show it.
+/// Removes an earlier result of a stage, and the report and tables that may show it.
 fn discard(args: &PipelineArgs, stage: Stage) -> Result<()> {
-    let report = args.out.join(report::FILE);
-    if report.is_file() {
-        std::fs::remove_file(&report)
-            .with_context(|| format!("cannot remove the outdated '{}'", report.display()))?;
+    for file in [report::FILE, TABLES] {
+        let file = args.out.join(file);
+        if file.is_file() {
+            std::fs::remove_file(&file)
+                .with_context(|| format!("cannot remove the outdated '{}'", file.display()))?;
+        }
     }
     let folder = args.out.join(stage.folder());
     let Some(before) = Manifest::read(&folder) else { return Ok(()) };

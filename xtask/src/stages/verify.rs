@@ -57,6 +57,9 @@ fn region_path(args: &VerifyArgs) -> Result<PathBuf> {
     )
 }
 
+/// The tables as text, within the output folder.
+pub(crate) const TEXT: &str = "conformance.txt";
+
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &VerifyArgs) -> Result<Manifest> {
     let config = serde_json::json!({
@@ -130,7 +133,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         beside_the_paper(&rows, args.widen > 0.0)
     );
     output.write_json("conformance.json", &Report { rows })?;
-    output.write("conformance.txt", table.as_bytes())?;
+    output.write(TEXT, table.as_bytes())?;
     output.write("certificates.json", &certified.file)?;
     let place = output.finish()?;
     note(table);

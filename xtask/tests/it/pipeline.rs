@@ -39,13 +39,27 @@ fn the_embedded_cohort_ends_in_a_report_and_a_second_run_keeps_every_stage() {
         assert!(html.contains(words), "{words}");
     }
     assert!(!html.contains("NaN"));
+    let tables = fs::read_to_string(out.join("tables.txt")).expect("the tables");
+    for words in [
+        "Table 'best_archs'",
+        "Outcomes of ",
+        "Largest z of each network",
+        "Beside the paper's appendix",
+        "Table 'overall_glucoseOutcomes'",
+        "Table 'inputsContributions'",
+        "Forecast RMSE",
+        "What-if order",
+    ] {
+        assert!(tables.contains(words), "{words}");
+    }
+    assert!(!tables.contains("was not made"), "{tables}");
 
     let model = out.join("2-train/population.safetensors");
     let before = fs::read(&model).expect("a model");
     let output = pipeline(&out, &[]);
     let notes = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{notes}");
-    assert_eq!(notes.matches("done before, kept").count(), 7, "{notes}");
+    assert_eq!(notes.matches("done before, kept").count(), 8, "{notes}");
     assert_eq!(fs::read(&model).expect("a model"), before);
 
     // The same seed gives the same bytes, on another number of threads too.
@@ -53,7 +67,7 @@ fn the_embedded_cohort_ends_in_a_report_and_a_second_run_keeps_every_stage() {
     let output = pipeline(&again, &["--threads", "1", "-q"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for file in
-        ["2-train/population.safetensors", "6-evaluate/outcomes.json", "7-diagnose/diagnosis.json"]
+        ["2-train/population.safetensors", "7-evaluate/outcomes.json", "8-diagnose/diagnosis.json"]
     {
         assert_eq!(
             fs::read(out.join(file)).expect("first run"),
