@@ -35,7 +35,7 @@ pub struct OutcomesTable {
     pub training_days: Vec<OutcomeRow>,
     /// One entry a method, the twin first; twins with other inputs are in `ablation`.
     pub methods: Vec<MethodRows>,
-    /// Five-hour error of the other methods against the twin's.
+    /// Five-hour error of the twin, and of the twin with spread, against other methods'.
     pub comparisons: Vec<Comparison>,
     /// Twins that see other personal inputs, over all windows.
     #[serde(default)]
@@ -389,27 +389,31 @@ fn unbiased(
     Ok(tost::paired(&none, &centred, metric.margin(), alpha)?.p)
 }
 
-/// Five-hour errors of every other method against the twin's.
+/// Five-hour errors of the twin, and of the twin with spread, against those of other methods.
 fn comparisons(
     people: &[&PersonEvaluation],
     judged: &[Method],
     settings: &EvaluationSettings,
 ) -> Result<Vec<Comparison>, EvaluationError> {
-    let twin = Figures::overall(people, Method::Twin).rmse();
-    let others: Vec<Method> = judged.iter().copied().filter(|m| *m != Method::Twin).collect();
-    let mut rows = Vec::with_capacity(others.len());
-    for method in others {
-        let other = Figures::overall(people, method).rmse();
-        let found = paired::compare(&twin, &other, &settings.bootstrap)?;
-        rows.push(Comparison {
-            first: Method::Twin.name().to_owned(),
-            second: method.name().to_owned(),
-            quantity: "RMSE over 5 h".to_owned(),
-            unit: "mg/dL".to_owned(),
-            difference: with_bootstrap(&found.difference),
-            p: found.signed_rank.p,
-            p_holm: found.signed_rank.p,
-        });
+    let mut rows = Vec::new();
+    for first in [Method::Twin, Method::SpreadTwin] {
+        if !judged.contains(&first) {
+            continue;
+        }
+        let twin = Figures::overall(people, first).rmse();
+        for second in judged.iter().copied().filter(|second| is_compared(first, *second)) {
+            let other = Figures::overall(people, second).rmse();
+            let found = paired::compare(&twin, &other, &settings.bootstrap)?;
+            rows.push(Comparison {
+                first: first.name().to_owned(),
+                second: second.name().to_owned(),
+                quantity: "RMSE over 5 h".to_owned(),
+                unit: "mg/dL".to_owned(),
+                difference: with_bootstrap(&found.difference),
+                p: found.signed_rank.p,
+                p_holm: found.signed_rank.p,
+            });
+        }
     }
     if !rows.is_empty() {
         let p: Vec<f64> = rows.iter().map(|row| row.p).collect();
@@ -418,6 +422,17 @@ fn comparisons(
         }
     }
     Ok(rows)
+}
+
+/// The twin is compared with everything, the twin with spread with what is not a twin.
+fn is_compared(first: Method, second: Method) -> bool {
+    match first {
+        Method::Twin => second != Method::Twin,
+        _ => !matches!(
+            second,
+            Method::Twin | Method::ConstrainedTwin | Method::SpreadTwin | Method::Ablated(_)
+        ),
+    }
 }
 
 /// Twins of every kind and the population model over the windows of a scenario.

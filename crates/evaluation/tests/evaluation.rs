@@ -70,7 +70,15 @@ fn the_true_twin_is_found_equivalent_and_best() {
     assert_eq!((twin.name.as_str(), twin.rows.len()), ("twin", 6));
     assert!(twin.rows.iter().all(|row| row.equivalent && row.p <= row.p_holm));
     assert!(table.comparisons.iter().all(|c| c.difference.upper < 0.0));
-    for row in table.methods.iter().flat_map(|method| &method.rows) {
+    // The sensor on the training days is told from the sensor on the days after.
+    assert_eq!(table.training_days.len(), 6);
+    assert!(table.training_days.iter().zip(&twin.rows).all(|(own, row)| own.actual == row.actual));
+    let mean = |rows: &[evaluation::OutcomeRow]| rows[5].simulated.mean;
+    assert!((mean(&table.training_days) - mean(&twin.rows)).abs() > 0.1);
+    let training: f64 = found.people.iter().map(|person| person.training.mg).sum();
+    assert!((mean(&table.training_days) - training / 3.0).abs() < 1e-9);
+    let all = table.methods.iter().flat_map(|method| &method.rows);
+    for row in all.chain(&table.training_days) {
         let shift = row.simulated.mean - row.actual.mean;
         for difference in [row.difference, row.difference_t] {
             assert!((difference.value - shift).abs() < 1e-9, "{row:?}"); // rounding of means

@@ -153,7 +153,7 @@ fn p(p: f64) -> String {
 fn comparisons(text: &mut String, table: &OutcomesTable) {
     let _ = writeln!(
         text,
-        "\nFive-hour RMSE, twin minus other, mg/dL, {:.0} % interval over people, p of the signed-rank \
+        "\nFive-hour RMSE, first minus second, mg/dL, {:.0} % interval over people, p of the signed-rank \
          test, and adjusted for all comparisons (Holm)",
         100.0 * table.interval.level
     );
@@ -161,7 +161,8 @@ fn comparisons(text: &mut String, table: &OutcomesTable) {
         let d = row.difference;
         let _ = writeln!(
             text,
-            "  {:<24} {:>7.1} ({:.1} to {:.1})  p {}  {}",
+            "  {:<12} - {:<24} {:>7.1} ({:.1} to {:.1})  p {}  {}",
+            row.first,
             row.second,
             d.value,
             d.lower,

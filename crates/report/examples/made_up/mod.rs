@@ -98,6 +98,7 @@ fn outcomes() -> Value {
         "window_minutes": 300,
         "exclusions": [{"person_id": "p13", "reason": "no carbohydrate in the second part"}],
         "interval": {"method": "bootstrap over people", "level": 0.9, "replicates": 2000},
+        "training_days": method("", "", 0.3, 0.8)["rows"],
         "methods": [method("twin", "Digital twin", 1.0, 1.0),
             method("population", "Population network", 3.2, 1.1),
             method("ode", "ODE, population parameters", 3.0, 1.2),

@@ -36,7 +36,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.absent("No outcome was tested.");
         }
     }
-    methods(&mut html, "Outcomes of every method, all windows", &outcomes.methods);
+    overall(&mut html, outcomes);
     if !outcomes.ablation.is_empty() {
         html.element("h3", "Twins that see other personal inputs");
         methods(&mut html, "Twins by what they see, all windows", &outcomes.ablation);
@@ -60,6 +60,26 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     forecast(&mut html, outcomes);
     comparisons(&mut html, outcomes);
     Ok(html)
+}
+
+/// Every method over all windows, behind what the training days themselves tell.
+fn overall(html: &mut Html, outcomes: &Outcomes) {
+    let mut all = Vec::with_capacity(outcomes.methods.len() + 1);
+    if !outcomes.training_days.is_empty() {
+        html.paragraph(
+            "\u{201c}Training days\u{201d} is the sensor on these in the place of a method. An outcome that is \
+             not equivalent there changes too much from week to week to be asked of a simulator that was \
+             fitted to these days.",
+        );
+        all.push(Method {
+            name: "training_days".to_owned(),
+            label: "Training days".to_owned(),
+            rows: outcomes.training_days.clone(),
+            rmse_5h: None,
+        });
+    }
+    all.extend(outcomes.methods.iter().cloned());
+    methods(html, "Outcomes of every method, all windows", &all);
 }
 
 /// Methods over the same windows: one table across, and folded the differences of each method.
@@ -165,52 +185,44 @@ fn forecast(html: &mut Html, outcomes: &Outcomes) {
     html.table("Forecast RMSE, mg/dL, mean \u{b1} SD over people", &columns, &rows);
 }
 
-/// Two methods within people.
+/// Two methods within people: a table for each first method and quantity.
 fn comparisons(html: &mut Html, outcomes: &Outcomes) {
-    let Some(first) = outcomes.comparisons.first() else { return };
-    // What all rows share stands in the caption, which leaves a phone room for the rest.
-    let shared = outcomes.comparisons.iter().all(|row| {
-        (&row.first, &row.quantity, &row.unit) == (&first.first, &first.quantity, &first.unit)
-    });
-    let quantity = |row: &Comparison| format!("{} ({})", row.quantity, row.unit);
-    let rows: Vec<(bool, Vec<String>)> = outcomes
-        .comparisons
-        .iter()
-        .map(|row| {
-            let own = [quantity(row), label(outcomes, &row.first)];
-            let mut cells = if shared { Vec::new() } else { own.to_vec() };
-            cells.extend([
-                label(outcomes, &row.second),
-                interval(row.difference, 1),
-                row.p.map_or_else(|| ABSENT.to_owned(), p_value),
-                row.p_holm.map_or_else(|| ABSENT.to_owned(), p_value),
-            ]);
-            (row.difference.upper < 0.0 || row.difference.lower > 0.0, cells)
-        })
-        .collect();
-    let level = outcomes
-        .interval
-        .as_ref()
-        .map_or_else(String::new, |interval| format!("{} % ", fixed(100.0 * interval.level, 0)));
-    let (what, second, difference) = if shared {
-        let (first, quantity) = (label(outcomes, &first.first), quantity(first));
-        (format!("{first} minus other methods within people, {quantity}"), "Other", "Difference")
-    } else {
-        ("Methods compared within people".to_owned(), "Second", "First \u{2212} second")
-    };
-    let difference = format!("{difference} ({level}interval)");
-    let mut columns =
-        if shared { Vec::new() } else { vec![("Quantity", Column::Text), ("First", Column::Text)] };
-    columns.extend([
-        (second, Column::Text),
-        (difference.as_str(), Column::Number),
-        ("p (signed rank)", Column::Number),
-        ("p (Holm)", Column::Number),
-    ]);
-    let caption = format!(
-        "{what}; bold: the interval leaves out zero; p (Holm): adjusted for all comparisons here"
-    );
-    html.table(&caption, &columns, &rows);
+    for compared in outcomes.comparisons.chunk_by(|a, b| shared(a) == shared(b)) {
+        let rows: Vec<(bool, Vec<String>)> = compared
+            .iter()
+            .map(|row| {
+                let cells = vec![
+                    label(outcomes, &row.second),
+                    interval(row.difference, 1),
+                    row.p.map_or_else(|| ABSENT.to_owned(), p_value),
+                    row.p_holm.map_or_else(|| ABSENT.to_owned(), p_value),
+                ];
+                (row.difference.upper < 0.0 || row.difference.lower > 0.0, cells)
+            })
+            .collect();
+        let level = outcomes.interval.as_ref().map_or_else(String::new, |interval| {
+            format!("{} % ", fixed(100.0 * interval.level, 0))
+        });
+        let (first, quantity, unit) = shared(&compared[0]);
+        let caption = format!(
+            "{} minus other methods within people, {quantity} ({unit}); bold: the interval leaves out \
+             zero; p (Holm): adjusted for all comparisons of this section",
+            label(outcomes, first)
+        );
+        let difference = format!("Difference ({level}interval)");
+        let columns = [
+            ("Other", Column::Text),
+            (difference.as_str(), Column::Number),
+            ("p (signed rank)", Column::Number),
+            ("p (Holm)", Column::Number),
+        ];
+        html.table(&caption, &columns, &rows);
+    }
+}
+
+/// What stands in the caption of a table of comparisons, which leaves a phone room for the rest.
+fn shared(row: &Comparison) -> (&str, &str, &str) {
+    (&row.first, &row.quantity, &row.unit)
 }
 
 /// Name of a method for people, or its key where it is not among the methods.

@@ -3,6 +3,7 @@
 //! ```json
 //! {"schema": "outcomes/1", "cohort": "...", "people": 12, "windows": 340, "window_minutes": 300,
 //!  "exclusions": [{"person_id": "...", "reason": "..."}],
+//!  "training_days": [],
 //!  "methods": [{"name": "twin", "label": "Digital twin", "rows": [
 //!    {"metric": "tir", "unit": "%", "margin": 5.0,
 //!     "actual": {"mean": 70.5, "sd": 16.2}, "simulated": {"mean": 70.3, "sd": 24.8},
@@ -39,6 +40,9 @@ pub struct Outcomes {
     /// People left out, with the reason.
     #[serde(default)]
     pub exclusions: Vec<Exclusion>,
+    /// The sensor on the training days in the place of a method; empty where the file does not have it.
+    #[serde(default)]
+    pub training_days: Vec<OutcomeRow>,
     /// One entry a method, the method of interest first.
     pub methods: Vec<Method>,
     /// Twins that see other personal inputs, over all windows.
