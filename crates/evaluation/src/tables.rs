@@ -161,7 +161,7 @@ pub struct Comparison {
     pub difference: WithInterval,
     /// p of the signed-rank test over people.
     pub p: f64,
-    /// That p adjusted for all comparisons (Holm).
+    /// That p adjusted for all comparisons of the same first method (Holm).
     pub p_holm: f64,
 }
 
@@ -415,9 +415,10 @@ fn comparisons(
             });
         }
     }
-    if !rows.is_empty() {
-        let p: Vec<f64> = rows.iter().map(|row| row.p).collect();
-        for (row, p_holm) in rows.iter_mut().zip(multiplicity::holm(&p)?) {
+    // One family of tests for each first method, for each has a claim of its own.
+    for family in rows.chunk_by_mut(|one, next| one.first == next.first) {
+        let p: Vec<f64> = family.iter().map(|row| row.p).collect();
+        for (row, p_holm) in family.iter_mut().zip(multiplicity::holm(&p)?) {
             row.p_holm = p_holm;
         }
     }

@@ -154,7 +154,7 @@ fn comparisons(text: &mut String, table: &OutcomesTable) {
     let _ = writeln!(
         text,
         "\nFive-hour RMSE, first minus second, mg/dL, {:.0} % interval over people, p of the signed-rank \
-         test, and adjusted for all comparisons (Holm)",
+         test, and adjusted for all of the same first method (Holm)",
         100.0 * table.interval.level
     );
     for row in &table.comparisons {

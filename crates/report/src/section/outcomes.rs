@@ -206,7 +206,7 @@ fn comparisons(html: &mut Html, outcomes: &Outcomes) {
         let (first, quantity, unit) = shared(&compared[0]);
         let caption = format!(
             "{} minus other methods within people, {quantity} ({unit}); bold: the interval leaves out \
-             zero; p (Holm): adjusted for all comparisons of this section",
+             zero; p (Holm): adjusted for all comparisons of this table",
             label(outcomes, first)
         );
         let difference = format!("Difference ({level}interval)");

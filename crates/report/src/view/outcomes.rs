@@ -179,7 +179,7 @@ pub struct Comparison {
     /// p of the signed-rank test, where it was made.
     #[serde(default)]
     pub p: Option<f64>,
-    /// That p adjusted for all comparisons (Holm).
+    /// That p adjusted for all comparisons of the same first method (Holm).
     #[serde(default, deserialize_with = "lenient")]
     pub p_holm: Option<f64>,
 }
