@@ -13,7 +13,7 @@ use std::error::Error;
 use evaluation::{EvaluationSettings, PersonModels, evaluate};
 use nn_statespace::GlucoseClamp;
 use synthetic::{cohort_of, planted, population, twin_of};
-use twins::{InputSet, Protocol, TrainingPlan, TwinRecipe, WindowStart, build_twin};
+use twins::{Doses, InputSet, Protocol, TrainingPlan, TwinRecipe, WindowStart, build_twin};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let truth = twin_of(planted(), GlucoseClamp::Reproduction);
@@ -24,6 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         protocol: Protocol { start: WindowStart::Carried, ..Protocol::quick() },
         plan: TrainingPlan::quick(),
         inputs: InputSet::All,
+        doses: Doses::Population,
         seed: 1,
     };
     let person = build_twin(0, &cohort.people[0], &recipe, None)?;

@@ -97,7 +97,11 @@ pub(crate) fn forecast_errors(
         return Ok(Vec::new());
     }
     let start = settings.protocol.start;
-    let of_network = window_starts_with(steady, person, &cut.inputs, &test, start, cut.mean_basal)?;
+    let of_network = |network: &PopulationModel| {
+        let steady = steady.of(network);
+        window_starts_with(&steady, person, &cut.inputs, &test, start, cut.mean_basal)
+            .map(|starts| starts.states)
+    };
     let glucose = person.record.cgm();
     let actual = |origin: usize, ahead: usize| glucose[origin + ahead].map_or(f64::NAN, |g| g);
 
@@ -116,9 +120,9 @@ pub(crate) fn forecast_errors(
     for method in PLANTS {
         let runs: Vec<Vec<MgPerDl>> = match models.of(method) {
             None | Some(Model::Draws(_) | Model::Spread(..)) => continue,
-            Some(Model::Twin(twin)) => runs(twin, &of_network.states, &test, cut)?,
+            Some(Model::Twin(twin)) => runs(twin, &of_network(&twin.population)?, &test, cut)?,
             Some(Model::Population(population)) => {
-                runs(&**population, &of_network.states, &test, cut)?
+                runs(&**population, &of_network(population)?, &test, cut)?
             }
             Some(Model::Ode(plant)) => {
                 let starts =

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cohort::Person;
-use nn_statespace::PopulationModel;
+use nn_statespace::{DoseGains, PopulationModel};
 use ode_sim::OdePlant;
 use twins::Twin;
 
@@ -36,7 +36,13 @@ impl PersonModels {
     /// A twin, its population model, and the ODE model with population parameters.
     #[must_use]
     pub fn new(person: &Person, twin: Twin) -> Self {
-        let population = Model::Population(Arc::clone(&twin.population));
+        let gains = twin.population.scaler().dose_gains();
+        let population = Model::Population(if gains == DoseGains::NONE {
+            Arc::clone(&twin.population)
+        } else {
+            let plain = PopulationModel::clone(&twin.population).with_dose_gains(DoseGains::NONE);
+            Arc::new(plain.expect("gains of 1 are positive"))
+        });
         let ode = Model::Ode(ode_baseline(person.weight));
         Self {
             models: vec![

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use stats::Outcomes;
 use twins::{
-    MissingContext, PersonWindows, SteadyStates, inputs_within, measured, window_starts,
+    MissingContext, PersonWindows, SteadyStates, Twin, inputs_within, measured, window_starts,
     window_starts_with,
 };
 
@@ -158,7 +158,7 @@ impl Judge<'_> {
             let at_rest = network.not_at_rest;
             methods.push(match model {
                 Model::Twin(twin) => {
-                    let runs = [self.runs(twin, &network.states, windows)?];
+                    let runs = [self.of_twin(twin, &steps, windows)?];
                     summary(*method, &runs, &runs, &glucose, at_rest)?
                 }
                 Model::Population(population) => {
@@ -166,7 +166,7 @@ impl Judge<'_> {
                     summary(*method, &runs, &runs, &glucose, at_rest)?
                 }
                 Model::Spread(twin, error) => {
-                    let runs = [self.runs(twin, &network.states, windows)?];
+                    let runs = [self.of_twin(twin, &steps, windows)?];
                     let courses = self.courses(error, &runs[0]);
                     summary(*method, &runs, &courses, &glucose, at_rest)?
                 }
@@ -182,6 +182,20 @@ impl Judge<'_> {
             });
         }
         Ok((Outcomes::average(&actual)?, methods))
+    }
+
+    /// A twin's runs, from its own starts: it may answer to doses with other gains than the population.
+    fn of_twin(
+        &self,
+        twin: &Twin,
+        steps: &[usize],
+        windows: &[Window],
+    ) -> Result<Runs, EvaluationError> {
+        let (cut, start) = (self.cut, self.settings.protocol.start);
+        let steady = self.steady.of(&twin.population);
+        let own =
+            window_starts_with(&steady, self.person, &cut.inputs, steps, start, cut.mean_basal)?;
+        self.runs(twin, &own.states, windows)
     }
 
     /// Courses around each run: as many as make their own chance small beside a person's.

@@ -42,8 +42,8 @@ pub fn held_out_runs(
 ) -> Result<Vec<HeldOutRun>, EvaluationError> {
     let cut = PersonWindows::new(index, person, protocol)?;
     let steps: Vec<usize> = cut.held_out.iter().map(|window| window.start).collect();
-    let starts =
-        window_starts_with(steady, person, &cut.inputs, &steps, protocol.start, cut.mean_basal)?;
+    let (steady, start) = (steady.of(&twin.population), protocol.start);
+    let starts = window_starts_with(&steady, person, &cut.inputs, &steps, start, cut.mean_basal)?;
     let pairs = cut.held_out.iter().zip(starts.states);
     pairs
         .map(|(window, start)| {

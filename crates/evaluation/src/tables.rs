@@ -35,7 +35,7 @@ pub struct OutcomesTable {
     pub training_days: Vec<OutcomeRow>,
     /// One entry a method, the twin first; twins with other inputs are in `ablation`.
     pub methods: Vec<MethodRows>,
-    /// Five-hour error of the twin, and of the twin with spread, against other methods'.
+    /// Five-hour error of twins against other methods'.
     pub comparisons: Vec<Comparison>,
     /// Twins that see other personal inputs, over all windows.
     #[serde(default)]
@@ -389,14 +389,14 @@ fn unbiased(
     Ok(tost::paired(&none, &centred, metric.margin(), alpha)?.p)
 }
 
-/// Five-hour errors of the twin, and of the twin with spread, against those of other methods.
+/// Five-hour errors of twins against those of other methods.
 fn comparisons(
     people: &[&PersonEvaluation],
     judged: &[Method],
     settings: &EvaluationSettings,
 ) -> Result<Vec<Comparison>, EvaluationError> {
     let mut rows = Vec::new();
-    for first in [Method::Twin, Method::SpreadTwin] {
+    for first in [Method::Twin, Method::SpreadTwin, Method::ConstrainedTwin] {
         if !judged.contains(&first) {
             continue;
         }
@@ -425,7 +425,7 @@ fn comparisons(
     Ok(rows)
 }
 
-/// The twin is compared with everything, the twin with spread with what is not a twin.
+/// The twin is compared with everything, other kinds of twins with what is not a twin.
 fn is_compared(first: Method, second: Method) -> bool {
     match first {
         Method::Twin => second != Method::Twin,

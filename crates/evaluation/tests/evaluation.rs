@@ -15,7 +15,7 @@ use nn_statespace::GlucoseClamp;
 use physiology::{OpenLoop, simulate};
 use synthetic::{cohort_of, trained_looking, twin_of};
 use twins::{
-    InputSet, PersonWindows, Protocol, ResidualNetwork, TrainingPlan, Twin, TwinRecipe,
+    Doses, InputSet, PersonWindows, Protocol, ResidualNetwork, TrainingPlan, Twin, TwinRecipe,
     WindowStart, build_twins, window_starts,
 };
 
@@ -164,6 +164,7 @@ fn the_tables_have_the_keys_of_the_contract() {
         protocol: protocol(),
         plan: TrainingPlan { epochs: 1, ..TrainingPlan::quick() },
         inputs: InputSet::All,
+        doses: Doses::Population,
         seed: 1,
     };
     let mut built = build_twins(&cohort, &recipe, &|_| {}).expect("trained");

@@ -54,6 +54,14 @@ pub enum ModelError {
         /// Its scale, physical units.
         scale: f64,
     },
+    /// A gain of a dose that is no positive number.
+    #[error("gain of {signal}: {gain}; it must be positive and finite")]
+    DoseGain {
+        /// The dose.
+        signal: Signal,
+        /// Its gain.
+        gain: f64,
+    },
     /// A scaler cannot be fitted to nothing.
     #[error("scaler of {signal}: no rows to fit it to")]
     NoRows {

@@ -29,6 +29,6 @@ pub use error::ModelError;
 pub use network::HiddenLayerNetwork;
 pub use per_compartment::PerCompartment;
 pub use population::{GLUCOSE_RANGE, GlucoseClamp, PopulationModel};
-pub use scaler::{CentreAndScale, ScaledInputs, ScaledRates, ScaledStates, Scaler};
+pub use scaler::{CentreAndScale, DoseGains, ScaledInputs, ScaledRates, ScaledStates, Scaler};
 pub use widths::Widths;
 pub use wiring::{Signal, Wiring};

@@ -7,7 +7,7 @@ use crate::card::ModelCard;
 use crate::error::ModelError;
 use crate::network::HiddenLayerNetwork;
 use crate::per_compartment::PerCompartment;
-use crate::scaler::{ScaledInputs, ScaledRates, ScaledStates, Scaler};
+use crate::scaler::{DoseGains, ScaledInputs, ScaledRates, ScaledStates, Scaler};
 use crate::widths::Widths;
 use crate::wiring::{Signal, Wiring};
 
@@ -70,6 +70,15 @@ impl PopulationModel {
     #[must_use]
     pub fn with_clamp(self, clamp: GlucoseClamp) -> Self {
         Self { clamp, ..self }
+    }
+
+    /// The same networks in a body that answers to doses with gains of its own. Its steady states at a
+    /// glucose are the population's; files of the model do not hold the gains.
+    ///
+    /// # Errors
+    /// [`ModelError::DoseGain`] if a gain is not a positive finite number.
+    pub fn with_dose_gains(self, gains: DoseGains) -> Result<Self, ModelError> {
+        Ok(Self { scaler: self.scaler.with_dose_gains(gains)?, ..self })
     }
 
     /// The network of one compartment.

@@ -90,6 +90,21 @@ impl CentreAndScale {
     }
 }
 
+/// Factors on the doses that reach the networks: how strongly one body answers to a unit of insulin and to a
+/// gram of carbohydrate, the population being 1. Positive, so that whatever rises with a dose still does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DoseGains {
+    /// Factor on insulin, basal and bolus alike.
+    pub insulin: f64,
+    /// Factor on carbohydrate.
+    pub carbs: f64,
+}
+
+impl DoseGains {
+    /// The population's.
+    pub const NONE: Self = Self { insulin: 1.0, carbs: 1.0 };
+}
+
 /// Centre and scale of each state and of both inputs.
 ///
 /// The paper scales by the median and the interquartile range of the training set (appendix on
@@ -99,6 +114,7 @@ pub struct Scaler {
     states: PerCompartment<CentreAndScale>,
     insulin: CentreAndScale,
     carbs: CentreAndScale,
+    gains: DoseGains,
 }
 
 impl Scaler {
@@ -118,7 +134,26 @@ impl Scaler {
                 return Err(ModelError::Scale { signal, centre: pair.centre, scale: pair.scale });
             }
         }
-        Ok(Self { states, insulin, carbs })
+        Ok(Self { states, insulin, carbs, gains: DoseGains::NONE })
+    }
+
+    /// The same constants for a body that answers to doses with these gains.
+    ///
+    /// # Errors
+    /// [`ModelError::DoseGain`] if a gain is not a positive finite number.
+    pub fn with_dose_gains(self, gains: DoseGains) -> Result<Self, ModelError> {
+        for (signal, gain) in [(Signal::Insulin, gains.insulin), (Signal::Carbs, gains.carbs)] {
+            if !gain.is_finite() || gain <= 0.0 {
+                return Err(ModelError::DoseGain { signal, gain });
+            }
+        }
+        Ok(Self { gains, ..self })
+    }
+
+    /// The gains of doses.
+    #[must_use]
+    pub fn dose_gains(&self) -> DoseGains {
+        self.gains
     }
 
     /// Physical states in scaled units.
@@ -154,22 +189,22 @@ impl Scaler {
     /// An insulin rate in scaled units.
     #[must_use]
     pub fn scale_insulin(&self, rate: UnitsPerHour) -> f64 {
-        self.insulin.scale(rate.0)
+        self.insulin.scale(self.gains.insulin * rate.0)
     }
 
     /// A scaled insulin rate in U/h.
     #[must_use]
     pub fn unscale_insulin(&self, scaled: f64) -> UnitsPerHour {
-        UnitsPerHour(self.insulin.unscale(scaled))
+        UnitsPerHour(self.insulin.unscale(scaled) / self.gains.insulin)
     }
 
     /// The carbohydrate of a sample in scaled units.
     #[must_use]
     pub fn scale_carbs(&self, carbs: Grams) -> f64 {
-        self.carbs.scale(carbs.0)
+        self.carbs.scale(self.gains.carbs * carbs.0)
     }
 
-    /// Centre and scale of a signal.
+    /// Centre and scale of a signal; of doses after their gains.
     #[must_use]
     pub fn of(&self, signal: Signal) -> CentreAndScale {
         match signal {
@@ -213,6 +248,21 @@ mod tests {
     fn a_signal_that_hardly_moves_keeps_its_unit() {
         let pair = CentreAndScale::robust(Signal::Carbs, vec![0.0, 0.0, 0.0, 0.0, 60.0]);
         assert_eq!(pair.expect("finite"), CentreAndScale { centre: 0.0, scale: 1.0 });
+    }
+
+    #[test]
+    fn gains_act_on_doses_alone() {
+        let plain = example();
+        let gains = DoseGains { insulin: 0.5, carbs: 2.0 };
+        let own = plain.with_dose_gains(gains).expect("positive");
+        assert_eq!(own.scale_insulin(UnitsPerHour(3.0)), plain.scale_insulin(UnitsPerHour(1.5)));
+        assert_eq!(own.scale_carbs(Grams(20.0)), plain.scale_carbs(Grams(40.0)));
+        assert!((own.unscale_insulin(own.scale_insulin(UnitsPerHour(3.0))).0 - 3.0).abs() < 1e-12);
+        assert_eq!(own.scale(&States::default()), plain.scale(&States::default()));
+        for gain in [0.0, -1.0, f64::NAN] {
+            let error = plain.with_dose_gains(DoseGains { carbs: gain, ..gains });
+            assert!(matches!(error, Err(ModelError::DoseGain { signal: Signal::Carbs, .. })));
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use cohort::{Cohort, Person, Window};
 use nn_statespace::PopulationModel;
+use physiology::STEPS_PER_HOUR;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -14,6 +15,7 @@ use serde_json::json;
 use crate::error::TwinError;
 use crate::exclusion::Exclusion;
 use crate::fingerprint::windows_fingerprint;
+use crate::gains::{self, Doses};
 use crate::heart_rate::HeartRateScaler;
 use crate::inputs::{InputSet, MissingContext};
 use crate::prepared::PreparedWindow;
@@ -34,6 +36,8 @@ pub struct TwinRecipe {
     pub plan: TrainingPlan,
     /// Which personal inputs the networks see.
     pub inputs: InputSet,
+    /// Whether twins have gains of their own on doses.
+    pub doses: Doses,
     /// Seed of all people; each gets a stream of its own by index.
     pub seed: u64,
 }
@@ -162,16 +166,34 @@ fn train_person(
         Some(twin) => twin.heart_rate_scaler,
         None => fit_heart_rate(cut)?,
     };
-    let (windows, not_at_rest) = prepare(person, cut, &cut.train, recipe, scaler.as_ref(), steady)?;
-    let (held_out, _) = prepare(person, cut, &cut.held_out, recipe, scaler.as_ref(), steady)?;
     let mut seeds = ChaCha8Rng::seed_from_u64(recipe.seed);
     seeds.set_stream(index as u64);
     let (weights_seed, order_seed) = (seeds.random(), seeds.random());
-    let start = match before {
-        Some(twin) => twin.residual.clone(),
-        None => ResidualNetwork::untrained(weights_seed),
+    let (mut population, mut start) = match before {
+        Some(twin) => (Arc::clone(&twin.population), twin.residual.clone()),
+        None => (Arc::clone(&recipe.population), ResidualNetwork::untrained(weights_seed)),
     };
-    let trained = train(&recipe.population, start, &windows, &held_out, &recipe.plan, order_seed)?;
+    let prepared = |population: &PopulationModel, windows: &[Window]| {
+        prepare(person, cut, windows, recipe, scaler.as_ref(), &steady.of(population))
+    };
+    let (mut windows, not_at_rest) = prepared(&population, &cut.train)?;
+    if before.is_none() && recipe.doses == Doses::Scaled {
+        let hours = covered(cut).iter().filter(|covered| **covered).count() / STEPS_PER_HOUR;
+        let steps: Vec<usize> = cut.train.iter().map(|window| window.start).collect();
+        let starts = |population: &PopulationModel| {
+            let steady = steady.of(population);
+            let start = recipe.protocol.start;
+            window_starts_with(&steady, person, &cut.inputs, &steps, start, cut.mean_basal)
+                .map(|starts| starts.states)
+        };
+        let fitted = gains::fit(&recipe.population, &windows, hours as f64, &starts)?;
+        let own = PopulationModel::clone(&recipe.population).with_dose_gains(fitted.gains)?;
+        population = Arc::new(own);
+        windows = prepared(&population, &cut.train)?.0;
+        start.add_to_output(fitted.rate);
+    }
+    let (held_out, _) = prepared(&population, &cut.held_out)?;
+    let trained = train(&population, start, &windows, &held_out, &recipe.plan, order_seed)?;
     let card = TwinCard {
         person_id: person.id.clone(),
         origin: match before {
@@ -187,6 +209,7 @@ fn train_person(
             "window_steps": recipe.protocol.training.len,
             "window_overlap": recipe.protocol.training.overlap,
             "start": recipe.protocol.start,
+            "dose_gains": population.scaler().dose_gains(),
             "windows": windows.len(),
             "held_out_windows": held_out.len(),
             "kept_epoch": trained.kept,
@@ -197,7 +220,7 @@ fn train_person(
     };
     let missing = MissingContext::count(windows.iter().flat_map(PreparedWindow::inputs));
     let twin = Twin {
-        population: Arc::clone(&recipe.population),
+        population,
         residual: trained.network.clone(),
         heart_rate_scaler: scaler,
         inputs: recipe.inputs,
@@ -208,12 +231,17 @@ fn train_person(
 
 /// Median and interquartile range over the steps that some training window holds, each once.
 fn fit_heart_rate(cut: &PersonWindows) -> Result<Option<HeartRateScaler>, TwinError> {
+    let rates = cut.inputs.iter().zip(covered(cut)).filter(|(_, covered)| *covered);
+    HeartRateScaler::fit(rates.filter_map(|(input, _)| input.context.heart_rate_over_baseline))
+}
+
+/// Which steps some training window holds.
+fn covered(cut: &PersonWindows) -> Vec<bool> {
     let mut covered = vec![false; cut.inputs.len()];
     for window in &cut.train {
         covered[window.range()].fill(true);
     }
-    let rates = cut.inputs.iter().zip(covered).filter(|(_, covered)| *covered);
-    HeartRateScaler::fit(rates.filter_map(|(input, _)| input.context.heart_rate_over_baseline))
+    covered
 }
 
 /// Windows made ready, and how many starts are not at rest.
@@ -239,7 +267,7 @@ fn prepare(
         .zip(starts.states)
         .map(|(window, start)| {
             PreparedWindow::new(
-                &recipe.population,
+                steady.plant(),
                 inputs_within(&cut.inputs, window).to_vec(),
                 &measured(person, window)?,
                 start,

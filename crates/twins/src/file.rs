@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use nn_statespace::{CentreAndScale, PopulationModel, Signal};
+use nn_statespace::{CentreAndScale, DoseGains, PopulationModel, Signal};
 use physiology::Compartment;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
@@ -23,6 +23,8 @@ const ENTRY: &str = "twin";
 /// The tensor that holds median and interquartile range of the heart rate. A tensor and not JSON,
 /// because reading decimal text back may lose the last bit.
 const HEART_RATE: &str = "heart_rate_scaler";
+/// The tensor that holds the gains on insulin and carbohydrate, where they are not the population's.
+const DOSE_GAINS: &str = "dose_gains";
 /// Version of the layout.
 const FORMAT: &str = "twin/1";
 /// The network's inputs in order, for readers outside this crate.
@@ -54,7 +56,8 @@ struct Header {
 impl Twin {
     /// The twin as a safetensors file: tensors `layers.0.weight` to `layers.3.bias` in f64, weights
     /// of shape `(outputs, inputs)`; `heart_rate_scaler`, median and interquartile range, where the
-    /// twin has one; and the metadata entry `twin`. Equal twins give equal bytes.
+    /// twin has one; `dose_gains`, on insulin and carbohydrate, where they are not the population's; and the
+    /// metadata entry `twin`. Equal twins give equal bytes.
     ///
     /// # Errors
     /// [`TwinError::Header`] or [`TwinError::File`] if it cannot be put into the format.
@@ -69,7 +72,7 @@ impl Twin {
         };
         let text = serde_json::to_string(&header)
             .map_err(|error| TwinError::Header { problem: error.to_string() })?;
-        let mut tensors = Vec::with_capacity(8);
+        let mut tensors = Vec::with_capacity(10);
         for (i, (inputs, outputs)) in SHAPES.into_iter().enumerate() {
             let (weight, bias) = self.residual.tensors(i);
             tensors.push((tensor_name(i, "weight"), vec![outputs, inputs], bytes_of(&weight)));
@@ -78,6 +81,11 @@ impl Twin {
         if let Some(scaler) = self.heart_rate_scaler {
             let pair = bytes_of(&[scaler.center, scaler.scale]);
             tensors.push((HEART_RATE.to_owned(), vec![2], pair));
+        }
+        let gains = self.population.scaler().dose_gains();
+        if gains != DoseGains::NONE {
+            let pair = bytes_of(&[gains.insulin, gains.carbs]);
+            tensors.push((DOSE_GAINS.to_owned(), vec![2], pair));
         }
         let mut views = Vec::with_capacity(tensors.len());
         for (name, shape, bytes) in &tensors {
@@ -113,6 +121,13 @@ impl Twin {
             weights.each_ref().map(Vec::as_slice),
             biases.each_ref().map(Vec::as_slice),
         )?;
+        let population = match pair_of(&file, DOSE_GAINS)? {
+            Some((insulin, carbs)) => {
+                let gains = DoseGains { insulin, carbs };
+                Arc::new(PopulationModel::clone(&population).with_dose_gains(gains)?)
+            }
+            None => population,
+        };
         Ok(Self {
             population,
             residual,
@@ -162,19 +177,25 @@ fn read_header(bytes: &[u8], file: &SafeTensors<'_>) -> Result<Header, TwinError
 
 /// The tensor `heart_rate_scaler`, `None` if there is none.
 fn heart_rate_scaler(file: &SafeTensors<'_>) -> Result<Option<HeartRateScaler>, TwinError> {
-    if !file.names().contains(&HEART_RATE) {
-        return Ok(None);
-    }
-    match values(file, HEART_RATE)?.as_slice() {
-        [center, scale] if center.is_finite() && scale.is_finite() && *scale > 0.0 => {
-            Ok(Some(HeartRateScaler { center: *center, scale: *scale }))
+    match pair_of(file, HEART_RATE)? {
+        None => Ok(None),
+        Some((center, scale)) if center.is_finite() && scale.is_finite() && scale > 0.0 => {
+            Ok(Some(HeartRateScaler { center, scale }))
         }
-        [center, scale] => Err(TwinError::Header {
+        Some((center, scale)) => Err(TwinError::Header {
             problem: format!("heart rate scaled by {scale} about {center}"),
         }),
-        other => {
-            Err(TwinError::Shape { tensor: HEART_RATE.to_owned(), found: other.len(), expected: 2 })
-        }
+    }
+}
+
+/// A tensor of two numbers, `None` if there is none of this name.
+fn pair_of(file: &SafeTensors<'_>, name: &str) -> Result<Option<(f64, f64)>, TwinError> {
+    if !file.names().contains(&name) {
+        return Ok(None);
+    }
+    match values(file, name)?.as_slice() {
+        [one, other] => Ok(Some((*one, *other))),
+        found => Err(TwinError::Shape { tensor: name.to_owned(), found: found.len(), expected: 2 }),
     }
 }
 

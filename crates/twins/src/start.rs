@@ -7,7 +7,7 @@
 //! every error of the plant's insulin sensitivity into the first minutes; on the two open data sets
 //! that this was tried on, all methods err less from steady states.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use cohort::Person;
 use nn_statespace::initial_state::{SteadyStateOutcome, steady_state};
@@ -178,8 +178,11 @@ pub fn window_starts_with<P: Startable>(
 #[derive(Debug)]
 pub struct SteadyStates<'a, P: Startable> {
     plant: &'a P,
-    solved: Vec<OnceLock<(P::State, AtRest)>>,
+    solved: Arc<Solved<P::State>>,
 }
+
+/// A place for each whole mg/dL.
+type Solved<S> = Vec<OnceLock<(S, AtRest)>>;
 
 /// Above this glucose, mg/dL, nothing is kept: no sensor reads that far.
 const HIGHEST_KEPT: usize = 600;
@@ -188,7 +191,14 @@ impl<'a, P: Startable> SteadyStates<'a, P> {
     /// Nothing is solved yet.
     #[must_use]
     pub fn new(plant: &'a P) -> Self {
-        Self { plant, solved: (0..=HIGHEST_KEPT).map(|_| OnceLock::new()).collect() }
+        Self { plant, solved: Arc::new((0..=HIGHEST_KEPT).map(|_| OnceLock::new()).collect()) }
+    }
+
+    /// The same states, found or yet to be found, for a plant that has them too and differs in how it
+    /// moves between them: one with other gains on doses.
+    #[must_use]
+    pub fn of(&self, plant: &'a P) -> Self {
+        Self { plant, solved: Arc::clone(&self.solved) }
     }
 
     /// The plant.

@@ -161,7 +161,7 @@ fn comparisons(text: &mut String, table: &OutcomesTable) {
         let d = row.difference;
         let _ = writeln!(
             text,
-            "  {:<12} - {:<24} {:>7.1} ({:.1} to {:.1})  p {}  {}",
+            "  {:<16} - {:<24} {:>7.1} ({:.1} to {:.1})  p {}  {}",
             row.first,
             row.second,
             d.value,

@@ -14,8 +14,8 @@ use nn_statespace::PopulationModel;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 use twins::{
-    HeldOut, InputSet, Penalty, PersonTwin, Protocol, Signs, SteadyStates, TrainingPlan, Twin,
-    TwinLoss, TwinRecipe, build_twins, build_twins_from,
+    Doses, HeldOut, InputSet, Penalty, PersonTwin, Protocol, Signs, SteadyStates, TrainingPlan,
+    Twin, TwinLoss, TwinRecipe, build_twins, build_twins_from,
 };
 
 use crate::cli::{Profile, TwinArgs};
@@ -50,15 +50,26 @@ pub(crate) fn protocol(profile: Profile, training_days: Option<usize>) -> (Proto
     (Protocol { training_days, ..protocol }, plan)
 }
 
-/// The twins beside the main ones: what they are called, what they see, what their networks keep.
-fn variants() -> Vec<(Method, InputSet, Signs)> {
-    let mut variants: Vec<(Method, InputSet, Signs)> = InputSet::ALL
-        .into_iter()
-        .filter(|inputs| *inputs != InputSet::All)
-        .map(|inputs| (Method::Ablated(inputs), inputs, Signs::Free))
+/// The twins beside the main ones: what they are called and how they are made.
+fn variants(recipe: &TwinRecipe) -> Vec<(Method, TwinRecipe)> {
+    let mut variants: Vec<(Method, TwinRecipe)> = ablated()
+        .map(|inputs| (Method::Ablated(inputs), TwinRecipe { inputs, ..recipe.clone() }))
         .collect();
-    variants.push((Method::ConstrainedTwin, InputSet::All, Signs::Kept));
+    // What a network that keeps signs cannot take from insulin, gains can; what it cannot follow, penalties
+    // make it exaggerate.
+    let plan = TrainingPlan { signs: Signs::Kept, ..without_penalties(recipe.plan) };
+    let kept = TwinRecipe { plan, doses: Doses::Scaled, ..recipe.clone() };
+    variants.push((Method::ConstrainedTwin, kept));
     variants
+}
+
+/// The input sets that leave something out.
+fn ablated() -> impl Iterator<Item = InputSet> {
+    InputSet::ALL.into_iter().filter(|inputs| *inputs != InputSet::All)
+}
+
+fn without_penalties(plan: TrainingPlan) -> TrainingPlan {
+    TrainingPlan { loss: TwinLoss { penalty: Penalty::NONE, ..plan.loss }, ..plan }
 }
 
 /// The manifest of a run with these arguments.
@@ -95,6 +106,7 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
         protocol,
         plan: TrainingPlan { epochs: args.epochs.unwrap_or(plan.epochs), ..plan },
         inputs: InputSet::All,
+        doses: Doses::Population,
         seed: args.seed,
     };
     let before = match &args.continue_from {
@@ -102,16 +114,14 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
         None => BTreeMap::new(),
     };
     let output = OutputFolder::begin(&args.out, manifest)?;
-    let others = if args.variants { variants() } else { Vec::new() };
+    let others = if args.variants { variants(&recipe) } else { Vec::new() };
     let spread = if args.variants { ERROR_BLOCKS + 1 } else { 0 };
     let progress = Progress::begin("twin", cohort.people.len() * (1 + others.len() + spread));
     let built =
         build_twins_from(&cohort, &recipe, &before, &|person| progress.advance(&person.person_id))
             .context("training the twins")?;
     let trained = write(&output, TWINS, &built)?;
-    for (method, inputs, signs) in others {
-        let plan = TrainingPlan { signs, ..recipe.plan };
-        let recipe = TwinRecipe { inputs, plan, ..recipe.clone() };
+    for (method, recipe) in others {
         let built = build_twins(&cohort, &recipe, &|person| progress.advance(&person.person_id))
             .with_context(|| format!("training the twins '{}'", method.name()))?;
         write(&output, &format!("{VARIANTS}/{}", method.name()), &built)?;
@@ -149,8 +159,7 @@ fn write_spread(
     recipe: &TwinRecipe,
     finished: &(dyn Fn(&PersonTwin) + Sync),
 ) -> Result<()> {
-    let loss = TwinLoss { penalty: Penalty::NONE, ..recipe.plan.loss };
-    let recipe = TwinRecipe { plan: TrainingPlan { loss, ..recipe.plan }, ..recipe.clone() };
+    let recipe = TwinRecipe { plan: without_penalties(recipe.plan), ..recipe.clone() };
     let steady = SteadyStates::new(&*recipe.population);
     let mut runs: BTreeMap<&str, Vec<HeldOutRun>> = BTreeMap::new();
     for held_out in HeldOut::blocks(recipe.protocol.training_days, ERROR_BLOCKS) {
@@ -250,7 +259,7 @@ pub(crate) fn variants_in(
     population: &Arc<PopulationModel>,
 ) -> Result<Vec<(Method, BTreeMap<String, Twin>)>> {
     let mut found = Vec::new();
-    for (method, _, _) in variants() {
+    for method in ablated().map(Method::Ablated).chain([Method::ConstrainedTwin]) {
         let twins = twins_in(&folder.join(VARIANTS).join(method.name()), population)?;
         if !twins.is_empty() {
             found.push((method, twins));

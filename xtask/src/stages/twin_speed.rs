@@ -18,8 +18,8 @@ use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{MgPerDl, OpenLoop, STEPS_PER_DAY, StepInput, simulate};
 use serde::{Deserialize, Serialize};
 use twins::{
-    BuiltTwin, InputSet, KeptEpoch, PreparedWindow, Protocol, ResidualNetwork, TrainingPlan, Twin,
-    TwinRecipe, build_twins, simulate_many, train,
+    BuiltTwin, Doses, InputSet, KeptEpoch, PreparedWindow, Protocol, ResidualNetwork, TrainingPlan,
+    Twin, TwinRecipe, build_twins, simulate_many, train,
 };
 
 use crate::cli::BenchArgs;
@@ -139,6 +139,7 @@ fn whole_training(
         protocol: Protocol::paper(),
         plan: TrainingPlan::paper(),
         inputs: InputSet::All,
+        doses: Doses::Population,
         seed,
     };
     let (clock, before) = (Instant::now(), processor_seconds());

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use nn_statespace::{
-    CentreAndScale, GlucoseClamp, HiddenLayerNetwork, PerCompartment, PopulationModel, Scaler,
+    CentreAndScale, DoseGains, GlucoseClamp, HiddenLayerNetwork, PerCompartment, PopulationModel,
+    Scaler,
 };
 use physiology::Compartment;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
@@ -32,6 +33,31 @@ fn a_twin_is_read_as_it_was_written() {
             assert_eq!((back.inputs, &back.card), (twin.inputs, &twin.card));
         }
     }
+}
+
+#[test]
+fn gains_on_doses_are_kept_and_bad_ones_refused() {
+    let gains = DoseGains { insulin: 0.7, carbs: 1.0 / 3.0 };
+    let own = |gains| {
+        let population = PopulationModel::clone(&population(GlucoseClamp::Off));
+        Arc::new(population.with_dose_gains(gains).expect("positive"))
+    };
+    let scaled = Twin { population: own(gains), ..twin() };
+    let bytes = scaled.to_bytes().expect("writable");
+    // The file names the population, whoever's gains it runs with.
+    let back = Twin::from_bytes(&bytes, population(GlucoseClamp::Off)).expect("readable");
+    assert_eq!(back.population.scaler().dose_gains(), gains);
+    assert_eq!(back.to_bytes().expect("writable"), bytes);
+    let plain = twin().to_bytes().expect("writable");
+    assert!(plain.len() < bytes.len());
+    let back = Twin::from_bytes(&plain, population(GlucoseClamp::Off)).expect("readable");
+    assert_eq!(back.population.scaler().dose_gains(), DoseGains::NONE);
+
+    let place = bytes.windows(8).position(|eight| eight == 0.7_f64.to_le_bytes()).expect("there");
+    let mut broken = bytes.clone();
+    broken[place..place + 8].copy_from_slice(&(-0.7_f64).to_le_bytes());
+    let error = Twin::from_bytes(&broken, population(GlucoseClamp::Off)).expect_err("negative");
+    assert!(error.to_string().contains("-0.7"), "{error}");
 }
 
 #[test]

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use nn_statespace::GlucoseClamp;
+use nn_statespace::{DoseGains, GlucoseClamp, PopulationModel};
 use twins::{
-    BuiltTwin, HeldOut, InputSet, KeptEpoch, Protocol, ResidualNetwork, TrainingPlan, TwinRecipe,
-    WindowStart, build_twin, build_twins,
+    BuiltTwin, Doses, HeldOut, InputSet, KeptEpoch, Protocol, ResidualNetwork, Signs, TrainingPlan,
+    Twin, TwinRecipe, WindowStart, build_twin, build_twins,
 };
 
 use crate::synthetic::{cohort_of, planted, population, twin_of};
@@ -31,6 +31,7 @@ fn recipe() -> TwinRecipe {
         protocol,
         plan,
         inputs: InputSet::All,
+        doses: Doses::Population,
         seed: 11,
     }
 }
@@ -58,6 +59,34 @@ fn training_finds_a_planted_addition() {
     assert!(trained.kept > 0);
     assert_eq!(found.missing.heart_rate, 0);
     assert!(found.twin.heart_rate_scaler.is_some());
+}
+
+#[test]
+fn gains_on_doses_are_found_and_kept_when_training_goes_on() {
+    // Somebody who answers to insulin by half as much as the population, and to food by a quarter more.
+    let gains = DoseGains { insulin: 0.5, carbs: 1.25 };
+    let plain = twin_of(ResidualNetwork::zeros(), GlucoseClamp::Off);
+    let own = PopulationModel::clone(&plain.population).with_dose_gains(gains).expect("positive");
+    let cohort = cohort_of(&Twin { population: Arc::new(own), ..plain }, 1, 8);
+    let plan = TrainingPlan { epochs: 1, signs: Signs::Kept, ..recipe().plan };
+    let recipe = TwinRecipe {
+        population: population(GlucoseClamp::Off),
+        plan,
+        doses: Doses::Scaled,
+        ..recipe()
+    };
+    let build = |before: Option<&Twin>| {
+        let built = build_twin(0, &cohort.people[0], &recipe, before).expect("trainable");
+        built.result.expect("not excluded")
+    };
+    let first = build(None);
+    let found = first.twin.population.scaler().dose_gains();
+    // The record begins with other insulin on board than a settled start has.
+    assert!((found.insulin - gains.insulin).abs() < 0.05, "{found:?}");
+    assert!((found.carbs - gains.carbs).abs() < 0.05, "{found:?}");
+    assert!(first.twin.residual.keeps_signs());
+    let again = build(Some(&first.twin));
+    assert_eq!(again.twin.population.scaler().dose_gains(), found);
 }
 
 #[test]
