@@ -2,9 +2,11 @@
 
 use super::words::{effect, list, plain, port, sentence};
 use crate::figure::{ForestFrame, ForestRow, forest};
-use crate::html::{Heat, HeatCell, Html};
+use crate::html::{Column, Heat, HeatCell, Html};
 use crate::number::{ABSENT, compact, fixed, percent, range, significant};
-use crate::view::{Diagnosis, DiagnosisVerdict, Effect, PersonAmplitude, WithInterval};
+use crate::view::{
+    DetectionPower, Diagnosis, DiagnosisVerdict, Effect, PersonAmplitude, WithInterval,
+};
 use crate::{Inputs, ReportError};
 
 /// People in one figure.
@@ -188,15 +190,39 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
     if diagnosis.power.is_empty() {
         return;
     }
-    let mut shifts: Vec<f64> = diagnosis.power.iter().map(|p| p.shift_mg_dl).collect();
-    shifts.sort_by(f64::total_cmp);
-    shifts.dedup();
+    html.element("h3", "What these data would have shown");
     let mut names: Vec<Option<&str>> = Vec::new();
     for row in &diagnosis.power {
         if !names.contains(&row.effect.as_deref()) {
             names.push(row.effect.as_deref());
         }
     }
+    let named = |name: Option<&str>| name.map_or_else(|| "any effect".to_owned(), effect);
+    if names.len() == diagnosis.power.len() {
+        // One shift an effect: a map by shift would be a diagonal.
+        let mut rows: Vec<&DetectionPower> = diagnosis.power.iter().collect();
+        rows.sort_by(|a, b| a.shift_mg_dl.total_cmp(&b.shift_mg_dl));
+        let rows: Vec<(bool, Vec<String>)> = rows
+            .into_iter()
+            .map(|row| {
+                let shift = fixed(row.shift_mg_dl, 1);
+                (false, vec![named(row.effect.as_deref()), shift, percent(row.power)])
+            })
+            .collect();
+        html.table(
+            "Effects that would have been found, by the mean shift of glucose that they cause",
+            &[
+                ("Effect", Column::Text),
+                ("Shift, mg/dL", Column::Number),
+                ("Probability", Column::Number),
+            ],
+            &rows,
+        );
+        return;
+    }
+    let mut shifts: Vec<f64> = diagnosis.power.iter().map(|p| p.shift_mg_dl).collect();
+    shifts.sort_by(f64::total_cmp);
+    shifts.dedup();
     let rows = names
         .iter()
         .map(|name| {
@@ -214,11 +240,10 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
                     })
                 })
                 .collect();
-            (name.map_or_else(|| "any effect".to_owned(), effect), cells)
+            (named(*name), cells)
         })
         .collect();
     let columns = shifts.iter().map(|shift| compact(*shift));
-    html.element("h3", "What these data would have shown");
     html.heat(
         "Probability of finding an effect by the mean shift of glucose that it causes (mg/dL); \
          framed: 90 % or more",

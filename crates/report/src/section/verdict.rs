@@ -5,8 +5,8 @@ use crate::Inputs;
 use crate::html::Html;
 use crate::number::{count, fixed, p_value, percent};
 use crate::view::{
-    BlindCheck, CellGap, Conformance, Diagnosis, DiagnosisVerdict, Effect, Outcomes, Verdict,
-    WhatIf,
+    BlindCheck, CellGap, Conformance, Diagnosis, DiagnosisVerdict, Effect, Method, Outcomes,
+    Verdict, WhatIf,
 };
 
 /// Family-wise level at which a situation is named in the verdict.
@@ -33,8 +33,8 @@ pub(super) fn body(inputs: &Inputs) -> Html {
     let mut html = Html::default();
     let mut paragraphs: Vec<String> = inputs.diagnosis.as_ref().map(diagnosis).unwrap_or_default();
     paragraphs.extend(inputs.blind_check.as_ref().map(blind_check).unwrap_or_default());
-    paragraphs.extend(inputs.outcomes.as_ref().map(outcomes));
-    paragraphs.extend(inputs.what_if.as_ref().and_then(what_if));
+    paragraphs.extend(inputs.outcomes.iter().flat_map(outcomes));
+    paragraphs.extend(what_ifs(inputs));
     paragraphs.extend(inputs.conformance.as_ref().map(conformance));
     html.literal("<div class=\"verdict\">\n");
     if paragraphs.is_empty() {
@@ -283,11 +283,16 @@ fn gap(cell: &CellGap) -> String {
     )
 }
 
-/// Equivalence of the first method.
-fn outcomes(outcomes: &Outcomes) -> String {
-    let Some(method) = outcomes.methods.first() else {
-        return "No method was evaluated against the real glucose outcomes.".to_owned();
+/// Equivalence of the first method, and of twins whose courses are drawn.
+fn outcomes(outcomes: &Outcomes) -> Vec<String> {
+    let Some(first) = outcomes.methods.first() else {
+        return vec!["No method was evaluated against the real glucose outcomes.".to_owned()];
     };
+    let spread = outcomes.methods[1..].iter().filter(|method| method.name == "spread_twin");
+    std::iter::once(first).chain(spread).map(|method| equivalence(outcomes, method)).collect()
+}
+
+fn equivalence(outcomes: &Outcomes, method: &Method) -> String {
     let names = |equivalent: bool| -> Vec<String> {
         let rows = method.rows.iter().filter(|row| row.equivalent == equivalent);
         rows.map(|row| row.metric.to_uppercase()).collect()
@@ -332,11 +337,20 @@ fn outcomes(outcomes: &Outcomes) -> String {
     text + &aside
 }
 
-/// Which twins are not to be used for what-ifs.
-fn what_if(answers: &WhatIf) -> Option<String> {
+/// Which twins are not to be used for what-ifs, of each kind.
+fn what_ifs(inputs: &Inputs) -> Option<String> {
+    let free = inputs.what_if.as_ref().and_then(|answers| what_if(answers, "twin", "twins"));
+    let kept = inputs.what_if_constrained.as_ref().and_then(|answers| {
+        what_if(answers, "twin that keeps physiology's signs", "twins that keep physiology's signs")
+    });
+    let told: Vec<String> = free.into_iter().chain(kept).collect();
+    (!told.is_empty()).then(|| told.join(" "))
+}
+
+fn what_if(answers: &WhatIf, one: &str, many: &str) -> Option<String> {
     let out = answers.order.iter().filter(|twin| !twin.ordered);
     let out: Vec<String> = out.map(|twin| twin.person_id.clone()).collect();
-    let of = count(answers.order.len(), "twin", "twins");
+    let of = count(answers.order.len(), one, many);
     let answer = if out.len() == 1 { "answers" } else { "answer" };
     let are = if out.len() == 1 { "is" } else { "are" };
     match (answers.order.len(), out.len()) {

@@ -13,17 +13,17 @@ pub(super) fn applies(inputs: &Inputs) -> bool {
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
     if let Some(answers) = &inputs.what_if {
-        match figure::what_if(answers)? {
-            Some((svg, keys)) => {
-                html.figure(&svg, &keys, &caption(answers));
-            }
-            None => {
-                html.absent("There is no course of glucose to show.");
-            }
-        }
+        curves(&mut html, answers, "twin", "twins")?;
         order(&mut html, "Order of the answers", answers);
     }
     if let Some(answers) = &inputs.what_if_constrained {
+        html.element("h3", "Twins that keep physiology's signs");
+        curves(
+            &mut html,
+            answers,
+            "twin that keeps physiology's signs",
+            "twins that keep physiology's signs",
+        )?;
         order(&mut html, "Order of the answers of twins that keep physiology's signs", answers);
     }
     if !applies(inputs) {
@@ -32,18 +32,29 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     Ok(html)
 }
 
-fn caption(answers: &WhatIf) -> String {
+fn curves(html: &mut Html, answers: &WhatIf, one: &str, many: &str) -> Result<(), ReportError> {
+    match figure::what_if(answers)? {
+        Some((svg, keys)) => {
+            html.figure(&svg, &keys, &caption(answers, &count(answers.order.len(), one, many)));
+        }
+        None => {
+            html.absent("There is no course of glucose to show.");
+        }
+    }
+    Ok(())
+}
+
+fn caption(answers: &WhatIf, of: &str) -> String {
     let circumstances = answers.plan.as_ref().and_then(|plan| {
         let (start, hour) = (plan.starts_mg_dl.first()?, plan.hours.first()?);
         Some(format!(" at {} mg/dL and {hour}:00", compact(*start)))
     });
     format!(
         "Glucose after meals of several sizes, from left to right, taken{} with the bolus that an \
-         insulin-to-carbohydrate ratio (g/U) asks for: median (thick) and middle half (shaded) of {}. \
+         insulin-to-carbohydrate ratio (g/U) asks for: median (thick) and middle half (shaded) of {of}. \
          A higher ratio means less insulin, so within a panel the line of a higher ratio has to lie \
          above that of a lower one, and from panel to panel the peak has to grow with the meal.",
         circumstances.unwrap_or_default(),
-        count(answers.order.len(), "twin", "twins"),
     )
 }
 

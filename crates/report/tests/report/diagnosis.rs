@@ -4,7 +4,7 @@ use report::Part;
 use serde_json::{Value, json};
 
 use crate::made_up;
-use crate::reading::{check_structure, page, with};
+use crate::reading::{check_structure, page, section, with};
 
 fn diagnosis_page(verdict: &str, changes: &[(&str, Value)]) -> String {
     let mut parts = vec![(Part::Diagnosis, made_up::diagnosis(verdict))];
@@ -279,4 +279,20 @@ fn a_frame_marks_what_the_verdict_is_about() {
         {"port": "sensor", "gain_nats": 9.0, "probability": 0.7}]);
     let html = diagnosis_page("unknown", &[("/ports", twice)]);
     assert!(html.contains(">\n70\u{a0}%\n</text>") && !html.contains(">\n20\u{a0}%\n</text>"));
+}
+
+#[test]
+fn one_detectable_shift_an_effect_is_a_list() {
+    let found = page(&made_up::parts());
+    assert!(
+        section(&found, "which").contains("Probability of finding an effect by the mean shift")
+    );
+    let rows = json!([{"effect": "exercise", "shift_mg_dl": 4.63, "power": 0.9},
+        {"effect": "dawn", "shift_mg_dl": 2.25, "power": 0.9}]);
+    let html = page(&with(made_up::parts(), Part::Diagnosis, "/power", rows));
+    check_structure(&html);
+    let effects = section(&html, "which");
+    assert!(!effects.contains("Probability of finding an effect by the mean shift"));
+    let (dawn, exercise) = (effects.find(">2.2</td>"), effects.find(">4.6</td>"));
+    assert!(dawn.is_some() && dawn < exercise, "by size");
 }

@@ -86,3 +86,9 @@ pub(crate) fn check_structure(html: &str) {
         assert!(!html.contains(forbidden), "'{forbidden}' in the page");
     }
 }
+
+/// The text of a section.
+pub(crate) fn section<'a>(html: &'a str, id: &str) -> &'a str {
+    let (_, from) = html.split_once(&format!("<section id=\"{id}\">")).expect("the section");
+    from.split_once("</section>").expect("its end").0
+}
