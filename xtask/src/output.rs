@@ -98,8 +98,22 @@ impl OutputFolder {
 
 /// Permissions of which the user's mask takes away what it will; temporary files are otherwise for
 /// their owner's eyes only, which results are not.
-pub(crate) fn everyones(mode: u32) -> fs::Permissions {
+fn everyones(mode: u32) -> fs::Permissions {
     std::os::unix::fs::PermissionsExt::from_mode(mode)
+}
+
+/// Writes a file beside finished folders so that it is there whole or not at all.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut whole = tempfile::Builder::new()
+        .permissions(everyones(0o666))
+        .tempfile_in(folder)
+        .with_context(|| format!("cannot write in '{}'", folder.display()))?;
+    whole
+        .write_all(bytes)
+        .with_context(|| format!("cannot write '{}' (is the disk full?)", path.display()))?;
+    whole.persist(path).with_context(|| format!("cannot write '{}'", path.display()))?;
+    Ok(())
 }
 
 /// Refuses a target whose replacement would lose something.

@@ -25,8 +25,13 @@ const AHEAD: usize = 24;
 /// Steps between two origins: 30 min.
 const STRIDE: usize = 6;
 /// Plants whose forecasts are shown, where there are such models.
-const PLANTS: [Method; 4] =
-    [Method::Twin, Method::Population, Method::Ode, Method::MaximumAPosteriori];
+const PLANTS: [Method; 5] = [
+    Method::Twin,
+    Method::ConstrainedTwin,
+    Method::Population,
+    Method::Ode,
+    Method::MaximumAPosteriori,
+];
 
 /// Something that forecasts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -44,11 +49,12 @@ pub enum Forecaster {
 
 impl Forecaster {
     /// Every forecaster, the twin first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Plant(PLANTS[0]),
         Self::Plant(PLANTS[1]),
         Self::Plant(PLANTS[2]),
         Self::Plant(PLANTS[3]),
+        Self::Plant(PLANTS[4]),
         Self::Persistence,
         Self::LinearExtrapolation,
         Self::Arx,

@@ -13,7 +13,7 @@ use crate::cli::{
 use crate::diagnosed::ODE;
 use crate::manifest::Manifest;
 use crate::models::read_population;
-use crate::output::OutputFolder;
+use crate::output::{OutputFolder, write_whole};
 use crate::progress::note;
 use crate::stages::twin::read_cohort;
 use crate::stages::{
@@ -213,7 +213,7 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
     ];
     let text = paper_tables::all(&model, &parts)?;
     let path = args.out.join(TABLES);
-    std::fs::write(&path, text).with_context(|| format!("cannot write '{}'", path.display()))?;
+    write_whole(&path, text.as_bytes())?;
     note(format!("pipeline: every table of the paper: {}", path.display()));
     Ok(())
 }

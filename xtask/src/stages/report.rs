@@ -1,7 +1,7 @@
 //! `report`: one HTML file from whatever an output folder holds.
 
 use std::fs::{self, File};
-use std::io::{BufReader, Write as _};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
@@ -9,7 +9,7 @@ use report::{Inputs, Part, render};
 
 use crate::cli::ReportArgs;
 use crate::manifest::Manifest;
-use crate::output::everyones;
+use crate::output::write_whole;
 use crate::progress::note;
 
 /// The report's file name.
@@ -24,14 +24,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<()> {
     let inputs = gather(folder)?;
     let html = render(&inputs).context("rendering the report")?;
     let path = folder.join(FILE);
-    let mut whole = tempfile::Builder::new()
-        .permissions(everyones(0o666))
-        .tempfile_in(folder)
-        .with_context(|| format!("cannot write in '{}'", folder.display()))?;
-    whole
-        .write_all(html.as_bytes())
-        .with_context(|| format!("cannot write '{}' (is the disk full?)", path.display()))?;
-    whole.persist(&path).with_context(|| format!("cannot write '{}'", path.display()))?;
+    write_whole(&path, html.as_bytes())?;
     note(format!("report: {}", path.display()));
     Ok(())
 }
