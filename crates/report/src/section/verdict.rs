@@ -305,13 +305,27 @@ fn equivalence(outcomes: &Outcomes, method: &Method) -> String {
     );
     let hopeless = method.rows.iter().filter(|row| row.cannot_be_shown());
     let hopeless: Vec<String> = hopeless.map(|row| row.metric.to_uppercase()).collect();
-    let aside = match hopeless.is_empty() {
-        true => String::new(),
-        false => format!(
+    // What these leave, and what a person's own earlier days do not show either.
+    let floor = outcomes.training_days.iter().filter(|row| !row.equivalent);
+    let floor: Vec<String> = floor.map(|row| row.metric.to_uppercase()).collect();
+    let floor: Vec<String> = open
+        .iter()
+        .filter(|name| floor.contains(name) && !hopeless.contains(name))
+        .cloned()
+        .collect();
+    let mut aside = String::new();
+    if !hopeless.is_empty() {
+        aside.push_str(&format!(
             " For {} so few people, scattered so much, could not have shown it of any method.",
             list(&hopeless)
-        ),
-    };
+        ));
+    }
+    if !floor.is_empty() {
+        aside.push_str(&format!(
+            " For {} the sensor on the training days does not show it either.",
+            list(&floor)
+        ));
+    }
     let method = &method.label;
     let text = match (shown.is_empty(), open.is_empty()) {
         (true, true) => format!("{method}: no outcome was tested."),

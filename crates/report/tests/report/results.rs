@@ -122,6 +122,13 @@ fn too_few_people_are_told_in_the_verdict() {
     assert!(!page(&made_up::parts()).contains(words));
     let few = with(made_up::parts(), Part::Outcomes, "/methods/0/rows/2/p_unbiased", json!(0.2));
     assert!(page(&few).contains(words));
+
+    // TBR leaves its margin although people enough could have shown it in; nor do training days show it.
+    let words = "For TBR the sensor on the training days does not show it either.";
+    let open = with(made_up::parts(), Part::Outcomes, "/methods/0/rows/2/equivalent", json!(false));
+    assert!(!page(&open).contains(words));
+    let floor = with(open, Part::Outcomes, "/training_days/2/equivalent", json!(false));
+    assert!(page(&floor).contains(words));
 }
 
 #[test]
