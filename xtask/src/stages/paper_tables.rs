@@ -184,13 +184,13 @@ fn forecast(text: &mut String, table: &OutcomesTable) {
             methods.push(&row.method);
         }
     }
-    let _ = write!(text, "{:<14}", "");
+    let _ = write!(text, "{:<18}", "");
     for minutes in &minutes {
         let _ = write!(text, "{:<16}", format!("{minutes} min"));
     }
     text.push('\n');
     for method in methods {
-        let _ = write!(text, "{method:<14}");
+        let _ = write!(text, "{method:<18}");
         for minutes in &minutes {
             let mut rows = table.forecast.iter();
             let row = rows.find(|row| row.method == method && row.minutes == *minutes);
