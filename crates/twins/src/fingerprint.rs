@@ -6,8 +6,8 @@ use sha2::{Digest, Sha256};
 
 use crate::prepared::PreparedWindow;
 
-/// SHA-256 of a population model in hexadecimal: wiring, weights and scaler. The clamp is a way of
-/// running the model and does not count.
+/// SHA-256 of a population model in hexadecimal: wiring, weights and scaler. The clamp and a person's gains
+/// on doses are ways of running the model and do not count.
 #[must_use]
 pub fn population_fingerprint(population: &PopulationModel) -> String {
     let mut hash = Sha256::new();

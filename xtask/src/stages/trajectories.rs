@@ -34,7 +34,8 @@ pub(crate) fn run(args: &TrajectoriesArgs) -> Result<()> {
         None => checked(population.as_ref(), &population, &rule),
         Some(path) => {
             manifest = manifest.with_input(path)?;
-            checked(&read_twin(path, Arc::clone(&population))?, &population, &rule)
+            let twin = read_twin(path, population)?;
+            checked(&twin, &twin.population, &rule)
         }
     }?;
     let output = OutputFolder::begin(&args.out, manifest)?;

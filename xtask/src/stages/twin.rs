@@ -260,7 +260,17 @@ pub(crate) fn variants_in(
 ) -> Result<Vec<(Method, BTreeMap<String, Twin>)>> {
     let mut found = Vec::new();
     for method in ablated().map(Method::Ablated).chain([Method::ConstrainedTwin]) {
-        let twins = twins_in(&folder.join(VARIANTS).join(method.name()), population)?;
+        let folder = folder.join(VARIANTS).join(method.name());
+        let twins = twins_in(&folder, population)?;
+        if method == Method::ConstrainedTwin {
+            for (id, twin) in &twins {
+                ensure!(
+                    twin.residual.keeps_signs(),
+                    "the weights of '{id}' in '{}' do not keep physiology's signs; train anew",
+                    folder.display()
+                );
+            }
+        }
         if !twins.is_empty() {
             found.push((method, twins));
         }

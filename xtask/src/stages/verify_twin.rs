@@ -71,14 +71,16 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         .with_input(path)?
         .with_input(folder)?;
     let population = Arc::new(read_population(&args.model)?);
-    let twin = read_twin(path, Arc::clone(&population))?;
+    let twin = read_twin(path, population)?;
     let cohort = read_cohort(folder)?;
     let id = &twin.card.person_id;
     let person = cohort.people.iter().find(|person| person.id == *id).with_context(|| {
         format!("the cohort '{}' has no person '{id}', whose twin this is", folder.display())
     })?;
     let output = OutputFolder::begin(&args.out, manifest)?;
-    let steps = steps_of(person, &twin, &population)?;
+    // Doses reach a twin's networks with its own gains.
+    let population = &twin.population;
+    let steps = steps_of(person, &twin)?;
     let deep = |matrices: Vec<(Vec<f64>, Vec<f64>)>, names: Vec<String>| {
         DeepNetwork::new(names, matrices).context("the twin's networks")
     };
@@ -86,7 +88,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         twin.residual.matrices().to_vec(),
         INPUT_NAMES.iter().map(|name| (*name).to_owned()).collect(),
     )?;
-    let glucose = network(&population, Compartment::Q1)?;
+    let glucose = network(population, Compartment::Q1)?;
     let rows = (0..glucose.hidden()).flat_map(|unit| glucose.input_weights(unit).to_vec());
     let shallow = deep(
         vec![
@@ -126,9 +128,10 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
             residual
                 .largest_slope(input, direction, (&lower, &upper), &limits, &|| clock.elapsed())?;
         let seconds = clock.elapsed().saturating_sub(began).as_secs_f64();
-        let sum = (of_residual.m_upper + of_population.m_upper).next_up();
+        let (residual_upper, sum) =
+            upper_bounds(of_residual.m_upper, of_population.m_upper, twin.residual.keeps_signs());
         for (name, networks, m_upper) in [
-            ("residual", [Some(&residual), None], of_residual.m_upper),
+            ("residual", [Some(&residual), None], residual_upper),
             ("twin", [Some(&residual), Some(&shallow)], sum),
         ] {
             let (attained, failing) = attained(&steps, networks, input, &upper)?;
@@ -178,8 +181,18 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     Ok(())
 }
 
+/// Bounds of the residual network's slope and of the sum with the population network's. Weights that keep
+/// signs prove what boxes leave open by their rounding: every property asked here is among those signs.
+fn upper_bounds(residual: f64, population: f64, keeps_signs: bool) -> (f64, f64) {
+    let residual = if keeps_signs { residual.min(0.0) } else { residual };
+    let sum = (residual + population).next_up();
+    // No sum of two numbers that are not positive is positive.
+    (residual, if residual <= 0.0 && population <= 0.0 { sum.min(0.0) } else { sum })
+}
+
 /// The person's record along the population model, glucose as the sensor read it where it did (as in training).
-fn steps_of(person: &Person, twin: &Twin, population: &PopulationModel) -> Result<Vec<Seen>> {
+fn steps_of(person: &Person, twin: &Twin) -> Result<Vec<Seen>> {
+    let population: &PopulationModel = &twin.population;
     let start = ReplayStart::SteadyState;
     let rows = replay(person, population, population, start, MissingDoses::Zero)
         .with_context(|| format!("person {}", person.id))?;

@@ -168,7 +168,8 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
     let cohort = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/embedded/cohort");
     let (model, made) = (shipped(), out("twins"));
     let of_model = ["--model", text(&model), "--cohort", text(&cohort)];
-    run(&[&["twin"], of_model.as_slice(), &["--out", text(&made)]].concat());
+    let quick = ["--variants", "--epochs", "2", "--out", text(&made)];
+    run(&[&["twin"], of_model.as_slice(), &quick].concat());
     let twin = made.join("twins/P02.safetensors");
     let of_twin = [&["verify"], of_model.as_slice(), &["--twin", text(&twin)]].concat();
     let found = out("found");
@@ -185,6 +186,20 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
         };
         assert_eq!(row["verdict"], verdict, "{row:#}");
     }
+    // Weights that keep signs are a proof, whatever boxes leave open.
+    let kept = made.join("variants/constrained_twin/P02.safetensors");
+    let of_kept = [&["verify"], of_model.as_slice(), &["--twin", text(&kept)]].concat();
+    run(&[of_kept.as_slice(), &["--limit", "1", "--out", text(&found)]].concat());
+    let rows = json(&found.join("conformance.json"))["rows"].as_array().expect("rows").clone();
+    let residual = rows.iter().filter(|row| row["network"] == "residual");
+    assert_eq!(residual.filter(|row| row["verdict"] == "proved").count(), 3, "{rows:#?}");
+    // A twin that does not keep them is not judged as one that does.
+    std::fs::copy(&twin, &kept).expect("writable");
+    let asked = ["evaluate", "--cohort", text(&cohort), "--twins", text(&made)];
+    let judged = out("judged");
+    let status = start(&[asked.as_slice(), &["--out", text(&judged)]].concat()).wait();
+    assert_eq!(status.expect("it ends").code(), Some(1));
+    assert!(!judged.exists());
     // A record without the twin's person, and a repair of a twin.
     let other = out("other");
     run(&["worlds", "--count", "1", "--people", "1", "--days", "2", "--out", text(&other)]);
