@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::amplitude::AmplitudeRecovery;
 use crate::answer::{Answer, Candidate, Found, PortEvidence, Verdict};
+use crate::by_hand::{HandRow, by_hand};
 use crate::confusion::Confusion;
 use crate::error::BlindError;
 use crate::label::{Kind, Label, TrueEffect};
@@ -55,6 +56,9 @@ pub struct BlindCheck {
     pub amplitudes: AmplitudeRecovery,
     /// Worlds whose diagnosis ended without an answer.
     pub failed: Share,
+    /// The figures by hand, for diagnoses that never saw that hand; all hands together last.
+    #[serde(default)]
+    pub by_hand: Vec<HandRow>,
     /// What was promised.
     pub targets: Vec<Target>,
 }
@@ -133,6 +137,7 @@ impl BlindCheck {
             reliability,
             amplitudes: AmplitudeRecovery::of(worlds),
             failed: Share::among(worlds, |w| w.answer.verdict == Verdict::Failed)?,
+            by_hand: by_hand(worlds, master_seed)?,
             targets,
         })
     }
@@ -145,7 +150,7 @@ impl BlindCheck {
 }
 
 impl UnknownScore {
-    fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
+    pub(crate) fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
         let outside = || worlds.iter().filter(|w| w.label.kind == Kind::Outside);
         let recalled = || outside().filter(|w| w.answer.verdict == Verdict::Unknown);
         Ok(Self {

@@ -20,6 +20,7 @@
 
 mod amplitude;
 mod answer;
+mod by_hand;
 mod calibration_table;
 mod check;
 mod confusion;
@@ -30,14 +31,17 @@ mod pairs;
 #[cfg(test)]
 mod planted;
 mod power;
+pub mod realism;
 mod reliability;
 mod share;
 mod targets;
+mod text_table;
 
 pub mod seal;
 
 pub use amplitude::AmplitudeRecovery;
 pub use answer::{Amplitude, Answer, Candidate, Found, PortEvidence, Verdict};
+pub use by_hand::{HandRow, hand_table};
 pub use calibration_table::{CalibrationTable, CalibrationWorld};
 pub use check::{BlindCheck, ScoredWorld, UnknownScore, WorldRow};
 pub use confusion::{Confusion, ConfusionRow};

@@ -63,6 +63,7 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
     }
     let scored = score(seed, answered)?;
     output.write_json("blind_check.json", &scored)?;
+    output.write("by_hand.txt", blind::hand_table(&scored.by_hand).as_bytes())?;
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
     say(&scored);
@@ -145,22 +146,14 @@ fn answer(
     write_folder(&cohort, &folder, RecordsFormat::Parquet)
         .with_context(|| format!("world {id}"))?;
     drop(cohort);
-    let thresholds = thresholds_for(world)?;
+    // Nothing that answers a world has seen the hand that made it.
+    let thresholds = Thresholds::without(world.planned.generator.name());
     let (answer, text) = ask(&folder, &thresholds, diagnosis_seed(seed, place), asked)?;
     match text {
         Some(diagnosis) => output.write(&format!("answers/{id}.json"), &diagnosis)?,
         None => output.write_json(&format!("answers/{id}.json"), &answer)?,
     }
     Ok(answer)
-}
-
-/// The thresholds that were fixed on worlds of the other generator.
-fn thresholds_for(world: &RealisedWorld) -> Result<Thresholds> {
-    let generator = world.planned.generator;
-    let other = Generator::ALL.into_iter().find(|other| *other != generator);
-    other
-        .and_then(|other| Thresholds::of_worlds(other.name()))
-        .with_context(|| format!("no thresholds for worlds of {}", generator.name()))
 }
 
 /// Thresholds that no world without an effect reaches, from the answers in `output`.
@@ -239,6 +232,10 @@ fn say(check: &BlindCheck) {
         };
         let limit = percent(target.target);
         note(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
+    }
+    note("by hand, for diagnoses that never saw that hand:".to_owned());
+    for line in blind::hand_table(&check.by_hand).lines() {
+        note(format!("  {line}"));
     }
 }
 

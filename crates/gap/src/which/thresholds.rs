@@ -46,6 +46,9 @@ const LARGE_COHORT: f64 = 280.0;
 const ALARMS: f64 = 0.0125;
 /// How much more evidence is asked of a plant that is not the ODE, on which thresholds were fixed.
 const OTHER_PLANTS: f64 = 3.0;
+/// The hands whose worlds fixed thresholds, with the file of each.
+const HANDS: [(&str, &str); 2] =
+    [("hovorka", include_str!("hovorka.json")), ("padova", include_str!("padova.json"))];
 /// Temperature of the probabilities, nats.
 const TEMPERATURE: f64 = 1.5;
 
@@ -129,38 +132,52 @@ impl Threshold {
 }
 
 impl Thresholds {
-    /// The thresholds in use: for each name the larger of those of both generators' calibration worlds.
+    /// The thresholds in use: for each name the largest of those of all hands.
     ///
     /// # Panics
     /// Never: the files are part of the crate and tested.
     #[must_use]
     pub fn working() -> Self {
-        let of = |name| Self::of_worlds(name).expect("the crate's own file, tested");
-        let (a, b) = (of("hovorka"), of("padova"));
-        let mut by_name = a.by_name.clone();
-        for (name, threshold) in &b.by_name {
-            let entry = by_name.entry(name.clone()).or_insert_with(|| threshold.clone());
+        Self::largest_of(HANDS.into_iter().map(|(hand, _)| hand))
+    }
+
+    /// Thresholds that never saw the worlds of `hand`: for each name the largest of those of the other hands.
+    ///
+    /// For a blind check. A hand of which there are no thresholds is judged by those in use.
+    ///
+    /// # Panics
+    /// As [`Self::working`].
+    #[must_use]
+    pub fn without(hand: &str) -> Self {
+        Self::largest_of(HANDS.into_iter().map(|(hand, _)| hand).filter(|other| *other != hand))
+    }
+
+    /// The thresholds that were fixed on the worlds of one hand.
+    #[must_use]
+    pub fn of_hand(hand: &str) -> Option<Self> {
+        let (_, text) = HANDS.into_iter().find(|(name, _)| *name == hand)?;
+        serde_json::from_str(text).ok()
+    }
+
+    fn largest_of(hands: impl Iterator<Item = &'static str>) -> Self {
+        hands
+            .map(|hand| Self::of_hand(hand).expect("the crate's own file, tested"))
+            .reduce(|a, b| a.larger(&b))
+            .expect("more than one hand")
+    }
+
+    /// For each name the larger of two thresholds.
+    fn larger(mut self, other: &Self) -> Self {
+        for (name, threshold) in &other.by_name {
+            let entry = self.by_name.entry(name.clone()).or_insert_with(|| threshold.clone());
             *entry = entry.larger(threshold);
         }
         Self {
-            source: format!("{}; {}", a.source, b.source),
-            by_name,
-            other: a.other.larger(&b.other),
-            temperature: a.temperature.max(b.temperature),
+            source: format!("{}; {}", self.source, other.source),
+            other: self.other.larger(&other.other),
+            temperature: self.temperature.max(other.temperature),
+            ..self
         }
-    }
-
-    /// The thresholds that were fixed on the worlds of one generator, `hovorka` or `padova`.
-    ///
-    /// For a blind check: worlds of one generator are judged by the thresholds of the other.
-    #[must_use]
-    pub fn of_worlds(generator: &str) -> Option<Self> {
-        let text = match generator {
-            "hovorka" => include_str!("hovorka.json"),
-            "padova" => include_str!("padova.json"),
-            _ => return None,
-        };
-        serde_json::from_str(text).ok()
     }
 
     /// These thresholds for a plant on which they were not fixed: all of them multiplied by a factor, which
@@ -284,6 +301,23 @@ mod tests {
             let sizes = [1.0, 50.0, 100.0, 200.0, 400.0, 1e6];
             assert!(sizes.is_sorted_by_key(|size| threshold.over(*size)), "{name}");
         }
+    }
+
+    #[test]
+    fn the_thresholds_of_a_check_never_saw_the_hand_that_is_judged() {
+        for (hand, _) in HANDS {
+            let without = Thresholds::without(hand);
+            let own = Thresholds::of_hand(hand).expect("the crate's own file");
+            assert!(!without.source.contains(&own.source), "{hand}: {}", without.source);
+            for (other, _) in HANDS.into_iter().filter(|(other, _)| *other != hand) {
+                let theirs = Thresholds::of_hand(other).expect("the crate's own file");
+                assert!(without.source.contains(&theirs.source), "{hand}: {}", without.source);
+                for name in theirs.by_name.keys() {
+                    assert!(without.of(name).over(140.0) >= theirs.of(name).over(140.0), "{name}");
+                }
+            }
+        }
+        assert_eq!(Thresholds::without("nobody"), Thresholds::working());
     }
 
     #[test]
