@@ -4,6 +4,7 @@ use cohort::Cohort;
 use effects::Effect;
 use rayon::prelude::*;
 use stats::{Bootstrap, ReplicateMatrix};
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -19,124 +20,168 @@ use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
 use crate::plants::{Ode, Plants};
-use crate::which::{Which, power, which};
+use crate::which::{Thresholds, Which, is_free, power, which};
 
-/// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss, which effect does it lack,
-/// and how far does adding it go?
+/// A diagnosis to be made: which effects are tried, with which settings, on which plant.
 ///
-/// People are analysed in parallel; the result depends on `seed` and not on the number of threads.
+/// It answers where the calibrated plant misses a cohort, which effect of the library it lacks, and how far adding
+/// that effect goes.
 ///
-/// # Errors
-/// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::Value`] for data that cannot be;
-/// [`GapError::NobodyLeft`] if every person had to be excluded.
-pub fn diagnose(
-    cohort: &Cohort,
-    config: &DiagnosisConfig,
-    seed: u64,
-) -> Result<Diagnosis, GapError> {
-    diagnose_with_progress(cohort, config, seed, &|_, _| {})
+/// ```no_run
+/// use gap::{Diagnoser, DiagnosisConfig};
+///
+/// let cohort = cohort::read_folder("my-cohort".as_ref())?;
+/// // An effect of your own goes beside those of the library.
+/// let library = effects::library();
+/// let diagnosis = Diagnoser::new(&library, &DiagnosisConfig::working()).run(&cohort, 1)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct Diagnoser<'a> {
+    library: &'a [Box<dyn Effect>],
+    config: &'a DiagnosisConfig,
+    plants: &'a dyn Plants,
+    progress: &'a (dyn Fn(usize, usize) + Sync),
 }
 
-/// As [`diagnose`]; `progress` is told (people done, people) after each person, from any thread.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_with_progress(
-    cohort: &Cohort,
-    config: &DiagnosisConfig,
-    seed: u64,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Diagnosis, GapError> {
-    diagnose_plant(cohort, &Ode, config, seed, progress)
+impl<'a> Diagnoser<'a> {
+    /// Tries the effects of `library` on the ODE plant.
+    #[must_use]
+    pub fn new(library: &'a [Box<dyn Effect>], config: &'a DiagnosisConfig) -> Self {
+        Self { library, config, plants: &Ode, progress: &|_, _| {} }
+    }
+
+    /// Diagnoses another plant than the ODE.
+    ///
+    /// The thresholds of the settings are used as they are; see
+    /// [`Thresholds::for_other_plants`](crate::Thresholds::for_other_plants).
+    #[must_use]
+    pub fn plants(self, plants: &'a dyn Plants) -> Self {
+        Self { plants, ..self }
+    }
+
+    /// Calls `progress` with (people done, people) after each person, from any thread.
+    #[must_use]
+    pub fn progress(self, progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
+        Self { progress, ..self }
+    }
+
+    /// Diagnoses a cohort.
+    ///
+    /// People are analysed in parallel; the result depends on `seed`, the seed of all resampling, and not on the
+    /// number of threads.
+    ///
+    /// # Errors
+    /// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::EffectTwice`] and [`GapError::EffectName`] for
+    /// a library whose effects cannot be distinguished by name; [`GapError::Value`] for data that cannot be;
+    /// [`GapError::NobodyLeft`] if every person had to be excluded.
+    pub fn run(&self, cohort: &Cohort, seed: u64) -> Result<Diagnosis, GapError> {
+        let Self { library, plants, progress, .. } = *self;
+        let config = self.config.clone().validated()?;
+        distinct_names(library)?;
+        if cohort.people.is_empty() {
+            return Err(GapError::EmptyCohort);
+        }
+        let done = AtomicUsize::new(0);
+        let outcomes: Vec<PersonOutcome> = cohort
+            .people
+            .par_iter()
+            .map(|person| {
+                let outcome = analyse(person, plants, &config);
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, cohort.people.len());
+                outcome
+            })
+            .collect::<Result<_, _>>()?;
+
+        let included: Vec<(&str, &PersonAnalysis)> = outcomes
+            .iter()
+            .filter_map(|o| Some((o.summary.person_id.as_str(), o.analysis.as_ref()?)))
+            .collect();
+        if included.is_empty() {
+            let first = &outcomes[0].summary;
+            return Err(GapError::NobodyLeft {
+                people: outcomes.len(),
+                person: first.person_id.clone(),
+                reason: first.excluded.clone().unwrap_or_default(),
+            });
+        }
+        let inputs: Vec<PersonInput<'_>> = cohort
+            .people
+            .iter()
+            .zip(&outcomes)
+            .filter_map(|(person, outcome)| {
+                let analysis = outcome.analysis.as_ref()?;
+                let (observations, calibration) = (&analysis.observations, &analysis.calibration);
+                let person = analysis.person.as_ref().unwrap_or(person);
+                Some(PersonInput { person, observations, calibration })
+            })
+            .collect();
+        // One of them waits for a thread of its own; the other uses it meanwhile.
+        let ((gaps, baseline), which) = rayon::join(
+            || (gaps(&included, &config, seed), baseline(&included, &config, seed)),
+            || which(&inputs, library, &config),
+        );
+        let (baseline, which) = (baseline?, which?);
+        let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
+        let answer = which.answer(library, &ids, config.thresholds.temperature);
+        let (power, how_far) = rayon::join(
+            || power(&inputs, library, &which.detectable),
+            || held_out_change(&which, &inputs, library, &config, derived(seed, HOW_FAR)),
+        );
+        let how_far = how_far?;
+        Ok(Diagnosis {
+            schema: SCHEMA.to_owned(),
+            stage: Stage::HowFar,
+            verdict: answer.verdict,
+            effects: answer.effects,
+            candidates: answer.candidates,
+            untried: answer.untried,
+            ports: answer.ports,
+            power,
+            evidence: which.evidence.clone(),
+            cells: gaps,
+            how_far,
+            baseline,
+            data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
+            people: outcomes.into_iter().map(|o| o.summary).collect(),
+            plant: plants.name().to_owned(),
+            notes: uncalibrated(library, &config.thresholds),
+            absorbed: None,
+            seed,
+            config,
+        })
+    }
 }
 
-/// As [`diagnose_with_progress`], with another plant than the ODE.
-///
-/// The thresholds of `config` are used as they are; see
-/// [`Thresholds::for_other_plants`](crate::Thresholds::for_other_plants).
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_plant(
-    cohort: &Cohort,
-    plants: &dyn Plants,
-    config: &DiagnosisConfig,
-    seed: u64,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Diagnosis, GapError> {
-    let config = config.clone().validated()?;
-    if cohort.people.is_empty() {
-        return Err(GapError::EmptyCohort);
+/// Checks that every effect has a name of its own, and none that stands for something else in the output.
+fn distinct_names(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
+    let mut names = BTreeSet::new();
+    for effect in library {
+        let name = effect.card().name;
+        if !is_free(name) {
+            return Err(GapError::EffectName { name });
+        }
+        if !names.insert(name) {
+            return Err(GapError::EffectTwice { name });
+        }
     }
-    let done = AtomicUsize::new(0);
-    let outcomes: Vec<PersonOutcome> = cohort
-        .people
-        .par_iter()
-        .map(|person| {
-            let outcome = analyse(person, plants, &config);
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, cohort.people.len());
-            outcome
-        })
-        .collect::<Result<_, _>>()?;
+    Ok(())
+}
 
-    let included: Vec<(&str, &PersonAnalysis)> = outcomes
+/// What is to be said of effects whose threshold was never calibrated.
+fn uncalibrated(library: &[Box<dyn Effect>], thresholds: &Thresholds) -> Vec<String> {
+    library
         .iter()
-        .filter_map(|o| Some((o.summary.person_id.as_str(), o.analysis.as_ref()?)))
-        .collect();
-    if included.is_empty() {
-        let first = &outcomes[0].summary;
-        return Err(GapError::NobodyLeft {
-            people: outcomes.len(),
-            person: first.person_id.clone(),
-            reason: first.excluded.clone().unwrap_or_default(),
-        });
-    }
-    let library = effects::library();
-    let inputs: Vec<PersonInput<'_>> = cohort
-        .people
-        .iter()
-        .zip(&outcomes)
-        .filter_map(|(person, outcome)| {
-            let analysis = outcome.analysis.as_ref()?;
-            let (observations, calibration) = (&analysis.observations, &analysis.calibration);
-            let person = analysis.person.as_ref().unwrap_or(person);
-            Some(PersonInput { person, observations, calibration })
+        .map(|effect| effect.card())
+        .filter(|card| !thresholds.by_name.contains_key(card.name))
+        .map(|card| {
+            format!(
+                "How often `{}` is named where nothing is missing was never measured: it must show as much evidence \
+                 as the strictest of the effects that share its port or that it is confusable with.",
+                card.name
+            )
         })
-        .collect();
-    // What one of them works out in turn, the other fills with its own.
-    let ((gaps, baseline), which) = rayon::join(
-        || (gaps(&included, &config, seed), baseline(&included, &config, seed)),
-        || which(&inputs, &library, &config),
-    );
-    let (baseline, which) = (baseline?, which?);
-    let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
-    let answer = which.answer(&library, &ids, config.thresholds.temperature);
-    let (power, how_far) = rayon::join(
-        || power(&inputs, &library, &which.detectable),
-        || held_out_change(&which, &inputs, &library, &config, derived(seed, HOW_FAR)),
-    );
-    let how_far = how_far?;
-    Ok(Diagnosis {
-        schema: SCHEMA.to_owned(),
-        stage: Stage::HowFar,
-        verdict: answer.verdict,
-        effects: answer.effects,
-        candidates: answer.candidates,
-        untried: answer.untried,
-        ports: answer.ports,
-        power,
-        evidence: which.evidence.clone(),
-        cells: gaps,
-        how_far,
-        baseline,
-        data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
-        people: outcomes.into_iter().map(|o| o.summary).collect(),
-        plant: plants.name().to_owned(),
-        notes: Vec::new(),
-        absorbed: None,
-        seed,
-        config,
-    })
+        .collect()
 }
 
 /// What adding the named effects changes on held-out days; nothing where none was named.

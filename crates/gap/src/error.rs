@@ -18,6 +18,21 @@ pub enum GapError {
         /// What would be accepted.
         requirement: &'static str,
     },
+    /// Two effects of the library have the same name.
+    #[error("the library holds two effects named {name}; give one of them another name")]
+    EffectTwice {
+        /// Their name.
+        name: &'static str,
+    },
+    /// The output uses the name of an effect for something else.
+    #[error(
+        "an effect is named '{name}'; the names none and unknown, names that start with unknown_, names with a slash \
+         and empty ones are taken"
+    )]
+    EffectName {
+        /// Its name.
+        name: &'static str,
+    },
     /// Nobody in the cohort can be diagnosed.
     #[error(
         "none of the {people} people can be diagnosed; the first, {person}, is excluded because \

@@ -9,15 +9,16 @@
 //!   weighed against a background that any two bodies may differ in, on days held out ([`mod@which`]).
 //! - *How far*: held-out error before and after the effects found are added ([`how_far`]).
 //!
-//! [`diagnose`] does all of it and returns a [`Diagnosis`] in the layout of `diagnosis.json`. Its verdict
+//! A [`Diagnoser`] does all of it and returns a [`Diagnosis`] in the layout of `diagnosis.json`. Its verdict
 //! is "effect", "unknown" (something varies that the library does not hold) or "none" (nothing that
 //! the data could show).
 //!
 //! ```no_run
-//! use gap::{DiagnosisConfig, diagnose};
+//! use gap::{Diagnoser, DiagnosisConfig};
 //!
 //! let cohort = cohort::read_folder("my-cohort".as_ref())?;
-//! let diagnosis = diagnose(&cohort, &DiagnosisConfig::working(), 1)?;
+//! let config = DiagnosisConfig::working();
+//! let diagnosis = Diagnoser::new(&effects::library(), &config).run(&cohort, 1)?;
 //! for found in &diagnosis.effects {
 //!     assert!(found.probability <= 1.0 && found.amplitude.lower >= 0.0);
 //! }
@@ -63,7 +64,7 @@ pub use body::Body;
 pub use calibration::CalibrationRule;
 pub use config::{DiagnosisConfig, InclusionRule, Production};
 pub use course::course;
-pub use diagnose::{diagnose, diagnose_plant, diagnose_with_progress};
+pub use diagnose::Diagnoser;
 pub use diagnosis::{Diagnosis, PersonSummary, Stage, Verdict};
 pub use error::GapError;
 pub use free_run::FreeRunRule;

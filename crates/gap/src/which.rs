@@ -32,6 +32,7 @@ use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::how_far::PersonInput;
 
+pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;
 pub use self::thresholds::{Evidence, Threshold, ThresholdStep, Thresholds};
 
@@ -197,7 +198,7 @@ pub fn which(
         let mut candidates: Vec<Candidate> = scores
             .iter()
             .map(|score| {
-                let threshold = thresholds.of(library[score.effect].card().name);
+                let threshold = of_effect(thresholds, library, known, score.effect);
                 let needed =
                     if named.is_empty() { 1.0 } else { LATER } * threshold.over(person_days);
                 let gain = score.gain();
@@ -296,6 +297,21 @@ fn prefer_known(
     candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
 }
 
+/// The threshold of an effect, or of unknown events.
+fn of_effect(
+    thresholds: &Thresholds,
+    library: &[&dyn Effect],
+    known: usize,
+    effect: usize,
+) -> Threshold {
+    let card = library[effect].card();
+    if effect < known {
+        thresholds.of_effect(&card, &library[..known])
+    } else {
+        thresholds.of(card.name)
+    }
+}
+
 /// What is kept of the first round.
 #[derive(Clone)]
 struct First {
@@ -318,7 +334,7 @@ fn detectable(
         .filter(|score| score.effect < known)
         .filter_map(|score| {
             let ScoreOf::Driven(found) = &score.evidence else { return None };
-            let threshold = thresholds.of(library[score.effect].card().name).over(person_days);
+            let threshold = of_effect(thresholds, library, known, score.effect).over(person_days);
             Some(Detectable {
                 effect: score.effect,
                 amplitude: detection::amplitude(found.information, threshold)?,

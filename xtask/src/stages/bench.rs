@@ -15,7 +15,7 @@ use gap::calibration::calibrate;
 use gap::design::design;
 use gap::filter::filter;
 use gap::how_far::PersonInput;
-use gap::{DiagnosisConfig, Observations, diagnose_with_progress, quality, which};
+use gap::{Diagnoser, DiagnosisConfig, Observations, quality, which};
 use ode_sim::OdeParameters;
 use rayon::prelude::*;
 use world::blind::PlannedEffect;
@@ -158,10 +158,12 @@ fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
     let people = cohort.people.len();
     let progress = Progress::begin("bench", people);
     let (clock, before) = (Instant::now(), processor_seconds());
-    let diagnosis = diagnose_with_progress(cohort, &DiagnosisConfig::working(), seed, &|_, _| {
-        progress.advance("people calibrated");
-    })
-    .context("the diagnosis")?;
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let advance = |_, _| progress.advance("people calibrated");
+    let diagnosis = Diagnoser::new(&library, &config)
+        .progress(&advance)
+        .run(cohort, seed)
+        .context("the diagnosis")?;
     let seconds = clock.elapsed().as_secs_f64();
     let row = Row {
         people,

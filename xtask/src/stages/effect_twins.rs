@@ -12,7 +12,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, ensure};
 use cohort::{Cohort, Person, Window};
 use effects::{Course, find};
-use gap::{Diagnosis, DiagnosisConfig, diagnose};
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig};
 use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{Kilograms, MgPerDl, STEPS_PER_DAY};
 use rayon::prelude::*;
@@ -116,9 +116,10 @@ pub(crate) fn run(args: &EffectTwinsArgs) -> Result<()> {
     let (protocol, plan) = twin::protocol(args.profile, None);
     let output = OutputFolder::begin(&args.out, manifest)?;
 
-    let diagnosis =
-        diagnose(&training_days(&cohort, &protocol), &DiagnosisConfig::working(), args.seed)
-            .context("the diagnosis of the training days")?;
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let diagnosis = Diagnoser::new(&library, &config)
+        .run(&training_days(&cohort, &protocol), args.seed)
+        .context("the diagnosis of the training days")?;
     let steady = SteadyStates::new(&*population);
     let mut people = Vec::new();
     for (index, person) in cohort.people.iter().enumerate() {

@@ -12,7 +12,7 @@
 use chrono::NaiveDate;
 use cohort::Cohort;
 use gap::diagnosis::Diagnosis;
-use gap::{DiagnosisConfig, diagnose};
+use gap::{Diagnoser, DiagnosisConfig};
 use rayon::prelude::*;
 use world::blind::{Nuisances, PlannedEffect, PlannedWorld, RealisedWorld};
 use world::{Amplitudes, Effect, Generator, Regime, VirtualPerson};
@@ -87,7 +87,8 @@ fn diagnosed(world: &RealisedWorld, share: f64) -> Diagnosis {
         .map(|person| scaled(person).live(world.planned.calendar()).map(|days| days.recorded))
         .collect::<Result<_, _>>()
         .expect("bodies that can live with it");
-    diagnose(&Cohort { people }, &DiagnosisConfig::working(), SEED).expect("a diagnosis")
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    Diagnoser::new(&library, &config).run(&Cohort { people }, SEED).expect("a diagnosis")
 }
 
 fn named(diagnosis: &Diagnosis) -> Vec<&str> {

@@ -16,6 +16,12 @@ const UNKNOWN: &str = "unknown";
 /// Half width of a 95 % interval in standard errors.
 const Z: f64 = 1.96;
 
+/// Whether an effect may have this name: it stands for nothing else in the output.
+pub(crate) fn is_free(name: &str) -> bool {
+    let taken = name.is_empty() || name == NONE || name == UNKNOWN;
+    !taken && !name.contains('/') && !name.starts_with("unknown_")
+}
+
 /// What a diagnosis says about the effects.
 pub(crate) struct Answer {
     pub(crate) verdict: Verdict,

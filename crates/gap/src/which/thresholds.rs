@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use effects::{Card, Effect};
 use serde::{Deserialize, Serialize};
 
 /// Least threshold of an effect, nats: at odds of one effect in fifty a gain of 4 makes it as likely as not.
@@ -223,6 +224,25 @@ impl Thresholds {
         Self { source: source.to_owned(), by_name, other, temperature: TEMPERATURE }
     }
 
+    /// That of an effect of a library.
+    ///
+    /// How often an effect without a threshold of its own (a user's) shows evidence where nothing is missing is not
+    /// known. It must show as much as the strictest of the effects that resemble it: that act at its port, or that its
+    /// card calls confusable with it; [`other`](Self::other) where none of them has a threshold.
+    #[must_use]
+    pub fn of_effect(&self, card: &Card, library: &[&dyn Effect]) -> Threshold {
+        if self.by_name.contains_key(card.name) {
+            return self.of(card.name);
+        }
+        library
+            .iter()
+            .map(|effect| effect.card())
+            .filter(|other| self.by_name.contains_key(other.name) && resembles(card, other))
+            .map(|other| self.of(other.name))
+            .reduce(|one, other| one.larger(&other))
+            .unwrap_or_else(|| self.of(card.name))
+    }
+
     /// That of an effect, a kind of unknown events or a port with its scale: no less than its floor.
     #[must_use]
     pub fn of(&self, name: &str) -> Threshold {
@@ -232,6 +252,11 @@ impl Thresholds {
         }
         found
     }
+}
+
+/// Whether one effect may show evidence wherever another does: they act at one port, or the card names the other.
+fn resembles(card: &Card, other: &Card) -> bool {
+    card.port == other.port || card.confusable_with.contains(&other.name)
 }
 
 /// Sizes of cohorts that have thresholds of their own, person-days: the largest, and halves of it.
@@ -289,6 +314,8 @@ fn least(name: &str, person_days: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use effects::Port;
+
     use super::*;
 
     #[test]
@@ -318,6 +345,30 @@ mod tests {
             }
         }
         assert_eq!(Thresholds::without("nobody"), Thresholds::working());
+    }
+
+    #[test]
+    fn an_effect_without_a_threshold_needs_as_much_as_those_that_resemble_it() {
+        let working = Thresholds::working();
+        let owned = effects::library();
+        let library: Vec<&dyn Effect> = owned.iter().map(AsRef::as_ref).collect();
+        let dawn = effects::find("dawn").expect("in the library").card();
+        let own = Card { name: "own", port: Port::InsulinAction, ..dawn };
+        for person_days in [20.0, 70.0, 1000.0] {
+            let needed = working.of_effect(&own, &library).over(person_days);
+            // The strictest at its port; dawn's card says that they are confusable, too.
+            let circadian = working.of("circadian_sensitivity").over(person_days);
+            assert!(needed >= circadian && needed >= working.of("sleep_loss").over(person_days));
+            assert!(needed < working.of("counter_regulation").over(person_days));
+        }
+        // Those that have one keep it.
+        for effect in &library {
+            let card = effect.card();
+            assert_eq!(working.of_effect(&card, &library), working.of(card.name));
+        }
+        // Nothing resembles it.
+        let alone = Card { confusable_with: &[], ..own };
+        assert_eq!(working.of_effect(&alone, &[]), working.of("own"));
     }
 
     #[test]
