@@ -24,6 +24,8 @@ mod thresholds;
 mod unknown;
 mod variance;
 
+use std::collections::BTreeMap;
+
 use effects::{Effect, Port};
 
 use self::round::{Round, Score, ScoreOf};
@@ -73,6 +75,8 @@ pub struct Which {
     pub unknown: Vec<Port>,
     /// The evidence of the first round by name.
     pub evidence: Evidence,
+    /// Spreads of the random factors at the first round, log or relative: `action/day`, `action/block` and so on.
+    pub spreads: BTreeMap<String, f64>,
     /// What the first round would have found of each driven effect.
     pub detectable: Vec<Detectable>,
 }
@@ -224,11 +228,12 @@ pub fn which(
             let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
             Evidence { person_days, gains: gains.collect() }
         };
-        let First { candidates: all, untried, evidence, detectable } = first
+        let First { candidates: all, untried, evidence, spreads, detectable } = first
             .get_or_insert_with(|| First {
                 candidates: candidates.clone(),
                 untried,
                 evidence: evidence(),
+                spreads: round.estimated.spreads.by_name(),
                 detectable: detectable(&scores, library, known, thresholds, person_days),
             })
             .clone();
@@ -251,6 +256,7 @@ pub fn which(
                 known,
                 unknown,
                 evidence,
+                spreads,
                 detectable,
             });
         };
@@ -318,6 +324,7 @@ struct First {
     candidates: Vec<Candidate>,
     untried: Vec<usize>,
     evidence: Evidence,
+    spreads: BTreeMap<String, f64>,
     detectable: Vec<Detectable>,
 }
 

@@ -160,6 +160,16 @@ impl Thresholds {
         serde_json::from_str(text).ok()
     }
 
+    /// Thresholds that no evidence reaches: for reading the evidence alone.
+    pub(crate) fn never() -> Self {
+        Self {
+            source: "nothing is to be named".to_owned(),
+            by_name: BTreeMap::new(),
+            other: Threshold::even(f64::INFINITY, f64::INFINITY),
+            temperature: TEMPERATURE,
+        }
+    }
+
     fn largest_of(hands: impl Iterator<Item = &'static str>) -> Self {
         hands
             .map(|hand| Self::of_hand(hand).expect("the crate's own file, tested"))
