@@ -1,7 +1,7 @@
 //! The diagnosis of a cohort.
 
 use cohort::Cohort;
-use effects::Effect;
+use effects::{Effect, ShownBy};
 use rayon::prelude::*;
 use stats::{Bootstrap, ReplicateMatrix};
 use std::collections::BTreeSet;
@@ -78,7 +78,7 @@ impl<'a> Diagnoser<'a> {
     pub fn run(&self, cohort: &Cohort, seed: u64) -> Result<Diagnosis, GapError> {
         let Self { library, plants, progress, .. } = *self;
         let config = self.config.clone().validated()?;
-        distinct_names(library)?;
+        distinct(library)?;
         if cohort.people.is_empty() {
             return Err(GapError::EmptyCohort);
         }
@@ -153,16 +153,22 @@ impl<'a> Diagnoser<'a> {
     }
 }
 
-/// Checks that every effect has a name of its own, and none that stands for something else in the output.
-fn distinct_names(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
-    let mut names = BTreeSet::new();
-    for effect in library {
-        let name = effect.card().name;
-        if !is_free(name) {
-            return Err(GapError::EffectName { name });
+/// Checks that the effects can be told apart: every one has a name of its own, none that stands for something else in
+/// the output, and at most one is what sensor lags show.
+fn distinct(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
+    let mut known = BTreeSet::new();
+    let mut lag = None;
+    for card in library.iter().map(|effect| effect.card()) {
+        if !is_free(card.id.name()) {
+            return Err(GapError::EffectName { effect: card.id });
         }
-        if !names.insert(name) {
-            return Err(GapError::EffectTwice { name });
+        if !known.insert(card.id) {
+            return Err(GapError::EffectTwice { effect: card.id });
+        }
+        if card.relations.shown_by == ShownBy::SensorLag
+            && let Some(first) = lag.replace(card.id)
+        {
+            return Err(GapError::TwoLags { first, second: card.id });
         }
     }
     Ok(())
@@ -173,12 +179,12 @@ fn uncalibrated(library: &[Box<dyn Effect>], thresholds: &Thresholds) -> Vec<Str
     library
         .iter()
         .map(|effect| effect.card())
-        .filter(|card| !thresholds.by_name.contains_key(card.name))
+        .filter(|card| !thresholds.by_name.contains_key(card.id.name()))
         .map(|card| {
             format!(
                 "How often `{}` is named where nothing is missing was never measured: it must show as much evidence \
                  as the strictest of the effects that share its port or that it is confusable with.",
-                card.name
+                card.id
             )
         })
         .collect()
@@ -195,11 +201,13 @@ fn held_out_change(
     let named: Vec<NamedEffect<'_>> = which
         .named
         .iter()
-        .filter(|named| named.effect < library.len())
-        .map(|named| NamedEffect {
-            effect: library[named.effect].as_ref(),
-            variant: commonest(&named.variants),
-            amplitude: Amplitude::OfPeople(named.personal.iter().map(|p| p.0).collect()),
+        .filter_map(|named| {
+            let id = named.hypothesis.known()?;
+            Some(NamedEffect {
+                effect: library.iter().find(|effect| effect.card().id == id)?.as_ref(),
+                variant: commonest(&named.variants),
+                amplitude: Amplitude::OfPeople(named.personal.iter().map(|p| p.0).collect()),
+            })
         })
         .collect();
     if named.is_empty() {

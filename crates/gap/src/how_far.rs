@@ -209,7 +209,7 @@ pub fn how_far(
     if !hidden.is_empty() {
         let summary = Summary { people: &reconstructed, config, rule, seed };
         changed.horizons.extend(summary.horizons(true)?);
-        let names: Vec<&str> = hidden.iter().map(|k| found[*k].effect.card().name).collect();
+        let names: Vec<&str> = hidden.iter().map(|k| found[*k].effect.card().id.name()).collect();
         changed.notes.push(format!(
             "{} cannot be predicted: rows marked as reconstructed use the readings of the days held out",
             names.join(", ")
@@ -220,7 +220,7 @@ pub fn how_far(
 
 /// What is to be said of a driven effect.
 fn remarks(place: usize, found: &NamedEffect<'_>, subjects: &[Subject<'_>]) -> Vec<String> {
-    let name = found.effect.card().name;
+    let name = found.effect.card().id.name();
     let mut remarks = Vec::new();
     let unsignalled = subjects.iter().filter(|s| !s.drivers[place].signalled).count();
     if unsignalled > 0 {
@@ -293,7 +293,7 @@ fn amplitudes(
             let within = mean(&|fold| fold.within[place]) * (n - 1.0).max(1.0) / n;
             let half = 1.96 * (within + mean(&|fold| fold.between[place])).sqrt();
             AmplitudeChange {
-                effect: found.effect.card().name.to_owned(),
+                effect: found.effect.card().id.name().to_owned(),
                 variants: variants.iter().map(|of_fold| of_fold[place]).collect(),
                 mean: WithInterval { value, lower: (value - half).max(0.0), upper: value + half },
                 sd: mean(&|fold| fold.sd[place]),

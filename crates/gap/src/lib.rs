@@ -72,4 +72,4 @@ pub use localisation::LocalisationRule;
 pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
 pub use plants::{Ode, Plants};
-pub use which::{Evidence, Threshold, ThresholdStep, Thresholds, Which, which};
+pub use which::{Evidence, Hypothesis, Threshold, ThresholdStep, Thresholds, Which, which};

@@ -1,9 +1,10 @@
 //! People under the effects that have been named.
 
-use effects::{Effect, Form, Modulation};
+use effects::{Form, Modulation};
 use rayon::prelude::*;
 
 use super::Named;
+use super::hypothesis::{Hypothesis, Tried};
 use super::lag;
 use super::round::Subject;
 use crate::calibration::Calibration;
@@ -20,13 +21,11 @@ const LEAST_FACTOR: f64 = 0.05;
 pub(super) fn longer_lags(
     subjects: &mut [Subject],
     people: &[PersonInput<'_>],
-    library: &[&dyn Effect],
+    tried: &Tried<'_>,
     named: &[Named],
     config: &DiagnosisConfig,
 ) -> Result<(), GapError> {
-    let Some(lag) = library.iter().position(|effect| effect.card().name == lag::NAME) else {
-        return Ok(());
-    };
+    let Some(effect) = tried.lag() else { return Ok(()) };
     let known: Vec<&lag::Likelihoods> = subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
     if known.is_empty() || !lag::calls_for_longer(&known) {
         return Ok(());
@@ -34,13 +33,13 @@ pub(super) fn longer_lags(
     subjects.par_iter_mut().zip(people).enumerate().try_for_each(|(place, (subject, input))| {
         let Some(lags) = &mut subject.lags else { return Ok(()) };
         let about = (!named.is_empty())
-            .then(|| conditioned(input, place, library, named, config))
+            .then(|| conditioned(input, place, tried, named, config))
             .transpose()?;
         let (observations, calibration) = about
             .as_ref()
             .map_or((input.observations, input.calibration), |about| (&about.0, &about.1));
         let rule = &config.calibration;
-        lags.extend(lag::likelihoods(observations, calibration, rule, library[lag], lag::rest())?);
+        lags.extend(lag::likelihoods(observations, calibration, rule, effect, lag::rest())?);
         Ok(())
     })
 }
@@ -49,7 +48,7 @@ pub(super) fn longer_lags(
 pub(super) fn conditioned(
     input: &PersonInput<'_>,
     place: usize,
-    library: &[&dyn Effect],
+    tried: &Tried<'_>,
     named: &[Named],
     config: &DiagnosisConfig,
 ) -> Result<(Observations, Calibration), GapError> {
@@ -58,7 +57,10 @@ pub(super) fn conditioned(
     let course = course(input.person, glucose);
     let mut modulations = vec![Modulation::NEUTRAL; course.len()];
     for named in named {
-        let effect = &library[named.effect];
+        let effect = match named.hypothesis {
+            Hypothesis::Effect(id) | Hypothesis::Events { kind: id, .. } => tried.get(id),
+            Hypothesis::Course(_) => continue,
+        };
         match effect.form(&course) {
             Some(Form::Driven) => {
                 let (amplitude, _) = named.personal[place];

@@ -4,13 +4,12 @@
 //! theta times the root of the information, less what fitting costs (half a nat). It clears its threshold
 //! with 90 % probability when that mean lies 1.28 above the root of twice the threshold and one.
 
-use effects::{Effect, Modulation, Port};
+use effects::{Effect, Modulation, Port, Structure};
 use physiology::{OpenLoop, STEPS_PER_DAY, simulate};
 use rayon::prelude::*;
 
 use super::Detectable;
 use super::amplitude::Information;
-use super::thresholds::is_structural;
 use crate::course::course;
 use crate::diagnosis::DetectionPower;
 use crate::how_far::{ModulatedPlant, PersonInput};
@@ -48,9 +47,9 @@ pub(crate) fn power(
     let mut found: Vec<DetectionPower> = detectable
         .iter()
         .filter_map(|entry| {
-            let effect = library.get(entry.effect)?.as_ref();
+            let effect = library.iter().find(|effect| effect.card().id == entry.effect)?.as_ref();
             let card = effect.card();
-            let unsure = card.port == Port::Sensor || is_structural(card.name);
+            let unsure = card.port == Port::Sensor || card.relations.structure != Structure::Unlike;
             if unsure || entry.amplitude > card.prior.largest {
                 return None;
             }
@@ -62,7 +61,7 @@ pub(crate) fn power(
                 .collect();
             let mean = shifts.iter().sum::<f64>() / shifts.len().max(1) as f64;
             (mean > 0.0).then(|| DetectionPower {
-                effect: card.name.to_owned(),
+                effect: card.id.name().to_owned(),
                 shift_mg_dl: mean,
                 power: PROBABILITY,
             })

@@ -17,8 +17,6 @@ use crate::filter::innovations;
 use crate::observations::Observations;
 use crate::whitening::{Autoregression, huber_loss, robust_scale};
 
-/// The effect that is tested so.
-pub(super) const NAME: &str = "sensor_lag";
 /// Amplitudes in the order in which they are run: 8 and 10 min, then 6, 12, 16, 22 and 32 min.
 const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
 /// How many of them are run for everybody.

@@ -14,9 +14,18 @@ use super::bins::{BINS_PER_DAY, Bins, Left};
 use crate::which::held_out::Allowed;
 use crate::which::statistics::{RANDOM, Sums};
 
+/// A course of no known effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Course {
+    /// Where it enters.
+    pub port: Port,
+    /// What it looks like.
+    pub kind: Kind,
+}
+
 /// What a course looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub enum Kind {
     /// Hours at a time.
     Events,
     /// Days at a time.
@@ -26,19 +35,19 @@ enum Kind {
 }
 
 /// The courses that are tried.
-const COURSES: [(Port, Kind); 12] = [
-    (Port::GlucoseFlux, Kind::Events),
-    (Port::Egp, Kind::Events),
-    (Port::InsulinAction, Kind::Events),
-    (Port::InsulinActionLiver, Kind::Events),
-    (Port::GutAbsorption, Kind::Events),
-    (Port::InsulinAbsorption, Kind::Events),
-    (Port::GlucoseFlux, Kind::States),
-    (Port::InsulinAction, Kind::States),
-    (Port::GutAbsorption, Kind::States),
-    (Port::InsulinAction, Kind::Swings),
-    (Port::GutAbsorption, Kind::Swings),
-    (Port::InsulinAbsorption, Kind::Swings),
+const COURSES: [Course; 12] = [
+    Course { port: Port::GlucoseFlux, kind: Kind::Events },
+    Course { port: Port::Egp, kind: Kind::Events },
+    Course { port: Port::InsulinAction, kind: Kind::Events },
+    Course { port: Port::InsulinActionLiver, kind: Kind::Events },
+    Course { port: Port::GutAbsorption, kind: Kind::Events },
+    Course { port: Port::InsulinAbsorption, kind: Kind::Events },
+    Course { port: Port::GlucoseFlux, kind: Kind::States },
+    Course { port: Port::InsulinAction, kind: Kind::States },
+    Course { port: Port::GutAbsorption, kind: Kind::States },
+    Course { port: Port::InsulinAction, kind: Kind::Swings },
+    Course { port: Port::GutAbsorption, kind: Kind::Swings },
+    Course { port: Port::InsulinAbsorption, kind: Kind::Swings },
 ];
 /// The ports of the courses, each once.
 const PORTS: [Port; 6] = [
@@ -67,20 +76,22 @@ const MOST: f64 = 50.0;
 const MEMORY: f64 = 4.0;
 const SPREADS: [f64; 4] = [0.07, 0.15, 0.3, 0.6];
 
-/// The port of each course.
-pub(in crate::which) fn ports() -> impl Iterator<Item = Port> {
-    COURSES.iter().map(|(port, _)| *port)
-}
+impl Course {
+    /// The name that its evidence and its threshold have in files: port and kind.
+    #[must_use]
+    pub fn name(self) -> String {
+        let kind = match self.kind {
+            Kind::Events => "events",
+            Kind::States => "states",
+            Kind::Swings => "swings",
+        };
+        format!("{}/{kind}", self.port.name())
+    }
 
-/// Name of a course, by its place: port and kind.
-pub(in crate::which) fn name(place: usize) -> String {
-    let (port, kind) = COURSES[place];
-    let kind = match kind {
-        Kind::Events => "events",
-        Kind::States => "states",
-        Kind::Swings => "swings",
-    };
-    format!("{}/{kind}", port.name())
+    /// The course of this name; `None` for a name that none has.
+    pub(in crate::which) fn from_name(name: &str) -> Option<Self> {
+        COURSES.into_iter().find(|course| course.name() == name)
+    }
 }
 
 /// Log likelihoods of one person's record over those of no course at all: a value a frequency for
@@ -101,23 +112,27 @@ pub(in crate::which) struct Subject<'a> {
     pub(in crate::which) allowed: Vec<Allowed>,
 }
 
-/// The evidence for every course, nats, in their order. `spreads` are those from day to day.
-pub(in crate::which) fn gains(people: &[Subject<'_>], spreads: &[f64; RANDOM.len()]) -> Vec<f64> {
+/// The evidence for every course, nats. `spreads` are those from day to day.
+pub(in crate::which) fn gains(
+    people: &[Subject<'_>],
+    spreads: &[f64; RANDOM.len()],
+) -> Vec<(Course, f64)> {
     let of_person = |person: &Subject<'_>| -> Vec<Likelihood> {
         let left = Left::of(person.bins, person.sums, &person.allowed, spreads, &PORTS);
         COURSES
             .iter()
-            .map(|(port, kind)| {
-                let place = PORTS.iter().position(|p| p == port);
-                match place.and_then(|place| left[place].as_ref()) {
-                    Some(left) => likelihood(left, *kind),
+            .map(|course| {
+                let index = PORTS.iter().position(|port| *port == course.port);
+                match index.and_then(|index| left[index].as_ref()) {
+                    Some(left) => likelihood(left, course.kind),
                     None => Likelihood::Nothing,
                 }
             })
             .collect()
     };
     let people: Vec<Vec<Likelihood>> = people.par_iter().map(of_person).collect();
-    (0..COURSES.len()).map(|place| together(people.iter().map(|p| &p[place]))).collect()
+    let of = |(index, course)| (course, together(people.iter().map(|p| &p[index])));
+    COURSES.into_iter().enumerate().map(of).collect()
 }
 
 fn likelihood(left: &Left, kind: Kind) -> Likelihood {
@@ -263,8 +278,10 @@ mod tests {
     #[test]
     fn a_record_without_the_direction_says_nothing_and_names_are_distinct() {
         assert_eq!(together([Likelihood::Nothing].iter()), 0.0);
-        let names: std::collections::BTreeSet<String> = (0..COURSES.len()).map(name).collect();
-        assert_eq!(names.len(), COURSES.len());
-        assert!(COURSES.iter().all(|(port, _)| PORTS.contains(port)));
+        for course in COURSES {
+            assert_eq!(Course::from_name(&course.name()), Some(course));
+            assert!(PORTS.contains(&course.port));
+        }
+        assert_eq!(Course::from_name("egp/day"), None);
     }
 }
