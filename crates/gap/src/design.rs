@@ -7,12 +7,12 @@ use std::ops::Range;
 
 use cohort::Person;
 use effects::{Course, Effect, EffectId, Field, Form, Modulation, RandomUnit};
-use physiology::{Plant as _, STEPS_PER_HOUR};
+use physiology::STEPS_PER_HOUR;
 
 pub use crate::background::{Background, Phase};
 use crate::background::{background, hours};
+use crate::calibrated_person::CalibratedPerson;
 use crate::calibration::Calibration;
-use crate::course::course;
 use crate::error::GapError;
 pub use crate::event_bank::{EventBank, HiddenEvents};
 use crate::filter::Innovation;
@@ -106,20 +106,13 @@ struct UnitLanes {
 ///
 /// # Errors
 /// As [`signatures`](crate::tangent::signatures).
-pub fn design(
-    person: &Person,
-    observations: &Observations,
-    calibration: &Calibration,
-    library: &[&dyn Effect],
-) -> Result<Design, GapError> {
-    let plant = calibration.model.plant();
-    let glucose: Vec<f64> =
-        calibration.filtered.states.iter().map(|s| plant.glucose(&s.body).0).collect();
-    let course = course(person, glucose);
+pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<Design, GapError> {
+    let CalibratedPerson { person: Person { record, .. }, observations, calibration } = *person;
+    let course = person.course();
     let glucose = &course.glucose;
     let mut columns = Vec::new();
     let mut directions = Vec::new();
-    for entry in background(observations, &hours(&person.record), glucose) {
+    for entry in background(observations, &hours(record), glucose) {
         columns.push(Column::Background { which: entry.which, prior_sd: entry.prior_sd });
         directions.push(entry.direction);
     }

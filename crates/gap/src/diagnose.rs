@@ -8,13 +8,14 @@ use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::diagnosis::{
     CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, SCHEMA, Stage,
     WithInterval,
 };
 use crate::error::GapError;
-use crate::how_far::{Amplitude, HowFarRule, NamedEffect, PersonInput, how_far};
+use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
@@ -105,7 +106,7 @@ impl<'a> Diagnoser<'a> {
                 reason: first.excluded.clone().unwrap_or_default(),
             });
         }
-        let inputs: Vec<PersonInput<'_>> = cohort
+        let inputs: Vec<CalibratedPerson<'_>> = cohort
             .people
             .iter()
             .zip(&outcomes)
@@ -113,20 +114,26 @@ impl<'a> Diagnoser<'a> {
                 let analysis = outcome.analysis.as_ref()?;
                 let (observations, calibration) = (&analysis.observations, &analysis.calibration);
                 let person = analysis.person.as_ref().unwrap_or(person);
-                Some(PersonInput { person, observations, calibration })
+                Some(CalibratedPerson { person, observations, calibration })
             })
             .collect();
         // One of them waits for a thread of its own; the other uses it meanwhile.
         let ((gaps, baseline), which) = rayon::join(
             || (gaps(&included, &config, seed), baseline(&included, &config, seed)),
-            || which(&inputs, library, &config),
+            || which(&inputs, library, &config.thresholds, &config.calibration),
         );
         let (baseline, which) = (baseline?, which?);
         let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
         let answer = which.answer(library, &ids, config.thresholds.temperature);
+        let settings = Settings {
+            calibration: &config.calibration,
+            free_run: &config.free_run,
+            resampling: &config.localisation,
+            rule: &HowFarRule::working(),
+        };
         let (power, how_far) = rayon::join(
             || power(&inputs, library, &which.detectable),
-            || held_out_change(&which, &inputs, library, &config, derived(seed, HOW_FAR)),
+            || held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR)),
         );
         let how_far = how_far?;
         Ok(Diagnosis {
@@ -193,9 +200,9 @@ fn uncalibrated(library: &[Box<dyn Effect>], thresholds: &Thresholds) -> Vec<Str
 /// What adding the named effects changes on held-out days; nothing where none was named.
 fn held_out_change(
     which: &Which,
-    inputs: &[PersonInput<'_>],
+    inputs: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
-    config: &DiagnosisConfig,
+    settings: Settings<'_>,
     seed: u64,
 ) -> Result<HowFar, GapError> {
     let named: Vec<NamedEffect<'_>> = which
@@ -213,7 +220,7 @@ fn held_out_change(
     if named.is_empty() {
         return Ok(HowFar::default());
     }
-    how_far(inputs, &named, config, &HowFarRule::working(), seed)
+    how_far(inputs, &named, settings, seed)
 }
 
 fn commonest(variants: &[usize]) -> usize {

@@ -30,9 +30,9 @@ use effects::{Effect, EffectId, Port};
 use self::hypothesis::Tried;
 use self::round::{Round, Score, ScoreOf};
 use self::unknown::unknown_events;
-use crate::config::DiagnosisConfig;
+use crate::calibrated_person::CalibratedPerson;
+use crate::calibration::CalibrationRule;
 use crate::error::GapError;
-use crate::how_far::PersonInput;
 
 pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;
@@ -164,16 +164,16 @@ impl Named {
     }
 }
 
-/// Names the effects that are missing.
+/// Names the effects that are missing. `calibration` says which innovations are scored when a filter is run again.
 ///
 /// # Errors
 /// As [`design`](crate::design::design).
 pub fn which(
-    people: &[PersonInput<'_>],
+    people: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
-    config: &DiagnosisConfig,
+    thresholds: &Thresholds,
+    calibration: &CalibrationRule,
 ) -> Result<Which, GapError> {
-    let thresholds = &config.thresholds;
     let unknown = unknown_events();
     let tried = Tried::of(library, &unknown);
     let days: Vec<f64> = people
@@ -185,7 +185,7 @@ pub fn which(
     let mut first: Option<First> = None;
     let mut banks = vec![Vec::new(); people.len()];
     loop {
-        let round = Round::of(people, &tried, &named, banks, config)?;
+        let round = Round::of(people, &tried, &named, banks, calibration)?;
         let scores = round.scores(&tried, &named);
         let mut candidates: Vec<Candidate> = scores
             .iter()

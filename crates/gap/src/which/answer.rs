@@ -8,6 +8,7 @@ use crate::diagnosis::{
     CandidateEffect, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
     WithInterval,
 };
+use crate::log_sum::softmax_beside_none;
 
 /// Name of the candidate that nothing is missing.
 const NONE: &str = "none";
@@ -129,7 +130,7 @@ impl Which {
             }
         }
         let excess: Vec<f64> = best.iter().map(|(_, _, excess)| *excess).collect();
-        let (_, shares) = softmax(&excess, temperature);
+        let (_, shares) = softmax_beside_none(&excess, temperature);
         let mut ports: Vec<PortEvidence> = best
             .iter()
             .zip(&shares)
@@ -179,7 +180,7 @@ impl Odds {
             candidates.iter().filter_map(|c| Some((c.hypothesis.known()?, c.excess))).collect();
         let excess: Vec<f64> =
             effects.iter().map(|(_, excess)| *excess).chain(std::iter::once(unknown)).collect();
-        let (none, shares) = softmax(&excess, temperature);
+        let (none, shares) = softmax_beside_none(&excess, temperature);
         Self {
             none,
             unknown: shares[effects.len()],
@@ -190,16 +191,6 @@ impl Odds {
     fn of_effect(&self, effect: EffectId) -> f64 {
         self.effects.iter().find(|(id, _)| *id == effect).map_or(0.0, |(_, p)| *p)
     }
-}
-
-/// Shares of "none", whose excess is 0, and of each answer, by the exponential of its excess over the
-/// temperature.
-fn softmax(excess: &[f64], temperature: f64) -> (f64, Vec<f64>) {
-    let top = excess.iter().copied().fold(0.0, f64::max);
-    let raised: Vec<f64> = excess.iter().map(|e| ((e - top) / temperature).exp()).collect();
-    let none = (-top / temperature).exp();
-    let sum = none + raised.iter().sum::<f64>();
-    (none / sum, raised.into_iter().map(|r| r / sum).collect())
 }
 
 fn interval((value, error): (f64, f64)) -> WithInterval {
@@ -222,18 +213,4 @@ fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
             }
         })
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn strong_rivals_are_told_apart_and_shares_add_up() {
-        let (none, shares) = softmax(&[155.0, 64.0, f64::NEG_INFINITY, -3.0], 1.5);
-        assert!(shares[0] > 0.999 && shares[1] < 1e-6 && shares[2] == 0.0);
-        assert!((none + shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        let (none, shares) = softmax(&[-3.0, -6.0], 1.5);
-        assert!(none > 0.8 && shares[0] > shares[1]);
-    }
 }

@@ -24,6 +24,7 @@ use super::held_out::{Allowed, FOLDS, fold};
 use super::statistics::{BLOCK, Person};
 use super::variance::{Spreads, active, crossed, factored};
 use crate::design::{Design, UnitBank};
+use crate::log_sum::raised;
 
 /// Spreads that are tried, of the logarithm of the factor.
 const GRID: [f64; 16] =
@@ -312,14 +313,13 @@ fn largest(values: &[f64]) -> usize {
 
 /// Mean and standard deviation of the spread under an even prior.
 fn posterior(likelihoods: &[f64]) -> (f64, f64) {
-    let top = likelihoods[largest(likelihoods)];
     let last = GRID.len() - 1;
-    let weights: Vec<f64> = likelihoods
+    let weights: Vec<f64> = raised(likelihoods)
         .iter()
         .enumerate()
-        .map(|(k, l)| {
+        .map(|(k, raised)| {
             let width = GRID[(k + 1).min(last)] - GRID[k.saturating_sub(1)];
-            width * (l - top).exp()
+            width * raised
         })
         .collect();
     let sum: f64 = weights.iter().sum();

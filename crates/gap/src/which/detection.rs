@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 use super::Detectable;
 use super::amplitude::Information;
-use crate::course::course;
+use crate::calibrated_person::CalibratedPerson;
 use crate::diagnosis::DetectionPower;
-use crate::how_far::{ModulatedPlant, PersonInput};
+use crate::modulated_plant::ModulatedPlant;
 
 /// Probability of being found that is asked for, and its normal quantile.
 const PROBABILITY: f64 = 0.9;
@@ -40,7 +40,7 @@ pub(super) fn amplitude(all: Information, threshold: f64) -> Option<f64> {
 /// that a difference of structure mimics: sensors and plants differ by more than the filter's noise says, and
 /// the blind check does not find them at the sizes that this would give.
 pub(crate) fn power(
-    people: &[PersonInput<'_>],
+    people: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
     detectable: &[Detectable],
 ) -> Vec<DetectionPower> {
@@ -74,12 +74,12 @@ pub(crate) fn power(
 /// Mean absolute change of what the sensor shows in one person, mg/dL; `None` if a run fails or there is no
 /// whole day.
 fn shift(
-    input: &PersonInput<'_>,
+    input: &CalibratedPerson<'_>,
     effect: &dyn Effect,
     variant: usize,
     amplitude: f64,
 ) -> Option<f64> {
-    let course = course(input.person, input.calibration.glucose());
+    let course = input.course();
     let mut modulations = vec![Modulation::NEUTRAL; course.len()];
     effect.modulate(variant, amplitude, &course, &mut modulations);
     let with = ModulatedPlant::new(&input.calibration.model, &modulations);

@@ -14,10 +14,10 @@ use super::lag::{self, LagEvidence};
 use super::statistics::{self, Person as Statistics};
 use super::unknown::bins::Bins;
 use super::variance::{self, Estimated, Spreads};
-use crate::config::DiagnosisConfig;
+use crate::calibrated_person::CalibratedPerson;
+use crate::calibration::CalibrationRule;
 use crate::design::{Column, Design, EventBank, design};
 use crate::error::GapError;
-use crate::how_far::PersonInput;
 
 /// Standard deviation of the amplitude of a guard.
 const GUARD_SD: f64 = 0.5;
@@ -73,11 +73,11 @@ impl Round {
     /// The round of these people when some effects are named; `before` are their banks of events of the round before
     /// where their information still holds, otherwise empty lists.
     pub(super) fn of(
-        people: &[PersonInput<'_>],
+        people: &[CalibratedPerson<'_>],
         tried: &Tried<'_>,
         named: &[Named],
         before: Vec<Vec<EventBank>>,
-        config: &DiagnosisConfig,
+        rule: &CalibrationRule,
     ) -> Result<Self, GapError> {
         let mut subjects: Vec<Subject> = people
             .par_iter()
@@ -85,19 +85,17 @@ impl Round {
             .enumerate()
             .map(|(place, (input, before))| {
                 let about = (!named.is_empty())
-                    .then(|| conditioned(input, place, tried, named, config))
+                    .then(|| conditioned(input, place, tried, named, rule))
                     .transpose()?;
                 let (observations, calibration) = about
                     .as_ref()
                     .map_or((input.observations, input.calibration), |a| (&a.0, &a.1));
-                let mut design = design(input.person, observations, calibration, tried.effects())?;
+                let person = CalibratedPerson { observations, calibration, ..*input };
+                let mut design = design(&person, tried.effects())?;
                 let lags = tried
                     .lag()
                     .filter(|lag| named.iter().all(|n| !n.hypothesis.is(lag.card().id)))
-                    .map(|lag| {
-                        let rule = &config.calibration;
-                        lag::likelihoods(observations, calibration, rule, lag, lag::first())
-                    })
+                    .map(|lag| lag::likelihoods(observations, calibration, rule, lag, lag::first()))
                     .transpose()?;
                 let statistics = Statistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
@@ -116,7 +114,7 @@ impl Round {
                 Ok(Subject { design, statistics, units, events, bins, lags })
             })
             .collect::<Result<_, GapError>>()?;
-        longer_lags(&mut subjects, people, tried, named, config)?;
+        longer_lags(&mut subjects, people, tried, named, rule)?;
         let mut guards: Vec<(EffectId, f64)> = Vec::new();
         for effect in tried.ids() {
             let known = named.iter().find(|n| n.hypothesis.is(effect));

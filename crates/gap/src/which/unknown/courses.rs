@@ -11,6 +11,7 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::bins::{BINS_PER_DAY, Bins, Left};
+use crate::log_sum::{log_mean, log_with_probability};
 use crate::which::held_out::Allowed;
 use crate::which::statistics::{RANDOM, Sums};
 
@@ -166,12 +167,6 @@ fn add(sums: &mut [f64], values: &[f64]) {
     }
 }
 
-/// Logarithm of the mean of exponentials.
-fn log_mean(logs: &[f64]) -> f64 {
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    top + (logs.iter().map(|l| (l - top).exp()).sum::<f64>() / logs.len() as f64).ln()
-}
-
 /// In each stretch at most one event of either sign starts, with every frequency in turn.
 fn spikes(left: &Left, lengths: &[usize], sizes: &[f64], stretch: usize) -> Likelihood {
     let mut score = vec![0.0];
@@ -195,9 +190,7 @@ fn spikes(left: &Left, lengths: &[usize], sizes: &[f64], stretch: usize) -> Like
         for (logs, ratios) in logs.iter_mut().zip(&ratios).filter(|(_, r)| !r.is_empty()) {
             let ratio = log_mean(ratios);
             for (log, q) in logs.iter_mut().zip(FREQUENCIES) {
-                let (off, on) = ((-q).ln_1p(), q.ln() + ratio);
-                let top = off.max(on);
-                *log += top + ((off - top).exp() + (on - top).exp()).ln();
+                *log += log_with_probability(ratio, q);
             }
         }
     }
