@@ -15,8 +15,9 @@ use crate::diagnosis::{
     WithInterval,
 };
 use crate::error::GapError;
+use crate::free_run::FreeRunRule;
 use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
-use crate::localisation::{CellEstimate, DayCells, of_each_person, over_people};
+use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
@@ -119,7 +120,11 @@ impl<'a> Diagnoser<'a> {
             .collect();
         // One of them waits for a thread of its own; the other uses it meanwhile.
         let ((gaps, baseline), which) = rayon::join(
-            || (gaps(&included, &config, seed), baseline(&included, &config, seed)),
+            || {
+                let (rule, localisation) = (&config.free_run, &config.localisation);
+                let gaps = gaps(&included, rule, localisation, seed);
+                (gaps, baseline(&included, rule, localisation, seed))
+            },
             || which(&inputs, library, &config.thresholds, &config.calibration),
         );
         let (baseline, which) = (baseline?, which?);
@@ -242,18 +247,22 @@ fn derived(seed: u64, purpose: u64) -> u64 {
 ///
 /// Two families share the error rate equally: cells of the cohort in both layers, and people.
 /// Adjusted p-values are doubled accordingly (Bonferroni over the two).
-fn gaps(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig, seed: u64) -> Vec<CellGap> {
-    let rule = &config.localisation;
+fn gaps(
+    included: &[(&str, &PersonAnalysis)],
+    free_run: &FreeRunRule,
+    rule: &LocalisationRule,
+    seed: u64,
+) -> Vec<CellGap> {
     let half = 0.5 * rule.error_rate;
-    let list = cells(config);
+    let list = cells(free_run, rule);
     let both: Vec<Vec<DayCells>> = included
         .iter()
         .map(|(_, a)| a.free_runs.iter().zip(&a.innovations).map(joined).collect())
         .collect();
     let estimates = over_people(&both, rule, half, derived(seed, COHORT_FAMILY));
     let minutes =
-        |horizon: usize| u32::try_from(5 * config.free_run.horizons[horizon]).unwrap_or(u32::MAX);
-    let shares = Shares::of(included, config);
+        |horizon: usize| u32::try_from(5 * free_run.horizons[horizon]).unwrap_or(u32::MAX);
+    let shares = Shares::of(included, free_run);
     let mut gaps = Vec::new();
     for (place, cell) in list.iter().enumerate() {
         let Some(free) = &estimates[place] else { continue };
@@ -272,7 +281,7 @@ fn gaps(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig, seed: u6
             ..gap(cell.factor, cell.level.clone(), free, weight, minutes(cell.horizon))
         });
     }
-    let main = main_horizon(config);
+    let main = main_horizon(free_run, rule);
     let alone: Vec<Vec<DayCells>> = included.iter().map(|(_, a)| a.free_runs.clone()).collect();
     let people = of_each_person(&alone, HORIZONS + main, rule, half, derived(seed, PERSON_FAMILY));
     for ((id, _), estimate) in included.iter().zip(&people) {
@@ -322,8 +331,8 @@ struct Shares {
 }
 
 impl Shares {
-    fn of(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig) -> Self {
-        let mean_squares = (0..config.free_run.horizons.len())
+    fn of(included: &[(&str, &PersonAnalysis)], free_run: &FreeRunRule) -> Self {
+        let mean_squares = (0..free_run.horizons.len())
             .map(|horizon| {
                 mean_over_people(included, |a| {
                     let total = total(a.horizons.iter(), horizon);
@@ -389,17 +398,15 @@ fn horizon_statistics(people: &[Vec<&Vec<HorizonSums>>], horizon: usize) -> Vec<
 /// Errors by horizon with 95 % intervals over people and days; over days alone for a single person.
 fn baseline(
     included: &[(&str, &PersonAnalysis)],
-    config: &DiagnosisConfig,
+    free_run: &FreeRunRule,
+    rule: &LocalisationRule,
     seed: u64,
 ) -> Result<Vec<HorizonError>, GapError> {
-    let plan = Bootstrap {
-        replicates: config.localisation.replicates,
-        level: 0.95,
-        seed: derived(seed, BASELINE),
-    };
-    let block = NonZeroUsize::new(config.localisation.block_days).unwrap_or(NonZeroUsize::MIN);
+    let plan =
+        Bootstrap { replicates: rule.replicates, level: 0.95, seed: derived(seed, BASELINE) };
+    let block = NonZeroUsize::new(rule.block_days).unwrap_or(NonZeroUsize::MIN);
     let mut found = Vec::new();
-    for (horizon, steps) in config.free_run.horizons.iter().enumerate() {
+    for (horizon, steps) in free_run.horizons.iter().enumerate() {
         // Days without a run would make an empty statistic when drawn alone.
         let people: Vec<Vec<Vec<HorizonSums>>> = included
             .iter()
