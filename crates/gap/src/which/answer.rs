@@ -214,3 +214,18 @@ fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::which::unknown::unknown_events;
+
+    #[test]
+    fn names_of_the_output_are_not_free_and_those_of_the_library_are() {
+        assert!(effects::names().into_iter().all(is_free));
+        for name in ["", NONE, UNKNOWN, "egp/day", "glucose_flux/events"] {
+            assert!(!is_free(name), "{name}");
+        }
+        assert!(unknown_events().iter().all(|kind| !is_free(kind.card().id.name())));
+    }
+}
