@@ -1,5 +1,6 @@
 //! What can go wrong in this crate.
 
+use effects::EffectId;
 use physiology::SimulationError;
 
 /// Errors of the diagnosis.
@@ -19,19 +20,27 @@ pub enum GapError {
         requirement: &'static str,
     },
     /// Two effects of the library have the same name.
-    #[error("the library holds two effects named {name}; give one of them another name")]
+    #[error("the library holds two effects named {effect}; give one of them another name")]
     EffectTwice {
         /// Their name.
-        name: &'static str,
+        effect: EffectId,
+    },
+    /// Two effects of the library are both what sensor lags show.
+    #[error("the likelihoods of sensor lags show {first} and {second}; leave one of them out")]
+    TwoLags {
+        /// The first.
+        first: EffectId,
+        /// The second.
+        second: EffectId,
     },
     /// The output uses the name of an effect for something else.
     #[error(
-        "an effect is named '{name}'; the names none and unknown, names that start with unknown_, names with a slash \
+        "an effect is named '{effect}'; the names none and unknown, names that start with unknown_, names with a slash \
          and empty ones are taken"
     )]
     EffectName {
         /// Its name.
-        name: &'static str,
+        effect: EffectId,
     },
     /// Nobody in the cohort can be diagnosed.
     #[error(

@@ -10,11 +10,11 @@ use cohort::Person;
 use effects::Effect;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
+use crate::calibrated_person::CalibratedPerson;
 use crate::calibration::{Calibration, Factor};
 use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, band};
 use crate::error::GapError;
-use crate::how_far::PersonInput;
 use crate::observations::{Observations, Reading};
 use crate::person::analyse;
 use crate::plants::Ode;
@@ -60,8 +60,8 @@ pub fn person_statistics(
     found.innovations(person, calibration);
     found.calibration(calibration);
     // One round, in which nothing is named.
-    let config = DiagnosisConfig { thresholds: Thresholds::never(), ..config.clone() };
-    let answer = which(&[PersonInput { person, observations, calibration }], library, &config)?;
+    let people = [CalibratedPerson { person, observations, calibration }];
+    let answer = which(&people, library, &Thresholds::never(), &config.calibration)?;
     for (name, spread) in &answer.spreads {
         found.set(&format!("spread/{name}"), Some(*spread));
     }

@@ -306,7 +306,7 @@ impl<'a> Subject<'a> {
         seed: u64,
     ) -> Result<Judged> {
         let amplitude =
-            |acting: &Acting| amplitude(diagnosis, acting.effect.card().name, &self.person.id);
+            |acting: &Acting| amplitude(diagnosis, acting.effect.card().id.name(), &self.person.id);
         let effects = acting.iter().map(|a| (a.effect.as_ref(), a.variant, amplitude(a)));
         let (under, nothing) = (Active::new(&self.course, effects), Active::new(&self.course, []));
         let glucose: Result<Vec<Vec<f64>>, _> =
@@ -360,7 +360,7 @@ impl Found {
         seed: u64,
     ) -> Result<Self> {
         let effects = acting.iter().map(|acting| {
-            let name = acting.effect.card().name;
+            let name = acting.effect.card().id.name();
             let found = diagnosis.effects.iter().find(|found| found.effect == name);
             let amplitudes: Vec<f64> =
                 found.map_or_else(Vec::new, |f| f.people.iter().map(|p| p.amplitude).collect());

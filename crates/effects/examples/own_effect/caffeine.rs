@@ -3,7 +3,10 @@
 //! The record has no channel for coffee, so this one takes the hours from the user: a cup in the morning, or
 //! one after lunch.
 
-use effects::{Card, Channel, Course, Effect, Field, Form, Modulation, Port, Prior};
+use effects::{
+    Allowance, Card, Channel, Course, Effect, EffectId, Field, Form, Modulation, Port, Prior,
+    Relations,
+};
 
 /// Fall of insulin action at the peak at amplitude 1, as a share.
 const FALL: f64 = 0.15;
@@ -22,14 +25,16 @@ pub(crate) struct Caffeine {
 impl Effect for Caffeine {
     fn card(&self) -> Card {
         Card {
-            name: "caffeine",
+            id: EffectId::new("caffeine"),
             port: Port::InsulinAction,
             summary: "caffeine blunts insulin for some hours after a cup",
             size_at_one: "action 15 % lower an hour after a cup, with a half-life of five hours",
             source: "about 15 % lower sensitivity: Keijzers et al., Diabetes Care 2002;25:364",
             signature: "glucose under-predicted for hours after the times of coffee",
             channels: &[Channel::Clock],
-            confusable_with: &["circadian_sensitivity", "dawn"],
+            confusable_with: &[EffectId::CIRCADIAN_SENSITIVITY, EffectId::DAWN],
+            // A pattern over the day is allowed for in every body. Coffee at fixed hours is one.
+            relations: Relations { is_itself: &[Allowance::Clock], ..Relations::USUAL },
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
     }

@@ -40,10 +40,13 @@ pub(super) enum Scale {
 }
 
 impl Spreads {
-    /// Every spread under the name of its factor and its scale.
+    /// Every spread under the name of its port and its scale.
     pub(super) fn by_name(&self) -> BTreeMap<String, f64> {
         let of = |scale: &'static str, spreads: [f64; COUNT]| {
-            RANDOM.into_iter().zip(spreads).map(move |(name, s)| (format!("{name}/{scale}"), s))
+            RANDOM
+                .into_iter()
+                .zip(spreads)
+                .map(move |(random, s)| (format!("{}/{scale}", random.port.name()), s))
         };
         of("day", self.day).chain(of("block", self.block)).collect()
     }
