@@ -19,6 +19,7 @@ use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
 use crate::plants::{Ode, Plants};
+use crate::quality::identical_people;
 use crate::which::{Which, power, which};
 
 /// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss, which effect does it lack,
@@ -27,7 +28,8 @@ use crate::which::{Which, power, which};
 /// People are analysed in parallel; the result depends on `seed` and not on the number of threads.
 ///
 /// # Errors
-/// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::Value`] for data that cannot be;
+/// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::IdenticalPeople`] for one record under
+/// two names; [`GapError::Value`] for data that cannot be;
 /// [`GapError::NobodyLeft`] if every person had to be excluded.
 pub fn diagnose(
     cohort: &Cohort,
@@ -67,6 +69,9 @@ pub fn diagnose_plant(
     let config = config.clone().validated()?;
     if cohort.people.is_empty() {
         return Err(GapError::EmptyCohort);
+    }
+    if let Some((one, other)) = identical_people(cohort) {
+        return Err(GapError::IdenticalPeople { one: one.to_owned(), other: other.to_owned() });
     }
     let done = AtomicUsize::new(0);
     let outcomes: Vec<PersonOutcome> = cohort
