@@ -588,6 +588,12 @@ pub(crate) struct BlindCheckArgs {
     /// score.
     #[arg(long, value_name = "GENERATOR", value_parser = generator, hide = true)]
     pub calibrate: Option<world::Generator>,
+    /// In place of worlds: effects planted into the records of this cohort of real people.
+    #[arg(long, value_name = "COHORT", conflicts_with_all = ["worlds", "nulls", "full", "calibrate"])]
+    pub planted: Option<PathBuf>,
+    /// With --planted: multiples of each effect's usual size [default: 1,2].
+    #[arg(long, value_name = "TIMES", value_delimiter = ',', requires = "planted")]
+    pub sizes: Vec<f64>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/blind-check")]
     pub out: PathBuf,

@@ -31,6 +31,7 @@ mod pairs;
 #[cfg(test)]
 mod planted;
 mod power;
+mod real_people;
 pub mod realism;
 mod reliability;
 mod share;
@@ -50,6 +51,10 @@ pub use label::{Kind, Label, TrueEffect};
 pub use outcome::Outcome;
 pub use pairs::PairScore;
 pub use power::{PowerRow, SHIFT_BINS};
+pub use real_people::{
+    AnsweredCohort, CalibratedPeople, EvidencePair, NOTHING, PLANTED_SCHEMA, PlantedCheck,
+    PlantedLabel, PlantedRow, PlantedTotals, RISEN_NATS,
+};
 pub use reliability::{Reliability, ReliabilityBin};
 pub use seal::{OpenedLabel, Seal, SealedWorld};
 pub use share::Share;

@@ -22,6 +22,7 @@ use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
 use crate::plants::{Ode, Plants};
+use crate::quality::identical_people;
 use crate::which::{Thresholds, Which, is_free, power, which};
 
 /// A diagnosis to be made: which effects are tried, with which settings, on which plant.
@@ -75,7 +76,8 @@ impl<'a> Diagnoser<'a> {
     ///
     /// # Errors
     /// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::EffectTwice`] and [`GapError::EffectName`] for
-    /// a library whose effects cannot be distinguished by name; [`GapError::Value`] for data that cannot be;
+    /// a library whose effects cannot be distinguished by name; [`GapError::IdenticalPeople`] for one record under two
+    /// names; [`GapError::Value`] for data that cannot be;
     /// [`GapError::NobodyLeft`] if every person had to be excluded.
     pub fn run(&self, cohort: &Cohort, seed: u64) -> Result<Diagnosis, GapError> {
         let Self { library, plants, progress, .. } = *self;
@@ -83,6 +85,9 @@ impl<'a> Diagnoser<'a> {
         distinct(library)?;
         if cohort.people.is_empty() {
             return Err(GapError::EmptyCohort);
+        }
+        if let Some((one, other)) = identical_people(cohort) {
+            return Err(GapError::IdenticalPeople { one: one.to_owned(), other: other.to_owned() });
         }
         let done = AtomicUsize::new(0);
         let outcomes: Vec<PersonOutcome> = cohort

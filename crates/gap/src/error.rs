@@ -58,6 +58,17 @@ pub enum GapError {
     /// The cohort is empty.
     #[error("the cohort holds no people; import one first")]
     EmptyCohort,
+    /// Two people have one record.
+    #[error(
+        "{one} and {other} have the same record, value by value; leave one of them out of people.csv and of \
+         the records"
+    )]
+    IdenticalPeople {
+        /// The first.
+        one: String,
+        /// The second.
+        other: String,
+    },
     /// A recorded value is not a finite number.
     #[error("person {person}, step {step}: {channel} is {value}; leave a missing value empty")]
     Value {

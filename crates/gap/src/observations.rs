@@ -8,6 +8,7 @@ use physiology::{
 use serde::{Deserialize, Serialize};
 
 use crate::error::GapError;
+use crate::quality;
 
 /// Body weight assumed where it is not recorded: the mean of the virtual population of Resalat et
 /// al. 2019, 76.3 kg (SD 15.9). Calibration absorbs most of the error, since weight enters as a
@@ -98,7 +99,8 @@ impl Observations {
     /// Takes a person's record apart.
     ///
     /// Steps without a dose on record are filled as [`MissingDosePolicy::HoldBasal`] says and marked
-    /// in [`doses_recorded`](Self::doses_recorded). Where basal is never recorded (injections), steps
+    /// in [`doses_recorded`](Self::doses_recorded). CGM values that are no readings of one sensor are
+    /// left out or replaced by the line between its readings. Where basal is never recorded (injections), steps
     /// count as recorded without it.
     ///
     /// # Errors
@@ -158,6 +160,9 @@ impl Observations {
                     _ => *reading,
                 };
             }
+        }
+        for (step, instead) in quality::unusable(record) {
+            readings[step] = instead;
         }
         Ok(Self {
             person: person.id.clone(),

@@ -29,6 +29,7 @@ mod logging;
 pub mod padova;
 mod person;
 mod physique;
+pub mod planted;
 pub mod plausibility;
 mod reactions;
 pub mod replayed;

@@ -22,7 +22,7 @@ use crate::labels::label;
 use crate::manifest::{Manifest, hexadecimal};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
-use crate::stages::report;
+use crate::stages::{planted_check, report};
 
 /// Worlds with an effect and without, of a check that takes minutes.
 const QUICK: (usize, usize) = (28, 12);
@@ -36,6 +36,9 @@ const SEED_BITS: u32 = 32;
 
 /// Runs the command.
 pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
+    if let Some(folder) = &args.planted {
+        return planted_check::run(args, folder);
+    }
     let (with_effects, without) = if args.full { FULL } else { QUICK };
     let worlds = args.worlds.unwrap_or(with_effects);
     let nulls = args.nulls.unwrap_or(without);
@@ -72,7 +75,7 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
 }
 
 /// A seed from the randomness of the operating system.
-fn drawn_seed() -> u64 {
+pub(super) fn drawn_seed() -> u64 {
     // The standard library seeds every hasher of this kind anew.
     let random = std::collections::hash_map::RandomState::new().build_hasher().finish();
     random >> (u64::BITS - SEED_BITS)
@@ -195,20 +198,20 @@ fn name(place: usize) -> String {
 }
 
 /// Streams of the master seed that belong to this stage, apart from those of the plan.
-fn stream(seed: u64, purpose: u64, place: usize) -> ChaCha8Rng {
+pub(super) fn stream(seed: u64, purpose: u64, place: usize) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_616c);
     rng.set_stream(((place as u64) << 8) | purpose);
     rng
 }
 
-fn salt(seed: u64, place: usize) -> String {
+pub(super) fn salt(seed: u64, place: usize) -> String {
     let mut bytes = [0; 32];
     stream(seed, 1, place).fill_bytes(&mut bytes);
     hexadecimal(&bytes)
 }
 
 /// The seed that a diagnosis is told: not that of its world.
-fn diagnosis_seed(seed: u64, place: usize) -> u64 {
+pub(super) fn diagnosis_seed(seed: u64, place: usize) -> u64 {
     stream(seed, 2, place).next_u64() >> (u64::BITS - SEED_BITS)
 }
 

@@ -4,6 +4,7 @@ mod balance;
 mod determinism;
 mod effects;
 mod embedded_fixture;
+mod planted;
 mod plausibility;
 mod replayed;
 mod switches;
