@@ -71,4 +71,5 @@ pub use localisation::LocalisationRule;
 pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
 pub use plants::{Ode, Plants};
+pub use which::ceiling;
 pub use which::{Evidence, Threshold, ThresholdStep, Thresholds, Which, which};
