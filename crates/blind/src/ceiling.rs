@@ -20,6 +20,10 @@ pub struct ExactCourse {
     pub acts: bool,
     /// Held-out evidence, nats; `None` where nobody of the world can be diagnosed.
     pub gain_nats: Option<f64>,
+    /// Estimated share of the course that is there, mean over people: 1 where filter and background leave an effect
+    /// as it is.
+    #[serde(default)]
+    pub amplitude: Option<f64>,
     /// What must be exceeded for the effect to be named, nats.
     pub threshold_nats: f64,
 }

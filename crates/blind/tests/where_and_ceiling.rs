@@ -166,6 +166,7 @@ fn the_ceiling_stands_beside_the_power() {
         effect: "dawn".to_owned(),
         acts,
         gain_nats: gain,
+        amplitude: gain.map(|_| 1.0),
         threshold_nats: 5.0,
     };
     let ids = ["a", "b", "c"];

@@ -70,20 +70,21 @@ fn of_world(
         .collect();
     let thresholds = thresholds_for(world)?;
     let config = DiagnosisConfig { thresholds, ..DiagnosisConfig::working() };
-    let found = match ceiling::exact_course_evidence(&cohort, &asked, &Ode, &config) {
-        Ok(found) => found.into_iter().map(|found| (Some(found.gain), found.threshold)).collect(),
+    let row =
+        |course: &world::blind::ExactCourse, found: Option<ceiling::ExactEvidence>| ExactCourse {
+            id: name(index),
+            effect: course.effect.name().to_owned(),
+            acts: course.acts,
+            gain_nats: found.as_ref().map(|found| found.gain),
+            amplitude: found.as_ref().map(|found| found.amplitude),
+            threshold_nats: found.map_or(f64::MAX, |found| found.threshold),
+        };
+    match ceiling::exact_course_evidence(&cohort, &asked, &Ode, &config) {
+        Ok(found) => Ok(courses.iter().zip(found).map(|(c, found)| row(c, Some(found))).collect()),
         // A diagnosis would fail, too: nothing is above a threshold.
-        Err(GapError::NobodyLeft { .. }) => vec![(None, f64::MAX); courses.len()],
-        Err(error) => return Err(error.into()),
-    };
-    let rows = courses.iter().zip(found).map(|(course, (gain_nats, threshold_nats))| ExactCourse {
-        id: name(index),
-        effect: course.effect.name().to_owned(),
-        acts: course.acts,
-        gain_nats,
-        threshold_nats,
-    });
-    Ok(rows.collect())
+        Err(GapError::NobodyLeft { .. }) => Ok(courses.iter().map(|c| row(c, None)).collect()),
+        Err(error) => Err(error.into()),
+    }
 }
 
 #[cfg(test)]
@@ -115,11 +116,14 @@ mod tests {
             let cohort = world.cohort().expect("a cohort");
             let answer = diagnose(&cohort, &DiagnosisConfig::working(), 1).expect("an answer");
             let library = answer.candidates.iter().find(|c| c.effect == effect.name());
+            let share = exact.amplitude.expect("an estimate");
             let (exact, library) =
                 (exact.gain_nats.expect("a gain"), library.map_or(0.0, |c| c.gain_nats));
             // One nat of room: folds of one day choose shapes and amplitudes each on its own.
             assert!(exact > library - 1.0, "{}: {exact} {library}", effect.name());
             assert!(exact > 4.0, "{}: {exact}", effect.name());
+            // All of the course is there; filter and calibration have taken up to half of it.
+            assert!((0.4..1.5).contains(&share), "{}: {share}", effect.name());
         }
     }
 
