@@ -5,9 +5,11 @@ use serde::{Deserialize, Serialize};
 use crate::amplitude::AmplitudeRecovery;
 use crate::answer::{Answer, Candidate, Found, PortEvidence, Verdict};
 use crate::by_hand::{HandRow, by_hand};
+use crate::ceiling::Ceiling;
 use crate::confusion::Confusion;
 use crate::error::BlindError;
 use crate::label::{Kind, Label, TrueEffect};
+use crate::localisation::{WhereScore, WorldWhere};
 use crate::outcome::{Outcome, names_a_stranger};
 use crate::pairs::PairScore;
 use crate::power::{PowerRow, power};
@@ -61,6 +63,12 @@ pub struct BlindCheck {
     pub by_hand: Vec<HandRow>,
     /// What was promised.
     pub targets: Vec<Target>,
+    /// Whether the answers tell where the gap lies.
+    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    pub localisation: Option<WhereScore>,
+    /// What exact courses would name; `None` where that was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ceiling: Option<Ceiling>,
 }
 
 /// Worlds with an effect outside the library.
@@ -107,6 +115,9 @@ pub struct WorldRow {
     pub wrong_name: bool,
     /// Whether the strongest port is the right one, for an unknown effect that was called so.
     pub right_port: Option<bool>,
+    /// Whether the answer tells where the gap lies; `None` where the label does not.
+    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    pub localisation: Option<WorldWhere>,
     /// Time that the diagnosis took, s.
     pub seconds: f64,
     /// Why there is no answer.
@@ -139,6 +150,8 @@ impl BlindCheck {
             failed: Share::among(worlds, |w| w.answer.verdict == Verdict::Failed)?,
             by_hand: by_hand(worlds, master_seed)?,
             targets,
+            localisation: Some(WhereScore::of(worlds)?),
+            ceiling: None,
         })
     }
 
@@ -208,6 +221,7 @@ impl WorldRow {
             outcome: Outcome::of(label, answer),
             wrong_name: names_a_stranger(label, answer),
             right_port: right_port(world),
+            localisation: WorldWhere::of(label, answer),
             seconds: answer.seconds,
             failure: answer.failure.clone(),
         }

@@ -118,6 +118,19 @@ pub enum GapError {
         /// What the simulation said.
         source: SimulationError,
     },
+    /// An exact course does not lie along the records of a cohort.
+    #[error(
+        "the exact course of {effect} has {found} entries where {needed} are needed; give a list a \
+         person and an entry a step"
+    )]
+    Course {
+        /// The effect.
+        effect: effects::EffectId,
+        /// Lists, or entries of one person's list.
+        found: usize,
+        /// People, or steps of that person's record.
+        needed: usize,
+    },
     /// The baseline errors could not be resampled.
     #[error(transparent)]
     Statistics(#[from] stats::StatsError),

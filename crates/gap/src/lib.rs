@@ -80,4 +80,5 @@ pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
 pub use person_statistics::{PersonStatistics, person_statistics};
 pub use plants::{Ode, Plants};
+pub use which::ceiling;
 pub use which::{Evidence, Hypothesis, Threshold, ThresholdStep, Thresholds, Which, which};

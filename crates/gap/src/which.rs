@@ -10,6 +10,7 @@ mod amplitude;
 mod answer;
 mod backgrounds;
 mod by_unit;
+pub mod ceiling;
 mod conditioned;
 mod detection;
 mod events;

@@ -1,5 +1,7 @@
 //! The parts of a person's days that are fixed before the body is simulated.
 
+use rand_chacha::ChaCha8Rng;
+
 use crate::behaviour::Life;
 use crate::calendar::Calendar;
 use crate::devices::WornSensors;
@@ -29,10 +31,15 @@ impl VirtualPerson {
         happenings: &Happenings,
         amplitudes: &Amplitudes,
     ) -> WornSensors {
-        let mut rng = stream(self.seed, self.index, Concept::Sensor);
-        let wear = SensorWear::sample(&life.calendar, &mut rng);
+        let (wear, rng) = self.wear(life);
         let sensing = sensing(life, &wear, happenings, &self.shapes, amplitudes);
         WornSensors::new(wear, sensing, rng)
+    }
+
+    /// When sensors are worn through a life, and the stream from which their errors are drawn next.
+    pub(crate) fn wear(&self, life: &Life) -> (SensorWear, ChaCha8Rng) {
+        let mut rng = stream(self.seed, self.index, Concept::Sensor);
+        (SensorWear::sample(&life.calendar, &mut rng), rng)
     }
 
     /// How the person keeps the log while effects act with `amplitudes`.

@@ -36,6 +36,7 @@ pub mod replayed;
 mod shift;
 mod stream;
 mod therapy;
+pub mod true_gap;
 mod virtual_body;
 mod virtual_person;
 mod wear;

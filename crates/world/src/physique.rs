@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ode_sim::OdeError;
-use physiology::{InputSource, Kilograms, MgPerDl, StepInput, UnitsPerHour, simulate};
+use physiology::{InputSource, Kilograms, MgPerDl, OpenLoop, StepInput, UnitsPerHour, simulate};
 use rand::Rng;
 
 use crate::body::Body;
@@ -33,6 +33,23 @@ pub(crate) struct Course {
     pub(crate) inputs: Vec<StepInput>,
     /// Glucose at the start of each step, and at the end of the last.
     pub(crate) glucose: Vec<MgPerDl>,
+}
+
+/// What acts on a body: its circumstances, and the doses of each step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Acting<'a> {
+    pub(crate) conditions: &'a [Condition],
+    pub(crate) amplitudes: Amplitudes,
+    pub(crate) inputs: &'a [StepInput],
+}
+
+/// A run from a state of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Restart {
+    /// Step of the state.
+    pub(crate) start: usize,
+    /// Length.
+    pub(crate) steps: usize,
 }
 
 impl Physique {
@@ -150,6 +167,33 @@ impl Physique {
         }
     }
 
+    /// Glucose of runs that start in states of the course with `lived` acting and go on with `other`: one list a
+    /// restart, its first entry the glucose at its start.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub(crate) fn restarted(
+        &self,
+        start: MgPerDl,
+        lived: Acting<'_>,
+        other: Acting<'_>,
+        restarts: &[Restart],
+    ) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
+        let inputs = (lived.inputs, other.inputs);
+        match self {
+            Self::Hovorka(body) => {
+                let with = Body::new(*body, lived.conditions, lived.amplitudes);
+                let without = Body::new(*body, other.conditions, other.amplitudes);
+                restarted(&with, &without, start, inputs, restarts)
+            }
+            Self::Padova(body) => {
+                let with = PadovaBody::new(*body, lived.conditions, lived.amplitudes);
+                let without = PadovaBody::new(*body, other.conditions, other.amplitudes);
+                restarted(&with, &without, start, inputs, restarts)
+            }
+        }
+    }
+
     /// The settings that trials on the undisturbed body give.
     ///
     /// # Errors
@@ -172,4 +216,24 @@ fn course<B: VirtualBody>(
     let run = simulate(body, start, source, steps)?;
     let glucose = run.glucose(body);
     Ok(Course { inputs: run.inputs, glucose })
+}
+
+fn restarted<B: VirtualBody>(
+    lived: &B,
+    other: &B,
+    start: MgPerDl,
+    (inputs, others): (&[StepInput], &[StepInput]),
+    restarts: &[Restart],
+) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
+    let (start, _) = lived.at_rest(start)?;
+    let states = simulate(lived, start, &mut OpenLoop::new(inputs), inputs.len())?.states;
+    restarts
+        .iter()
+        .map(|restart| {
+            let state = states[restart.start].clone();
+            let inputs = &others[restart.start..];
+            let run = simulate(other, state, &mut OpenLoop::new(inputs), restart.steps)?;
+            Ok(run.glucose(other))
+        })
+        .collect()
 }

@@ -4,6 +4,9 @@
 //! cohort is then diagnosed by another process that is given a copy of its folder and nothing else.
 //! Only when every answer is written are the labels opened, compared with the seal, and scored.
 
+mod ceiling;
+mod tables;
+
 use std::hash::{BuildHasher as _, Hasher as _};
 
 use anyhow::{Context as _, Result, ensure};
@@ -56,7 +59,7 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
         "calibrate": args.calibrate.map(world::Generator::name),
     });
     let output = OutputFolder::begin(&args.out, Manifest::new("blind-check", config, Some(seed)))?;
-    let answered = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
+    let (answered, worlds) = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
     if let Some(generator) = args.calibrate {
         output.write_json("thresholds.json", &fitted(generator, seed, &answered, &output)?)?;
         output.write_json("calibration.json", &CalibrationTable::new(seed, answered))?;
@@ -64,7 +67,7 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
         note(format!("blind-check: {}", place.join("calibration.json").display()));
         return Ok(());
     }
-    let scored = score(seed, answered)?;
+    let scored = score(seed, answered)?.with_ceiling(ceiling::exact_courses(&worlds)?)?;
     output.write_json("blind_check.json", &scored)?;
     output.write("by_hand.txt", blind::hand_table(&scored.by_hand).as_bytes())?;
     report::write_into(output.path(), output.manifest())?;
@@ -81,7 +84,7 @@ pub(super) fn drawn_seed() -> u64 {
     random >> (u64::BITS - SEED_BITS)
 }
 
-/// Seals the labels of the worlds, asks for an answer to each, and opens the labels.
+/// Seals the labels of the worlds, asks for an answer to each, and opens the labels. Returns both, and the worlds.
 ///
 /// Writes `seal.json` before anything else, `cohorts/` and `answers/`, and at the end `labels.json`.
 fn check(
@@ -89,7 +92,7 @@ fn check(
     seed: u64,
     asked: Asked,
     output: &OutputFolder,
-) -> Result<Vec<(Label, Answer)>> {
+) -> Result<(Vec<(Label, Answer)>, Vec<RealisedWorld>)> {
     let progress = Progress::begin("worlds", planned.len());
     let worlds = planned
         .par_iter()
@@ -102,8 +105,11 @@ fn check(
         .collect::<Result<Vec<RealisedWorld>>>()?;
     progress.finish(&format!("{} drawn", worlds.len()));
 
-    let labels: Vec<Label> =
-        worlds.iter().enumerate().map(|(place, world)| label(&name(place), world)).collect();
+    let labels = worlds
+        .par_iter()
+        .enumerate()
+        .map(|(place, world)| label(&name(place), world))
+        .collect::<Result<Vec<Label>>>()?;
     let closed = labels
         .iter()
         .enumerate()
@@ -132,7 +138,7 @@ fn check(
     .context("reading seal.json again")?;
     sealed.verify(&closed).context("opening the labels")?;
     output.write_json("labels.json", &closed)?;
-    Ok(labels.into_iter().zip(answers).collect())
+    Ok((labels.into_iter().zip(answers).collect(), worlds))
 }
 
 /// Writes the cohort of one world and its answer.
@@ -240,6 +246,7 @@ fn say(check: &BlindCheck) {
     for line in blind::hand_table(&check.by_hand).lines() {
         note(format!("  {line}"));
     }
+    tables::tables(check).into_iter().for_each(note);
 }
 
 #[cfg(test)]
@@ -274,8 +281,11 @@ mod tests {
         let target = parent.path().join("check");
         let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
         let output = OutputFolder::begin(&target, manifest).expect("new");
-        let answered = check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
+        let (answered, worlds) =
+            check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
+        let courses = ceiling::exact_courses(&worlds).expect("courses");
         let scored = score(1, answered).expect("countable");
+        let scored = scored.with_ceiling(courses).expect("countable");
         let target = output.finish().expect("renamed");
 
         assert_eq!(scored.worlds.len(), 4);
@@ -284,6 +294,12 @@ mod tests {
             (scored.false_alarms.of, scored.pairs.worlds, scored.unknown.recalled.of),
             (1, 1, 1)
         );
+        // Dawn has a morning; the pair and the effect outside the library have a truth of "where" too.
+        let found = scored.localisation.as_ref().expect("a score");
+        assert_eq!(found.context.iter().map(|c| c.comparable.of).collect::<Vec<_>>(), [3, 3, 3]);
+        let found = scored.ceiling.as_ref().expect("a score");
+        assert_eq!((found.named.of, found.false_alarms.of > 0), (1, true));
+        assert!(tables::tables(&scored).iter().any(|line| line.contains("not answered")));
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
         let seal: Seal = serde_json::from_slice(&read("seal.json")).expect("a seal");
         let mut labels: Vec<OpenedLabel> =

@@ -20,7 +20,7 @@ use crate::design::{Column, Design, EventBank, design};
 use crate::error::GapError;
 
 /// Standard deviation of the amplitude of a guard.
-const GUARD_SD: f64 = 0.5;
+pub(super) const GUARD_SD: f64 = 0.5;
 
 /// One person in one round: the model with what has been named so far.
 pub(super) struct Subject {
@@ -124,6 +124,11 @@ impl Round {
                 guards.push((effect, GUARD_SD));
             }
         }
+        Ok(Self::estimated(subjects, guards))
+    }
+
+    /// The round of these linear models: random differences between days are estimated and integrated out.
+    pub(super) fn estimated(subjects: Vec<Subject>, guards: Vec<(EffectId, f64)>) -> Self {
         let mut round = Self { subjects, marginal: Vec::new(), estimated: none(), guards };
         // Constant directions, then spreads given them, twice: each needs the other.
         for _ in 0..2 {
@@ -150,7 +155,7 @@ impl Round {
                 variance::marginal(&s.statistics, &spreads).beside(round.allowed(person, None))
             })
             .collect();
-        Ok(round)
+        round
     }
 
     /// What is allowed for when an effect is tested in a person; `None` for no effect in particular.

@@ -2,7 +2,7 @@
 
 use cohort::{Channel, Cohort, Person, Therapy};
 use gap::quality::{Consequence, identical_people};
-use gap::{DiagnosisConfig, GapError, diagnose};
+use gap::{Diagnoser, DiagnosisConfig, GapError};
 
 use crate::planted::{changed, checks, doubts, embedded};
 
@@ -78,7 +78,9 @@ fn one_record_under_two_names_is_refused() {
     cohort.people.push(twin);
     let (one, other) = identical_people(&cohort).expect("a twin");
     assert_eq!((one, other), (cohort.people[1].id.as_str(), "another"));
-    let refused = diagnose(&cohort, &DiagnosisConfig::working(), 1).expect_err("a twin");
+    let refused = Diagnoser::new(&effects::library(), &DiagnosisConfig::working())
+        .run(&cohort, 1)
+        .expect_err("a twin");
     assert!(matches!(&refused, GapError::IdenticalPeople { other, .. } if other == "another"));
     let last = cohort.people.len() - 1;
     cohort.people[last].record.channel_mut(Channel::Cgm)[100] = Some(111.0);

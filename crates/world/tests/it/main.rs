@@ -9,4 +9,5 @@ mod plausibility;
 mod replayed;
 mod switches;
 mod therapy;
+mod true_gap;
 mod two_bodies;
