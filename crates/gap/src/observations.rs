@@ -279,7 +279,8 @@ mod tests {
     #[test]
     fn values_drawn_between_readings_are_told_from_readings() {
         let mut person = person(300);
-        let anchors: Vec<f64> = (0..101).map(|k| 120.0 + 30.0 * f64::from(k * k % 7)).collect();
+        let anchors: Vec<f64> =
+            (0..101).map(|k| 120.0 + 40.0 * (0.4 * f64::from(k)).sin()).collect();
         for (step, value) in person.record.channel_mut(Channel::Cgm).iter_mut().enumerate() {
             let (anchor, part) = (step / 3, (step % 3) as f64 / 3.0);
             *value = Some(anchors[anchor] + part * (anchors[anchor + 1] - anchors[anchor]));
