@@ -11,6 +11,7 @@ use crate::answer::Verdict;
 use crate::check::{ScoredWorld, UnknownScore};
 use crate::error::BlindError;
 use crate::label::Kind;
+use crate::localisation::WhereScore;
 use crate::pairs::PairScore;
 use crate::reliability::Reliability;
 use crate::share::Share;
@@ -47,6 +48,10 @@ pub struct HandRow {
     pub pairs_f1: Option<f64>,
     /// Expected calibration error of the stated probabilities; `None` without one.
     pub calibration_error: Option<f64>,
+    /// Comparable worlds in which one of the three largest cells of "where" is truly hot after 60 min.
+    pub where_hit: Share,
+    /// The same share for three random cells; `None` without a comparable world.
+    pub where_by_chance: Option<f64>,
 }
 
 impl HandRow {
@@ -59,6 +64,8 @@ impl HandRow {
         };
         let is_named = |w: &&ScoredWorld| w.answer.verdict == Verdict::Effect;
         let unknown = UnknownScore::of(worlds)?;
+        let found = WhereScore::of(worlds)?;
+        let after_an_hour = found.context.into_iter().next();
         Ok(Self {
             hand: hand.map(str::to_owned),
             worlds: worlds.len(),
@@ -77,6 +84,8 @@ impl HandRow {
             outside_named: Share::among(of_kind(Kind::Outside), is_named)?,
             pairs_f1: PairScore::of(worlds, seed)?.f1,
             calibration_error: Reliability::of(worlds, seed)?.expected_calibration_error,
+            where_by_chance: after_an_hour.as_ref().and_then(|context| context.chance),
+            where_hit: after_an_hour.map_or_else(|| Share::of(0, 0), |context| Ok(context.hit))?,
         })
     }
 }
@@ -112,6 +121,8 @@ pub fn hand_table(rows: &[HandRow]) -> String {
             "misnamed",
             "pairs F1",
             "calibration",
+            "where",
+            "by chance",
         ]
         .map(str::to_owned)
         .to_vec(),
@@ -136,6 +147,8 @@ pub fn hand_table(rows: &[HandRow]) -> String {
             share(&row.outside_named),
             figure(row.pairs_f1),
             figure(row.calibration_error),
+            share(&row.where_hit),
+            figure(row.where_by_chance),
         ]);
     }
     crate::text_table::aligned(&lines)

@@ -69,7 +69,7 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
     }
     let scored = score(seed, answered)?.with_ceiling(ceiling::exact_courses(&worlds)?)?;
     output.write_json("blind_check.json", &scored)?;
-    output.write("by_hand.txt", blind::hand_table(&scored.by_hand).as_bytes())?;
+    output.write("tables.txt", tables::tables(&scored).join("\n").as_bytes())?;
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
     say(&scored);
@@ -241,10 +241,6 @@ fn say(check: &BlindCheck) {
         };
         let limit = percent(target.target);
         note(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
-    }
-    note("by hand, for diagnoses that never saw that hand:".to_owned());
-    for line in blind::hand_table(&check.by_hand).lines() {
-        note(format!("  {line}"));
     }
     tables::tables(check).into_iter().for_each(note);
 }

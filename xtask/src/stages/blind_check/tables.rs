@@ -1,10 +1,11 @@
-//! "Where" and the ceiling of a check, as lines of text.
+//! The figures by hand, "where" and the ceiling of a check, as lines of text.
 
 use blind::{BlindCheck, PowerRow, Share, WhereScore};
 
 /// The tables, a line each.
 pub(super) fn tables(check: &BlindCheck) -> Vec<String> {
-    let mut lines = Vec::new();
+    let mut lines = vec!["by hand, for diagnoses that never saw that hand:".to_owned()];
+    lines.extend(blind::hand_table(&check.by_hand).lines().map(|line| format!("  {line}")));
     if let Some(found) = &check.localisation {
         lines.extend(localisation(found));
     }
