@@ -57,7 +57,15 @@ impl SensorCadence {
             let between = before.is_some_and(|before| {
                 values[before].is_some() && values.get(before + steps).is_some_and(Option::is_some)
             });
-            if between && of_phase(phase) as f64 >= IN_PHASE * around.len() as f64 {
+            // The end of a line that fills a gap is no stranger: the sensor reads beside one.
+            let beside = |other: Option<&usize>| {
+                other.is_some_and(|other| other.abs_diff(corner) <= 2 * steps)
+            };
+            let among_readings =
+                beside(index.checked_sub(1).and_then(|before| corners.get(before)))
+                    && beside(corners.get(index + 1));
+            if between && among_readings && of_phase(phase) as f64 >= IN_PHASE * around.len() as f64
+            {
                 strangers.push(corner);
             } else {
                 readings.push(corner);
@@ -112,6 +120,18 @@ mod tests {
         }
         let found = SensorCadence::find(&values).expect("regular");
         assert_eq!(found.strangers, [152, 300, 303, 480]);
+    }
+
+    #[test]
+    fn the_ends_of_a_filled_gap_are_no_strangers() {
+        let mut values = every_quarter_of_an_hour(200);
+        // From the reading at 298 on to a value off the phase, after which the sensor reads again.
+        let from = values[298].expect("recorded");
+        for (step, value) in values.iter_mut().enumerate().take(322).skip(299) {
+            *value = Some(from + (250.0 - from) * (step as f64 - 298.0) / 23.0);
+        }
+        let found = SensorCadence::find(&values).expect("regular");
+        assert!(found.strangers.is_empty(), "{:?}", found.strangers);
     }
 
     #[test]

@@ -292,12 +292,13 @@ mod tests {
         assert_eq!(found.readings[1].value(), person.record.cgm()[1]);
         assert_eq!(found.coverage(), 1.0);
         // A line of two hours fills a gap and is no data.
-        for step in 100..=124 {
-            person.record.channel_mut(Channel::Cgm)[step] =
-                Some(100.0 + 2.0 * (step as f64 - 100.0));
+        let (from, to) = (anchors[33], anchors[41]);
+        for step in 100..123 {
+            let part = (step as f64 - 99.0) / 24.0;
+            person.record.channel_mut(Channel::Cgm)[step] = Some(from + part * (to - from));
         }
         let found = Observations::from_person(&person).expect("a good record");
-        assert!((101..124).all(|k| found.readings[k] == Reading::Missing));
+        assert!((100..123).all(|k| found.readings[k] == Reading::Missing));
         assert!((found.coverage() - (1.0 - 21.0 / 300.0)).abs() < 1e-12, "{}", found.coverage());
     }
 
