@@ -23,6 +23,7 @@ use crate::person::{
 };
 use crate::plants::{Ode, Plants};
 use crate::quality::identical_people;
+use crate::track_record::TrackRecord;
 use crate::which::{Thresholds, Which, is_free, power, which};
 
 /// A diagnosis to be made: which effects are tried, with which settings, on which plant.
@@ -162,7 +163,9 @@ impl<'a> Diagnoser<'a> {
             data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
             people: outcomes.into_iter().map(|o| o.summary).collect(),
             plant: plants.name().to_owned(),
-            notes: uncalibrated(library, &config.thresholds),
+            notes: std::iter::once(TrackRecord::measured().sentence())
+                .chain(uncalibrated(library, &config.thresholds))
+                .collect(),
             absorbed: None,
             seed,
             config,

@@ -61,6 +61,7 @@ pub mod quality;
 mod scored;
 mod single;
 pub mod tangent;
+mod track_record;
 pub mod which;
 pub mod whitening;
 
@@ -80,5 +81,6 @@ pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
 pub use person_statistics::{PersonStatistics, person_statistics};
 pub use plants::{Ode, Plants};
+pub use track_record::{Counted, TrackRecord};
 pub use which::ceiling;
 pub use which::{Evidence, Hypothesis, Threshold, ThresholdStep, Thresholds, Which, which};
