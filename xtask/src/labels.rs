@@ -18,6 +18,7 @@ pub(crate) fn label(id: &str, world: &RealisedWorld) -> Label {
             target_mg_dl: found.target,
             achieved_mg_dl: found.achieved,
             at_limit: found.at_limit,
+            form: found.form.map(str::to_owned),
         })
         .collect();
     Label {
@@ -46,5 +47,6 @@ fn regime(regime: Regime) -> &'static str {
     match regime {
         Regime::OpenLoopPump => "open_loop_pump",
         Regime::Aid => "aid",
+        Regime::Mdi => "mdi",
     }
 }
