@@ -637,7 +637,7 @@ pub(crate) struct WorldsArgs {
     /// Mean absolute shift of glucose that each effect is to cause, mg/dL.
     #[arg(long, value_name = "MG_DL", default_value_t = 5.0)]
     pub shift: f64,
-    /// Generator of the bodies, `hovorka` or `padova` [default: both in turns].
+    /// Generator of the bodies: `hovorka`, `padova`, `minimal` or `saturating` [default: all in turns].
     #[arg(long, value_name = "NAME", value_parser = generator)]
     pub generator: Option<world::Generator>,
     /// How basal insulin is decided [default: drawn].

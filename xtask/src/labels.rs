@@ -25,6 +25,7 @@ pub(crate) fn label(id: &str, world: &RealisedWorld) -> Result<Label> {
             target_mg_dl: found.target,
             achieved_mg_dl: found.achieved,
             at_limit: found.at_limit,
+            form: found.form.map(str::to_owned),
         })
         .collect();
     let gap = world.true_where().with_context(|| format!("where in world {id}"))?;
@@ -78,5 +79,6 @@ fn regime(regime: Regime) -> &'static str {
     match regime {
         Regime::OpenLoopPump => "open_loop_pump",
         Regime::Aid => "aid",
+        Regime::Mdi => "mdi",
     }
 }

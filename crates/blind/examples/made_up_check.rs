@@ -80,6 +80,7 @@ fn label(place: usize, kind: Kind, effects: &[((&str, &str), f64)]) -> Label {
             target_mg_dl: *shift,
             achieved_mg_dl: shift * (0.92 + 0.04 * (place % 5) as f64),
             at_limit: false,
+            form: None,
         })
         .collect();
     Label {

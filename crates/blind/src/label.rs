@@ -61,6 +61,9 @@ pub struct TrueEffect {
     pub achieved_mg_dl: f64,
     /// Whether the amplitude was held at its limit, so that the target is out of reach.
     pub at_limit: bool,
+    /// The form that the effect takes in this world, in words; of effects of the library.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<String>,
 }
 
 impl Label {

@@ -16,6 +16,7 @@ pub(crate) fn label(id: &str, kind: Kind, effects: &[&str], shift: f64) -> Label
             target_mg_dl: shift,
             achieved_mg_dl: shift,
             at_limit: false,
+            form: None,
         })
         .collect();
     Label { kind, effects, ..Label::null(id, "hovorka", "aid", 5, 14) }

@@ -17,6 +17,7 @@ fn labels() -> Vec<Label> {
         target_mg_dl: shift,
         achieved_mg_dl: shift,
         at_limit: false,
+        form: None,
     };
     let mut truths = Vec::new();
     for (place, name) in EFFECTS.into_iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Lets bodies live the recorded days of a cohort: `OUT_DIR/cohort` and, apart from it,
 //! `OUT_DIR/info.json` with the truth and those who could not be replayed.
 //!
-//!     cargo run -p world --example replay_cohort -- COHORT OUT_DIR [hovorka|padova] [SEED]
+//!     cargo run -p world --example replay_cohort -- COHORT OUT_DIR [hovorka|padova|minimal|saturating] [SEED]
 #![expect(clippy::print_stdout, reason = "an example tells what it wrote")]
 
 use std::error::Error;
@@ -13,7 +13,8 @@ use serde_json::json;
 use world::replayed::Replayed;
 use world::{Amplitudes, Generator};
 
-const USAGE: &str = "usage: replay_cohort COHORT OUT_DIR [hovorka|padova] [SEED]";
+const USAGE: &str =
+    "usage: replay_cohort COHORT OUT_DIR [hovorka|padova|minimal|saturating] [SEED]";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -6,7 +6,8 @@
 //! ([`BolusTiming`](crate::BolusTiming)), rescue carbohydrate is logged like a meal, settings are
 //! not quite right, and nobody counts carbohydrate exactly. This states the last of these.
 
-use crate::behaviour::Meal;
+use crate::behaviour::{Meal, MealKind};
+use crate::effects::MiscountForm;
 
 /// The background of one person.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +45,9 @@ const LARGE: (f64, f64) = (65.0, 8.0);
 /// grows with the root of the size (assumed).
 const ADDED_SPREAD: f64 = 0.12;
 
+/// Size towards which counts go where they go to what is usual, g.
+const USUAL: f64 = 45.0;
+
 impl Background {
     /// Counts without bias and with a coefficient of variation of 20 %: the mean absolute error of
     /// 20.9 % of Brazeau et al. (Diabetes Res Clin Pract 2013;99:19) holds bias and spread.
@@ -55,14 +59,30 @@ impl Background {
     /// Logarithm of counted over eaten for a meal, when the effect acts with `amplitude` on a
     /// person whose bias is `own_bias` times the published one.
     #[must_use]
-    pub fn log_counting_error(&self, meal: &Meal, own_bias: f64, amplitude: f64) -> f64 {
+    pub fn log_counting_error(
+        &self,
+        meal: &Meal,
+        form: MiscountForm,
+        own_bias: f64,
+        amplitude: f64,
+    ) -> f64 {
         match self.counting {
             Counting::Unbiased { cv } => {
                 let sd = (1.0 + cv * cv).ln().sqrt();
                 let unbiased = sd * meal.counting_draw - 0.5 * sd * sd;
                 let (size, width) = LARGE;
                 let large = 1.0 / (1.0 + (-(meal.eaten.0 - size) / width).exp());
-                let bias = own_bias * (BIAS + BIAS_OF_LARGE * large);
+                let bias = own_bias
+                    * match form {
+                        MiscountForm::TooLow => BIAS + BIAS_OF_LARGE * large,
+                        MiscountForm::LargeOnly => 2.0 * BIAS * large,
+                        MiscountForm::Dinners if meal.kind == MealKind::Dinner => 1.6 * BIAS,
+                        MiscountForm::Dinners => 0.0,
+                        MiscountForm::TowardUsual => {
+                            let usual = (meal.eaten.0 / USUAL).ln().clamp(-1.2, 1.2);
+                            1.5 * BIAS * usual
+                        }
+                    };
                 let spread = ADDED_SPREAD * (meal.eaten.0 / 60.0).sqrt();
                 unbiased + amplitude * (bias + spread * meal.second_counting_draw)
             }

@@ -25,6 +25,7 @@ pub(crate) use habits::standard_normal;
 use physiology::STEPS_PER_DAY;
 
 use crate::calendar::Calendar;
+use crate::everyday::Hours;
 use crate::stream::{Concept, stream};
 
 /// Everything a person does over the days of a calendar.
@@ -52,14 +53,27 @@ impl Life {
     /// Draws the life of person `person` of the world with this seed.
     #[must_use]
     pub fn sample(habits: &Habits, calendar: Calendar, seed: u64, person: usize) -> Self {
+        Self::sample_with(habits, &Hours::REGULAR, calendar, seed, person)
+    }
+
+    /// As [`Self::sample`], with hours of one's own.
+    #[must_use]
+    pub fn sample_with(
+        habits: &Habits,
+        hours: &Hours,
+        calendar: Calendar,
+        seed: u64,
+        person: usize,
+    ) -> Self {
         let rng = |concept| stream(seed, person, concept);
-        let evenings = alcohol::evenings(habits, &calendar, &mut rng(Concept::Alcohol));
+        let evenings = alcohol::evenings(habits, hours, &calendar, &mut rng(Concept::Alcohol));
         let late: Vec<usize> = evenings.iter().map(|e| e.step / STEPS_PER_DAY).collect();
         let mut sleep_rng = rng(Concept::Sleep);
-        let nights = sleep::nights(habits, &calendar, &late, &mut sleep_rng);
+        let nights = sleep::nights(habits, hours, &calendar, &late, &mut sleep_rng);
         let asleep = sleep::efficiency(habits, &calendar, &nights, &mut sleep_rng);
-        let sessions = exercise::sessions(habits, &calendar, &nights, &mut rng(Concept::Exercise));
-        let mut meals = meals::meals(habits, &calendar, &nights, &mut rng(Concept::Meals));
+        let sessions =
+            exercise::sessions(habits, hours, &calendar, &nights, &mut rng(Concept::Exercise));
+        let mut meals = meals::meals(habits, hours, &calendar, &nights, &mut rng(Concept::Meals));
         meals::count_again(&mut meals, &mut rng(Concept::Counting));
         let sets = InfusionSets::sample(habits, &calendar, &mut rng(Concept::InfusionSets));
         let wearable =

@@ -7,6 +7,7 @@ use physiology::{MgPerDl, MmolPerL, NonFinite, Plant, States, StepInput, Units, 
 
 use crate::effects::{Amplitudes, Condition, Effect, ExerciseTrace, LowTrace};
 use crate::person::BodyParameters;
+use crate::warp::{Warped, Warps};
 
 /// Runge-Kutta steps within the five minutes: one a minute.
 const SUBSTEPS: u32 = 5;
@@ -21,6 +22,7 @@ pub struct Body<'a> {
     parameters: BodyParameters,
     conditions: &'a [Condition],
     amplitudes: Amplitudes,
+    warped: Option<Warped>,
 }
 
 /// State of a [`Body`].
@@ -44,13 +46,30 @@ impl<'a> Body<'a> {
         conditions: &'a [Condition],
         amplitudes: Amplitudes,
     ) -> Self {
-        Self { parameters, conditions, amplitudes }
+        Self { parameters, conditions, amplitudes, warped: None }
     }
 
     /// The body as drawn, without any effect or variability.
     #[must_use]
     pub fn undisturbed(parameters: BodyParameters) -> Body<'static> {
-        Body { parameters, conditions: &[], amplitudes: Amplitudes::NONE }
+        Body { parameters, conditions: &[], amplitudes: Amplitudes::NONE, warped: None }
+    }
+
+    /// The same body with forms of its own.
+    ///
+    /// # Errors
+    /// If it has no steady state at the glucose at which warps are none.
+    pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
+        let warped = Warped::of(warps, &self, self.parameters.weight)?;
+        Ok(Self { warped, ..self })
+    }
+
+    /// A condition with the warps at a state.
+    fn warped(&self, condition: Condition, state: &BodyState) -> Condition {
+        match &self.warped {
+            Some(warped) => warped.act(condition, &self.report(state)),
+            None => condition,
+        }
     }
 
     /// The steady state at a glucose concentration, with the basal rate that holds it.
@@ -93,6 +112,7 @@ impl<'a> Body<'a> {
         let after = exercise.action_factor(self.amplitudes.of(Effect::PostExerciseSensitivity));
         OdeParameters {
             egp_0: drawn.egp_0 * condition.production,
+            f_01: drawn.f_01 * condition.uptake,
             s_f1: drawn.s_f1 * condition.action * after,
             s_f2: drawn.s_f2 * condition.action * after,
             s_f3: drawn.s_f3 * condition.liver_action,
@@ -109,9 +129,9 @@ impl Plant for Body<'_> {
     fn step(&self, state: &BodyState, input: &StepInput) -> Result<BodyState, NonFinite> {
         let glucose = self.glucose(state);
         let drawn = self.conditions.get(state.step).unwrap_or(&Condition::AS_DRAWN);
-        let low = state.low.after_step(glucose, drawn.low_response_time);
-        let condition = &drawn.at_glucose(glucose, &low);
-        let exercise = state.exercise.after_step(input.exercise);
+        let low = state.low.after_step(glucose, drawn.low_form, drawn.low_response_time);
+        let condition = &self.warped(drawn.at_glucose(glucose, &low), state);
+        let exercise = state.exercise.after_step(drawn.felt(input.exercise));
         let plant = self.plant(self.parameters_in(condition, &exercise));
         let glucose = MmolPerL::from(glucose).0;
         let uptake = exercise.uptake(glucose, self.amplitudes.of(Effect::Exercise));

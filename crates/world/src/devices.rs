@@ -5,17 +5,14 @@
 
 use ode_sim::sensor::clamp_to_display;
 use ode_sim::{OdeError, Sensor, SensorModel};
-use physiology::MgPerDl;
+use physiology::{MgPerDl, STEPS_PER_DAY};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use crate::behaviour::standard_normal;
 use crate::effects::{Lagged, Sensing};
+use crate::everyday::SensorKind;
 use crate::wear::SensorWear;
-
-/// Spread of the gain between sensors, as a share: with drift and noise this gives absolute
-/// differences near the 9 to 10 % that factory-calibrated sensors show (Wadwa et al., Diabetes
-/// Technol Ther 2018;20:395).
-const GAIN_SPREAD: f64 = 0.05;
 
 /// The sensors of one person, read every step.
 ///
@@ -26,14 +23,24 @@ pub(crate) struct WornSensors {
     sensing: Sensing,
     lagged: Lagged,
     rng: ChaCha8Rng,
+    /// For what the published kind does not have.
+    own: ChaCha8Rng,
+    kind: SensorKind,
     current: Option<Sensor>,
 }
 
 impl WornSensors {
-    /// Sensors worn as `wear` says, with error drawn from `rng` and what `sensing` adds to it.
-    pub(crate) fn new(wear: SensorWear, sensing: Sensing, rng: ChaCha8Rng) -> Self {
-        let lagged = Lagged::new(sensing.lag);
-        Self { wear, sensing, lagged, rng, current: None }
+    /// Sensors of a kind worn as `wear` says, with error drawn from `rng` (what the published kind does
+    /// not have, from `own`) and what `sensing` adds to it.
+    pub(crate) fn new(
+        kind: SensorKind,
+        wear: SensorWear,
+        sensing: Sensing,
+        rng: ChaCha8Rng,
+        own: ChaCha8Rng,
+    ) -> Self {
+        let lagged = Lagged::new(sensing.lag_form, sensing.lag);
+        Self { wear, sensing, lagged, rng, own, kind, current: None }
     }
 
     /// The reading of `step`, in whole mg/dL; `None` if it is lost. Steps are read in order.
@@ -66,21 +73,37 @@ impl WornSensors {
             }
         };
         let (gain, offset) = self.sensing.at(step);
-        let shown =
-            clamp_to_display(MgPerDl(reading.raw.0 + gain * reading.interstitial.0 + offset));
+        let raw = reading.raw.0 + gain * reading.interstitial.0 + offset + self.spike();
+        let shown = clamp_to_display(MgPerDl(raw));
         Ok((!self.wear.is_lost(step)).then_some(shown))
     }
 
     /// A sensor with a gain of its own. One that was put in before the record keeps the drift of
     /// its age.
     fn model(&mut self, step: usize) -> SensorModel {
-        let published = SensorModel::dexcom_g6();
-        let own = (GAIN_SPREAD * standard_normal(&mut self.rng)).clamp(-0.1, 0.1);
+        let made = self.kind.model();
+        let spread = self.kind.gain_spread;
+        let own = (spread * standard_normal(&mut self.rng)).clamp(-2.0 * spread, 2.0 * spread);
         let age = self.wear.age_days(step);
-        SensorModel {
-            gain: shifted(published.gain.map(|c| c * (1.0 + own)), age),
-            offset: shifted(published.offset, age),
-            ..published
+        let mut offset = shifted(made.offset, age);
+        if self.kind.offset_spread > 0.0 {
+            let drawn = standard_normal(&mut self.own).clamp(-2.0, 2.0);
+            offset[0] += self.kind.offset_spread * drawn;
+        }
+        SensorModel { gain: shifted(made.gain.map(|c| c * (1.0 + own)), age), offset, ..made }
+    }
+
+    /// What a spike adds to one reading, mg/dL; mostly nothing.
+    fn spike(&mut self) -> f64 {
+        if self.kind.spikes_a_day <= 0.0 {
+            return 0.0;
+        }
+        let (draw, size) = (self.own.random::<f64>(), self.own.random_range(12.0..45.0));
+        let chance = self.kind.spikes_a_day / STEPS_PER_DAY as f64;
+        match draw {
+            draw if draw < 0.5 * chance => -size,
+            draw if draw < chance => size,
+            _ => 0.0,
         }
     }
 }
@@ -111,8 +134,10 @@ mod tests {
         let calendar = Calendar::new(start, 200);
         let read = |glucose: &dyn Fn(usize) -> f64| -> Vec<Option<f64>> {
             let mut rng = stream(2, 0, Concept::Sensor);
-            let wear = SensorWear::sample(&calendar, &mut rng);
-            let mut sensors = WornSensors::new(wear, Sensing::undisturbed(), rng);
+            let kind = SensorKind::PUBLISHED;
+            let wear = SensorWear::sample(&calendar, &kind, &mut rng);
+            let own = stream(2, 0, Concept::SensorKind);
+            let mut sensors = WornSensors::new(kind, wear, Sensing::undisturbed(), rng, own);
             (0..calendar.steps())
                 .map(|s| Some(sensors.read(s, MgPerDl(glucose(s))).expect("finite")?.0))
                 .collect()

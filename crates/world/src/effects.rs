@@ -11,7 +11,10 @@ mod conditions;
 mod counter_regulation;
 mod dawn;
 mod exercise;
+mod exercise_forms;
+mod forms;
 mod happenings;
+mod insulin_absorption;
 mod outside;
 mod port;
 mod renal_threshold;
@@ -30,6 +33,11 @@ pub use compression_lows::Compression;
 pub use conditions::{Condition, conditions};
 pub use counter_regulation::LowTrace;
 pub use exercise::ExerciseTrace;
+pub use forms::{
+    AbsorptionForm, AfterExerciseForm, AlcoholForm, CircadianForm, CompressionForm, DawnForm,
+    DriftForm, ExerciseForm, Forms, LagForm, LowForm, MiscountForm, MissedForm, RenalForm,
+    SetAgeingForm, SetFailureForm, SleepLossForm, SlowMealsForm, UnloggedForm,
+};
 pub use happenings::Happenings;
 pub use outside::{Event, Events, OutsideEffect};
 pub use port::Port;
@@ -38,7 +46,7 @@ pub use sensing::{Sensing, sensing};
 pub use sensor_drift::Drift;
 pub use set_failure::SetFailure;
 pub use shapes::Shapes;
-pub use variability::Variability;
+pub use variability::{Spreads, Variability};
 
 pub(crate) use sensor_lag::Lagged;
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// A generator of bodies. The two share no equation.
+/// A generator of bodies. No two share an equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Generator {
@@ -12,11 +12,17 @@ pub enum Generator {
     /// The structure of the UVA/Padova simulator (Dalla Man et al. 2007 and 2014):
     /// [`padova::PadovaBody`](crate::padova::PadovaBody).
     Padova,
+    /// A minimal model with remote insulin, a stomach with a clock and a depot of its own:
+    /// [`minimal::MinimalBody`](crate::minimal::MinimalBody).
+    Minimal,
+    /// Saturating uptake, glucagon and two channels of insulin:
+    /// [`saturating::SaturatingBody`](crate::saturating::SaturatingBody).
+    Saturating,
 }
 
 impl Generator {
     /// Every generator.
-    pub const ALL: [Self; 2] = [Self::Hovorka, Self::Padova];
+    pub const ALL: [Self; 4] = [Self::Hovorka, Self::Padova, Self::Minimal, Self::Saturating];
 
     /// The name that files use.
     #[must_use]
@@ -24,6 +30,8 @@ impl Generator {
         match self {
             Self::Hovorka => "hovorka",
             Self::Padova => "padova",
+            Self::Minimal => "minimal",
+            Self::Saturating => "saturating",
         }
     }
 

@@ -23,9 +23,11 @@ mod devices;
 mod effects;
 mod embedded;
 mod error;
+mod everyday;
 mod generator;
 mod living;
 mod logging;
+pub mod minimal;
 pub mod padova;
 mod person;
 mod physique;
@@ -33,12 +35,14 @@ pub mod planted;
 pub mod plausibility;
 mod reactions;
 pub mod replayed;
+pub mod saturating;
 mod shift;
 mod stream;
 mod therapy;
 pub mod true_gap;
 mod virtual_body;
 mod virtual_person;
+mod warp;
 mod wear;
 mod world_info;
 
@@ -50,23 +54,33 @@ pub use behaviour::{
 pub use body::{Body, BodyState};
 pub use calendar::Calendar;
 pub use effects::{
+    AbsorptionForm, AfterExerciseForm, AlcoholForm, CircadianForm, CompressionForm, DawnForm,
+    DriftForm, ExerciseForm, Forms, LagForm, LowForm, MiscountForm, MissedForm, RenalForm,
+    SetAgeingForm, SetFailureForm, SleepLossForm, SlowMealsForm, UnloggedForm,
+};
+pub use effects::{
     Amplitudes, CircadianPattern, Compression, Condition, Drift, Effect, Event, Events,
     ExerciseTrace, Happenings, Kidneys, LowTrace, OutsideEffect, Port, Sensing, SetFailure, Shapes,
-    Variability, conditions, sensing,
+    Spreads, Variability, conditions, sensing,
 };
 pub use embedded::{
     EMBEDDED_DAYS, EMBEDDED_PEOPLE, EMBEDDED_SEED, embedded_cohort, embedded_people,
 };
 pub use error::WorldError;
+pub use everyday::{
+    DailyPattern, Everyday, EverydayCourse, Hours, LogHabit, MealPace, Noise, Rescues, SensorKind,
+    Shift, Sites,
+};
 pub use generator::Generator;
 pub use person::BodyParameters;
 pub use physique::Physique;
 pub use shift::Counterfactual;
-pub use stream::{Concept, stream};
+pub use stream::{Concept, WORLD, stream};
 pub use therapy::{
-    Aid, Controller, Depot, Observation, OpenLoopPump, Order, Regime, TherapySettings,
+    Aid, Controller, Depot, Observation, OpenLoopPump, Order, Pen, Regime, TherapySettings,
 };
 pub use virtual_body::VirtualBody;
 pub use virtual_person::{LivedDays, VirtualPerson};
+pub use warp::{Warp, Warps};
 pub use wear::SensorWear;
 pub use world_info::{PersonInfo, WorldInfo};

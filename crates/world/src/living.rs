@@ -9,9 +9,10 @@ use physiology::{
 
 use crate::behaviour::{BolusTiming, Life};
 use crate::devices::WornSensors;
+use crate::everyday::Rescues;
 use crate::logging::Logging;
 use crate::reactions::Reaction;
-use crate::therapy::{Controller, Depot, Observation, Regime, TherapySettings};
+use crate::therapy::{Controller, Depot, Observation, Pen, Regime, TherapySettings};
 
 /// Time constants by which pumps and people reckon insulin and carbohydrate on board.
 const INSULIN_TAU: Minutes = Minutes(75.0);
@@ -52,6 +53,9 @@ pub(crate) struct Logged {
     pub(crate) carbs: Grams,
 }
 
+/// A log, one entry a step, and the slow treatments of lows with their steps.
+pub(crate) type LogAndRescues = (Vec<Logged>, Vec<(usize, Grams)>);
+
 /// A life lived under a therapy, step by step.
 pub(crate) struct Living<'a> {
     life: &'a Life,
@@ -70,8 +74,28 @@ pub(crate) struct Living<'a> {
     readings: [Option<f64>; READING_LIVES],
     last_bolus: Option<usize>,
     last_treatment: Option<usize>,
+    rescues: Rescues,
+    injected: Option<Injected>,
+    slow_rescues: Vec<(usize, Grams)>,
     log: Vec<Logged>,
     failure: Option<OdeError>,
+}
+
+/// What is injected in place of a pump's insulin.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Injected {
+    /// The pen.
+    pub(crate) pen: Pen,
+    /// Rates at which long-acting insulin arrives, U/h, one a step.
+    pub(crate) rates: Vec<f64>,
+}
+
+/// Carbohydrate against a low.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Treatment {
+    fast: Grams,
+    slow: Grams,
+    logged: Grams,
 }
 
 impl<'a> Living<'a> {
@@ -86,6 +110,8 @@ impl<'a> Living<'a> {
         sensors: WornSensors,
         settings: TherapySettings,
         regime: Regime,
+        rescues: Rescues,
+        injected: Option<Injected>,
     ) -> Result<Self, OdeError> {
         Ok(Self {
             life,
@@ -104,19 +130,22 @@ impl<'a> Living<'a> {
             readings: [None; READING_LIVES],
             last_bolus: None,
             last_treatment: None,
+            rescues,
+            injected,
+            slow_rescues: Vec::new(),
             log: Vec::with_capacity(life.calendar.steps()),
             failure: None,
         })
     }
 
-    /// What was logged, one entry a step.
+    /// What was logged, one entry a step, and the lows that were treated with slow food.
     ///
     /// # Errors
     /// What ended the life early, if a device did.
-    pub(crate) fn into_log(self) -> Result<Vec<Logged>, OdeError> {
+    pub(crate) fn into_log(self) -> Result<LogAndRescues, OdeError> {
         match self.failure {
             Some(error) => Err(error),
-            None => Ok(self.log),
+            None => Ok((self.log, self.slow_rescues)),
         }
     }
 
@@ -176,8 +205,8 @@ impl<'a> Living<'a> {
         }
     }
 
-    /// Fast carbohydrate against a low, and what is logged of it.
-    fn treatment(&mut self, step: usize, glucose: MgPerDl, reaction: &Reaction) -> (Grams, Grams) {
+    /// Carbohydrate against a low, and what is logged of it.
+    fn treatment(&mut self, step: usize, glucose: MgPerDl, reaction: &Reaction) -> Treatment {
         let asleep = self.life.is_asleep(step);
         let (threshold, chance) =
             if asleep { (LOW_ASLEEP, TREATS_ASLEEP) } else { (LOW_AWAKE, TREATS_AWAKE) };
@@ -187,12 +216,16 @@ impl<'a> Living<'a> {
         };
         let waits = self.last_treatment.is_some_and(|at| step - at < TREATMENT_PAUSE);
         if !low || waits || reaction.treat >= chance {
-            return (Grams(0.0), Grams(0.0));
+            return Treatment::default();
         }
         self.last_treatment = Some(step);
-        let eaten = Grams((12.0 + 8.0 * reaction.treat_size).round());
-        let logged = if self.logging.omits_rescue(reaction) { Grams(0.0) } else { eaten };
-        (eaten, logged)
+        let eaten = Grams(self.rescues.amount(reaction.treat_size));
+        let logged = if self.logging.omits_rescue(step, reaction) { Grams(0.0) } else { eaten };
+        if self.rescues.is_slow(reaction.treat_size) {
+            self.slow_rescues.push((step, eaten));
+            return Treatment { slow: eaten, logged, ..Treatment::default() };
+        }
+        Treatment { fast: eaten, logged, ..Treatment::default() }
     }
 }
 
@@ -217,7 +250,7 @@ impl Living<'_> {
             eaten = eaten + EXERCISE_SNACK;
             logged = logged + EXERCISE_SNACK;
         }
-        let (rescue, rescue_logged) = self.treatment(step, glucose, reaction);
+        let rescue = self.treatment(step, glucose, reaction);
         let by_hand = self.user_bolus(step, reaction);
 
         let calendar = &self.life.calendar;
@@ -232,11 +265,11 @@ impl Living<'_> {
         });
         // A thousandth of a unit an hour is as fine as pumps log.
         let basal = UnitsPerHour((order.basal.0 * 1000.0).round() / 1000.0);
-        let given = self.pump.deliver(&StepInput {
+        let wanted = StepInput {
             basal,
             bolus: by_hand + order.bolus,
-            carbs: eaten,
-            rescue: FastCarbs { amount: rescue, eaten_before: Minutes(0.0) },
+            carbs: eaten + rescue.slow,
+            rescue: FastCarbs { amount: rescue.fast, eaten_before: Minutes(0.0) },
             exercise: session.map(|s| s.exercise),
             context: Context {
                 heart_rate_over_baseline: None,
@@ -244,7 +277,15 @@ impl Living<'_> {
                 weekend: calendar.is_weekend(step / STEPS_PER_DAY),
                 sleep_efficiency: self.life.asleep.get(step).copied(),
             },
-        })?;
+        };
+        let given = match &self.injected {
+            Some(Injected { pen, rates }) => StepInput {
+                basal: UnitsPerHour(rates.get(step).copied().unwrap_or(0.0)),
+                bolus: pen.dialled(by_hand),
+                ..wanted
+            },
+            None => self.pump.deliver(&wanted)?,
+        };
         // Whole increments as a decimal number, so that the log shows 0.15 and not
         // 0.15000000000000002.
         let bolus = Units((given.bolus.0 * 100.0).round() / 100.0);
@@ -257,7 +298,7 @@ impl Living<'_> {
         for depot in [&mut self.boluses, &mut self.beyond_profile, &mut self.announced] {
             depot.pass_step();
         }
-        self.log.push(Logged { cgm, basal, bolus, carbs: logged + rescue_logged });
+        self.log.push(Logged { cgm, basal, bolus, carbs: logged + rescue.logged });
         Ok(StepInput { bolus, ..given })
     }
 }

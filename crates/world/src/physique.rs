@@ -1,4 +1,4 @@
-//! The body of one person, of either kind.
+//! The body of one person, of any kind.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,17 @@ use rand::Rng;
 
 use crate::body::Body;
 use crate::calendar::Calendar;
-use crate::effects::{Amplitudes, Condition, Happenings};
+use crate::effects::{Amplitudes, Condition, Happenings, Spreads};
 use crate::error::WorldError;
 use crate::generator::Generator;
+use crate::minimal::{MinimalBody, MinimalParameters};
 use crate::padova::{PadovaBody, PadovaParameters, action_within_days};
 use crate::person::BodyParameters;
+use crate::saturating::{SaturatingBody, SaturatingParameters};
 use crate::stream::{Concept, stream};
 use crate::therapy::TherapySettings;
 use crate::virtual_body::VirtualBody;
+use crate::warp::Warps;
 
 /// Parameters of a body, with the equations they belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +27,10 @@ pub enum Physique {
     Hovorka(BodyParameters),
     /// A body of [`Generator::Padova`].
     Padova(PadovaParameters),
+    /// A body of [`Generator::Minimal`].
+    Minimal(MinimalParameters),
+    /// A body of [`Generator::Saturating`].
+    Saturating(SaturatingParameters),
 }
 
 /// What acted on a body and its glucose.
@@ -65,6 +72,10 @@ impl Physique {
         match generator {
             Generator::Hovorka => BodyParameters::sample(person, rng).map(Self::Hovorka),
             Generator::Padova => PadovaParameters::sample(person, rng).map(Self::Padova),
+            Generator::Minimal => MinimalParameters::sample(person, rng).map(Self::Minimal),
+            Generator::Saturating => {
+                SaturatingParameters::sample(person, rng).map(Self::Saturating)
+            }
         }
     }
 
@@ -74,6 +85,8 @@ impl Physique {
         match self {
             Self::Hovorka(_) => Generator::Hovorka,
             Self::Padova(_) => Generator::Padova,
+            Self::Minimal(_) => Generator::Minimal,
+            Self::Saturating(_) => Generator::Saturating,
         }
     }
 
@@ -83,6 +96,8 @@ impl Physique {
         match self {
             Self::Hovorka(body) => body.weight,
             Self::Padova(body) => body.weight,
+            Self::Minimal(body) => body.weight,
+            Self::Saturating(body) => body.weight,
         }
     }
 
@@ -92,6 +107,8 @@ impl Physique {
         match self {
             Self::Hovorka(body) => Self::Hovorka(BodyParameters { weight, ..body }),
             Self::Padova(body) => Self::Padova(PadovaParameters { weight, ..body }),
+            Self::Minimal(body) => Self::Minimal(MinimalParameters { weight, ..body }),
+            Self::Saturating(body) => Self::Saturating(SaturatingParameters { weight, ..body }),
         }
     }
 
@@ -104,6 +121,8 @@ impl Physique {
                 ..body
             }),
             Self::Padova(body) => Self::Padova(body.with_action_scaled(factor)),
+            Self::Minimal(body) => Self::Minimal(body.with_action_scaled(factor)),
+            Self::Saturating(body) => Self::Saturating(body.with_action_scaled(factor)),
         }
     }
 
@@ -113,6 +132,8 @@ impl Physique {
         match self {
             Self::Hovorka(body) => body.model.named().into_iter().collect(),
             Self::Padova(body) => body.named().into_iter().collect(),
+            Self::Minimal(body) => body.named().into_iter().collect(),
+            Self::Saturating(body) => body.named().into_iter().collect(),
         }
     }
 
@@ -124,6 +145,8 @@ impl Physique {
         Ok(match self {
             Self::Hovorka(body) => Body::undisturbed(*body).at_rest(glucose)?.1,
             Self::Padova(body) => PadovaBody::undisturbed(*body).at_rest(glucose)?.1,
+            Self::Minimal(body) => MinimalBody::undisturbed(*body).at_rest(glucose)?.1,
+            Self::Saturating(body) => SaturatingBody::undisturbed(*body).at_rest(glucose)?.1,
         })
     }
 
@@ -133,19 +156,21 @@ impl Physique {
         &self,
         happenings: &mut Happenings,
         calendar: &Calendar,
+        spreads: &Spreads,
         seed: u64,
         person: usize,
     ) {
         match self {
-            Self::Hovorka(_) => {}
+            Self::Hovorka(_) | Self::Minimal(_) | Self::Saturating(_) => {}
             Self::Padova(_) => {
                 let mut rng = stream(seed, person, Concept::ActionWithinDays);
-                happenings.variability.action = action_within_days(calendar, &mut rng);
+                happenings.variability.action = action_within_days(calendar, spreads, &mut rng);
             }
         }
     }
 
-    /// Runs the body from a steady state at `start` under the course of `conditions`.
+    /// Runs the body, with forms of its own, from a steady state at `start` under the course of
+    /// `conditions`.
     ///
     /// # Errors
     /// If there is no such steady state or a compartment leaves the finite numbers.
@@ -153,16 +178,27 @@ impl Physique {
         &self,
         conditions: &[Condition],
         amplitudes: Amplitudes,
+        warps: Warps,
         start: MgPerDl,
         source: &mut impl InputSource,
         steps: usize,
     ) -> Result<Course, OdeError> {
         match self {
             Self::Hovorka(body) => {
-                course(&Body::new(*body, conditions, amplitudes), start, source, steps)
+                let body = Body::new(*body, conditions, amplitudes).with_warps(warps)?;
+                course(&body, start, source, steps)
             }
             Self::Padova(body) => {
-                course(&PadovaBody::new(*body, conditions, amplitudes), start, source, steps)
+                let body = PadovaBody::new(*body, conditions, amplitudes).with_warps(warps)?;
+                course(&body, start, source, steps)
+            }
+            Self::Minimal(body) => {
+                let body = MinimalBody::new(*body, conditions, amplitudes).with_warps(warps)?;
+                course(&body, start, source, steps)
+            }
+            Self::Saturating(body) => {
+                let body = SaturatingBody::new(*body, conditions, amplitudes).with_warps(warps)?;
+                course(&body, start, source, steps)
             }
         }
     }
@@ -174,6 +210,7 @@ impl Physique {
     /// As [`Self::run`].
     pub(crate) fn restarted(
         &self,
+        warps: Warps,
         start: MgPerDl,
         lived: Acting<'_>,
         other: Acting<'_>,
@@ -184,24 +221,48 @@ impl Physique {
             Self::Hovorka(body) => {
                 let with = Body::new(*body, lived.conditions, lived.amplitudes);
                 let without = Body::new(*body, other.conditions, other.amplitudes);
+                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
                 restarted(&with, &without, start, inputs, restarts)
             }
             Self::Padova(body) => {
                 let with = PadovaBody::new(*body, lived.conditions, lived.amplitudes);
                 let without = PadovaBody::new(*body, other.conditions, other.amplitudes);
+                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
+                restarted(&with, &without, start, inputs, restarts)
+            }
+            Self::Minimal(body) => {
+                let with = MinimalBody::new(*body, lived.conditions, lived.amplitudes);
+                let without = MinimalBody::new(*body, other.conditions, other.amplitudes);
+                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
+                restarted(&with, &without, start, inputs, restarts)
+            }
+            Self::Saturating(body) => {
+                let with = SaturatingBody::new(*body, lived.conditions, lived.amplitudes);
+                let without = SaturatingBody::new(*body, other.conditions, other.amplitudes);
+                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
                 restarted(&with, &without, start, inputs, restarts)
             }
         }
     }
 
-    /// The settings that trials on the undisturbed body give.
+    /// The settings that trials on the undisturbed body with these forms give.
     ///
     /// # Errors
     /// As [`TherapySettings::by_trial`].
-    pub fn settings_by_trial(&self) -> Result<TherapySettings, OdeError> {
+    pub fn settings_by_trial(&self, warps: Warps) -> Result<TherapySettings, OdeError> {
         match self {
-            Self::Hovorka(body) => TherapySettings::by_trial(&Body::undisturbed(*body)),
-            Self::Padova(body) => TherapySettings::by_trial(&PadovaBody::undisturbed(*body)),
+            Self::Hovorka(body) => {
+                TherapySettings::by_trial(&Body::undisturbed(*body).with_warps(warps)?)
+            }
+            Self::Padova(body) => {
+                TherapySettings::by_trial(&PadovaBody::undisturbed(*body).with_warps(warps)?)
+            }
+            Self::Minimal(body) => {
+                TherapySettings::by_trial(&MinimalBody::undisturbed(*body).with_warps(warps)?)
+            }
+            Self::Saturating(body) => {
+                TherapySettings::by_trial(&SaturatingBody::undisturbed(*body).with_warps(warps)?)
+            }
         }
     }
 }

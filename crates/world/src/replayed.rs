@@ -31,8 +31,11 @@ use rayon::prelude::*;
 use crate::background::Background;
 use crate::behaviour::Life;
 use crate::devices::WornSensors;
-use crate::effects::{Amplitudes, Effect, Happenings, OutsideEffect, Port, Shapes, sensing};
+use crate::effects::{
+    Amplitudes, Effect, Happenings, OutsideEffect, Port, Shapes, Spreads, sensing,
+};
 use crate::error::WorldError;
+use crate::everyday::SensorKind;
 use crate::generator::Generator;
 use crate::physique::{Course, Physique};
 use crate::stream::{Concept, stream};
@@ -178,7 +181,8 @@ impl ReplayedPerson {
         for (slot, reading) in recorded.record.channel_mut(Channel::Cgm).iter_mut().zip(readings) {
             *slot = slot.and(Some(reading.0.round()));
         }
-        Ok(LivedDays { recorded, inputs: course.inputs, glucose, life })
+        let slow_rescues = Vec::new(); // treatments are in the record or fast
+        Ok(LivedDays { recorded, inputs: course.inputs, glucose, life, slow_rescues })
     }
 
     /// How far the effects that `without` switches off (or weakens) move glucose: the mean absolute
@@ -205,7 +209,8 @@ impl ReplayedPerson {
 
     fn happenings(&self, life: &Life) -> Happenings {
         let mut happenings = Happenings::sample(life, self.seed, self.index);
-        self.body.vary(&mut happenings, &life.calendar, self.seed, self.index);
+        let spreads = &Spreads::NARROW;
+        self.body.vary(&mut happenings, &life.calendar, spreads, self.seed, self.index);
         happenings
     }
 
@@ -232,9 +237,11 @@ impl ReplayedPerson {
         amplitudes: &Amplitudes,
     ) -> Result<Vec<MgPerDl>, WorldError> {
         let mut rng = stream(self.seed, self.index, Concept::Sensor);
-        let wear = SensorWear::sample(&life.calendar, &mut rng).without_losses();
+        let kind = SensorKind::PUBLISHED;
+        let wear = SensorWear::sample(&life.calendar, &kind, &mut rng).without_losses();
         let sensing = sensing(life, &wear, &self.happenings(life), &self.shapes, amplitudes);
-        let mut sensors = WornSensors::new(wear, sensing, rng);
+        let own = stream(self.seed, self.index, Concept::SensorKind);
+        let mut sensors = WornSensors::new(kind, wear, sensing, rng, own);
         let first = glucose.first().copied().unwrap_or_default();
         let mut shown = Vec::with_capacity(offset + glucose.len());
         // Worn from the midnight before the record on.

@@ -45,7 +45,14 @@ impl VirtualPerson {
         let steps = inputs.len();
         let run = self
             .body
-            .run(&course, *amplitudes, FIRST_GLUCOSE, &mut OpenLoop::new(&inputs), steps)
+            .run(
+                &course,
+                self.shapes.forms.in_body(*amplitudes),
+                self.everyday.warps,
+                FIRST_GLUCOSE,
+                &mut OpenLoop::new(&inputs),
+                steps,
+            )
             .map_err(in_body)?;
         let mut glucose = run.glucose;
         glucose.truncate(steps);
@@ -118,9 +125,19 @@ impl VirtualPerson {
             input.carbs = Grams(input.carbs.0 - meal.eaten.0 + eaten.0);
         }
         let mut rng = stream(self.seed, self.index, Concept::Reactions);
-        for (input, reaction) in inputs.iter_mut().zip(reactions(&lived.life.calendar, &mut rng)) {
-            if kept.omits_rescue(&reaction) && !other.omits_rescue(&reaction) {
+        let reactions = reactions(&lived.life.calendar, &mut rng);
+        for (step, (input, reaction)) in inputs.iter_mut().zip(&reactions).enumerate() {
+            if kept.omits_rescue(step, reaction) && !other.omits_rescue(step, reaction) {
                 input.rescue.amount = Grams(0.0);
+            }
+        }
+        for (step, slow) in &lived.slow_rescues {
+            let Some(reaction) = reactions.get(*step) else { continue };
+            if let Some(input) = inputs.get_mut(*step)
+                && kept.omits_rescue(*step, reaction)
+                && !other.omits_rescue(*step, reaction)
+            {
+                input.carbs = Grams(input.carbs.0 - slow.0);
             }
         }
         inputs

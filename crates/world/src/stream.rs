@@ -52,7 +52,30 @@ pub enum Concept {
     Outside = 18,
     /// Insulin action within and between the days of a Padova body.
     ActionWithinDays = 19,
+    /// Smooth changes of the functional forms of the body.
+    Warps = 20,
+    /// What varies in everyday life, of the world (person [`WORLD`]) and of a person.
+    Everyday = 21,
+    /// Speed and phases of meals.
+    MealSpeeds = 22,
+    /// Sites at which insulin enters.
+    Sites = 23,
+    /// What a sensor of another kind adds.
+    SensorKind = 24,
+    /// Habits from wide priors.
+    WideHabits = 25,
+    /// Long-acting injections.
+    Injections = 26,
+    /// How a log is kept.
+    LogHabits = 27,
+    /// Which form each effect takes in a world.
+    Forms = 28,
+    /// What other forms of effects need by day or by unit.
+    FormDraws = 29,
 }
+
+/// In place of a person: what the people of a world share.
+pub const WORLD: usize = 1 << 40;
 
 /// The stream of one person for one concept.
 #[must_use]

@@ -1,13 +1,15 @@
 //! How insulin is given: settings derived from the body, a pump that
-//! follows its profile, and automated delivery.
+//! follows its profile, automated delivery, and injections.
 
 mod aid;
 mod depot;
+mod injections;
 mod open_loop;
 mod settings;
 
 pub use aid::Aid;
 pub use depot::Depot;
+pub use injections::Pen;
 pub use open_loop::OpenLoopPump;
 pub use settings::TherapySettings;
 
@@ -22,6 +24,8 @@ pub enum Regime {
     OpenLoopPump,
     /// Automated insulin delivery.
     Aid,
+    /// Long-acting insulin and boluses by pen.
+    Mdi,
 }
 
 impl Regime {
@@ -29,7 +33,8 @@ impl Regime {
     #[must_use]
     pub fn controller(self, settings: &TherapySettings) -> Box<dyn Controller> {
         match self {
-            Self::OpenLoopPump => Box::new(OpenLoopPump::new(*settings)),
+            // With injections nothing decides from hour to hour; the order is not carried out.
+            Self::OpenLoopPump | Self::Mdi => Box::new(OpenLoopPump::new(*settings)),
             Self::Aid => Box::new(Aid::new(*settings)),
         }
     }

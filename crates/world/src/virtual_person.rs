@@ -1,19 +1,21 @@
 //! A whole person: body, habits, settings, effects; and their days.
 
 use cohort::{Channel, Person, Record, Therapy};
-use physiology::{BeatsPerMinute, MgPerDl, StepInput};
+use physiology::{BeatsPerMinute, Grams, MgPerDl, StepInput};
 
 use crate::background::Background;
 use crate::behaviour::{Habits, Life};
 use crate::calendar::Calendar;
-use crate::effects::{Amplitudes, Shapes, conditions};
+use crate::effects::{Amplitudes, Forms, Shapes, conditions};
 use crate::error::WorldError;
+use crate::everyday::{self, Everyday};
 use crate::generator::Generator;
-use crate::living::{Living, Logged};
+use crate::living::{Injected, Living, Logged};
 use crate::physique::Physique;
 use crate::reactions::reactions;
-use crate::stream::{Concept, stream};
+use crate::stream::{Concept, WORLD, stream};
 use crate::therapy::{Regime, TherapySettings};
+use crate::warp::Warps;
 
 /// Glucose at the start of the record.
 pub(crate) const FIRST_GLUCOSE: MgPerDl = MgPerDl(140.0);
@@ -45,6 +47,8 @@ pub struct VirtualPerson {
     pub shapes: Shapes,
     /// What is there whether an effect acts or not.
     pub background: Background,
+    /// What varies in everyday life.
+    pub everyday: Everyday,
 }
 
 /// The days of a person: what is recorded, and what truly happened.
@@ -58,6 +62,9 @@ pub struct LivedDays {
     pub glucose: Vec<MgPerDl>,
     /// What the person did.
     pub life: Life,
+    /// Steps at which a low was treated with food that takes its way as a meal does, with the amount;
+    /// it is part of what was eaten then.
+    pub slow_rescues: Vec<(usize, Grams)>,
 }
 
 impl VirtualPerson {
@@ -84,7 +91,7 @@ impl VirtualPerson {
         let rng = |concept| stream(seed, index, concept);
         let body = Physique::sample(generator, index, &mut rng(Concept::Body))?;
         let found = body
-            .settings_by_trial()
+            .settings_by_trial(Warps::NONE)
             .map_err(|source| WorldError::Body { person: index, source })?;
         Ok(Self {
             seed,
@@ -97,6 +104,35 @@ impl VirtualPerson {
             amplitudes: Amplitudes::sample(&mut rng(Concept::Effects)),
             shapes: Shapes::sample(&mut rng(Concept::Shapes)),
             background: Background::REALISTIC,
+            everyday: Everyday::NARROW,
+        })
+    }
+
+    /// As [`Self::sample_from`], with everyday variation, habits, counting and forms of effects from wide
+    /// priors, by the hand of the generator.
+    ///
+    /// # Errors
+    /// As [`Self::sample_from`].
+    pub fn sample_widely(
+        generator: Generator,
+        seed: u64,
+        index: usize,
+        regime: Regime,
+    ) -> Result<Self, WorldError> {
+        let narrow = Self::sample_from(generator, seed, index, regime)?;
+        let everyday = Everyday::sample(generator, seed, index);
+        let forms = Forms::sample(generator, &mut stream(seed, WORLD, Concept::Forms));
+        let found = narrow
+            .body
+            .settings_by_trial(everyday.warps)
+            .map_err(|source| WorldError::Body { person: index, source })?;
+        Ok(Self {
+            habits: everyday::habits(narrow.habits, seed, index),
+            settings: found.in_use(&mut stream(seed, index, Concept::Settings)),
+            shapes: Shapes { forms, ..narrow.shapes },
+            background: everyday::background(seed, index),
+            everyday,
+            ..narrow
         })
     }
 
@@ -120,16 +156,34 @@ impl VirtualPerson {
             sensors,
             settings,
             regime,
+            self.everyday.rescues,
+            self.injected(calendar),
         )
         .map_err(in_body)?;
         let run = self
             .body
-            .run(&course, self.amplitudes, FIRST_GLUCOSE, &mut living, calendar.steps())
+            .run(
+                &course,
+                self.shapes.forms.in_body(self.amplitudes),
+                self.everyday.warps,
+                FIRST_GLUCOSE,
+                &mut living,
+                calendar.steps(),
+            )
             .map_err(in_body)?;
         let mut glucose = run.glucose;
         glucose.truncate(calendar.steps());
-        let recorded = self.recorded(&life, &living.into_log().map_err(in_body)?)?;
-        Ok(LivedDays { recorded, inputs: run.inputs, glucose, life })
+        let (log, slow_rescues) = living.into_log().map_err(in_body)?;
+        let recorded = self.recorded(&life, &log)?;
+        Ok(LivedDays { recorded, inputs: run.inputs, glucose, life, slow_rescues })
+    }
+
+    /// What is injected over a calendar, of a person who injects.
+    fn injected(&self, calendar: Calendar) -> Option<Injected> {
+        let pen = self.everyday.pen;
+        let mut rng = stream(self.seed, self.index, Concept::Injections);
+        (self.regime == Regime::Mdi)
+            .then(|| Injected { pen, rates: pen.rates(&self.settings, &calendar, &mut rng) })
     }
 
     /// The cohort's view of the days.
@@ -142,23 +196,30 @@ impl VirtualPerson {
                 *slot = value(step);
             }
         };
-        fill(Channel::Cgm, &|s| log[s].cgm.map(|g| g.0.round()));
-        fill(Channel::Basal, &|s| Some(log[s].basal.0));
+        let readings = self.everyday.sensor.drawn_through(log.iter().map(|l| l.cgm));
+        let carbs = self.everyday.log.written(log.iter().map(|l| l.carbs));
+        fill(Channel::Cgm, &|s| readings[s].map(|g| g.0.round()));
+        // Of long-acting injections no rate is known, and there is no set to change.
+        let injects = self.regime == Regime::Mdi;
+        fill(Channel::Basal, &|s| (!injects).then_some(log[s].basal.0));
         fill(Channel::Bolus, &|s| Some(log[s].bolus.0));
-        fill(Channel::Carbs, &|s| Some(log[s].carbs.0));
+        fill(Channel::Carbs, &|s| Some(carbs[s].0));
         fill(Channel::HeartRate, &|s| life.wearable.heart_rate[s].map(f64::round));
         fill(Channel::Steps, &|s| life.wearable.steps[s]);
         fill(Channel::SleepEfficiency, &|s| {
             let worn = life.wearable.heart_rate[s].is_some();
             worn.then(|| (100.0 * life.asleep[s]).round() / 100.0)
         });
-        fill(Channel::SetChange, &|s| Some(f64::from(u8::from(life.sets.changed_at(s)))));
+        fill(Channel::SetChange, &|s| {
+            (!injects).then(|| f64::from(u8::from(life.sets.changed_at(s))))
+        });
         Ok(Person {
             id: self.id.clone(),
             weight: Some(physiology::Kilograms((10.0 * self.body.weight().0).round() / 10.0)),
             therapy: match self.regime {
                 Regime::OpenLoopPump => Therapy::OpenLoopPump,
                 Regime::Aid => Therapy::Aid,
+                Regime::Mdi => Therapy::Mdi,
             },
             heart_rate_baseline: Some(BeatsPerMinute(self.habits.resting_heart_rate.round())),
             record,

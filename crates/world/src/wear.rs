@@ -5,15 +5,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Exp};
 
 use crate::calendar::Calendar;
-
-/// Labelled life of a sensor, days (Dexcom G6).
-const LIFE_DAYS: usize = 10;
-/// Warm-up without readings, steps (two hours, Dexcom G6).
-const WARM_UP: usize = 2 * STEPS_PER_HOUR;
-/// Days between lost stretches, on average; assumed.
-const DAYS_BETWEEN_LOSSES: f64 = 2.0;
-/// Mean length of a lost stretch, steps; assumed.
-const LOSS_STEPS: f64 = 8.0;
+use crate::everyday::SensorKind;
 
 /// The sensors worn through a record, and the steps without a reading.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,10 +17,10 @@ pub struct SensorWear {
 }
 
 impl SensorWear {
-    /// Draws the wear: sensors of ten days, changed between 8:00 and 22:00, two hours of warm-up,
-    /// and stretches without signal about every second day, of 40 min on average.
+    /// Draws the wear of a kind of sensor: life, warm-up and stretches without signal as it has them,
+    /// changed between 8:00 and 22:00.
     #[must_use]
-    pub fn sample(calendar: &Calendar, rng: &mut (impl Rng + ?Sized)) -> Self {
+    pub fn sample(calendar: &Calendar, kind: &SensorKind, rng: &mut (impl Rng + ?Sized)) -> Self {
         let steps = calendar.steps() as i64;
         let mut lost = vec![false; calendar.steps()];
         let mut lose = |from: i64, length: i64| {
@@ -39,16 +31,17 @@ impl SensorWear {
             }
         };
         let mut starts = Vec::new();
-        let mut day = -rng.random_range(1..LIFE_DAYS as i64);
+        let mut day = -rng.random_range(1..kind.life_days as i64);
         while day * (STEPS_PER_DAY as i64) < steps {
             let hour: f64 = rng.random_range(8.0..22.0);
             let start = day * STEPS_PER_DAY as i64 + (hour * STEPS_PER_HOUR as f64) as i64;
             starts.push(start);
-            lose(start, WARM_UP as i64);
-            day += LIFE_DAYS as i64;
+            lose(start, kind.warm_up as i64);
+            day += kind.life_days as i64;
         }
-        let gap = Exp::new(1.0 / (DAYS_BETWEEN_LOSSES * STEPS_PER_DAY as f64)).expect("positive");
-        let length = Exp::new(1.0 / LOSS_STEPS).expect("positive");
+        let gap =
+            Exp::new(1.0 / (kind.days_between_losses * STEPS_PER_DAY as f64)).expect("positive");
+        let length = Exp::new(1.0 / kind.loss_steps).expect("positive");
         let mut at = gap.sample(rng);
         while at < steps as f64 {
             lose(at as i64, 1 + length.sample(rng) as i64);
@@ -103,7 +96,11 @@ mod tests {
     fn a_few_per_cent_of_the_readings_are_lost() {
         let start = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date");
         let calendar = Calendar::new(start, 200);
-        let wear = SensorWear::sample(&calendar, &mut stream(2, 0, Concept::Sensor));
+        let wear = SensorWear::sample(
+            &calendar,
+            &SensorKind::PUBLISHED,
+            &mut stream(2, 0, Concept::Sensor),
+        );
         let lost = (0..calendar.steps()).filter(|s| wear.is_lost(*s)).count() as f64
             / calendar.steps() as f64;
         // 24/2880 in warm-ups and 8.5/576 in stretches: 2.3 %; 100 stretches leave a tenth each

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::background::{self, Background};
 use crate::behaviour::Habits;
-use crate::effects::{Amplitudes, Effect, OutsideEffect};
+use crate::effects::{Amplitudes, Effect, Forms, OutsideEffect};
 use crate::generator::Generator;
 use crate::therapy::{Regime, TherapySettings};
 use crate::virtual_person::VirtualPerson;
@@ -22,6 +22,9 @@ pub struct WorldInfo {
     pub days: usize,
     /// What an amplitude of 1 does, by effect, of those that act in somebody.
     pub effects: BTreeMap<&'static str, &'static str>,
+    /// The form of each of them, where a world has forms of its own.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub forms: BTreeMap<&'static str, &'static str>,
     /// The people, in the order of the cohort.
     pub people: Vec<PersonInfo>,
 }
@@ -62,6 +65,14 @@ impl WorldInfo {
         let named = Effect::ALL.into_iter().map(|e| (e.name(), size(e)));
         let outside = OutsideEffect::ALL.into_iter().map(|e| (e.name(), e.size_at_one()));
         let effects = named.chain(outside).filter(|(name, _)| acts(name)).collect();
+        let forms = people
+            .first()
+            .map(|person| person.shapes.forms)
+            .filter(|forms| *forms != Forms::TYPICAL)
+            .map_or_else(BTreeMap::new, |forms| {
+                let acting = Effect::ALL.into_iter().filter(|effect| acts(effect.name()));
+                acting.map(|effect| (effect.name(), forms.words(effect))).collect()
+            });
         let people = people
             .iter()
             .map(|person| PersonInfo {
@@ -75,6 +86,6 @@ impl WorldInfo {
                 effects: person.amplitudes,
             })
             .collect();
-        Self { version: env!("CARGO_PKG_VERSION"), seed, days, effects, people }
+        Self { version: env!("CARGO_PKG_VERSION"), seed, days, effects, forms, people }
     }
 }

@@ -88,7 +88,7 @@ fn plan(args: &WorldsArgs) -> Result<Vec<PlannedWorld>> {
     let worlds =
         nulls.worlds(args.seed).into_iter().enumerate().map(|(place, drawn)| PlannedWorld {
             effects: effects.clone(),
-            generator: args.generator.unwrap_or(Generator::ALL[place % 2]),
+            generator: args.generator.unwrap_or(Generator::ALL[place % Generator::ALL.len()]),
             regime: args.regime.map_or(drawn.regime, |regime| match regime {
                 crate::cli::RegimeName::OpenLoop => Regime::OpenLoopPump,
                 crate::cli::RegimeName::ClosedLoop => Regime::Aid,

@@ -60,7 +60,7 @@ fn realised(generator: Generator, effect: Option<(Effect, f64)>) -> RealisedWorl
         generator,
         regime: match generator {
             Generator::Hovorka => Regime::Aid,
-            Generator::Padova => Regime::OpenLoopPump,
+            Generator::Padova | Generator::Minimal | Generator::Saturating => Regime::OpenLoopPump,
         },
         people: PEOPLE,
         days: DAYS,

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::habits::Habits;
 use crate::calendar::Calendar;
+use crate::everyday::Hours;
 
 /// Alcohol taken in one evening.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -15,21 +16,24 @@ pub struct Drinking {
     pub dose: f64,
 }
 
-/// Draws the evenings with alcohol: Friday and Saturday three times as often as other days, at
+/// Draws the evenings with alcohol: Friday and Saturday as much more often than other days
+/// as the hours say (three times in regular ones), at
 /// 20:00 to 22:00, 0.5 to 1.3 times the 0.75 g/kg of Turner et al. (Diabetes Care 2001;24:1888).
 /// The weekly pattern is assumed.
 #[must_use]
 pub(super) fn evenings(
     habits: &Habits,
+    hours: &Hours,
     calendar: &Calendar,
     rng: &mut (impl Rng + ?Sized),
 ) -> Vec<Drinking> {
-    let ordinary = habits.alcohol_evenings_per_week / (5.0 + 2.0 * 3.0);
+    let ordinary = habits.alcohol_evenings_per_week / (5.0 + 2.0 * hours.weekend_drinking);
     (0..calendar.days())
         .filter_map(|day| {
             let (chance, hour) = (rng.random::<f64>(), rng.random_range(20.0..22.0));
             let dose = rng.random_range(0.5..1.3);
-            let weight = if matches!(calendar.weekday(day), 4 | 5) { 3.0 } else { 1.0 };
+            let weight =
+                if matches!(calendar.weekday(day), 4 | 5) { hours.weekend_drinking } else { 1.0 };
             let step = calendar.step_at(day, hour)?;
             (chance < weight * ordinary).then_some(Drinking { step, dose })
         })

@@ -7,6 +7,7 @@ use rand_distr::{Distribution, LogNormal};
 use super::habits::{Habits, Sport, standard_normal};
 use super::sleep::Night;
 use crate::calendar::Calendar;
+use crate::everyday::Hours;
 
 /// One session at constant intensity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,10 +41,12 @@ impl Session {
 #[must_use]
 pub(super) fn sessions(
     habits: &Habits,
+    hours: &Hours,
     calendar: &Calendar,
     nights: &[Night],
     rng: &mut (impl Rng + ?Sized),
 ) -> Vec<Session> {
+    let (later, irregular) = (hours.later(calendar), hours.irregularity);
     let length = LogNormal::new(42.0_f64.ln(), 0.35).expect("a positive spread");
     (0..calendar.days())
         .filter_map(|day| {
@@ -58,9 +61,9 @@ pub(super) fn sessions(
                 return None;
             }
             let hour = match (weekend, after_work) {
-                (true, _) => 10.5 + 1.2 * clock,
-                (false, true) => 17.5 + 0.8 * clock,
-                (false, false) => 12.0 + 0.7 * clock,
+                (true, _) => 10.5 + later[day] + irregular * 1.2 * clock,
+                (false, true) => 17.5 + later[day] + irregular * 0.8 * clock,
+                (false, false) => 12.0 + later[day] + irregular * 0.7 * clock,
             };
             let awake = nights.get(day).map_or(0, |n| n.wake + 6); // half an hour after waking
             let start = calendar.signed_step(day, hour).max(awake);

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::habits::{Habits, standard_normal};
 use super::sleep::Night;
 use crate::calendar::Calendar;
+use crate::everyday::Hours;
 
 /// Which meal of the day.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -59,6 +60,15 @@ pub struct Meal {
     pub richness: f64,
 }
 
+impl Meal {
+    /// A further uniform draw from 0 to 1: the digits of [`Self::logging_draw`] from the fourth on are as
+    /// good as new.
+    #[must_use]
+    pub fn spare_draw(&self) -> f64 {
+        (1000.0 * self.logging_draw).fract()
+    }
+}
+
 /// Draws the meals of all days, ordered by step, at most one a step.
 ///
 /// Families of the sizes as Camerlingo et al. fitted them to 4,874 days of 32 people (J Diabetes
@@ -76,28 +86,32 @@ pub struct Meal {
 #[must_use]
 pub(super) fn meals(
     habits: &Habits,
+    hours: &Hours,
     calendar: &Calendar,
     nights: &[Night],
     rng: &mut (impl Rng + ?Sized),
 ) -> Vec<Meal> {
     let sizes = Sizes::new();
+    let (shifted, irregular) = (hours.later(calendar), hours.irregularity);
     let snacks = Poisson::new(habits.snacks_per_day).expect("a positive rate");
     let mut meals: Vec<Meal> = Vec::with_capacity(5 * calendar.days());
     for day in 0..calendar.days() {
         let later = if calendar.is_weekend(day) { 1.0 } else { 0.0 };
+        let moved = shifted[day];
         let wake = nights.get(day).map_or(habits.wake_hour, |n| {
             (n.wake - calendar.signed_step(day, 0.0)) as f64 / physiology::STEPS_PER_HOUR as f64
         });
-        let mut hours = vec![
-            (MealKind::Breakfast, wake + (0.7 + 0.3 * standard_normal(rng)).max(0.1)),
-            (MealKind::Lunch, 12.7 + 0.6 * later + 0.5 * standard_normal(rng)),
-            (MealKind::Dinner, 18.8 + later + 0.5 * standard_normal(rng)),
+        let mut times = vec![
+            (MealKind::Breakfast, wake + (0.7 + irregular * 0.3 * standard_normal(rng)).max(0.1)),
+            (MealKind::Lunch, 12.7 + moved + 0.6 * later + irregular * 0.5 * standard_normal(rng)),
+            (MealKind::Dinner, 18.8 + moved + later + irregular * 0.5 * standard_normal(rng)),
         ];
         let count = Distribution::<f64>::sample(&snacks, rng) as usize;
         for _ in 0..count {
-            hours.push((MealKind::Snack, rng.random_range(wake + 2.0..22.0)));
+            let last = (22.0 + moved).max(wake + 4.0);
+            times.push((MealKind::Snack, rng.random_range(wake + 2.0..last)));
         }
-        for (kind, hour) in hours {
+        for (kind, hour) in times {
             let skipped = rng.random::<f64>() < kind.skip_probability();
             let meal = draw_meal(habits, kind, later, &sizes, rng);
             let free = |step: &usize| meals.iter().all(|m| m.step.abs_diff(*step) > 1);

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::habits::{Habits, standard_normal};
 use crate::calendar::Calendar;
+use crate::everyday::Hours;
 
 /// One night, named after the day on which it ends.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -30,7 +31,7 @@ impl Night {
 
 /// Draws one night for each day of the calendar and one more for its last evening.
 ///
-/// Bed and wake times vary by 0.5 h and 0.35 h (SD); on free days (the nights to Saturday and
+/// Bed and wake times vary by 0.5 h and 0.35 h (SD) times the irregularity of the hours; on free days (the nights to Saturday and
 /// Sunday) people go to bed 0.7 h later and rise 1.3 h later (social jetlag of about an hour,
 /// Wittmann et al., Chronobiol Int 2006;23:497). A night is short with the person's probability:
 /// 2 to 3.5 h later to bed with the same alarm. An evening with alcohol (`late_evenings`, by the
@@ -38,19 +39,21 @@ impl Night {
 #[must_use]
 pub(super) fn nights(
     habits: &Habits,
+    hours: &Hours,
     calendar: &Calendar,
     late_evenings: &[usize],
     rng: &mut (impl Rng + ?Sized),
 ) -> Vec<Night> {
     let usual = 24.0 - habits.bed_hour + habits.wake_hour;
+    let (later, irregular) = (hours.later(calendar), hours.irregularity);
     (0..=calendar.days())
         .map(|day| {
             let free = calendar.is_weekend(day);
             let (bed_draw, wake_draw) = (standard_normal(rng), standard_normal(rng));
             let short = rng.random::<f64>() < habits.short_night_probability;
             let delay = rng.random_range(2.0..3.5);
-            let mut bed = habits.bed_hour - 24.0 + 0.5 * bed_draw;
-            let mut wake = habits.wake_hour + 0.35 * wake_draw;
+            let mut bed = habits.bed_hour - 24.0 + later[day] + irregular * 0.5 * bed_draw;
+            let mut wake = habits.wake_hour + later[day] + irregular * 0.35 * wake_draw;
             if free {
                 bed += 0.7;
                 wake += 1.3;

@@ -16,6 +16,8 @@ pub const SHIFTS: [f64; 4] = [2.5, 5.0, 10.0, 15.0];
 /// Shifts of each of two effects, and of effects outside the library: those that can be expected
 /// to be found.
 const LARGER_SHIFTS: [f64; 3] = [5.0, 10.0, 15.0];
+/// Share of worlds whose people inject.
+const INJECTIONS: f64 = 0.2;
 /// Numbers of people.
 pub const PEOPLE: [usize; 3] = [3, 5, 10];
 /// Numbers of days.
@@ -74,7 +76,7 @@ pub struct PlannedWorld {
 
 impl Plan {
     /// A check of `worlds` worlds in which something acts, in the proportions 40 : 15 : 15 of one
-    /// effect, two effects and effects outside the library, and `nulls` in which nothing does; both
+    /// effect, two effects and effects outside the library, and `nulls` in which nothing does; all
     /// generators in turns.
     #[must_use]
     pub fn check(worlds: usize, nulls: usize) -> Self {
@@ -92,7 +94,7 @@ impl Plan {
     }
 
     /// As [`Self::check`], from one generator: worlds on which thresholds are fixed, to be tested
-    /// on the other.
+    /// on the others.
     #[must_use]
     pub fn calibration(worlds: usize, nulls: usize, generator: Generator) -> Self {
         let role = Role::Calibration;
@@ -135,6 +137,8 @@ impl Plan {
         let mut rng = stream(master_seed, Purpose::Plan, item + 1);
         let people = PEOPLE[rng.random_range(0..PEOPLE.len())];
         let regime = if rng.random_bool(0.5) { Regime::OpenLoopPump } else { Regime::Aid };
+        let injects = stream(master_seed, Purpose::Injections, item).random_bool(INJECTIONS);
+        let regime = if injects && !needs_a_set(&effects) { Regime::Mdi } else { regime };
         PlannedWorld {
             // 53 bits: a number that every reader of JSON holds exactly.
             seed: rng.random::<u64>() >> 11,
@@ -148,7 +152,7 @@ impl Plan {
         }
     }
 
-    /// Passes through the library, each effect with another shift in each pass, and with the other
+    /// Passes through the library, each effect with another shift in each pass, and with another
     /// generator when a shift comes again.
     fn single_effects(&self, rng: &mut impl Rng) -> Vec<Truth> {
         let mut order = Effect::ALL;
@@ -188,8 +192,19 @@ impl Plan {
     }
 }
 
-/// What acts, with a number by whose parity the generator is chosen.
+/// What acts, with a number by which the generator is chosen in turn.
 type Truth = (Vec<(PlannedEffect, f64)>, usize);
+
+/// Whether one of the effects acts through infusion sets.
+fn needs_a_set(effects: &[(PlannedEffect, f64)]) -> bool {
+    effects.iter().any(|(effect, _)| {
+        matches!(
+            effect,
+            PlannedEffect::Named(Effect::SetAgeing | Effect::SetFailure)
+                | PlannedEffect::Outside(OutsideEffect::HardenedSites)
+        )
+    })
+}
 
 fn larger_shift(rng: &mut impl Rng) -> f64 {
     LARGER_SHIFTS[rng.random_range(0..LARGER_SHIFTS.len())]
@@ -225,13 +240,13 @@ mod tests {
 
     #[test]
     fn each_effect_meets_each_shift_once_from_each_generator() {
-        let plan = Plan { pairs: 0, outside: 0, nulls: 0, ..Plan::check(252, 0) };
+        let plan = Plan { pairs: 0, outside: 0, nulls: 0, ..Plan::check(504, 0) };
         let mut cells: BTreeMap<(PlannedEffect, u64, Generator), usize> = BTreeMap::new();
         for world in plan.worlds(5) {
             let (effect, shift) = world.effects[0];
             *cells.entry((effect, shift.to_bits(), world.generator)).or_default() += 1;
         }
-        assert_eq!(cells.len(), 18 * 4 * 2);
+        assert_eq!(cells.len(), Effect::ALL.len() * SHIFTS.len() * Generator::ALL.len());
         assert!(cells.values().all(|count| *count == 1));
     }
 

@@ -1,6 +1,7 @@
 //! An effect of the library or one outside it.
 
 use crate::effects::{Amplitudes, Effect, OutsideEffect, Port};
+use crate::virtual_person::VirtualPerson;
 
 /// An effect that can be planned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -56,6 +57,15 @@ impl PlannedEffect {
             // Half of the rescue carbohydrate at 1: all of it at 2.
             Self::Named(Effect::UnloggedRescueCarbs) => 2.0,
             _ => 6.0,
+        }
+    }
+
+    /// The form that it takes in a world with these people, in words; `None` outside the library.
+    #[must_use]
+    pub fn form(self, people: &[VirtualPerson]) -> Option<&'static str> {
+        match (self, people.first()) {
+            (Self::Named(effect), Some(person)) => Some(person.shapes.forms.words(effect)),
+            _ => None,
         }
     }
 

@@ -46,6 +46,8 @@ pub struct RealisedEffect {
     pub achieved: f64,
     /// Whether the largest amplitude that is allowed falls short of the target.
     pub at_limit: bool,
+    /// The form it takes in this world, in words; of effects of the library.
+    pub form: Option<&'static str>,
 }
 
 impl PlannedWorld {
@@ -79,7 +81,9 @@ impl PlannedWorld {
     fn realise_once(&self) -> Result<RealisedWorld, WorldError> {
         let mut people: Vec<VirtualPerson> = (0..self.people)
             .into_par_iter()
-            .map(|index| VirtualPerson::sample_from(self.generator, self.seed, index, self.regime))
+            .map(|index| {
+                VirtualPerson::sample_widely(self.generator, self.seed, index, self.regime)
+            })
             .collect::<Result<_, _>>()?;
         let own: Vec<Vec<f64>> = people.iter().map(|person| self.own_amplitudes(person)).collect();
         for person in &mut people {
@@ -99,6 +103,7 @@ impl PlannedWorld {
                 target: *target,
                 achieved: found.shift,
                 at_limit: found.at_limit,
+                form: effect.form(&people),
             });
             for (person, own) in people.iter_mut().zip(&own) {
                 person.amplitudes = effect.set(person.amplitudes, found.factor * own);

@@ -14,6 +14,8 @@ pub(super) enum Purpose {
     Nuisances = 2,
     /// How strongly an effect outside the library acts in each person.
     Amplitudes = 3,
+    /// Whose people inject.
+    Injections = 4,
 }
 
 /// Keeps these streams apart from the people's, which are drawn from the seed as it is.

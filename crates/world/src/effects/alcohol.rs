@@ -1,5 +1,6 @@
 //! Alcohol in the evening: less endogenous glucose until the next noon.
 
+use super::forms::AlcoholForm;
 use super::rise;
 
 /// Fall of the production at its depth after 0.75 g/kg, as a share. That dose at 21:00 lowers
@@ -10,8 +11,19 @@ const DEPTH: f64 = 0.30;
 
 /// Factor on endogenous glucose production `hours` after the drinking of `dose` (1 is 0.75 g/kg).
 #[must_use]
-pub(super) fn production_factor(hours: f64, dose: f64, amplitude: f64) -> f64 {
-    let course = rise(hours, 2.0, 0.6) * (1.0 - rise(hours, 11.5, 1.2));
+pub(super) fn production_factor(form: AlcoholForm, hours: f64, dose: f64, amplitude: f64) -> f64 {
+    let between = |from: f64, from_width: f64, to: f64, to_width: f64| {
+        rise(hours, from, from_width) * (1.0 - rise(hours, to, to_width))
+    };
+    let course = match form {
+        AlcoholForm::Night => between(2.0, 0.6, 11.5, 1.2),
+        AlcoholForm::NextMorning => between(7.0, 0.8, 15.0, 1.0),
+        AlcoholForm::Early => 1.4 * between(0.8, 0.25, 6.0, 0.6),
+        AlcoholForm::Fading => {
+            let since = hours.max(0.0);
+            1.4 * (1.0 - (-since / 1.0).exp()) * (-since / 7.0).exp()
+        }
+    };
     1.0 - (amplitude * DEPTH * dose).min(0.8) * course
 }
 
@@ -21,6 +33,8 @@ mod tests {
 
     #[test]
     fn the_fall_spans_the_night_and_ends() {
+        let production_factor =
+            |hours, dose, amplitude| production_factor(AlcoholForm::Night, hours, dose, amplitude);
         assert!(production_factor(6.0, 1.0, 1.0) < 0.72);
         // Tails of the smooth steps: within a hundredth.
         assert!(production_factor(-1.0, 1.0, 1.0) > 0.99);

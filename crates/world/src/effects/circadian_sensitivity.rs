@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
+use super::forms::CircadianForm;
+
 /// Fall of the action at its lowest hour, as a share of its height: day patterns of insulin
 /// sensitivity of 1, 0.8, 0.9 and 1 from 0, 4, 11 and 17 h have been put into simulators
 /// (Visentin et al., Diabetes Technol Ther 2015;17:1), after triple-tracer meals in which no
@@ -23,9 +25,19 @@ pub struct CircadianPattern {
 
 impl CircadianPattern {
     /// Course of the trough: 1 at its hour, near 0 on the other side of the day.
-    fn trough(&self, hour: f64) -> f64 {
+    fn trough(&self, form: CircadianForm, hour: f64) -> f64 {
         let angle = TAU * (hour - self.trough_hour) / 24.0;
-        (self.sharpness * (angle.cos() - 1.0)).exp()
+        match form {
+            CircadianForm::Trough => (self.sharpness * (angle.cos() - 1.0)).exp(),
+            CircadianForm::Cosine => 0.5 + 0.5 * angle.cos(),
+            CircadianForm::TwoTroughs => 0.5 + 0.5 * (2.0 * angle).cos(),
+            // 1, 0.8, 0.9 and 1 from 0, 4, 11 and 17 h, with 7:30 the middle of the lowest.
+            CircadianForm::Blocks => match (hour - self.trough_hour + 7.5).rem_euclid(24.0) {
+                hour if (4.0..11.0).contains(&hour) => 1.0,
+                hour if (11.0..17.0).contains(&hour) => 0.5,
+                _ => 0.0,
+            },
+        }
     }
 }
 
@@ -33,9 +45,13 @@ impl CircadianPattern {
 ///
 /// The mean of their logarithms over the day is 0. The liver takes part by half (assumed).
 #[must_use]
-pub(super) fn day(pattern: &CircadianPattern, amplitude: f64) -> Vec<(f64, f64)> {
+pub(super) fn day(
+    form: CircadianForm,
+    pattern: &CircadianPattern,
+    amplitude: f64,
+) -> Vec<(f64, f64)> {
     let trough: Vec<f64> = (0..STEPS_PER_DAY)
-        .map(|step| pattern.trough(step as f64 / STEPS_PER_HOUR as f64))
+        .map(|step| pattern.trough(form, step as f64 / STEPS_PER_HOUR as f64))
         .collect();
     let mean = trough.iter().sum::<f64>() / trough.len() as f64;
     let log = |trough: &f64| -amplitude * DEPTH * pattern.depth * (trough - mean);
@@ -49,6 +65,7 @@ mod tests {
     #[test]
     fn action_is_least_at_the_trough_and_the_day_is_balanced() {
         let pattern = CircadianPattern { trough_hour: 7.0, sharpness: 1.5, depth: 1.0 };
+        let day = |pattern, amplitude| day(CircadianForm::Trough, pattern, amplitude);
         let by_step = day(&pattern, 1.0);
         let at = |hour: usize| by_step[hour * STEPS_PER_HOUR];
         let swing = at(19).0 / at(7).0;

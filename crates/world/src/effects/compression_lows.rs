@@ -3,6 +3,7 @@
 use physiology::STEP;
 use rand::{Rng, RngExt};
 
+use super::forms::CompressionForm;
 use crate::behaviour::{Life, standard_normal};
 
 /// Candidates in each night; each comes about with [`CHANCE`] times the amplitude.
@@ -52,19 +53,34 @@ pub(super) fn sample(life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<Compress
 }
 
 /// Lowers `offset` (mg/dL, one value a step) by the events that come about.
-pub(super) fn act(offset: &mut [f64], candidates: &[Compression], amplitude: f64) {
+pub(super) fn act(
+    form: CompressionForm,
+    offset: &mut [f64],
+    candidates: &[Compression],
+    amplitude: f64,
+) {
+    let (deeper, longer) = match form {
+        CompressionForm::Sharp => (1.0, 1.0),
+        CompressionForm::Long => (0.6, 2.0),
+        CompressionForm::Brief => (1.5, 0.4),
+        CompressionForm::Sinking => (1.2, 1.3),
+    };
     for event in candidates.iter().filter(|c| c.draw < amplitude * CHANCE) {
-        let steps = ((event.minutes + 6.0 * REBOUND_TIME) / STEP.0) as usize;
+        let minutes = longer * event.minutes;
+        let steps = ((minutes + 6.0 * REBOUND_TIME) / STEP.0) as usize;
         for (later, slot) in offset.iter_mut().skip(event.from).take(steps).enumerate() {
-            *slot -= event.fall * course(later as f64 * STEP.0, event.minutes);
+            *slot -= deeper * event.fall * course(form, later as f64 * STEP.0, minutes);
         }
     }
 }
 
 /// Share of the fall `minutes` after its beginning.
-fn course(minutes: f64, length: f64) -> f64 {
-    let pressed = 1.0 - (-minutes.min(length) / FALL_TIME).exp();
-    pressed * (-(minutes - length).max(0.0) / REBOUND_TIME).exp()
+fn course(form: CompressionForm, minutes: f64, length: f64) -> f64 {
+    let (pressed, rebound) = match form {
+        CompressionForm::Sinking => (minutes.min(length) / length, 0.25 * REBOUND_TIME),
+        _ => (1.0 - (-minutes.min(length) / FALL_TIME).exp(), REBOUND_TIME),
+    };
+    pressed * (-(minutes - length).max(0.0) / rebound).exp()
 }
 
 #[cfg(test)]
@@ -75,6 +91,9 @@ mod tests {
     fn the_reading_falls_sharply_and_comes_back() {
         let event = Compression { draw: 0.05, from: 10, minutes: 45.0, fall: 24.0 };
         let mut offset = [0.0; 60];
+        let act = |offset: &mut [f64], candidates: &[Compression], amplitude| {
+            act(CompressionForm::Sharp, offset, candidates, amplitude);
+        };
         act(&mut offset, &[event], 1.0);
         assert_eq!(offset[10], 0.0);
         assert!(offset[12] < -0.8 * 24.0 && offset[18] < -0.99 * 24.0);

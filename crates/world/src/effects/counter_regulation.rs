@@ -2,6 +2,8 @@
 
 use physiology::{MgPerDl, Minutes, STEP};
 
+use super::forms::LowForm;
+
 /// Glucose below which counter-regulation begins and at which it is fully roused, mg/dL: adrenaline
 /// is released from about 68 mg/dL on (Schwartz et al., J Clin Invest 1987;79:777) and near its
 /// height 20 mg/dL lower.
@@ -24,11 +26,18 @@ pub struct LowTrace {
 }
 
 impl LowTrace {
-    /// The trace one step later, with `glucose` held through the step and a time constant `time`.
+    /// The trace one step later, with `glucose` held through the step and a time constant `time`, in
+    /// this form.
     #[must_use]
-    pub fn after_step(self, glucose: MgPerDl, time: Minutes) -> Self {
-        let wanted = ((BEGINS - glucose.0) / (BEGINS - FULL)).clamp(0.0, 1.0);
-        let keep = (-STEP.0 / time.0).exp();
+    pub fn after_step(self, glucose: MgPerDl, form: LowForm, time: Minutes) -> Self {
+        let (begins, full) = match form {
+            LowForm::Proportional | LowForm::Prolonged => (BEGINS, FULL),
+            LowForm::Threshold => (63.0, 61.0),
+            LowForm::Early => (80.0, 60.0),
+        };
+        let wanted = ((begins - glucose.0) / (begins - full)).clamp(0.0, 1.0);
+        let fades = form == LowForm::Prolonged && wanted < self.level;
+        let keep = (-STEP.0 / if fades { 6.0 * time.0 } else { time.0 }).exp();
         Self { level: wanted + keep * (self.level - wanted) }
     }
 
@@ -46,8 +55,9 @@ mod tests {
     #[test]
     fn production_rises_behind_a_low_and_not_without_one() {
         let run = |glucose: f64, steps: usize| {
-            (0..steps)
-                .fold(LowTrace::default(), |t, _| t.after_step(MgPerDl(glucose), Minutes(15.0)))
+            (0..steps).fold(LowTrace::default(), |t, _| {
+                t.after_step(MgPerDl(glucose), LowForm::Proportional, Minutes(15.0))
+            })
         };
         assert_eq!(run(71.0, 20).production_factor(1.0), 1.0);
         let response = response(0.8, 1.0);

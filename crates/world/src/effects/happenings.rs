@@ -3,11 +3,14 @@
 use physiology::STEPS_PER_DAY;
 
 use super::compression_lows::{self, Compression};
+use super::forms::AbsorptionForm;
+use super::insulin_absorption;
 use super::outside::Events;
 use super::sensor_drift::{self, Drift};
 use super::set_failure::{self, SetFailure};
-use super::variability::Variability;
+use super::variability::{Spreads, Variability};
 use crate::behaviour::Life;
+use crate::everyday::EverydayCourse;
 use crate::stream::{Concept, stream};
 
 /// Everything that is drawn for the effects of one person's days.
@@ -26,21 +29,57 @@ pub struct Happenings {
     pub drifts: Vec<Drift>,
     /// Events of the effects outside the library.
     pub outside: Events,
+    /// Logarithms of the time of insulin absorption at amplitude 1 where it goes by site, and where it
+    /// wanders over half days, one a step.
+    pub absorption_by_site: Vec<f64>,
+    /// See [`Self::absorption_by_site`].
+    pub absorption_wandering: Vec<f64>,
+    /// Everyday variation beyond that of the embedded cohort's people.
+    pub everyday: EverydayCourse,
 }
 
 impl Happenings {
     /// Draws the happenings of a life of person `person` of the world with this seed.
     #[must_use]
     pub fn sample(life: &Life, seed: u64, person: usize) -> Self {
+        Self::sample_with(life, &Spreads::NARROW, seed, person)
+    }
+
+    /// As [`Self::sample`], with spreads between days of one's own.
+    #[must_use]
+    pub fn sample_with(life: &Life, spreads: &Spreads, seed: u64, person: usize) -> Self {
         let rng = |concept| stream(seed, person, concept);
+        let (absorption_by_site, absorption_wandering) = insulin_absorption::sample(
+            life,
+            spreads.insulin_time_between_days,
+            &mut rng(Concept::FormDraws),
+        );
         // Sensors are changed at most once a day, and one was put in before the record.
         let sensors = life.calendar.steps() / STEPS_PER_DAY + 2;
         Self {
-            variability: Variability::sample(&life.calendar, &mut rng(Concept::Variability)),
+            variability: Variability::sample_with(
+                &life.calendar,
+                spreads,
+                &mut rng(Concept::Variability),
+            ),
             set_failures: set_failure::sample(life, &mut rng(Concept::SetFailures)),
             compressions: compression_lows::sample(life, &mut rng(Concept::Compressions)),
             drifts: sensor_drift::sample(sensors, &mut rng(Concept::SensorDrifts)),
             outside: Events::sample(life, seed, person),
+            absorption_by_site,
+            absorption_wandering,
+            everyday: EverydayCourse::default(),
+        }
+    }
+
+    /// Logarithm of the factor on the time of insulin absorption in a step, at amplitude 1.
+    pub(super) fn absorption(&self, form: AbsorptionForm, life: &Life, step: usize) -> f64 {
+        let of = |values: &[f64]| values.get(step).copied().unwrap_or(0.0);
+        match form {
+            AbsorptionForm::ByDay => of(&self.variability.insulin_time),
+            AbsorptionForm::BySite => of(&self.absorption_by_site),
+            AbsorptionForm::Wandering => of(&self.absorption_wandering),
+            AbsorptionForm::FasterWithAge => insulin_absorption::by_age(life.sets.age_days(step)),
         }
     }
 }

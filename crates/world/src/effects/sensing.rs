@@ -2,6 +2,7 @@
 
 use physiology::Minutes;
 
+use super::forms::LagForm;
 use super::happenings::Happenings;
 use super::outside;
 use super::sensor_drift::{self, Drift};
@@ -15,6 +16,8 @@ use crate::wear::SensorWear;
 pub struct Sensing {
     /// Lag in front of the sensor.
     pub lag: Minutes,
+    /// Its form.
+    pub lag_form: LagForm,
     /// Added to the gain, one value a step.
     pub gain: Vec<f64>,
     /// Added to the offset, mg/dL, one value a step.
@@ -25,7 +28,8 @@ impl Sensing {
     /// Sensors as their model has them.
     #[must_use]
     pub fn undisturbed() -> Self {
-        Self { lag: Minutes(0.0), gain: Vec::new(), offset: Vec::new() }
+        let lag_form = LagForm::FirstOrder;
+        Self { lag: Minutes(0.0), lag_form, gain: Vec::new(), offset: Vec::new() }
     }
 
     /// What is added to gain and offset in a step.
@@ -50,13 +54,14 @@ pub fn sensing(
     let (gain, mut offset): (Vec<f64>, Vec<f64>) = (0..life.calendar.steps())
         .map(|step| {
             let drift = happenings.drifts.get(wear.sensor(step)).unwrap_or(&none);
-            sensor_drift::at(drift, wear.age_days(step), drifts)
+            sensor_drift::at(shapes.forms.drift, drift, wear.age_days(step), drifts)
         })
         .unzip();
     let pressed = amplitudes.of(Effect::CompressionLows);
-    compression_lows::act(&mut offset, &happenings.compressions, pressed);
+    compression_lows::act(shapes.forms.compression, &mut offset, &happenings.compressions, pressed);
     outside::act_on_sensor(&mut offset, &happenings.outside, amplitudes);
     Sensing {
+        lag_form: shapes.forms.lag,
         lag: sensor_lag::lag(shapes.sensor_lag, amplitudes.of(Effect::SensorLag)),
         gain,
         offset,

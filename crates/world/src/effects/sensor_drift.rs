@@ -2,6 +2,7 @@
 
 use rand::Rng;
 
+use super::forms::DriftForm;
 use crate::behaviour::standard_normal;
 
 /// Loss of gain late in the life of a sensor at amplitude 1, as a share, and its spread between
@@ -37,9 +38,19 @@ pub(super) fn sample(sensors: usize, rng: &mut (impl Rng + ?Sized)) -> Vec<Drift
 
 /// What a drift adds to gain and offset (mg/dL) of a sensor worn for `age_days`.
 #[must_use]
-pub(super) fn at(drift: &Drift, age_days: f64, amplitude: f64) -> (f64, f64) {
-    let lost = drift.loss * (1.0 - (-age_days / DAYS).exp());
-    (-(amplitude * lost).min(0.7), amplitude * drift.offset * age_days / 10.0)
+pub(super) fn at(form: DriftForm, drift: &Drift, age_days: f64, amplitude: f64) -> (f64, f64) {
+    let sign = drift.offset.signum();
+    let lost = match form {
+        DriftForm::Loss => drift.loss * (1.0 - (-age_days / DAYS).exp()),
+        DriftForm::Signed => sign * drift.loss * age_days / 7.0,
+        DriftForm::FirstDay => 2.0 * sign * drift.loss * (-age_days / 0.8).exp(),
+        DriftForm::EndOfLife => 1.2 * drift.loss * ((age_days - 5.0) / 2.0).clamp(0.0, 2.0),
+    };
+    let offset = match form {
+        DriftForm::Loss => drift.offset * age_days / 10.0,
+        DriftForm::Signed | DriftForm::FirstDay | DriftForm::EndOfLife => 0.0,
+    };
+    (-(amplitude * lost).clamp(-0.7, 0.7), amplitude * offset)
 }
 
 #[cfg(test)]
@@ -49,6 +60,7 @@ mod tests {
     #[test]
     fn a_new_sensor_has_not_drifted_and_an_old_one_reads_low() {
         let drift = Drift { loss: 0.08, offset: 3.0 };
+        let at = |drift, age, amplitude| at(DriftForm::Loss, drift, age, amplitude);
         assert_eq!(at(&drift, 0.0, 1.0), (-0.0, 0.0));
         let (gain, offset) = at(&drift, 10.0, 1.0);
         assert!((-0.08..-0.07).contains(&gain) && (offset - 3.0).abs() < 1e-12); // rounding

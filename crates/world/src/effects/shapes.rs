@@ -4,6 +4,7 @@ use physiology::Minutes;
 use rand::{Rng, RngExt};
 
 use super::circadian_sensitivity::CircadianPattern;
+use super::forms::{Forms, RenalForm};
 use super::renal_threshold::Kidneys;
 use crate::behaviour::standard_normal;
 
@@ -29,6 +30,8 @@ pub struct Shapes {
     pub sensor_lag: Minutes,
     /// Bias of carbohydrate counting relative to the published one.
     pub counting_bias: f64,
+    /// The idea of each effect, which the people of a world share.
+    pub forms: Forms,
 }
 
 impl Shapes {
@@ -42,9 +45,22 @@ impl Shapes {
         renal: Kidneys { threshold: 1.0, slope: -1.0 },
         sensor_lag: Minutes(7.0),
         counting_bias: 1.0,
+        forms: Forms::TYPICAL,
     };
 
-    /// Draws one person's forms.
+    /// How the kidneys differ in the form that they have.
+    #[must_use]
+    pub(super) fn kidneys(&self) -> Kidneys {
+        match self.forms.renal {
+            RenalForm::Opposite => self.renal,
+            RenalForm::ThresholdOnly => {
+                Kidneys { threshold: 1.4 * self.renal.threshold, slope: 0.0 }
+            }
+            RenalForm::RateOnly => Kidneys { threshold: 0.0, slope: 2.0 * self.renal.slope },
+        }
+    }
+
+    /// Draws what is individual about one person's forms; the forms are the typical ones.
     ///
     /// Dawn: SD 0.8 h. Action by clock: three in four have their trough in the morning (7:30, SD
     /// 1.5 h), the others in the evening (19:00, SD 2 h). Sets age from 0.6 to 1.8 days on.
@@ -76,6 +92,7 @@ impl Shapes {
             },
             sensor_lag: Minutes(rng.random_range(4.5..9.5)),
             counting_bias,
+            forms: Forms::TYPICAL,
         }
     }
 }

@@ -20,6 +20,35 @@ const GUT_TIME_BETWEEN_DAYS: f64 = 0.12;
 /// Hour of the day about which one day's values pass into the next's.
 const CHANGE_HOUR: f64 = 3.0;
 
+/// Spreads of one person's days, each that of a logarithm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spreads {
+    /// Of insulin action between days.
+    pub action_between_days: f64,
+    /// Correlation of insulin action from one day to the next.
+    pub memory: f64,
+    /// Of insulin action within days, and its correlation time, h.
+    pub action_within_days: (f64, f64),
+    /// Of the time of insulin absorption between days, at amplitude 1 of the effect.
+    pub insulin_time_between_days: f64,
+    /// Of the time of meal absorption between days.
+    pub gut_time_between_days: f64,
+    /// Of the time of insulin absorption between days, whether the effect acts or not.
+    pub insulin_time_always: f64,
+}
+
+impl Spreads {
+    /// Those of the embedded cohort's people.
+    pub const NARROW: Self = Self {
+        action_between_days: ACTION_BETWEEN_DAYS,
+        memory: 0.0,
+        action_within_days: ACTION_WITHIN_DAYS,
+        insulin_time_between_days: INSULIN_TIME_BETWEEN_DAYS,
+        gut_time_between_days: GUT_TIME_BETWEEN_DAYS,
+        insulin_time_always: 0.0,
+    };
+}
+
 /// Logarithms of the factors of one person's days, per step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variability {
@@ -29,16 +58,28 @@ pub struct Variability {
     pub insulin_time: Vec<f64>,
     /// Time of meal absorption.
     pub gut_time: Vec<f64>,
+    /// Time of insulin absorption whether the effect acts or not.
+    pub insulin_time_always: Vec<f64>,
 }
 
 impl Variability {
     /// Draws the days of a calendar.
     #[must_use]
     pub fn sample(calendar: &Calendar, rng: &mut (impl Rng + ?Sized)) -> Self {
-        let mut action = by_day(calendar, ACTION_BETWEEN_DAYS, rng);
-        let insulin_time = by_day(calendar, INSULIN_TIME_BETWEEN_DAYS, rng);
-        let gut_time = by_day(calendar, GUT_TIME_BETWEEN_DAYS, rng);
-        let (spread, hours) = ACTION_WITHIN_DAYS;
+        Self::sample_with(calendar, &Spreads::NARROW, rng)
+    }
+
+    /// As [`Self::sample`], with these spreads.
+    #[must_use]
+    pub fn sample_with(
+        calendar: &Calendar,
+        spreads: &Spreads,
+        rng: &mut (impl Rng + ?Sized),
+    ) -> Self {
+        let mut action = by_day(calendar, spreads.action_between_days, spreads.memory, rng);
+        let insulin_time = by_day(calendar, spreads.insulin_time_between_days, 0.0, rng);
+        let gut_time = by_day(calendar, spreads.gut_time_between_days, 0.0, rng);
+        let (spread, hours) = spreads.action_within_days;
         let keep = (-1.0 / (hours * STEPS_PER_HOUR as f64)).exp();
         let innovation = spread * (1.0 - keep * keep).sqrt();
         let mut drift = spread * standard_normal(rng);
@@ -46,13 +87,33 @@ impl Variability {
             *value += drift;
             drift = keep * drift + innovation * standard_normal(rng);
         }
-        Self { action, insulin_time, gut_time }
+        // Draws of their own, after all others.
+        let insulin_time_always = if spreads.insulin_time_always > 0.0 {
+            by_day(calendar, spreads.insulin_time_always, 0.0, rng)
+        } else {
+            Vec::new()
+        };
+        Self { action, insulin_time, gut_time, insulin_time_always }
     }
 }
 
-/// One normal value a day, passed from day to day within the two hours about [`CHANGE_HOUR`].
-fn by_day(calendar: &Calendar, spread: f64, rng: &mut (impl Rng + ?Sized)) -> Vec<f64> {
-    let days: Vec<f64> = (0..=calendar.days()).map(|_| spread * standard_normal(rng)).collect();
+/// One normal value a day, correlated with that of the day before, passed from day to day within the two hours about [`CHANGE_HOUR`].
+fn by_day(
+    calendar: &Calendar,
+    spread: f64,
+    memory: f64,
+    rng: &mut (impl Rng + ?Sized),
+) -> Vec<f64> {
+    let fresh = (1.0 - memory * memory).sqrt();
+    let mut last: Option<f64> = None;
+    let days: Vec<f64> = (0..=calendar.days())
+        .map(|_| {
+            let drawn = standard_normal(rng);
+            let unit = last.map_or(drawn, |before| memory * before + fresh * drawn);
+            last = Some(unit);
+            spread * unit
+        })
+        .collect();
     (0..calendar.steps())
         .map(|step| {
             let day = step / STEPS_PER_DAY;

@@ -13,6 +13,7 @@ use super::state::PadovaState;
 use super::steady_state::{self, PMOL_PER_UNIT};
 use crate::effects::{Amplitudes, Condition, Effect, LowTrace};
 use crate::virtual_body::VirtualBody;
+use crate::warp::{Warped, Warps};
 
 /// Runge-Kutta steps within the five minutes: one a minute.
 const SUBSTEPS: usize = 5;
@@ -30,6 +31,7 @@ pub struct PadovaBody<'a> {
     body: Prepared,
     conditions: &'a [Condition],
     amplitudes: Amplitudes,
+    warped: Option<Warped>,
 }
 
 /// State of a [`PadovaBody`].
@@ -55,7 +57,7 @@ impl<'a> PadovaBody<'a> {
         conditions: &'a [Condition],
         amplitudes: Amplitudes,
     ) -> Self {
-        Self { body: Prepared::new(parameters), conditions, amplitudes }
+        Self { body: Prepared::new(parameters), conditions, amplitudes, warped: None }
     }
 
     /// The body as drawn, without any effect or variability.
@@ -65,6 +67,24 @@ impl<'a> PadovaBody<'a> {
             body: Prepared::new(parameters),
             conditions: &[],
             amplitudes: Amplitudes::NONE,
+            warped: None,
+        }
+    }
+
+    /// The same body with forms of its own.
+    ///
+    /// # Errors
+    /// If it has no steady state at the glucose at which warps are none.
+    pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
+        let warped = Warped::of(warps, &self, self.body.p.weight)?;
+        Ok(Self { warped, ..self })
+    }
+
+    /// A condition with the warps at a state.
+    fn warped(&self, condition: Condition, state: &PadovaBodyState) -> Condition {
+        match &self.warped {
+            Some(warped) => warped.act(condition, &self.report(state)),
+            None => condition,
         }
     }
 
@@ -86,7 +106,7 @@ impl<'a> PadovaBody<'a> {
             production: condition.production * exertion.production_factor(now),
             action: condition.action * exertion.action_factor(after),
             liver_action: condition.liver_action,
-            capacity: exertion.capacity_factor(now),
+            capacity: condition.uptake * exertion.capacity_factor(now),
             insulin_time: condition.insulin_time,
             gut_time: condition.gut_time,
             renal_threshold: condition.renal_threshold,
@@ -112,9 +132,9 @@ impl Plant for PadovaBody<'_> {
     ) -> Result<PadovaBodyState, NonFinite> {
         let glucose = self.glucose(state);
         let drawn = self.conditions.get(state.step).unwrap_or(&Condition::AS_DRAWN);
-        let low = state.low.after_step(glucose, drawn.low_response_time);
-        let condition = drawn.at_glucose(glucose, &low);
-        let exertion = state.exertion.after_step(input.exercise);
+        let low = state.low.after_step(glucose, drawn.low_form, drawn.low_response_time);
+        let condition = self.warped(drawn.at_glucose(glucose, &low), state);
+        let exertion = state.exertion.after_step(drawn.felt(input.exercise));
 
         let mut x = state.compartments;
         let (solid, fast) = (1000.0 * input.carbs.0, 1000.0 * input.rescue.amount.0);

@@ -9,6 +9,7 @@ use rand::{Rng, RngExt};
 
 use crate::behaviour::standard_normal;
 use crate::calendar::Calendar;
+use crate::effects::Spreads;
 
 /// Spread (log) of the action of a day, and of a third of a day about it; assumed, such that their
 /// sum is that of the other generator.
@@ -24,15 +25,28 @@ const PASSAGE: f64 = 2.0 * STEPS_PER_HOUR as f64;
 /// The parts of a day change at about 6:00, 14:00 and 22:00, each boundary moved by up to two hours
 /// either way.
 #[must_use]
-pub(crate) fn action_within_days(calendar: &Calendar, rng: &mut (impl Rng + ?Sized)) -> Vec<f64> {
+pub(crate) fn action_within_days(
+    calendar: &Calendar,
+    spreads: &Spreads,
+    rng: &mut (impl Rng + ?Sized),
+) -> Vec<f64> {
+    // Relative to those of the embedded cohort's people.
+    let narrow = Spreads::NARROW;
+    let between = BETWEEN_DAYS * (spreads.action_between_days / narrow.action_between_days);
+    let within = WITHIN_DAYS * (spreads.action_within_days.0 / narrow.action_within_days.0);
+    let fresh = (1.0 - spreads.memory * spreads.memory).sqrt();
+    let mut last: Option<f64> = None;
     let mut ends = Vec::with_capacity(PARTS * (calendar.days() + 1));
     let mut values = Vec::with_capacity(PARTS * (calendar.days() + 1) + 1);
     for day in 0..=calendar.days() {
-        let of_day = BETWEEN_DAYS * standard_normal(rng);
+        let drawn = standard_normal(rng);
+        let unit = last.map_or(drawn, |before| spreads.memory * before + fresh * drawn);
+        last = Some(unit);
+        let of_day = between * unit;
         for part in 0..PARTS {
             let hour = 6.0 + 8.0 * part as f64 + rng.random_range(-2.0..2.0);
             ends.push(day as f64 * STEPS_PER_DAY as f64 + hour * STEPS_PER_HOUR as f64);
-            values.push(of_day + WITHIN_DAYS * standard_normal(rng));
+            values.push(of_day + within * standard_normal(rng));
         }
     }
     let mut part = 0;
@@ -59,7 +73,11 @@ mod tests {
     fn the_spread_is_the_stated_one_and_the_clock_has_no_part_in_it() {
         let start = NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date");
         let calendar = Calendar::new(start, 400);
-        let action = action_within_days(&calendar, &mut stream(1, 0, Concept::Variability));
+        let action = action_within_days(
+            &calendar,
+            &Spreads::NARROW,
+            &mut stream(1, 0, Concept::Variability),
+        );
         for hour in [2, 10, 18] {
             let at: Vec<f64> =
                 action.iter().skip(12 * hour).step_by(STEPS_PER_DAY).copied().collect();

@@ -12,6 +12,7 @@ use crate::error::WorldError;
 use crate::physique::{Course, Physique};
 use crate::reactions::{Reaction, reactions};
 use crate::stream::{Concept, stream};
+use crate::warp::Warps;
 
 /// Everything about the recorded days of a person under given amplitudes but the body.
 pub(super) struct Days<'a> {
@@ -36,7 +37,7 @@ impl<'a> Days<'a> {
     ) -> Self {
         let mut life = recorded.life.clone();
         let miscount = amplitudes.of(Effect::CarbMiscount);
-        recorded_life::eaten(&mut life, &person.background, person.shapes.counting_bias, miscount);
+        recorded_life::eaten(&mut life, &person.background, &person.shapes, miscount);
         let happenings = person.happenings(&life);
         let mut conditions =
             conditions(&recorded.habits, &life, &happenings, &person.shapes, &amplitudes);
@@ -52,7 +53,7 @@ impl<'a> Days<'a> {
                 &mut stream(person.seed, person.index, Concept::Reactions),
             ),
             life,
-            amplitudes,
+            amplitudes: person.shapes.forms.in_body(amplitudes),
             start: MgPerDl(fit::first_glucose(&person.original)),
         }
     }
@@ -62,7 +63,14 @@ impl<'a> Days<'a> {
         let mut conditions = self.conditions.clone();
         restoring::restore(&mut conditions, self.offset, restoring);
         let mut source = Replaying::new(self);
-        body.run(&conditions, self.amplitudes, self.start, &mut source, self.doses.len())
-            .map_err(|source| WorldError::Body { person: self.person, source })
+        body.run(
+            &conditions,
+            self.amplitudes,
+            Warps::NONE,
+            self.start,
+            &mut source,
+            self.doses.len(),
+        )
+        .map_err(|source| WorldError::Body { person: self.person, source })
     }
 }

@@ -12,6 +12,7 @@ use crate::behaviour::{
     standard_normal,
 };
 use crate::calendar::Calendar;
+use crate::effects::Shapes;
 use crate::stream::{Concept, stream};
 
 /// Share of the heart-rate reserve from which on, held for [`SHORTEST`] steps, a person exercises,
@@ -97,9 +98,11 @@ impl RecordedLife {
 }
 
 /// Turns the logged carbohydrate of the meals of a recorded life into what was eaten.
-pub(super) fn eaten(life: &mut Life, background: &Background, own_bias: f64, amplitude: f64) {
+pub(super) fn eaten(life: &mut Life, background: &Background, shapes: &Shapes, amplitude: f64) {
     for meal in &mut life.meals {
-        let error = background.log_counting_error(meal, own_bias, amplitude).clamp(-1.1, 1.1);
+        let error = background
+            .log_counting_error(meal, shapes.forms.miscount, shapes.counting_bias, amplitude)
+            .clamp(-1.1, 1.1);
         meal.eaten = Grams(meal.eaten.0 * (-error).exp());
     }
 }

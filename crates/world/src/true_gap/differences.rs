@@ -53,6 +53,7 @@ pub(super) fn differences(
     let courses = person
         .body
         .restarted(
+            person.everyday.warps,
             FIRST_GLUCOSE,
             Acting { conditions: &with, amplitudes: person.amplitudes, inputs: &lived.inputs },
             Acting { conditions: &other, amplitudes: *without, inputs: &inputs },

@@ -132,7 +132,7 @@ fn of_person(
             let mut low = LowTrace::default();
             let pairs = with.iter().zip(&other).zip(&lived.glucose);
             let changes = pairs.map(|((with, other), glucose)| {
-                low = low.after_step(*glucose, with.low_response_time);
+                low = low.after_step(*glucose, with.low_form, with.low_response_time);
                 let of = |condition: &Condition| {
                     at_port(effect.port(), &condition.at_glucose(*glucose, &low))
                 };

@@ -1,6 +1,7 @@
 //! Worlds whose effects are known.
 
 mod balance;
+mod bodies;
 mod determinism;
 mod effects;
 mod embedded_fixture;

@@ -1,9 +1,11 @@
-//! The two generators: both live like people, and neither can take the other's place.
+//! The generators: all live like people, and none can take another's place.
 
 use chrono::NaiveDate;
 use ode_sim::{EgpMode, Integrator, OdeParameters, OdePlant, steady_state};
 use physiology::{Grams, Kilograms, MgPerDl, OpenLoop, StepInput, Units, UnitsPerHour, simulate};
+use world::minimal::{MinimalBody, MinimalParameters};
 use world::padova::{PadovaBody, PadovaParameters};
+use world::saturating::{SaturatingBody, SaturatingParameters};
 use world::{
     Amplitudes, Calendar, Concept, Effect, Generator, Regime, VirtualBody, VirtualPerson,
     plausibility, stream,
@@ -14,7 +16,7 @@ fn calendar(days: usize) -> Calendar {
 }
 
 #[test]
-fn both_generators_make_plausible_cohorts() {
+fn every_generator_makes_plausible_cohorts() {
     for generator in Generator::ALL {
         let mut failures = Vec::new();
         let mut means = [0.0; 5];
@@ -177,19 +179,26 @@ fn solve(mut system: [[f64; 9]; 8]) -> [f64; 8] {
     system.map(|row| row[8])
 }
 
+/// Glucose of a body in the experiment.
+fn lived_by<B: VirtualBody>(body: &B) -> Vec<f64> {
+    let (start, basal) = body.at_rest(START).expect("a steady state");
+    let inputs = experiment(basal);
+    let run = simulate(body, start, &mut OpenLoop::new(&inputs), STEPS).expect("finite");
+    run.glucose(body).iter().map(|g| g.0).collect()
+}
+
 #[test]
-fn no_calibration_of_the_ode_is_a_padova_body() {
-    let drawn = |index| {
-        PadovaParameters::sample(index, &mut stream(3, index, Concept::Body)).expect("a body")
-    };
-    let mut left = Vec::new();
-    for parameters in [PadovaParameters::nominal(), drawn(0), drawn(1), drawn(2), drawn(3)] {
-        let body = PadovaBody::undisturbed(parameters);
-        let (start, basal) = body.at_rest(START).expect("a steady state");
-        let inputs = experiment(basal);
-        let run = simulate(&body, start, &mut OpenLoop::new(&inputs), STEPS).expect("finite");
-        let padova: Vec<f64> = run.glucose(&body).iter().map(|g| g.0).collect();
-        left.push(best_calibration(&padova));
+fn no_calibration_of_the_ode_is_a_body_of_another_generator() {
+    let rng = |index| stream(3, index, Concept::Body);
+    let mut left =
+        vec![best_calibration(&lived_by(&PadovaBody::undisturbed(PadovaParameters::nominal())))];
+    for index in 0..3 {
+        let drawn = PadovaParameters::sample(index, &mut rng(index)).expect("a body");
+        left.push(best_calibration(&lived_by(&PadovaBody::undisturbed(drawn))));
+        let drawn = MinimalParameters::sample(index, &mut rng(index)).expect("a body");
+        left.push(best_calibration(&lived_by(&MinimalBody::undisturbed(drawn))));
+        let drawn = SaturatingParameters::sample(index, &mut rng(index)).expect("a body");
+        left.push(best_calibration(&lived_by(&SaturatingBody::undisturbed(drawn))));
     }
     // The same search recovers another ODE body almost exactly.
     let other = response(&[0.2, -0.15, 0.05, 0.08, 0.2, -0.15, 0.05, 0.04]).expect("a body");
@@ -202,8 +211,22 @@ fn no_calibration_of_the_ode_is_a_padova_body() {
 
 #[test]
 fn every_effect_acts_on_a_padova_body_and_on_nothing_else() {
+    every_effect_acts_on_a_body_of(Generator::Padova);
+}
+
+#[test]
+fn every_effect_acts_on_a_minimal_body_and_on_nothing_else() {
+    every_effect_acts_on_a_body_of(Generator::Minimal);
+}
+
+#[test]
+fn every_effect_acts_on_a_saturating_body_and_on_nothing_else() {
+    every_effect_acts_on_a_body_of(Generator::Saturating);
+}
+
+fn every_effect_acts_on_a_body_of(generator: Generator) {
     let mut person =
-        VirtualPerson::sample_from(Generator::Padova, 17, 3, Regime::OpenLoopPump).expect("drawn");
+        VirtualPerson::sample_from(generator, 17, 3, Regime::OpenLoopPump).expect("drawn");
     person.amplitudes = Amplitudes::NONE;
     let off = person.live(calendar(14)).expect("two weeks");
     // Insulin that does not answer to the sensor, so that the effect alone is seen.

@@ -1,0 +1,435 @@
+//! The idea that a world has of each effect.
+//!
+//! An effect has a name, a port and a size; how it runs differs between studies and between people who
+//! describe it. Each world draws one form of each effect, which its people share; what is individual
+//! about it is in [`Shapes`](super::Shapes). The first form of each effect is the typical one. Forms are
+//! scaled such that an amplitude of 1 is of about the same size in all; a blind check finds the amplitude
+//! that moves glucose as far as planned in any case.
+
+use rand::{Rng, RngExt};
+
+use super::{Amplitudes, Effect};
+use crate::generator::Generator;
+
+/// An enumeration of forms with their words.
+macro_rules! forms {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident: $word:literal,)+ }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $name { $($(#[$doc])* $variant,)+ }
+
+        impl $name {
+            /// Every form, the typical one first.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            /// The form in words, as labels have it.
+            #[must_use]
+            pub const fn words(self) -> &'static str {
+                match self { $(Self::$variant => $word,)+ }
+            }
+        }
+    };
+}
+
+forms! {
+    /// When the dawn comes.
+    DawnForm {
+        /// A bump about waking.
+        AboutWaking: "a bump about waking",
+        /// By the clock, whatever the waking (Perriello et al., Diabetologia 1991;34:21).
+        Plateau: "a plateau from 3 to 9 o'clock",
+        /// Rising from the night on, over soon after waking.
+        Ramp: "a ramp from 2 o'clock to waking",
+        /// With getting up ("foot on the floor").
+        AfterWaking: "three hours from waking on",
+    }
+}
+forms! {
+    /// What of a session working muscle feels.
+    ExerciseForm {
+        /// The session.
+        Held: "as long as the session",
+        /// It fades over an hour after the end.
+        Lingering: "an hour beyond the session",
+        /// Nothing in the first quarter of an hour.
+        Late: "from a quarter of an hour into the session on",
+        /// Strong at first, then half.
+        Fading: "fading within the session",
+    }
+}
+forms! {
+    /// When insulin acts more after exercise.
+    AfterExerciseForm {
+        /// From the session on, for hours, as the body has it.
+        Decaying: "from the session on, fading",
+        /// In the night that follows.
+        Overnight: "in the night after a session",
+        /// Soon, and again 7 to 11 h later (McMahon et al., J Clin Endocrinol Metab 2007;92:963).
+        TwoPhases: "in two phases, soon and 7 to 11 h later",
+    }
+}
+forms! {
+    /// How a short night tells.
+    SleepLossForm {
+        /// By hours missed, until the next night.
+        NextDay: "by hours missed, all day",
+        /// All or nothing.
+        Threshold: "one size after nights two hours short",
+        /// Strong in the morning, fading.
+        Morning: "strong in the morning, fading",
+        /// By the mean of three nights.
+        Cumulative: "by the mean of three nights",
+    }
+}
+forms! {
+    /// Which meals are slow.
+    SlowMealsForm {
+        /// Rich dinners and lunches.
+        RichDinners: "rich dinners and some lunches",
+        /// Any fatty meal at any hour.
+        AnyFatty: "any fatty meal at any hour",
+        /// Large ones.
+        Large: "large meals, by size",
+        /// All in the evening.
+        Evenings: "all meals of the evening",
+    }
+}
+forms! {
+    /// When alcohol tells.
+    AlcoholForm {
+        /// From 2 to 12 h.
+        Night: "from 2 to 12 h after",
+        /// The next morning (Turner et al., Diabetes Care 2001;24:1888).
+        NextMorning: "from 7 to 15 h after",
+        /// Soon, while gluconeogenesis is inhibited.
+        Early: "within 6 h, deeper",
+        /// From the first glass, fading.
+        Fading: "from the first hour on, fading",
+    }
+}
+forms! {
+    /// How a set ages.
+    SetAgeingForm {
+        /// With the square of the time after an onset.
+        Quadratic: "with the square of the time after an onset",
+        /// From the first hour, in proportion.
+        Linear: "in proportion to its age",
+        /// In the last day alone.
+        Late: "after two days",
+        /// At first, then no more.
+        Saturating: "in the first day, then held",
+    }
+}
+forms! {
+    /// By what insulin is absorbed faster or slower.
+    AbsorptionForm {
+        /// Days.
+        ByDay: "by day",
+        /// Sites.
+        BySite: "by infusion set",
+        /// Half-days, wandering.
+        Wandering: "wandering over half days",
+        /// The age of the site (Clausen et al., Diabetes Technol Ther 2009;11:575).
+        FasterWithAge: "faster with the age of the set",
+    }
+}
+forms! {
+    /// How carbohydrate is miscounted.
+    MiscountForm {
+        /// Too low, large meals more.
+        TooLow: "too low, large meals more",
+        /// Large meals alone.
+        LargeOnly: "large meals too low, others right",
+        /// Dinners alone.
+        Dinners: "dinners too low, others right",
+        /// Towards what is usual: small ones high, large ones low.
+        TowardUsual: "towards 45 g: small meals high, large ones low",
+    }
+}
+forms! {
+    /// Which meals are missed.
+    MissedForm {
+        /// Any.
+        Any: "any meal",
+        /// Snacks above all.
+        Snacks: "snacks above all",
+        /// Evenings above all.
+        Evenings: "evenings above all",
+        /// Small ones above all.
+        Small: "small meals above all",
+    }
+}
+forms! {
+    /// Which rescues are not logged.
+    UnloggedForm {
+        /// Any.
+        Any: "at random",
+        /// At night.
+        Nights: "at night above all",
+        /// Away from home by day.
+        Daytime: "from 9 to 18 o'clock above all",
+    }
+}
+forms! {
+    /// The day of insulin action.
+    CircadianForm {
+        /// One trough.
+        Trough: "one trough",
+        /// A cosine.
+        Cosine: "a cosine",
+        /// Two troughs, twelve hours apart.
+        TwoTroughs: "two troughs twelve hours apart",
+        /// Blocks (Visentin et al., Diabetes Technol Ther 2015;17:1).
+        Blocks: "blocks of 1, 0.8, 0.9 and 1",
+    }
+}
+forms! {
+    /// How a set fails.
+    SetFailureForm {
+        /// In part, before the change.
+        Partial: "in part, before the change",
+        /// Wholly, for a shorter time.
+        Complete: "wholly, before the change",
+        /// Slowly.
+        Slow: "slowly, over a day",
+        /// From its insertion on, for hours.
+        AtInsertion: "from insertion on, for hours",
+    }
+}
+forms! {
+    /// How the liver answers a low.
+    LowForm {
+        /// In proportion below 70 mg/dL.
+        Proportional: "in proportion below 70 mg/dL",
+        /// All at once below 62 mg/dL.
+        Threshold: "all at once below 62 mg/dL",
+        /// In proportion, and for long after.
+        Prolonged: "in proportion, fading six times as slowly",
+        /// Before it is a low.
+        Early: "in proportion below 80 mg/dL",
+    }
+}
+forms! {
+    /// How kidneys differ.
+    RenalForm {
+        /// Threshold and rate in opposite directions.
+        Opposite: "threshold and rate in opposite directions",
+        /// The threshold alone.
+        ThresholdOnly: "the threshold alone",
+        /// The rate alone.
+        RateOnly: "the rate alone",
+    }
+}
+forms! {
+    /// How a sensor follows later.
+    LagForm {
+        /// By a first-order lag.
+        FirstOrder: "a first-order lag",
+        /// By a delay.
+        Delay: "a pure delay",
+        /// By a mean of its last readings.
+        MovingMean: "a moving mean",
+    }
+}
+forms! {
+    /// How a sensor drifts.
+    DriftForm {
+        /// It loses gain.
+        Loss: "a loss of gain that levels off",
+        /// Its gain goes up or down, by sensor.
+        Signed: "a slope of the gain whose sign is each sensor's",
+        /// It is off on its first day, up or down.
+        FirstDay: "off on the first day, up or down",
+        /// It loses gain at its end.
+        EndOfLife: "a loss of gain from the fifth day on",
+    }
+}
+forms! {
+    /// How readings fall under pressure.
+    CompressionForm {
+        /// Sharply.
+        Sharp: "a sharp fall and rebound",
+        /// Less, and for longer.
+        Long: "shallow and long",
+        /// More, and briefly.
+        Brief: "deep and brief",
+        /// Sinking, with a jump back.
+        Sinking: "sinking slowly, with a jump back",
+    }
+}
+
+/// One form of each effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Forms {
+    /// See [`Effect::Dawn`].
+    pub dawn: DawnForm,
+    /// See [`Effect::Exercise`].
+    pub exercise: ExerciseForm,
+    /// See [`Effect::PostExerciseSensitivity`].
+    pub after_exercise: AfterExerciseForm,
+    /// See [`Effect::SleepLoss`].
+    pub sleep_loss: SleepLossForm,
+    /// See [`Effect::SlowMeals`].
+    pub slow_meals: SlowMealsForm,
+    /// See [`Effect::Alcohol`].
+    pub alcohol: AlcoholForm,
+    /// See [`Effect::SetAgeing`].
+    pub set_ageing: SetAgeingForm,
+    /// See [`Effect::InsulinAbsorption`].
+    pub absorption: AbsorptionForm,
+    /// See [`Effect::CarbMiscount`].
+    pub miscount: MiscountForm,
+    /// See [`Effect::MissedMeals`].
+    pub missed: MissedForm,
+    /// See [`Effect::UnloggedRescueCarbs`].
+    pub unlogged: UnloggedForm,
+    /// See [`Effect::CircadianSensitivity`].
+    pub circadian: CircadianForm,
+    /// See [`Effect::SetFailure`].
+    pub set_failure: SetFailureForm,
+    /// See [`Effect::CounterRegulation`].
+    pub low: LowForm,
+    /// See [`Effect::RenalThreshold`].
+    pub renal: RenalForm,
+    /// See [`Effect::SensorLag`].
+    pub lag: LagForm,
+    /// See [`Effect::SensorDrift`].
+    pub drift: DriftForm,
+    /// See [`Effect::CompressionLows`].
+    pub compression: CompressionForm,
+}
+
+impl Forms {
+    /// The first form of each effect.
+    pub const TYPICAL: Self = Self {
+        dawn: DawnForm::AboutWaking,
+        exercise: ExerciseForm::Held,
+        after_exercise: AfterExerciseForm::Decaying,
+        sleep_loss: SleepLossForm::NextDay,
+        slow_meals: SlowMealsForm::RichDinners,
+        alcohol: AlcoholForm::Night,
+        set_ageing: SetAgeingForm::Quadratic,
+        absorption: AbsorptionForm::ByDay,
+        miscount: MiscountForm::TooLow,
+        missed: MissedForm::Any,
+        unlogged: UnloggedForm::Any,
+        circadian: CircadianForm::Trough,
+        set_failure: SetFailureForm::Partial,
+        low: LowForm::Proportional,
+        renal: RenalForm::Opposite,
+        lag: LagForm::FirstOrder,
+        drift: DriftForm::Loss,
+        compression: CompressionForm::Sharp,
+    };
+
+    /// Draws the forms of a world by the hand of a generator.
+    ///
+    /// A hand knows the typical form (35 %), one that is mostly its own (45 %) and, where an effect has
+    /// four, a third (20 %); one form of four it never draws. Which is which is counted on from effect to
+    /// effect, so that no hand is near another in all of them.
+    #[must_use]
+    pub fn sample(hand: Generator, rng: &mut (impl Rng + ?Sized)) -> Self {
+        let mut index = |effect: Effect, count: usize| {
+            let draw = rng.random::<f64>();
+            let others = count - 1;
+            let own = (hand as usize + effect as usize) % others;
+            match draw {
+                draw if draw < 0.35 => 0,
+                draw if draw < 0.80 || others < 3 => 1 + own,
+                _ => 1 + (own + 1) % others,
+            }
+        };
+        macro_rules! drawn {
+            ($form:ident, $effect:ident) => {
+                $form::ALL[index(Effect::$effect, $form::ALL.len())]
+            };
+        }
+        Self {
+            dawn: drawn!(DawnForm, Dawn),
+            exercise: drawn!(ExerciseForm, Exercise),
+            after_exercise: drawn!(AfterExerciseForm, PostExerciseSensitivity),
+            sleep_loss: drawn!(SleepLossForm, SleepLoss),
+            slow_meals: drawn!(SlowMealsForm, SlowMeals),
+            alcohol: drawn!(AlcoholForm, Alcohol),
+            set_ageing: drawn!(SetAgeingForm, SetAgeing),
+            absorption: drawn!(AbsorptionForm, InsulinAbsorption),
+            miscount: drawn!(MiscountForm, CarbMiscount),
+            missed: drawn!(MissedForm, MissedMeals),
+            unlogged: drawn!(UnloggedForm, UnloggedRescueCarbs),
+            circadian: drawn!(CircadianForm, CircadianSensitivity),
+            set_failure: drawn!(SetFailureForm, SetFailure),
+            low: drawn!(LowForm, CounterRegulation),
+            renal: drawn!(RenalForm, RenalThreshold),
+            lag: drawn!(LagForm, SensorLag),
+            drift: drawn!(DriftForm, SensorDrift),
+            compression: drawn!(CompressionForm, CompressionLows),
+        }
+    }
+
+    /// The amplitudes with which effects act in a body: those that act through its conditions alone in
+    /// these forms are off there.
+    #[must_use]
+    pub(crate) fn in_body(&self, amplitudes: Amplitudes) -> Amplitudes {
+        match self.after_exercise {
+            AfterExerciseForm::Decaying => amplitudes,
+            AfterExerciseForm::Overnight | AfterExerciseForm::TwoPhases => {
+                amplitudes.without(Effect::PostExerciseSensitivity)
+            }
+        }
+    }
+
+    /// The form of an effect in words.
+    #[must_use]
+    pub const fn words(&self, effect: Effect) -> &'static str {
+        match effect {
+            Effect::Dawn => self.dawn.words(),
+            Effect::Exercise => self.exercise.words(),
+            Effect::PostExerciseSensitivity => self.after_exercise.words(),
+            Effect::SleepLoss => self.sleep_loss.words(),
+            Effect::SlowMeals => self.slow_meals.words(),
+            Effect::Alcohol => self.alcohol.words(),
+            Effect::SetAgeing => self.set_ageing.words(),
+            Effect::InsulinAbsorption => self.absorption.words(),
+            Effect::CarbMiscount => self.miscount.words(),
+            Effect::MissedMeals => self.missed.words(),
+            Effect::UnloggedRescueCarbs => self.unlogged.words(),
+            Effect::CircadianSensitivity => self.circadian.words(),
+            Effect::SetFailure => self.set_failure.words(),
+            Effect::CounterRegulation => self.low.words(),
+            Effect::RenalThreshold => self.renal.words(),
+            Effect::SensorLag => self.lag.words(),
+            Effect::SensorDrift => self.drift.words(),
+            Effect::CompressionLows => self.compression.words(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::{Concept, WORLD, stream};
+    use std::collections::{BTreeMap, BTreeSet};
+
+    #[test]
+    fn every_effect_has_three_forms_and_each_hand_lacks_some() {
+        let mut seen: BTreeMap<(Effect, Generator), BTreeSet<&str>> = BTreeMap::new();
+        for hand in Generator::ALL {
+            for seed in 0..120 {
+                let forms = Forms::sample(hand, &mut stream(seed, WORLD, Concept::Forms));
+                for effect in Effect::ALL {
+                    seen.entry((effect, hand)).or_default().insert(forms.words(effect));
+                }
+            }
+        }
+        for effect in Effect::ALL {
+            let of = |hand: &Generator| &seen[&(effect, *hand)];
+            let all: BTreeSet<&str> = Generator::ALL.iter().flat_map(of).copied().collect();
+            assert!(all.len() >= 3, "{effect:?}: {all:?}");
+            for hand in Generator::ALL {
+                let drawn = of(&hand).len();
+                assert!((2..all.len()).contains(&drawn), "{effect:?} {hand:?}: {drawn}");
+                assert!(of(&hand).contains(Forms::TYPICAL.words(effect)));
+            }
+        }
+    }
+}

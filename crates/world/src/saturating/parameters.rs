@@ -1,0 +1,264 @@
+//! Parameters of the saturating body and how they differ between people.
+
+use physiology::{Kilograms, MgPerDl};
+use rand::Rng;
+
+use super::body::SaturatingBody;
+use crate::behaviour::standard_normal;
+use crate::error::WorldError;
+use crate::virtual_body::VirtualBody;
+
+/// Basal needs that are accepted, U/h, as for the other generators.
+const BASAL_RANGE: (f64, f64) = (0.45, 1.35);
+/// Draws after which the search for an acceptable body is given up.
+const MAX_DRAWS: usize = 200;
+/// Glucose at which the basal need of a body is judged.
+const REFERENCE_GLUCOSE: MgPerDl = MgPerDl(115.0);
+
+/// Parameters of one body and its weight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SaturatingParameters {
+    /// Distribution volume of plasma and fast tissues V_p, L/kg.
+    pub v_p: f64,
+    /// Distribution volume of muscle V_m, L/kg.
+    pub v_m: f64,
+    /// Transport between them, L/kg/min.
+    pub transport: f64,
+    /// Capacity of the brain's carriers V_b, mmol/kg/min.
+    pub v_b: f64,
+    /// Their half-saturation K_b, mmol/L.
+    pub k_b: f64,
+    /// Capacity of muscle without insulin V_0, mmol/kg/min.
+    pub v_0: f64,
+    /// Capacity that insulin adds at most V_i, mmol/kg/min.
+    pub v_i: f64,
+    /// Insulin that adds half of it x_50, mU/L.
+    pub x_50: f64,
+    /// Half-saturation of the muscle's carriers K_m, mmol/L.
+    pub k_m: f64,
+    /// Gluconeogenesis G_ng, mmol/kg/min.
+    pub g_ng: f64,
+    /// Largest release from glycogen E_max, mmol/kg/min.
+    pub e_max: f64,
+    /// Glucagon that frees half of it C_50, pg/mL.
+    pub c_50: f64,
+    /// Insulin that holds half of it back y_50, mU/L.
+    pub y_50: f64,
+    /// Steepness of that h, unitless.
+    pub y_h: f64,
+    /// Rate of insulin's way to muscle k_x, 1/min.
+    pub k_x: f64,
+    /// Rate of insulin's way to the liver k_y, 1/min.
+    pub k_y: f64,
+    /// Glucagon without insulin n_0, pg/mL.
+    pub n_0: f64,
+    /// Rise of glucagon in a low, as a share.
+    pub n_low: f64,
+    /// Insulin that halves glucagon n_i, mU/L.
+    pub n_i: f64,
+    /// Rate of glucagon k_n, 1/min.
+    pub k_n: f64,
+    /// Share of the insulin on the slow channel k, unitless.
+    pub k: f64,
+    /// Rate of the slow channel k_a1, 1/min.
+    pub k_a1: f64,
+    /// Rate of the fast channel k_a2, 1/min.
+    pub k_a2: f64,
+    /// Largest loss under the skin V_LD, mU/min.
+    pub v_ld: f64,
+    /// Insulin at which half of it is lost K_LD, mU.
+    pub k_ld: f64,
+    /// Elimination of insulin k_e, 1/min.
+    pub k_e: f64,
+    /// Distribution volume of insulin, L/kg.
+    pub v_ins: f64,
+    /// Largest rate of emptying of the stomach E_m, g/min.
+    pub e_m: f64,
+    /// Content at which it is half of that, g.
+    pub e_half: f64,
+    /// Rate from upper to lower intestine k_u, 1/min.
+    pub k_u: f64,
+    /// Rate of absorption k_l, 1/min.
+    pub k_l: f64,
+    /// Share of the carbohydrate that appears in plasma f, unitless.
+    pub f: f64,
+    /// Renal threshold G_r, mmol/L.
+    pub g_r: f64,
+    /// Renal clearance above it k_r, L/kg/min.
+    pub k_r: f64,
+    /// Body weight.
+    pub weight: Kilograms,
+}
+
+impl SaturatingParameters {
+    /// The nominal adult with type 1 diabetes.
+    ///
+    /// Insulin under the skin after Wilinska et al. 2005 (67 % on the slow channel, 0.011 and 0.021 per
+    /// min; loss of at most 1.93 mU/min half-saturated by 62.6 mU): 62 %, 0.014 and 0.023, chosen within
+    /// their ranges so that covered meals peak within two hours. Carriers: the brain 1.1 mg/kg/min with K 1
+    /// mmol/L, muscle K_m 2.2 mmol/L (GLUT3 and GLUT4, 1 to 7, of the order), capacity of muscle half-raised
+    /// by 70 mU/L and production half-suppressed by less than 29 mU/L (Rizza et al. 1981: 55 to 120 and 29).
+    /// Production: Wendt et al. 2017 (gluconeogenesis 6 umol/kg/min, release 56 umol/kg/min at most, C_50
+    /// 436 pg/mL). Glucagon of 60 pg/mL with a half-time of 6 min; a low raises it by 20 % where healthy
+    /// people treble it (blunted, Cryer, N Engl J Med 2013;369:362). Stomach: 0.8 g/min of the carbohydrate
+    /// of a mixed meal of 75 g at first, less later (2 to 4 kcal/min). Threshold 10.5 mmol/L.
+    #[must_use]
+    pub fn nominal() -> Self {
+        Self {
+            v_p: 0.155,
+            v_m: 0.10,
+            transport: 0.025,
+            v_b: 0.0070,
+            k_b: 1.0,
+            v_0: 0.0030,
+            v_i: 0.080,
+            x_50: 70.0,
+            k_m: 2.2,
+            g_ng: 0.0060,
+            e_max: 0.0564,
+            c_50: 436.0,
+            y_50: 12.0,
+            y_h: 1.5,
+            k_x: 0.022,
+            k_y: 0.030,
+            n_0: 70.0,
+            n_low: 0.20,
+            n_i: 60.0,
+            k_n: 0.12,
+            k: 0.62,
+            k_a1: 0.014,
+            k_a2: 0.023,
+            v_ld: 1.93,
+            k_ld: 62.6,
+            k_e: 0.133,
+            v_ins: 0.16,
+            e_m: 1.2,
+            e_half: 35.0,
+            k_u: 0.10,
+            k_l: 0.10,
+            f: 0.88,
+            g_r: 10.5,
+            k_r: 0.0008,
+            weight: Kilograms(76.3),
+        }
+    }
+
+    /// Draws a body around the nominal one.
+    ///
+    /// Log-normal factors with these standard deviations: 0.22 shared by x_50 and y_50 (inverse) and
+    /// 0.15 for each alone; k_a1 and k_a2 0.15 shared and 0.15 for each alone, V_LD 0.40 (ranges of
+    /// Wilinska et al. 2005, narrowed, since they hold error); V_b 0.06, V_i 0.12, K_m 0.10, V_0 0.20;
+    /// G_ng 0.10, E_max 0.12, n_0 0.15, n_low 0.40; k_x and k_y 0.20; k_e 0.10, volumes 0.06; E_m 0.22, its
+    /// half-content 0.25, k_u and k_l 0.20 shared; k_r 0.30; transport 0.15 (assumed). k normal 0.62 (SD
+    /// 0.07), f 0.88 (SD 0.03), G_r 10.5 (SD 0.7) mmol/L; weight as for the other generators. A body is
+    /// accepted if its basal need at 115 mg/dL lies between 0.45 and 1.35 U/h.
+    ///
+    /// # Errors
+    /// [`WorldError::NoBody`] if no draw is accepted, [`WorldError::Body`] if the model fails.
+    pub fn sample(person: usize, rng: &mut (impl Rng + ?Sized)) -> Result<Self, WorldError> {
+        let (lowest, highest) = BASAL_RANGE;
+        for _ in 0..MAX_DRAWS {
+            let body = Self::draw(rng);
+            match SaturatingBody::undisturbed(body).at_rest(REFERENCE_GLUCOSE) {
+                Ok((_, basal)) if (lowest..=highest).contains(&basal.0) => return Ok(body),
+                Ok(_)
+                | Err(ode_sim::OdeError::NoBasal { .. } | ode_sim::OdeError::SteadyState { .. }) => {
+                }
+                Err(source) => return Err(WorldError::Body { person, source }),
+            }
+        }
+        Err(WorldError::NoBody { person, draws: MAX_DRAWS, lowest, highest })
+    }
+
+    /// One draw, accepted or not.
+    fn draw(rng: &mut (impl Rng + ?Sized)) -> Self {
+        let nominal = Self::nominal();
+        let mut factor = |sd: f64| (sd * standard_normal(rng)).clamp(-2.5 * sd, 2.5 * sd).exp();
+        let (action, depot, intestine) = (factor(0.22), factor(0.15), factor(0.20));
+        let drawn = Self {
+            v_p: nominal.v_p * factor(0.06),
+            v_m: nominal.v_m * factor(0.06),
+            transport: nominal.transport * factor(0.15),
+            v_b: nominal.v_b * factor(0.06),
+            v_0: nominal.v_0 * factor(0.20),
+            v_i: nominal.v_i * factor(0.12),
+            x_50: nominal.x_50 / (action * factor(0.15)),
+            k_m: nominal.k_m * factor(0.10),
+            g_ng: nominal.g_ng * factor(0.10),
+            e_max: nominal.e_max * factor(0.12),
+            y_50: nominal.y_50 / (action * factor(0.15)),
+            k_x: nominal.k_x * factor(0.20),
+            k_y: nominal.k_y * factor(0.20),
+            n_0: nominal.n_0 * factor(0.15),
+            n_low: nominal.n_low * factor(0.40),
+            k_a1: nominal.k_a1 * depot * factor(0.15),
+            k_a2: nominal.k_a2 * depot * factor(0.15),
+            v_ld: nominal.v_ld * factor(0.40),
+            k_e: nominal.k_e * factor(0.10),
+            v_ins: nominal.v_ins * factor(0.06),
+            e_m: nominal.e_m * factor(0.22),
+            e_half: nominal.e_half * factor(0.25),
+            k_u: nominal.k_u * intestine,
+            k_l: nominal.k_l * intestine,
+            k_r: nominal.k_r * factor(0.30),
+            ..nominal
+        };
+        let mut normal =
+            |mean: f64, sd: f64| mean + (sd * standard_normal(rng)).clamp(-2.0 * sd, 2.0 * sd);
+        Self {
+            k: normal(0.62, 0.07),
+            f: normal(0.88, 0.03),
+            g_r: normal(nominal.g_r, 0.7),
+            weight: Kilograms(normal(76.3, 15.9).clamp(50.0, 115.0)),
+            ..drawn
+        }
+    }
+
+    /// The same body in which `1 / factor` of the plasma insulin does the same work on muscle, liver
+    /// and glucagon.
+    #[must_use]
+    pub fn with_action_scaled(self, factor: f64) -> Self {
+        Self { x_50: self.x_50 / factor, y_50: self.y_50 / factor, n_i: self.n_i / factor, ..self }
+    }
+
+    /// Each parameter with its name, in the order of the fields.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, f64); 34] {
+        [
+            ("v_p", self.v_p),
+            ("v_m", self.v_m),
+            ("transport", self.transport),
+            ("v_b", self.v_b),
+            ("k_b", self.k_b),
+            ("v_0", self.v_0),
+            ("v_i", self.v_i),
+            ("x_50", self.x_50),
+            ("k_m", self.k_m),
+            ("g_ng", self.g_ng),
+            ("e_max", self.e_max),
+            ("c_50", self.c_50),
+            ("y_50", self.y_50),
+            ("y_h", self.y_h),
+            ("k_x", self.k_x),
+            ("k_y", self.k_y),
+            ("n_0", self.n_0),
+            ("n_low", self.n_low),
+            ("n_i", self.n_i),
+            ("k_n", self.k_n),
+            ("k", self.k),
+            ("k_a1", self.k_a1),
+            ("k_a2", self.k_a2),
+            ("v_ld", self.v_ld),
+            ("k_ld", self.k_ld),
+            ("k_e", self.k_e),
+            ("v_ins", self.v_ins),
+            ("e_m", self.e_m),
+            ("e_half", self.e_half),
+            ("k_u", self.k_u),
+            ("k_l", self.k_l),
+            ("f", self.f),
+            ("g_r", self.g_r),
+            ("k_r", self.k_r),
+        ]
+    }
+}

@@ -1,0 +1,112 @@
+//! The basal rate and the state that hold a glucose concentration for ever.
+
+use ode_sim::OdeError;
+use physiology::{MgPerDl, MmolPerL, UnitsPerHour};
+
+#[cfg(test)]
+use super::equations::{Forcing, derivative};
+use super::equations::{brain, excretion, glucagon_wanted, lost, production, uptake};
+use super::parameters::SaturatingParameters;
+use super::state::SaturatingState;
+
+/// Highest plasma insulin that is considered, mU/L.
+const MOST_INSULIN: f64 = 600.0;
+/// Highest infusion that is considered, mU/min.
+const MOST_INFUSION: f64 = 20_000.0;
+
+/// The steady state at a glucose concentration, with its basal rate.
+///
+/// Net glucose falls with plasma insulin and plasma insulin rises with the infusion, so each is found
+/// by bisection of the one that goes with it.
+///
+/// # Errors
+/// [`OdeError::Argument`] for a glucose that cannot be, [`OdeError::Parameter`] for a parameter that
+/// is not positive, [`OdeError::NoBasal`] where glucose falls even without insulin, and
+/// [`OdeError::SteadyState`] where 600 mU/L do not hold it.
+pub(super) fn at_glucose(
+    p: &SaturatingParameters,
+    glucose: MgPerDl,
+) -> Result<(SaturatingState, UnitsPerHour), OdeError> {
+    if !(glucose.0.is_finite() && glucose.0 > 0.0) {
+        let requirement = "positive and finite";
+        return Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement });
+    }
+    let wrong = p.named().into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0));
+    if let Some((name, value)) = wrong {
+        return Err(OdeError::Parameter { name, value });
+    }
+    let plasma = MmolPerL::from(glucose).0;
+    let surplus = |insulin: f64| {
+        let glucagon = glucagon_wanted(p, plasma, insulin);
+        let muscle = muscle_at(p, plasma, insulin);
+        production(p, insulin, glucagon)
+            - brain(p, plasma)
+            - excretion(p.k_r, p.g_r, plasma)
+            - uptake(p, muscle, insulin, 0.0)
+    };
+    if surplus(0.0) < 0.0 {
+        return Err(OdeError::NoBasal { glucose: glucose.0 });
+    }
+    if surplus(MOST_INSULIN) > 0.0 {
+        let residual = surplus(MOST_INSULIN);
+        return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 0 });
+    }
+    let insulin = falling(surplus, MOST_INSULIN);
+    let needed = p.k_e * insulin * p.v_ins * p.weight.0;
+    let infusion = falling(|infusion| needed - absorbed(p, infusion), MOST_INFUSION);
+    let (slow, fast) = depots(p, infusion);
+    let state = SaturatingState {
+        plasma,
+        muscle: muscle_at(p, plasma, insulin),
+        insulin,
+        at_muscle: insulin,
+        at_liver: insulin,
+        glucagon: glucagon_wanted(p, plasma, insulin),
+        slow,
+        slow_next: slow,
+        fast,
+        ..SaturatingState::default()
+    };
+    Ok((state, UnitsPerHour(60.0 * infusion / 1000.0)))
+}
+
+/// Where a falling function of 0 to `most` is 0; the interval reaches the spacing of the numbers.
+fn falling(of: impl Fn(f64) -> f64, most: f64) -> f64 {
+    let (mut low, mut high) = (0.0, most);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if of(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Glucose about the muscle, mmol/L, at which as much arrives as is taken up.
+fn muscle_at(p: &SaturatingParameters, plasma: f64, insulin: f64) -> f64 {
+    falling(|m| p.transport * (plasma - m) - uptake(p, m, insulin, 0.0), plasma)
+}
+
+/// Insulin in the first places of both channels at an infusion of mU/min, mU.
+fn depots(p: &SaturatingParameters, infusion: f64) -> (f64, f64) {
+    let held = |rate: f64, arriving: f64| {
+        falling(|amount| arriving - rate * amount - lost(p, amount), arriving / rate)
+    };
+    (held(p.k_a1, p.k * infusion), held(p.k_a2, (1.0 - p.k) * infusion))
+}
+
+/// Insulin that reaches plasma at an infusion of mU/min, mU/min.
+fn absorbed(p: &SaturatingParameters, infusion: f64) -> f64 {
+    let (slow, fast) = depots(p, infusion);
+    p.k_a1 * slow + p.k_a2 * fast
+}
+
+/// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
+#[cfg(test)]
+pub(super) fn residual(
+    p: &SaturatingParameters,
+    state: &SaturatingState,
+    basal: UnitsPerHour,
+) -> f64 {
+    let insulin = 1000.0 * basal.0 / 60.0;
+    let slope = derivative(p, state, &Forcing { insulin, ..Forcing::NONE });
+    slope.entries().iter().fold(0.0_f64, |largest, (_, rate)| largest.max(rate.abs()))
+}
