@@ -47,6 +47,7 @@ pub mod filter;
 pub mod free_run;
 pub mod how_far;
 pub mod localisation;
+mod misfit;
 mod moderation;
 mod noise;
 pub mod observations;
