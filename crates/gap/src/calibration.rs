@@ -1,29 +1,30 @@
 //! Personal calibration: the plant's six most personal parameters by maximum a posteriori.
 //!
-//! Without it every person's own insulin action would count as a gap. Two searches over log factors on the
-//! population parameters follow each other. The first looks for the best posterior on a few days, in which all
-//! that a factor changes counts, the filter's own uncertainty included; it finds the neighbourhood. The
-//! second solves an estimating equation on the whole record: innovations, prewhitened and weighted by Huber,
-//! shall have no part along their derivatives ("signatures") with the filter's gains held. Innovations have mean
-//! zero given the past whatever they are weighed with, so that its answer does not lean on the noise model; the
-//! posterior would rather halve a person's meals than believe that they are counted well.
+//! Without it every person's own insulin action would count as a gap. The loss is that of the innovations of the
+//! whole record, prewhitened and weighted by Huber, while gains, variances and whitening of the filter are held: first
+//! at those of everybody's parameters, then at those of what was found. A loss under held gains has one
+//! minimum, to which a search descends; gains that follow the factors lead elsewhere after a small change of the
+//! record. Variances that are held do not reward parameters for promising small errors
+//! (`docs/decisions/0027-...`).
+//! The data's loss is divided by how much more the gradient varies from day to day than independent steps
+//! would make it, and the posterior covariance is that of days, not of steps ([`Calibration::covariance`]).
 
 mod equations;
-mod estimating;
-mod first_search;
+mod information;
+mod search;
 
 use ode_sim::{EgpMode, OdeParameters};
 use physiology::Plant as _;
 use serde::{Deserialize, Serialize};
 
-use self::estimating::{Solved, solved};
-use self::first_search::near_posterior;
+use self::search::{Solved, solved};
 use crate::augmented::AugmentedModel;
 use crate::error::GapError;
-use crate::filter::{Filtered, Innovation, filter, innovations};
+use crate::filter::{Filtered, Innovation, filter};
 use crate::noise::NoiseModel;
-use crate::observations::{Observations, Reading};
-use crate::whitening::{Autoregression, HUBER_THRESHOLD, huber_loss, robust_scale};
+use crate::observations::Observations;
+use crate::scored::normalised;
+use crate::whitening::{Autoregression, HUBER_THRESHOLD, robust_scale};
 
 pub use ode_sim::personal::{FACTORS, Factor, PersonalFactors};
 
@@ -39,16 +40,16 @@ pub struct CalibrationRule {
     /// The iteration ends when a step is no longer than this many posterior standard deviations, in whatever
     /// direction.
     pub tolerance: f64,
-    /// Log factors are kept within plus and minus this.
+    /// Log factors are kept within plus and minus this, far beyond what bodies are: a guard for the plant, no prior.
     pub bound: f64,
 }
 
 impl CalibrationRule {
-    /// The values in use: 12 h of burn-in, 4 h of dose memory, 30 iterations, 0.15 posterior standard
-    /// deviations (which add a fiftieth to the variance), factors within exp(-0.9) to exp(0.9).
+    /// The values in use: 12 h of burn-in, 4 h of dose memory, 30 iterations, 0.1 posterior standard
+    /// deviations (which add a hundredth to the variance), factors within exp(-1.5) to exp(1.5).
     #[must_use]
     pub const fn working() -> Self {
-        Self { burn_in: 144, dose_memory: 48, max_iterations: 30, tolerance: 0.15, bound: 0.9 }
+        Self { burn_in: 144, dose_memory: 48, max_iterations: 30, tolerance: 0.1, bound: 1.5 }
     }
 }
 
@@ -59,6 +60,11 @@ pub struct Calibration {
     pub factors: PersonalFactors,
     /// Their posterior standard deviations.
     pub sd: [f64; FACTORS],
+    /// Their posterior covariance, days taken for independent, in the order of [`Factor::ALL`]: what other days
+    /// would have changed, by the jackknife, and what the prior leaves open.
+    pub covariance: [[f64; FACTORS]; FACTORS],
+    /// How many times the variance of what the record says is what independent steps would make it, at least 1.
+    pub dependence: f64,
     /// The filter's model with the calibrated parameters.
     pub model: AugmentedModel,
     /// The filter's run with that model.
@@ -92,16 +98,13 @@ impl Calibration {
     /// # Errors
     /// As [`filter`].
     pub fn about(&self, record: &Observations, rule: &CalibrationRule) -> Result<Self, GapError> {
-        let scored = rule.scored(record, &(0..record.len()));
-        let filtered = filter(&self.model, record)?;
-        let z = crate::scored::normalised(&filtered.innovations, &scored);
-        let autoregression = Autoregression::fitted(&z);
-        let whitened = autoregression.whitened(&z);
-        let scale = clipped_scale(&whitened);
+        let setting = Setting::of(&self.model, record, rule);
+        let Run { filtered, autoregression, whitened, scale } =
+            Run::of(filter(&self.model, record)?, &setting);
         Ok(Self {
             filtered,
             autoregression,
-            whitened: whitened.iter().map(|w| w.map(|w| w / scale)).collect(),
+            whitened,
             scale,
             at_bound: self.at_bound.clone(),
             model: self.model.clone(),
@@ -112,10 +115,10 @@ impl Calibration {
 
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
-/// Shortest share of a step that is tried; what gains less lies between kinks.
-const SHORTEST_SHARE: f64 = 0.1;
 /// A move of the log factors.
 type Factors = [f64; FACTORS];
+/// A matrix over the factors, row by row.
+type Square = [[f64; FACTORS]; FACTORS];
 
 /// What does not change during one person's calibration.
 struct Setting<'a> {
@@ -126,64 +129,42 @@ struct Setting<'a> {
     bound: f64,
 }
 
-impl Setting<'_> {
+impl<'a> Setting<'a> {
+    fn of(
+        population: &'a AugmentedModel,
+        record: &'a Observations,
+        rule: &CalibrationRule,
+    ) -> Self {
+        let scored = rule.scored(record, &(0..record.len()));
+        Self { population, record, scored, bound: rule.bound }
+    }
+
+    fn singular(&self) -> GapError {
+        GapError::Singular { person: self.record.person.clone() }
+    }
+
     fn model(&self, factors: &PersonalFactors) -> AugmentedModel {
         self.population.with_parameters(|population| factors.applied_to(population))
     }
 
-    /// Innovations before `end`; `None` where not scored.
-    fn innovations(
-        &self,
-        factors: &PersonalFactors,
-        end: usize,
-    ) -> Result<Vec<Option<Innovation>>, GapError> {
-        let mut found = innovations(&self.model(factors), self.record, end)?;
-        for (innovation, scored) in found.iter_mut().zip(&self.scored) {
-            *innovation = innovation.filter(|_| *scored);
-        }
-        Ok(found)
-    }
-
-    /// Steps in which the first `readings` scored readings lie.
-    fn steps_of(&self, readings: usize) -> usize {
-        let within = self.record.readings.iter().map(|r| matches!(r, Reading::Within(_)));
-        let scored = within.zip(&self.scored).enumerate().filter(|(_, (r, s))| *r && **s);
-        scored.map(|(step, _)| step + 1).take(readings).last().unwrap_or(0)
+    /// In units of their standard deviations; `None` where not scored.
+    fn normalised(&self, innovations: &[Option<Innovation>]) -> Vec<Option<f64>> {
+        normalised(innovations, &self.scored)
     }
 }
 
-fn normalised(innovations: &[Option<Innovation>]) -> Vec<Option<f64>> {
-    innovations.iter().map(|i| i.map(|i| i.normalised())).collect()
-}
-
-/// The whitening that is held while one step of the calibration is taken.
+/// A whitening of normalised innovations.
 struct Whitening {
     autoregression: Autoregression,
     scale: f64,
 }
 
-/// Whitened innovations and the logarithms of their variances; `None` where not scored.
-type Scored = Vec<Option<(f64, f64)>>;
-
 impl Whitening {
-    fn fitted(innovations: &[Option<Innovation>]) -> Self {
-        let z = normalised(innovations);
-        let autoregression = Autoregression::fitted(&z);
+    fn fitted(z: &[Option<f64>]) -> Self {
+        let autoregression = Autoregression::fitted(z);
         // Readings smoother than the noise model (interpolated ones) are not trusted more for that.
-        let scale = clipped_scale(&autoregression.whitened(&z)).max(1.0);
+        let scale = clipped_scale(&autoregression.whitened(z)).max(1.0);
         Self { autoregression, scale }
-    }
-
-    fn of(&self, innovations: &[Option<Innovation>]) -> Scored {
-        let whitened = self.autoregression.whitened(&normalised(innovations));
-        let both = whitened.into_iter().zip(innovations);
-        both.map(|(w, i)| Some((w?, (*i)?.variance.ln()))).collect()
-    }
-
-    /// Negative log posterior up to a constant, nats.
-    fn loss(&self, scored: &Scored, factors: &PersonalFactors) -> f64 {
-        let of = |(w, variance): &(f64, f64)| huber_loss(w / self.scale, 1.0) + 0.5 * variance;
-        scored.iter().flatten().map(of).sum::<f64>() + factors.prior_loss()
     }
 }
 
@@ -210,20 +191,22 @@ pub fn calibrated(
     record: &Observations,
     rule: &CalibrationRule,
 ) -> Result<Calibration, GapError> {
-    let scored = rule.scored(record, &(0..record.len()));
-    let setting = Setting { population, record, scored, bound: rule.bound };
-    let start = near_posterior(&setting)?;
-    let Solved { factors, run, sd, iterations, converged } = solved(&setting, start, rule)?;
-    let scale = clipped_scale(&run.whitened);
+    let setting = Setting::of(population, record, rule);
+    let Solved { factors, filtered, covariance, dependence, iterations, converged } =
+        solved(&setting, rule)?;
     let at_bound =
         Factor::ALL.into_iter().filter(|f| factors.get(*f).abs() >= rule.bound).collect();
+    let model = setting.model(&factors);
+    let Run { filtered, autoregression, whitened, scale } = Run::of(filtered, &setting);
     Ok(Calibration {
         factors,
-        sd,
-        model: setting.model(&factors),
-        filtered: run.filtered,
-        autoregression: run.whitening.autoregression,
-        whitened: run.whitened.iter().map(|w| w.map(|w| w / scale)).collect(),
+        sd: std::array::from_fn(|k| covariance[k][k].sqrt()),
+        covariance,
+        dependence,
+        model,
+        filtered,
+        autoregression,
+        whitened,
         scale,
         iterations,
         converged,
@@ -231,11 +214,24 @@ pub fn calibrated(
     })
 }
 
-/// Factors after a move, none of which is longer than [`LONGEST_MOVE`] or leads out of bounds.
-fn moved(factors: &PersonalFactors, by: &Factors, bound: f64) -> PersonalFactors {
-    PersonalFactors(std::array::from_fn(|k| {
-        (factors.0[k] + by[k].clamp(-LONGEST_MOVE, LONGEST_MOVE)).clamp(-bound, bound)
-    }))
+/// A run of the filter with its own gains, its innovations whitened.
+struct Run {
+    filtered: Filtered,
+    autoregression: Autoregression,
+    /// In units of `scale`.
+    whitened: Vec<Option<f64>>,
+    scale: f64,
+}
+
+impl Run {
+    fn of(filtered: Filtered, setting: &Setting<'_>) -> Self {
+        let z = setting.normalised(&filtered.innovations);
+        let autoregression = Autoregression::fitted(&z);
+        let whitened = autoregression.whitened(&z);
+        let scale = clipped_scale(&whitened);
+        let whitened = whitened.iter().map(|w| w.map(|w| w / scale)).collect();
+        Self { filtered, autoregression, whitened, scale }
+    }
 }
 
 /// Standard deviation with values clipped at Huber's threshold, so that wild readings do not

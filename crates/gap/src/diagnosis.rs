@@ -425,6 +425,12 @@ pub struct CalibrationSummary {
     pub converged: bool,
     /// Iterations made.
     pub iterations: usize,
+    /// Posterior covariance of the factors' logarithms, in their order.
+    #[serde(default)]
+    pub log_covariance: Vec<Vec<f64>>,
+    /// How many times the variance of what the record says is what independent steps would make it, at least 1.
+    #[serde(default)]
+    pub dependence: f64,
     /// Standard deviation of the whitened normalised innovations: above 1 where the filter trusts
     /// plant and sensor too much.
     pub innovation_sd: f64,

@@ -176,8 +176,38 @@ impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running
 
 /// Runs the filter with the gains of an earlier run, for another model of the same person.
 ///
-/// Returns observed minus predicted, mg/dL, at the steps that the earlier run scored. With the
-/// gains held, the innovations are a smooth function of the model's parameters.
+/// States and innovations are those of `model`; gains and variances are those of `frozen`. With the gains held, the
+/// innovations are a smooth function of the model's parameters, but for the kinks of the plant.
+///
+/// # Errors
+/// As [`filter`].
+pub fn replayed(
+    model: &AugmentedModel,
+    record: &Observations,
+    frozen: &Filtered,
+) -> Result<Filtered, GapError> {
+    check_length(record)?;
+    let (mut state, _) = start(model, record);
+    let mut filtered = Filtered::with_capacity(record.len());
+    for (step, gain) in frozen.gains.iter().enumerate() {
+        let difference = record.readings[step]
+            .value()
+            .map(|value| value - model.reading(&state, record.modulation(step)));
+        if let (Some(gain), Some(difference)) = (gain, difference) {
+            state = model.corrected(&state, &gain.gain, difference);
+        }
+        filtered.states.push(state);
+        filtered.gains.push(*gain);
+        let innovation = frozen.innovations[step].zip(difference);
+        filtered.innovations.push(innovation.map(|(held, value)| Innovation { value, ..held }));
+        state = model
+            .step(&state, &record.inputs[step], record.modulation(step))
+            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
+    }
+    Ok(filtered)
+}
+
+/// The innovations of [`replayed`], mg/dL, at the steps that the earlier run scored.
 ///
 /// # Errors
 /// As [`filter`].
@@ -186,22 +216,8 @@ pub fn replay(
     record: &Observations,
     frozen: &Filtered,
 ) -> Result<Vec<Option<f64>>, GapError> {
-    check_length(record)?;
-    let (mut state, _) = start(model, record);
-    let mut innovations = Vec::with_capacity(record.len());
-    for (step, gain) in frozen.gains.iter().enumerate() {
-        let difference = record.readings[step]
-            .value()
-            .map(|value| value - model.reading(&state, record.modulation(step)));
-        if let (Some(gain), Some(difference)) = (gain, difference) {
-            state = model.corrected(&state, &gain.gain, difference);
-        }
-        innovations.push(difference.filter(|_| frozen.innovations[step].is_some()));
-        state = model
-            .step(&state, &record.inputs[step], record.modulation(step))
-            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
-    }
-    Ok(innovations)
+    let run = replayed(model, record, frozen)?;
+    Ok(run.innovations.iter().map(|innovation| innovation.map(|i| i.value)).collect())
 }
 
 fn check_length(record: &Observations) -> Result<(), GapError> {

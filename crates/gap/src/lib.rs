@@ -50,6 +50,7 @@ pub mod free_run;
 pub mod how_far;
 pub mod localisation;
 mod log_sum;
+mod misfit;
 mod moderation;
 mod modulated_plant;
 mod noise;

@@ -17,6 +17,7 @@ use crate::diagnosis::{
 use crate::error::GapError;
 use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
 use crate::localisation::{DayCells, LocalisationRule};
+use crate::misfit;
 use crate::noise::NoiseModel;
 use crate::observations::{MissingDosePolicy, Observations, Reading};
 use crate::plants::Plants;
@@ -134,7 +135,10 @@ pub(crate) fn analyse(
     let analysis = analysis.map(|analysis| PersonAnalysis { person: without.clone(), ..analysis });
     let calibration = analysis.as_ref().map(|a| a.summary.clone());
     let summary = PersonSummary { person_id: person.id.clone(), days, excluded, calibration };
-    let findings = quality.into_iter().map(|finding| finding.reported).collect();
+    let mut findings: Vec<_> = quality.into_iter().map(|finding| finding.reported).collect();
+    if let Some(analysis) = &analysis {
+        findings.extend(misfit::findings(&person.id, &analysis.calibration));
+    }
     Ok(PersonOutcome { summary, findings, analysis })
 }
 
@@ -300,6 +304,8 @@ fn summary(
         factors,
         converged: calibration.converged,
         iterations: calibration.iterations,
+        log_covariance: calibration.covariance.map(|row| row.to_vec()).to_vec(),
+        dependence: calibration.dependence,
         innovation_sd: calibration.scale,
         autoregression: [calibration.autoregression.a1, calibration.autoregression.a2],
         runs,

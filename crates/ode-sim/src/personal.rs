@@ -30,6 +30,19 @@ impl Factor {
     pub const ALL: [Self; FACTORS] =
         [Self::Action, Self::Egp0, Self::TMaxG, Self::TMaxI, Self::AG, Self::F01];
 
+    /// The parameter that it multiplies, in the paper's symbols.
+    #[must_use]
+    pub const fn parameter(self) -> &'static str {
+        match self {
+            Self::Action => "s_f1 to s_f3",
+            Self::Egp0 => "egp_0",
+            Self::TMaxG => "t_max_g",
+            Self::TMaxI => "t_max_i",
+            Self::AG => "a_g",
+            Self::F01 => "f_01",
+        }
+    }
+
     /// Standard deviation of the prior of the factor's logarithm; its mean is 0.
     #[must_use]
     pub const fn prior_sd(self) -> f64 {

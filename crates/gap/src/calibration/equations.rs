@@ -1,18 +1,29 @@
-//! The linear equations of one step of a search.
+//! The linear equations of one step of the search.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::{FACTORS, Factors, LONGEST_MOVE, PersonalFactors, Setting};
+use super::information::{Information, times};
+use super::{FACTORS, Factors, LONGEST_MOVE, PersonalFactors, Setting, Square};
 use crate::error::GapError;
 
-/// Curvature (6, 6) and gradient (6) of a loss at one set of factors, the prior's included.
+/// Curvature (6, 6) and gradient (6) of the loss at one set of factors, the prior's included.
 pub(super) struct NormalEquations {
-    pub(super) curvature: [[f64; FACTORS]; FACTORS],
-    pub(super) gradient: Factors,
+    curvature: Square,
+    gradient: Factors,
 }
 
 impl NormalEquations {
+    /// Of the data's loss divided by `dependence`, and the prior.
+    pub(super) fn of(
+        information: &Information,
+        dependence: f64,
+        factors: &PersonalFactors,
+    ) -> Self {
+        let (curvature, gradient) = information.posterior(dependence, &factors.0);
+        Self { curvature, gradient }
+    }
+
     /// The step that solves the equations.
     pub(super) fn step(
         &self,
@@ -30,33 +41,18 @@ impl NormalEquations {
         });
         let right =
             Mat::from_fn(FACTORS, 1, |row, _| if held[row] { 0.0 } else { -self.gradient[row] });
-        let singular = || GapError::Singular { person: setting.record.person.clone() };
-        let solution = matrix.llt(Side::Lower).map_err(|_| singular())?.solve(&right);
+        let solution = matrix.llt(Side::Lower).map_err(|_| setting.singular())?.solve(&right);
+        let longest = (0..FACTORS).map(|k| solution[(k, 0)].abs()).fold(LONGEST_MOVE, f64::max);
         // No further than the bound, so that what leads beyond it does not count as a way to go.
         let step: Factors = std::array::from_fn(|k| {
-            let step = solution[(k, 0)].clamp(-LONGEST_MOVE, LONGEST_MOVE);
+            let step = solution[(k, 0)] * LONGEST_MOVE / longest;
             (factors.0[k] + step).clamp(-bound, bound) - factors.0[k]
         });
-        if step.iter().any(|v| !v.is_finite()) { Err(singular()) } else { Ok(step) }
-    }
-
-    /// Product of two moves, each in posterior standard deviations.
-    pub(super) fn product(&self, a: &Factors, b: &Factors) -> f64 {
-        let along = |row: &Factors| row.iter().zip(b).map(|(c, b)| c * b).sum::<f64>();
-        self.curvature.iter().zip(a).map(|(row, a)| a * along(row)).sum()
+        if step.iter().any(|v| !v.is_finite()) { Err(setting.singular()) } else { Ok(step) }
     }
 
     /// Length of a move, posterior standard deviations: no factor moves by more of its own.
     pub(super) fn length(&self, step: &Factors) -> f64 {
-        self.product(step, step).sqrt()
-    }
-
-    pub(super) fn posterior_sd(&self, setting: &Setting<'_>) -> Result<Factors, GapError> {
-        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| self.curvature[row][column]);
-        let inverse = matrix
-            .llt(Side::Lower)
-            .map_err(|_| GapError::Singular { person: setting.record.person.clone() })?
-            .solve(&Mat::<f64>::identity(FACTORS, FACTORS));
-        Ok(std::array::from_fn(|k| inverse[(k, k)].sqrt()))
+        times(&self.curvature, step).iter().zip(step).map(|(a, b)| a * b).sum::<f64>().sqrt()
     }
 }

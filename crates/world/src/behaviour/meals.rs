@@ -112,7 +112,7 @@ pub(super) fn meals(
             times.push((MealKind::Snack, rng.random_range(wake + 2.0..last)));
         }
         for (kind, hour) in times {
-            let skipped = rng.random::<f64>() < kind.skip_probability();
+            let skipped = rng.random::<f64>() < kind.skip_probability(hours.meals_left_out);
             let meal = draw_meal(habits, kind, later, &sizes, rng);
             let free = |step: &usize| meals.iter().all(|m| m.step.abs_diff(*step) > 1);
             if let Some(step) = calendar.step_at(day, hour).filter(free)
@@ -134,12 +134,13 @@ pub(super) fn count_again(meals: &mut [Meal], rng: &mut (impl Rng + ?Sized)) {
 }
 
 impl MealKind {
-    /// Probability that the meal is left out.
-    fn skip_probability(self) -> f64 {
+    /// Probability that the meal is left out by a person who leaves out this share of breakfasts and lunches.
+    fn skip_probability(self, left_out: f64) -> f64 {
         match self {
-            Self::Breakfast => 1.0 / 12.0,
-            Self::Lunch => 1.0 / 30.0,
-            Self::Dinner | Self::Snack => 0.0,
+            Self::Breakfast => left_out.max(1.0 / 12.0),
+            Self::Lunch => left_out.max(1.0 / 30.0),
+            Self::Dinner => 0.25 * left_out,
+            Self::Snack => 0.0,
         }
     }
 }

@@ -11,6 +11,8 @@ pub struct Hours {
     pub irregularity: f64,
     /// Work that moves whole days.
     pub shift: Shift,
+    /// Probability that a breakfast or a lunch is left out; a dinner is in a quarter of the cases.
+    pub meals_left_out: f64,
     /// How much more often alcohol is drunk on a Friday or Saturday than on another evening.
     pub weekend_drinking: f64,
 }
@@ -35,13 +37,15 @@ pub enum Shift {
 
 impl Hours {
     /// Regular hours.
-    pub const REGULAR: Self = Self { irregularity: 1.0, shift: Shift::None, weekend_drinking: 3.0 };
+    pub const REGULAR: Self =
+        Self { irregularity: 1.0, shift: Shift::None, meals_left_out: 0.0, weekend_drinking: 3.0 };
 
     /// Draws them: spreads of 0.6 to 2.5 times the regular ones (SDs of sleep timing of 0.5 to 2 h between
     /// nights, Bei et al., Sleep Med Rev 2016;28:108); one person in ten lives 1.5 to 4 h later than
     /// others, one in ten works in shifts that rotate every 2 to 7 days by 6 to 9 h (a fifth of workers
     /// do shift work, Kecklund and Axelsson, BMJ 2016;355:i5210); alcohol on Fridays and Saturdays as
-    /// often as on other days to five times that.
+    /// often as on other days to five times that; 0 to 60 % of breakfasts and lunches left out (people in two open
+    /// studies log one to six meals a day).
     #[must_use]
     pub(super) fn sample(own: &mut impl Rng) -> Self {
         let (irregularity, kind) = (own.random_range(0.6..2.5), own.random::<f64>());
@@ -49,6 +53,7 @@ impl Hours {
         let days = own.random_range(2..=7_usize);
         let before = own.random_range(0..7_usize) % days;
         let weekend_drinking = own.random_range(1.0..5.0);
+        let meals_left_out = own.random_range(0.0..0.6);
         let shift = if kind < 0.1 {
             Shift::Late(late)
         } else if kind < 0.2 {
@@ -56,7 +61,7 @@ impl Hours {
         } else {
             Shift::None
         };
-        Self { irregularity, shift, weekend_drinking }
+        Self { irregularity, shift, meals_left_out, weekend_drinking }
     }
 
     /// Hours by which each day of a calendar is later, and one more for its last evening.

@@ -1,0 +1,223 @@
+//! What a record says about the factors, and how certain that is when days, not steps, are independent.
+//!
+//! Steps of a day share what the plant does not know: a miscounted meal, an afternoon of work, a sensor that
+//! reads low. A curvature that takes steps for independent promises more than the record holds. Leaving out one
+//! day after the other shows what it holds (the jackknife; Tukey, Ann Math Stat 1958;29:614).
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use super::{FACTORS, Factor, Factors, Square};
+
+/// Days of independent steps that a person's own days are drawn towards: squares of a few days scatter.
+const PRIOR_DAYS: f64 = 4.0;
+
+/// What one day says: curvature and gradient of its loss.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Day {
+    /// By Gauss and Newton, steps taken for independent.
+    pub(super) curvature: Square,
+    pub(super) gradient: Factors,
+}
+
+/// What a record says at one set of factors, without the prior.
+pub(super) struct Information {
+    days: Vec<Day>,
+    curvature: Square,
+    gradient: Factors,
+}
+
+impl Information {
+    /// Days without a scored step are left out.
+    pub(super) fn of(days: impl IntoIterator<Item = Day>) -> Self {
+        let days: Vec<Day> = days
+            .into_iter()
+            .filter(|day| (0..FACTORS).any(|k| day.curvature[k][k] > 0.0))
+            .collect();
+        let sum = |of: &dyn Fn(&Day) -> f64| days.iter().map(of).sum::<f64>();
+        let curvature = square(|row, column| sum(&|day| day.curvature[row][column]));
+        let gradient = std::array::from_fn(|k| sum(&|day| day.gradient[k]));
+        Self { days, curvature, gradient }
+    }
+
+    /// By Gauss and Newton.
+    pub(super) fn curvature(&self) -> &Square {
+        &self.curvature
+    }
+
+    pub(super) fn gradient(&self) -> &Factors {
+        &self.gradient
+    }
+
+    /// How many times the variance of the gradient is what independent steps would make it, at least 1.
+    ///
+    /// With C the posterior covariance of independent steps, H the curvature and J the sum of the days' squares
+    /// about their mean, tr(C J) / tr(C H): a mean over the directions of which the record says more than
+    /// the prior. `None` where the curvature is not positive definite.
+    pub(super) fn dependence(&self) -> Option<f64> {
+        let n = self.days.len() as f64;
+        if n < 2.0 {
+            return Some(1.0);
+        }
+        let covariance = inverse(&with_prior(&self.curvature, 1.0))?;
+        let squares: f64 = self
+            .days
+            .iter()
+            .map(|day| {
+                let apart: Factors =
+                    std::array::from_fn(|k| day.gradient[k] - self.gradient[k] / n);
+                dot(&apart, &times(&covariance, &apart))
+            })
+            .sum();
+        let expected: f64 = (0..FACTORS).map(|k| dot(&covariance[k], &self.curvature[k])).sum();
+        let ratio = n / (n - 1.0) * squares / expected;
+        Some(f64::max(((n - 1.0) * ratio + PRIOR_DAYS) / (n - 1.0 + PRIOR_DAYS), 1.0))
+    }
+
+    /// Curvature and gradient of the posterior at `factors`, the data's loss divided by `dependence`.
+    pub(super) fn posterior(&self, dependence: f64, factors: &Factors) -> (Square, Factors) {
+        let prior = |k: usize| factors[k] * Factor::ALL[k].prior_sd().powi(-2);
+        let gradient = std::array::from_fn(|k| self.gradient[k] / dependence + prior(k));
+        (with_prior(&self.curvature, dependence), gradient)
+    }
+
+    /// Covariance of the error of the factors at which the posterior is highest: what other days would have changed,
+    /// and what the prior leaves open.
+    ///
+    /// `observed` is the curvature of the data's loss. Where a meal is missing from a log it differs from that of Gauss
+    /// and Newton, because errors are large there and Huber's weights flatten the loss. With it,
+    /// A is the posterior's curvature and P the prior's precision. The first part is the jackknife's, with one
+    /// step of Newton for each day left out; it is drawn towards A^-1 H A^-1 / dependence, which it would be if all
+    /// directions depended alike. The second is A^-1 P A^-1. In no direction is the sum larger than the
+    /// prior's covariance. `None` where a curvature is not positive definite.
+    pub(super) fn covariance(&self, observed: &Square, dependence: f64) -> Option<Square> {
+        let total = with_prior(observed, dependence);
+        let whole = inverse(&total)?;
+        let n = self.days.len() as f64;
+        let moves: Vec<Factors> = self
+            .days
+            .iter()
+            .map(|day| {
+                let left = square(|row, column| {
+                    total[row][column] - day.curvature[row][column] / dependence
+                });
+                Some(times(&inverse(&left)?, &day.gradient.map(|value| value / dependence)))
+            })
+            .collect::<Option<_>>()?;
+        let mean: Factors =
+            std::array::from_fn(|k| moves.iter().map(|m| m[k]).sum::<f64>() / n.max(1.0));
+        let own = (n - 1.0).max(0.0);
+        let jackknife = |row: usize, column: usize| {
+            let product = |m: &Factors| (m[row] - mean[row]) * (m[column] - mean[column]);
+            own / n.max(1.0) * moves.iter().map(product).sum::<f64>()
+        };
+        let alike =
+            sandwich(&whole, &self.curvature.map(|row| row.map(|value| value / dependence)));
+        let open = sandwich(&whole, &with_prior(&[[0.0; FACTORS]; FACTORS], 1.0));
+        within_prior(&square(|row, column| {
+            let sampled = own * jackknife(row, column) + PRIOR_DAYS * alike[row][column];
+            sampled / (own + PRIOR_DAYS) + open[row][column]
+        }))
+    }
+}
+
+/// A covariance that is no larger than the prior's in any direction; `None` where it is not finite.
+fn within_prior(covariance: &Square) -> Option<Square> {
+    let sd = Factor::ALL.map(Factor::prior_sd);
+    let relative = Mat::from_fn(FACTORS, FACTORS, |row, column| {
+        covariance[row][column] / (sd[row] * sd[column])
+    });
+    let eigen = relative.self_adjoint_eigen(Side::Lower).ok()?;
+    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+    Some(square(|row, column| {
+        let along = |k: usize| vectors[(row, k)] * f64::min(values[k], 1.0) * vectors[(column, k)];
+        sd[row] * sd[column] * (0..FACTORS).map(along).sum::<f64>()
+    }))
+}
+
+fn square(of: impl Fn(usize, usize) -> f64) -> Square {
+    std::array::from_fn(|row| std::array::from_fn(|column| of(row, column)))
+}
+
+fn dot(a: &Factors, b: &Factors) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+pub(super) fn times(matrix: &Square, vector: &Factors) -> Factors {
+    std::array::from_fn(|row| dot(&matrix[row], vector))
+}
+
+/// `outer` symmetric.
+fn sandwich(outer: &Square, inner: &Square) -> Square {
+    let half = square(|row, column| dot(&inner[row], &outer[column]));
+    square(|row, column| (0..FACTORS).map(|k| outer[row][k] * half[k][column]).sum())
+}
+
+/// A curvature of the data over `dependence`, and the prior's precision.
+fn with_prior(data: &Square, dependence: f64) -> Square {
+    square(|row, column| {
+        let prior = if row == column { Factor::ALL[row].prior_sd().powi(-2) } else { 0.0 };
+        data[row][column] / dependence + prior
+    })
+}
+
+fn inverse(of: &Square) -> Option<Square> {
+    let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| of[row][column]);
+    let inverse = matrix.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(FACTORS, FACTORS));
+    Some(square(|row, column| inverse[(row, column)]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Days whose gradients have `factor` times their curvature as covariance: plus and minus along one factor after
+    /// the other.
+    fn information(days: usize, factor: f64) -> Information {
+        let size = (factor * 400.0 * FACTORS as f64 / days as f64).sqrt();
+        Information::of((0..days).map(|day| {
+            let mut gradient = [0.0; FACTORS];
+            gradient[(day / 2) % FACTORS] = if day % 2 == 0 { size } else { -size };
+            let own = 400.0 / days as f64;
+            let curvature = square(|row, column| if row == column { own } else { 0.0 });
+            Day { curvature, gradient }
+        }))
+    }
+
+    #[test]
+    fn days_that_scatter_more_count_less() {
+        for (factor, expected) in [(0.2, 1.0), (1.0, 1.0), (9.0, 8.9)] {
+            let found = information(240, factor);
+            let dependence = found.dependence().expect("positive definite");
+            // n / (n - 1) of 240 days, and four days of 1 among them.
+            assert!((dependence / expected - 1.0).abs() < 0.01, "{factor}: {dependence}");
+            let sd = found.covariance(found.curvature(), dependence).expect("positive definite")[0]
+                [0]
+            .sqrt();
+            let curvature = 400.0 / expected + Factor::Action.prior_sd().powi(-2);
+            let ratio = sd * curvature.sqrt();
+            // Days that agree too well tell more than they should; the rest is n / (n - 1) and the four days.
+            assert!(if factor < 1.0 { ratio < 1.0 } else { (ratio - 1.0).abs() < 0.03 }, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn no_record_makes_a_person_less_certain_than_the_prior() {
+        let found = information(12, 1e4);
+        // Days that contradict each other, and are taken for independent steps all the same.
+        let covariance = found.covariance(found.curvature(), 1.0).expect("positive definite");
+        for (k, factor) in Factor::ALL.into_iter().enumerate() {
+            assert!(covariance[k][k].sqrt() <= factor.prior_sd() * (1.0 + 1e-12), "{factor:?}");
+        }
+    }
+
+    #[test]
+    fn a_record_that_says_nothing_leaves_the_prior() {
+        let empty = Information::of([Day::default()]);
+        let covariance = empty.covariance(empty.curvature(), 1.0).expect("positive definite");
+        assert_eq!(empty.dependence(), Some(1.0));
+        for (k, factor) in Factor::ALL.into_iter().enumerate() {
+            assert!((covariance[k][k].sqrt() / factor.prior_sd() - 1.0).abs() < 1e-12); // rounding
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The search: the minimum of the loss under the gains of everybody's parameters.
+
+use physiology::STEPS_PER_DAY;
+
+use super::equations::NormalEquations;
+use super::information::{Day, Information};
+use super::{
+    CalibrationRule, FACTORS, Factor, Factors, PersonalFactors, Setting, Square, Whitening,
+};
+use crate::error::GapError;
+use crate::filter::{Filtered, filter, replayed};
+use crate::tangent::{Direction, Parameter, few_at_a_time};
+use crate::whitening::{Autoregression, huber_loss, huber_weight};
+
+/// The calibrated parameters, in the order of [`Factor::ALL`](super::Factor::ALL).
+const PARAMETERS: [Parameter; FACTORS] = [
+    Parameter::Action,
+    Parameter::Egp0,
+    Parameter::TMaxG,
+    Parameter::TMaxI,
+    Parameter::AG,
+    Parameter::F01,
+];
+/// Iterations in which the dependence of days follows the factors; later ones descend one loss.
+const FOLLOWED: usize = 4;
+/// The step, posterior standard deviations, with which the first descent ends.
+const FIRST_TOLERANCE: f64 = 1.0;
+/// Shortest share of a step that is tried.
+const SHORTEST_SHARE: f64 = 1.0 / 16.0;
+
+/// What is held while the factors are searched: gains and variances of the filter with some parameters, and the
+/// whitening of its innovations.
+struct Held {
+    filtered: Filtered,
+    whitening: Whitening,
+}
+
+impl Held {
+    fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
+        let filtered = filter(&setting.model(factors), setting.record)?;
+        let whitening = Whitening::fitted(&setting.normalised(&filtered.innovations));
+        Ok(Self { filtered, whitening })
+    }
+}
+
+/// The record under some factors.
+struct Point {
+    factors: PersonalFactors,
+    whitened: Vec<Option<f64>>,
+    information: Information,
+}
+
+impl Point {
+    fn at(setting: &Setting<'_>, held: &Held, factors: PersonalFactors) -> Result<Self, GapError> {
+        let model = setting.model(&factors);
+        let run = replayed(&model, setting.record, &held.filtered)?;
+        let directions = PARAMETERS.map(Direction::Parameter);
+        // In standard deviations of the innovations, the factors beside each other.
+        let mut signatures: Vec<Factors> = Vec::new();
+        few_at_a_time(&model, setting.record, &run, &directions, |_, rows| {
+            let scaled = run.innovations.iter().zip(rows).map(|(innovation, row)| {
+                let inverse = innovation.map_or(0.0, |i| i.variance.sqrt().recip());
+                std::array::from_fn(|k| inverse * f64::from(row[k]))
+            });
+            signatures = scaled.collect();
+        })?;
+        let z = setting.normalised(&run.innovations);
+        let whitened = held.whitening.autoregression.whitened(&z);
+        let information = information(&held.whitening, &whitened, &signatures);
+        Ok(Self { factors, whitened, information })
+    }
+
+    /// Negative log posterior, the data's part divided by `dependence`, nats.
+    fn loss(&self, held: &Held, dependence: f64) -> f64 {
+        let of = |w: &f64| huber_loss(w / held.whitening.scale, 1.0);
+        self.whitened.iter().flatten().map(of).sum::<f64>() / dependence + self.factors.prior_loss()
+    }
+}
+
+/// Where the loss is lowest.
+pub(super) struct Solved {
+    pub(super) factors: PersonalFactors,
+    /// The filter with these factors and its own gains.
+    pub(super) filtered: Filtered,
+    /// Posterior covariance of the factors.
+    pub(super) covariance: Square,
+    pub(super) dependence: f64,
+    pub(super) iterations: usize,
+    pub(super) converged: bool,
+}
+
+/// Descends twice: under the gains of everybody's parameters, which one minimum follows from, and under the gains of
+/// what was found, which are nearer to the person's.
+///
+/// What a third descent would change by its first step counts as uncertainty.
+pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<Solved, GapError> {
+    let everybody = PersonalFactors::default();
+    let held = Held::of(setting, &everybody)?;
+    let start = Point::at(setting, &held, everybody)?;
+    let first = descended(setting, &held, start, rule, FIRST_TOLERANCE)?;
+
+    let held = Held::of(setting, &first.point.factors)?;
+    let start = Point::at(setting, &held, first.point.factors)?;
+    let Descended { point, dependence, iterations, converged } =
+        descended(setting, &held, start, rule, rule.tolerance)?;
+    let by_newton = point
+        .information
+        .covariance(point.information.curvature(), dependence)
+        .ok_or_else(|| setting.singular())?;
+    let sd = std::array::from_fn(|k| by_newton[k][k].sqrt());
+    let observed = observed(setting, &held, &point, &sd)?;
+    let mut covariance = point.information.covariance(&observed, dependence).unwrap_or(by_newton);
+
+    let own = Held::of(setting, &point.factors)?;
+    let there = Point::at(setting, &own, point.factors)?;
+    let left = NormalEquations::of(&there.information, dependence, &point.factors)
+        .step(&point.factors, setting)?;
+    for (row, a) in covariance.iter_mut().zip(left) {
+        for (entry, b) in row.iter_mut().zip(left) {
+            *entry += a * b;
+        }
+    }
+    Ok(Solved {
+        factors: point.factors,
+        filtered: own.filtered,
+        covariance,
+        dependence,
+        iterations: first.iterations + iterations,
+        converged,
+    })
+}
+
+/// Where a descent ends.
+struct Descended {
+    point: Point,
+    dependence: f64,
+    iterations: usize,
+    converged: bool,
+}
+
+/// Descends by Gauss and Newton; a step that gains nothing is halved.
+fn descended(
+    setting: &Setting<'_>,
+    held: &Held,
+    mut point: Point,
+    rule: &CalibrationRule,
+    tolerance: f64,
+) -> Result<Descended, GapError> {
+    let mut dependence = 1.0;
+    let mut iterations = 0;
+    let converged = loop {
+        if iterations < FOLLOWED {
+            dependence = point.information.dependence().ok_or_else(|| setting.singular())?;
+        }
+        let equations = NormalEquations::of(&point.information, dependence, &point.factors);
+        let step = equations.step(&point.factors, setting)?;
+        if equations.length(&step) < tolerance {
+            break true;
+        }
+        if iterations >= rule.max_iterations {
+            break false;
+        }
+        iterations += 1;
+        let Some(better) = better(setting, held, &point, &step, dependence)? else { break false };
+        point = better;
+    };
+    Ok(Descended { point, dependence, iterations, converged })
+}
+
+/// Curvature of the data's loss by differences of its gradient over `sd`, the standard deviation of each factor: wide
+/// enough to average over the kinks of the plant. Production and uptake act almost linearly; their curvature is that of
+/// Gauss and Newton.
+fn observed(
+    setting: &Setting<'_>,
+    held: &Held,
+    point: &Point,
+    sd: &Factors,
+) -> Result<Square, GapError> {
+    let mut slopes = *point.information.curvature();
+    for factor in [Factor::Action, Factor::TMaxG, Factor::TMaxI, Factor::AG] {
+        let k = factor as usize;
+        // Towards the prior's mean, where bodies are.
+        let by = if point.factors.0[k] > 0.0 { -sd[k] } else { sd[k] };
+        let mut beside = point.factors;
+        beside.0[k] += by;
+        let beside = Point::at(setting, held, beside)?;
+        let gradients = beside.information.gradient().iter().zip(point.information.gradient());
+        for (slope, (there, here)) in slopes[k].iter_mut().zip(gradients) {
+            *slope = (there - here) / by;
+        }
+    }
+    Ok(std::array::from_fn(|row| {
+        std::array::from_fn(|column| 0.5 * (slopes[row][column] + slopes[column][row]))
+    }))
+}
+
+/// The largest share of a step that lowers the loss; `None` where the shortest does not.
+fn better(
+    setting: &Setting<'_>,
+    held: &Held,
+    point: &Point,
+    step: &Factors,
+    dependence: f64,
+) -> Result<Option<Point>, GapError> {
+    let before = point.loss(held, dependence);
+    let mut share = 1.0;
+    while share >= SHORTEST_SHARE {
+        let factors = std::array::from_fn(|k| point.factors.0[k] + share * step[k]);
+        let trial = Point::at(setting, held, PersonalFactors(factors))?;
+        if trial.loss(held, dependence) < before {
+            return Ok(Some(trial));
+        }
+        share *= 0.5;
+    }
+    Ok(None)
+}
+
+/// What whitened innovations say, by days of the record, given the derivatives of what they are whitened from.
+fn information(
+    whitening: &Whitening,
+    whitened: &[Option<f64>],
+    signatures: &[Factors],
+) -> Information {
+    let Autoregression { a1, a2, spacing } = whitening.autoregression;
+    let mut days = vec![Day::default(); whitened.len().div_ceil(STEPS_PER_DAY)];
+    let inverse = whitening.scale.powi(-2);
+    for (step, w) in whitened.iter().enumerate() {
+        // What is whitened has both of the entries before it.
+        let Some(w) = w else { continue };
+        let weight = huber_weight(*w, whitening.scale) * inverse;
+        let (now, before) = (&signatures[step], &signatures[step - spacing]);
+        let earlier = &signatures[step - 2 * spacing];
+        let signature: Factors = std::array::from_fn(|k| now[k] - a1 * before[k] - a2 * earlier[k]);
+        let day = &mut days[step / STEPS_PER_DAY];
+        for row in 0..FACTORS {
+            let weighted = weight * signature[row];
+            day.gradient[row] += weighted * w;
+            for (entry, value) in day.curvature[row].iter_mut().zip(signature) {
+                *entry += weighted * value;
+            }
+        }
+    }
+    Information::of(days)
+}
