@@ -122,6 +122,11 @@ pub(crate) enum Command {
         cargo xtask worlds --mixture 28 --nulls 12 --seed 7 --out out/mixture"
     )]
     Worlds(WorldsArgs),
+    /// Every statistic that the diagnosis reads, in made worlds and in real people, as quantiles.
+    #[command(
+        after_help = "Example:\n  cargo xtask realism --cohort out/hupa --cohort out/uom --seed 3 --out out/realism"
+    )]
+    Realism(RealismArgs),
     /// Write report.html for an output folder.
     #[command(after_help = "Example:\n  cargo xtask report out/pipeline")]
     Report(ReportArgs),
@@ -583,12 +588,44 @@ pub(crate) struct BlindCheckArgs {
     /// score.
     #[arg(long, value_name = "GENERATOR", value_parser = generator, hide = true)]
     pub calibrate: Option<world::Generator>,
+    /// In place of worlds: effects planted into the records of this cohort of real people.
+    #[arg(long, value_name = "COHORT", conflicts_with_all = ["worlds", "nulls", "full", "calibrate"])]
+    pub planted: Option<PathBuf>,
+    /// With --planted: multiples of each effect's usual size [default: 1,2].
+    #[arg(long, value_name = "TIMES", value_delimiter = ',', requires = "planted")]
+    pub sizes: Vec<f64>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/blind-check")]
     pub out: PathBuf,
     /// Seed of the worlds [default: a fresh one, which is said].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+}
+
+/// Options of `realism`.
+#[derive(Debug, Args)]
+pub(crate) struct RealismArgs {
+    /// A cohort of real people; may be given more than once.
+    #[arg(long, value_name = "DIR", required = true)]
+    pub cohort: Vec<PathBuf>,
+    /// Worlds in which something is missing.
+    #[arg(long, value_name = "N", default_value_t = 120)]
+    pub worlds: usize,
+    /// Worlds in which nothing is missing.
+    #[arg(long, value_name = "N", default_value_t = 120)]
+    pub nulls: usize,
+    /// People in each world.
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub people: usize,
+    /// Days of each person; of longer records those with the most readings.
+    #[arg(long, value_name = "N", default_value_t = 14)]
+    pub days: usize,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/realism")]
+    pub out: PathBuf,
+    /// Seed of the worlds.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// Options of `worlds`.

@@ -1,11 +1,18 @@
 //! The label of a world: what `world` made, in the words in which `blind` scores.
 
+use anyhow::{Context as _, Result};
 use blind::{Kind, Label, TrueEffect};
 use world::Regime;
-use world::blind::{PlannedWorld, RealisedWorld};
+use world::blind::{PlannedWorld, RealisedWorld, TrueWhere};
+
+/// Decimals of the truth of "where": a thousandth of a mg/dL is far below what any run tells.
+const DECIMALS: f64 = 1000.0;
 
 /// The label of a world under the name `id`.
-pub(crate) fn label(id: &str, world: &RealisedWorld) -> Label {
+///
+/// # Errors
+/// If a body fails in the runs that tell where the effects act.
+pub(crate) fn label(id: &str, world: &RealisedWorld) -> Result<Label> {
     let planned = &world.planned;
     let effects = world
         .effects
@@ -21,7 +28,8 @@ pub(crate) fn label(id: &str, world: &RealisedWorld) -> Label {
             form: found.form.map(str::to_owned),
         })
         .collect();
-    Label {
+    let gap = world.true_where().with_context(|| format!("where in world {id}"))?;
+    Ok(Label {
         id: id.to_owned(),
         kind: kind(planned),
         effects,
@@ -31,6 +39,30 @@ pub(crate) fn label(id: &str, world: &RealisedWorld) -> Label {
         days: planned.days,
         nuisances: planned.nuisances.words(),
         seed: planned.seed,
+        gap: gap.as_ref().map(true_where),
+    })
+}
+
+/// The truth of "where" in the words of a label, rounded.
+fn true_where(truth: &TrueWhere) -> blind::TrueWhere {
+    let rounded = |value: f64| (DECIMALS * value).round() / DECIMALS;
+    let cells = truth.gap.cells.iter().map(|cell| blind::TrueCell {
+        factor: cell.factor.name().to_owned(),
+        level: cell.level.clone(),
+        share: rounded(cell.share),
+        mean_mg_dl: cell.mean.map(|mean| mean.map(rounded)),
+    });
+    let ports = truth.courses.iter().map(|course| blind::PortCourse {
+        effect: course.effect.name().to_owned(),
+        port: course.port.name().to_owned(),
+        unit: course.unit.name().to_owned(),
+        by_hour: course.by_hour.iter().map(|value| value.map(rounded)).collect(),
+    });
+    blind::TrueWhere {
+        mean_mg_dl: truth.gap.mean.map(rounded),
+        mean_absolute_mg_dl: truth.gap.mean_absolute.map(rounded),
+        cells: cells.collect(),
+        ports: ports.collect(),
     }
 }
 

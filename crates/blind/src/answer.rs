@@ -28,6 +28,9 @@ pub struct Answer {
     pub candidates: Vec<Candidate>,
     /// Evidence by place in the equations.
     pub ports: Vec<PortEvidence>,
+    /// The gap by hour, context, glucose band and person.
+    #[serde(rename = "where", default)]
+    pub cells: Vec<CellGap>,
     /// Why there is no answer, for a verdict of [`Verdict::Failed`].
     #[serde(default)]
     pub failure: Option<String>,
@@ -90,6 +93,26 @@ pub struct PortEvidence {
     pub confusable_with: Vec<String>,
 }
 
+/// The gap in one cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CellGap {
+    /// By what the cell is set apart.
+    pub factor: String,
+    /// Which part of it this is.
+    pub level: String,
+    /// Observed minus predicted, mg/dL.
+    pub mean_error_mg_dl: f64,
+    /// Lower end of the simultaneous interval.
+    pub lower: f64,
+    /// Upper end of the simultaneous interval.
+    pub upper: f64,
+    /// Share of the gap that the cell accounts for.
+    pub share_of_gap: f64,
+    /// Length of the runs that it averages, min.
+    #[serde(default)]
+    pub horizon_minutes: Option<u32>,
+}
+
 impl Answer {
     /// "There is no gap", without any evidence.
     #[must_use]
@@ -99,6 +122,7 @@ impl Answer {
             found: Vec::new(),
             candidates: Vec::new(),
             ports: Vec::new(),
+            cells: Vec::new(),
             failure: None,
             seconds: 0.0,
         }

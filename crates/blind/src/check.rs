@@ -4,9 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::amplitude::AmplitudeRecovery;
 use crate::answer::{Answer, Candidate, Found, PortEvidence, Verdict};
+use crate::by_hand::{HandRow, by_hand};
+use crate::ceiling::Ceiling;
 use crate::confusion::Confusion;
 use crate::error::BlindError;
 use crate::label::{Kind, Label, TrueEffect};
+use crate::localisation::{WhereScore, WorldWhere};
 use crate::outcome::{Outcome, names_a_stranger};
 use crate::pairs::PairScore;
 use crate::power::{PowerRow, power};
@@ -55,8 +58,17 @@ pub struct BlindCheck {
     pub amplitudes: AmplitudeRecovery,
     /// Worlds whose diagnosis ended without an answer.
     pub failed: Share,
+    /// The figures by hand, for diagnoses that never saw that hand; all hands together last.
+    #[serde(default)]
+    pub by_hand: Vec<HandRow>,
     /// What was promised.
     pub targets: Vec<Target>,
+    /// Whether the answers tell where the gap lies.
+    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    pub localisation: Option<WhereScore>,
+    /// What exact courses would name; `None` where that was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ceiling: Option<Ceiling>,
 }
 
 /// Worlds with an effect outside the library.
@@ -103,6 +115,9 @@ pub struct WorldRow {
     pub wrong_name: bool,
     /// Whether the strongest port is the right one, for an unknown effect that was called so.
     pub right_port: Option<bool>,
+    /// Whether the answer tells where the gap lies; `None` where the label does not.
+    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    pub localisation: Option<WorldWhere>,
     /// Time that the diagnosis took, s.
     pub seconds: f64,
     /// Why there is no answer.
@@ -133,7 +148,10 @@ impl BlindCheck {
             reliability,
             amplitudes: AmplitudeRecovery::of(worlds),
             failed: Share::among(worlds, |w| w.answer.verdict == Verdict::Failed)?,
+            by_hand: by_hand(worlds, master_seed)?,
             targets,
+            localisation: Some(WhereScore::of(worlds)?),
+            ceiling: None,
         })
     }
 
@@ -145,7 +163,7 @@ impl BlindCheck {
 }
 
 impl UnknownScore {
-    fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
+    pub(crate) fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
         let outside = || worlds.iter().filter(|w| w.label.kind == Kind::Outside);
         let recalled = || outside().filter(|w| w.answer.verdict == Verdict::Unknown);
         Ok(Self {
@@ -203,6 +221,7 @@ impl WorldRow {
             outcome: Outcome::of(label, answer),
             wrong_name: names_a_stranger(label, answer),
             right_port: right_port(world),
+            localisation: WorldWhere::of(label, answer),
             seconds: answer.seconds,
             failure: answer.failure.clone(),
         }

@@ -17,7 +17,24 @@ pub enum BlindError {
         /// What is missing.
         problem: &'static str,
     },
+    /// A text is no `diagnosis.json`.
+    #[error("diagnosis.json: {problem}")]
+    Diagnosis {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A statistic could not be formed.
     #[error(transparent)]
     Stats(#[from] stats::StatsError),
+    /// A statistic of the realism table is not a number.
+    #[error("realism: {statistic}: {source}")]
+    Statistic {
+        /// Its name.
+        statistic: String,
+        /// What is wrong.
+        source: stats::StatsError,
+    },
+    /// There is no real person to compare with.
+    #[error("realism: no real person has a statistic; give a cohort of people's records")]
+    NobodyReal,
 }

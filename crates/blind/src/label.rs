@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::true_where::TrueWhere;
+
 /// What kind of truth a world holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -37,6 +39,9 @@ pub struct Label {
     pub nuisances: Vec<String>,
     /// Seed of the world.
     pub seed: u64,
+    /// Where the effects act; `None` where nothing does, or where it is not known.
+    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<TrueWhere>,
 }
 
 /// An effect that acts in a world.
@@ -75,6 +80,7 @@ impl Label {
             days,
             nuisances: Vec::new(),
             seed: 0,
+            gap: None,
         }
     }
 

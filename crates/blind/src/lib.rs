@@ -20,33 +20,50 @@
 
 mod amplitude;
 mod answer;
+mod by_hand;
 mod calibration_table;
+mod ceiling;
 mod check;
 mod confusion;
 mod error;
 mod label;
+mod localisation;
 mod outcome;
 mod pairs;
 #[cfg(test)]
 mod planted;
 mod power;
+mod real_people;
+pub mod realism;
 mod reliability;
 mod share;
 mod targets;
+mod text_table;
+mod true_where;
 
 pub mod seal;
 
 pub use amplitude::AmplitudeRecovery;
-pub use answer::{Amplitude, Answer, Candidate, Found, PortEvidence, Verdict};
+pub use answer::{Amplitude, Answer, Candidate, CellGap, Found, PortEvidence, Verdict};
+pub use by_hand::{HandRow, hand_table};
 pub use calibration_table::{CalibrationTable, CalibrationWorld};
+pub use ceiling::{Ceiling, ExactCourse};
 pub use check::{BlindCheck, ScoredWorld, UnknownScore, WorldRow};
 pub use confusion::{Confusion, ConfusionRow};
 pub use error::BlindError;
 pub use label::{Kind, Label, TrueEffect};
+pub use localisation::{ContextScore, CoverageScore, EquationScore, WhereScore, WorldWhere};
 pub use outcome::Outcome;
 pub use pairs::PairScore;
 pub use power::{PowerRow, SHIFT_BINS};
+pub use real_people::{
+    AnsweredCohort, CalibratedPeople, EvidencePair, NOTHING, PLANTED_SCHEMA, PlantedCheck,
+    PlantedLabel, PlantedRow, PlantedTotals, RISEN_NATS,
+};
 pub use reliability::{Reliability, ReliabilityBin};
 pub use seal::{OpenedLabel, Seal, SealedWorld};
 pub use share::Share;
 pub use targets::{Bound, Target};
+pub use true_where::{
+    ABOVE_MEAN, HORIZONS, OF_BEST, OF_BEST_CONTEXT, PortCourse, RARE, TrueCell, TrueWhere,
+};

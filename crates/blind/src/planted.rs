@@ -1,6 +1,8 @@
 //! Planted labels and answers for the tests.
 
-use crate::{Amplitude, Answer, Found, Kind, Label, ScoredWorld, TrueEffect, Verdict};
+use crate::{
+    Amplitude, Answer, Found, Kind, Label, ScoredWorld, TrueCell, TrueEffect, TrueWhere, Verdict,
+};
 
 /// A label whose effects each cause a shift of `shift` mg/dL.
 pub(crate) fn label(id: &str, kind: Kind, effects: &[&str], shift: f64) -> Label {
@@ -46,4 +48,27 @@ pub(crate) fn with_probability(effect: &str, probability: f64) -> Answer {
 /// A world whose effects cause a shift of 5 mg/dL.
 pub(crate) fn world(id: &str, kind: Kind, effects: &[&str], answer: Answer) -> ScoredWorld {
     ScoredWorld { label: label(id, kind, effects, 5.0), answer }
+}
+
+/// A truth of `size` mg/dL from 3 to 8 h, of half of it asleep, and of nothing elsewhere.
+pub(crate) fn morning(size: f64) -> TrueWhere {
+    let cell = |factor: &str, level: String, share: f64, mean: f64| TrueCell {
+        factor: factor.to_owned(),
+        level,
+        share,
+        mean_mg_dl: [Some(mean); 3],
+    };
+    let hours = (0..24).map(|hour| {
+        let mean = if (3..8).contains(&hour) { size } else { 0.0 };
+        cell("hour", format!("{hour:02}"), 1.0 / 24.0, mean)
+    });
+    let contexts = [("sleep", 0.3, 0.5 * size), ("exercise", 0.02, 0.0), ("sensor_late", 0.0, 0.0)];
+    let contexts =
+        contexts.map(|(level, share, mean)| cell("context", level.to_owned(), share, mean));
+    TrueWhere {
+        mean_mg_dl: [size * 5.0 / 24.0; 3],
+        mean_absolute_mg_dl: [size.abs() * 5.0 / 24.0; 3],
+        cells: hours.chain(contexts).collect(),
+        ports: Vec::new(),
+    }
 }

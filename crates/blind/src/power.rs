@@ -32,6 +32,10 @@ pub struct PowerRow {
     pub named_or_in_set: Share,
     /// Worlds in which the answer was not "none".
     pub detected: Share,
+    /// Worlds in which the exact course of the effect would be above its threshold
+    /// ([`BlindCheck::with_ceiling`](crate::BlindCheck::with_ceiling)); `None` where that was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ceiling: Option<Share>,
 }
 
 /// Rows of all effects together, then of each effect; bins without a world have no row.
@@ -79,5 +83,6 @@ fn row(
         detected: Share::among(worlds, |w| {
             matches!(w.answer.verdict, Verdict::Effect | Verdict::Unknown)
         })?,
+        ceiling: None,
     })
 }

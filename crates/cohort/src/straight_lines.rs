@@ -26,13 +26,8 @@ impl StraightLines {
     /// Finds the lines of at least two inner values.
     #[must_use]
     pub fn find(values: &[Option<f64>]) -> Self {
-        let on_line = |k: usize| match values.get(k.wrapping_sub(1)..k.saturating_add(2)) {
-            Some(&[Some(before), Some(at), Some(after)]) => {
-                let scale = before.abs().max(at.abs()).max(after.abs());
-                (after - 2.0 * at + before).abs() <= TOLERANCE * scale && before != after
-            }
-            _ => false,
-        };
+        let on_line =
+            |k: usize| Self::on_line_or_level(values, k) && values[k - 1] != values[k + 1];
         let mut inside = Vec::new();
         let mut k = 0;
         while k < values.len() {
@@ -49,6 +44,25 @@ impl StraightLines {
         let drawn: usize = inside.iter().map(ExactSizeIterator::len).sum();
         let share = if recorded == 0 { 0.0 } else { drawn as f64 / recorded as f64 };
         Self { inside, share }
+    }
+
+    /// The steps whose values lie neither on the line between their neighbours nor level with them, and
+    /// those beside a missing value: the readings of a source that draws lines between, ascending.
+    #[must_use]
+    pub fn corners(values: &[Option<f64>]) -> Vec<usize> {
+        let recorded = (0..values.len()).filter(|k| values[*k].is_some());
+        recorded.filter(|k| !Self::on_line_or_level(values, *k)).collect()
+    }
+
+    /// `false` where one of the three values is missing.
+    fn on_line_or_level(values: &[Option<f64>], k: usize) -> bool {
+        match values.get(k.wrapping_sub(1)..k.saturating_add(2)) {
+            Some(&[Some(before), Some(at), Some(after)]) => {
+                let scale = before.abs().max(at.abs()).max(after.abs());
+                (after - 2.0 * at + before).abs() <= TOLERANCE * scale
+            }
+            _ => false,
+        }
     }
 
     /// Number of values inside lines of at least `steps` inner values.

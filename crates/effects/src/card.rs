@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
+use crate::effect_id::EffectId;
 use crate::port::Port;
+use crate::relations::Relations;
 
 /// A channel that signals an effect. Without it the effect is not tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -38,8 +40,9 @@ pub struct Prior {
 /// An effect's card.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Card {
-    /// The name that files use.
-    pub name: &'static str,
+    /// Which effect it is of, with the name that files use.
+    #[serde(rename = "name")]
+    pub id: EffectId,
     /// Where it enters.
     pub port: Port,
     /// What it is, in one sentence.
@@ -52,8 +55,10 @@ pub struct Card {
     pub signature: &'static str,
     /// The channels that signal it.
     pub channels: &'static [Channel],
-    /// Names of effects that are easily mistaken for it.
-    pub confusable_with: &'static [&'static str],
+    /// Effects that are easily mistaken for it.
+    pub confusable_with: &'static [EffectId],
+    /// How it stands to what is allowed for in every body.
+    pub relations: Relations,
     /// Prior of the amplitude.
     pub prior: Prior,
 }

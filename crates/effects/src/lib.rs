@@ -4,7 +4,8 @@
 //! from the record, or events hidden in it) and an *amplitude* that is 1 at the published size. Each
 //! stands in its own file with its source, the channels that signal it, what it does to the residuals
 //! and what it is easily mistaken for. The library is open: implement [`Effect`] and hand it to the
-//! diagnosis beside [`library()`]; `examples/own_effect.rs` adds one.
+//! diagnosis beside [`library()`]; `examples/own_effect.rs` adds one. Its [`Relations`] say what a diagnosis allows for in
+//! every body that is the effect itself.
 //!
 //! Three habits keep an effect from being named for another's gap. A driver that lasts for
 //! many hours and is not about the clock is centred across days within the clock slot
@@ -16,9 +17,9 @@
 //! whoever simulates decides what a port is in their equations.
 //!
 //! ```
-//! use effects::{Port, library};
+//! use effects::{EffectId, Port, library};
 //!
-//! let dawn = library().into_iter().find(|e| e.card().name == "dawn").expect("in the library");
+//! let dawn = library().into_iter().find(|e| e.card().id == EffectId::DAWN).expect("in the library");
 //! assert_eq!(dawn.card().port, Port::Egp);
 //! ```
 //!
@@ -28,12 +29,14 @@ mod activity;
 mod card;
 mod course;
 mod effect;
+mod effect_id;
 mod library;
 mod meals;
 mod modulation;
 mod overview;
 mod port;
 mod presence;
+mod relations;
 #[cfg(test)]
 mod sample;
 mod slot_centring;
@@ -41,8 +44,10 @@ mod slot_centring;
 pub use card::{Card, Channel, Prior};
 pub use course::{Course, STEP_MINUTES};
 pub use effect::{Effect, EventShape, Form, RandomUnit};
+pub use effect_id::EffectId;
 pub use library::{find, library, names};
 pub use modulation::{FIELDS, Field, Modulation};
 pub use overview::overview;
 pub use port::Port;
+pub use relations::{Allowance, Relations, ShownBy, Structure};
 pub use slot_centring::centre_within_clock_slots;

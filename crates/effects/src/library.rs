@@ -51,11 +51,11 @@ pub fn library() -> Vec<Box<dyn Effect>> {
 /// Names of the effects of the library, in its order.
 #[must_use]
 pub fn names() -> Vec<&'static str> {
-    library().iter().map(|effect| effect.card().name).collect()
+    library().iter().map(|effect| effect.card().id.name()).collect()
 }
 
 /// The effect of that name.
 #[must_use]
 pub fn find(name: &str) -> Option<Box<dyn Effect>> {
-    library().into_iter().find(|effect| effect.card().name == name)
+    library().into_iter().find(|effect| effect.card().id.name() == name)
 }

@@ -40,12 +40,12 @@ pub fn overview(effects: &[Box<dyn Effect>]) -> String {
         let card = effect.card();
         let channels: Vec<&str> = card.channels.iter().map(|channel| channel.words()).collect();
         let confusable: Vec<String> =
-            card.confusable_with.iter().map(|name| format!("`{name}`")).collect();
+            card.confusable_with.iter().map(|id| format!("`{id}`")).collect();
         line(
             &mut text,
             format_args!(
                 "| `{}` | `{}` | {} | {} | {} | {} | {} |",
-                card.name,
+                card.id,
                 card.port.name(),
                 channels.join(", "),
                 effect.variants(),
@@ -66,7 +66,7 @@ impl Card {
     #[must_use]
     pub fn in_words(&self) -> String {
         let mut text = String::new();
-        line(&mut text, format_args!("## `{}`\n", self.name));
+        line(&mut text, format_args!("## `{}`\n", self.id));
         line(&mut text, format_args!("{}.\n", capitalised(self.summary)));
         line(&mut text, format_args!("- At amplitude 1: {}.", self.size_at_one));
         line(&mut text, format_args!("- Residuals of a model without it: {}.", self.signature));
@@ -96,7 +96,7 @@ mod tests {
         let effects = library();
         let text = overview(&effects);
         for effect in &effects {
-            let name = effect.card().name;
+            let name = effect.card().id;
             assert!(text.contains(&format!("| `{name}` | `{}` |", effect.card().port.name())));
             assert!(text.contains(&format!("\n## `{name}`\n")));
         }

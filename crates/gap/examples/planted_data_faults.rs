@@ -23,7 +23,17 @@ fn scale(person: &mut Person, channel: Channel, factor: f64) {
     change(person, channel, |_, value| value * factor);
 }
 
-const FAULTS: [Fault; 14] =
+/// Keeps every third CGM value and draws lines between.
+fn draw_over_15_minutes(person: &mut Person) {
+    let old = person.record.cgm().to_vec();
+    for (k, value) in person.record.channel_mut(Channel::Cgm).iter_mut().enumerate() {
+        let (before, part) = (k / 3 * 3, (k % 3) as f64 / 3.0);
+        let ends = old[before].zip(old.get(before + 3).copied().flatten());
+        *value = ends.map(|(from, to)| from + part * (to - from));
+    }
+}
+
+const FAULTS: [Fault; 16] =
     [
         ("carbohydrate in servings of 10 g", "carb_unit", |p| scale(p, Channel::Carbs, 0.1)),
         ("carbohydrate in servings of 12 g", "carb_unit", |p| scale(p, Channel::Carbs, 1.0 / 12.0)),
@@ -50,6 +60,21 @@ const FAULTS: [Fault; 14] =
         ("two sensors, 20 mg/dL apart, on 4 days", "interleaved_cgm", |p| {
             change(p, Channel::Cgm, |k, glucose| {
                 if k < 4 * 288 && k % 2 == 1 { glucose + 20.0 } else { glucose }
+            });
+        }),
+        ("two sensors of 15 min, 60 mg/dL apart, on 4 days", "interleaved_cgm", |p| {
+            change(p, Channel::Cgm, |k, glucose| {
+                if k < 4 * 288 && (k / 3) % 2 == 1 { glucose + 60.0 } else { glucose }
+            });
+            draw_over_15_minutes(p);
+        }),
+        ("finger sticks at boluses", "capillary_in_cgm", |p| {
+            let doses = p.record.bolus().to_vec();
+            change(p, Channel::Cgm, |k, glucose| {
+                let before = &doses[k.saturating_sub(12)..k];
+                let first = before.iter().flatten().all(|dose| *dose <= 0.3);
+                let dosed = doses[k].is_some_and(|dose| dose > 0.3);
+                if first && dosed { glucose + 70.0 } else { glucose }
             });
         }),
         ("heart rate of other hours", "heart_rate_alignment", |p| {

@@ -2,7 +2,7 @@
 //! plant, which knows nothing of it, misses them.
 
 use cohort::{Channel, Cohort, Person, Record, Therapy};
-use gap::{DiagnosisConfig, diagnose};
+use gap::{Diagnoser, DiagnosisConfig};
 use ode_sim::{OdeParameters, OdePlant, steady_state};
 use physiology::{Grams, Kilograms, MgPerDl, Plant, StepInput, Units};
 use rand::{RngExt, SeedableRng};
@@ -57,7 +57,8 @@ fn person(index: u64) -> Result<Person, Box<dyn std::error::Error>> {
 #[expect(clippy::print_stdout, reason = "an example shows its result")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let people = (0..4).map(person).collect::<Result<_, _>>()?;
-    let diagnosis = diagnose(&Cohort { people }, &DiagnosisConfig::working(), 1)?;
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let diagnosis = Diagnoser::new(&library, &config).run(&Cohort { people }, 1)?;
     println!("verdict: {:?}", diagnosis.verdict);
     for horizon in &diagnosis.baseline {
         let (mae, bias) = (horizon.mae, horizon.bias);

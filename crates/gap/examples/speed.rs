@@ -11,7 +11,7 @@ use std::time::Instant;
 use gap::calibration::calibrate;
 use gap::design::design;
 use gap::filter::filter;
-use gap::{DiagnosisConfig, Observations};
+use gap::{CalibratedPerson, DiagnosisConfig, Observations};
 use ode_sim::OdeParameters;
 use physiology::STEPS_PER_DAY;
 
@@ -56,7 +56,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let found = found?;
         let (filtering, run) = timed(repeats, || filter(&found.model, &record));
         run?;
-        let (designing, made) = timed(repeats, || design(&person, &record, &found, &library));
+        let calibrated =
+            CalibratedPerson { person: &person, observations: &record, calibration: &found };
+        let (designing, made) = timed(repeats, || design(&calibrated, &library));
         let made = made?;
         let times = [filtering, calibrating, designing].map(|time| time / share);
         for (sum, time) in sums.iter_mut().zip(times) {

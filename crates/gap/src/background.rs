@@ -5,7 +5,7 @@
 //! structure than the body's leaves errors after every meal and every bolus; without the kernels below the
 //! effect that looks most like those errors would be named for them.
 
-use effects::Field;
+use effects::{Allowance, Field};
 use ode_sim::gut::glucose_dose;
 use physiology::{Grams, STEP, STEPS_PER_DAY, STEPS_PER_HOUR};
 
@@ -15,62 +15,91 @@ use crate::tangent::{Direction, Parameter};
 /// One direction of the background with the standard deviation of its prior.
 #[derive(Debug, Clone)]
 pub(crate) struct BackgroundDirection {
-    /// Name for output and tests.
-    pub(crate) name: String,
-    /// What it belongs to.
-    pub(crate) kind: BackgroundKind,
+    /// Which one.
+    pub(crate) which: Background,
     /// The direction.
     pub(crate) direction: Direction,
     /// Standard deviation of its amplitude.
     pub(crate) prior_sd: f64,
 }
 
-/// What a direction of the background belongs to.
+/// What may differ between any two bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BackgroundKind {
-    /// A calibrated parameter.
-    Calibrated,
-    /// A parameter that is not calibrated.
-    Structure,
-    /// The course of glucose after meals.
-    MealKernel,
-    /// The course of glucose after insulin.
-    InsulinKernel,
-    /// The course of glucose after carbohydrate taken while glucose is low.
-    RescueKernel,
-    /// How fluxes depend on glucose.
-    Glucose,
-    /// The clock.
-    Clock,
+pub enum Background {
+    /// A parameter.
+    Parameter(Parameter),
+    /// A field that differs for good: a port that no parameter stands for.
+    Field(Field),
+    /// The flux after meals, by the number of its bump.
+    MealKernel(usize),
+    /// How much more slowly than others large meals are absorbed.
+    GutTimeBySize,
+    /// The flux after carbohydrate taken while glucose is low, by the number of its bump.
+    RescueKernel(usize),
+    /// The flux that brings glucose back to its usual value.
+    Effectiveness,
+    /// The flux against low glucose.
+    Defence,
+    /// The flux against high glucose.
+    Shedding,
+    /// The flux after insulin, by the number of its bump.
+    InsulinKernel(usize),
+    /// A harmonic of the day.
+    Clock {
+        /// Periods a day.
+        harmonic: usize,
+        /// Its phase.
+        phase: Phase,
+    },
+}
+
+/// The phases of a harmonic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// Highest at midnight.
+    Cosine,
+    /// Highest a quarter of a period after midnight.
+    Sine,
+}
+
+impl Background {
+    /// Whether the direction is part of an allowance.
+    pub(crate) fn is(self, allowance: Allowance) -> bool {
+        match allowance {
+            Allowance::Clock => matches!(self, Self::Clock { .. }),
+            Allowance::Defence => self == Self::Defence,
+            Allowance::Shedding => self == Self::Shedding,
+        }
+    }
 }
 
 /// Parameters of the calibration, in its order, with half the spread of its prior: what is left to
 /// move once a person is calibrated.
-const CALIBRATED: [(Parameter, &str, f64); 6] = [
-    (Parameter::Action, "action", 0.15),
-    (Parameter::Egp0, "egp_0", 0.075),
-    (Parameter::TMaxG, "t_max_g", 0.125),
-    (Parameter::TMaxI, "t_max_i", 0.10),
-    (Parameter::AG, "a_g", 0.10),
-    (Parameter::F01, "f_01", 0.075),
+const CALIBRATED: [(Parameter, f64); 6] = [
+    (Parameter::Action, 0.15),
+    (Parameter::Egp0, 0.075),
+    (Parameter::TMaxG, 0.125),
+    (Parameter::TMaxI, 0.10),
+    (Parameter::AG, 0.10),
+    (Parameter::F01, 0.075),
 ];
 /// Parameters that are not calibrated, with spreads of Hovorka et al. (2002): 30 to 60 %, halved.
-const STRUCTURE: [(Parameter, &str, f64); 6] = [
-    (Parameter::KA1, "k_a1", 0.3),
-    (Parameter::KA2, "k_a2", 0.3),
-    (Parameter::KA3, "k_a3", 0.3),
-    (Parameter::K12, "k_12", 0.3),
-    (Parameter::KE, "k_e", 0.2),
-    (Parameter::VG, "v_g", 0.15),
+const STRUCTURE: [(Parameter, f64); 6] = [
+    (Parameter::KA1, 0.3),
+    (Parameter::KA2, 0.3),
+    (Parameter::KA3, 0.3),
+    (Parameter::K12, 0.3),
+    (Parameter::KE, 0.2),
+    (Parameter::VG, 0.15),
 ];
 /// Fields that may differ for good: ports that no parameter stands for. What an amplitude of 1 adds, and the
 /// spread of the prior. The flux is in units of nominal production.
-const FIELDS: [(Field, &str, f64, f64); 5] = [
-    (Field::InsulinInput, "insulin_input", 1.0, 0.1),
-    (Field::LiverAction, "liver_action", 1.0, 0.2),
-    (Field::Flux, "flux", 0.016, 0.0625),
-    (Field::SensorGain, "sensor_gain", 1.0, 0.05),
-    (Field::SensorOffset, "sensor_offset", 1.0, 5.0),
+const FIELDS: [(Field, f64, f64); 5] = [
+    (Field::InsulinInput, 1.0, 0.1),
+    (Field::LiverAction, 1.0, 0.2),
+    (Field::Flux, 0.016, 0.0625),
+    (Field::SensorGain, 1.0, 0.05),
+    (Field::SensorOffset, 1.0, 5.0),
 ];
 /// Times at which the bumps of the meal kernel are highest, min.
 const MEAL_PEAKS: [f64; 5] = [15.0, 40.0, 80.0, 140.0, 240.0];
@@ -98,10 +127,10 @@ const CLOCK_FLUX: f64 = 0.002;
 /// A flux over glucose, mg/dL, relative.
 type Shape = fn(f64) -> f64;
 /// Shapes of a flux over glucose, mg/dL: effectiveness, what defends against lows, what sheds highs.
-const GLUCOSE_SHAPES: [(&str, Shape); 3] = [
-    ("effectiveness", |g| ((130.0 - g) / 100.0).clamp(-1.5, 1.0)),
-    ("defence", |g| ((80.0 - g) / 20.0).clamp(0.0, 2.0)),
-    ("shedding", |g| -((g - 170.0) / 80.0).clamp(0.0, 2.0)),
+const GLUCOSE_SHAPES: [(Background, Shape); 3] = [
+    (Background::Effectiveness, |g| ((130.0 - g) / 100.0).clamp(-1.5, 1.0)),
+    (Background::Defence, |g| ((80.0 - g) / 20.0).clamp(0.0, 2.0)),
+    (Background::Shedding, |g| -((g - 170.0) / 80.0).clamp(0.0, 2.0)),
 ];
 
 /// The background of a person.
@@ -113,18 +142,15 @@ pub(crate) fn background(
     glucose: &[f64],
 ) -> Vec<BackgroundDirection> {
     let mut all = Vec::new();
-    for (kind, list) in
-        [(BackgroundKind::Calibrated, CALIBRATED), (BackgroundKind::Structure, STRUCTURE)]
-    {
-        for (parameter, name, prior_sd) in list {
-            let direction = Direction::Parameter(parameter);
-            all.push(BackgroundDirection { name: name.to_owned(), kind, direction, prior_sd });
-        }
+    for (parameter, prior_sd) in CALIBRATED.into_iter().chain(STRUCTURE) {
+        let which = Background::Parameter(parameter);
+        let direction = Direction::Parameter(parameter);
+        all.push(BackgroundDirection { which, direction, prior_sd });
     }
-    for (field, name, unit, prior_sd) in FIELDS {
+    for (field, unit, prior_sd) in FIELDS {
+        let which = Background::Field(field);
         let direction = Direction::Course(vec![(field, vec![unit; record.len()])]);
-        let kind = BackgroundKind::Structure;
-        all.push(BackgroundDirection { name: name.to_owned(), kind, direction, prior_sd });
+        all.push(BackgroundDirection { which, direction, prior_sd });
     }
     let meals: Vec<f64> = record
         .inputs
@@ -133,15 +159,13 @@ pub(crate) fn background(
         .collect();
     for (place, bump) in bumps(&MEAL_PEAKS).iter().enumerate() {
         all.push(BackgroundDirection {
-            name: format!("meal_{}", MEAL_PEAKS[place]),
-            kind: BackgroundKind::MealKernel,
+            which: Background::MealKernel(place),
             direction: Direction::Course(vec![(Field::Flux, filtered(&meals, bump))]),
             prior_sd: 1.0,
         });
     }
     all.push(BackgroundDirection {
-        name: "gut_time_by_size".to_owned(),
-        kind: BackgroundKind::MealKernel,
+        which: Background::GutTimeBySize,
         direction: Direction::Course(vec![(Field::GutTime, by_size(record))]),
         prior_sd: 0.3,
     });
@@ -156,17 +180,15 @@ pub(crate) fn background(
         .collect();
     for (place, bump) in bumps(&RESCUE_PEAKS).iter().enumerate() {
         all.push(BackgroundDirection {
-            name: format!("rescue_{}", RESCUE_PEAKS[place]),
-            kind: BackgroundKind::RescueKernel,
+            which: Background::RescueKernel(place),
             direction: Direction::Course(vec![(Field::Flux, filtered(&treatments, bump))]),
             prior_sd: 1.0,
         });
     }
-    for (name, shape) in GLUCOSE_SHAPES {
+    for (which, shape) in GLUCOSE_SHAPES {
         let course = glucose.iter().map(|g| CLOCK_FLUX * shape(*g)).collect();
         all.push(BackgroundDirection {
-            name: name.to_owned(),
-            kind: BackgroundKind::Glucose,
+            which,
             direction: Direction::Course(vec![(Field::Flux, course)]),
             prior_sd: 1.0,
         });
@@ -177,24 +199,22 @@ pub(crate) fn background(
     let insulin: Vec<f64> = insulin.iter().map(|u| -INSULIN_SHARE * (u - mean)).collect();
     for (place, bump) in bumps(&INSULIN_PEAKS).iter().enumerate() {
         all.push(BackgroundDirection {
-            name: format!("insulin_{}", INSULIN_PEAKS[place]),
-            kind: BackgroundKind::InsulinKernel,
+            which: Background::InsulinKernel(place),
             direction: Direction::Course(vec![(Field::Flux, filtered(&insulin, bump))]),
             prior_sd: 1.0,
         });
     }
     for harmonic in 1..=HARMONICS {
-        for (phase, name) in [(0.0, "cos"), (0.25, "sin")] {
+        for (phase, later) in [(Phase::Cosine, 0.0), (Phase::Sine, 0.25)] {
             let wave = |hour: &f64| {
-                let turns = harmonic as f64 * hour / 24.0 - phase;
+                let turns = harmonic as f64 * hour / 24.0 - later;
                 CLOCK_FLUX * (std::f64::consts::TAU * turns).cos()
             };
             // Steps of five minutes come round every day.
             let day: Vec<f64> = hours.iter().take(STEPS_PER_DAY).map(wave).collect();
             let course = day.iter().copied().cycle().take(hours.len()).collect();
             all.push(BackgroundDirection {
-                name: format!("{name}_{harmonic}"),
-                kind: BackgroundKind::Clock,
+                which: Background::Clock { harmonic, phase },
                 direction: Direction::Course(vec![(Field::Flux, course)]),
                 prior_sd: 1.0,
             });

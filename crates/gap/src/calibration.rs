@@ -92,16 +92,9 @@ impl Calibration {
     /// # Errors
     /// As [`filter`].
     pub fn about(&self, record: &Observations, rule: &CalibrationRule) -> Result<Self, GapError> {
-        let mut scored = record.trusted(rule.dose_memory);
-        let burn_in = rule.burn_in.min(scored.len());
-        scored[..burn_in].fill(false);
+        let scored = rule.scored(record, &(0..record.len()));
         let filtered = filter(&self.model, record)?;
-        let z: Vec<Option<f64>> = filtered
-            .innovations
-            .iter()
-            .zip(&scored)
-            .map(|(i, scored)| i.filter(|_| *scored).map(|i| i.normalised()))
-            .collect();
+        let z = crate::scored::normalised(&filtered.innovations, &scored);
         let autoregression = Autoregression::fitted(&z);
         let whitened = autoregression.whitened(&z);
         let scale = clipped_scale(&whitened);
@@ -217,9 +210,7 @@ pub fn calibrated(
     record: &Observations,
     rule: &CalibrationRule,
 ) -> Result<Calibration, GapError> {
-    let mut scored = record.trusted(rule.dose_memory);
-    let burn_in = rule.burn_in.min(scored.len());
-    scored[..burn_in].fill(false);
+    let scored = rule.scored(record, &(0..record.len()));
     let setting = Setting { population, record, scored, bound: rule.bound };
     let start = near_posterior(&setting)?;
     let Solved { factors, run, sd, iterations, converged } = solved(&setting, start, rule)?;

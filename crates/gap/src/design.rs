@@ -6,13 +6,13 @@
 use std::ops::Range;
 
 use cohort::Person;
-use effects::{Course, Effect, Field, Form, Modulation, RandomUnit};
-use physiology::{Plant as _, STEPS_PER_HOUR};
+use effects::{Course, Effect, EffectId, Field, Form, Modulation, RandomUnit};
+use physiology::STEPS_PER_HOUR;
 
-pub use crate::background::BackgroundKind;
+pub use crate::background::{Background, Phase};
 use crate::background::{background, hours};
+use crate::calibrated_person::CalibratedPerson;
 use crate::calibration::Calibration;
-use crate::course::course;
 use crate::error::GapError;
 pub use crate::event_bank::{EventBank, HiddenEvents};
 use crate::filter::Innovation;
@@ -30,31 +30,36 @@ const ANSWER: usize = 6 * STEPS_PER_HOUR;
 const BATCH: usize = 64;
 
 /// What a column of a design stands for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Column {
-    /// A direction of the background: name and standard deviation of its prior.
+    /// A direction of the background.
     Background {
-        /// Its name.
-        name: String,
+        /// Which one.
+        which: Background,
         /// Standard deviation of its prior.
         prior_sd: f64,
-        /// What it belongs to.
-        kind: BackgroundKind,
     },
     /// A variant of a driven effect.
     Effect {
-        /// Place in the library.
-        effect: usize,
+        /// The effect.
+        effect: EffectId,
         /// Its variant.
         variant: usize,
     },
 }
 
+impl Column {
+    /// Whether it is this direction of the background.
+    pub(crate) fn is(&self, wanted: Background) -> bool {
+        matches!(self, Self::Background { which, .. } if *which == wanted)
+    }
+}
+
 /// A factor that is drawn anew for every unit, and what a change of each unit's does.
 #[derive(Debug, Clone)]
 pub struct UnitBank {
-    /// Place in the library.
-    pub effect: usize,
+    /// The effect.
+    pub effect: EffectId,
     /// What varies.
     pub field: Field,
     /// Standard deviation of its logarithm at amplitude 1.
@@ -84,13 +89,13 @@ pub struct Design {
     pub events: HiddenEvents,
     /// Random effects.
     pub random: Vec<UnitBank>,
-    /// Effects that the record cannot show: places in the library.
-    pub untried: Vec<usize>,
+    /// Effects that the record cannot show.
+    pub untried: Vec<EffectId>,
 }
 
 /// Directions of one random factor: units share a direction as long as their answers do not meet.
 struct UnitLanes {
-    effect: usize,
+    effect: EffectId,
     field: Field,
     log_sd: f64,
     /// Units of each lane.
@@ -101,41 +106,31 @@ struct UnitLanes {
 ///
 /// # Errors
 /// As [`signatures`](crate::tangent::signatures).
-pub fn design(
-    person: &Person,
-    observations: &Observations,
-    calibration: &Calibration,
-    library: &[&dyn Effect],
-) -> Result<Design, GapError> {
-    let plant = calibration.model.plant();
-    let glucose: Vec<f64> =
-        calibration.filtered.states.iter().map(|s| plant.glucose(&s.body).0).collect();
-    let course = course(person, glucose);
+pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<Design, GapError> {
+    let CalibratedPerson { person: Person { record, .. }, observations, calibration } = *person;
+    let course = person.course();
     let glucose = &course.glucose;
     let mut columns = Vec::new();
     let mut directions = Vec::new();
-    for entry in background(observations, &hours(&person.record), glucose) {
-        columns.push(Column::Background {
-            name: entry.name,
-            prior_sd: entry.prior_sd,
-            kind: entry.kind,
-        });
+    for entry in background(observations, &hours(record), glucose) {
+        columns.push(Column::Background { which: entry.which, prior_sd: entry.prior_sd });
         directions.push(entry.direction);
     }
     let (mut events, mut random, mut untried) = (Vec::new(), Vec::new(), Vec::new());
     let mut steps = vec![Modulation::NEUTRAL; course.len()];
-    for (place, effect) in library.iter().enumerate() {
+    for effect in library {
+        let id = effect.card().id;
         match effect.form(&course) {
-            None => untried.push(place),
+            None => untried.push(id),
             Some(Form::Driven) => {
                 for variant in 0..effect.variants_for(&course) {
-                    columns.push(Column::Effect { effect: place, variant });
+                    columns.push(Column::Effect { effect: id, variant });
                     directions.push(driven(*effect, variant, &course, &mut steps));
                 }
             }
-            Some(Form::Events(shape)) => events.push((place, shape)),
+            Some(Form::Events(shape)) => events.push((id, shape)),
             Some(Form::Random { field, unit, log_sd }) => {
-                random.push(units(place, field, log_sd, &unit_steps(unit, &course)));
+                random.push(units(id, field, log_sd, &unit_steps(unit, &course)));
             }
         }
     }
@@ -273,7 +268,7 @@ fn unit_reach(unit: &Range<usize>) -> usize {
     (2 * unit.len()).max(unit.len() + ANSWER)
 }
 
-fn units(effect: usize, field: Field, log_sd: f64, units: &[Range<usize>]) -> UnitLanes {
+fn units(effect: EffectId, field: Field, log_sd: f64, units: &[Range<usize>]) -> UnitLanes {
     let mut lanes: Vec<Vec<Range<usize>>> = Vec::new();
     for unit in units {
         let free = lanes.iter_mut().find(|lane| {

@@ -1,166 +1,239 @@
 //! The diagnosis of a cohort.
 
 use cohort::Cohort;
-use effects::Effect;
+use effects::{Effect, ShownBy};
 use rayon::prelude::*;
 use stats::{Bootstrap, ReplicateMatrix};
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::diagnosis::{
     CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, SCHEMA, Stage,
     WithInterval,
 };
 use crate::error::GapError;
-use crate::how_far::{Amplitude, HowFarRule, NamedEffect, PersonInput, how_far};
-use crate::localisation::{CellEstimate, DayCells, of_each_person, over_people};
+use crate::free_run::FreeRunRule;
+use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
+use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
 use crate::plants::{Ode, Plants};
-use crate::which::{Which, power, which};
+use crate::quality::identical_people;
+use crate::track_record::TrackRecord;
+use crate::which::{Thresholds, Which, is_free, power, which};
 
-/// Diagnoses a cohort with the ODE plant: where does the calibrated plant miss, which effect does it lack,
-/// and how far does adding it go?
+/// A diagnosis to be made: which effects are tried, with which settings, on which plant.
 ///
-/// People are analysed in parallel; the result depends on `seed` and not on the number of threads.
+/// It answers where the calibrated plant misses a cohort, which effect of the library it lacks, and how far adding
+/// that effect goes.
 ///
-/// # Errors
-/// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::Value`] for data that cannot be;
-/// [`GapError::NobodyLeft`] if every person had to be excluded.
-pub fn diagnose(
-    cohort: &Cohort,
-    config: &DiagnosisConfig,
-    seed: u64,
-) -> Result<Diagnosis, GapError> {
-    diagnose_with_progress(cohort, config, seed, &|_, _| {})
+/// ```no_run
+/// use gap::{Diagnoser, DiagnosisConfig};
+///
+/// let cohort = cohort::read_folder("my-cohort".as_ref())?;
+/// // An effect of your own goes beside those of the library.
+/// let library = effects::library();
+/// let diagnosis = Diagnoser::new(&library, &DiagnosisConfig::working()).run(&cohort, 1)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct Diagnoser<'a> {
+    library: &'a [Box<dyn Effect>],
+    config: &'a DiagnosisConfig,
+    plants: &'a dyn Plants,
+    progress: &'a (dyn Fn(usize, usize) + Sync),
 }
 
-/// As [`diagnose`]; `progress` is told (people done, people) after each person, from any thread.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_with_progress(
-    cohort: &Cohort,
-    config: &DiagnosisConfig,
-    seed: u64,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Diagnosis, GapError> {
-    diagnose_plant(cohort, &Ode, config, seed, progress)
+impl<'a> Diagnoser<'a> {
+    /// Tries the effects of `library` on the ODE plant.
+    #[must_use]
+    pub fn new(library: &'a [Box<dyn Effect>], config: &'a DiagnosisConfig) -> Self {
+        Self { library, config, plants: &Ode, progress: &|_, _| {} }
+    }
+
+    /// Diagnoses another plant than the ODE.
+    ///
+    /// The thresholds of the settings are used as they are; see
+    /// [`Thresholds::for_other_plants`](crate::Thresholds::for_other_plants).
+    #[must_use]
+    pub fn plants(self, plants: &'a dyn Plants) -> Self {
+        Self { plants, ..self }
+    }
+
+    /// Calls `progress` with (people done, people) after each person, from any thread.
+    #[must_use]
+    pub fn progress(self, progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
+        Self { progress, ..self }
+    }
+
+    /// Diagnoses a cohort.
+    ///
+    /// People are analysed in parallel; the result depends on `seed`, the seed of all resampling, and not on the
+    /// number of threads.
+    ///
+    /// # Errors
+    /// [`GapError::Setting`] and [`GapError::EmptyCohort`]; [`GapError::EffectTwice`] and [`GapError::EffectName`] for
+    /// a library whose effects cannot be distinguished by name; [`GapError::IdenticalPeople`] for one record under two
+    /// names; [`GapError::Value`] for data that cannot be;
+    /// [`GapError::NobodyLeft`] if every person had to be excluded.
+    pub fn run(&self, cohort: &Cohort, seed: u64) -> Result<Diagnosis, GapError> {
+        let Self { library, plants, progress, .. } = *self;
+        let config = self.config.clone().validated()?;
+        distinct(library)?;
+        if cohort.people.is_empty() {
+            return Err(GapError::EmptyCohort);
+        }
+        if let Some((one, other)) = identical_people(cohort) {
+            return Err(GapError::IdenticalPeople { one: one.to_owned(), other: other.to_owned() });
+        }
+        let done = AtomicUsize::new(0);
+        let outcomes: Vec<PersonOutcome> = cohort
+            .people
+            .par_iter()
+            .map(|person| {
+                let outcome = analyse(person, plants, &config);
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, cohort.people.len());
+                outcome
+            })
+            .collect::<Result<_, _>>()?;
+
+        let included: Vec<(&str, &PersonAnalysis)> = outcomes
+            .iter()
+            .filter_map(|o| Some((o.summary.person_id.as_str(), o.analysis.as_ref()?)))
+            .collect();
+        if included.is_empty() {
+            let first = &outcomes[0].summary;
+            return Err(GapError::NobodyLeft {
+                people: outcomes.len(),
+                person: first.person_id.clone(),
+                reason: first.excluded.clone().unwrap_or_default(),
+            });
+        }
+        let inputs: Vec<CalibratedPerson<'_>> = cohort
+            .people
+            .iter()
+            .zip(&outcomes)
+            .filter_map(|(person, outcome)| {
+                let analysis = outcome.analysis.as_ref()?;
+                let (observations, calibration) = (&analysis.observations, &analysis.calibration);
+                let person = analysis.person.as_ref().unwrap_or(person);
+                Some(CalibratedPerson { person, observations, calibration })
+            })
+            .collect();
+        // One of them waits for a thread of its own; the other uses it meanwhile.
+        let ((gaps, baseline), which) = rayon::join(
+            || {
+                let (rule, localisation) = (&config.free_run, &config.localisation);
+                let gaps = gaps(&included, rule, localisation, seed);
+                (gaps, baseline(&included, rule, localisation, seed))
+            },
+            || which(&inputs, library, &config.thresholds, &config.calibration),
+        );
+        let (baseline, which) = (baseline?, which?);
+        let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
+        let answer = which.answer(library, &ids, config.thresholds.temperature);
+        let settings = Settings {
+            calibration: &config.calibration,
+            free_run: &config.free_run,
+            resampling: &config.localisation,
+            rule: &HowFarRule::working(),
+        };
+        let (power, how_far) = rayon::join(
+            || power(&inputs, library, &which.detectable),
+            || held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR)),
+        );
+        let how_far = how_far?;
+        Ok(Diagnosis {
+            schema: SCHEMA.to_owned(),
+            stage: Stage::HowFar,
+            verdict: answer.verdict,
+            effects: answer.effects,
+            candidates: answer.candidates,
+            untried: answer.untried,
+            ports: answer.ports,
+            power,
+            evidence: which.evidence.clone(),
+            cells: gaps,
+            how_far,
+            baseline,
+            data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
+            people: outcomes.into_iter().map(|o| o.summary).collect(),
+            plant: plants.name().to_owned(),
+            notes: std::iter::once(TrackRecord::measured().sentence())
+                .chain(uncalibrated(library, &config.thresholds))
+                .collect(),
+            absorbed: None,
+            seed,
+            config,
+        })
+    }
 }
 
-/// As [`diagnose_with_progress`], with another plant than the ODE.
-///
-/// The thresholds of `config` are used as they are; see
-/// [`Thresholds::for_other_plants`](crate::Thresholds::for_other_plants).
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_plant(
-    cohort: &Cohort,
-    plants: &dyn Plants,
-    config: &DiagnosisConfig,
-    seed: u64,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Diagnosis, GapError> {
-    let config = config.clone().validated()?;
-    if cohort.people.is_empty() {
-        return Err(GapError::EmptyCohort);
+/// Checks that the effects can be told apart: every one has a name of its own, none that stands for something else in
+/// the output, and at most one is what sensor lags show.
+fn distinct(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
+    let mut known = BTreeSet::new();
+    let mut lag = None;
+    for card in library.iter().map(|effect| effect.card()) {
+        if !is_free(card.id.name()) {
+            return Err(GapError::EffectName { effect: card.id });
+        }
+        if !known.insert(card.id) {
+            return Err(GapError::EffectTwice { effect: card.id });
+        }
+        if card.relations.shown_by == ShownBy::SensorLag
+            && let Some(first) = lag.replace(card.id)
+        {
+            return Err(GapError::TwoLags { first, second: card.id });
+        }
     }
-    let done = AtomicUsize::new(0);
-    let outcomes: Vec<PersonOutcome> = cohort
-        .people
-        .par_iter()
-        .map(|person| {
-            let outcome = analyse(person, plants, &config);
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, cohort.people.len());
-            outcome
-        })
-        .collect::<Result<_, _>>()?;
+    Ok(())
+}
 
-    let included: Vec<(&str, &PersonAnalysis)> = outcomes
+/// What is to be said of effects whose threshold was never calibrated.
+fn uncalibrated(library: &[Box<dyn Effect>], thresholds: &Thresholds) -> Vec<String> {
+    library
         .iter()
-        .filter_map(|o| Some((o.summary.person_id.as_str(), o.analysis.as_ref()?)))
-        .collect();
-    if included.is_empty() {
-        let first = &outcomes[0].summary;
-        return Err(GapError::NobodyLeft {
-            people: outcomes.len(),
-            person: first.person_id.clone(),
-            reason: first.excluded.clone().unwrap_or_default(),
-        });
-    }
-    let library = effects::library();
-    let inputs: Vec<PersonInput<'_>> = cohort
-        .people
-        .iter()
-        .zip(&outcomes)
-        .filter_map(|(person, outcome)| {
-            let analysis = outcome.analysis.as_ref()?;
-            let (observations, calibration) = (&analysis.observations, &analysis.calibration);
-            let person = analysis.person.as_ref().unwrap_or(person);
-            Some(PersonInput { person, observations, calibration })
+        .map(|effect| effect.card())
+        .filter(|card| !thresholds.by_name.contains_key(card.id.name()))
+        .map(|card| {
+            format!(
+                "How often `{}` is named where nothing is missing was never measured: it must show as much evidence \
+                 as the strictest of the effects that share its port or that it is confusable with.",
+                card.id
+            )
         })
-        .collect();
-    // What one of them works out in turn, the other fills with its own.
-    let ((gaps, baseline), which) = rayon::join(
-        || (gaps(&included, &config, seed), baseline(&included, &config, seed)),
-        || which(&inputs, &library, &config),
-    );
-    let (baseline, which) = (baseline?, which?);
-    let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
-    let answer = which.answer(&library, &ids, config.thresholds.temperature);
-    let (power, how_far) = rayon::join(
-        || power(&inputs, &library, &which.detectable),
-        || held_out_change(&which, &inputs, &library, &config, derived(seed, HOW_FAR)),
-    );
-    let how_far = how_far?;
-    Ok(Diagnosis {
-        schema: SCHEMA.to_owned(),
-        stage: Stage::HowFar,
-        verdict: answer.verdict,
-        effects: answer.effects,
-        candidates: answer.candidates,
-        untried: answer.untried,
-        ports: answer.ports,
-        power,
-        evidence: which.evidence.clone(),
-        cells: gaps,
-        how_far,
-        baseline,
-        data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
-        people: outcomes.into_iter().map(|o| o.summary).collect(),
-        plant: plants.name().to_owned(),
-        notes: Vec::new(),
-        absorbed: None,
-        seed,
-        config,
-    })
+        .collect()
 }
 
 /// What adding the named effects changes on held-out days; nothing where none was named.
 fn held_out_change(
     which: &Which,
-    inputs: &[PersonInput<'_>],
+    inputs: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
-    config: &DiagnosisConfig,
+    settings: Settings<'_>,
     seed: u64,
 ) -> Result<HowFar, GapError> {
     let named: Vec<NamedEffect<'_>> = which
         .named
         .iter()
-        .filter(|named| named.effect < library.len())
-        .map(|named| NamedEffect {
-            effect: library[named.effect].as_ref(),
-            variant: commonest(&named.variants),
-            amplitude: Amplitude::OfPeople(named.personal.iter().map(|p| p.0).collect()),
+        .filter_map(|named| {
+            let id = named.hypothesis.known()?;
+            Some(NamedEffect {
+                effect: library.iter().find(|effect| effect.card().id == id)?.as_ref(),
+                variant: commonest(&named.variants),
+                amplitude: Amplitude::OfPeople(named.personal.iter().map(|p| p.0).collect()),
+            })
         })
         .collect();
     if named.is_empty() {
         return Ok(HowFar::default());
     }
-    how_far(inputs, &named, config, &HowFarRule::working(), seed)
+    how_far(inputs, &named, settings, seed)
 }
 
 fn commonest(variants: &[usize]) -> usize {
@@ -182,18 +255,22 @@ fn derived(seed: u64, purpose: u64) -> u64 {
 ///
 /// Two families share the error rate equally: cells of the cohort in both layers, and people.
 /// Adjusted p-values are doubled accordingly (Bonferroni over the two).
-fn gaps(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig, seed: u64) -> Vec<CellGap> {
-    let rule = &config.localisation;
+fn gaps(
+    included: &[(&str, &PersonAnalysis)],
+    free_run: &FreeRunRule,
+    rule: &LocalisationRule,
+    seed: u64,
+) -> Vec<CellGap> {
     let half = 0.5 * rule.error_rate;
-    let list = cells(config);
+    let list = cells(free_run, rule);
     let both: Vec<Vec<DayCells>> = included
         .iter()
         .map(|(_, a)| a.free_runs.iter().zip(&a.innovations).map(joined).collect())
         .collect();
     let estimates = over_people(&both, rule, half, derived(seed, COHORT_FAMILY));
     let minutes =
-        |horizon: usize| u32::try_from(5 * config.free_run.horizons[horizon]).unwrap_or(u32::MAX);
-    let shares = Shares::of(included, config);
+        |horizon: usize| u32::try_from(5 * free_run.horizons[horizon]).unwrap_or(u32::MAX);
+    let shares = Shares::of(included, free_run);
     let mut gaps = Vec::new();
     for (place, cell) in list.iter().enumerate() {
         let Some(free) = &estimates[place] else { continue };
@@ -212,7 +289,7 @@ fn gaps(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig, seed: u6
             ..gap(cell.factor, cell.level.clone(), free, weight, minutes(cell.horizon))
         });
     }
-    let main = main_horizon(config);
+    let main = main_horizon(free_run, rule);
     let alone: Vec<Vec<DayCells>> = included.iter().map(|(_, a)| a.free_runs.clone()).collect();
     let people = of_each_person(&alone, HORIZONS + main, rule, half, derived(seed, PERSON_FAMILY));
     for ((id, _), estimate) in included.iter().zip(&people) {
@@ -262,8 +339,8 @@ struct Shares {
 }
 
 impl Shares {
-    fn of(included: &[(&str, &PersonAnalysis)], config: &DiagnosisConfig) -> Self {
-        let mean_squares = (0..config.free_run.horizons.len())
+    fn of(included: &[(&str, &PersonAnalysis)], free_run: &FreeRunRule) -> Self {
+        let mean_squares = (0..free_run.horizons.len())
             .map(|horizon| {
                 mean_over_people(included, |a| {
                     let total = total(a.horizons.iter(), horizon);
@@ -329,17 +406,15 @@ fn horizon_statistics(people: &[Vec<&Vec<HorizonSums>>], horizon: usize) -> Vec<
 /// Errors by horizon with 95 % intervals over people and days; over days alone for a single person.
 fn baseline(
     included: &[(&str, &PersonAnalysis)],
-    config: &DiagnosisConfig,
+    free_run: &FreeRunRule,
+    rule: &LocalisationRule,
     seed: u64,
 ) -> Result<Vec<HorizonError>, GapError> {
-    let plan = Bootstrap {
-        replicates: config.localisation.replicates,
-        level: 0.95,
-        seed: derived(seed, BASELINE),
-    };
-    let block = NonZeroUsize::new(config.localisation.block_days).unwrap_or(NonZeroUsize::MIN);
+    let plan =
+        Bootstrap { replicates: rule.replicates, level: 0.95, seed: derived(seed, BASELINE) };
+    let block = NonZeroUsize::new(rule.block_days).unwrap_or(NonZeroUsize::MIN);
     let mut found = Vec::new();
-    for (horizon, steps) in config.free_run.horizons.iter().enumerate() {
+    for (horizon, steps) in free_run.horizons.iter().enumerate() {
         // Days without a run would make an empty statistic when drawn alone.
         let people: Vec<Vec<Vec<HorizonSums>>> = included
             .iter()

@@ -1,5 +1,6 @@
 //! What can go wrong in this crate.
 
+use effects::EffectId;
 use physiology::SimulationError;
 
 /// Errors of the diagnosis.
@@ -18,6 +19,29 @@ pub enum GapError {
         /// What would be accepted.
         requirement: &'static str,
     },
+    /// Two effects of the library have the same name.
+    #[error("the library holds two effects named {effect}; give one of them another name")]
+    EffectTwice {
+        /// Their name.
+        effect: EffectId,
+    },
+    /// Two effects of the library are both what sensor lags show.
+    #[error("the likelihoods of sensor lags show {first} and {second}; leave one of them out")]
+    TwoLags {
+        /// The first.
+        first: EffectId,
+        /// The second.
+        second: EffectId,
+    },
+    /// The output uses the name of an effect for something else.
+    #[error(
+        "an effect is named '{effect}'; the names none and unknown, names that start with unknown_, names with a slash \
+         and empty ones are taken"
+    )]
+    EffectName {
+        /// Its name.
+        effect: EffectId,
+    },
     /// Nobody in the cohort can be diagnosed.
     #[error(
         "none of the {people} people can be diagnosed; the first, {person}, is excluded because \
@@ -34,6 +58,17 @@ pub enum GapError {
     /// The cohort is empty.
     #[error("the cohort holds no people; import one first")]
     EmptyCohort,
+    /// Two people have one record.
+    #[error(
+        "{one} and {other} have the same record, value by value; leave one of them out of people.csv and of \
+         the records"
+    )]
+    IdenticalPeople {
+        /// The first.
+        one: String,
+        /// The second.
+        other: String,
+    },
     /// A recorded value is not a finite number.
     #[error("person {person}, step {step}: {channel} is {value}; leave a missing value empty")]
     Value {
@@ -82,6 +117,19 @@ pub enum GapError {
         start: usize,
         /// What the simulation said.
         source: SimulationError,
+    },
+    /// An exact course does not lie along the records of a cohort.
+    #[error(
+        "the exact course of {effect} has {found} entries where {needed} are needed; give a list a \
+         person and an entry a step"
+    )]
+    Course {
+        /// The effect.
+        effect: effects::EffectId,
+        /// Lists, or entries of one person's list.
+        found: usize,
+        /// People, or steps of that person's record.
+        needed: usize,
     },
     /// The baseline errors could not be resampled.
     #[error(transparent)]

@@ -7,7 +7,7 @@
 use std::cell::OnceCell;
 use std::ops::Range;
 
-use effects::{EventShape, Field};
+use effects::{EffectId, EventShape, Field};
 use physiology::STEPS_PER_HOUR;
 
 use crate::single::{WIDTH, add_products, add_scaled, combined, product};
@@ -16,8 +16,8 @@ use crate::tangent::Direction;
 /// Hidden events of one effect at every place where one could start.
 #[derive(Debug, Clone)]
 pub struct EventBank {
-    /// Place in the library.
-    pub effect: usize,
+    /// The effect.
+    pub effect: EffectId,
     /// Its shapes.
     pub shape: EventShape,
     /// Steps at which an event may start.
@@ -38,8 +38,8 @@ pub struct EventScore {
 /// The hidden events of every effect that acts by them, and the answers to pulses of the fields that they change.
 #[derive(Debug, Clone, Default)]
 pub struct HiddenEvents {
-    /// Place in the library, and shapes.
-    effects: Vec<(usize, EventShape)>,
+    /// The effects and their shapes.
+    effects: Vec<(EffectId, EventShape)>,
     fields: Vec<PulseLanes>,
     /// By field and direction; whitened.
     answers: Vec<Vec<Vec<f32>>>,
@@ -47,7 +47,7 @@ pub struct HiddenEvents {
 
 impl HiddenEvents {
     /// Those of a record of so many steps; the answers are yet to come.
-    pub(crate) fn of(effects: Vec<(usize, EventShape)>, steps: usize) -> Self {
+    pub(crate) fn of(effects: Vec<(EffectId, EventShape)>, steps: usize) -> Self {
         let mut fields: Vec<PulseLanes> = Vec::new();
         for (_, shape) in &effects {
             if fields.iter().all(|known| known.field != shape.field) {
@@ -57,8 +57,8 @@ impl HiddenEvents {
         Self { effects, fields, answers: Vec::new() }
     }
 
-    /// The effects that act by hidden events: places in the library.
-    pub(crate) fn effects(&self) -> impl Iterator<Item = usize> + '_ {
+    /// The effects that act by hidden events.
+    pub(crate) fn effects(&self) -> impl Iterator<Item = EffectId> + '_ {
         self.effects.iter().map(|(effect, _)| *effect)
     }
 
@@ -84,7 +84,7 @@ impl HiddenEvents {
     /// do, and information is kept after them.
     pub(crate) fn banks<'a>(
         self,
-        beside: impl Fn(usize) -> &'a Beside<'a>,
+        beside: impl Fn(EffectId) -> &'a Beside<'a>,
         weights: &[f64],
         before: &[EventBank],
     ) -> Vec<EventBank> {
@@ -110,7 +110,6 @@ impl HiddenEvents {
                 banks.push(events.bank(lanes, &products, &against[place].1));
             }
         }
-        banks.sort_by_key(|bank| bank.effect);
         banks
     }
 }
@@ -387,7 +386,7 @@ impl PulseSums {
 
 /// The events of one effect.
 struct Events<'a> {
-    effect: usize,
+    effect: EffectId,
     shape: &'a EventShape,
     /// The pulses with which an event may start.
     firsts: Vec<usize>,
@@ -397,7 +396,7 @@ struct Events<'a> {
 
 impl<'a> Events<'a> {
     fn of(
-        effect: usize,
+        effect: EffectId,
         shape: &'a EventShape,
         lanes: &PulseLanes,
         before: &'a [EventBank],
@@ -490,18 +489,20 @@ mod tests {
             let beside = Beside::of(&residuals, &weights, Vec::new(), &[]);
             let products = PulseProducts::of(&lanes, &answers, &weights, true);
             let sums = PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &beside);
-            let bank = Events::of(0, &shape, &lanes, &[]).bank(&lanes, &products, &sums);
+            let bank =
+                Events::of(EffectId::DAWN, &shape, &lanes, &[]).bank(&lanes, &products, &sums);
             // A later round keeps the information of the same events, and of no others.
             let before = [EventBank {
                 known: vec![vec![EventScore { information: 7.0, score: 0.0 }; 2]; bank.known.len()],
                 ..bank.clone()
             }];
-            let later = Events::of(0, &shape, &lanes, &before).bank(&lanes, &products, &sums);
+            let later =
+                Events::of(EffectId::DAWN, &shape, &lanes, &before).bank(&lanes, &products, &sums);
             for (known, first) in later.known.iter().flatten().zip(bank.known.iter().flatten()) {
                 assert_eq!((known.information, known.score), (7.0, first.score));
             }
             let fewer = EventShape { onsets: vec![0, 60], ..shape.clone() };
-            assert!(Events::of(0, &fewer, &lanes, &before).known.is_none());
+            assert!(Events::of(EffectId::DAWN, &fewer, &lanes, &before).known.is_none());
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
             for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
                 let onset = bank.onsets[place];

@@ -17,12 +17,12 @@ mod folds;
 mod hidden;
 mod hierarchy;
 mod judge;
-mod modulated_plant;
 mod prepared_steps;
 mod reconstruction;
 mod refit;
 #[cfg(test)]
 mod sample;
+mod settings;
 mod shrinkage;
 mod small_sample;
 mod strengths;
@@ -30,7 +30,6 @@ mod subject;
 mod summary;
 mod unit;
 
-use cohort::Person;
 use effects::{Effect, Form};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -41,25 +40,12 @@ use self::strengths::strengths;
 use self::subject::Subject;
 use self::summary::{Pair, Summary};
 use self::unit::{Judged, Unit};
-use crate::calibration::Calibration;
-use crate::config::DiagnosisConfig;
+use crate::calibrated_person::CalibratedPerson;
 use crate::diagnosis::{AmplitudeChange, HowFar, WithInterval};
 use crate::error::GapError;
-use crate::observations::Observations;
 
-pub use modulated_plant::{ModulatedPlant, ModulatedState};
+pub use settings::Settings;
 pub use shrinkage::{Shrinkage, shrinkage};
-
-/// A person, as the diagnosis knows her.
-#[derive(Debug, Clone, Copy)]
-pub struct PersonInput<'a> {
-    /// Her record.
-    pub person: &'a Person,
-    /// Her readings and inputs, without modulations.
-    pub observations: &'a Observations,
-    /// Her calibration on the whole record: where every fit starts.
-    pub calibration: &'a Calibration,
-}
 
 /// An effect that was found.
 #[derive(Debug, Clone)]
@@ -147,17 +133,16 @@ impl HowFarRule {
 /// # Errors
 /// [`GapError::EmptyCohort`]; [`GapError::Statistics`].
 pub fn how_far(
-    people: &[PersonInput<'_>],
+    people: &[CalibratedPerson<'_>],
     found: &[NamedEffect<'_>],
-    config: &DiagnosisConfig,
-    rule: &HowFarRule,
+    settings: Settings<'_>,
     seed: u64,
 ) -> Result<HowFar, GapError> {
     if people.is_empty() {
         return Err(GapError::EmptyCohort);
     }
     let mut subjects: Vec<Subject<'_>> =
-        people.par_iter().map(|input| Subject::new(input, found, rule)).collect();
+        people.par_iter().map(|input| Subject::new(input, found, settings.rule)).collect();
     let is_driven = |place: &usize| subjects.iter().any(|s| s.forms[*place] == Some(Form::Driven));
     let places: Vec<usize> = (0..found.len()).filter(is_driven).collect();
     let driven: Vec<&NamedEffect<'_>> = places.iter().map(|place| &found[*place]).collect();
@@ -182,14 +167,14 @@ pub fn how_far(
         format!("{}: fewer than two whole days, none can be held out", subject.input.person.id)
     }));
     notes.extend(driven.iter().enumerate().flat_map(|(k, found)| remarks(k, found, &subjects)));
-    let Fitted { units, hierarchies, variants } = fitted(&subjects, &driven, config, rule);
-    let strengths = strengths(&subjects, &units, found, &hidden, config, rule, &mut notes);
+    let Fitted { units, hierarchies, variants } = fitted(&subjects, &driven, settings);
+    let strengths = strengths(&subjects, &units, found, &hidden, settings, &mut notes);
     let judged: Vec<Result<Judged, GapError>> = units
         .par_iter()
-        .map(|unit| unit.judged(&subjects[unit.subject], &hidden, &strengths, config, rule))
+        .map(|unit| unit.judged(&subjects[unit.subject], &hidden, &strengths, settings))
         .collect();
     let (predicted, reconstructed) = gathered(&subjects, judged, &mut notes);
-    let summary = Summary { people: &predicted, config, rule, seed };
+    let summary = Summary { people: &predicted, settings, seed };
     let mut changed = HowFar {
         people: summary.people(if hidden.is_empty() { &[] } else { &reconstructed }),
         notes,
@@ -207,9 +192,9 @@ pub fn how_far(
         }
     }
     if !hidden.is_empty() {
-        let summary = Summary { people: &reconstructed, config, rule, seed };
+        let summary = Summary { people: &reconstructed, settings, seed };
         changed.horizons.extend(summary.horizons(true)?);
-        let names: Vec<&str> = hidden.iter().map(|k| found[*k].effect.card().name).collect();
+        let names: Vec<&str> = hidden.iter().map(|k| found[*k].effect.card().id.name()).collect();
         changed.notes.push(format!(
             "{} cannot be predicted: rows marked as reconstructed use the readings of the days held out",
             names.join(", ")
@@ -220,7 +205,7 @@ pub fn how_far(
 
 /// What is to be said of a driven effect.
 fn remarks(place: usize, found: &NamedEffect<'_>, subjects: &[Subject<'_>]) -> Vec<String> {
-    let name = found.effect.card().name;
+    let name = found.effect.card().id.name();
     let mut remarks = Vec::new();
     let unsignalled = subjects.iter().filter(|s| !s.drivers[place].signalled).count();
     if unsignalled > 0 {
@@ -293,7 +278,7 @@ fn amplitudes(
             let within = mean(&|fold| fold.within[place]) * (n - 1.0).max(1.0) / n;
             let half = 1.96 * (within + mean(&|fold| fold.between[place])).sqrt();
             AmplitudeChange {
-                effect: found.effect.card().name.to_owned(),
+                effect: found.effect.card().id.name().to_owned(),
                 variants: variants.iter().map(|of_fold| of_fold[place]).collect(),
                 mean: WithInterval { value, lower: (value - half).max(0.0), upper: value + half },
                 sd: mean(&|fold| fold.sd[place]),

@@ -9,15 +9,16 @@
 //!   weighed against a background that any two bodies may differ in, on days held out ([`mod@which`]).
 //! - *How far*: held-out error before and after the effects found are added ([`how_far`]).
 //!
-//! [`diagnose`] does all of it and returns a [`Diagnosis`] in the layout of `diagnosis.json`. Its verdict
+//! A [`Diagnoser`] does all of it and returns a [`Diagnosis`] in the layout of `diagnosis.json`. Its verdict
 //! is "effect", "unknown" (something varies that the library does not hold) or "none" (nothing that
 //! the data could show).
 //!
 //! ```no_run
-//! use gap::{DiagnosisConfig, diagnose};
+//! use gap::{Diagnoser, DiagnosisConfig};
 //!
 //! let cohort = cohort::read_folder("my-cohort".as_ref())?;
-//! let diagnosis = diagnose(&cohort, &DiagnosisConfig::working(), 1)?;
+//! let config = DiagnosisConfig::working();
+//! let diagnosis = Diagnoser::new(&effects::library(), &config).run(&cohort, 1)?;
 //! for found in &diagnosis.effects {
 //!     assert!(found.probability <= 1.0 && found.amplitude.lower >= 0.0);
 //! }
@@ -32,6 +33,7 @@ mod absorbed;
 pub mod augmented;
 mod background;
 pub mod body;
+mod calibrated_person;
 pub mod calibration;
 mod cell_sample;
 mod config;
@@ -47,28 +49,38 @@ pub mod filter;
 pub mod free_run;
 pub mod how_far;
 pub mod localisation;
+mod log_sum;
 mod moderation;
+mod modulated_plant;
 mod noise;
 pub mod observations;
 mod person;
+mod person_statistics;
 mod plants;
 pub mod quality;
+mod scored;
 mod single;
 pub mod tangent;
+mod track_record;
 pub mod which;
 pub mod whitening;
 
 pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
 pub use body::Body;
+pub use calibrated_person::CalibratedPerson;
 pub use calibration::CalibrationRule;
 pub use config::{DiagnosisConfig, InclusionRule, Production};
 pub use course::course;
-pub use diagnose::{diagnose, diagnose_plant, diagnose_with_progress};
+pub use diagnose::Diagnoser;
 pub use diagnosis::{Diagnosis, PersonSummary, Stage, Verdict};
 pub use error::GapError;
 pub use free_run::FreeRunRule;
 pub use localisation::LocalisationRule;
+pub use modulated_plant::{ModulatedPlant, ModulatedState};
 pub use noise::NoiseModel;
 pub use observations::{MissingDosePolicy, Observations, Reading};
+pub use person_statistics::{PersonStatistics, person_statistics};
 pub use plants::{Ode, Plants};
-pub use which::{Evidence, Threshold, ThresholdStep, Thresholds, Which, which};
+pub use track_record::{Counted, TrackRecord};
+pub use which::ceiling;
+pub use which::{Evidence, Hypothesis, Threshold, ThresholdStep, Thresholds, Which, which};

@@ -8,6 +8,7 @@ use physiology::{
 use serde::{Deserialize, Serialize};
 
 use crate::error::GapError;
+use crate::quality;
 
 /// Body weight assumed where it is not recorded: the mean of the virtual population of Resalat et
 /// al. 2019, 76.3 kg (SD 15.9). Calibration absorbs most of the error, since weight enters as a
@@ -98,7 +99,8 @@ impl Observations {
     /// Takes a person's record apart.
     ///
     /// Steps without a dose on record are filled as [`MissingDosePolicy::HoldBasal`] says and marked
-    /// in [`doses_recorded`](Self::doses_recorded). Where basal is never recorded (injections), steps
+    /// in [`doses_recorded`](Self::doses_recorded). CGM values that are no readings of one sensor are
+    /// left out or replaced by the line between its readings. Where basal is never recorded (injections), steps
     /// count as recorded without it.
     ///
     /// # Errors
@@ -158,6 +160,9 @@ impl Observations {
                     _ => *reading,
                 };
             }
+        }
+        for (step, instead) in quality::unusable(record) {
+            readings[step] = instead;
         }
         Ok(Self {
             person: person.id.clone(),
@@ -274,7 +279,8 @@ mod tests {
     #[test]
     fn values_drawn_between_readings_are_told_from_readings() {
         let mut person = person(300);
-        let anchors: Vec<f64> = (0..101).map(|k| 120.0 + 30.0 * f64::from(k * k % 7)).collect();
+        let anchors: Vec<f64> =
+            (0..101).map(|k| 120.0 + 40.0 * (0.4 * f64::from(k)).sin()).collect();
         for (step, value) in person.record.channel_mut(Channel::Cgm).iter_mut().enumerate() {
             let (anchor, part) = (step / 3, (step % 3) as f64 / 3.0);
             *value = Some(anchors[anchor] + part * (anchors[anchor + 1] - anchors[anchor]));
@@ -286,12 +292,13 @@ mod tests {
         assert_eq!(found.readings[1].value(), person.record.cgm()[1]);
         assert_eq!(found.coverage(), 1.0);
         // A line of two hours fills a gap and is no data.
-        for step in 100..=124 {
-            person.record.channel_mut(Channel::Cgm)[step] =
-                Some(100.0 + 2.0 * (step as f64 - 100.0));
+        let (from, to) = (anchors[33], anchors[41]);
+        for step in 100..123 {
+            let part = (step as f64 - 99.0) / 24.0;
+            person.record.channel_mut(Channel::Cgm)[step] = Some(from + part * (to - from));
         }
         let found = Observations::from_person(&person).expect("a good record");
-        assert!((101..124).all(|k| found.readings[k] == Reading::Missing));
+        assert!((100..123).all(|k| found.readings[k] == Reading::Missing));
         assert!((found.coverage() - (1.0 - 21.0 / 300.0)).abs() < 1e-12, "{}", found.coverage());
     }
 

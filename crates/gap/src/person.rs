@@ -9,14 +9,15 @@ use physiology::{Plant, STEPS_PER_DAY};
 use crate::augmented::{AugmentedModel, BodyAlone};
 use crate::body::Body;
 use crate::calibration::{Calibration, Factor, calibrated};
-use crate::config::DiagnosisConfig;
+use crate::config::{DiagnosisConfig, InclusionRule, Production};
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
 use crate::diagnosis::{
     CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, PersonSummary,
 };
 use crate::error::GapError;
 use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
-use crate::localisation::DayCells;
+use crate::localisation::{DayCells, LocalisationRule};
+use crate::noise::NoiseModel;
 use crate::observations::{MissingDosePolicy, Observations, Reading};
 use crate::plants::Plants;
 use crate::quality;
@@ -38,9 +39,8 @@ const GLUCOSE: usize = SITUATIONS + Situation::ALL.len();
 pub(crate) const HORIZONS: usize = GLUCOSE + BANDS.len();
 
 /// The cells of a diagnosis: hours, situations, bands, horizons.
-pub(crate) fn cells(config: &DiagnosisConfig) -> Vec<Cell> {
-    let rule = &config.free_run;
-    let main = main_horizon(config);
+pub(crate) fn cells(rule: &FreeRunRule, localisation: &LocalisationRule) -> Vec<Cell> {
+    let main = main_horizon(rule, localisation);
     let of = |factor, level: &str, horizon| Cell { factor, level: level.to_owned(), horizon };
     let hours = HOURS.iter().map(|(_, _, level)| of(CellFactor::Hour, level, main));
     let situations = Situation::ALL.iter().map(|s| of(CellFactor::Context, s.name(), main));
@@ -54,9 +54,8 @@ pub(crate) fn cells(config: &DiagnosisConfig) -> Vec<Cell> {
 }
 
 /// Place of the horizon that the cells use.
-pub(crate) fn main_horizon(config: &DiagnosisConfig) -> usize {
-    let wanted = config.localisation.horizon;
-    config.free_run.horizons.iter().position(|h| *h == wanted).unwrap_or(0)
+pub(crate) fn main_horizon(rule: &FreeRunRule, localisation: &LocalisationRule) -> usize {
+    rule.horizons.iter().position(|horizon| *horizon == localisation.horizon).unwrap_or(0)
 }
 
 /// Sums of errors of one day at one horizon.
@@ -113,12 +112,17 @@ pub(crate) fn analyse(
     };
     let person = without.as_ref().unwrap_or(person);
     let days = person.record.len() / STEPS_PER_DAY;
-    let reason = reason_to_exclude(person, &observations, config);
+    let reason = reason_to_exclude(person, &observations, &config.inclusion, config.missing_doses);
     let (excluded, analysis) = match reason.or_else(|| quality::exclusion(&quality)) {
         Some(reason) => (Some(reason), None),
         None => match plants.body_of(person).and_then(|body| {
-            let model = population(&observations, body, config);
-            errors_of(person, &observations, &model, config).map_err(|error| error.to_string())
+            let model = population(&observations, body, config.production, config.noise);
+            calibrated(&model, &observations, &config.calibration)
+                .and_then(|calibration| {
+                    let (free_run, localisation) = (&config.free_run, &config.localisation);
+                    errors_of(person, &observations, calibration, free_run, localisation)
+                })
+                .map_err(|error| error.to_string())
         }) {
             Ok(analysis) if analysis.summary.runs == 0 => {
                 (Some("no free run could be scored".to_owned()), None)
@@ -146,9 +150,9 @@ fn without_channels(person: &Person, ignored: &[Channel]) -> Option<Person> {
 fn reason_to_exclude(
     person: &Person,
     observations: &Observations,
-    config: &DiagnosisConfig,
+    rule: &InclusionRule,
+    missing_doses: MissingDosePolicy,
 ) -> Option<String> {
-    let rule = &config.inclusion;
     let days = person.record.len() / STEPS_PER_DAY;
     if days < rule.fewest_days {
         return Some(format!("{days} whole days of record, fewer than {}", rule.fewest_days));
@@ -167,7 +171,7 @@ fn reason_to_exclude(
         return Some("no carbohydrate on record".to_owned());
     }
     let unrecorded = observations.doses_recorded.iter().filter(|recorded| !**recorded).count();
-    if config.missing_doses == MissingDosePolicy::ExcludePerson && unrecorded > 0 {
+    if missing_doses == MissingDosePolicy::ExcludePerson && unrecorded > 0 {
         return Some(format!("{unrecorded} steps with a dose that is not on record"));
     }
     None
@@ -177,38 +181,40 @@ fn reason_to_exclude(
 fn population(
     observations: &Observations,
     body: Option<Arc<dyn Body>>,
-    config: &DiagnosisConfig,
+    production: Production,
+    noise: NoiseModel,
 ) -> AugmentedModel {
-    let (parameters, egp) = (OdeParameters::nominal(), config.production.into());
-    let ode = AugmentedModel::new(parameters, observations.weight, egp, config.noise);
+    let parameters = OdeParameters::nominal();
+    let ode = AugmentedModel::new(parameters, observations.weight, production.into(), noise);
     match body {
         Some(body) => ode.with_body(body),
         None => ode,
     }
 }
 
+/// Where a calibrated plant misses a person.
 fn errors_of(
     person: &Person,
     observations: &Observations,
-    population: &AugmentedModel,
-    config: &DiagnosisConfig,
+    calibration: Calibration,
+    free_run: &FreeRunRule,
+    localisation: &LocalisationRule,
 ) -> Result<PersonAnalysis, GapError> {
-    let calibration = calibrated(population, observations, &config.calibration)?;
     let plant = BodyAlone(&calibration.model);
     let states = &calibration.filtered.states;
     let glucose: Vec<f64> = states.iter().map(|state| plant.glucose(&state.body).0).collect();
     let situations = Situations::of(person, &glucose);
     let model = &calibration.model;
-    let errors = free_run_errors_of(model, observations, &config.free_run, states, Flux::Dropped)?;
+    let errors = free_run_errors_of(model, observations, free_run, states, Flux::Dropped)?;
 
     let record = &person.record;
     let last_day = record.day_index(record.len().saturating_sub(1));
-    let count = cells(config).len();
-    let main = main_horizon(config);
-    let half = config.localisation.horizon / 2;
+    let count = cells(free_run, localisation).len();
+    let main = main_horizon(free_run, localisation);
+    let half = localisation.horizon / 2;
     let mut free_runs = vec![DayCells::empty(count); last_day + 1];
     let mut innovations = free_runs.clone();
-    let horizons = config.free_run.horizons.len();
+    let horizons = free_run.horizons.len();
     let mut sums = vec![vec![HorizonSums::default(); horizons]; last_day + 1];
     for error in &errors {
         let day = record.day_index(error.start);
@@ -226,8 +232,7 @@ fn errors_of(
     }
     // Where glucose is high, the flux that made it so is likely to go on. A run that drops the filter's
     // flux would miss there for that reason alone, so cells that read glucose keep it.
-    let rule =
-        FreeRunRule { horizons: vec![config.localisation.horizon], ..config.free_run.clone() };
+    let rule = FreeRunRule { horizons: vec![localisation.horizon], ..free_run.clone() };
     let kept_flux = free_run_errors_of(model, observations, &rule, states, Flux::Kept)?;
     for error in &kept_flux {
         let day = &mut free_runs[record.day_index(error.start)];

@@ -8,20 +8,28 @@
 //! Thresholds stand at the head of each check's file with their source.
 
 mod basal_unit;
+mod capillary_in_cgm;
 mod carb_unit;
 mod clock_offset;
 mod daily_doses;
+mod discontinuous_cgm;
 mod dose_is_flag;
+mod flat_cgm;
 mod heart_rate;
+mod identical_people;
+mod insulin_incomplete;
 mod interleaved_cgm;
 mod interpolated_cgm;
 mod missing_channel;
 mod plausible_day;
 
-use cohort::{Channel, Person};
+use cohort::{Channel, Person, Record};
+use physiology::MgPerDl;
 
+pub use self::identical_people::identical_people;
+use self::interleaved_cgm::Interleaved;
 use crate::diagnosis::{DataQualityFinding, FindingEstimate};
-use crate::observations::Observations;
+use crate::observations::{Observations, Reading};
 
 /// What a diagnosis should do about a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,6 +83,10 @@ pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
     let mut found = missing_channel::findings(person);
     found.extend(interpolated_cgm::finding(person, observations));
     found.extend(interleaved_cgm::finding(person));
+    found.extend(capillary_in_cgm::finding(person));
+    found.extend(flat_cgm::finding(person));
+    found.extend(discontinuous_cgm::finding(person));
+    found.extend(insulin_incomplete::finding(person));
     found.extend(dose_is_flag::findings(person));
     found.extend(basal_unit::finding(person));
     // Flags and the wrong unit of one dose make another look wrong.
@@ -85,6 +97,19 @@ pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
     found.extend(heart_rate::finding(person));
     found.extend(clock_offset::findings(person));
     found
+}
+
+/// The steps whose CGM value a filter must not be fed, with what stands there instead: nothing where
+/// two sensors alternate, the line between the sensor's readings where a finger stick stands.
+pub(crate) fn unusable(record: &Record) -> Vec<(usize, Reading)> {
+    let alternating = Interleaved::find(record.cgm());
+    let hours = alternating.into_iter().flat_map(|found| found.blocks).flatten();
+    let sticks = capillary_in_cgm::find(record);
+    let lines = sticks.iter().flat_map(|stick| {
+        let between = stick.between.clone();
+        between.map(move |step| (step, Reading::Interpolated(MgPerDl(stick.line(step)))))
+    });
+    lines.chain(hours.map(|step| (step, Reading::Missing))).collect()
 }
 
 /// Why a person is to be excluded: the first finding with that consequence, in words.

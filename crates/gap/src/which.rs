@@ -10,10 +10,12 @@ mod amplitude;
 mod answer;
 mod backgrounds;
 mod by_unit;
+pub mod ceiling;
 mod conditioned;
 mod detection;
 mod events;
 mod held_out;
+mod hypothesis;
 mod lag;
 mod naming;
 mod ports;
@@ -24,15 +26,20 @@ mod thresholds;
 mod unknown;
 mod variance;
 
-use effects::{Effect, Port};
+use std::collections::BTreeMap;
 
+use effects::{Effect, EffectId, Port};
+
+use self::hypothesis::Tried;
 use self::round::{Round, Score, ScoreOf};
-use self::unknown::{courses, unknown_events};
-use crate::config::DiagnosisConfig;
+use self::unknown::unknown_events;
+use crate::calibrated_person::CalibratedPerson;
+use crate::calibration::CalibrationRule;
 use crate::error::GapError;
-use crate::how_far::PersonInput;
 
+pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;
+pub use self::hypothesis::{Course, CourseKind, Hypothesis};
 pub use self::thresholds::{Evidence, Threshold, ThresholdStep, Thresholds};
 
 /// Most effects that are named.
@@ -42,9 +49,6 @@ const MOST_EFFECTS: usize = 3;
 const LATER: f64 = 1.5;
 /// Nats within which a rival that clears its threshold is no worse an answer.
 const RIVAL: f64 = 3.0;
-/// Effects of the library that belong to the background of all others: every body sheds glucose when it is
-/// high and defends itself when it is low, and plants differ in how.
-const GUARDS: [&str; 2] = ["counter_regulation", "renal_threshold"];
 /// How much more evidence unknown events must show than a known effect: as a factor, and nats; courses at a port
 /// the factor alone.
 const UNKNOWN_FACTOR: f64 = 1.15;
@@ -63,15 +67,13 @@ pub struct Which {
     /// Evidence by port and scale, once the named effects are conditioned on.
     pub ports: Vec<PortCandidate>,
     /// Effects that no record could show.
-    pub untried: Vec<usize>,
+    pub untried: Vec<EffectId>,
     /// People times days.
     pub person_days: f64,
-    /// Number of effects in the library; places from there on stand for unknown events.
-    pub known: usize,
-    /// The port of each kind of unknown events.
-    pub unknown: Vec<Port>,
     /// The evidence of the first round by name.
     pub evidence: Evidence,
+    /// Spreads of the random factors at the first round, log or relative, by port: `egp/day`, `egp/block` and so on.
+    pub spreads: BTreeMap<String, f64>,
     /// What the first round would have found of each driven effect.
     pub detectable: Vec<Detectable>,
 }
@@ -79,19 +81,19 @@ pub struct Which {
 /// The size of an effect that would have been found with 90 % probability.
 #[derive(Debug, Clone)]
 pub struct Detectable {
-    /// Place in the library.
-    pub effect: usize,
+    /// The effect.
+    pub effect: EffectId,
     /// Its amplitude.
     pub amplitude: f64,
     /// Each person's variant.
     pub variants: Vec<usize>,
 }
 
-/// An effect that was tried.
+/// What was tried.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// Place in the library.
-    pub effect: usize,
+    /// What it is.
+    pub hypothesis: Hypothesis,
     /// Held-out evidence, nats.
     pub gain: f64,
     /// Evidence over the threshold, nats.
@@ -111,11 +113,11 @@ pub struct PortCandidate {
     pub within_days: bool,
 }
 
-/// An effect that was named.
+/// What was named.
 #[derive(Debug, Clone)]
 pub struct Named {
-    /// Place in the library.
-    pub effect: usize,
+    /// What it is.
+    pub hypothesis: Hypothesis,
     /// Held-out evidence in the round in which it was named, nats.
     pub gain: f64,
     /// Evidence over the threshold, nats.
@@ -130,8 +132,8 @@ pub struct Named {
     pub variants: Vec<usize>,
     /// Hidden events.
     pub events: Vec<NamedEvent>,
-    /// Places in the library of effects that cannot be told from it.
-    pub confusable: Vec<usize>,
+    /// What cannot be separated from it.
+    pub confusable: Vec<Hypothesis>,
     /// Candidates of its round.
     pub rivals: Vec<Candidate>,
 }
@@ -153,7 +155,7 @@ impl Named {
     /// A course at a port that no known effect explains.
     fn course(found: &Candidate, candidates: &[Candidate], people: usize) -> Self {
         Self {
-            effect: found.effect,
+            hypothesis: found.hypothesis,
             gain: found.gain,
             excess: found.excess,
             amplitude: (1.0, 0.5),
@@ -167,22 +169,18 @@ impl Named {
     }
 }
 
-/// Names the effects that are missing.
+/// Names the effects that are missing. `calibration` says which innovations are scored when a filter is run again.
 ///
 /// # Errors
 /// As [`design`](crate::design::design).
 pub fn which(
-    people: &[PersonInput<'_>],
+    people: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
-    config: &DiagnosisConfig,
+    thresholds: &Thresholds,
+    calibration: &CalibrationRule,
 ) -> Result<Which, GapError> {
-    let thresholds = &config.thresholds;
-    let known = library.len();
-    let library: Vec<&dyn Effect> = library.iter().map(AsRef::as_ref).collect();
     let unknown = unknown_events();
-    let library: Vec<&dyn Effect> =
-        library.into_iter().chain(unknown.iter().map(AsRef::as_ref)).collect();
-    let library = library.as_slice();
+    let tried = Tried::of(library, &unknown);
     let days: Vec<f64> = people
         .iter()
         .map(|p| p.observations.len() as f64 / physiology::STEPS_PER_DAY as f64)
@@ -192,72 +190,69 @@ pub fn which(
     let mut first: Option<First> = None;
     let mut banks = vec![Vec::new(); people.len()];
     loop {
-        let round = Round::of(people, library, &named, banks, config)?;
-        let scores = round.scores(library, known, &named);
+        let round = Round::of(people, &tried, &named, banks, calibration)?;
+        let scores = round.scores(&tried, &named);
         let mut candidates: Vec<Candidate> = scores
             .iter()
             .map(|score| {
-                let threshold = thresholds.of(library[score.effect].card().name);
+                let hypothesis = tried.hypothesis(score.effect);
+                let threshold = threshold(thresholds, &tried, hypothesis);
                 let needed =
                     if named.is_empty() { 1.0 } else { LATER } * threshold.over(person_days);
                 let gain = score.gain();
-                Candidate { effect: score.effect, gain, excess: gain - needed }
+                Candidate { hypothesis, gain, excess: gain - needed }
             })
             .collect();
-        candidates.extend(round.courses().into_iter().enumerate().map(|(place, gain)| {
-            let threshold = thresholds.of(&courses::name(place)).over(person_days);
-            Candidate { effect: library.len() + place, gain, excess: gain - threshold }
+        candidates.extend(round.courses().into_iter().map(|(course, gain)| {
+            let hypothesis = Hypothesis::Course(course);
+            let needed = threshold(thresholds, &tried, hypothesis).over(person_days);
+            Candidate { hypothesis, gain, excess: gain - needed }
         }));
-        prefer_known(&mut candidates, known, library, &named);
-        let untried: Vec<usize> = (0..known)
-            .filter(|e| round.subjects.iter().all(|s| s.design.untried.contains(e)))
-            .collect();
+        prefer_known(&mut candidates, &tried, &named);
+        let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
+        let library = tried.library().iter().map(|effect| effect.card().id);
+        let untried: Vec<EffectId> = library.filter(nobodys).collect();
         let evidence = || {
-            let of_candidate = |c: &Candidate| match library.get(c.effect) {
-                Some(effect) => (effect.card().name.to_owned(), c.gain),
-                None => (courses::name(c.effect - library.len()), c.gain),
-            };
             let of_port =
                 |p: ports::PortGain| (ports::threshold_name(p.port, p.within_days), p.gain);
-            let gains = candidates.iter().map(of_candidate);
+            let gains = candidates.iter().map(|c| (c.hypothesis.name(), c.gain));
             let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
             Evidence { person_days, gains: gains.collect() }
         };
-        let First { candidates: all, untried, evidence, detectable } = first
+        let First { candidates: all, untried, evidence, spreads, detectable } = first
             .get_or_insert_with(|| First {
                 candidates: candidates.clone(),
                 untried,
                 evidence: evidence(),
-                detectable: detectable(&scores, library, known, thresholds, person_days),
+                spreads: round.estimated.spreads.by_name(),
+                detectable: detectable(&scores, &tried, thresholds, person_days),
             })
             .clone();
         let best = candidates.first().filter(|best| best.excess > 0.0);
         // A course at a port cannot be conditioned on.
-        let course = best.filter(|best| best.effect >= library.len());
+        let course = best.filter(|best| matches!(best.hypothesis, Hypothesis::Course(_)));
         if let Some(course) = course {
             named.push(Named::course(course, &candidates, people.len()));
         }
         let best = best.filter(|_| course.is_none() && named.len() < MOST_EFFECTS);
         let Some(best) = best else {
             let ports = round.ports(thresholds, person_days);
-            let unknown = unknown.iter().map(|u| u.card().port).chain(courses::ports()).collect();
             return Ok(Which {
                 named,
                 candidates: all,
                 ports,
                 untried,
                 person_days,
-                known,
-                unknown,
                 evidence,
+                spreads,
                 detectable,
             });
         };
         let score = scores
             .iter()
-            .find(|s| s.effect == best.effect)
+            .find(|score| tried.hypothesis(score.effect) == best.hypothesis)
             .expect("a candidate comes from a score");
-        named.push(round.named(score, best, &candidates, library));
+        named.push(round.named(score, best, &candidates, &tried));
         // Hidden events that are named change what readings weigh, and with it the information of others.
         banks = if matches!(score.evidence, ScoreOf::Driven(_)) {
             round.subjects.into_iter().map(|subject| subject.events).collect()
@@ -269,58 +264,62 @@ pub fn which(
 
 /// Lowers the excess of unknown events beside a known effect that clears its threshold, and of guards once
 /// something is named: what is left then shows in how glucose is shed and defended.
-fn prefer_known(
-    candidates: &mut [Candidate],
-    known: usize,
-    library: &[&dyn Effect],
-    named: &[Named],
-) {
-    let explained = candidates.iter().any(|c| c.effect < known && c.excess > 0.0);
+fn prefer_known(candidates: &mut [Candidate], tried: &Tried<'_>, named: &[Named]) {
+    let explained = candidates.iter().any(|c| c.hypothesis.known().is_some() && c.excess > 0.0);
     for candidate in candidates.iter_mut() {
-        if candidate.effect >= known {
-            if explained {
-                // Differences between days are integrated out of courses; other unknown events gain by them.
-                let (margin, factor) = match library.get(candidate.effect) {
-                    None => (0.0, UNKNOWN_FACTOR),
-                    Some(kind) if kind.card().port == Port::GlucoseFlux => {
-                        (0.0, UNKNOWN_FLUX_FACTOR)
-                    }
-                    Some(_) => (UNKNOWN_MARGIN, UNKNOWN_FACTOR),
-                };
-                candidate.excess = (candidate.excess - margin) / factor;
+        // Differences between days are integrated out of courses; other unknown events gain by them.
+        let (margin, factor) = match candidate.hypothesis {
+            Hypothesis::Effect(id) => {
+                if !named.is_empty() && tried.is_guard(id) {
+                    candidate.excess = candidate.excess.min(0.0);
+                }
+                continue;
             }
-        } else if !named.is_empty() && GUARDS.contains(&library[candidate.effect].card().name) {
-            candidate.excess = candidate.excess.min(0.0);
+            Hypothesis::Course(_) => (0.0, UNKNOWN_FACTOR),
+            Hypothesis::Events { port: Port::GlucoseFlux, .. } => (0.0, UNKNOWN_FLUX_FACTOR),
+            Hypothesis::Events { .. } => (UNKNOWN_MARGIN, UNKNOWN_FACTOR),
+        };
+        if explained {
+            candidate.excess = (candidate.excess - margin) / factor;
         }
     }
     candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+}
+
+/// The evidence that is asked of a hypothesis.
+fn threshold(thresholds: &Thresholds, tried: &Tried<'_>, hypothesis: Hypothesis) -> Threshold {
+    match hypothesis {
+        Hypothesis::Effect(id) => thresholds.of_effect(&tried.get(id).card(), tried.library()),
+        other => thresholds.of(&other.name()),
+    }
 }
 
 /// What is kept of the first round.
 #[derive(Clone)]
 struct First {
     candidates: Vec<Candidate>,
-    untried: Vec<usize>,
+    untried: Vec<EffectId>,
     evidence: Evidence,
+    spreads: BTreeMap<String, f64>,
     detectable: Vec<Detectable>,
 }
 
 /// What a round would have found of each driven effect.
 fn detectable(
     scores: &[Score],
-    library: &[&dyn Effect],
-    known: usize,
+    tried: &Tried<'_>,
     thresholds: &Thresholds,
     person_days: f64,
 ) -> Vec<Detectable> {
     scores
         .iter()
-        .filter(|score| score.effect < known)
         .filter_map(|score| {
+            let hypothesis = tried.hypothesis(score.effect);
+            let effect = hypothesis.known()?;
             let ScoreOf::Driven(found) = &score.evidence else { return None };
-            let threshold = thresholds.of(library[score.effect].card().name).over(person_days);
+            let threshold = threshold(thresholds, tried, hypothesis).over(person_days);
             Some(Detectable {
-                effect: score.effect,
+                effect,
                 amplitude: detection::amplitude(found.information, threshold)?,
                 variants: found.variants.clone(),
             })

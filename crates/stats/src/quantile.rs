@@ -1,4 +1,22 @@
-//! Quantiles of sorted values.
+//! Quantiles by linear interpolation.
+
+use crate::StatsError;
+use crate::error::finite;
+
+/// Quantiles of values in any order (type 7 of Hyndman and Fan, Am Stat 1996;50:361); `levels` from 0
+/// to 1, in the unit of the values.
+///
+/// # Errors
+/// [`StatsError::TooFew`] for no value, [`StatsError::NonFinite`] for a NaN or an infinity.
+pub fn quantiles<const N: usize>(values: &[f64], levels: [f64; N]) -> Result<[f64; N], StatsError> {
+    if values.is_empty() {
+        return Err(StatsError::TooFew { what: "values", n: 0, needed: 1 });
+    }
+    finite("value", values)?;
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    Ok(levels.map(|level| quantile(&sorted, level)))
+}
 
 /// Quantile of sorted values by linear interpolation (type 7 of Hyndman and Fan 1996).
 pub(crate) fn quantile(sorted: &[f64], p: f64) -> f64 {
@@ -18,6 +36,9 @@ mod tests {
         let sorted = [1.0, 2.0, 4.0, 8.0];
         for (p, numpy) in [(0.0, 1.0), (0.1, 1.3), (0.5, 3.0), (0.9, 6.8), (1.0, 8.0)] {
             assert!((quantile(&sorted, p) - numpy).abs() < 1e-14, "{p}");
+            let [found] = quantiles(&[8.0, 1.0, 4.0, 2.0], [p]).expect("finite");
+            assert!((found - numpy).abs() < 1e-14, "{p}");
         }
+        assert!(quantiles(&[], [0.5]).is_err() && quantiles(&[f64::NAN], [0.5]).is_err());
     }
 }

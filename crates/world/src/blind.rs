@@ -18,14 +18,18 @@
 //! ```
 
 mod amplitude_search;
+mod exact_course;
 mod nuisances;
 mod plan;
 mod planned_effect;
 mod realised;
 mod streams;
+mod true_where;
 
 pub use amplitude_search::{MOST_EVALUATIONS, Reached, search};
+pub use exact_course::ExactCourse;
 pub use nuisances::Nuisances;
-pub use plan::{DAYS, PEOPLE, Plan, PlannedWorld, Role, SHIFTS};
+pub use plan::{DAYS, PEOPLE, Plan, PlannedWorld, Role, SHIFTS, Variation};
 pub use planned_effect::PlannedEffect;
 pub use realised::{RealisedEffect, RealisedWorld};
+pub use true_where::TrueWhere;

@@ -1,5 +1,7 @@
 //! The parts of a person's days that are fixed before the body is simulated.
 
+use rand_chacha::ChaCha8Rng;
+
 use crate::behaviour::Life;
 use crate::calendar::Calendar;
 use crate::devices::WornSensors;
@@ -32,12 +34,16 @@ impl VirtualPerson {
         happenings: &Happenings,
         amplitudes: &Amplitudes,
     ) -> WornSensors {
-        let mut rng = stream(self.seed, self.index, Concept::Sensor);
-        let kind = &self.everyday.sensor;
-        let wear = SensorWear::sample(&life.calendar, kind, &mut rng);
+        let (wear, rng) = self.wear(life);
         let sensing = sensing(life, &wear, happenings, &self.shapes, amplitudes);
         let own = stream(self.seed, self.index, Concept::SensorKind);
-        WornSensors::new(*kind, wear, sensing, rng, own)
+        WornSensors::new(self.everyday.sensor, wear, sensing, rng, own)
+    }
+
+    /// When sensors are worn through a life, and the stream from which their errors are drawn next.
+    pub(crate) fn wear(&self, life: &Life) -> (SensorWear, ChaCha8Rng) {
+        let mut rng = stream(self.seed, self.index, Concept::Sensor);
+        (SensorWear::sample(&life.calendar, &self.everyday.sensor, &mut rng), rng)
     }
 
     /// How the person keeps the log while effects act with `amplitudes`.

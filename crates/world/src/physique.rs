@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ode_sim::OdeError;
-use physiology::{InputSource, Kilograms, MgPerDl, StepInput, UnitsPerHour, simulate};
+use physiology::{InputSource, Kilograms, MgPerDl, OpenLoop, StepInput, UnitsPerHour, simulate};
 use rand::Rng;
 
 use crate::body::Body;
@@ -40,6 +40,24 @@ pub(crate) struct Course {
     pub(crate) inputs: Vec<StepInput>,
     /// Glucose at the start of each step, and at the end of the last.
     pub(crate) glucose: Vec<MgPerDl>,
+}
+
+/// What acts on a body: its circumstances, and the doses of each step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Acting<'a> {
+    pub(crate) conditions: &'a [Condition],
+    pub(crate) amplitudes: Amplitudes,
+    pub(crate) warps: Warps,
+    pub(crate) inputs: &'a [StepInput],
+}
+
+/// A run from a state of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Restart {
+    /// Step of the state.
+    pub(crate) start: usize,
+    /// Length.
+    pub(crate) steps: usize,
 }
 
 impl Physique {
@@ -186,6 +204,36 @@ impl Physique {
         }
     }
 
+    /// Glucose of runs that start in states of the course with `lived` acting and go on with `other`: one list a
+    /// restart, its first entry the glucose at its start.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub(crate) fn restarted(
+        &self,
+        start: MgPerDl,
+        lived: Acting<'_>,
+        other: Acting<'_>,
+        restarts: &[Restart],
+    ) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
+        let inputs = (lived.inputs, other.inputs);
+        macro_rules! of_kind {
+            ($kind:ident, $body:expr) => {{
+                let with = $kind::new(*$body, lived.conditions, lived.amplitudes);
+                let without = $kind::new(*$body, other.conditions, other.amplitudes);
+                let (with, without) =
+                    (with.with_warps(lived.warps)?, without.with_warps(other.warps)?);
+                restarted(&with, &without, start, inputs, restarts)
+            }};
+        }
+        match self {
+            Self::Hovorka(body) => of_kind!(Body, body),
+            Self::Padova(body) => of_kind!(PadovaBody, body),
+            Self::Minimal(body) => of_kind!(MinimalBody, body),
+            Self::Saturating(body) => of_kind!(SaturatingBody, body),
+        }
+    }
+
     /// The settings that trials on the undisturbed body with these forms give.
     ///
     /// # Errors
@@ -218,4 +266,24 @@ fn course<B: VirtualBody>(
     let run = simulate(body, start, source, steps)?;
     let glucose = run.glucose(body);
     Ok(Course { inputs: run.inputs, glucose })
+}
+
+fn restarted<B: VirtualBody>(
+    lived: &B,
+    other: &B,
+    start: MgPerDl,
+    (inputs, others): (&[StepInput], &[StepInput]),
+    restarts: &[Restart],
+) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
+    let (start, _) = lived.at_rest(start)?;
+    let states = simulate(lived, start, &mut OpenLoop::new(inputs), inputs.len())?.states;
+    restarts
+        .iter()
+        .map(|restart| {
+            let state = states[restart.start].clone();
+            let inputs = &others[restart.start..];
+            let run = simulate(other, state, &mut OpenLoop::new(inputs), restart.steps)?;
+            Ok(run.glucose(other))
+        })
+        .collect()
 }

@@ -79,7 +79,7 @@ impl VirtualPerson {
     }
 
     /// Whether an effect on the sensor differs from this person's.
-    fn sensors_differ(&self, other: &Amplitudes) -> bool {
+    pub(crate) fn sensors_differ(&self, other: &Amplitudes) -> bool {
         let named = |e: &Effect| self.amplitudes.of(*e) != other.of(*e);
         let outside = |e: &OutsideEffect| self.amplitudes.of_outside(*e) != other.of_outside(*e);
         Effect::ALL.iter().any(|e| e.port() == Port::Sensor && named(e))
@@ -87,7 +87,7 @@ impl VirtualPerson {
     }
 
     /// What the sensors of a life show of a course of glucose.
-    fn sensed(
+    pub(crate) fn sensed(
         &self,
         life: &Life,
         glucose: &[MgPerDl],
@@ -103,7 +103,11 @@ impl VirtualPerson {
     }
 
     /// The inputs of the days, with what is eaten as `amplitudes` has it behind the same log.
-    fn inputs_behind_the_log(&self, lived: &LivedDays, amplitudes: &Amplitudes) -> Vec<StepInput> {
+    pub(crate) fn inputs_behind_the_log(
+        &self,
+        lived: &LivedDays,
+        amplitudes: &Amplitudes,
+    ) -> Vec<StepInput> {
         let mut inputs = lived.inputs.clone();
         let (kept, other) = (self.logging(&self.amplitudes), self.logging(amplitudes));
         if kept == other {

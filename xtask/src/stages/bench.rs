@@ -14,8 +14,7 @@ use cohort::{Cohort, Person};
 use gap::calibration::calibrate;
 use gap::design::design;
 use gap::filter::filter;
-use gap::how_far::PersonInput;
-use gap::{DiagnosisConfig, Observations, diagnose_with_progress, quality, which};
+use gap::{CalibratedPerson, Diagnoser, DiagnosisConfig, Observations, quality, which};
 use ode_sim::OdeParameters;
 use rayon::prelude::*;
 use world::blind::PlannedEffect;
@@ -158,10 +157,12 @@ fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
     let people = cohort.people.len();
     let progress = Progress::begin("bench", people);
     let (clock, before) = (Instant::now(), processor_seconds());
-    let diagnosis = diagnose_with_progress(cohort, &DiagnosisConfig::working(), seed, &|_, _| {
-        progress.advance("people calibrated");
-    })
-    .context("the diagnosis")?;
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let advance = |_, _| progress.advance("people calibrated");
+    let diagnosis = Diagnoser::new(&library, &config)
+        .progress(&advance)
+        .run(cohort, seed)
+        .context("the diagnosis")?;
     let seconds = clock.elapsed().as_secs_f64();
     let row = Row {
         people,
@@ -234,23 +235,23 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
         filter(&found.model, record)?;
     }
     add("filter", clock);
-    let clock = Instant::now();
-    for ((person, (record, _)), found) in people.iter().zip(&records).zip(&calibrated) {
-        design(person, record, found, &every)?;
-    }
-    add("design", clock);
-    let inputs: Vec<PersonInput<'_>> = people
+    let inputs: Vec<CalibratedPerson<'_>> = people
         .iter()
         .zip(&records)
         .zip(&calibrated)
-        .map(|((person, (observations, _)), calibration)| PersonInput {
+        .map(|((person, (observations, _)), calibration)| CalibratedPerson {
             person,
             observations,
             calibration,
         })
         .collect();
     let clock = Instant::now();
-    which(&inputs, &library, &config)?;
+    for person in &inputs {
+        design(person, &every)?;
+    }
+    add("design", clock);
+    let clock = Instant::now();
+    which(&inputs, &library, &config.thresholds, &config.calibration)?;
     add("which, with a design for each round", clock);
     Ok(parts)
 }

@@ -4,6 +4,9 @@
 //! cohort is then diagnosed by another process that is given a copy of its folder and nothing else.
 //! Only when every answer is written are the labels opened, compared with the seal, and scored.
 
+mod ceiling;
+mod tables;
+
 use std::hash::{BuildHasher as _, Hasher as _};
 
 use anyhow::{Context as _, Result, ensure};
@@ -22,7 +25,7 @@ use crate::labels::label;
 use crate::manifest::{Manifest, hexadecimal};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
-use crate::stages::report;
+use crate::stages::{planted_check, report};
 
 /// Worlds with an effect and without, of a check that takes minutes.
 const QUICK: (usize, usize) = (28, 12);
@@ -36,6 +39,9 @@ const SEED_BITS: u32 = 32;
 
 /// Runs the command.
 pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
+    if let Some(folder) = &args.planted {
+        return planted_check::run(args, folder);
+    }
     let (with_effects, without) = if args.full { FULL } else { QUICK };
     let worlds = args.worlds.unwrap_or(with_effects);
     let nulls = args.nulls.unwrap_or(without);
@@ -53,7 +59,7 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
         "calibrate": args.calibrate.map(world::Generator::name),
     });
     let output = OutputFolder::begin(&args.out, Manifest::new("blind-check", config, Some(seed)))?;
-    let answered = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
+    let (answered, worlds) = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
     if let Some(generator) = args.calibrate {
         output.write_json("thresholds.json", &fitted(generator, seed, &answered, &output)?)?;
         output.write_json("calibration.json", &CalibrationTable::new(seed, answered))?;
@@ -61,8 +67,9 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
         note(format!("blind-check: {}", place.join("calibration.json").display()));
         return Ok(());
     }
-    let scored = score(seed, answered)?;
+    let scored = score(seed, answered)?.with_ceiling(ceiling::exact_courses(&worlds)?)?;
     output.write_json("blind_check.json", &scored)?;
+    output.write("tables.txt", tables::tables(&scored).join("\n").as_bytes())?;
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
     say(&scored);
@@ -71,13 +78,13 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
 }
 
 /// A seed from the randomness of the operating system.
-fn drawn_seed() -> u64 {
+pub(super) fn drawn_seed() -> u64 {
     // The standard library seeds every hasher of this kind anew.
     let random = std::collections::hash_map::RandomState::new().build_hasher().finish();
     random >> (u64::BITS - SEED_BITS)
 }
 
-/// Seals the labels of the worlds, asks for an answer to each, and opens the labels.
+/// Seals the labels of the worlds, asks for an answer to each, and opens the labels. Returns both, and the worlds.
 ///
 /// Writes `seal.json` before anything else, `cohorts/` and `answers/`, and at the end `labels.json`.
 fn check(
@@ -85,7 +92,7 @@ fn check(
     seed: u64,
     asked: Asked,
     output: &OutputFolder,
-) -> Result<Vec<(Label, Answer)>> {
+) -> Result<(Vec<(Label, Answer)>, Vec<RealisedWorld>)> {
     let progress = Progress::begin("worlds", planned.len());
     let worlds = planned
         .par_iter()
@@ -98,8 +105,11 @@ fn check(
         .collect::<Result<Vec<RealisedWorld>>>()?;
     progress.finish(&format!("{} drawn", worlds.len()));
 
-    let labels: Vec<Label> =
-        worlds.iter().enumerate().map(|(place, world)| label(&name(place), world)).collect();
+    let labels = worlds
+        .par_iter()
+        .enumerate()
+        .map(|(place, world)| label(&name(place), world))
+        .collect::<Result<Vec<Label>>>()?;
     let closed = labels
         .iter()
         .enumerate()
@@ -128,7 +138,7 @@ fn check(
     .context("reading seal.json again")?;
     sealed.verify(&closed).context("opening the labels")?;
     output.write_json("labels.json", &closed)?;
-    Ok(labels.into_iter().zip(answers).collect())
+    Ok((labels.into_iter().zip(answers).collect(), worlds))
 }
 
 /// Writes the cohort of one world and its answer.
@@ -145,22 +155,14 @@ fn answer(
     write_folder(&cohort, &folder, RecordsFormat::Parquet)
         .with_context(|| format!("world {id}"))?;
     drop(cohort);
-    let thresholds = thresholds_for(world)?;
+    // Nothing that answers a world has seen the hand that made it.
+    let thresholds = Thresholds::without(world.planned.generator.name());
     let (answer, text) = ask(&folder, &thresholds, diagnosis_seed(seed, place), asked)?;
     match text {
         Some(diagnosis) => output.write(&format!("answers/{id}.json"), &diagnosis)?,
         None => output.write_json(&format!("answers/{id}.json"), &answer)?,
     }
     Ok(answer)
-}
-
-/// The thresholds that were fixed on worlds of the other generator.
-fn thresholds_for(world: &RealisedWorld) -> Result<Thresholds> {
-    let generator = world.planned.generator;
-    let other = Generator::ALL.into_iter().find(|other| *other != generator);
-    other
-        .and_then(|other| Thresholds::of_worlds(other.name()))
-        .with_context(|| format!("no thresholds for worlds of {}", generator.name()))
 }
 
 /// Thresholds that no world without an effect reaches, from the answers in `output`.
@@ -202,20 +204,20 @@ fn name(place: usize) -> String {
 }
 
 /// Streams of the master seed that belong to this stage, apart from those of the plan.
-fn stream(seed: u64, purpose: u64, place: usize) -> ChaCha8Rng {
+pub(super) fn stream(seed: u64, purpose: u64, place: usize) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_616c);
     rng.set_stream(((place as u64) << 8) | purpose);
     rng
 }
 
-fn salt(seed: u64, place: usize) -> String {
+pub(super) fn salt(seed: u64, place: usize) -> String {
     let mut bytes = [0; 32];
     stream(seed, 1, place).fill_bytes(&mut bytes);
     hexadecimal(&bytes)
 }
 
 /// The seed that a diagnosis is told: not that of its world.
-fn diagnosis_seed(seed: u64, place: usize) -> u64 {
+pub(super) fn diagnosis_seed(seed: u64, place: usize) -> u64 {
     stream(seed, 2, place).next_u64() >> (u64::BITS - SEED_BITS)
 }
 
@@ -240,6 +242,7 @@ fn say(check: &BlindCheck) {
         let limit = percent(target.target);
         note(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
     }
+    tables::tables(check).into_iter().for_each(note);
 }
 
 #[cfg(test)]
@@ -274,8 +277,11 @@ mod tests {
         let target = parent.path().join("check");
         let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
         let output = OutputFolder::begin(&target, manifest).expect("new");
-        let answered = check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
+        let (answered, worlds) =
+            check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
+        let courses = ceiling::exact_courses(&worlds).expect("courses");
         let scored = score(1, answered).expect("countable");
+        let scored = scored.with_ceiling(courses).expect("countable");
         let target = output.finish().expect("renamed");
 
         assert_eq!(scored.worlds.len(), 4);
@@ -284,6 +290,12 @@ mod tests {
             (scored.false_alarms.of, scored.pairs.worlds, scored.unknown.recalled.of),
             (1, 1, 1)
         );
+        // Dawn has a morning; the pair and the effect outside the library have a truth of "where" too.
+        let found = scored.localisation.as_ref().expect("a score");
+        assert_eq!(found.context.iter().map(|c| c.comparable.of).collect::<Vec<_>>(), [3, 3, 3]);
+        let found = scored.ceiling.as_ref().expect("a score");
+        assert_eq!((found.named.of, found.false_alarms.of > 0), (1, true));
+        assert!(tables::tables(&scored).iter().any(|line| line.contains("not answered")));
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
         let seal: Seal = serde_json::from_slice(&read("seal.json")).expect("a seal");
         let mut labels: Vec<OpenedLabel> =

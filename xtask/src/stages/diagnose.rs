@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result};
 use cohort::Cohort;
-use gap::{Absorbed, Diagnosis, DiagnosisConfig, Plants, Verdict, diagnose_plant};
+use gap::{Absorbed, Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
 
 use crate::cli::DiagnoseArgs;
 use crate::diagnosed::{Diagnosed, ODE};
@@ -47,13 +47,14 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     let output = OutputFolder::begin(&args.out, manifest)?;
     let runs = 1 + usize::from(without.is_some());
     let progress = Progress::begin("diagnose", runs * judged.cohort.people.len());
-    let config = config(args)?;
+    let (library, config) = (effects::library(), config(args)?);
     let run = |cohort: &Cohort, plants: &dyn Plants| {
-        let told = |_, _| progress.advance("people");
-        diagnose_plant(cohort, plants, &config, args.seed, &told).context("the diagnosis")
+        let advance = |_, _| progress.advance("people");
+        let diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);
+        diagnoser.run(cohort, args.seed).context("the diagnosis")
     };
     let mut diagnosis = run(&judged.cohort, judged.plants.as_ref())?;
-    diagnosis.notes = judged.notes;
+    diagnosis.notes.extend(judged.notes);
     if let Some(network) = &without {
         let same = included(&judged.cohort, &diagnosis);
         diagnosis.absorbed = Absorbed::between(&run(&same, network)?, &diagnosis);

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, ensure};
 use cohort::{Cohort, Person, Window};
 use effects::{Course, find};
-use gap::{Diagnosis, DiagnosisConfig, diagnose};
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig};
 use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{Kilograms, MgPerDl, STEPS_PER_DAY};
 use rayon::prelude::*;
@@ -116,9 +116,10 @@ pub(crate) fn run(args: &EffectTwinsArgs) -> Result<()> {
     let (protocol, plan) = twin::protocol(args.profile, None);
     let output = OutputFolder::begin(&args.out, manifest)?;
 
-    let diagnosis =
-        diagnose(&training_days(&cohort, &protocol), &DiagnosisConfig::working(), args.seed)
-            .context("the diagnosis of the training days")?;
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let diagnosis = Diagnoser::new(&library, &config)
+        .run(&training_days(&cohort, &protocol), args.seed)
+        .context("the diagnosis of the training days")?;
     let steady = SteadyStates::new(&*population);
     let mut people = Vec::new();
     for (index, person) in cohort.people.iter().enumerate() {
@@ -305,7 +306,7 @@ impl<'a> Subject<'a> {
         seed: u64,
     ) -> Result<Judged> {
         let amplitude =
-            |acting: &Acting| amplitude(diagnosis, acting.effect.card().name, &self.person.id);
+            |acting: &Acting| amplitude(diagnosis, acting.effect.card().id.name(), &self.person.id);
         let effects = acting.iter().map(|a| (a.effect.as_ref(), a.variant, amplitude(a)));
         let (under, nothing) = (Active::new(&self.course, effects), Active::new(&self.course, []));
         let glucose: Result<Vec<Vec<f64>>, _> =
@@ -359,7 +360,7 @@ impl Found {
         seed: u64,
     ) -> Result<Self> {
         let effects = acting.iter().map(|acting| {
-            let name = acting.effect.card().name;
+            let name = acting.effect.card().id.name();
             let found = diagnosis.effects.iter().find(|found| found.effect == name);
             let amplitudes: Vec<f64> =
                 found.map_or_else(Vec::new, |f| f.people.iter().map(|p| p.amplitude).collect());

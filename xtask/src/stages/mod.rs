@@ -16,6 +16,8 @@ pub(crate) mod import_model;
 pub(crate) mod meals_bench;
 pub(crate) mod paper_tables;
 pub(crate) mod pipeline;
+pub(crate) mod planted_check;
+pub(crate) mod realism;
 pub(crate) mod reconcile;
 pub(crate) mod repair;
 pub(crate) mod replay;

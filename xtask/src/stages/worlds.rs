@@ -48,7 +48,7 @@ pub(crate) fn run(args: &WorldsArgs) -> Result<()> {
             let folder = output.path().join(&id).join("cohort");
             write_folder(&cohort, &folder, RecordsFormat::Parquet)
                 .with_context(|| format!("world {id}"))?;
-            let label = label(&id, &world);
+            let label = label(&id, &world)?;
             output.write_json(&format!("{id}/label.json"), &label)?;
             progress.advance(&id);
             Ok(label)

@@ -3,9 +3,11 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, EventShape, Form};
+use crate::effect_id::EffectId;
 use crate::meals::steps;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::Relations;
 
 /// Production at the deepest of an evening of size 1, as a factor less 1.
 const LESS: f64 = -0.4;
@@ -29,7 +31,7 @@ pub(super) struct Alcohol;
 impl Effect for Alcohol {
     fn card(&self) -> Card {
         Card {
-            name: "alcohol",
+            id: EffectId::ALCOHOL,
             port: Port::Egp,
             summary: "after alcohol in the evening the liver makes less glucose through the night and next morning",
             size_at_one: "production 40 % lower for 7 h and back after 12, on about one evening a week",
@@ -38,7 +40,8 @@ impl Effect for Alcohol {
             signature: "glucose over-predicted from late evening to late morning on single nights, more before free \
                         days",
             channels: &[Channel::Clock],
-            confusable_with: &["post_exercise_sensitivity", "compression_lows"],
+            confusable_with: &[EffectId::POST_EXERCISE_SENSITIVITY, EffectId::COMPRESSION_LOWS],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 1.7 },
         }
     }

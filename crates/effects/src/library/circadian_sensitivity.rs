@@ -5,8 +5,10 @@ use std::f64::consts::TAU;
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, Form};
+use crate::effect_id::EffectId;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::{Allowance, Relations, Structure};
 
 /// Published steps: hour from which, and action as a factor.
 const STEPS: [(f64, f64); 4] = [(0.0, 1.0), (4.0, 0.8), (11.0, 0.9), (17.0, 1.0)];
@@ -26,7 +28,7 @@ pub(super) struct CircadianSensitivity;
 impl Effect for CircadianSensitivity {
     fn card(&self) -> Card {
         Card {
-            name: "circadian_sensitivity",
+            id: EffectId::CIRCADIAN_SENSITIVITY,
             port: Port::InsulinAction,
             summary: "insulin acts more and less strongly by the clock, in a pattern of the person's own",
             size_at_one: "action 1, 0.8, 0.9 and 1 from 0, 4, 11 and 17 h, or a daily wave of the same variance \
@@ -36,7 +38,12 @@ impl Effect for CircadianSensitivity {
             signature: "errors of one sign for many hours at the same time of every day, larger with more insulin \
                         acting",
             channels: &[Channel::Clock],
-            confusable_with: &["dawn", "slow_meals"],
+            confusable_with: &[EffectId::DAWN, EffectId::SLOW_MEALS],
+            relations: Relations {
+                is_itself: &[Allowance::Clock],
+                structure: Structure::Mimics,
+                ..Relations::USUAL
+            },
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
     }

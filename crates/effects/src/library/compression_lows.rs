@@ -3,9 +3,11 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, EventShape, Form};
+use crate::effect_id::EffectId;
 use crate::meals::steps;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::Relations;
 
 /// Depth of an event of size 1, mg/dL.
 const DEPTH: f64 = -24.0;
@@ -30,7 +32,7 @@ pub(super) struct CompressionLows;
 impl Effect for CompressionLows {
     fn card(&self) -> Card {
         Card {
-            name: "compression_lows",
+            id: EffectId::COMPRESSION_LOWS,
             port: Port::Sensor,
             summary: "the sensor reads low for a while when the sleeper lies on it",
             size_at_one: "24 mg/dL low (12 to 48) for 45 min, one night in three",
@@ -38,7 +40,8 @@ impl Effect for CompressionLows {
                      Mensh et al., J Diabetes Sci Technol 2013;7:863",
             signature: "sharp falls in sleep that end as sharply, without insulin or a rescue",
             channels: &[Channel::Sleep, Channel::Clock],
-            confusable_with: &["unlogged_rescue_carbs", "counter_regulation"],
+            confusable_with: &[EffectId::UNLOGGED_RESCUE_CARBS, EffectId::COUNTER_REGULATION],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 2.5 },
         }
     }

@@ -1,10 +1,11 @@
 //! What every effect of the library must keep, whatever it is about.
 
-use super::{find, library, names};
+use super::{find, library};
 use crate::course::Course;
 use crate::effect::Form;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::ShownBy;
 use crate::sample::{CUTS, fortnight, modulated, other_after};
 
 /// Centred across days: a later day reaches an earlier one through the mean of its clock slot. Their own
@@ -34,7 +35,7 @@ fn all_names_of_the_contract_are_there_with_their_ports() {
         ("sensor_drift", Port::Sensor),
         ("compression_lows", Port::Sensor),
     ];
-    let cards: Vec<_> = library().iter().map(|e| (e.card().name, e.card().port)).collect();
+    let cards: Vec<_> = library().iter().map(|e| (e.card().id.name(), e.card().port)).collect();
     assert_eq!(cards, expected);
     assert!(find("compression_lows").is_some() && find("astrology").is_none());
 }
@@ -44,14 +45,14 @@ fn cards_are_complete_and_name_only_effects_that_exist() {
     for effect in library() {
         let card = effect.card();
         let texts = [card.summary, card.size_at_one, card.source, card.signature];
-        assert!(texts.iter().all(|text| text.len() > 20 && !text.contains("  ")), "{}", card.name);
-        assert!(!card.channels.is_empty(), "{}", card.name);
+        assert!(texts.iter().all(|text| text.len() > 20 && !text.contains("  ")), "{}", card.id);
+        assert!(!card.channels.is_empty(), "{}", card.id);
         for other in card.confusable_with {
-            assert!(names().contains(other) && *other != card.name, "{} and {other}", card.name);
+            assert!(find(other.name()).is_some() && *other != card.id, "{} and {other}", card.id);
         }
         let prior = card.prior;
-        assert_eq!(prior.median, 1.0, "{}: 1 is the published size", card.name);
-        assert!(prior.log_sd > 0.0 && prior.largest > 1.0, "{}", card.name);
+        assert_eq!(prior.median, 1.0, "{}: 1 is the published size", card.id);
+        assert!(prior.log_sd > 0.0 && prior.largest > 1.0, "{}", card.id);
     }
 }
 
@@ -59,7 +60,7 @@ fn cards_are_complete_and_name_only_effects_that_exist() {
 fn amplitude_zero_changes_nothing_and_larger_ones_change_more() {
     let course = fortnight();
     for effect in library() {
-        let name = effect.card().name;
+        let name = effect.card().id.name();
         if effect.form(&course) != Some(Form::Driven) {
             continue;
         }
@@ -94,8 +95,8 @@ fn every_value_stays_finite_and_every_factor_positive_at_the_largest_amplitude()
             for step in modulated(&*effect, variant, card.prior.largest, &course) {
                 for field in Field::ALL {
                     let value = step[field];
-                    assert!(value.is_finite(), "{} {field:?}", card.name);
-                    assert!(field.neutral() == 0.0 || value > 0.0, "{} {field:?}", card.name);
+                    assert!(value.is_finite(), "{} {field:?}", card.id);
+                    assert!(field.neutral() == 0.0 || value > 0.0, "{} {field:?}", card.id);
                 }
             }
         }
@@ -131,7 +132,7 @@ fn effects_multiply_and_add_to_what_is_there() {
 fn nothing_uses_the_future() {
     let course = fortnight();
     for effect in library() {
-        let name = effect.card().name;
+        let name = effect.card().id.name();
         if CENTRED.contains(&name) {
             continue;
         }
@@ -150,7 +151,7 @@ fn events_are_well_formed() {
     let course = fortnight();
     let mut seen = 0;
     for effect in library() {
-        let name = effect.card().name;
+        let name = effect.card().id.name();
         let Some(Form::Events(events)) = effect.form(&course) else { continue };
         seen += 1;
         assert!(
@@ -197,13 +198,29 @@ fn a_bare_record_has_no_form_where_channels_are_needed_and_nothing_panics() {
         "renal_threshold",
     ];
     for effect in library() {
-        let name = effect.card().name;
+        let name = effect.card().id.name();
         assert_eq!(effect.form(&bare).is_none(), without.contains(&name), "{name}");
         for variant in 0..effect.variants() {
             let _ = modulated(&*effect, variant, 1.0, &bare);
             let _ = modulated(&*effect, variant, 1.0, &Course::default());
         }
         let _ = effect.form(&Course::default());
+    }
+}
+
+#[test]
+fn what_sensor_lags_show_changes_nothing_but_the_lag() {
+    let course = fortnight();
+    let shown: Vec<_> = library()
+        .into_iter()
+        .filter(|effect| effect.card().relations.shown_by == ShownBy::SensorLag)
+        .collect();
+    assert_eq!(shown.len(), 1);
+    for effect in shown {
+        let steps = modulated(&*effect, 0, 1.0, &course);
+        let mut expected = Modulation::NEUTRAL;
+        expected[Field::SensorLag] = steps[0][Field::SensorLag];
+        assert!(!expected.is_neutral() && steps.iter().all(|step| *step == expected));
     }
 }
 

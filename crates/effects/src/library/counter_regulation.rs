@@ -3,8 +3,10 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, Form};
+use crate::effect_id::EffectId;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::{Allowance, Relations, Structure};
 
 /// Production added at amplitude 1 when interstitial glucose is 20 mg/dL below 70, as a share of the basal one.
 const ADDED: f64 = 0.75;
@@ -18,7 +20,7 @@ pub(super) struct CounterRegulation;
 impl Effect for CounterRegulation {
     fn card(&self) -> Card {
         Card {
-            name: "counter_regulation",
+            id: EffectId::COUNTER_REGULATION,
             port: Port::Egp,
             summary: "hormones raise endogenous production while glucose is low",
             size_at_one: "production up by 75 % of its basal rate at 50 mg/dL, in proportion below 70, following \
@@ -29,7 +31,16 @@ impl Effect for CounterRegulation {
             signature: "glucose under-predicted while below 70 mg/dL and for half an hour after, in proportion to its \
                         depth",
             channels: &[Channel::Glucose],
-            confusable_with: &["unlogged_rescue_carbs", "compression_lows", "sensor_lag"],
+            confusable_with: &[
+                EffectId::UNLOGGED_RESCUE_CARBS,
+                EffectId::COMPRESSION_LOWS,
+                EffectId::SENSOR_LAG,
+            ],
+            relations: Relations {
+                is_itself: &[Allowance::Defence],
+                structure: Structure::Guard,
+                ..Relations::USUAL
+            },
             prior: Prior { median: 1.0, log_sd: 0.6, largest: 4.0 },
         }
     }

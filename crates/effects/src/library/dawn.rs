@@ -3,8 +3,10 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, Form};
+use crate::effect_id::EffectId;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::{Allowance, Relations};
 
 /// Rise of production at the peak at amplitude 1, as a share.
 const RISE: f64 = 0.22;
@@ -20,7 +22,7 @@ pub(super) struct Dawn;
 impl Effect for Dawn {
     fn card(&self) -> Card {
         Card {
-            name: "dawn",
+            id: EffectId::DAWN,
             port: Port::Egp,
             summary: "endogenous glucose production rises in the early morning",
             size_at_one: "production 22 % higher at the peak, a bump of six hours",
@@ -28,7 +30,8 @@ impl Effect for Dawn {
                      N Engl J Med 1984;310:746; Porcellati et al., Diabetes Care 2013;36:3860",
             signature: "glucose under-predicted from about 04 to 09 h on every day",
             channels: &[Channel::Clock],
-            confusable_with: &["circadian_sensitivity"],
+            confusable_with: &[EffectId::CIRCADIAN_SENSITIVITY],
+            relations: Relations { is_itself: &[Allowance::Clock], ..Relations::USUAL },
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
     }

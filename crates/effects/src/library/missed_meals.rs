@@ -3,9 +3,11 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, EventShape, Form};
+use crate::effect_id::EffectId;
 use crate::meals;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::Relations;
 
 /// Carbohydrate of an event of size 1, g.
 const GRAMS: f64 = 25.0;
@@ -25,7 +27,7 @@ pub(super) struct MissedMeals;
 impl Effect for MissedMeals {
     fn card(&self) -> Card {
         Card {
-            name: "missed_meals",
+            id: EffectId::MISSED_MEALS,
             port: Port::CarbAmount,
             summary: "meals and snacks are eaten that nobody logged",
             size_at_one: "25 g an event (15 to 60 g), 0.4 events a day",
@@ -35,11 +37,12 @@ impl Effect for MissedMeals {
                         of day",
             channels: &[Channel::Carbs],
             confusable_with: &[
-                "unlogged_rescue_carbs",
-                "carb_miscount",
-                "slow_meals",
-                "set_failure",
+                EffectId::UNLOGGED_RESCUE_CARBS,
+                EffectId::CARB_MISCOUNT,
+                EffectId::SLOW_MEALS,
+                EffectId::SET_FAILURE,
             ],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.3, largest: 2.5 },
         }
     }

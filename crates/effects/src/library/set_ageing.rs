@@ -3,8 +3,10 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::{Course, STEP_MINUTES};
 use crate::effect::{Effect, Form};
+use crate::effect_id::EffectId;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::Relations;
 use crate::slot_centring::centre_within_clock_slots;
 
 /// What a day more leaves of the bioavailability at amplitude 1, as a factor.
@@ -25,7 +27,7 @@ pub(super) struct SetAgeing;
 impl Effect for SetAgeing {
     fn card(&self) -> Card {
         Card {
-            name: "set_ageing",
+            id: EffectId::SET_AGEING,
             port: Port::InsulinInput,
             summary: "less and less of the insulin arrives as an infusion set ages",
             size_at_one: "15 % less for every day beyond the first",
@@ -33,7 +35,13 @@ impl Effect for SetAgeing {
                      2010;24:73; change every 2 to 3 days: Heinemann & Krinelke, J Diabetes Sci Technol 2012;6:954",
             signature: "glucose under-predicted more on each day of a set, back to normal after the change",
             channels: &[Channel::SetChange, Channel::Insulin],
-            confusable_with: &["set_failure", "sensor_drift", "sleep_loss", "insulin_absorption"],
+            confusable_with: &[
+                EffectId::SET_FAILURE,
+                EffectId::SENSOR_DRIFT,
+                EffectId::SLEEP_LOSS,
+                EffectId::INSULIN_ABSORPTION,
+            ],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 3.0 },
         }
     }

@@ -3,9 +3,11 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, EventShape, Form};
+use crate::effect_id::EffectId;
 use crate::meals::steps;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::Relations;
 
 /// Share of the insulin that no longer arrives, in a failure of size 1.
 const LOST: f64 = 0.85;
@@ -25,7 +27,7 @@ pub(super) struct SetFailure;
 impl Effect for SetFailure {
     fn card(&self) -> Card {
         Card {
-            name: "set_failure",
+            id: EffectId::SET_FAILURE,
             port: Port::InsulinInput,
             summary: "a kinked, leaking or clogged infusion set delivers next to nothing until it is replaced",
             size_at_one: "15 to 30 % of the insulin still arrives for 8 h, 3.3 % of sets",
@@ -33,7 +35,12 @@ impl Effect for SetFailure {
                      2022;24:396",
             signature: "glucose under-predicted ever more for many hours from one moment on, whatever is delivered",
             channels: &[Channel::Insulin],
-            confusable_with: &["missed_meals", "set_ageing", "sensor_drift"],
+            confusable_with: &[
+                EffectId::MISSED_MEALS,
+                EffectId::SET_AGEING,
+                EffectId::SENSOR_DRIFT,
+            ],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.1, largest: 1.15 },
         }
     }

@@ -3,9 +3,11 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::{Course, STEP_MINUTES};
 use crate::effect::{Effect, Form};
+use crate::effect_id::EffectId;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
 use crate::presence::recorded;
+use crate::relations::Relations;
 use crate::slot_centring::centre_within_clock_slots;
 
 /// Action after a night 4.1 h short at amplitude 1, as a factor: between the 14 and 21 % measured.
@@ -70,7 +72,7 @@ pub(super) struct SleepLoss;
 impl Effect for SleepLoss {
     fn card(&self) -> Card {
         Card {
-            name: "sleep_loss",
+            id: EffectId::SLEEP_LOSS,
             port: Port::InsulinAction,
             summary: "muscle, not liver, responds less to insulin the day after a short night",
             size_at_one: "action 18 % lower the day after a night four hours short",
@@ -78,7 +80,12 @@ impl Effect for SleepLoss {
                      Chest 2010;137:95",
             signature: "glucose under-predicted through days after short nights, over-predicted after long ones",
             channels: &[Channel::Sleep],
-            confusable_with: &["post_exercise_sensitivity", "set_ageing", "insulin_absorption"],
+            confusable_with: &[
+                EffectId::POST_EXERCISE_SENSITIVITY,
+                EffectId::SET_AGEING,
+                EffectId::INSULIN_ABSORPTION,
+            ],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
     }

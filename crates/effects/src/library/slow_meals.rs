@@ -6,9 +6,11 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::{Course, STEP_MINUTES};
 use crate::effect::{Effect, EventShape, Form};
+use crate::effect_id::EffectId;
 use crate::meals;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::Relations;
 
 /// Time of absorption of a slow dinner at size 1, as a factor.
 const SLOWER: f64 = 1.4;
@@ -30,7 +32,7 @@ pub(super) struct SlowMeals;
 impl Effect for SlowMeals {
     fn card(&self) -> Card {
         Card {
-            name: "slow_meals",
+            id: EffectId::SLOW_MEALS,
             port: Port::GutAbsorption,
             summary: "meals rich in fat and protein, dinners above all, are absorbed slowly",
             size_at_one: "every other dinner: time of absorption 1.4 times as long for 3 to 9 h",
@@ -39,7 +41,12 @@ impl Effect for SlowMeals {
             signature: "glucose over-predicted in the first hour or two after dinner, under-predicted from three \
                         hours into the night",
             channels: &[Channel::Carbs],
-            confusable_with: &["carb_miscount", "circadian_sensitivity", "missed_meals"],
+            confusable_with: &[
+                EffectId::CARB_MISCOUNT,
+                EffectId::CIRCADIAN_SENSITIVITY,
+                EffectId::MISSED_MEALS,
+            ],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
     }

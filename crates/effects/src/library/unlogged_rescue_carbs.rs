@@ -3,9 +3,11 @@
 use crate::card::{Card, Channel, Prior};
 use crate::course::{Course, STEP_MINUTES};
 use crate::effect::{Effect, EventShape, Form};
+use crate::effect_id::EffectId;
 use crate::meals;
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
+use crate::relations::{Allowance, Relations};
 
 /// Carbohydrate of a rescue of size 1, g.
 const GRAMS: f64 = 16.0;
@@ -37,7 +39,7 @@ pub(super) struct UnloggedRescueCarbs;
 impl Effect for UnloggedRescueCarbs {
     fn card(&self) -> Card {
         Card {
-            name: "unlogged_rescue_carbs",
+            id: EffectId::UNLOGGED_RESCUE_CARBS,
             port: Port::GlucoseFlux,
             summary: "lows are treated with fast carbohydrate that nobody logged",
             size_at_one: "16 g a rescue (8 to 32 g), absorbed with a time constant of 12 to 28 min; one every other day",
@@ -46,11 +48,12 @@ impl Effect for UnloggedRescueCarbs {
             signature: "glucose under-predicted for an hour, starting at some of the lows without a log",
             channels: &[Channel::Glucose, Channel::Carbs],
             confusable_with: &[
-                "counter_regulation",
-                "missed_meals",
-                "compression_lows",
-                "sensor_lag",
+                EffectId::COUNTER_REGULATION,
+                EffectId::MISSED_MEALS,
+                EffectId::COMPRESSION_LOWS,
+                EffectId::SENSOR_LAG,
             ],
+            relations: Relations { is_itself: &[Allowance::Defence], ..Relations::USUAL },
             prior: Prior { median: 1.0, log_sd: 0.5, largest: 4.0 },
         }
     }

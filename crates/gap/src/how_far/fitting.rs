@@ -6,10 +6,11 @@ use rayon::prelude::*;
 
 use super::hierarchy::{Hierarchy, empirical_bayes};
 use super::refit::{Equations, Fit};
+use super::settings::Settings;
 use super::subject::Subject;
 use super::unit::Unit;
-use super::{Amplitude, HowFarRule, NamedEffect};
-use crate::config::DiagnosisConfig;
+use super::{Amplitude, NamedEffect};
+use crate::calibration::CalibrationRule;
 
 /// What training days gave.
 pub(super) struct Fitted<'a> {
@@ -27,9 +28,9 @@ pub(super) struct Fitted<'a> {
 pub(super) fn fitted<'a>(
     subjects: &'a [Subject<'a>],
     driven: &[&NamedEffect<'_>],
-    config: &DiagnosisConfig,
-    rule: &HowFarRule,
+    settings: Settings<'_>,
 ) -> Fitted<'a> {
+    let Settings { calibration, rule, .. } = settings;
     let folds = 0..rule.folds;
     let mut units: Vec<Unit<'_>> = folds
         .clone()
@@ -41,7 +42,7 @@ pub(super) fn fitted<'a>(
     let held: Vec<Option<f64>> = driven.iter().map(|found| known(&found.amplitude)).collect();
     units.par_iter_mut().for_each(|unit| {
         for _ in 0..rule.iterations {
-            if unit.failed.is_some() || unit.iterate_before(config) {
+            if unit.failed.is_some() || unit.iterate_before(calibration) {
                 break;
             }
         }
@@ -57,12 +58,12 @@ pub(super) fn fitted<'a>(
             let mut of_fold: Vec<&mut Unit<'_>> =
                 units.iter_mut().filter(|unit| unit.fold == fold).collect();
             (0..driven.len())
-                .map(|place| choose_variant(&mut of_fold, subjects, driven, place, config))
+                .map(|place| choose_variant(&mut of_fold, subjects, driven, place, calibration))
                 .collect()
         })
         .collect();
     for _ in 0..rule.iterations {
-        units.par_iter_mut().for_each(|unit| unit.take_equations(config));
+        units.par_iter_mut().for_each(|unit| unit.take_equations(calibration));
         hierarchies.clear();
         for fold in folds.clone() {
             let members: Vec<usize> = (0..units.len())
@@ -79,7 +80,7 @@ pub(super) fn fitted<'a>(
             let mut hierarchy = empirical_bayes(&evidence, &priors);
             hierarchy.hold(&held);
             for (member, amplitudes) in members.iter().zip(&hierarchy.people) {
-                units[*member].move_after(amplitudes.clone(), config);
+                units[*member].move_after(amplitudes.clone(), calibration);
             }
             hierarchies.push(hierarchy);
         }
@@ -116,7 +117,7 @@ fn choose_variant(
     subjects: &[Subject<'_>],
     driven: &[&NamedEffect<'_>],
     place: usize,
-    config: &DiagnosisConfig,
+    calibration: &CalibrationRule,
 ) -> usize {
     let effect = driven[place].effect;
     let given = driven[place].variant;
@@ -124,8 +125,10 @@ fn choose_variant(
     if tried < 2 || known(&driven[place].amplitude).is_some() {
         return given;
     }
-    let found: Vec<Option<(Fit, Equations)>> =
-        units.par_iter_mut().map(|unit| unit.equations_of_variants(place, tried, config)).collect();
+    let found: Vec<Option<(Fit, Equations)>> = units
+        .par_iter_mut()
+        .map(|unit| unit.equations_of_variants(place, tried, calibration))
+        .collect();
     let known: Vec<&Equations> = found.iter().flatten().map(|(_, equations)| equations).collect();
     let inflation = inflation(&known, tried);
     let gain = |variant: usize| {

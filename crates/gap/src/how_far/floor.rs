@@ -7,13 +7,13 @@ use effects::{Field, Modulation};
 use physiology::StepInput;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::modulated_plant::ModulatedState;
 use crate::augmented::{
     AugmentedModel, AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, Transition,
 };
 use crate::covariance::Covariance;
 use crate::error::GapError;
 use crate::filter::Filtered;
+use crate::modulated_plant::ModulatedState;
 use crate::observations::{Observations, within_sensor_range};
 
 /// Points of the normal distribution over which an absolute error is averaged.

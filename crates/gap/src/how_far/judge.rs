@@ -7,16 +7,17 @@ use physiology::{MgPerDl, Plant, STEPS_PER_DAY, SimulationError};
 use stats::Outcomes;
 
 use super::drivers::{self, Driver};
+use super::floor;
 use super::hidden::Hidden;
-use super::modulated_plant::{ModulatedPlant, ModulatedState};
 use super::prepared_steps::PreparedSteps;
 use super::refit::{Fit, model, stretch};
-use super::{HowFarRule, floor};
+use super::settings::Settings;
 use crate::augmented::{AugmentedModel, AugmentedState};
-use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::filter::{Filtered, filter};
+use crate::modulated_plant::{ModulatedPlant, ModulatedState};
 use crate::observations::{Observations, Reading};
+use crate::scored::normalised;
 use crate::whitening::huber_loss;
 
 /// Steps of record that the filter sees before the first day held out: a day, twice the burn-in.
@@ -83,8 +84,7 @@ pub(super) struct HeldOut<'a> {
     pub(super) block: &'a Range<usize>,
     /// First steps of the whole days in the block.
     pub(super) whole_days: &'a [usize],
-    pub(super) config: &'a DiagnosisConfig,
-    pub(super) rule: &'a HowFarRule,
+    pub(super) settings: Settings<'a>,
 }
 
 impl HeldOut<'_> {
@@ -113,7 +113,7 @@ impl HeldOut<'_> {
         for (offset, state) in filtered.states.iter().enumerate() {
             course.glucose[seen.start + offset] = model.plant().glucose(&state.body).0;
         }
-        let mut days = Days::new(&course.day, self.block, self.config.free_run.horizons.len());
+        let mut days = Days::new(&course.day, self.block, self.settings.free_run.horizons.len());
         self.score_innovations(&filtered, &seen, candidate.fit, &mut days);
 
         let mut known =
@@ -142,7 +142,7 @@ impl HeldOut<'_> {
                 let offset = *start - seen.start;
                 let inputs = &self.observations.inputs[*start..];
                 let acting = run.own.as_deref().unwrap_or(&known);
-                let horizons = &self.config.free_run.horizons;
+                let horizons = &self.settings.free_run.horizons;
                 let expected =
                     rollouts.expected_errors(offset, &run.states, inputs, acting, horizons)?;
                 for (horizon, error) in expected.into_iter().enumerate() {
@@ -164,10 +164,10 @@ impl HeldOut<'_> {
     /// Steps at which runs start: every so often from the first step of each day, with a reading, and with
     /// no unrecorded dose that could still act.
     fn starts(&self, days: &[usize], first_seen: usize) -> Vec<usize> {
-        let rule = &self.config.free_run;
+        let rule = &self.settings.free_run;
         let trusted = self.observations.trusted(rule.dose_memory);
         let earliest = self.block.start.max(first_seen + rule.burn_in);
-        let every = self.rule.every.max(1);
+        let every = self.settings.rule.every.max(1);
         let mut first_of_day = self.block.start;
         (self.block.clone())
             .filter(|step| {
@@ -189,18 +189,8 @@ impl HeldOut<'_> {
         fit: &Fit,
         days: &mut Days,
     ) {
-        let trusted = self.observations.trusted(self.config.calibration.dose_memory);
-        let burn_in = self.config.calibration.burn_in;
-        let z: Vec<Option<f64>> = filtered
-            .innovations
-            .iter()
-            .enumerate()
-            .map(|(offset, i)| {
-                i.filter(|_| offset >= burn_in && trusted[seen.start + offset])
-                    .map(|i| i.normalised())
-            })
-            .collect();
-        let whitened = fit.autoregression.whitened(&z);
+        let scored = self.settings.calibration.scored(self.observations, seen);
+        let whitened = fit.autoregression.whitened(&normalised(&filtered.innovations, &scored));
         for (offset, value) in whitened.iter().enumerate() {
             let step = seen.start + offset;
             let (Some(value), Some(innovation)) = (value, filtered.innovations[offset]) else {
@@ -217,7 +207,7 @@ impl HeldOut<'_> {
     /// `shown` is what a sensor would show in the run, mg/dL, an entry a step.
     fn score_run(&self, start: usize, shown: &[f64], day: &mut Day) {
         let readings = &self.observations.readings;
-        for (horizon, steps) in self.config.free_run.horizons.iter().enumerate() {
+        for (horizon, steps) in self.settings.free_run.horizons.iter().enumerate() {
             let target = start + steps;
             if *steps >= shown.len() {
                 continue;
@@ -237,7 +227,7 @@ impl HeldOut<'_> {
             let pairs: Vec<(f64, f64)> = (1..STEPS_PER_DAY)
                 .filter_map(|k| Some((readings[start + k].value()?, shown[k])))
                 .collect();
-            let enough = self.rule.least_readings * (STEPS_PER_DAY - 1) as f64;
+            let enough = self.settings.rule.least_readings * (STEPS_PER_DAY - 1) as f64;
             if pairs.len() as f64 >= enough {
                 let real = Outcomes::of(pairs.iter().map(|(observed, _)| MgPerDl(*observed)));
                 let simulated =
@@ -300,7 +290,7 @@ struct Runner<'a> {
 impl Runner<'_> {
     /// Steps of the run from a start: as many as the longest horizon has, and none beyond the block.
     fn steps(&self, start: usize) -> usize {
-        let longest = self.held_out.config.free_run.horizons.iter().copied().max().unwrap_or(0);
+        let longest = self.held_out.settings.free_run.horizons.iter().copied().max().unwrap_or(0);
         longest.min(self.held_out.block.end - 1 - start)
     }
 
@@ -380,11 +370,12 @@ impl Runner<'_> {
 mod tests {
     use cohort::{Channel, Person};
 
-    use super::super::sample;
+    use super::super::{HowFarRule, sample};
     use super::*;
-    use crate::calibration::PersonalFactors;
+    use crate::calibration::{CalibrationRule, PersonalFactors};
     use crate::course::course;
     use crate::free_run::FreeRunRule;
+    use crate::localisation::LocalisationRule;
     use crate::whitening::Autoregression;
 
     const BLOCK: Range<usize> = 864..1152;
@@ -404,19 +395,20 @@ mod tests {
             autoregression: Autoregression::WHITE,
             scale: 1.0,
         };
-        let config = DiagnosisConfig {
-            free_run: FreeRunRule { horizons: HORIZONS.to_vec(), ..FreeRunRule::working() },
-            ..DiagnosisConfig::working()
+        let free_run = FreeRunRule { horizons: HORIZONS.to_vec(), ..FreeRunRule::working() };
+        let settings = Settings {
+            calibration: &CalibrationRule::working(),
+            free_run: &free_run,
+            resampling: &LocalisationRule::working(),
+            rule: &HowFarRule { every: 288, ..HowFarRule::working() },
         };
-        let rule = HowFarRule { every: 288, ..HowFarRule::working() };
         let person_model = sample::model(observations.weight);
         let held_out = HeldOut {
             observations: &observations,
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
-            config: &config,
-            rule: &rule,
+            settings,
         };
         let candidate = Candidate { fit: &fit, drivers: &drivers, hidden: None };
         let days = held_out.judge(&candidate, &mut course, Floor::Skip).expect("runs");
@@ -499,15 +491,19 @@ mod tests {
             autoregression: Autoregression::WHITE,
             scale: 1.0,
         };
-        let (config, rule) = (DiagnosisConfig::working(), HowFarRule::working());
+        let settings = Settings {
+            calibration: &CalibrationRule::working(),
+            free_run: &FreeRunRule::working(),
+            resampling: &LocalisationRule::working(),
+            rule: &HowFarRule::working(),
+        };
         let person_model = sample::model(observations.weight);
         let held_out = HeldOut {
             observations: &observations,
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
-            config: &config,
-            rule: &rule,
+            settings,
         };
         let candidate = Candidate { fit: &fit, drivers: &drivers, hidden: None };
         let model = model(&person_model, &fit.factors);

@@ -142,8 +142,8 @@ mod tests {
     use ode_sim::{EgpMode, OdeParameters};
     use physiology::{Grams, Kilograms, MgPerDl, Units, UnitsPerHour};
 
-    use super::super::modulated_plant::ModulatedPlant;
     use super::*;
+    use crate::modulated_plant::ModulatedPlant;
     use crate::noise::NoiseModel;
 
     const STEPS: usize = 60;

@@ -16,9 +16,10 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use super::hidden::{Change, Hidden};
 use super::refit::{Fit, model, stretch};
 use crate::augmented::AugmentedModel;
-use crate::config::DiagnosisConfig;
+use crate::calibration::CalibrationRule;
 use crate::error::GapError;
 use crate::filter::{Filtered, filter};
+use crate::log_sum::{log_sum, raised};
 use crate::observations::Observations;
 use crate::tangent::{Direction, signatures};
 use crate::whitening::huber_weight;
@@ -109,15 +110,12 @@ impl<'a> Linear<'a> {
         range: &Range<usize>,
         modulations: &[Modulation],
         fit: &'a Fit,
-        config: &DiagnosisConfig,
+        rule: &CalibrationRule,
     ) -> Result<Self, GapError> {
         let model = model(person, &fit.factors);
         let record = stretch(observations, range, modulations);
         let filtered = filter(&model, &record)?;
-        let trusted = observations.trusted(config.calibration.dose_memory);
-        let scored: Vec<bool> = (0..range.len())
-            .map(|offset| offset >= config.calibration.burn_in && trusted[range.start + offset])
-            .collect();
+        let scored = rule.scored(observations, range);
         let mut linear = Self {
             range: range.clone(),
             fit,
@@ -372,18 +370,18 @@ struct Event {
 impl Event {
     fn of(linear: &Linear<'_>, answer: &Answer, shape: &EventShape, amplitude: f64) -> Self {
         let (information, score) = linear.information_and_score(answer);
-        let logs: Vec<(f64, f64)> = shape
+        let (sizes, logs): (Vec<f64>, Vec<f64>) = shape
             .sizes
             .iter()
             .map(|(size, weight)| {
                 let size = size * amplitude;
                 (size, weight.ln() + size * score - 0.5 * size * size * information)
             })
-            .collect();
-        let top = logs.iter().map(|(_, log)| *log).fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = logs.iter().map(|(_, log)| (log - top).exp()).sum();
-        let size = logs.iter().map(|(size, log)| size * (log - top).exp()).sum::<f64>() / total;
-        Self { log_odds: top + total.ln(), size, taken: false }
+            .unzip();
+        let weights = raised(&logs);
+        let total: f64 = weights.iter().sum();
+        let size = sizes.iter().zip(&weights).map(|(size, w)| size * w).sum::<f64>() / total;
+        Self { log_odds: log_sum(&logs), size, taken: false }
     }
 }
 

@@ -12,11 +12,11 @@ use physiology::Plant;
 use super::drivers::{self, Driver};
 use super::hierarchy::Evidence;
 use crate::augmented::AugmentedModel;
-use crate::calibration::{FACTORS, Factor, PersonalFactors, clipped_scale};
-use crate::config::DiagnosisConfig;
+use crate::calibration::{CalibrationRule, FACTORS, Factor, PersonalFactors, clipped_scale};
 use crate::error::GapError;
 use crate::filter::Filtered;
 use crate::observations::Observations;
+use crate::scored::normalised;
 use crate::tangent::{Direction, Parameter, filtered_along};
 use crate::whitening::{Autoregression, huber_weight};
 
@@ -122,7 +122,7 @@ impl Training<'_> {
     pub(super) fn equations(
         &mut self,
         fit: &mut Fit,
-        config: &DiagnosisConfig,
+        rule: &CalibrationRule,
     ) -> Result<Equations, GapError> {
         let steps = self.observations.len();
         let effects = fit.amplitudes.len();
@@ -136,7 +136,6 @@ impl Training<'_> {
             let slopes = drivers::directions(&self.drivers, &fit.amplitudes, &course, &all);
             (all, slopes)
         };
-        let trusted = self.observations.trusted(config.calibration.dose_memory);
         let mut innovations = vec![None; steps];
         // A row a step, in standard deviations of its innovation.
         let mut derivatives = vec![0.0; steps * columns];
@@ -150,13 +149,11 @@ impl Training<'_> {
             filtered_along(&model, &record, &directions, &mut run, |members, rows| {
                 blocks.push((members.to_vec(), rows));
             })?;
-            for (offset, innovation) in run.innovations.iter().enumerate() {
-                let step = range.start + offset;
-                let glucose = model.plant().glucose(&run.states[offset].body);
-                self.glucose[step] = glucose.0;
-                let scored = offset >= config.calibration.burn_in && trusted[step];
-                innovations[step] = innovation.filter(|_| scored).map(|i| i.normalised());
+            for (glucose, state) in self.glucose[range.clone()].iter_mut().zip(&run.states) {
+                *glucose = model.plant().glucose(&state.body).0;
             }
+            let scored = rule.scored(self.observations, range);
+            innovations[range.clone()].copy_from_slice(&normalised(&run.innovations, &scored));
             for (offset, innovation) in run.innovations.iter().enumerate() {
                 let Some(innovation) = innovation else { continue };
                 let sd = innovation.variance.sqrt();
@@ -406,10 +403,10 @@ mod tests {
                 autoregression: Autoregression::WHITE,
                 scale: 1.0,
             };
-            let config = DiagnosisConfig::working();
+            let rule = CalibrationRule::working();
             let mut found = Vec::new();
             for _ in 0..2 {
-                let equations = training.equations(&mut fit, &config).expect("solves");
+                let equations = training.equations(&mut fit, &rule).expect("solves");
                 found.push((equations.weighted.clone(), equations.information[(0, 0)]));
                 equations.step(&mut fit, vec![0.7], 0.9);
             }
@@ -445,8 +442,8 @@ mod tests {
                 autoregression: Autoregression::WHITE,
                 scale: 1.0,
             };
-            let config = DiagnosisConfig::working();
-            training.equations(&mut fit, &config).expect("solves")
+            let rule = CalibrationRule::working();
+            training.equations(&mut fit, &rule).expect("solves")
         };
         let among = taken(&[0, 1, 2]).restricted(&[1, 3]);
         let alone = taken(&[1]);

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::NamedEffect;
 use super::reconstruction::{self, Strength, Tally};
+use super::settings::Settings;
 use super::subject::Subject;
 use super::unit::Unit;
-use super::{HowFarRule, NamedEffect};
-use crate::config::DiagnosisConfig;
 
 /// How frequent and strong each hidden effect is in the training days of each fold, over all people: one
 /// list a fold. Who cannot be counted is left to a note.
@@ -15,8 +15,7 @@ pub(super) fn strengths(
     units: &[Unit<'_>],
     found: &[NamedEffect<'_>],
     hidden: &[usize],
-    config: &DiagnosisConfig,
-    rule: &HowFarRule,
+    settings: Settings<'_>,
     notes: &mut Vec<String>,
 ) -> Vec<Vec<Strength>> {
     let form_of = |place: usize| subjects.iter().find_map(|s| s.forms[place].as_ref());
@@ -31,13 +30,13 @@ pub(super) fn strengths(
         .collect();
     let tallies: Vec<Option<Vec<Tally>>> = units
         .par_iter()
-        .map(|unit| unit.tallies(&subjects[unit.subject], &first, config).ok())
+        .map(|unit| unit.tallies(&subjects[unit.subject], &first, settings.calibration).ok())
         .collect();
     let lost = tallies.iter().filter(|tally| tally.is_none()).count();
     if lost > 0 {
         notes.push(format!("hidden events of {lost} fits could not be counted"));
     }
-    (0..rule.folds)
+    (0..settings.rule.folds)
         .map(|fold| {
             let of_fold = units.iter().zip(&tallies).filter(|(unit, _)| unit.fold == fold);
             let mut sums = vec![Tally::default(); first.len()];

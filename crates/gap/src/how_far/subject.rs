@@ -1,16 +1,15 @@
 //! A person as every fold needs her.
 
 use effects::{Course, Form};
-use physiology::Plant;
 
 use super::drivers::Driver;
 use super::folds::Folds;
-use super::{HowFarRule, NamedEffect, PersonInput};
-use crate::course::course;
+use super::{HowFarRule, NamedEffect};
+use crate::calibrated_person::CalibratedPerson;
 
 /// A person with what her drivers look at.
 pub(super) struct Subject<'a> {
-    pub(super) input: &'a PersonInput<'a>,
+    pub(super) input: &'a CalibratedPerson<'a>,
     pub(super) course: Course,
     pub(super) folds: Folds,
     /// How each effect found acts for her.
@@ -22,14 +21,11 @@ pub(super) struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     pub(super) fn new(
-        input: &'a PersonInput<'a>,
+        input: &'a CalibratedPerson<'a>,
         found: &[NamedEffect<'_>],
         rule: &HowFarRule,
     ) -> Self {
-        let plant = input.calibration.model.plant();
-        let states = &input.calibration.filtered.states;
-        let course =
-            course(input.person, states.iter().map(|s| plant.glucose(&s.body).0).collect());
+        let course = input.course();
         let folds = Folds::new(&course.day, rule.folds);
         let forms = found.iter().map(|f| f.effect.form(&course)).collect();
         Self { input, course, folds, forms, drivers: Vec::new(), starts: Vec::new() }

@@ -4,11 +4,10 @@ use std::num::NonZeroUsize;
 
 use stats::{Bootstrap, Outcomes, compare_outcomes};
 
-use super::HowFarRule;
 use super::judge::Day;
+use super::settings::Settings;
 use super::shrinkage::shrinkage;
 use super::small_sample::over_people;
-use crate::config::DiagnosisConfig;
 use crate::diagnosis::{
     HorizonChange, InnovationChange, OutcomeChange, PersonChange, WithInterval,
 };
@@ -25,8 +24,7 @@ pub(super) struct Pair {
 pub(super) struct Summary<'a> {
     /// Name and days of each person.
     pub(super) people: &'a [(String, Vec<Pair>)],
-    pub(super) config: &'a DiagnosisConfig,
-    pub(super) rule: &'a HowFarRule,
+    pub(super) settings: Settings<'a>,
     pub(super) seed: u64,
 }
 
@@ -40,7 +38,7 @@ impl Summary<'_> {
     /// [`GapError::Statistics`].
     pub(super) fn horizons(&self, reconstructed: bool) -> Result<Vec<HorizonChange>, GapError> {
         let mut rows = Vec::new();
-        for (place, steps) in self.config.free_run.horizons.iter().enumerate() {
+        for (place, steps) in self.settings.free_run.horizons.iter().enumerate() {
             let of = |pair: &Pair| {
                 // Both have the same starts.
                 [pair.before.runs[place], pair.before.sizes[place], pair.after.sizes[place]]
@@ -104,8 +102,8 @@ impl Summary<'_> {
         if real.len() < 2 {
             return Ok(Vec::new());
         }
-        let before = compare_outcomes(&real, &before, self.rule.alpha)?;
-        let after = compare_outcomes(&real, &after, self.rule.alpha)?;
+        let before = compare_outcomes(&real, &before, self.settings.rule.alpha)?;
+        let after = compare_outcomes(&real, &after, self.settings.rule.alpha)?;
         let row =
             |(b, a): (&stats::OutcomeEquivalence, &stats::OutcomeEquivalence)| OutcomeChange {
                 metric: b.metric.key().to_owned(),
@@ -122,7 +120,7 @@ impl Summary<'_> {
     /// Everyone's errors; `reconstructed` holds days of the same people with hidden changes reconstructed, or
     /// is empty.
     pub(super) fn people(&self, reconstructed: &[(String, Vec<Pair>)]) -> Vec<PersonChange> {
-        let horizons = self.config.free_run.horizons.len();
+        let horizons = self.settings.free_run.horizons.len();
         self.people
             .iter()
             .enumerate()
@@ -172,7 +170,8 @@ impl Summary<'_> {
         if floors.len() < 2 {
             return Ok((Some(floor), None));
         }
-        let found = shrinkage(&before, &after, &floors, self.rule.least_gap, &self.plan())?;
+        let found =
+            shrinkage(&before, &after, &floors, self.settings.rule.least_gap, &self.plan())?;
         Ok((Some(floor), found.share))
     }
 
@@ -191,12 +190,12 @@ impl Summary<'_> {
     fn change(&self, people: &[Vec<Sums>]) -> Result<Option<([f64; 2], WithInterval)>, GapError> {
         let plan = self.plan();
         let block =
-            NonZeroUsize::new(self.config.localisation.block_days).unwrap_or(NonZeroUsize::MIN);
+            NonZeroUsize::new(self.settings.resampling.block_days).unwrap_or(NonZeroUsize::MIN);
         let matrix = match people {
             [] => return Ok(None),
             [days] if days.len() < 2 => return Ok(None),
             [days] => plan.people_matrix(days, |drawn| statistics(&[drawn.to_vec()]))?,
-            few if few.len() < self.rule.few_people => {
+            few if few.len() < self.settings.rule.few_people => {
                 plan.people_and_days_matrix(few, block, statistics)?
             }
             many => plan.people_matrix(many, |drawn| {
@@ -207,7 +206,7 @@ impl Summary<'_> {
         let estimate = matrix.estimate(2, plan.level)?;
         let interval = estimate.percentile;
         // Where days are resampled as well, they widen the interval by themselves.
-        let difference = if people.len() < self.rule.few_people {
+        let difference = if people.len() < self.settings.rule.few_people {
             WithInterval { value: estimate.value, lower: interval.lower, upper: interval.upper }
         } else {
             over_people(&estimate, people.len())
@@ -216,7 +215,7 @@ impl Summary<'_> {
     }
 
     fn plan(&self) -> Bootstrap {
-        let replicates = self.config.localisation.replicates;
+        let replicates = self.settings.resampling.replicates;
         Bootstrap { replicates, level: 0.95, seed: self.seed }
     }
 }

@@ -3,16 +3,16 @@
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use super::HowFarRule;
 use super::drivers::{self, Driver};
 use super::folds::Folds;
 use super::hidden::Hidden;
 use super::judge::{Candidate, Day, Floor, HeldOut};
 use super::reconstruction::{Linear, Strength, Tally};
 use super::refit::{Equations, Fit, Training};
+use super::settings::Settings;
 use super::subject::Subject;
 use super::summary::Pair;
-use crate::config::DiagnosisConfig;
+use crate::calibration::CalibrationRule;
 use crate::error::GapError;
 
 /// Glucose that drivers see on days held out while the others train, mg/dL: nothing happens at it.
@@ -82,9 +82,8 @@ impl Unit<'_> {
 
     /// One iteration of the fit without effects; whether another is expected to move it by less than the
     /// calibration's tolerance.
-    pub(super) fn iterate_before(&mut self, config: &DiagnosisConfig) -> bool {
-        let rule = &config.calibration;
-        match self.training.equations(&mut self.before, config) {
+    pub(super) fn iterate_before(&mut self, rule: &CalibrationRule) -> bool {
+        match self.training.equations(&mut self.before, rule) {
             Ok(equations) => {
                 let length = equations.step(&mut self.before, Vec::new(), rule.bound);
                 settles(&mut self.lengths[0], length, rule.tolerance)
@@ -97,11 +96,11 @@ impl Unit<'_> {
     }
 
     /// Takes the equations of the fit with effects anew, unless those at hand still hold.
-    pub(super) fn take_equations(&mut self, config: &DiagnosisConfig) {
+    pub(super) fn take_equations(&mut self, rule: &CalibrationRule) {
         if self.failed.is_some() || self.settled || self.fresh {
             return;
         }
-        match self.training.equations(&mut self.after, config) {
+        match self.training.equations(&mut self.after, rule) {
             Ok(equations) => self.about = Some((self.after.clone(), equations)),
             Err(error) => {
                 self.about = None;
@@ -116,8 +115,7 @@ impl Unit<'_> {
     }
 
     /// Moves the fit with effects to where its equations lead at these amplitudes.
-    pub(super) fn move_after(&mut self, amplitudes: Vec<f64>, config: &DiagnosisConfig) {
-        let rule = &config.calibration;
+    pub(super) fn move_after(&mut self, amplitudes: Vec<f64>, rule: &CalibrationRule) {
         if self.training.drivers.iter().all(|driver| !driver.signalled) {
             // Nothing acts: it stays the fit without effects.
             self.after.amplitudes = amplitudes;
@@ -136,7 +134,7 @@ impl Unit<'_> {
         &mut self,
         place: usize,
         tried: usize,
-        config: &DiagnosisConfig,
+        rule: &CalibrationRule,
     ) -> Option<(Fit, Equations)> {
         if self.failed.is_some() {
             return None;
@@ -160,7 +158,7 @@ impl Unit<'_> {
             whole: self.training.whole,
             glucose: self.training.glucose.clone(),
         };
-        let equations = training.equations(&mut fit, config).ok()?;
+        let equations = training.equations(&mut fit, rule).ok()?;
         Some((fit, equations))
     }
 
@@ -200,12 +198,12 @@ impl Unit<'_> {
         &self,
         subject: &Subject<'_>,
         hidden: &[(usize, Strength)],
-        config: &DiagnosisConfig,
+        rule: &CalibrationRule,
     ) -> Result<Vec<Tally>, GapError> {
         let mut tallies = vec![Tally::default(); hidden.len()];
         let course = self.training.course();
         for range in &self.training.stretches {
-            let mut linear = self.linear(range, config)?;
+            let mut linear = self.linear(range, rule)?;
             for (tally, (place, strength)) in tallies.iter_mut().zip(hidden) {
                 if let Some(form) = &subject.forms[*place] {
                     let (_, counted) = linear.reconstruct(form, *strength, range, &course)?;
@@ -217,11 +215,7 @@ impl Unit<'_> {
     }
 
     /// The innovations of a stretch under the fit with effects.
-    fn linear(
-        &self,
-        range: &Range<usize>,
-        config: &DiagnosisConfig,
-    ) -> Result<Linear<'_>, GapError> {
+    fn linear(&self, range: &Range<usize>, rule: &CalibrationRule) -> Result<Linear<'_>, GapError> {
         let training = &self.training;
         let modulations = drivers::modulations(
             &training.drivers,
@@ -229,7 +223,7 @@ impl Unit<'_> {
             &training.driving(),
             |_| true,
         );
-        Linear::new(training.observations, training.model, range, &modulations, &self.after, config)
+        Linear::new(training.observations, training.model, range, &modulations, &self.after, rule)
     }
 
     /// The unit's days, judged with both fits, and with hidden changes reconstructed where there are.
@@ -238,8 +232,7 @@ impl Unit<'_> {
         subject: &Subject<'_>,
         hidden: &[usize],
         strengths: &[Vec<Strength>],
-        config: &DiagnosisConfig,
-        rule: &HowFarRule,
+        settings: Settings<'_>,
     ) -> Result<Judged, GapError> {
         if let Some(error) = &self.failed {
             return Err(error.clone());
@@ -252,8 +245,7 @@ impl Unit<'_> {
             model: self.training.model,
             whole_days: &self.folds.whole_days(&block),
             block: &block,
-            config,
-            rule,
+            settings,
         };
         let mut course = self.training.course();
         let before = Candidate { fit: &self.before, drivers: &[], hidden: None };
@@ -266,7 +258,7 @@ impl Unit<'_> {
             held_out.judge(&candidate, &mut course, Floor::Take)?
         };
         if !hidden.is_empty() {
-            let mut linear = self.linear(&held_out.seen(), config)?;
+            let mut linear = self.linear(&held_out.seen(), settings.calibration)?;
             let mut changes = Hidden::default();
             for (place, strength) in hidden.iter().zip(&strengths[self.fold]) {
                 if let Some(form) = &subject.forms[*place] {

@@ -1,6 +1,6 @@
 //! The answer to "which" as it is written.
 
-use effects::Effect;
+use effects::{Card, Effect, EffectId};
 
 use super::ports::alike;
 use super::{Candidate, Named, PortCandidate, RIVAL, Which};
@@ -8,6 +8,7 @@ use crate::diagnosis::{
     CandidateEffect, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
     WithInterval,
 };
+use crate::log_sum::softmax_beside_none;
 
 /// Name of the candidate that nothing is missing.
 const NONE: &str = "none";
@@ -15,6 +16,12 @@ const NONE: &str = "none";
 const UNKNOWN: &str = "unknown";
 /// Half width of a 95 % interval in standard errors.
 const Z: f64 = 1.96;
+
+/// Whether an effect may have this name: it stands for nothing else in the output.
+pub(crate) fn is_free(name: &str) -> bool {
+    let taken = name.is_empty() || name == NONE || name == UNKNOWN;
+    !taken && !name.contains('/') && !name.starts_with("unknown_")
+}
 
 /// What a diagnosis says about the effects.
 pub(crate) struct Answer {
@@ -33,37 +40,38 @@ impl Which {
         people: &[&str],
         temperature: f64,
     ) -> Answer {
-        let name = |place: usize| library[place].card().name.to_owned();
-        let known: Vec<&Named> = self.named.iter().filter(|n| n.effect < self.known).collect();
-        let unknown_events = self.named.iter().any(|n| n.effect >= self.known);
+        let known: Vec<(&Named, Card)> = self
+            .named
+            .iter()
+            .filter_map(|n| Some((n, card(library, n.hypothesis.known()?)?)))
+            .collect();
+        let unknown = self.named.iter().any(|n| n.hypothesis.known().is_none());
         let unknown_port = self.ports.iter().any(|port| port.excess > 0.0);
         let verdict = if !known.is_empty() {
             Verdict::Effect
-        } else if unknown_events || unknown_port {
+        } else if unknown || unknown_port {
             Verdict::Unknown
         } else {
             Verdict::None
         };
-        let first = Odds::of(&self.candidates, self.known, &self.ports, temperature);
+        let first = Odds::of(&self.candidates, &self.ports, temperature);
         let effects = known
             .iter()
-            .map(|named| {
-                let odds = if self.named.first().is_some_and(|n| n.effect == named.effect) {
-                    Odds::of(&named.rivals, self.known, &self.ports, temperature)
-                } else {
-                    Odds::of(&named.rivals, self.known, &[], temperature)
-                };
+            .map(|(named, card)| {
+                let is_first = |first: &Named| first.hypothesis == named.hypothesis;
+                let ports =
+                    if self.named.first().is_some_and(is_first) { &*self.ports } else { &[] };
+                let odds = Odds::of(&named.rivals, ports, temperature);
                 FoundEffect {
-                    effect: name(named.effect),
-                    port: library[named.effect].card().port.name().to_owned(),
+                    effect: card.id.name().to_owned(),
+                    port: card.port.name().to_owned(),
                     gain_nats: named.gain,
-                    probability: odds.of_effect(named.effect),
+                    probability: odds.of_effect(card.id),
                     amplitude: interval(named.amplitude),
                     confusable_with: named
                         .confusable
                         .iter()
-                        .filter(|place| **place < self.known)
-                        .map(|place| name(*place))
+                        .filter_map(|hypothesis| Some(hypothesis.known()?.name().to_owned()))
                         .collect(),
                     people: amplitudes(named, people),
                 }
@@ -72,11 +80,13 @@ impl Which {
         let mut candidates: Vec<CandidateEffect> = self
             .candidates
             .iter()
-            .filter(|candidate| candidate.effect < self.known)
-            .map(|candidate| CandidateEffect {
-                effect: name(candidate.effect),
-                gain_nats: candidate.gain,
-                probability: first.of_effect(candidate.effect),
+            .filter_map(|candidate| {
+                let id = candidate.hypothesis.known()?;
+                Some(CandidateEffect {
+                    effect: id.name().to_owned(),
+                    gain_nats: candidate.gain,
+                    probability: first.of_effect(id),
+                })
             })
             .collect();
         for (effect, probability) in [(NONE, first.none), (UNKNOWN, first.unknown)] {
@@ -89,11 +99,11 @@ impl Which {
         let untried = self
             .untried
             .iter()
-            .map(|place| {
-                let card = library[*place].card();
+            .filter_map(|id| card(library, *id))
+            .map(|card| {
                 let channels: Vec<&str> = card.channels.iter().map(|c| c.words()).collect();
                 UntriedEffect {
-                    effect: card.name.to_owned(),
+                    effect: card.id.name().to_owned(),
                     reason: format!(
                         "nobody's record holds what signals it: {}",
                         channels.join(", ")
@@ -110,8 +120,7 @@ impl Which {
         let of_events = self
             .candidates
             .iter()
-            .filter(|c| c.effect >= self.known)
-            .map(|c| (self.unknown[c.effect - self.known], c.gain, c.excess));
+            .filter_map(|c| Some((c.hypothesis.unknown_port()?, c.gain, c.excess)));
         let of_ports = self.ports.iter().map(|p| (p.port, p.gain, p.excess));
         for (port, gain, excess) in of_ports.chain(of_events) {
             match best.iter_mut().find(|(known, _, _)| *known == port) {
@@ -121,7 +130,7 @@ impl Which {
             }
         }
         let excess: Vec<f64> = best.iter().map(|(_, _, excess)| *excess).collect();
-        let (_, shares) = softmax(&excess, temperature);
+        let (_, shares) = softmax_beside_none(&excess, temperature);
         let mut ports: Vec<PortEvidence> = best
             .iter()
             .zip(&shares)
@@ -146,51 +155,42 @@ impl Which {
     }
 }
 
+/// The card of an effect of the library.
+fn card(library: &[Box<dyn Effect>], id: EffectId) -> Option<Card> {
+    library.iter().map(|effect| effect.card()).find(|card| card.id == id)
+}
+
 /// Probabilities of the answers of one round.
 struct Odds {
     none: f64,
     unknown: f64,
-    effects: Vec<(usize, f64)>,
+    effects: Vec<(EffectId, f64)>,
 }
 
 impl Odds {
     /// A softmax of the evidence over the thresholds, "none" and "unknown" in it.
-    fn of(
-        candidates: &[Candidate],
-        known: usize,
-        ports: &[PortCandidate],
-        temperature: f64,
-    ) -> Self {
+    fn of(candidates: &[Candidate], ports: &[PortCandidate], temperature: f64) -> Self {
         let unknown = candidates
             .iter()
-            .filter(|c| c.effect >= known)
+            .filter(|c| c.hypothesis.known().is_none())
             .map(|c| c.excess)
             .chain(ports.iter().map(|p| p.excess))
             .fold(f64::NEG_INFINITY, f64::max);
-        let effects: Vec<&Candidate> = candidates.iter().filter(|c| c.effect < known).collect();
+        let effects: Vec<(EffectId, f64)> =
+            candidates.iter().filter_map(|c| Some((c.hypothesis.known()?, c.excess))).collect();
         let excess: Vec<f64> =
-            effects.iter().map(|c| c.excess).chain(std::iter::once(unknown)).collect();
-        let (none, shares) = softmax(&excess, temperature);
+            effects.iter().map(|(_, excess)| *excess).chain(std::iter::once(unknown)).collect();
+        let (none, shares) = softmax_beside_none(&excess, temperature);
         Self {
             none,
             unknown: shares[effects.len()],
-            effects: effects.iter().zip(&shares).map(|(c, share)| (c.effect, *share)).collect(),
+            effects: effects.iter().zip(&shares).map(|((id, _), share)| (*id, *share)).collect(),
         }
     }
 
-    fn of_effect(&self, effect: usize) -> f64 {
-        self.effects.iter().find(|(place, _)| *place == effect).map_or(0.0, |(_, p)| *p)
+    fn of_effect(&self, effect: EffectId) -> f64 {
+        self.effects.iter().find(|(id, _)| *id == effect).map_or(0.0, |(_, p)| *p)
     }
-}
-
-/// Shares of "none", whose excess is 0, and of each answer, by the exponential of its excess over the
-/// temperature.
-fn softmax(excess: &[f64], temperature: f64) -> (f64, Vec<f64>) {
-    let top = excess.iter().copied().fold(0.0, f64::max);
-    let raised: Vec<f64> = excess.iter().map(|e| ((e - top) / temperature).exp()).collect();
-    let none = (-top / temperature).exp();
-    let sum = none + raised.iter().sum::<f64>();
-    (none / sum, raised.into_iter().map(|r| r / sum).collect())
 }
 
 fn interval((value, error): (f64, f64)) -> WithInterval {
@@ -218,13 +218,14 @@ fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::which::unknown::unknown_events;
 
     #[test]
-    fn strong_rivals_are_told_apart_and_shares_add_up() {
-        let (none, shares) = softmax(&[155.0, 64.0, f64::NEG_INFINITY, -3.0], 1.5);
-        assert!(shares[0] > 0.999 && shares[1] < 1e-6 && shares[2] == 0.0);
-        assert!((none + shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        let (none, shares) = softmax(&[-3.0, -6.0], 1.5);
-        assert!(none > 0.8 && shares[0] > shares[1]);
+    fn names_of_the_output_are_not_free_and_those_of_the_library_are() {
+        assert!(effects::names().into_iter().all(is_free));
+        for name in ["", NONE, UNKNOWN, "egp/day", "glucose_flux/events"] {
+            assert!(!is_free(name), "{name}");
+        }
+        assert!(unknown_events().iter().all(|kind| !is_free(kind.card().id.name())));
     }
 }

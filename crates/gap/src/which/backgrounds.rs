@@ -1,19 +1,19 @@
 //! What stands beside a hidden event: the constant directions of the background.
 
-use effects::Effect;
+use effects::{Card, EffectId};
 
 use super::held_out::{self, Allowed};
+use super::hypothesis::Tried;
 use super::statistics::Person as Statistics;
-use crate::background::BackgroundKind;
-use crate::design::{Column, Design, HiddenEvents};
+use crate::design::{Background, Column, Design, HiddenEvents};
 use crate::event_bank::Beside;
 
 /// The constant directions of the background beside hidden events, which must not be made of what every meal or
 /// every low of a person shows.
 pub(super) struct Backgrounds<'a> {
     each: Vec<Beside<'a>>,
-    /// Effects and their places in `each`.
-    places: Vec<(usize, usize)>,
+    /// Effects and the index of theirs in `each`.
+    places: Vec<(EffectId, usize)>,
 }
 
 impl<'a> Backgrounds<'a> {
@@ -22,12 +22,12 @@ impl<'a> Backgrounds<'a> {
         design: &'a Design,
         statistics: &Statistics,
         hidden: &HiddenEvents,
-        library: &[&dyn Effect],
+        tried: &Tried<'_>,
     ) -> Self {
         let mut sets: Vec<Vec<usize>> = Vec::new();
         let mut found = Self { each: Vec::new(), places: Vec::new() };
         for effect in hidden.effects() {
-            let allowed = beside_columns(statistics, library[effect].card().name);
+            let allowed = beside_columns(statistics, &tried.get(effect).card());
             let columns: Vec<usize> = allowed.iter().map(|a| a.column).collect();
             let known = sets.iter().position(|set| *set == columns);
             found.places.push((effect, known.unwrap_or(sets.len())));
@@ -40,18 +40,18 @@ impl<'a> Backgrounds<'a> {
     }
 
     /// The background of an effect that acts by hidden events.
-    pub(super) fn beside(&self, effect: usize) -> &Beside<'a> {
+    pub(super) fn beside(&self, effect: EffectId) -> &Beside<'a> {
         let place = self.places.iter().find(|(known, _)| *known == effect);
         &self.each[place.map_or(0, |(_, place)| *place)]
     }
 }
 
-/// The directions of the background that may stand beside a hidden event of `effect`.
-pub(super) fn beside_columns(statistics: &Statistics, effect: &str) -> Vec<Allowed> {
+/// The directions of the background that may stand beside a hidden event of an effect.
+pub(super) fn beside_columns(statistics: &Statistics, effect: &Card) -> Vec<Allowed> {
     let columns = statistics.columns.iter().enumerate();
     columns
         .filter_map(|(column, stands_for)| match stands_for {
-            Column::Background { name, prior_sd, kind } if !rivals(effect, *kind, name) => {
+            Column::Background { which, prior_sd } if !is_itself(effect, *which) => {
                 Some(Allowed { column, mean: 0.0, sd: *prior_sd })
             }
             _ => None,
@@ -72,11 +72,6 @@ fn beside<'a>(design: &'a Design, statistics: &Statistics, allowed: &[Allowed]) 
 }
 
 /// Whether a direction of the background is what an effect itself would change.
-pub(super) fn rivals(effect: &str, kind: BackgroundKind, name: &str) -> bool {
-    match effect {
-        "dawn" | "circadian_sensitivity" => kind == BackgroundKind::Clock,
-        "renal_threshold" => name == "shedding",
-        "counter_regulation" | "unlogged_rescue_carbs" => name == "defence",
-        _ => false,
-    }
+pub(super) fn is_itself(effect: &Card, direction: Background) -> bool {
+    effect.relations.is_itself.iter().any(|allowance| direction.is(*allowance))
 }

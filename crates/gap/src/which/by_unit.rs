@@ -14,6 +14,7 @@
 
 use std::ops::Range;
 
+use effects::EffectId;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use physiology::STEPS_PER_DAY;
@@ -23,6 +24,7 @@ use super::held_out::{Allowed, FOLDS, fold};
 use super::statistics::{BLOCK, Person};
 use super::variance::{Spreads, active, crossed, factored};
 use crate::design::{Design, UnitBank};
+use crate::log_sum::raised;
 
 /// Spreads that are tried, of the logarithm of the factor.
 const GRID: [f64; 16] =
@@ -46,8 +48,8 @@ struct UnitDay {
 /// What one random effect needs of a person.
 #[derive(Debug, Clone)]
 pub(super) struct UnitSums {
-    /// Place in the library.
-    pub(super) effect: usize,
+    /// The effect.
+    pub(super) effect: EffectId,
     count: usize,
     days: Vec<UnitDay>,
 }
@@ -311,14 +313,13 @@ fn largest(values: &[f64]) -> usize {
 
 /// Mean and standard deviation of the spread under an even prior.
 fn posterior(likelihoods: &[f64]) -> (f64, f64) {
-    let top = likelihoods[largest(likelihoods)];
     let last = GRID.len() - 1;
-    let weights: Vec<f64> = likelihoods
+    let weights: Vec<f64> = raised(likelihoods)
         .iter()
         .enumerate()
-        .map(|(k, l)| {
+        .map(|(k, raised)| {
             let width = GRID[(k + 1).min(last)] - GRID[k.saturating_sub(1)];
-            width * (l - top).exp()
+            width * raised
         })
         .collect();
     let sum: f64 = weights.iter().sum();
@@ -335,9 +336,8 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::background::BackgroundKind;
     use crate::design::Column;
-    use crate::which::statistics::RANDOM;
+    use crate::which::statistics::{RANDOM, RandomFactor};
 
     const DAYS: usize = 14;
 
@@ -358,15 +358,14 @@ mod tests {
                 *residual -= log * a;
             }
         }
-        let background = |(place, name): (usize, &&str)| {
-            let kind = BackgroundKind::Calibrated;
+        let background = |(place, random): (usize, &RandomFactor)| {
             let wave = |k| (0.01 * (place + 3) as f64 * k as f64).cos() as f32;
-            let name = (*name).to_owned();
-            (Column::Background { name, prior_sd: 0.1, kind }, (0..steps).map(wave).collect())
+            let column = Column::Background { which: random.background, prior_sd: 0.1 };
+            (column, (0..steps).map(wave).collect())
         };
         let (columns, signatures) = RANDOM.iter().enumerate().map(background).unzip();
         let bank = UnitBank {
-            effect: 0,
+            effect: EffectId::INSULIN_ABSORPTION,
             field: Field::InsulinTime,
             log_sd: 0.18,
             answers: starts

@@ -1,16 +1,15 @@
 //! People under the effects that have been named.
 
-use effects::{Effect, Form, Modulation};
+use effects::{Form, Modulation};
 use rayon::prelude::*;
 
 use super::Named;
+use super::hypothesis::{Hypothesis, Tried};
 use super::lag;
 use super::round::Subject;
-use crate::calibration::Calibration;
-use crate::config::DiagnosisConfig;
-use crate::course::course;
+use crate::calibrated_person::CalibratedPerson;
+use crate::calibration::{Calibration, CalibrationRule};
 use crate::error::GapError;
-use crate::how_far::PersonInput;
 use crate::observations::Observations;
 
 /// Least factor that hidden events may leave of anything.
@@ -19,14 +18,12 @@ const LEAST_FACTOR: f64 = 0.05;
 /// Runs the longer lags for everybody where the first ones call for it.
 pub(super) fn longer_lags(
     subjects: &mut [Subject],
-    people: &[PersonInput<'_>],
-    library: &[&dyn Effect],
+    people: &[CalibratedPerson<'_>],
+    tried: &Tried<'_>,
     named: &[Named],
-    config: &DiagnosisConfig,
+    rule: &CalibrationRule,
 ) -> Result<(), GapError> {
-    let Some(lag) = library.iter().position(|effect| effect.card().name == lag::NAME) else {
-        return Ok(());
-    };
+    let Some(effect) = tried.lag() else { return Ok(()) };
     let known: Vec<&lag::Likelihoods> = subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
     if known.is_empty() || !lag::calls_for_longer(&known) {
         return Ok(());
@@ -34,31 +31,31 @@ pub(super) fn longer_lags(
     subjects.par_iter_mut().zip(people).enumerate().try_for_each(|(place, (subject, input))| {
         let Some(lags) = &mut subject.lags else { return Ok(()) };
         let about = (!named.is_empty())
-            .then(|| conditioned(input, place, library, named, config))
+            .then(|| conditioned(input, place, tried, named, rule))
             .transpose()?;
         let (observations, calibration) = about
             .as_ref()
             .map_or((input.observations, input.calibration), |about| (&about.0, &about.1));
-        let rule = &config.calibration;
-        lags.extend(lag::likelihoods(observations, calibration, rule, library[lag], lag::rest())?);
+        lags.extend(lag::likelihoods(observations, calibration, rule, effect, lag::rest())?);
         Ok(())
     })
 }
 
 /// A person's record under the effects that have been named, and the calibrated filter run on it.
 pub(super) fn conditioned(
-    input: &PersonInput<'_>,
+    input: &CalibratedPerson<'_>,
     place: usize,
-    library: &[&dyn Effect],
+    tried: &Tried<'_>,
     named: &[Named],
-    config: &DiagnosisConfig,
+    rule: &CalibrationRule,
 ) -> Result<(Observations, Calibration), GapError> {
-    let calibration = input.calibration;
-    let glucose = calibration.glucose();
-    let course = course(input.person, glucose);
+    let course = input.course();
     let mut modulations = vec![Modulation::NEUTRAL; course.len()];
     for named in named {
-        let effect = &library[named.effect];
+        let effect = match named.hypothesis {
+            Hypothesis::Effect(id) | Hypothesis::Events { kind: id, .. } => tried.get(id),
+            Hypothesis::Course(_) => continue,
+        };
         match effect.form(&course) {
             Some(Form::Driven) => {
                 let (amplitude, _) = named.personal[place];
@@ -79,6 +76,6 @@ pub(super) fn conditioned(
         }
     }
     let observations = Observations { modulations, ..input.observations.clone() };
-    let about = calibration.about(&observations, &config.calibration)?;
+    let about = input.calibration.about(&observations, rule)?;
     Ok((observations, about))
 }

@@ -4,16 +4,15 @@
 //! theta times the root of the information, less what fitting costs (half a nat). It clears its threshold
 //! with 90 % probability when that mean lies 1.28 above the root of twice the threshold and one.
 
-use effects::{Effect, Modulation, Port};
+use effects::{Effect, Modulation, Port, Structure};
 use physiology::{OpenLoop, STEPS_PER_DAY, simulate};
 use rayon::prelude::*;
 
 use super::Detectable;
 use super::amplitude::Information;
-use super::thresholds::is_structural;
-use crate::course::course;
+use crate::calibrated_person::CalibratedPerson;
 use crate::diagnosis::DetectionPower;
-use crate::how_far::{ModulatedPlant, PersonInput};
+use crate::modulated_plant::ModulatedPlant;
 
 /// Probability of being found that is asked for, and its normal quantile.
 const PROBABILITY: f64 = 0.9;
@@ -41,16 +40,16 @@ pub(super) fn amplitude(all: Information, threshold: f64) -> Option<f64> {
 /// that a difference of structure mimics: sensors and plants differ by more than the filter's noise says, and
 /// the blind check does not find them at the sizes that this would give.
 pub(crate) fn power(
-    people: &[PersonInput<'_>],
+    people: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
     detectable: &[Detectable],
 ) -> Vec<DetectionPower> {
     let mut found: Vec<DetectionPower> = detectable
         .iter()
         .filter_map(|entry| {
-            let effect = library.get(entry.effect)?.as_ref();
+            let effect = library.iter().find(|effect| effect.card().id == entry.effect)?.as_ref();
             let card = effect.card();
-            let unsure = card.port == Port::Sensor || is_structural(card.name);
+            let unsure = card.port == Port::Sensor || card.relations.structure != Structure::Unlike;
             if unsure || entry.amplitude > card.prior.largest {
                 return None;
             }
@@ -62,7 +61,7 @@ pub(crate) fn power(
                 .collect();
             let mean = shifts.iter().sum::<f64>() / shifts.len().max(1) as f64;
             (mean > 0.0).then(|| DetectionPower {
-                effect: card.name.to_owned(),
+                effect: card.id.name().to_owned(),
                 shift_mg_dl: mean,
                 power: PROBABILITY,
             })
@@ -75,12 +74,12 @@ pub(crate) fn power(
 /// Mean absolute change of what the sensor shows in one person, mg/dL; `None` if a run fails or there is no
 /// whole day.
 fn shift(
-    input: &PersonInput<'_>,
+    input: &CalibratedPerson<'_>,
     effect: &dyn Effect,
     variant: usize,
     amplitude: f64,
 ) -> Option<f64> {
-    let course = course(input.person, input.calibration.glucose());
+    let course = input.course();
     let mut modulations = vec![Modulation::NEUTRAL; course.len()];
     effect.modulate(variant, amplitude, &course, &mut modulations);
     let with = ModulatedPlant::new(&input.calibration.model, &modulations);

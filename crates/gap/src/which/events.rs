@@ -6,8 +6,9 @@
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::held_out::FOLDS;
+use super::held_out::{FOLDS, fold};
 use crate::design::EventBank;
+use crate::log_sum::{log_sum, log_with_probability};
 
 /// Fewest steps of a stretch in which at most one event starts. A stretch is at least as long as an event:
 /// one event must not count as several.
@@ -90,24 +91,6 @@ fn ratios(bank: &EventBank) -> [Ratios; 2] {
     })
 }
 
-fn log_sum(logs: &[f64]) -> f64 {
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if top == f64::NEG_INFINITY {
-        top
-    } else {
-        // What is left out adds less than rounding.
-        let parts = logs.iter().map(|l| l - top).filter(|below| *below > -40.0);
-        top + parts.map(f64::exp).sum::<f64>().ln()
-    }
-}
-
-/// Log likelihood ratio of a stretch when events start with probability `p`.
-fn with_frequency(ratio: f64, p: f64) -> f64 {
-    let (off, on) = ((-p).ln_1p(), p.ln() + ratio);
-    let top = off.max(on);
-    top + ((off - top).exp() + (on - top).exp()).ln()
-}
-
 /// Held-out gain of each person for events of one sign.
 fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
     // gains[person][frequency][day]
@@ -121,7 +104,7 @@ fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
                     let mut by_day = vec![0.0; *days];
                     for (stretch, ratio) in ratios {
                         let day = (stretch / STEPS_PER_DAY).min(days - 1);
-                        by_day[day] += with_frequency(*ratio, *p);
+                        by_day[day] += log_with_probability(*ratio, *p);
                     }
                     by_day
                 })
@@ -129,11 +112,8 @@ fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
         })
         .collect();
     let mut out = vec![0.0; people.len()];
-    for fold in 0..FOLDS {
-        let test = |days: usize| {
-            let folds = FOLDS.min(days.max(1));
-            if fold >= folds { 0..0 } else { fold * days / folds..(fold + 1) * days / folds }
-        };
+    for index in 0..FOLDS {
+        let test = |days: usize| fold(days, index);
         let trained = |place: usize| -> f64 {
             gains
                 .iter()
@@ -182,7 +162,7 @@ pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize], either: bool) 
 /// Events of one sign that are more likely than not.
 fn found(banks: &[Option<&EventBank>], ratios: &[Ratios], sign: f64) -> Vec<Found> {
     let total = |p: f64| -> f64 {
-        ratios.iter().flatten().map(|(_, ratio)| with_frequency(*ratio, p)).sum()
+        ratios.iter().flatten().map(|(_, ratio)| log_with_probability(*ratio, p)).sum()
     };
     let frequency = FREQUENCIES
         .into_iter()

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::amplitude::{Hierarchy, Information};
 use super::statistics::Sums;
+use crate::log_sum::{log_sum, softmax};
 
 /// Folds of days.
 pub(super) const FOLDS: usize = 7;
@@ -351,13 +352,6 @@ fn weights_of(evidence: &[Vec<f64>]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-fn softmax(logs: &[f64]) -> Vec<f64> {
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let raised: Vec<f64> = logs.iter().map(|l| (l - top).exp()).collect();
-    let sum: f64 = raised.iter().sum();
-    raised.iter().map(|r| r / sum).collect()
-}
-
 /// Contiguous folds of `days`.
 pub(super) fn fold(days: usize, fold: usize) -> std::ops::Range<usize> {
     let folds = FOLDS.min(days.max(1));
@@ -437,12 +431,8 @@ fn blended(trial: &Trial<'_>, fit: &Fitted, blend: &Blend, test: usize) -> f64 {
 fn either(first: f64, second: f64, odds: f64) -> f64 {
     let share = (1.0 + (-odds).exp()).recip();
     let logs = [(1.0 - share).ln() + first, share.ln() + second];
-    let top = logs[0].max(logs[1]);
-    if top == f64::NEG_INFINITY {
-        first
-    } else {
-        top + logs.iter().map(|l| (l - top).exp()).sum::<f64>().ln()
-    }
+    let both = log_sum(&logs);
+    if both == f64::NEG_INFINITY { first } else { both }
 }
 
 /// Log of the mean likelihood ratio of the variants over the days of a fold.
@@ -462,8 +452,7 @@ fn mixture(
             weight.ln() + trial.gain(fit, variant, theta, test)
         })
         .collect();
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    top + logs.iter().map(|l| (l - top).exp()).sum::<f64>().ln()
+    log_sum(&logs)
 }
 
 /// Allowed directions fitted to all days.

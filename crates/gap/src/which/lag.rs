@@ -14,11 +14,11 @@ use super::held_out::{FOLDS, fold};
 use crate::calibration::{Calibration, CalibrationRule};
 use crate::error::GapError;
 use crate::filter::innovations;
+use crate::log_sum::raised;
 use crate::observations::Observations;
+use crate::scored::normalised;
 use crate::whitening::{Autoregression, huber_loss, robust_scale};
 
-/// The effect that is tested so.
-pub(super) const NAME: &str = "sensor_lag";
 /// Amplitudes in the order in which they are run: 8 and 10 min, then 6, 12, 16, 22 and 32 min.
 const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
 /// How many of them are run for everybody.
@@ -81,8 +81,7 @@ pub(super) fn likelihoods(
     amplitudes: &[f64],
 ) -> Result<Likelihoods, GapError> {
     let steps = observations.len();
-    let mut scored = observations.trusted(rule.dose_memory);
-    scored[..rule.burn_in.min(steps)].fill(false);
+    let scored = rule.scored(observations, &(0..steps));
     let of = |amplitude: &f64| {
         let mut one = [Modulation::NEUTRAL];
         effect.modulate(0, *amplitude, &Course::default(), &mut one);
@@ -93,11 +92,7 @@ pub(super) fn likelihoods(
             let model = calibration.model.with_lag(one[0][Field::SensorLag]);
             innovations(&model, observations, steps)?
         };
-        let z: Vec<Option<f64>> = all
-            .iter()
-            .zip(&scored)
-            .map(|(i, scored)| i.filter(|_| *scored).map(|i| i.normalised()))
-            .collect();
+        let z = normalised(&all, &scored);
         let whitened = Autoregression::fitted(&z).whitened(&z);
         let scale = robust_scale(&whitened).max(f64::MIN_POSITIVE);
         let mut days = vec![0.0; steps.div_ceil(physiology::STEPS_PER_DAY)];
@@ -160,8 +155,7 @@ pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
 
 /// Mean and standard deviation of the amplitude under these log likelihoods of [`LONGER`].
 fn moments(logs: &[f64]) -> (f64, f64) {
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = logs.iter().map(|l| (l - top).exp()).collect();
+    let weights = raised(logs);
     let sum: f64 = weights.iter().sum();
     let amplitudes = || LONGER.map(|place| AMPLITUDES[place]);
     let mean = weights.iter().zip(amplitudes()).map(|(w, a)| w * a).sum::<f64>() / sum;

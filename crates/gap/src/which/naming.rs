@@ -1,10 +1,11 @@
 //! What is said of the effect that is named in a round, and of the ports.
 
-use effects::Effect;
+use effects::EffectId;
 use rayon::prelude::*;
 
 use super::events::EventEvidence;
 use super::held_out::{self, Allowed};
+use super::hypothesis::{Hypothesis, Tried};
 use super::round::{Round, Score, ScoreOf};
 use super::{Candidate, Named, NamedEvent, PortCandidate, RIVAL, Thresholds, ports};
 
@@ -17,17 +18,20 @@ impl Round {
         score: &Score,
         best: &Candidate,
         candidates: &[Candidate],
-        library: &[&dyn Effect],
+        tried: &Tried<'_>,
     ) -> Named {
         let people = self.subjects.len();
-        let mut confusable = self.same(score, library.len());
-        for rival in candidates.iter().filter(|c| c.effect != best.effect && c.excess > 0.0) {
-            if best.excess - rival.excess < RIVAL && !confusable.contains(&rival.effect) {
-                confusable.push(rival.effect);
+        let same = self.same(score, &tried.ids());
+        let mut confusable: Vec<Hypothesis> =
+            same.into_iter().map(|id| tried.hypothesis(id)).collect();
+        let others = candidates.iter().filter(|c| c.hypothesis != best.hypothesis);
+        for rival in others.filter(|rival| rival.excess > 0.0) {
+            if best.excess - rival.excess < RIVAL && !confusable.contains(&rival.hypothesis) {
+                confusable.push(rival.hypothesis);
             }
         }
         let mut named = Named {
-            effect: best.effect,
+            hypothesis: best.hypothesis,
             gain: best.gain,
             excess: best.excess,
             amplitude: (1.0, 0.5),
@@ -59,9 +63,9 @@ impl Round {
                 });
                 named.events = events.collect();
                 named.gains.clone_from(&found.gains);
-                named.amplitude = self.frequency(best.effect, found, 0..people);
+                named.amplitude = self.frequency(score.effect, found, 0..people);
                 named.personal = (0..people)
-                    .map(|person| self.frequency(best.effect, found, person..person + 1))
+                    .map(|person| self.frequency(score.effect, found, person..person + 1))
                     .collect();
             }
             ScoreOf::Random(found, log_sd) => {
@@ -77,7 +81,7 @@ impl Round {
     /// Frequency of events of some people over the published one, and its standard error.
     pub(super) fn frequency(
         &self,
-        effect: usize,
+        effect: EffectId,
         found: &EventEvidence,
         people: std::ops::Range<usize>,
     ) -> (f64, f64) {
@@ -95,10 +99,11 @@ impl Round {
         (count / expected, (count.sqrt() + 1.0) / expected)
     }
 
-    /// Driven effects, of `count`, whose signatures cannot be told from that of `score`.
-    pub(super) fn same(&self, score: &Score, count: usize) -> Vec<usize> {
+    /// Driven effects of `tried` whose signatures cannot be separated from that of `score`.
+    pub(super) fn same(&self, score: &Score, tried: &[EffectId]) -> Vec<EffectId> {
         let ScoreOf::Driven(found) = &score.evidence else { return Vec::new() };
-        let others: Vec<usize> = (0..count).filter(|e| *e != score.effect).collect();
+        let others: Vec<EffectId> =
+            tried.iter().copied().filter(|id| *id != score.effect).collect();
         others
             .into_par_iter()
             .filter(|other| {

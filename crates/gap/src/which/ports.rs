@@ -2,7 +2,7 @@
 
 use effects::Port;
 
-use super::statistics::RANDOM;
+use super::statistics::{RANDOM, RandomFactor};
 use super::variance::Estimated;
 
 /// Evidence that something varies at a port beyond what is estimated elsewhere.
@@ -14,18 +14,6 @@ pub(super) struct PortGain {
     /// Whether it varies from block to block rather than from day to day.
     pub(super) within_days: bool,
 }
-
-/// The port of each random factor. Insulin input and action on both targets cannot be told apart by how
-/// they vary: they stand as one.
-const PORTS: [Port; RANDOM.len()] = [
-    Port::InsulinAction,
-    Port::Egp,
-    Port::GutAbsorption,
-    Port::InsulinAbsorption,
-    Port::CarbAmount,
-    Port::Sensor,
-    Port::GlucoseFlux,
-];
 
 /// Ports whose changes over hours or days look alike, background and usual differences integrated out: their
 /// signatures correlate by 0.99 and 0.90 in made cohorts without an effect, all others by less than 0.6.
@@ -43,10 +31,10 @@ pub(super) fn alike(port: Port) -> impl Iterator<Item = Port> {
 
 /// Evidence of both scales at every port that has a random factor.
 pub(super) fn gains(estimated: &Estimated) -> Vec<PortGain> {
-    PORTS
+    RANDOM
         .into_iter()
         .enumerate()
-        .flat_map(|(factor, port)| {
+        .flat_map(|(factor, RandomFactor { port, .. })| {
             [(estimated.day[factor], false), (estimated.block[factor], true)].map(
                 |(evidence, within_days)| PortGain {
                     port,
@@ -69,7 +57,7 @@ mod tests {
 
     #[test]
     fn ports_that_look_alike_name_each_other() {
-        for port in PORTS.into_iter().chain([Port::InsulinInput]) {
+        for port in RANDOM.map(|random| random.port).into_iter().chain([Port::InsulinInput]) {
             for other in alike(port) {
                 assert!(other != port && alike(other).any(|back| back == port));
             }

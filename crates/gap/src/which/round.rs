@@ -1,25 +1,26 @@
 //! One round: everybody's linear model with what has been named so far, and the evidence of every effect.
 
-use effects::Effect;
+use effects::{Card, EffectId};
 use rayon::prelude::*;
 
-use super::backgrounds::{Backgrounds, rivals};
+use super::Named;
+use super::backgrounds::{Backgrounds, is_itself};
 use super::by_unit::{UnitEvidence, UnitSums};
 use super::conditioned::{conditioned, longer_lags};
 use super::events::EventEvidence;
 use super::held_out::{self, Allowed, Folds, HeldOut, Trial};
+use super::hypothesis::Tried;
 use super::lag::{self, LagEvidence};
 use super::statistics::{self, Person as Statistics};
 use super::unknown::bins::Bins;
 use super::variance::{self, Estimated, Spreads};
-use super::{GUARDS, Named};
-use crate::config::DiagnosisConfig;
+use crate::calibrated_person::CalibratedPerson;
+use crate::calibration::CalibrationRule;
 use crate::design::{Column, Design, EventBank, design};
 use crate::error::GapError;
-use crate::how_far::PersonInput;
 
 /// Standard deviation of the amplitude of a guard.
-const GUARD_SD: f64 = 0.5;
+pub(super) const GUARD_SD: f64 = 0.5;
 
 /// One person in one round: the model with what has been named so far.
 pub(super) struct Subject {
@@ -40,12 +41,12 @@ pub(super) struct Round {
     pub(super) marginal: Vec<Folds>,
     pub(super) estimated: Estimated,
     /// Guards that are not themselves named, and named driven effects with their spread.
-    pub(super) guards: Vec<(usize, f64)>,
+    pub(super) guards: Vec<(EffectId, f64)>,
 }
 
 /// Evidence of one effect.
 pub(super) struct Score {
-    pub(super) effect: usize,
+    pub(super) effect: EffectId,
     pub(super) evidence: ScoreOf,
 }
 
@@ -72,11 +73,11 @@ impl Round {
     /// The round of these people when some effects are named; `before` are their banks of events of the round before
     /// where their information still holds, otherwise empty lists.
     pub(super) fn of(
-        people: &[PersonInput<'_>],
-        library: &[&dyn Effect],
+        people: &[CalibratedPerson<'_>],
+        tried: &Tried<'_>,
         named: &[Named],
         before: Vec<Vec<EventBank>>,
-        config: &DiagnosisConfig,
+        rule: &CalibrationRule,
     ) -> Result<Self, GapError> {
         let mut subjects: Vec<Subject> = people
             .par_iter()
@@ -84,31 +85,28 @@ impl Round {
             .enumerate()
             .map(|(place, (input, before))| {
                 let about = (!named.is_empty())
-                    .then(|| conditioned(input, place, library, named, config))
+                    .then(|| conditioned(input, place, tried, named, rule))
                     .transpose()?;
                 let (observations, calibration) = about
                     .as_ref()
                     .map_or((input.observations, input.calibration), |a| (&a.0, &a.1));
-                let mut design = design(input.person, observations, calibration, library)?;
-                let lag = library.iter().position(|effect| effect.card().name == lag::NAME);
-                let lags = lag
-                    .filter(|lag| named.iter().all(|named| named.effect != *lag))
-                    .map(|lag| {
-                        let rule = &config.calibration;
-                        let first = lag::first();
-                        lag::likelihoods(observations, calibration, rule, library[lag], first)
-                    })
+                let person = CalibratedPerson { observations, calibration, ..*input };
+                let mut design = design(&person, tried.effects())?;
+                let lags = tried
+                    .lag()
+                    .filter(|lag| named.iter().all(|n| !n.hypothesis.is(lag.card().id)))
+                    .map(|lag| lag::likelihoods(observations, calibration, rule, lag, lag::first()))
                     .transpose()?;
                 let statistics = Statistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
                 let hidden = std::mem::take(&mut design.events);
-                let backgrounds = Backgrounds::of(&design, &statistics, &hidden, library);
+                let backgrounds = Backgrounds::of(&design, &statistics, &hidden, tried);
                 let events =
                     hidden.banks(|effect| backgrounds.beside(effect), &design.weights, &before);
                 drop(backgrounds);
-                let is_guard = |effect: usize| GUARDS.contains(&library[effect].card().name);
-                let bins = named.is_empty().then(|| Bins::of(&design, is_guard));
+                let bins =
+                    named.is_empty().then(|| Bins::of(&design, |effect| tried.is_guard(effect)));
                 // The largest parts of a person, and summed up.
                 design.signatures = Vec::new();
                 (design.residuals, design.weights) = (Vec::new(), Vec::new());
@@ -116,16 +114,21 @@ impl Round {
                 Ok(Subject { design, statistics, units, events, bins, lags })
             })
             .collect::<Result<_, GapError>>()?;
-        longer_lags(&mut subjects, people, library, named, config)?;
-        let mut guards: Vec<(usize, f64)> = Vec::new();
-        for (effect, entry) in library.iter().enumerate() {
-            let known = named.iter().find(|n| n.effect == effect);
+        longer_lags(&mut subjects, people, tried, named, rule)?;
+        let mut guards: Vec<(EffectId, f64)> = Vec::new();
+        for effect in tried.ids() {
+            let known = named.iter().find(|n| n.hypothesis.is(effect));
             if let Some(known) = known {
                 guards.push((effect, (0.5 * known.amplitude.0).hypot(0.1)));
-            } else if GUARDS.contains(&entry.card().name) {
+            } else if tried.is_guard(effect) {
                 guards.push((effect, GUARD_SD));
             }
         }
+        Ok(Self::estimated(subjects, guards))
+    }
+
+    /// The round of these linear models: random differences between days are estimated and integrated out.
+    pub(super) fn estimated(subjects: Vec<Subject>, guards: Vec<(EffectId, f64)>) -> Self {
         let mut round = Self { subjects, marginal: Vec::new(), estimated: none(), guards };
         // Constant directions, then spreads given them, twice: each needs the other.
         for _ in 0..2 {
@@ -152,26 +155,26 @@ impl Round {
                 variance::marginal(&s.statistics, &spreads).beside(round.allowed(person, None))
             })
             .collect();
-        Ok(round)
+        round
     }
 
     /// What is allowed for when an effect is tested in a person; `None` for no effect in particular.
-    pub(super) fn allowed(&self, person: usize, tested: Option<(usize, &str)>) -> Vec<Allowed> {
+    pub(super) fn allowed(&self, person: usize, tested: Option<&Card>) -> Vec<Allowed> {
         let columns = &self.subjects[person].statistics.columns;
-        let mut guarded: Vec<usize> = Vec::new();
+        let mut guarded: Vec<EffectId> = Vec::new();
         columns
             .iter()
             .enumerate()
             .filter_map(|(column, stands_for)| match stands_for {
-                Column::Background { name, prior_sd, kind } => {
-                    let own = tested.is_some_and(|(_, effect)| rivals(effect, *kind, name));
+                Column::Background { which, prior_sd } => {
+                    let own = tested.is_some_and(|card| is_itself(card, *which));
                     (!own).then_some(Allowed { column, mean: 0.0, sd: *prior_sd })
                 }
                 Column::Effect { effect, .. } => {
                     // One variant of each guard: its others differ in sign or phase.
                     let (_, sd) = self.guards.iter().find(|(guard, _)| guard == effect)?;
-                    let skip =
-                        tested.is_some_and(|(own, _)| own == *effect) || guarded.contains(effect);
+                    let own = tested.is_some_and(|card| card.id == *effect);
+                    let skip = own || guarded.contains(effect);
                     guarded.push(*effect);
                     (!skip).then_some(Allowed { column, mean: 0.0, sd: *sd })
                 }
@@ -192,17 +195,17 @@ impl Round {
         out
     }
 
-    pub(super) fn trials(&self, effect: usize, name: &str) -> Vec<Trial<'_>> {
+    pub(super) fn trials(&self, card: &Card) -> Vec<Trial<'_>> {
         (0..self.subjects.len())
             .map(|person| Trial {
                 folds: &self.marginal[person],
-                allowed: self.allowed(person, Some((effect, name))),
-                variants: self.variants(person, effect),
+                allowed: self.allowed(person, Some(card)),
+                variants: self.variants(person, card.id),
             })
             .collect()
     }
 
-    pub(super) fn variants(&self, person: usize, wanted: usize) -> Vec<usize> {
+    pub(super) fn variants(&self, person: usize, wanted: EffectId) -> Vec<usize> {
         let columns = &self.subjects[person].statistics.columns;
         (0..columns.len())
             .filter(|c| matches!(columns[*c], Column::Effect { effect, .. } if effect == wanted))

@@ -1,38 +1,36 @@
 //! The evidence of every effect in one round.
 
-use effects::Effect;
+use effects::{EffectId, ShownBy};
 use rayon::prelude::*;
 
 use super::Named;
 use super::by_unit::{self, UnitTrial};
 use super::events;
 use super::held_out::held_out;
+use super::hypothesis::Tried;
 use super::lag;
 use super::round::{Round, Score, ScoreOf};
 use super::statistics;
-use super::unknown::courses;
+use super::unknown::courses::{self, Course};
 use crate::design::EventBank;
 
 impl Round {
     /// Evidence of every effect that is not named yet.
-    pub(super) fn scores(
-        &self,
-        library: &[&dyn Effect],
-        known: usize,
-        named: &[Named],
-    ) -> Vec<Score> {
+    pub(super) fn scores(&self, tried: &Tried<'_>, named: &[Named]) -> Vec<Score> {
         let days: Vec<usize> = self.subjects.iter().map(|s| s.statistics.days.len()).collect();
-        let count = library.len();
-        (0..count)
-            .into_par_iter()
-            .filter(|effect| named.iter().all(|n| n.effect != *effect))
-            .filter_map(|effect| {
-                if library[effect].card().name == lag::NAME {
+        tried
+            .effects()
+            .par_iter()
+            .map(|effect| effect.card())
+            .filter(|card| named.iter().all(|n| !n.hypothesis.is(card.id)))
+            .filter_map(|card| {
+                let effect = card.id;
+                if card.relations.shown_by == ShownBy::SensorLag {
                     let lags: Vec<&lag::Likelihoods> =
                         self.subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
                     return Some(Score { effect, evidence: ScoreOf::Lag(lag::score(&lags)) });
                 }
-                let trials = self.trials(effect, library[effect].card().name);
+                let trials = self.trials(&card);
                 if trials.iter().any(|trial| !trial.variants.is_empty()) {
                     let evidence = ScoreOf::Driven(held_out(&trials));
                     return Some(Score { effect, evidence });
@@ -44,7 +42,8 @@ impl Round {
                     .collect();
                 if banks.iter().any(Option::is_some) {
                     // Events of no known kind may go either way.
-                    let evidence = events::score(&banks, &days, effect >= known);
+                    let either = tried.hypothesis(effect).known().is_none();
+                    let evidence = events::score(&banks, &days, either);
                     return Some(Score { effect, evidence: ScoreOf::Events(evidence) });
                 }
                 let evidence = self.random(effect)?;
@@ -54,7 +53,7 @@ impl Round {
     }
 
     /// Evidence of every course at a port, as long as nothing is named.
-    pub(super) fn courses(&self) -> Vec<f64> {
+    pub(super) fn courses(&self) -> Vec<(Course, f64)> {
         let mut people = Vec::with_capacity(self.subjects.len());
         for (place, subject) in self.subjects.iter().enumerate() {
             let Some(bins) = &subject.bins else { return Vec::new() };
@@ -65,7 +64,7 @@ impl Round {
     }
 
     /// Evidence that a factor is drawn anew for every unit.
-    pub(super) fn random(&self, effect: usize) -> Option<ScoreOf> {
+    pub(super) fn random(&self, effect: EffectId) -> Option<ScoreOf> {
         let banks = self.subjects.iter().flat_map(|s| &s.design.random);
         let bank = banks.into_iter().find(|bank| bank.effect == effect)?;
         let mut spreads = self.estimated.spreads;

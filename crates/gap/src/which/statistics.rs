@@ -4,34 +4,49 @@
 //! A = S'WS and b = -S'W e0: the log likelihood of theta is b'theta - theta'A theta / 2 up to a
 //! constant.
 
-use effects::Field;
+use effects::{Field, Port};
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatRef, Par};
 use physiology::STEPS_PER_DAY;
 
 use super::held_out::{FOLDS, fold};
-use crate::design::{Column, Design};
+use crate::design::{Background, Column, Design};
+use crate::tangent::Parameter;
 
 /// Steps of a block: six hours.
 pub(super) const BLOCK: usize = STEPS_PER_DAY / 4;
 
-/// What may vary at random from day to day and from block to block: columns of the background by name.
-pub(super) const RANDOM: [&str; 7] =
-    ["action", "egp_0", "t_max_g", "t_max_i", "a_g", "sensor_gain", "flux"];
+/// What may vary at random from day to day and from block to block.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RandomFactor {
+    /// The column of the background that it is a factor on.
+    pub(super) background: Background,
+    /// The field that it is a factor on.
+    pub(super) field: Field,
+    /// Where it enters.
+    pub(super) port: Port,
+}
+
+/// The random factors. Insulin input cannot be separated from insulin action, nor action on one target from that on
+/// the other, by how they vary: they stand as one.
+pub(super) const RANDOM: [RandomFactor; 7] = {
+    const fn of(background: Background, field: Field, port: Port) -> RandomFactor {
+        RandomFactor { background, field, port }
+    }
+    [
+        of(Background::Parameter(Parameter::Action), Field::Action, Port::InsulinAction),
+        of(Background::Parameter(Parameter::Egp0), Field::Production, Port::Egp),
+        of(Background::Parameter(Parameter::TMaxG), Field::GutTime, Port::GutAbsorption),
+        of(Background::Parameter(Parameter::TMaxI), Field::InsulinTime, Port::InsulinAbsorption),
+        of(Background::Parameter(Parameter::AG), Field::CarbAmount, Port::CarbAmount),
+        of(Background::Field(Field::SensorGain), Field::SensorGain, Port::Sensor),
+        of(Background::Field(Field::Flux), Field::Flux, Port::GlucoseFlux),
+    ]
+};
 
 /// The place in [`RANDOM`] of the factor that acts on a field.
 pub(super) fn random_place(field: Field) -> Option<usize> {
-    let name = match field {
-        Field::InsulinTime => "t_max_i",
-        Field::GutTime => "t_max_g",
-        Field::Action => "action",
-        Field::CarbAmount => "a_g",
-        Field::Production => "egp_0",
-        Field::SensorGain => "sensor_gain",
-        Field::Flux => "flux",
-        _ => return None,
-    };
-    RANDOM.iter().position(|random| *random == name)
+    RANDOM.iter().position(|random| random.field == field)
 }
 
 /// A and b of some days.
@@ -104,7 +119,7 @@ impl Person {
         let random = RANDOM.map(|wanted| {
             columns
                 .iter()
-                .position(|c| matches!(c, Column::Background { name, .. } if name == wanted))
+                .position(|column| column.is(wanted.background))
                 .expect("the background has every random column")
         });
         let steps = design.residuals.len();

@@ -2,50 +2,67 @@
 
 use std::collections::BTreeMap;
 
+use effects::{Card, Effect, EffectId, Port};
 use serde::{Deserialize, Serialize};
+
+use super::hypothesis::{Course, CourseKind};
+use super::unknown::is_kind;
 
 /// Least threshold of an effect, nats: at odds of one effect in fifty a gain of 4 makes it as likely as not.
 const LEAST: f64 = 4.0;
 /// Least thresholds of effects that a plant of another structure than the body's shows as well, nats: how glucose
 /// is defended when it is low and shed when it is high, and insulin action by the clock, which meals at fixed hours
 /// mimic. They stand above what either generator shows without an effect.
-const STRUCTURAL: [(&str, f64); 3] =
-    [("counter_regulation", 60.0), ("renal_threshold", 16.0), ("circadian_sensitivity", 13.0)];
+const STRUCTURAL: [(EffectId, f64); 3] = [
+    (EffectId::COUNTER_REGULATION, 60.0),
+    (EffectId::RENAL_THRESHOLD, 16.0),
+    (EffectId::CIRCADIAN_SENSITIVITY, 13.0),
+];
 /// Least threshold of a port that varies, nats.
 const LEAST_PORT: f64 = 20.0;
 /// Least threshold of events of no known effect, nats.
 const LEAST_UNKNOWN: f64 = 8.0;
-/// Least thresholds of courses of no known effect at a port, nats: what happens for hours hardly shows where nothing
+/// Least threshold of a course of no known effect at a port, nats: what happens for hours hardly shows where nothing
 /// is missing, what lasts for days does.
-const COURSES: [(&str, f64); 3] = [("/events", 4.0), ("/swings", 4.0), ("/states", 6.0)];
+const fn least_course(kind: CourseKind) -> f64 {
+    match kind {
+        CourseKind::Events | CourseKind::Swings => 4.0,
+        CourseKind::States => 6.0,
+    }
+}
 /// Least thresholds of effects and courses that people of one structure show more of than people of another, where
 /// nothing is missing, nats: with room, what the calibration worlds of either generator reach.
-const UNEVEN: [(&str, f64); 13] = [
-    ("alcohol", 5.5),
-    ("post_exercise_sensitivity", 5.0),
-    ("sensor_drift", 5.0),
-    ("set_ageing", 8.0),
-    ("set_failure", 22.0),
-    ("sleep_loss", 6.0),
-    ("egp/events", 6.0),
-    ("glucose_flux/events", 12.0),
-    ("glucose_flux/states", 16.0),
-    ("gut_absorption/events", 12.0),
-    ("insulin_action/events", 14.0),
-    ("insulin_action/states", 8.0),
-    ("insulin_action_liver/events", 10.0),
+const UNEVEN_EFFECTS: [(EffectId, f64); 6] = [
+    (EffectId::ALCOHOL, 5.5),
+    (EffectId::POST_EXERCISE_SENSITIVITY, 5.0),
+    (EffectId::SENSOR_DRIFT, 5.0),
+    (EffectId::SET_AGEING, 8.0),
+    (EffectId::SET_FAILURE, 22.0),
+    (EffectId::SLEEP_LOSS, 6.0),
+];
+const UNEVEN_COURSES: [(Port, CourseKind, f64); 7] = [
+    (Port::Egp, CourseKind::Events, 6.0),
+    (Port::GlucoseFlux, CourseKind::Events, 12.0),
+    (Port::GlucoseFlux, CourseKind::States, 16.0),
+    (Port::GutAbsorption, CourseKind::Events, 12.0),
+    (Port::InsulinAction, CourseKind::Events, 14.0),
+    (Port::InsulinAction, CourseKind::States, 8.0),
+    (Port::InsulinActionLiver, CourseKind::Events, 10.0),
 ];
 /// Room above the largest evidence seen where nothing is missing.
 const ROOM: f64 = 1.3;
 /// Cohorts that tell the threshold of a size are up to this many times as large.
 const NEIGHBOURS: f64 = 1.5;
-/// Person-days from which the floors of [`STRUCTURAL`] and [`UNEVEN`] hold in full.
+/// Person-days from which the floors of [`STRUCTURAL`], [`UNEVEN_EFFECTS`] and [`UNEVEN_COURSES`] hold in full.
 const LARGE_COHORT: f64 = 280.0;
 /// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
 /// would set that of its effect.
 const ALARMS: f64 = 0.0125;
 /// How much more evidence is asked of a plant that is not the ODE, on which thresholds were fixed.
 const OTHER_PLANTS: f64 = 3.0;
+/// The hands whose worlds fixed thresholds, with the file of each.
+const HANDS: [(&str, &str); 2] =
+    [("hovorka", include_str!("hovorka.json")), ("padova", include_str!("padova.json"))];
 /// Temperature of the probabilities, nats.
 const TEMPERATURE: f64 = 1.5;
 
@@ -129,38 +146,62 @@ impl Threshold {
 }
 
 impl Thresholds {
-    /// The thresholds in use: for each name the larger of those of both generators' calibration worlds.
+    /// The thresholds in use: for each name the largest of those of all hands.
     ///
     /// # Panics
     /// Never: the files are part of the crate and tested.
     #[must_use]
     pub fn working() -> Self {
-        let of = |name| Self::of_worlds(name).expect("the crate's own file, tested");
-        let (a, b) = (of("hovorka"), of("padova"));
-        let mut by_name = a.by_name.clone();
-        for (name, threshold) in &b.by_name {
-            let entry = by_name.entry(name.clone()).or_insert_with(|| threshold.clone());
-            *entry = entry.larger(threshold);
-        }
+        Self::largest_of(HANDS.into_iter().map(|(hand, _)| hand))
+    }
+
+    /// Thresholds that never saw the worlds of `hand`: for each name the largest of those of the other hands.
+    ///
+    /// For a blind check. A hand of which there are no thresholds is judged by those in use.
+    ///
+    /// # Panics
+    /// As [`Self::working`].
+    #[must_use]
+    pub fn without(hand: &str) -> Self {
+        Self::largest_of(HANDS.into_iter().map(|(hand, _)| hand).filter(|other| *other != hand))
+    }
+
+    /// The thresholds that were fixed on the worlds of one hand.
+    #[must_use]
+    pub fn of_hand(hand: &str) -> Option<Self> {
+        let (_, text) = HANDS.into_iter().find(|(name, _)| *name == hand)?;
+        serde_json::from_str(text).ok()
+    }
+
+    /// Thresholds that no evidence reaches: for reading the evidence alone.
+    pub(crate) fn never() -> Self {
         Self {
-            source: format!("{}; {}", a.source, b.source),
-            by_name,
-            other: a.other.larger(&b.other),
-            temperature: a.temperature.max(b.temperature),
+            source: "nothing is to be named".to_owned(),
+            by_name: BTreeMap::new(),
+            other: Threshold::even(f64::INFINITY, f64::INFINITY),
+            temperature: TEMPERATURE,
         }
     }
 
-    /// The thresholds that were fixed on the worlds of one generator, `hovorka` or `padova`.
-    ///
-    /// For a blind check: worlds of one generator are judged by the thresholds of the other.
-    #[must_use]
-    pub fn of_worlds(generator: &str) -> Option<Self> {
-        let text = match generator {
-            "hovorka" => include_str!("hovorka.json"),
-            "padova" => include_str!("padova.json"),
-            _ => return None,
-        };
-        serde_json::from_str(text).ok()
+    fn largest_of(hands: impl Iterator<Item = &'static str>) -> Self {
+        hands
+            .map(|hand| Self::of_hand(hand).expect("the crate's own file, tested"))
+            .reduce(|a, b| a.larger(&b))
+            .expect("more than one hand")
+    }
+
+    /// For each name the larger of two thresholds.
+    fn larger(mut self, other: &Self) -> Self {
+        for (name, threshold) in &other.by_name {
+            let entry = self.by_name.entry(name.clone()).or_insert_with(|| threshold.clone());
+            *entry = entry.larger(threshold);
+        }
+        Self {
+            source: format!("{}; {}", self.source, other.source),
+            other: self.other.larger(&other.other),
+            temperature: self.temperature.max(other.temperature),
+            ..self
+        }
     }
 
     /// These thresholds for a plant on which they were not fixed: all of them multiplied by a factor, which
@@ -206,6 +247,25 @@ impl Thresholds {
         Self { source: source.to_owned(), by_name, other, temperature: TEMPERATURE }
     }
 
+    /// That of an effect of a library.
+    ///
+    /// How often an effect without a threshold of its own (a user's) shows evidence where nothing is missing is not
+    /// known. It must show as much as the strictest of the effects that resemble it: that act at its port, or that its
+    /// card calls confusable with it; [`other`](Self::other) where none of them has a threshold.
+    #[must_use]
+    pub fn of_effect(&self, card: &Card, library: &[&dyn Effect]) -> Threshold {
+        if self.by_name.contains_key(card.id.name()) {
+            return self.of(card.id.name());
+        }
+        library
+            .iter()
+            .map(|effect| effect.card())
+            .filter(|other| self.by_name.contains_key(other.id.name()) && resembles(card, other))
+            .map(|other| self.of(other.id.name()))
+            .reduce(|one, other| one.larger(&other))
+            .unwrap_or_else(|| self.of(card.id.name()))
+    }
+
     /// That of an effect, a kind of unknown events or a port with its scale: no less than its floor.
     #[must_use]
     pub fn of(&self, name: &str) -> Threshold {
@@ -215,6 +275,11 @@ impl Thresholds {
         }
         found
     }
+}
+
+/// Whether one effect may show evidence wherever another does: they act at one port, or the card names the other.
+fn resembles(card: &Card, other: &Card) -> bool {
+    card.port == other.port || card.confusable_with.contains(&other.id)
 }
 
 /// Sizes of cohorts that have thresholds of their own, person-days: the largest, and halves of it.
@@ -249,25 +314,58 @@ fn total(thresholds: &BTreeMap<String, Threshold>) -> f64 {
     thresholds.values().flat_map(|threshold| &threshold.steps).map(|step| step.nats).sum()
 }
 
-/// Whether an effect is one that a difference of structure mimics.
-pub(super) fn is_structural(name: &str) -> bool {
-    STRUCTURAL.iter().any(|(effect, _)| *effect == name)
+/// What a threshold is of.
+enum Subject<'a> {
+    /// An effect, of a library that may not be at hand.
+    Effect(&'a str),
+    /// Unknown events beside the library.
+    Events,
+    /// A port that varies from day to day or within days.
+    Port,
+    /// A course at a port.
+    Course(Course),
+}
+
+impl<'a> Subject<'a> {
+    /// What a name stands for in files. Names of effects hold no slash.
+    fn of(name: &'a str) -> Self {
+        if let Some(course) = Course::from_name(name) {
+            Self::Course(course)
+        } else if name.contains('/') {
+            Self::Port
+        } else if is_kind(name) {
+            Self::Events
+        } else {
+            Self::Effect(name)
+        }
+    }
+
+    /// Least threshold in small cohorts and in large ones, nats.
+    fn least(&self) -> (f64, f64) {
+        let (small, large) = match self {
+            Self::Effect(name) => {
+                let mut named = STRUCTURAL.iter().chain(&UNEVEN_EFFECTS);
+                (LEAST, named.find(|(id, _)| id.name() == *name).map(|(_, least)| *least))
+            }
+            Self::Events => (LEAST_UNKNOWN, None),
+            Self::Port => (LEAST_PORT, None),
+            Self::Course(course) => {
+                let mut named = UNEVEN_COURSES.iter();
+                let own = |entry: &&(Port, CourseKind, f64)| {
+                    (entry.0, entry.1) == (course.port, course.kind)
+                };
+                (least_course(course.kind), named.find(own).map(|(_, _, least)| *least))
+            }
+        };
+        (small, large.unwrap_or(small))
+    }
 }
 
 /// The floor of a threshold in cohorts of so many person-days.
 fn least(name: &str, person_days: f64) -> f64 {
-    let course = COURSES.iter().find(|(kind, _)| name.ends_with(kind));
-    let usual = match course {
-        Some((_, least)) => *least,
-        None if name.contains('/') => LEAST_PORT,
-        None if name.starts_with("unknown") => LEAST_UNKNOWN,
-        None => LEAST,
-    };
-    let mut named = STRUCTURAL.iter().chain(&UNEVEN);
-    named.find(|(known, _)| *known == name).map_or(usual, |(_, least)| {
-        let share = (person_days / LARGE_COHORT).min(1.0).sqrt();
-        usual + share * (least - usual)
-    })
+    let (small, large) = Subject::of(name).least();
+    let share = (person_days / LARGE_COHORT).min(1.0).sqrt();
+    small + share * (large - small)
 }
 
 #[cfg(test)]
@@ -284,6 +382,47 @@ mod tests {
             let sizes = [1.0, 50.0, 100.0, 200.0, 400.0, 1e6];
             assert!(sizes.is_sorted_by_key(|size| threshold.over(*size)), "{name}");
         }
+    }
+
+    #[test]
+    fn the_thresholds_of_a_check_never_saw_the_hand_that_is_judged() {
+        for (hand, _) in HANDS {
+            let without = Thresholds::without(hand);
+            let own = Thresholds::of_hand(hand).expect("the crate's own file");
+            assert!(!without.source.contains(&own.source), "{hand}: {}", without.source);
+            for (other, _) in HANDS.into_iter().filter(|(other, _)| *other != hand) {
+                let theirs = Thresholds::of_hand(other).expect("the crate's own file");
+                assert!(without.source.contains(&theirs.source), "{hand}: {}", without.source);
+                for name in theirs.by_name.keys() {
+                    assert!(without.of(name).over(140.0) >= theirs.of(name).over(140.0), "{name}");
+                }
+            }
+        }
+        assert_eq!(Thresholds::without("nobody"), Thresholds::working());
+    }
+
+    #[test]
+    fn an_effect_without_a_threshold_needs_as_much_as_those_that_resemble_it() {
+        let working = Thresholds::working();
+        let owned = effects::library();
+        let library: Vec<&dyn Effect> = owned.iter().map(AsRef::as_ref).collect();
+        let dawn = effects::find("dawn").expect("in the library").card();
+        let own = Card { id: EffectId::new("own"), port: Port::InsulinAction, ..dawn };
+        for person_days in [20.0, 70.0, 1000.0] {
+            let needed = working.of_effect(&own, &library).over(person_days);
+            // The strictest at its port; dawn's card says that they are confusable, too.
+            let circadian = working.of("circadian_sensitivity").over(person_days);
+            assert!(needed >= circadian && needed >= working.of("sleep_loss").over(person_days));
+            assert!(needed < working.of("counter_regulation").over(person_days));
+        }
+        // Those that have one keep it.
+        for effect in &library {
+            let card = effect.card();
+            assert_eq!(working.of_effect(&card, &library), working.of(card.id.name()));
+        }
+        // Nothing resembles it.
+        let alone = Card { confusable_with: &[], ..own };
+        assert_eq!(working.of_effect(&alone, &[]), working.of("own"));
     }
 
     #[test]

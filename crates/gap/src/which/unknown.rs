@@ -9,13 +9,15 @@ mod body;
 pub(super) mod courses;
 mod sensor;
 
-use effects::{Card, Course, Effect, EventShape, Field, Form, Modulation, Port, Prior};
+use effects::{
+    Card, Course, Effect, EffectId, EventShape, Field, Form, Modulation, Port, Prior, Relations,
+};
 use physiology::STEPS_PER_HOUR;
 
 /// Unexplained events at a port.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct UnknownEvents {
-    name: &'static str,
+    id: EffectId,
     port: Port,
     field: Field,
     /// What an event adds to the field; the opposite is tried too.
@@ -29,19 +31,25 @@ const RISES: [f64; 2] = [0.3, 0.08];
 /// Onsets are tried this many steps apart.
 const APART: usize = 4;
 
+/// Every kind of unexplained event.
+fn kinds() -> impl Iterator<Item = UnknownEvents> {
+    sensor::KINDS.into_iter().chain(body::KINDS)
+}
+
 /// Every kind of unexplained event, as effects.
 pub(super) fn unknown_events() -> Vec<Box<dyn Effect>> {
-    sensor::KINDS
-        .into_iter()
-        .chain(body::KINDS)
-        .map(|kind| Box::new(kind) as Box<dyn Effect>)
-        .collect()
+    kinds().map(|kind| Box::new(kind) as Box<dyn Effect>).collect()
+}
+
+/// Whether a name is that of a kind of unexplained events.
+pub(super) fn is_kind(name: &str) -> bool {
+    kinds().any(|kind| kind.id.name() == name)
 }
 
 impl Effect for UnknownEvents {
     fn card(&self) -> Card {
         Card {
-            name: self.name,
+            id: self.id,
             port: self.port,
             summary: "something happens for some hours that no effect of the library does",
             size_at_one: "see the port",
@@ -49,6 +57,7 @@ impl Effect for UnknownEvents {
             signature: "runs of errors at no particular time",
             channels: &[],
             confusable_with: &[],
+            relations: Relations::USUAL,
             prior: Prior { median: 1.0, log_sd: 0.7, largest: 4.0 },
         }
     }

@@ -6,6 +6,8 @@
 //! same signatures as the constant ones. Their spreads are estimated over the cohort by marginal
 //! likelihood; their exact integral replaces A and b of a day by A - C'M^-1 C and b - C'M^-1 c.
 
+use std::collections::BTreeMap;
+
 use faer::linalg::solvers::Llt;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
@@ -38,6 +40,17 @@ pub(super) enum Scale {
 }
 
 impl Spreads {
+    /// Every spread under the name of its port and its scale.
+    pub(super) fn by_name(&self) -> BTreeMap<String, f64> {
+        let of = |scale: &'static str, spreads: [f64; COUNT]| {
+            RANDOM
+                .into_iter()
+                .zip(spreads)
+                .map(move |(random, s)| (format!("{}/{scale}", random.port.name()), s))
+        };
+        of("day", self.day).chain(of("block", self.block)).collect()
+    }
+
     fn get_mut(&mut self, scale: Scale, factor: usize) -> &mut f64 {
         match scale {
             Scale::Day => &mut self.day[factor],

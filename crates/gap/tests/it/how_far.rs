@@ -4,8 +4,8 @@ use cohort::{Channel, Cohort};
 use effects::Effect;
 use gap::calibration::{Calibration, calibrate};
 use gap::diagnosis::HowFar;
-use gap::how_far::{Amplitude, HowFarRule, NamedEffect, PersonInput, how_far, shrinkage};
-use gap::{DiagnosisConfig, LocalisationRule, NoiseModel, Observations};
+use gap::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far, shrinkage};
+use gap::{CalibratedPerson, DiagnosisConfig, LocalisationRule, NoiseModel, Observations};
 use ode_sim::OdeParameters;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -62,11 +62,11 @@ fn measured(cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
 
 fn measured_at(cohort: &Cohort, effects: &[(&dyn Effect, usize)], amplitude: &Amplitude) -> HowFar {
     let known = calibrated(cohort);
-    let people: Vec<PersonInput<'_>> = cohort
+    let people: Vec<CalibratedPerson<'_>> = cohort
         .people
         .iter()
         .zip(&known)
-        .map(|(person, (observations, calibration))| PersonInput {
+        .map(|(person, (observations, calibration))| CalibratedPerson {
             person,
             observations,
             calibration,
@@ -80,7 +80,14 @@ fn measured_at(cohort: &Cohort, effects: &[(&dyn Effect, usize)], amplitude: &Am
             amplitude: amplitude.clone(),
         })
         .collect();
-    how_far(&people, &found, &config(), &HowFarRule::working(), 1).expect("measured")
+    let config = config();
+    let settings = Settings {
+        calibration: &config.calibration,
+        free_run: &config.free_run,
+        resampling: &config.localisation,
+        rule: &HowFarRule::working(),
+    };
+    how_far(&people, &found, settings, 1).expect("measured")
 }
 
 /// The variant of the library's dawn that has the form of [`Gap::MorningBump`].

@@ -1,7 +1,7 @@
 //! Open data: the eight people of HUPA-UCM.
 
 use cohort::{ImportFormat, import};
-use gap::{DiagnosisConfig, LocalisationRule, diagnose};
+use gap::{Diagnoser, DiagnosisConfig, LocalisationRule};
 
 #[test]
 fn the_diagnosis_of_eight_real_people_is_finite_and_complete() {
@@ -12,7 +12,8 @@ fn the_diagnosis_of_eight_real_people_is_finite_and_complete() {
         localisation: LocalisationRule { replicates: 1000, ..working.localisation },
         ..working
     };
-    let diagnosis = diagnose(&cohort, &config, 1).expect("diagnosed");
+    let diagnosis =
+        Diagnoser::new(&effects::library(), &config).run(&cohort, 1).expect("diagnosed");
     assert_eq!(diagnosis.people.len(), cohort.people.len());
     let included = diagnosis.people.iter().filter(|p| p.excluded.is_none()).count();
     // Of the eight, one logs no carbohydrate and one has CGM that is almost all drawn lines.

@@ -1,10 +1,8 @@
 //! A planted gap is found where it was planted, and none where there is none.
 
+use cohort::Cohort;
 use gap::diagnosis::{CellFactor, CellGap};
-use gap::{
-    Diagnosis, DiagnosisConfig, GapError, LocalisationRule, Verdict, diagnose,
-    diagnose_with_progress,
-};
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig, GapError, LocalisationRule, Verdict};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::ThreadPoolBuilder;
@@ -17,6 +15,10 @@ fn config() -> DiagnosisConfig {
     let working = DiagnosisConfig::working();
     let localisation = LocalisationRule { replicates: 500, ..working.localisation };
     DiagnosisConfig { localisation, ..working }
+}
+
+fn diagnose(cohort: &Cohort, config: &DiagnosisConfig, seed: u64) -> Result<Diagnosis, GapError> {
+    Diagnoser::new(&effects::library(), config).run(cohort, seed)
 }
 
 fn cell<'a>(diagnosis: &'a Diagnosis, factor: CellFactor, level: &str) -> &'a CellGap {
@@ -82,10 +84,12 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let done = AtomicUsize::new(0);
         let diagnosis = pool.install(|| {
-            diagnose_with_progress(&cohort, &config(), 9, &|_, of| {
+            let count = |_, of| {
                 assert_eq!(of, 4);
                 done.fetch_add(1, Ordering::Relaxed);
-            })
+            };
+            let library = effects::library();
+            Diagnoser::new(&library, &config()).progress(&count).run(&cohort, 9)
         });
         assert_eq!(done.load(Ordering::Relaxed), 4);
         serde_json::to_string(&diagnosis.expect("diagnosed")).expect("serialises")
@@ -212,7 +216,7 @@ fn unrecorded_doses_are_treated_as_the_policy_says() {
 fn bad_input_is_an_error_that_says_where() {
     let world = World { gap: Gap::None, days: 5, spread: 0.5 };
     let good = cohort(&world, 1, 5);
-    let empty = diagnose(&cohort::Cohort::default(), &config(), 1);
+    let empty = diagnose(&Cohort::default(), &config(), 1);
     assert_eq!(empty, Err(GapError::EmptyCohort));
 
     let mut broken = good.clone();

@@ -72,6 +72,23 @@ pub(crate) fn changed(
     person
 }
 
+/// The person with every third CGM value, and lines drawn between: a sensor that reads every 15 min, as a
+/// source with a grid of five fills it.
+pub(crate) fn drawn_over_15_minutes(person: &Person) -> Person {
+    let old = person.record.cgm().to_vec();
+    let mut drawn = person.clone();
+    for (k, value) in drawn.record.channel_mut(Channel::Cgm).iter_mut().enumerate() {
+        let (before, part) = (k / 3 * 3, (k % 3) as f64 / 3.0);
+        let after = old.get(before + 3).copied().unwrap_or(None);
+        *value = match (old[before], after) {
+            (Some(a), _) if k == before => Some(a),
+            (Some(a), Some(b)) => Some(a + part * (b - a)),
+            _ => None,
+        };
+    }
+    drawn
+}
+
 /// Every finding but those about what was never recorded or was drawn by the source.
 pub(crate) fn doubts(person: &Person) -> Vec<Finding> {
     let observations = Observations::from_person(person).expect("values that can be");

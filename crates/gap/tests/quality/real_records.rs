@@ -2,9 +2,16 @@
 
 use cohort::{Channel, ImportFormat, Person, import};
 use gap::Observations;
-use gap::quality::findings;
+use gap::quality::{Finding, findings};
 
-use crate::planted::{INSULIN, MEALS, checks, doubts, estimate, late, stretches};
+use crate::planted::{self, INSULIN, MEALS, checks, estimate, late, stretches};
+
+/// Every doubt but about the finger sticks that two of the eight HUPA people have.
+fn doubts(person: &Person) -> Vec<Finding> {
+    let mut found = planted::doubts(person);
+    found.retain(|finding| finding.reported.check != "capillary_in_cgm");
+    found
+}
 
 /// Stretches of the records of a study that log meals and boluses; `None` where it is absent.
 fn people(format: ImportFormat, name: &str, test: &str) -> Option<Vec<Person>> {
@@ -37,6 +44,55 @@ fn hupa_values_that_were_drawn_are_reported() {
         // A sensor of 15 min on a grid of 5: two of three values, fewer where it was level.
         assert!(share > 55.0, "{}: {share} %", person.id);
     }
+}
+
+#[test]
+fn finger_sticks_stand_in_the_records_of_two_people() {
+    for (format, name) in [(ImportFormat::HupaUcm, "hupa_ucm"), (ImportFormat::T1dUom, "t1d_uom")] {
+        let Some(folder) = reference_data::find(name, "finger sticks") else { continue };
+        for person in import(format, &folder).expect("imports").cohort.people {
+            let found = planted::doubts(&person);
+            // Counted apart, from the knots of the lines in the files: 50 and 51 values off the sensor's
+            // phase of 15 min, 48 and 19 of them within 5 min of a dose; in the others none.
+            let Some((size, ..)) = estimate(&found, "capillary_in_cgm") else {
+                assert!(!["HUPA0003P", "HUPA0005P"].contains(&person.id.as_str()), "{}", person.id);
+                continue;
+            };
+            assert!(["HUPA0003P", "HUPA0005P"].contains(&person.id.as_str()), "{}", person.id);
+            assert!((3.0..25.0).contains(&size), "{}: {size} mg/dL", person.id);
+            let text =
+                found.iter().map(|f| f.reported.finding.as_str()).find(|t| t.contains("finger"));
+            let count = text.and_then(|text| text.split(' ').next()?.parse::<usize>().ok());
+            assert!(
+                count.is_some_and(|count| (46..=52).contains(&count)),
+                "{}: {text:?}",
+                person.id
+            );
+        }
+    }
+}
+
+#[test]
+fn three_copies_of_one_sensor_make_one_stream_on_the_grid() {
+    // The last 26 days of 2301's file hold three streams, two at the same minute and one 2 min before:
+    // readings 2 min apart are equal (mean difference 0.04 mg/dL). The importer keeps the nearest of each
+    // step, so that nothing alternates on the grid.
+    let Some(folder) = reference_data::find("t1d_uom", "three streams") else { return };
+    let person = import(ImportFormat::T1dUom, &folder).expect("imports").cohort.people;
+    let person = person.into_iter().find(|person| person.id == "2301").expect("a person");
+    let from = person.record.step_at("2023-12-26T00:00:00".parse().expect("a literal time"));
+    let from = from.expect("inside the record");
+    let (mut rough, mut level, mut count) = (0.0, 0.0, 0);
+    for (k, triple) in person.record.cgm()[from..].windows(3).enumerate() {
+        let &[Some(a), Some(b), Some(c)] = triple else { continue };
+        let height = b - 0.5 * (a + c);
+        rough += height * height;
+        level += if k % 2 == 0 { height } else { -height };
+        count += 1;
+    }
+    // What alternates is a tenth of what is rough without order; two sensors would make them equal.
+    let (rough, level) = ((rough / f64::from(count)).sqrt(), (level / f64::from(count)).abs());
+    assert!(count > 6000 && level < 0.1 * rough, "{level} of {rough} mg/dL in {count}");
 }
 
 #[test]

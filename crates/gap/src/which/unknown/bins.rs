@@ -6,13 +6,13 @@
 
 use std::ops::Range;
 
-use effects::Port;
+use effects::{EffectId, Field, Port};
 use faer::linalg::solvers::Llt;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par, Side};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use crate::design::{Column, Design};
+use crate::design::{Background, Column, Design};
 use crate::which::held_out::Allowed;
 use crate::which::statistics::{RANDOM, Sums, add_gram};
 
@@ -22,22 +22,14 @@ const BIN: usize = 2 * STEPS_PER_HOUR;
 pub(super) const BINS_PER_DAY: usize = STEPS_PER_DAY / BIN;
 /// Directions whose course is asked for: those that differ from day to day, and action on the liver.
 const DIRECTIONS: usize = RANDOM.len() + 1;
-const LIVER: &str = "liver_action";
+const LIVER: Background = Background::Field(Field::LiverAction);
 
 /// The direction of a port; `None` where none stands for it.
 fn direction(port: Port) -> Option<usize> {
-    let name = match port {
-        Port::InsulinAction => "action",
-        Port::Egp => "egp_0",
-        Port::GutAbsorption => "t_max_g",
-        Port::InsulinAbsorption => "t_max_i",
-        Port::CarbAmount => "a_g",
-        Port::Sensor => "sensor_gain",
-        Port::GlucoseFlux => "flux",
-        Port::InsulinActionLiver => return Some(RANDOM.len()),
-        Port::InsulinInput => return None,
-    };
-    RANDOM.iter().position(|random| *random == name)
+    match port {
+        Port::InsulinActionLiver => Some(RANDOM.len()),
+        _ => RANDOM.iter().position(|random| random.port == port),
+    }
 }
 
 /// Sums over one bin.
@@ -61,19 +53,20 @@ pub(in crate::which) struct Bins {
 
 impl Bins {
     /// Sums up a design; `is_guard` tells effects that are always allowed for.
-    pub(in crate::which) fn of(design: &Design, is_guard: impl Fn(usize) -> bool) -> Self {
+    pub(in crate::which) fn of(design: &Design, is_guard: impl Fn(EffectId) -> bool) -> Self {
         let kept: Vec<usize> = (0..design.columns.len())
             .filter(|column| match design.columns[*column] {
                 Column::Background { .. } => true,
                 Column::Effect { effect, .. } => is_guard(effect),
             })
             .collect();
-        let of_name = |wanted: &str| {
-            let named = |c: &Column| matches!(c, Column::Background { name, .. } if name == wanted);
-            design.columns.iter().position(named).expect("the background has every direction")
+        let column_of = |wanted: Background| {
+            let found = design.columns.iter().position(|column| column.is(wanted));
+            found.expect("the background has every direction")
         };
-        let directions: [usize; DIRECTIONS] =
-            std::array::from_fn(|k| of_name(RANDOM.get(k).copied().unwrap_or(LIVER)));
+        let directions: [usize; DIRECTIONS] = std::array::from_fn(|k| {
+            column_of(RANDOM.get(k).map_or(LIVER, |random| random.background))
+        });
         let steps = design.residuals.len();
         let bins = (0..steps.div_ceil(BIN))
             .map(|bin| bin_of(design, &kept, &directions, bin * BIN..((bin + 1) * BIN).min(steps)))

@@ -1,13 +1,13 @@
 //! Unexplained events of the body.
 
-use effects::{Field, Port};
+use effects::{EffectId, Field, Port};
 
 use super::UnknownEvents;
 
 /// The kinds of unexplained events of the body that are tried.
 pub(super) const KINDS: [UnknownEvents; 2] = [
     UnknownEvents {
-        name: "unknown_production_events",
+        id: EffectId::new("unknown_production_events"),
         port: Port::Egp,
         field: Field::Production,
         change: 0.4,
@@ -15,7 +15,7 @@ pub(super) const KINDS: [UnknownEvents; 2] = [
     },
     // In mmol/kg/min: an event of size 1 is as much as half of nominal production.
     UnknownEvents {
-        name: "unknown_flux_events",
+        id: EffectId::new("unknown_flux_events"),
         port: Port::GlucoseFlux,
         field: Field::Flux,
         change: 0.008,

@@ -11,12 +11,22 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::bins::{BINS_PER_DAY, Bins, Left};
+use crate::log_sum::{log_mean, log_with_probability};
 use crate::which::held_out::Allowed;
 use crate::which::statistics::{RANDOM, Sums};
 
+/// A course of no known effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Course {
+    /// Where it enters.
+    pub port: Port,
+    /// What it looks like.
+    pub kind: Kind,
+}
+
 /// What a course looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub enum Kind {
     /// Hours at a time.
     Events,
     /// Days at a time.
@@ -26,19 +36,19 @@ enum Kind {
 }
 
 /// The courses that are tried.
-const COURSES: [(Port, Kind); 12] = [
-    (Port::GlucoseFlux, Kind::Events),
-    (Port::Egp, Kind::Events),
-    (Port::InsulinAction, Kind::Events),
-    (Port::InsulinActionLiver, Kind::Events),
-    (Port::GutAbsorption, Kind::Events),
-    (Port::InsulinAbsorption, Kind::Events),
-    (Port::GlucoseFlux, Kind::States),
-    (Port::InsulinAction, Kind::States),
-    (Port::GutAbsorption, Kind::States),
-    (Port::InsulinAction, Kind::Swings),
-    (Port::GutAbsorption, Kind::Swings),
-    (Port::InsulinAbsorption, Kind::Swings),
+const COURSES: [Course; 12] = [
+    Course { port: Port::GlucoseFlux, kind: Kind::Events },
+    Course { port: Port::Egp, kind: Kind::Events },
+    Course { port: Port::InsulinAction, kind: Kind::Events },
+    Course { port: Port::InsulinActionLiver, kind: Kind::Events },
+    Course { port: Port::GutAbsorption, kind: Kind::Events },
+    Course { port: Port::InsulinAbsorption, kind: Kind::Events },
+    Course { port: Port::GlucoseFlux, kind: Kind::States },
+    Course { port: Port::InsulinAction, kind: Kind::States },
+    Course { port: Port::GutAbsorption, kind: Kind::States },
+    Course { port: Port::InsulinAction, kind: Kind::Swings },
+    Course { port: Port::GutAbsorption, kind: Kind::Swings },
+    Course { port: Port::InsulinAbsorption, kind: Kind::Swings },
 ];
 /// The ports of the courses, each once.
 const PORTS: [Port; 6] = [
@@ -67,20 +77,22 @@ const MOST: f64 = 50.0;
 const MEMORY: f64 = 4.0;
 const SPREADS: [f64; 4] = [0.07, 0.15, 0.3, 0.6];
 
-/// The port of each course.
-pub(in crate::which) fn ports() -> impl Iterator<Item = Port> {
-    COURSES.iter().map(|(port, _)| *port)
-}
+impl Course {
+    /// The name that its evidence and its threshold have in files: port and kind.
+    #[must_use]
+    pub fn name(self) -> String {
+        let kind = match self.kind {
+            Kind::Events => "events",
+            Kind::States => "states",
+            Kind::Swings => "swings",
+        };
+        format!("{}/{kind}", self.port.name())
+    }
 
-/// Name of a course, by its place: port and kind.
-pub(in crate::which) fn name(place: usize) -> String {
-    let (port, kind) = COURSES[place];
-    let kind = match kind {
-        Kind::Events => "events",
-        Kind::States => "states",
-        Kind::Swings => "swings",
-    };
-    format!("{}/{kind}", port.name())
+    /// The course of this name; `None` for a name that none has.
+    pub(in crate::which) fn from_name(name: &str) -> Option<Self> {
+        COURSES.into_iter().find(|course| course.name() == name)
+    }
 }
 
 /// Log likelihoods of one person's record over those of no course at all: a value a frequency for
@@ -101,23 +113,27 @@ pub(in crate::which) struct Subject<'a> {
     pub(in crate::which) allowed: Vec<Allowed>,
 }
 
-/// The evidence for every course, nats, in their order. `spreads` are those from day to day.
-pub(in crate::which) fn gains(people: &[Subject<'_>], spreads: &[f64; RANDOM.len()]) -> Vec<f64> {
+/// The evidence for every course, nats. `spreads` are those from day to day.
+pub(in crate::which) fn gains(
+    people: &[Subject<'_>],
+    spreads: &[f64; RANDOM.len()],
+) -> Vec<(Course, f64)> {
     let of_person = |person: &Subject<'_>| -> Vec<Likelihood> {
         let left = Left::of(person.bins, person.sums, &person.allowed, spreads, &PORTS);
         COURSES
             .iter()
-            .map(|(port, kind)| {
-                let place = PORTS.iter().position(|p| p == port);
-                match place.and_then(|place| left[place].as_ref()) {
-                    Some(left) => likelihood(left, *kind),
+            .map(|course| {
+                let index = PORTS.iter().position(|port| *port == course.port);
+                match index.and_then(|index| left[index].as_ref()) {
+                    Some(left) => likelihood(left, course.kind),
                     None => Likelihood::Nothing,
                 }
             })
             .collect()
     };
     let people: Vec<Vec<Likelihood>> = people.par_iter().map(of_person).collect();
-    (0..COURSES.len()).map(|place| together(people.iter().map(|p| &p[place]))).collect()
+    let of = |(index, course)| (course, together(people.iter().map(|p| &p[index])));
+    COURSES.into_iter().enumerate().map(of).collect()
 }
 
 fn likelihood(left: &Left, kind: Kind) -> Likelihood {
@@ -151,12 +167,6 @@ fn add(sums: &mut [f64], values: &[f64]) {
     }
 }
 
-/// Logarithm of the mean of exponentials.
-fn log_mean(logs: &[f64]) -> f64 {
-    let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    top + (logs.iter().map(|l| (l - top).exp()).sum::<f64>() / logs.len() as f64).ln()
-}
-
 /// In each stretch at most one event of either sign starts, with every frequency in turn.
 fn spikes(left: &Left, lengths: &[usize], sizes: &[f64], stretch: usize) -> Likelihood {
     let mut score = vec![0.0];
@@ -180,9 +190,7 @@ fn spikes(left: &Left, lengths: &[usize], sizes: &[f64], stretch: usize) -> Like
         for (logs, ratios) in logs.iter_mut().zip(&ratios).filter(|(_, r)| !r.is_empty()) {
             let ratio = log_mean(ratios);
             for (log, q) in logs.iter_mut().zip(FREQUENCIES) {
-                let (off, on) = ((-q).ln_1p(), q.ln() + ratio);
-                let top = off.max(on);
-                *log += top + ((off - top).exp() + (on - top).exp()).ln();
+                *log += log_with_probability(ratio, q);
             }
         }
     }
@@ -263,8 +271,10 @@ mod tests {
     #[test]
     fn a_record_without_the_direction_says_nothing_and_names_are_distinct() {
         assert_eq!(together([Likelihood::Nothing].iter()), 0.0);
-        let names: std::collections::BTreeSet<String> = (0..COURSES.len()).map(name).collect();
-        assert_eq!(names.len(), COURSES.len());
-        assert!(COURSES.iter().all(|(port, _)| PORTS.contains(port)));
+        for course in COURSES {
+            assert_eq!(Course::from_name(&course.name()), Some(course));
+            assert!(PORTS.contains(&course.port));
+        }
+        assert_eq!(Course::from_name("egp/day"), None);
     }
 }

@@ -1,6 +1,6 @@
 //! Unexplained events of the sensor.
 
-use effects::{Field, Port};
+use effects::{EffectId, Field, Port};
 
 use super::UnknownEvents;
 
@@ -8,7 +8,7 @@ use super::UnknownEvents;
 /// reading rather than multiply it (1 g of acetaminophen, up to 60 mg/dL for hours: Maahs et al., Diabetes Care
 /// 2015;38:e158); over hours of little change the two are alike.
 pub(super) const KINDS: [UnknownEvents; 1] = [UnknownEvents {
-    name: "unknown_sensor_events",
+    id: EffectId::new("unknown_sensor_events"),
     port: Port::Sensor,
     field: Field::SensorGain,
     change: 0.2,

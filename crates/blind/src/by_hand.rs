@@ -1,0 +1,193 @@
+//! The figures of a check by hand: by the generator of the worlds that are judged.
+//!
+//! A diagnosis that answers a world never saw the hand that made it: whatever is fitted was fitted
+//! on the other hands. So a row says what the diagnosis does on people whom nobody here has drawn.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::answer::Verdict;
+use crate::check::{ScoredWorld, UnknownScore};
+use crate::error::BlindError;
+use crate::label::Kind;
+use crate::localisation::WhereScore;
+use crate::pairs::PairScore;
+use crate::reliability::Reliability;
+use crate::share::Share;
+
+/// Shifts of glucose from which single effects are counted, mg/dL.
+const FROM: [f64; 2] = [5.0, 10.0];
+
+/// The figures of the worlds of one hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HandRow {
+    /// The generator; `None` for all hands together.
+    pub hand: Option<String>,
+    /// Worlds.
+    pub worlds: usize,
+    /// Single effects that are named first.
+    pub named: Share,
+    /// The same of effects that move glucose by 5 mg/dL or more.
+    pub named_from_5: Share,
+    /// The same from 10 mg/dL.
+    pub named_from_10: Share,
+    /// Worlds with one effect in which another one is named, first or later.
+    pub another_named: Share,
+    /// Nulls in which the answer is not "none".
+    pub nulls_with_alarm: Share,
+    /// Nulls in which an effect is named.
+    pub nulls_with_name: Share,
+    /// Effects outside the library that are called unknown.
+    pub unknown: Share,
+    /// Of these, those at the right port.
+    pub right_port: Share,
+    /// Effects outside the library that are given a name.
+    pub outside_named: Share,
+    /// F1 of the names in pairs; `None` without a pair.
+    pub pairs_f1: Option<f64>,
+    /// Expected calibration error of the stated probabilities; `None` without one.
+    pub calibration_error: Option<f64>,
+    /// Comparable worlds in which one of the three largest cells of "where" is truly hot after 60 min.
+    pub where_hit: Share,
+    /// The same share for three random cells; `None` without a comparable world.
+    pub where_by_chance: Option<f64>,
+}
+
+impl HandRow {
+    fn of(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<Self, BlindError> {
+        let of_kind = |kind| worlds.iter().filter(move |w| w.label.kind == kind);
+        let first = |w: &ScoredWorld| w.answer.first().is_some_and(|name| w.label.has(name));
+        let named_from = |from: f64| {
+            let moved = of_kind(Kind::Single).filter(|w| w.label.largest_shift() >= from);
+            Share::among(moved, |w| first(w))
+        };
+        let is_named = |w: &&ScoredWorld| w.answer.verdict == Verdict::Effect;
+        let unknown = UnknownScore::of(worlds)?;
+        let found = WhereScore::of(worlds)?;
+        let after_an_hour = found.context.into_iter().next();
+        Ok(Self {
+            hand: hand.map(str::to_owned),
+            worlds: worlds.len(),
+            named: named_from(0.0)?,
+            named_from_5: named_from(FROM[0])?,
+            named_from_10: named_from(FROM[1])?,
+            another_named: Share::among(of_kind(Kind::Single), |w| {
+                w.answer.found.iter().any(|found| !w.label.has(&found.effect))
+            })?,
+            nulls_with_alarm: Share::among(of_kind(Kind::Null), |w| {
+                w.answer.verdict != Verdict::None
+            })?,
+            nulls_with_name: Share::among(of_kind(Kind::Null), is_named)?,
+            unknown: unknown.recalled,
+            right_port: unknown.right_port,
+            outside_named: Share::among(of_kind(Kind::Outside), is_named)?,
+            pairs_f1: PairScore::of(worlds, seed)?.f1,
+            calibration_error: Reliability::of(worlds, seed)?.expected_calibration_error,
+            where_by_chance: after_an_hour.as_ref().and_then(|context| context.chance),
+            where_hit: after_an_hour.map_or_else(|| Share::of(0, 0), |context| Ok(context.hit))?,
+        })
+    }
+}
+
+/// A row a hand, by name, and one of all hands together; nothing where there is one hand alone.
+pub(crate) fn by_hand(worlds: &[ScoredWorld], seed: u64) -> Result<Vec<HandRow>, BlindError> {
+    let hands: BTreeSet<&str> = worlds.iter().map(|w| w.label.generator.as_str()).collect();
+    let mut rows = Vec::with_capacity(hands.len() + 1);
+    for hand in hands {
+        let own: Vec<ScoredWorld> =
+            worlds.iter().filter(|w| w.label.generator == hand).cloned().collect();
+        rows.push(HandRow::of(Some(hand), &own, seed)?);
+    }
+    rows.push(HandRow::of(None, worlds, seed)?);
+    Ok(rows)
+}
+
+/// The rows as a table of text, a line a hand.
+#[must_use]
+pub fn hand_table(rows: &[HandRow]) -> String {
+    let mut lines = vec![
+        [
+            "hand",
+            "worlds",
+            "named",
+            "from 5",
+            "from 10",
+            "another",
+            "alarms",
+            "with name",
+            "unknown",
+            "its port",
+            "misnamed",
+            "pairs F1",
+            "calibration",
+            "where",
+            "by chance",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+    ];
+    let share = |share: &Share| match share.value {
+        Some(value) => format!("{value:.2} ({}/{})", share.count, share.of),
+        None => "-".to_owned(),
+    };
+    let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
+    for row in rows {
+        lines.push(vec![
+            row.hand.clone().unwrap_or_else(|| "all".to_owned()),
+            row.worlds.to_string(),
+            share(&row.named),
+            share(&row.named_from_5),
+            share(&row.named_from_10),
+            share(&row.another_named),
+            share(&row.nulls_with_alarm),
+            share(&row.nulls_with_name),
+            share(&row.unknown),
+            share(&row.right_port),
+            share(&row.outside_named),
+            figure(row.pairs_f1),
+            figure(row.calibration_error),
+            share(&row.where_hit),
+            figure(row.where_by_chance),
+        ]);
+    }
+    crate::text_table::aligned(&lines)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::answer::Answer;
+    use crate::planted::{answer, label};
+
+    fn world(hand: &str, kind: Kind, truth: &[&str], shift: f64, answer: Answer) -> ScoredWorld {
+        let mut label = label("w", kind, truth, shift);
+        label.generator = hand.to_owned();
+        ScoredWorld { label, answer }
+    }
+
+    #[test]
+    fn each_hand_is_counted_by_itself_and_all_together() {
+        let worlds = [
+            world("a", Kind::Single, &["dawn"], 12.0, answer(&["dawn", "alcohol"])),
+            world("a", Kind::Null, &[], 0.0, answer(&["dawn"])),
+            world("b", Kind::Single, &["dawn"], 6.0, Answer::none()),
+            world("b", Kind::Single, &["dawn"], 2.5, answer(&["dawn"])),
+            world("b", Kind::Null, &[], 0.0, Answer::none()),
+        ];
+        let rows = by_hand(&worlds, 1).expect("countable");
+        let [a, b, all] = &rows[..] else { panic!("three rows: {rows:?}") };
+        assert_eq!((a.hand.as_deref(), a.worlds), (Some("a"), 2));
+        assert_eq!((a.named.count, a.named.of), (1, 1));
+        assert_eq!((a.another_named.count, a.nulls_with_name.count), (1, 1));
+        assert_eq!(
+            (b.named.count, b.named.of, b.named_from_5.count, b.named_from_5.of),
+            (1, 2, 0, 1)
+        );
+        assert_eq!((b.nulls_with_alarm.count, b.named_from_10.of), (0, 0));
+        assert_eq!((all.hand.as_deref(), all.named.count, all.named.of), (None, 2, 3));
+        let table = hand_table(&rows);
+        assert_eq!(table.lines().count(), 4);
+        assert!(table.contains("0.67 (2/3)"), "{table}");
+    }
+}

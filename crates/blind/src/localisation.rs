@@ -1,0 +1,333 @@
+//! "Where", scored: in context and in the equations.
+//!
+//! *In context*: are the answer's three largest cells truly hot, more often than cells drawn at random; is
+//! their sign right; do the answer's intervals hold the truth? *In the equations*: how far down the
+//! answer's ports stands the true one? Worlds whose truth has no hot place cannot be compared and are counted.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::answer::{Answer, CellGap, PortEvidence};
+use crate::check::ScoredWorld;
+use crate::error::BlindError;
+use crate::label::{Kind, Label};
+use crate::share::Share;
+use crate::true_where::{HORIZONS, TrueWhere};
+
+/// Cells of an answer that are looked at.
+const TOP: usize = 3;
+/// Factors whose cells are places.
+const FACTORS: [&str; 4] = ["hour", "context", "glucose_band", "person"];
+/// Length of the runs that an answer's cells average unless it says otherwise, min.
+const USUAL: u32 = 60;
+
+/// How well "where" is answered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WhereScore {
+    /// In context: against the truth after each of the horizons.
+    pub context: Vec<ContextScore>,
+    /// Whether the answer's intervals hold the truth.
+    pub coverage: CoverageScore,
+    /// In the equations.
+    pub equations: EquationScore,
+}
+
+/// The answer's three largest cells against the truth after one horizon.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContextScore {
+    /// Length of the runs of the truth, min; 1440 stands for whole days from midnight.
+    pub minutes: u32,
+    /// Worlds with a truth that has a hot place, of those with a truth.
+    pub comparable: Share,
+    /// Comparable worlds in which one of the three cells is hot.
+    pub hit: Share,
+    /// Probability that three cells drawn from the same factors of the same answer would have hit: mean over the
+    /// worlds of which the answer has cells.
+    pub chance: Option<f64>,
+    /// Hits whose first hot cell has the sign of the truth.
+    pub sign_right: Share,
+}
+
+/// Simultaneous intervals against the truth after the horizon of the answer's own runs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CoverageScore {
+    /// Cells of worlds with an effect whose interval holds the true mean.
+    pub cells: Share,
+    /// Worlds with an effect in which every interval does.
+    pub worlds: Share,
+    /// Cells of worlds without an effect whose interval holds 0.
+    pub null_cells: Share,
+    /// Worlds without an effect in which every interval does.
+    pub null_worlds: Share,
+}
+
+/// The true port among the answer's; one entry a true effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EquationScore {
+    /// True ports that stand first.
+    pub first: Share,
+    /// True ports that stand first, or that the first cannot be told from.
+    pub first_or_in_set: Share,
+    /// True ports among the first three.
+    pub among_three: Share,
+    /// Mean rank of the true ports that the answer lists, counted from 1.
+    pub mean_rank: Option<f64>,
+    /// Mean number of ports that an answer lists: a port drawn at random stands first in one of as many.
+    pub mean_listed: Option<f64>,
+    /// True ports that the answer does not list.
+    pub not_listed: Share,
+    /// The same by true port: how often it stands first.
+    pub first_by_port: BTreeMap<String, Share>,
+    /// Worlds with an effect of which the port of the first named effect is a true one, of those in which an
+    /// effect is named.
+    pub port_of_first_name: Share,
+    /// Effects named rightly whose amplitude is certain to be above zero: the only sign that an answer states.
+    pub sign_of_amplitude: Share,
+    /// Answers that state a course over the day at the true port. Such a course is not part of a diagnosis so far.
+    pub course_answered: Share,
+}
+
+/// "Where" in one world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WorldWhere {
+    /// By horizon: whether the truth has a hot place.
+    pub comparable: [bool; 3],
+    /// By horizon: whether one of the three largest cells is hot.
+    pub hit: [bool; 3],
+    /// By horizon: what chance would have hit.
+    pub chance: [Option<f64>; 3],
+    /// By horizon: whether the first hot cell has the right sign.
+    pub sign_right: [Option<bool>; 3],
+    /// The true ports, each with its rank in the answer from 1; `None` where it is not listed.
+    pub port_ranks: Vec<(String, Option<usize>)>,
+}
+
+impl WorldWhere {
+    /// Scores one world; `None` where its label states no truth of "where".
+    #[must_use]
+    pub fn of(label: &Label, answer: &Answer) -> Option<Self> {
+        let truth = label.gap.as_ref()?;
+        let found = [0, 1, 2].map(|horizon| Places::of(truth, answer, horizon));
+        let ports = ranked(answer);
+        let rank = |port: &str| ports.iter().position(|p| p.port == port).map(|index| index + 1);
+        Some(Self {
+            comparable: [0, 1, 2].map(|horizon| truth.has_hot_place(horizon)),
+            hit: found.map(|found| found.sign_right.is_some()),
+            chance: found.map(|found| found.chance),
+            sign_right: found.map(|found| found.sign_right),
+            port_ranks: truth.ports.iter().map(|c| (c.port.clone(), rank(&c.port))).collect(),
+        })
+    }
+}
+
+/// The three largest cells after one horizon.
+#[derive(Clone, Copy)]
+struct Places {
+    /// Sign of the first that is hot; `None` where none is.
+    sign_right: Option<bool>,
+    chance: Option<f64>,
+}
+
+impl Places {
+    fn of(truth: &TrueWhere, answer: &Answer, horizon: usize) -> Self {
+        let cells: Vec<(&CellGap, bool)> = places(answer)
+            .filter_map(|cell| Some((cell, truth.is_hot(&cell.factor, &cell.level, horizon)?)))
+            .collect();
+        let top = &cells[..TOP.min(cells.len())];
+        let first = top.iter().find(|(_, hot)| *hot);
+        let sign_right = first.map(|(cell, _)| {
+            let mean = truth.mean_at(&cell.factor, &cell.level, horizon).unwrap_or(0.0);
+            cell.mean_error_mg_dl * mean > 0.0
+        });
+        Self { sign_right, chance: (!top.is_empty()).then(|| chance(&cells)) }
+    }
+}
+
+/// Probability that of cells drawn without replacement, as many of each factor as stand among the first
+/// [`TOP`], one is hot.
+fn chance(cells: &[(&CellGap, bool)]) -> f64 {
+    let mut none = 1.0;
+    for factor in FACTORS {
+        let of = |cell: &&(&CellGap, bool)| cell.0.factor == factor;
+        let drawn = cells.iter().take(TOP).filter(of).count();
+        let (all, hot) = (
+            cells.iter().filter(of).count(),
+            cells.iter().filter(|cell| of(cell) && cell.1).count(),
+        );
+        for k in 0..drawn {
+            none *= (all - hot).saturating_sub(k) as f64 / (all - k) as f64;
+        }
+    }
+    1.0 - none
+}
+
+/// Cells of an answer that are places, largest share of the gap first.
+fn places(answer: &Answer) -> impl Iterator<Item = &CellGap> {
+    let mut cells: Vec<&CellGap> =
+        answer.cells.iter().filter(|c| FACTORS.contains(&c.factor.as_str())).collect();
+    cells.sort_by(|a, b| {
+        let size = |cell: &CellGap| cell.mean_error_mg_dl.abs();
+        b.share_of_gap.total_cmp(&a.share_of_gap).then(size(b).total_cmp(&size(a)))
+    });
+    cells.into_iter()
+}
+
+/// Ports of an answer, the most likely first.
+fn ranked(answer: &Answer) -> Vec<&PortEvidence> {
+    let mut ports: Vec<&PortEvidence> = answer.ports.iter().collect();
+    ports.sort_by(|a, b| {
+        b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
+    });
+    ports
+}
+
+impl WhereScore {
+    /// Scores the worlds whose labels state the truth of "where", and null worlds for coverage.
+    ///
+    /// # Errors
+    /// If an interval cannot be formed.
+    pub fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
+        let each: Vec<WorldWhere> =
+            worlds.iter().filter_map(|w| WorldWhere::of(&w.label, &w.answer)).collect();
+        let context = (0..HORIZONS.len())
+            .map(|horizon| ContextScore::of(&each, horizon))
+            .collect::<Result<_, BlindError>>()?;
+        Ok(Self {
+            context,
+            coverage: CoverageScore::of(worlds)?,
+            equations: EquationScore::of(worlds, &each)?,
+        })
+    }
+}
+
+impl ContextScore {
+    fn of(worlds: &[WorldWhere], horizon: usize) -> Result<Self, BlindError> {
+        let comparable = || worlds.iter().filter(|w| w.comparable[horizon]);
+        let hits = || comparable().filter(|w| w.hit[horizon]);
+        Ok(Self {
+            minutes: HORIZONS[horizon],
+            comparable: Share::among(worlds, |w| w.comparable[horizon])?,
+            hit: Share::among(comparable(), |w| w.hit[horizon])?,
+            chance: mean(comparable().filter_map(|w| w.chance[horizon])),
+            sign_right: Share::among(hits(), |w| w.sign_right[horizon] == Some(true))?,
+        })
+    }
+}
+
+impl CoverageScore {
+    fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
+        let held = |world: &ScoredWorld| -> Vec<bool> {
+            let truth = world.label.gap.as_ref();
+            places(&world.answer)
+                .filter_map(|cell| {
+                    let minutes = cell.horizon_minutes.unwrap_or(USUAL);
+                    let horizon = HORIZONS.iter().position(|h| *h == minutes)?;
+                    let mean = match (world.label.kind, truth) {
+                        (Kind::Null, _) => 0.0,
+                        (_, Some(truth)) => truth.mean_at(&cell.factor, &cell.level, horizon)?,
+                        (_, None) => return None,
+                    };
+                    Some(cell.lower <= mean && mean <= cell.upper)
+                })
+                .collect()
+        };
+        let of = |null: bool| -> Vec<Vec<bool>> {
+            let chosen = worlds.iter().filter(|w| (w.label.kind == Kind::Null) == null);
+            chosen.map(held).filter(|cells| !cells.is_empty()).collect()
+        };
+        let (effects, nulls) = (of(false), of(true));
+        let cells = |of: &[Vec<bool>]| Share::among(of.iter().flatten(), |held| **held);
+        let all = |of: &[Vec<bool>]| Share::among(of, |cells| cells.iter().all(|held| *held));
+        Ok(Self {
+            cells: cells(&effects)?,
+            worlds: all(&effects)?,
+            null_cells: cells(&nulls)?,
+            null_worlds: all(&nulls)?,
+        })
+    }
+}
+
+impl EquationScore {
+    fn of(worlds: &[ScoredWorld], each: &[WorldWhere]) -> Result<Self, BlindError> {
+        let ranks: Vec<&(String, Option<usize>)> =
+            each.iter().flat_map(|world| &world.port_ranks).collect();
+        let with_truth: Vec<(&ScoredWorld, &TrueWhere)> =
+            worlds.iter().filter_map(|w| Some((w, w.label.gap.as_ref()?))).collect();
+        let by_set = with_truth.iter().flat_map(|(world, truth)| {
+            let best = ranked(&world.answer).first().copied();
+            truth.ports.iter().map(move |course| {
+                best.is_some_and(|best| {
+                    best.port == course.port || best.confusable_with.contains(&course.port)
+                })
+            })
+        });
+        let mut by_port: BTreeMap<String, Vec<bool>> = BTreeMap::new();
+        for (port, rank) in &ranks {
+            by_port.entry(port.clone()).or_default().push(*rank == Some(1));
+        }
+        let named = with_truth.iter().filter_map(|(world, truth)| {
+            let first = world.answer.found.first()?;
+            Some(truth.ports.iter().any(|course| course.port == first.port))
+        });
+        let rightly = with_truth.iter().flat_map(|(world, _)| {
+            world.answer.found.iter().filter(|found| world.label.has(&found.effect))
+        });
+        let listed = |rank: &Option<usize>| rank.is_some();
+        Ok(Self {
+            first: Share::among(&ranks, |(_, rank)| *rank == Some(1))?,
+            first_or_in_set: Share::among(by_set, |held| *held)?,
+            among_three: Share::among(&ranks, |(_, rank)| rank.is_some_and(|rank| rank <= TOP))?,
+            mean_rank: mean(ranks.iter().filter_map(|(_, rank)| Some((*rank)? as f64))),
+            mean_listed: mean(with_truth.iter().map(|(w, _)| w.answer.ports.len() as f64)),
+            not_listed: Share::among(&ranks, |(_, rank)| !listed(rank))?,
+            first_by_port: by_port
+                .into_iter()
+                .map(|(port, first)| Ok((port, Share::among(first, |first| *first)?)))
+                .collect::<Result<_, BlindError>>()?,
+            port_of_first_name: Share::among(named, |right| *right)?,
+            sign_of_amplitude: Share::among(rightly, |found| found.amplitude.lower > 0.0)?,
+            course_answered: Share::of(0, ranks.len())?,
+        })
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.fold((0.0, 0_usize), |(sum, n), value| (sum + value, n + 1));
+    (n > 0).then(|| sum / n as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(factor: &str) -> CellGap {
+        CellGap {
+            factor: factor.to_owned(),
+            level: String::new(),
+            mean_error_mg_dl: 1.0,
+            lower: 0.0,
+            upper: 2.0,
+            share_of_gap: 0.1,
+            horizon_minutes: None,
+        }
+    }
+
+    #[test]
+    fn chance_draws_as_many_cells_of_each_factor_without_putting_them_back() {
+        let (hour, context) = (cell("hour"), cell("context"));
+        // Two hours and a context on top; four hours of which one is hot, two contexts of which one is.
+        let cells = [
+            (&hour, false),
+            (&context, false),
+            (&hour, true),
+            (&hour, false),
+            (&context, true),
+            (&hour, false),
+        ];
+        // No hot hour in two of four: 3/4 x 2/3; no hot context in one of two: 1/2.
+        assert!((chance(&cells) - 0.75).abs() < 1e-12); // rounding
+        assert!((chance(&[(&hour, true)]) - 1.0).abs() < 1e-12);
+        assert_eq!(chance(&[(&hour, false)]), 0.0);
+    }
+}

@@ -1,0 +1,260 @@
+//! Whether made people look like real ones: every statistic that a diagnosis reads, side by side.
+//!
+//! A posterior predictive check (Gelman, Meng and Stern, Stat Sin 1996;6:733) with the worlds of a
+//! blind check in the place of the posterior: what is fixed on worlds in which real people are
+//! improbable says nothing of real people.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Binomial, DiscreteCDF as _};
+use stats::quantiles;
+
+use crate::error::BlindError;
+use crate::text_table::aligned;
+
+/// Value of [`Realism::schema`].
+const SCHEMA: &str = "realism/1";
+/// Share of a group that lies within its central range.
+const CENTRAL: f64 = 0.95;
+/// Chance with which more real people than [`StatisticRow::allowed_outside`] lie outside if they are
+/// drawn like the made ones.
+const CHANCE: f64 = 0.05;
+
+/// Where a person comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// A world in which nothing is missing.
+    Null,
+    /// A world in which an effect acts.
+    Effect,
+    /// A record of a real person.
+    Real,
+}
+
+/// The statistics of one person.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PersonStatistics {
+    /// Where the person comes from.
+    pub group: Group,
+    /// The hand that made the person; the study, for a real one.
+    pub hand: String,
+    /// The person's identifier.
+    pub person_id: String,
+    /// Statistics by name; what cannot be computed of this record is absent.
+    pub values: BTreeMap<String, f64>,
+}
+
+/// Quantiles of one statistic in one group.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Quantiles {
+    /// People.
+    pub people: usize,
+    /// 2.5 % quantile.
+    pub lower: f64,
+    /// Median.
+    pub median: f64,
+    /// 97.5 % quantile.
+    pub upper: f64,
+}
+
+/// One statistic.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StatisticRow {
+    /// Its name.
+    pub statistic: String,
+    /// In worlds without an effect; `None` where nobody there has it.
+    pub nulls: Option<Quantiles>,
+    /// In worlds with effects.
+    pub effects: Option<Quantiles>,
+    /// In real people.
+    pub real: Quantiles,
+    /// Real people outside the central 95 % of both kinds of worlds, with their values.
+    pub outside: BTreeMap<String, f64>,
+    /// How many could lie outside by chance: more do in less than 5 % of draws of so many people.
+    pub allowed_outside: usize,
+    /// Whether no more lie outside than could by chance.
+    pub inside: bool,
+}
+
+/// The table: `realism.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Realism {
+    /// Always `realism/1`.
+    pub schema: String,
+    /// A row a statistic, by name.
+    pub statistics: Vec<StatisticRow>,
+    /// Statistics in which real people lie inside.
+    pub inside: usize,
+    /// Statistics in which every real person lies within the central 95 %.
+    pub all_inside: usize,
+    /// Values of real people within the central 95 %, of all of them.
+    pub values_inside: usize,
+    /// Values of real people that were compared.
+    pub values: usize,
+}
+
+impl Realism {
+    /// Compares real people with those of worlds. Statistics that no real person has are left out.
+    ///
+    /// # Errors
+    /// If a value is not finite, or there is no real person.
+    pub fn of(people: &[PersonStatistics]) -> Result<Self, BlindError> {
+        let real: Vec<&PersonStatistics> =
+            people.iter().filter(|p| p.group == Group::Real).collect();
+        let names: BTreeSet<&String> = real.iter().flat_map(|p| p.values.keys()).collect();
+        if names.is_empty() {
+            return Err(BlindError::NobodyReal);
+        }
+        let statistics: Vec<StatisticRow> =
+            names.into_iter().map(|name| row(name, people)).collect::<Result<_, _>>()?;
+        let values: usize = statistics.iter().map(|row| row.real.people).sum();
+        let outside: usize = statistics.iter().map(|row| row.outside.len()).sum();
+        Ok(Self {
+            schema: SCHEMA.to_owned(),
+            inside: statistics.iter().filter(|row| row.inside).count(),
+            all_inside: statistics.iter().filter(|row| row.outside.is_empty()).count(),
+            values_inside: values - outside,
+            values,
+            statistics,
+        })
+    }
+
+    /// The table as text: a line a statistic, those in which real people lie outside marked.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let header = ["statistic", "nulls: 2.5 %", "median", "97.5 %", "effects: 2.5 %", "median"];
+        let header = header.into_iter().chain(["97.5 %", "real: least", "median", "most", ""]);
+        let mut lines = vec![header.map(str::to_owned).collect::<Vec<_>>()];
+        for row in &self.statistics {
+            let of = |quantiles: Option<Quantiles>| match quantiles {
+                Some(q) => [q.lower, q.median, q.upper].map(figure),
+                None => ["-"; 3].map(str::to_owned),
+            };
+            let mut line = vec![row.statistic.clone()];
+            line.extend(of(row.nulls));
+            line.extend(of(row.effects));
+            line.extend(of(Some(row.real)));
+            let people: Vec<&str> = row.outside.keys().map(String::as_str).collect();
+            line.push(match (people.as_slice(), row.inside) {
+                ([], _) => String::new(),
+                (people, true) => format!("(outside: {})", people.join(", ")),
+                (people, false) => format!("OUTSIDE: {}", people.join(", ")),
+            });
+            lines.push(line);
+        }
+        aligned(&lines)
+    }
+}
+
+fn row(name: &str, people: &[PersonStatistics]) -> Result<StatisticRow, BlindError> {
+    let of = |group: Group| -> Vec<(&str, f64)> {
+        let own = people.iter().filter(|p| p.group == group);
+        own.filter_map(|p| Some((p.person_id.as_str(), *p.values.get(name)?))).collect()
+    };
+    let real = of(Group::Real);
+    let tail = 0.5 * (1.0 - CENTRAL);
+    let quantiles_of = |group: Group, tail: f64| -> Result<Option<Quantiles>, BlindError> {
+        let values: Vec<f64> = of(group).iter().map(|(_, value)| *value).collect();
+        if values.is_empty() {
+            return Ok(None);
+        }
+        let [lower, median, upper] = quantiles(&values, [tail, 0.5, 1.0 - tail])
+            .map_err(|source| BlindError::Statistic { statistic: name.to_owned(), source })?;
+        Ok(Some(Quantiles { people: values.len(), lower, median, upper }))
+    };
+    let nulls = quantiles_of(Group::Null, tail)?;
+    let effects = quantiles_of(Group::Effect, tail)?;
+    let outside: BTreeMap<String, f64> = real
+        .iter()
+        .filter(|(_, value)| {
+            let within = |q: Quantiles| (q.lower..=q.upper).contains(value);
+            ![nulls, effects].into_iter().flatten().any(within)
+        })
+        .map(|(person, value)| ((*person).to_owned(), *value))
+        .collect();
+    let allowed_outside = by_chance(real.len());
+    Ok(StatisticRow {
+        statistic: name.to_owned(),
+        nulls,
+        effects,
+        // Of few people the least and the most, not a quantile between them.
+        real: quantiles_of(Group::Real, 0.0)?.ok_or(BlindError::NobodyReal)?,
+        inside: outside.len() <= allowed_outside,
+        allowed_outside,
+        outside,
+    })
+}
+
+/// How many of so many people lie outside the central range at most, but for chance.
+fn by_chance(people: usize) -> usize {
+    let outside = Binomial::new(1.0 - CENTRAL, people as u64).expect("a share between 0 and 1");
+    outside.inverse_cdf(1.0 - CHANCE) as usize
+}
+
+/// Three significant digits.
+fn figure(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        _ if size >= 100.0 => format!("{value:.0}"),
+        _ if size >= 10.0 => format!("{value:.1}"),
+        _ if size >= 1.0 => format!("{value:.2}"),
+        _ => format!("{value:.3}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn person(group: Group, id: &str, value: f64) -> PersonStatistics {
+        let values = [("spread".to_owned(), value)].into();
+        PersonStatistics { group, hand: "a".to_owned(), person_id: id.to_owned(), values }
+    }
+
+    /// Nulls from 0 to 1, effects from 10 to 11.
+    fn worlds() -> Vec<PersonStatistics> {
+        let values = (0..=200).map(|k| f64::from(k) / 200.0);
+        values
+            .flat_map(|v| [(Group::Null, v), (Group::Effect, 10.0 + v)])
+            .map(|(group, value)| person(group, "made", value))
+            .collect()
+    }
+
+    #[test]
+    fn real_people_are_inside_where_either_kind_of_world_has_them() {
+        let mut people = worlds();
+        for (id, value) in [("low", 0.5), ("high", 10.5), ("between", 5.0)] {
+            people.push(person(Group::Real, id, value));
+        }
+        let realism = Realism::of(&people).expect("countable");
+        let [row] = &realism.statistics[..] else { panic!("one row: {realism:?}") };
+        let nulls = row.nulls.expect("nulls");
+        // 2.5 % of 201 evenly spaced values.
+        assert!((nulls.lower - 0.025).abs() < 1e-12 && (nulls.upper - 0.975).abs() < 1e-12);
+        assert_eq!(row.outside.keys().collect::<Vec<_>>(), ["between"]);
+        assert_eq!((realism.values_inside, realism.values, realism.all_inside), (2, 3, 0));
+        // One of three lies outside by chance in 14 % of draws, two in 0.7 %.
+        assert_eq!((row.allowed_outside, row.inside), (1, true));
+        assert!(realism.table().contains("(outside: between)"), "{}", realism.table());
+    }
+
+    #[test]
+    fn too_many_outside_are_said_and_nobody_real_is_an_error() {
+        let mut people = worlds();
+        assert!(matches!(Realism::of(&people), Err(BlindError::NobodyReal)));
+        people.extend(["a", "b", "c"].map(|id| person(Group::Real, id, 5.0)));
+        let realism = Realism::of(&people).expect("countable");
+        assert_eq!(realism.inside, 0);
+        assert!(realism.table().contains("OUTSIDE: a, b, c"));
+        people.push(person(Group::Null, "odd", f64::NAN));
+        assert!(matches!(Realism::of(&people), Err(BlindError::Statistic { .. })));
+    }
+
+    #[test]
+    fn eleven_people_may_have_two_outside() {
+        // P(X > 1) = 0.10 and P(X > 2) = 0.015 for 11 draws at 5 %.
+        assert_eq!(by_chance(11), 2);
+    }
+}

@@ -1,0 +1,204 @@
+//! "Where" and the ceiling get the scores that can be reckoned by hand.
+
+use blind::{
+    Amplitude, Answer, BlindCheck, CellGap, ExactCourse, Found, Kind, Label, PortCourse,
+    PortEvidence, ScoredWorld, TrueCell, TrueEffect, TrueWhere, Verdict, WhereScore,
+};
+
+/// 4 mg/dL from 3 to 8 h under one effect of the liver, half of that asleep; nothing elsewhere.
+fn morning() -> TrueWhere {
+    let cell = |factor: &str, level: &str, share: f64, mean: f64| TrueCell {
+        factor: factor.to_owned(),
+        level: level.to_owned(),
+        share,
+        mean_mg_dl: [Some(mean), Some(2.0 * mean), Some(3.0 * mean)],
+    };
+    let hours = (0..24).map(|hour| {
+        let mean = if (3..8).contains(&hour) { 4.0 } else { 0.0 };
+        cell("hour", &format!("{hour:02}"), 1.0 / 24.0, mean)
+    });
+    let others = [cell("context", "sleep", 0.3, 2.0), cell("context", "exercise", 0.02, 0.0)];
+    let course = PortCourse {
+        effect: "dawn".to_owned(),
+        port: "egp".to_owned(),
+        unit: "factor".to_owned(),
+        by_hour: vec![Some(0.0); 24],
+    };
+    TrueWhere {
+        mean_mg_dl: [0.8, 1.6, 2.4],
+        mean_absolute_mg_dl: [0.8, 1.6, 2.4],
+        cells: hours.chain(others).collect(),
+        ports: vec![course],
+    }
+}
+
+fn label(id: &str, gap: Option<TrueWhere>) -> Label {
+    let effects = gap.iter().map(|_| TrueEffect {
+        effect: "dawn".to_owned(),
+        port: None,
+        in_library: true,
+        amplitude: 1.0,
+        target_mg_dl: 10.0,
+        achieved_mg_dl: 10.0,
+        at_limit: false,
+    });
+    let kind = if gap.is_some() { Kind::Single } else { Kind::Null };
+    Label { kind, effects: effects.collect(), gap, ..Label::null(id, "hovorka", "aid", 5, 14) }
+}
+
+/// Cells by factor, level and mean error, the largest share first, with intervals of 1 to either side.
+fn pointing_at(cells: &[(&str, &str, f64)]) -> Answer {
+    let cells = cells.iter().enumerate().map(|(place, (factor, level, mean))| CellGap {
+        factor: (*factor).to_owned(),
+        level: (*level).to_owned(),
+        mean_error_mg_dl: *mean,
+        lower: mean - 1.0,
+        upper: mean + 1.0,
+        share_of_gap: 1.0 / (place + 1) as f64,
+        horizon_minutes: Some(60),
+    });
+    Answer { cells: cells.collect(), ..Answer::none() }
+}
+
+fn score(worlds: Vec<(Label, Answer)>) -> WhereScore {
+    let worlds: Vec<ScoredWorld> =
+        worlds.into_iter().map(|(label, answer)| ScoredWorld { label, answer }).collect();
+    WhereScore::of(&worlds).expect("countable")
+}
+
+const CELLS: [(&str, &str, f64); 6] = [
+    ("hour", "03-08", 4.5),
+    ("hour", "12-17", 1.5),
+    ("hour", "17-21", 0.5),
+    ("hour", "21-24", 0.0),
+    ("context", "exercise", 0.0),
+    ("horizon", "300", 9.0),
+];
+
+#[test]
+fn the_largest_cells_are_hot_where_the_truth_is() {
+    let right = score(vec![(label("w", Some(morning())), pointing_at(&CELLS))]);
+    for row in &right.context {
+        assert_eq!((row.comparable.count, row.hit.count, row.sign_right.count), (1, 1, 1));
+        // Three of four hours, of which one is hot: one of them is missed in a quarter of draws.
+        assert!((row.chance.expect("cells") - 0.75).abs() < 1e-12);
+    }
+    // 1.5 where the truth is 0 lies outside its interval; the others hold theirs.
+    assert_eq!((right.coverage.cells.count, right.coverage.cells.of), (4, 5));
+    assert_eq!((right.coverage.worlds.count, right.coverage.worlds.of), (0, 1));
+
+    let mut turned = CELLS;
+    turned[0].2 = -4.5;
+    let turned = score(vec![(label("w", Some(morning())), pointing_at(&turned))]);
+    assert_eq!((turned.context[0].hit.count, turned.context[0].sign_right.count), (1, 0));
+
+    let elsewhere = score(vec![(label("w", Some(morning())), pointing_at(&CELLS[1..]))]);
+    assert_eq!((elsewhere.context[0].hit.count, elsewhere.context[0].hit.of), (0, 1));
+    assert_eq!(elsewhere.context[0].chance, Some(0.0));
+    assert_eq!(elsewhere.context[0].sign_right.of, 0);
+}
+
+#[test]
+fn worlds_without_a_hot_place_are_counted_and_not_compared() {
+    let mut even = morning();
+    for cell in &mut even.cells {
+        cell.mean_mg_dl = [Some(0.8), Some(1.6), Some(2.4)];
+    }
+    let null = (label("n", None), pointing_at(&CELLS));
+    let both = score(vec![(label("w", Some(even)), pointing_at(&CELLS)), null]);
+    assert_eq!((both.context[0].comparable.count, both.context[0].comparable.of), (0, 1));
+    assert_eq!((both.context[0].hit.of, both.context[0].chance), (0, None));
+    // In the null world the truth is 0 in every cell.
+    assert_eq!((both.coverage.null_cells.count, both.coverage.null_cells.of), (3, 5));
+    assert_eq!(both.coverage.null_worlds.count, 0);
+    // No answer is no hit.
+    let silent = score(vec![(label("w", Some(morning())), Answer::failed("killed", 1.0))]);
+    assert_eq!((silent.context[0].hit.count, silent.context[0].hit.of), (0, 1));
+    assert_eq!(silent.context[0].chance, None);
+}
+
+#[test]
+fn the_true_port_is_ranked_among_those_of_the_answer() {
+    let evidence = |port: &str, probability: f64, confusable: &[&str]| PortEvidence {
+        port: port.to_owned(),
+        gain_nats: 1.0,
+        probability,
+        confusable_with: confusable.iter().map(|port| (*port).to_owned()).collect(),
+    };
+    let with = |ports: Vec<PortEvidence>, found: Vec<Found>| {
+        let verdict = Verdict::Effect;
+        (label("w", Some(morning())), Answer { verdict, ports, found, ..Answer::none() })
+    };
+    let named = |effect: &str, port: &str, lower: f64| Found {
+        effect: effect.to_owned(),
+        port: port.to_owned(),
+        gain_nats: 9.0,
+        probability: 0.9,
+        amplitude: Amplitude { value: 1.0, lower, upper: 2.0 },
+        confusable_with: Vec::new(),
+    };
+    let found = score(vec![
+        with(vec![evidence("sensor", 0.2, &[]), evidence("egp", 0.5, &[])], vec![]),
+        with(
+            vec![evidence("glucose_flux", 0.6, &["egp"]), evidence("egp", 0.4, &[])],
+            vec![named("dawn", "egp", 0.4)],
+        ),
+        with(vec![evidence("sensor", 0.9, &[])], vec![named("alcohol", "egp", 0.4)]),
+        with(vec![evidence("sensor", 0.9, &[])], vec![named("slow_meals", "gut_absorption", 0.0)]),
+    ])
+    .equations;
+    assert_eq!((found.first.count, found.first.of), (1, 4));
+    assert_eq!((found.first_or_in_set.count, found.among_three.count), (2, 2));
+    assert_eq!(
+        (found.not_listed.count, found.mean_rank, found.mean_listed),
+        (2, Some(1.5), Some(1.5))
+    );
+    assert_eq!(found.first_by_port["egp"].of, 4);
+    assert_eq!((found.port_of_first_name.count, found.port_of_first_name.of), (2, 3));
+    assert_eq!((found.sign_of_amplitude.count, found.sign_of_amplitude.of), (1, 1));
+    assert_eq!((found.course_answered.count, found.course_answered.of), (0, 4));
+}
+
+#[test]
+fn the_ceiling_stands_beside_the_power() {
+    let course = |id: &str, acts: bool, gain: Option<f64>| ExactCourse {
+        id: id.to_owned(),
+        effect: "dawn".to_owned(),
+        acts,
+        gain_nats: gain,
+        amplitude: gain.map(|_| 1.0),
+        threshold_nats: 5.0,
+    };
+    let ids = ["a", "b", "c"];
+    let mut worlds: Vec<ScoredWorld> = ids
+        .into_iter()
+        .map(|id| ScoredWorld { label: label(id, Some(morning())), answer: Answer::none() })
+        .collect();
+    worlds[2].label.effects[0].achieved_mg_dl = 5.0;
+    worlds.push(ScoredWorld { label: label("n", None), answer: Answer::none() });
+    let check = BlindCheck::score(1, &worlds).expect("countable");
+    assert!(check.ceiling.is_none() && check.power.iter().all(|row| row.ceiling.is_none()));
+    let check = check
+        .with_ceiling(vec![
+            course("a", true, Some(5.1)),
+            course("b", true, Some(4.9)),
+            course("c", true, None),
+            course("n", false, Some(0.0)),
+            course("n", false, Some(7.0)),
+        ])
+        .expect("countable");
+    let ceiling = check.ceiling.as_ref().expect("asked");
+    assert_eq!((ceiling.named.count, ceiling.named.of), (1, 3));
+    assert_eq!((ceiling.named_at_10.count, ceiling.named_at_10.of), (1, 2));
+    assert_eq!((ceiling.answered_at_5.count, ceiling.answered_at_5.of), (0, 3));
+    assert_eq!((ceiling.false_alarms.count, ceiling.false_alarms.of), (1, 2));
+    let rows: Vec<(f64, usize, usize)> = check
+        .power
+        .iter()
+        .filter(|row| row.effect.is_some())
+        .filter_map(|row| Some((row.from_mg_dl, row.ceiling?.count, row.ceiling?.of)))
+        .collect();
+    assert_eq!(rows, [(3.75, 0, 1), (7.5, 1, 2)]);
+    let text = serde_json::to_string(&check).expect("JSON");
+    assert_eq!(serde_json::from_str::<BlindCheck>(&text).expect("its own layout"), check);
+}

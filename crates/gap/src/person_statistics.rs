@@ -1,0 +1,218 @@
+//! Every statistic that the diagnosis reads of one person, for holding made people against real ones.
+//!
+//! Thresholds, priors and noise are chosen on made people. That says something of real people only where these
+//! numbers of theirs are no rarity among made ones (a posterior predictive check: Gelman, Meng and Stern, Stat Sin
+//! 1996;6:733).
+
+use std::collections::BTreeMap;
+
+use cohort::Person;
+use effects::Effect;
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+
+use crate::calibrated_person::CalibratedPerson;
+use crate::calibration::{Calibration, Factor};
+use crate::config::DiagnosisConfig;
+use crate::context::{BANDS, band};
+use crate::error::GapError;
+use crate::observations::{Observations, Reading};
+use crate::person::analyse;
+use crate::plants::Ode;
+use crate::which::{Thresholds, which};
+
+/// Quarters of the day: the levels of the statistics by hour.
+const QUARTERS: [&str; 4] = ["00-06", "06-12", "12-18", "18-24"];
+/// Steps between readings whose differences are taken: 15 min, which sensors of both usual spacings have.
+const DIFFERENCE: usize = STEPS_PER_HOUR / 4;
+/// Fewest values of which a moment is taken.
+const FEWEST: usize = 100;
+/// Evidence is told to a tenth of a nat: smaller differences say nothing.
+const RESOLUTION: f64 = 0.1;
+/// Least carbohydrate of an entry that counts as a meal, g.
+const LEAST_MEAL: f64 = 10.0;
+
+/// What the diagnosis reads of one person.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PersonStatistics {
+    /// Why the person is not diagnosed, if that is so; there are statistics of the record alone then.
+    pub excluded: Option<String>,
+    /// Statistics by name: `record/...`, `innovations/...`, `calibration/...`, `spread/...` and `evidence/...`.
+    /// What the record does not tell is absent.
+    pub values: BTreeMap<String, f64>,
+}
+
+/// Reads the statistics of one person on the ODE plant, as if she were a cohort of her own.
+///
+/// # Errors
+/// As [`Diagnoser::run`](crate::Diagnoser::run), exclusion aside.
+pub fn person_statistics(
+    person: &Person,
+    library: &[Box<dyn Effect>],
+    config: &DiagnosisConfig,
+) -> Result<PersonStatistics, GapError> {
+    let outcome = analyse(person, &Ode, config)?;
+    let mut found = Values::default();
+    let Some(analysis) = &outcome.analysis else {
+        found.record(person, &Observations::from_person(person)?);
+        return Ok(PersonStatistics { excluded: outcome.summary.excluded, values: found.0 });
+    };
+    let (observations, calibration) = (&analysis.observations, &analysis.calibration);
+    let person = analysis.person.as_ref().unwrap_or(person);
+    found.record(person, observations);
+    found.innovations(person, calibration);
+    found.calibration(calibration);
+    // One round, in which nothing is named.
+    let people = [CalibratedPerson { person, observations, calibration }];
+    let answer = which(&people, library, &Thresholds::never(), &config.calibration)?;
+    for (name, spread) in &answer.spreads {
+        found.set(&format!("spread/{name}"), Some(*spread));
+    }
+    for (name, gain) in &answer.evidence.gains {
+        found.set(&format!("evidence/{name}"), Some((gain / RESOLUTION).round() * RESOLUTION));
+    }
+    Ok(PersonStatistics { excluded: None, values: found.0 })
+}
+
+#[derive(Default)]
+struct Values(BTreeMap<String, f64>);
+
+impl Values {
+    fn set(&mut self, name: &str, value: Option<f64>) {
+        if let Some(value) = value {
+            self.0.insert(name.to_owned(), value);
+        }
+    }
+
+    fn record(&mut self, person: &Person, observations: &Observations) {
+        let record = &person.record;
+        let days = record.len() as f64 / STEPS_PER_DAY as f64;
+        let within = |step: usize| match observations.readings[step] {
+            Reading::Within(glucose) => Some(glucose.0),
+            _ => None,
+        };
+        let glucose: Vec<f64> = observations.readings.iter().filter_map(|r| r.value()).collect();
+        let differences: Vec<Option<f64>> = (DIFFERENCE..record.len())
+            .map(|step| Some(within(step)? - within(step - DIFFERENCE)?))
+            .collect();
+        let known: Vec<f64> = differences.iter().flatten().copied().collect();
+        self.set("record/glucose mean, mg/dL", moment(&glucose, mean));
+        self.set("record/glucose SD, mg/dL", moment(&glucose, sd));
+        self.set("record/difference SD, mg/dL in 15 min", moment(&known, sd));
+        self.set("record/difference kurtosis", moment(&known, excess_kurtosis));
+        self.set("record/difference autocorrelation", autocorrelation(&differences, DIFFERENCE));
+        let carbs: Vec<f64> = record.carbs().iter().flatten().copied().collect();
+        let boluses = || record.bolus().iter().flatten().copied();
+        let basal: f64 =
+            record.basal().iter().flatten().map(|rate| rate / STEPS_PER_HOUR as f64).sum();
+        let some = |value: f64| (value > 0.0).then_some(value);
+        self.set("record/carbohydrate, g/day", some(carbs.iter().sum::<f64>() / days));
+        let meals = carbs.iter().filter(|g| **g >= LEAST_MEAL).count() as f64;
+        self.set("record/meals of 10 g, 1/day", some(meals / days));
+        let per_kg = (boluses().sum::<f64>() + basal) / days / observations.weight.0;
+        self.set("record/insulin, U/kg/day", some(per_kg));
+        let given = boluses().filter(|units| *units > 0.0).count() as f64;
+        self.set("record/boluses, 1/day", some(given / days));
+    }
+
+    fn innovations(&mut self, person: &Person, calibration: &Calibration) {
+        let whitened = &calibration.whitened;
+        let all: Vec<f64> = whitened.iter().flatten().copied().collect();
+        self.set("innovations/scale", Some(calibration.scale));
+        self.set("innovations/kurtosis", moment(&all, excess_kurtosis));
+        let spacing = calibration.autoregression.spacing;
+        for (name, lag) in
+            [("15 min", DIFFERENCE), ("1 h", STEPS_PER_HOUR), ("3 h", 3 * STEPS_PER_HOUR)]
+        {
+            let lag = lag.div_ceil(spacing) * spacing;
+            self.set(
+                &format!("innovations/autocorrelation {name}"),
+                autocorrelation(whitened, lag),
+            );
+        }
+        self.set("innovations/a1", Some(calibration.autoregression.a1));
+        self.set("innovations/a2", Some(calibration.autoregression.a2));
+        let steps: Vec<(usize, f64)> =
+            whitened.iter().enumerate().filter_map(|(step, w)| Some((step, (*w)?))).collect();
+        for (quarter, level) in QUARTERS.into_iter().enumerate() {
+            let own = |step: usize| person.record.hour(step) as usize / 6 == quarter;
+            let own: Vec<f64> = steps.iter().filter(|(s, _)| own(*s)).map(|(_, w)| *w).collect();
+            self.set(&format!("innovations/SD at {level} h"), moment(&own, sd));
+            self.set(&format!("innovations/mean at {level} h"), moment(&own, mean));
+        }
+        let glucose = calibration.glucose();
+        for (index, level) in BANDS.iter().enumerate() {
+            // By what was known before the reading.
+            let own = steps.iter().filter(|(s, _)| *s > 0 && band(glucose[s - 1]) == index);
+            let own: Vec<f64> = own.map(|(_, w)| *w).collect();
+            self.set(&format!("innovations/SD at {level} mg/dL"), moment(&own, sd));
+        }
+    }
+
+    fn calibration(&mut self, calibration: &Calibration) {
+        for (factor, sd) in Factor::ALL.into_iter().zip(calibration.sd) {
+            let name = format!("{factor:?}").to_lowercase();
+            let value = calibration.factors.get(factor);
+            self.set(&format!("calibration/log {name}"), Some(value));
+            self.set(&format!("calibration/SD of log {name}"), Some(sd));
+        }
+        self.set("calibration/iterations", Some(calibration.iterations as f64));
+    }
+}
+
+/// A moment of enough values.
+fn moment(values: &[f64], of: fn(&[f64]) -> f64) -> Option<f64> {
+    (values.len() >= FEWEST).then(|| of(values)).filter(|value| value.is_finite())
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn sd(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
+}
+
+/// Fourth moment over the squared second, less 3; 0 for a normal variable.
+fn excess_kurtosis(values: &[f64]) -> f64 {
+    let (mean, n) = (mean(values), values.len() as f64);
+    let of_power = |power: i32| values.iter().map(|v| (v - mean).powi(power)).sum::<f64>() / n;
+    of_power(4) / of_power(2).powi(2) - 3.0
+}
+
+/// Correlation of entries `lag` apart, over the pairs that exist.
+fn autocorrelation(values: &[Option<f64>], lag: usize) -> Option<f64> {
+    let pairs: Vec<(f64, f64)> = values
+        .iter()
+        .zip(values.iter().skip(lag))
+        .filter_map(|(a, b)| Some(((*a)?, (*b)?)))
+        .collect();
+    if pairs.len() < FEWEST {
+        return None;
+    }
+    let all: Vec<f64> = values.iter().flatten().copied().collect();
+    let (mean, sd) = (mean(&all), sd(&all));
+    let product = pairs.iter().map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+    Some(product / pairs.len() as f64 / sd.powi(2)).filter(|value| value.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_are_those_of_known_series() {
+        // A square wave has kurtosis 1, 2 below the normal's, and repeats itself after two entries.
+        let wave: Vec<f64> = (0..200).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        assert_eq!(moment(&wave, mean), Some(0.0));
+        assert_eq!(moment(&wave, excess_kurtosis), Some(-2.0));
+        let series: Vec<Option<f64>> = wave.iter().copied().map(Some).collect();
+        for (lag, expected) in [(1, -1.0), (2, 1.0)] {
+            let found = autocorrelation(&series, lag).expect("enough pairs");
+            // The sample variance has n - 1 below it.
+            assert!((found - expected).abs() < 0.01, "{lag}: {found}");
+        }
+        assert_eq!(moment(&wave[..50], sd), None);
+        assert_eq!(autocorrelation(&[Some(1.0); 300], 1), None);
+    }
+}

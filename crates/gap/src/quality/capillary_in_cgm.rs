@@ -1,0 +1,170 @@
+//! `capillary_in_cgm`: finger-stick readings in the sensor's column.
+//!
+//! People prick a finger before they dose, and some sources write what the meter showed where the sensor's
+//! readings stand. To a filter that is a jump of glucose and a jump back, at the very steps at which
+//! insulin and carbohydrate enter.
+//!
+//! Where a sensor reads every 15 min and the source drew lines between, a reading of another origin lies
+//! between two of the sensor's and off their line ([`SensorCadence::strangers`]): no threshold is needed.
+//! Of eight HUPA-UCM people two have 50 each, the others none. Where the sensor reads at every step, such a
+//! reading stands out from both neighbours, and so do a sensor's own spikes: these are taken for finger
+//! sticks only where they keep company with doses more often than chance.
+
+use std::ops::Range;
+
+use cohort::{Person, Record, SensorCadence};
+use stats::proportion::clopper_pearson;
+
+use super::Finding;
+use crate::diagnosis::FindingEstimate;
+
+/// Steps between a finger stick and the dose that it was for: 10 min.
+const NEAR_DOSE: usize = 2;
+/// Smallest jump from both neighbours that stands out at five minutes, mg/dL: 10 % of usual glucose,
+/// the disagreement of meters and sensors (MARD 8 to 10 %).
+const SMALLEST_JUMP: f64 = 15.0;
+/// The same in robust standard deviations of a value from its neighbours' line.
+const SMALLEST_JUMP_SD: f64 = 8.0;
+/// Largest step between the two neighbours, over the jump.
+const NEIGHBOURS_AGREE: f64 = 0.5;
+/// Standard deviation over median absolute value, normal distribution.
+const SD_OVER_MEDIAN: f64 = 1.4826;
+/// Two-sided level of the interval of the share at doses whose lower end must exceed chance.
+const LEVEL: f64 = 0.998;
+
+/// A reading of another origin between two readings of the sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Capillary {
+    /// Its step.
+    pub(super) step: usize,
+    /// Steps strictly between the sensor's readings before and after.
+    pub(super) between: Range<usize>,
+    /// The sensor's readings before and after, mg/dL.
+    ends: (f64, f64),
+}
+
+impl Capillary {
+    /// What the sensor's line has at a step, mg/dL.
+    pub(super) fn line(&self, step: usize) -> f64 {
+        let (from, to) = (self.between.start as f64 - 1.0, self.between.end as f64);
+        self.ends.0 + (self.ends.1 - self.ends.0) * (step as f64 - from) / (to - from)
+    }
+}
+
+/// The finger-stick readings of a record, ascending.
+pub(super) fn find(record: &Record) -> Vec<Capillary> {
+    let values = record.cgm();
+    match SensorCadence::find(values) {
+        Some(cadence) if cadence.steps > 1 => {
+            let off_phase = cadence.strangers.iter();
+            off_phase.filter_map(|step| between_readings(values, &cadence, *step)).collect()
+        }
+        _ => {
+            let isolated = isolated(values);
+            if at_doses(record, &isolated).exceeds_chance() { isolated } else { Vec::new() }
+        }
+    }
+}
+
+fn between_readings(
+    values: &[Option<f64>],
+    cadence: &SensorCadence,
+    step: usize,
+) -> Option<Capillary> {
+    // A reading that lies on a line by chance is no corner; the sensor's phase tells where it is.
+    let beside = cadence.readings.partition_point(|reading| *reading < step);
+    let known = cadence.readings[..beside].last().or_else(|| cadence.readings.get(beside))?;
+    let after_phase = (step + cadence.steps - known % cadence.steps) % cadence.steps;
+    let from = step.checked_sub(after_phase)?;
+    let to = from + cadence.steps;
+    let ends = (values[from]?, (*values.get(to)?)?);
+    Some(Capillary { step, between: from + 1..to, ends })
+}
+
+/// Values that jump from both neighbours and back.
+fn isolated(values: &[Option<f64>]) -> Vec<Capillary> {
+    let triples: Vec<(usize, f64, f64, f64)> = values
+        .windows(3)
+        .enumerate()
+        .filter_map(|(k, triple)| match triple {
+            &[Some(a), Some(b), Some(c)] => Some((k + 1, a, b, c)),
+            _ => None,
+        })
+        .collect();
+    let mut heights: Vec<f64> =
+        triples.iter().map(|(_, a, b, c)| (b - 0.5 * (a + c)).abs()).collect();
+    if heights.is_empty() {
+        return Vec::new();
+    }
+    let middle = heights.len() / 2;
+    let (_, median, _) = heights.select_nth_unstable_by(middle, f64::total_cmp);
+    let least = SMALLEST_JUMP.max(SMALLEST_JUMP_SD * SD_OVER_MEDIAN * *median);
+    let stands_out = |a: f64, b: f64, c: f64| {
+        let (from, back) = (b - a, b - c);
+        from * back > 0.0
+            && from.abs().min(back.abs()) >= least
+            && (c - a).abs() <= NEIGHBOURS_AGREE * from.abs().min(back.abs())
+    };
+    triples
+        .into_iter()
+        .filter(|(_, a, b, c)| stands_out(*a, *b, *c))
+        .map(|(step, a, _, c)| Capillary { step, between: step..step + 1, ends: (a, c) })
+        .collect()
+}
+
+/// How many of the readings keep company with a dose, of how many, and what chance would have.
+struct AtDoses {
+    count: usize,
+    of: usize,
+    chance: f64,
+}
+
+impl AtDoses {
+    fn exceeds_chance(&self) -> bool {
+        clopper_pearson(self.count, self.of, LEVEL)
+            .is_ok_and(|share| self.of > 0 && share.lower > self.chance)
+    }
+}
+
+fn at_doses(record: &Record, readings: &[Capillary]) -> AtDoses {
+    let dosed = |k: usize| {
+        let given = |dose: Option<f64>| dose.is_some_and(|dose| dose > 0.0);
+        given(record.bolus()[k]) || given(record.carbs()[k])
+    };
+    let near =
+        |k: usize| (k.saturating_sub(NEAR_DOSE)..(k + NEAR_DOSE + 1).min(record.len())).any(dosed);
+    let steps = record.len().max(1) as f64;
+    AtDoses {
+        count: readings.iter().filter(|reading| near(reading.step)).count(),
+        of: readings.len(),
+        chance: (0..record.len()).filter(|k| near(*k)).count() as f64 / steps,
+    }
+}
+
+pub(super) fn finding(person: &Person) -> Option<Finding> {
+    let record = &person.record;
+    let readings = find(record);
+    let mut differences: Vec<f64> = readings
+        .iter()
+        .filter_map(|reading| {
+            Some((record.cgm()[reading.step]? - reading.line(reading.step)).abs())
+        })
+        .collect();
+    differences.sort_by(f64::total_cmp);
+    let last = differences.len().checked_sub(1)?;
+    let at_doses = at_doses(record, &readings);
+    let text = format!(
+        "{} readings stand between the sensor's, {} of them within {} min of a bolus or a meal (by chance {:.0}): \
+         finger-stick readings in the CGM column; the filter does not use them",
+        readings.len(),
+        at_doses.count,
+        5 * NEAR_DOSE,
+        at_doses.chance * readings.len() as f64,
+    );
+    Some(Finding::note("capillary_in_cgm", person, text).with_estimate(FindingEstimate {
+        value: differences[differences.len() / 2],
+        lower: differences[last * 5 / 100],
+        upper: differences[last * 95 / 100],
+        unit: "mg/dL from the sensor's line".to_owned(),
+    }))
+}

@@ -1,0 +1,182 @@
+//! What the exact course of an effect would show: the ceiling of any template.
+//!
+//! The difference that an effect makes to a person's readings, under the insulin delivered and the carbohydrate
+//! logged, is an offset of the sensor as far as the filter is concerned: with gains held, what the filter's
+//! innovations answer to it is the signature of the effect itself. It becomes one more column of the linear model of a
+//! person. Its held-out evidence passes the same background, the same random differences between days, the same folds
+//! and hierarchy as a driven effect of the library, and directions that rival the effect are left out as they are
+//! for it. What the library loses by its form is then the distance between an effect's power and the share
+//! of worlds in which its exact course exceeds the threshold.
+
+use cohort::Cohort;
+use effects::{Card, Course, Effect, EffectId, Field, Form, Modulation, Structure};
+use physiology::STEPS_PER_DAY;
+use rayon::prelude::*;
+
+use super::held_out::held_out;
+use super::round::{GUARD_SD, Round, Subject};
+use super::statistics::Person as Statistics;
+use crate::calibrated_person::CalibratedPerson;
+use crate::config::DiagnosisConfig;
+use crate::design::design;
+use crate::error::GapError;
+use crate::person::{PersonOutcome, analyse};
+use crate::plants::Plants;
+
+/// The exact course of an effect in a cohort.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactCourse {
+    /// The card of the effect: its identity, under which thresholds are kept, and what rivals it.
+    pub card: Card,
+    /// What readings show more with the effect than without it: a list a person of the cohort, an entry a step of
+    /// the record, mg/dL; `None` where it is not known.
+    pub people: Vec<Vec<Option<f64>>>,
+}
+
+impl ExactCourse {
+    fn lies_along(&self, cohort: &Cohort) -> Result<(), GapError> {
+        let entries = self.people.iter().zip(&cohort.people);
+        let lengths = entries.map(|(own, person)| (own.len(), person.record.len()));
+        let lists = std::iter::once((self.people.len(), cohort.people.len()));
+        match lists.chain(lengths).find(|(found, needed)| found != needed) {
+            None => Ok(()),
+            Some((found, needed)) => Err(GapError::Course { effect: self.card.id, found, needed }),
+        }
+    }
+}
+
+/// Evidence of one exact course.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactEvidence {
+    /// The effect.
+    pub effect: EffectId,
+    /// Held-out evidence, nats.
+    pub gain: f64,
+    /// Evidence at which a diagnosis of this cohort names the effect, nats.
+    pub threshold: f64,
+    /// Estimated share of the course that is there: mean over people; 1 is all of it.
+    pub amplitude: f64,
+}
+
+/// The evidence of exact courses in a cohort, one entry a course. `library` tells what is allowed for beside them.
+///
+/// People whom a diagnosis excludes take no part. The calibration is that of a diagnosis: what it took of an effect
+/// into a person's factors stays there.
+///
+/// # Errors
+/// [`GapError::Course`] for a course that does not lie along the records; otherwise as
+/// [`Diagnoser::run`](crate::Diagnoser::run).
+pub fn exact_course_evidence(
+    cohort: &Cohort,
+    courses: &[ExactCourse],
+    library: &[Box<dyn Effect>],
+    plants: &dyn Plants,
+    config: &DiagnosisConfig,
+) -> Result<Vec<ExactEvidence>, GapError> {
+    let config = config.clone().validated()?;
+    for course in courses {
+        course.lies_along(cohort)?;
+    }
+    let outcomes: Vec<PersonOutcome> = cohort
+        .people
+        .par_iter()
+        .map(|person| analyse(person, plants, &config))
+        .collect::<Result<_, GapError>>()?;
+    let people: Vec<(usize, CalibratedPerson<'_>)> = cohort
+        .people
+        .iter()
+        .zip(&outcomes)
+        .enumerate()
+        .filter_map(|(index, (person, outcome))| {
+            let analysis = outcome.analysis.as_ref()?;
+            let (observations, calibration) = (&analysis.observations, &analysis.calibration);
+            let person = analysis.person.as_ref().unwrap_or(person);
+            Some((index, CalibratedPerson { person, observations, calibration }))
+        })
+        .collect();
+    if people.is_empty() {
+        let first = outcomes.first().map(|outcome| &outcome.summary);
+        return Err(first.map_or(GapError::EmptyCohort, |first| GapError::NobodyLeft {
+            people: outcomes.len(),
+            person: first.person_id.clone(),
+            reason: first.excluded.clone().unwrap_or_default(),
+        }));
+    }
+    let steps: usize = people.iter().map(|(_, person)| person.observations.len()).sum();
+    let person_days = steps as f64 / STEPS_PER_DAY as f64;
+    courses
+        .par_iter()
+        .map(|course| {
+            let guards: Vec<&dyn Effect> = library
+                .iter()
+                .map(AsRef::as_ref)
+                .filter(|effect| is_guard_beside(&effect.card(), &course.card))
+                .collect();
+            let subjects = people
+                .par_iter()
+                .map(|(index, person)| subject(person, course, *index, &guards))
+                .collect::<Result<Vec<_>, GapError>>()?;
+            let spreads = guards.iter().map(|guard| (guard.card().id, GUARD_SD)).collect();
+            let found = held_out(&Round::estimated(subjects, spreads).trials(&course.card));
+            Ok(ExactEvidence {
+                effect: course.card.id,
+                gain: found.gain(),
+                threshold: config.thresholds.of(course.card.id.name()).over(person_days),
+                amplitude: found.hierarchy.mean,
+            })
+        })
+        .collect()
+}
+
+/// Whether an effect is allowed for beside the course of another.
+fn is_guard_beside(effect: &Card, course: &Card) -> bool {
+    effect.relations.structure == Structure::Guard && effect.id != course.id
+}
+
+/// The linear model of one person: the background, the course, and the guards.
+fn subject(
+    person: &CalibratedPerson<'_>,
+    course: &ExactCourse,
+    index: usize,
+    guards: &[&dyn Effect],
+) -> Result<Subject, GapError> {
+    let template = Template { card: &course.card, course: &course.people[index] };
+    let library: Vec<&dyn Effect> =
+        std::iter::once(&template as &dyn Effect).chain(guards.iter().copied()).collect();
+    let mut design = design(person, &library)?;
+    let statistics = Statistics::of(&design);
+    // The largest parts of a person, and summed up.
+    design.signatures = Vec::new();
+    Ok(Subject {
+        design,
+        statistics,
+        units: Vec::new(),
+        events: Vec::new(),
+        bins: None,
+        lags: None,
+    })
+}
+
+/// An offset of the sensor that follows a course.
+#[derive(Debug)]
+struct Template<'a> {
+    /// That of the effect whose course it is: what rivals the effect rivals its course.
+    card: &'a Card,
+    course: &'a [Option<f64>],
+}
+
+impl Effect for Template<'_> {
+    fn card(&self) -> Card {
+        self.card.clone()
+    }
+
+    fn form(&self, _: &Course) -> Option<Form> {
+        Some(Form::Driven)
+    }
+
+    fn modulate(&self, _: usize, amplitude: f64, _: &Course, into: &mut [Modulation]) {
+        for (change, modulation) in self.course.iter().zip(into) {
+            modulation[Field::SensorOffset] += amplitude * change.unwrap_or(0.0);
+        }
+    }
+}

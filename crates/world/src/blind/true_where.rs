@@ -1,0 +1,55 @@
+//! Where the effects of a world act: in a life, and in the equations.
+
+use rayon::prelude::*;
+
+use super::planned_effect::PlannedEffect;
+use super::realised::RealisedWorld;
+use crate::effects::Amplitudes;
+use crate::error::WorldError;
+use crate::true_gap::{PersonGap, PortCourse, TrueGap};
+use crate::virtual_person::{LivedDays, VirtualPerson};
+
+/// The truth behind "where".
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrueWhere {
+    /// The gap that all effects of the world leave together.
+    pub gap: TrueGap,
+    /// What each effect does at its port, the other being there.
+    pub courses: Vec<PortCourse>,
+}
+
+impl RealisedWorld {
+    /// Where the effects act; `None` in a world without any.
+    ///
+    /// Everything is measured on the days as lived, before nuisances take parts of the record away.
+    ///
+    /// # Errors
+    /// If a body fails.
+    pub fn true_where(&self) -> Result<Option<TrueWhere>, WorldError> {
+        if self.effects.is_empty() {
+            return Ok(None);
+        }
+        let lived = self.lived()?;
+        let gaps: Vec<(String, PersonGap)> = lived
+            .par_iter()
+            .map(|(person, days)| {
+                let none = Amplitudes::NONE;
+                Ok((person.id.clone(), person.gap(days, &none)?))
+            })
+            .collect::<Result<_, WorldError>>()?;
+        let people: Vec<(&VirtualPerson, &LivedDays)> =
+            lived.iter().map(|(person, days)| (*person, days)).collect();
+        let effects: Vec<PlannedEffect> = self.effects.iter().map(|found| found.effect).collect();
+        let courses = effects
+            .into_par_iter()
+            .map(|effect| PortCourse::of(effect, &people))
+            .collect::<Result<_, WorldError>>()?;
+        Ok(Some(TrueWhere { gap: TrueGap::of(&gaps), courses }))
+    }
+
+    /// Everybody with the days that they live.
+    pub(super) fn lived(&self) -> Result<Vec<(&VirtualPerson, LivedDays)>, WorldError> {
+        let calendar = self.planned.calendar();
+        self.people.par_iter().map(|person| Ok((person, person.live(calendar)?))).collect()
+    }
+}

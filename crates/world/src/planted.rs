@@ -1,0 +1,246 @@
+//! Effects planted into real people's records.
+//!
+//! Body, sensor and life are a real person's. What is changed is the log or the sensor's readings, so
+//! that what was planted is known exactly: a meal struck from the log is a missed meal, recorded insulin
+//! raised for eight hours is a set that lets less of it through, filtered readings are a slower sensor.
+//! Nobody knows what else is missing in these people; the record as it is stands beside the changed ones.
+//!
+//! A [`Planting`] says what is done; [`plant`] does it to a cohort. Nothing else of a record changes. The
+//! draws follow from seed, planting and the person's index; a larger size does more of the same.
+//!
+//! ```no_run
+//! use world::planted::{Planting, plant};
+//!
+//! let cohort = cohort::read_folder("real-people".as_ref())?;
+//! let planted = plant(&cohort, Planting::MissedMeals, 0.5, 7);
+//! println!("{} meals struck from the log", planted.changed);
+//! # Ok::<(), cohort::CohortError>(())
+//! ```
+
+mod arriving_insulin;
+mod carb_miscount;
+mod compression_lows;
+mod driver_channels;
+mod insulin_absorption;
+mod late_boluses;
+mod meals;
+mod missed_meals;
+mod sensor_column;
+mod sensor_drift;
+mod sensor_lag;
+mod set_ageing;
+mod set_failure;
+mod slow_meals;
+mod unlogged_rescue_carbs;
+
+use cohort::{Channel, Cohort, Record};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// What is done to a record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Planting {
+    /// Meals are struck from the log.
+    MissedMeals,
+    /// Logged carbohydrate grows more slowly than what was eaten.
+    CarbMiscount,
+    /// Carbohydrate logged at low glucose is struck.
+    UnloggedRescueCarbs,
+    /// Dinners are logged before they are eaten.
+    SlowMeals,
+    /// For eight hours at a time 40 % of the recorded insulin arrives.
+    SetFailure,
+    /// Less of the recorded insulin arrives the older the set is.
+    SetAgeing,
+    /// Recorded insulin acts later on some days and earlier on others.
+    InsulinAbsorption,
+    /// Some boluses are given later than they are recorded.
+    LateBoluses,
+    /// The sensor follows glucose more slowly.
+    SensorLag,
+    /// The sensor loses gain from its first day to its last.
+    SensorDrift,
+    /// The sensor reads low for three quarters of an hour of a night.
+    CompressionLows,
+    /// Heart rate and steps are struck.
+    ExerciseStruck,
+    /// Heart rate and steps are those of other days.
+    ExerciseMoved,
+    /// Sleep is struck.
+    SleepStruck,
+    /// Sleep is that of other nights.
+    SleepMoved,
+}
+
+/// What a diagnosis should make of a planting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Truth {
+    /// This effect of the library is missing in the plant.
+    Effect(&'static str),
+    /// Something is missing that no effect of the library is.
+    OutsideTheLibrary,
+    /// These effects have lost what would show them, and the evidence for them must go.
+    EvidenceLost(&'static [&'static str]),
+}
+
+/// How closely the changed record is what an effect of the name would have made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exactness {
+    /// It is the effect as it is defined.
+    Exact,
+    /// The change is exactly known; the effect's definition has another shape.
+    OfAnotherShape(&'static str),
+}
+
+impl Planting {
+    /// Every planting. The order is part of what a seed means; new ones are added at the end.
+    pub const ALL: [Self; 15] = [
+        Self::MissedMeals,
+        Self::CarbMiscount,
+        Self::UnloggedRescueCarbs,
+        Self::SlowMeals,
+        Self::SetFailure,
+        Self::SetAgeing,
+        Self::InsulinAbsorption,
+        Self::LateBoluses,
+        Self::SensorLag,
+        Self::SensorDrift,
+        Self::CompressionLows,
+        Self::ExerciseStruck,
+        Self::ExerciseMoved,
+        Self::SleepStruck,
+        Self::SleepMoved,
+    ];
+
+    /// Its name; that of the effect where one of the library is planted.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::MissedMeals => "missed_meals",
+            Self::CarbMiscount => "carb_miscount",
+            Self::UnloggedRescueCarbs => "unlogged_rescue_carbs",
+            Self::SlowMeals => "slow_meals",
+            Self::SetFailure => "set_failure",
+            Self::SetAgeing => "set_ageing",
+            Self::InsulinAbsorption => "insulin_absorption",
+            Self::LateBoluses => "late_boluses",
+            Self::SensorLag => "sensor_lag",
+            Self::SensorDrift => "sensor_drift",
+            Self::CompressionLows => "compression_lows",
+            Self::ExerciseStruck => "exercise_struck",
+            Self::ExerciseMoved => "exercise_moved",
+            Self::SleepStruck => "sleep_struck",
+            Self::SleepMoved => "sleep_moved",
+        }
+    }
+
+    /// What a diagnosis should make of it.
+    #[must_use]
+    pub const fn truth(self) -> Truth {
+        match self {
+            Self::LateBoluses => Truth::OutsideTheLibrary,
+            Self::ExerciseStruck | Self::ExerciseMoved => {
+                Truth::EvidenceLost(&["exercise", "post_exercise_sensitivity"])
+            }
+            Self::SleepStruck | Self::SleepMoved => Truth::EvidenceLost(&["sleep_loss"]),
+            _ => Truth::Effect(self.name()),
+        }
+    }
+
+    /// The usual size, of which others are multiples, and its unit. A channel is struck or moved whole.
+    #[must_use]
+    pub const fn usual_size(self) -> (f64, &'static str) {
+        match self {
+            Self::MissedMeals => (0.5, "meals a day"),
+            Self::CarbMiscount => (0.3, "exponent"),
+            Self::UnloggedRescueCarbs => (0.5, "of those logged at lows"),
+            Self::SlowMeals => (20.0, "min"),
+            Self::SetFailure => (0.1, "a day"),
+            Self::SetAgeing => (0.1, "lost a day"),
+            Self::InsulinAbsorption => (15.0, "min from day to day"),
+            Self::LateBoluses => (15.0, "min, every other bolus"),
+            Self::SensorLag => (6.0, "min"),
+            Self::SensorDrift => (0.1, "of the gain in 10 days"),
+            Self::CompressionLows => (0.35, "of the nights"),
+            Self::ExerciseStruck | Self::ExerciseMoved | Self::SleepStruck | Self::SleepMoved => {
+                (1.0, "the whole channel")
+            }
+        }
+    }
+
+    /// Whether the planting has sizes.
+    #[must_use]
+    pub const fn has_sizes(self) -> bool {
+        !matches!(self.truth(), Truth::EvidenceLost(_))
+    }
+
+    /// How closely the changed record is what the effect would have made.
+    #[must_use]
+    pub const fn exactness(self) -> Exactness {
+        match self {
+            Self::SlowMeals => Exactness::OfAnotherShape("later, not slower"),
+            Self::InsulinAbsorption => Exactness::OfAnotherShape("later or earlier, not slower"),
+            _ => Exactness::Exact,
+        }
+    }
+
+    /// Changes one record; returns how many of its entries are another value now.
+    fn change(self, record: &mut Record, size: f64, rng: &mut ChaCha8Rng) -> usize {
+        let before = record.clone();
+        match self {
+            Self::MissedMeals => missed_meals::plant(record, size, rng),
+            Self::CarbMiscount => carb_miscount::plant(record, size),
+            Self::UnloggedRescueCarbs => unlogged_rescue_carbs::plant(record, size, rng),
+            Self::SlowMeals => slow_meals::plant(record, size),
+            Self::SetFailure => set_failure::plant(record, size, rng),
+            Self::SetAgeing => set_ageing::plant(record, size, rng),
+            Self::InsulinAbsorption => insulin_absorption::plant(record, size, rng),
+            Self::LateBoluses => late_boluses::plant(record, size),
+            Self::SensorLag => sensor_lag::plant(record, size),
+            Self::SensorDrift => sensor_drift::plant(record, size, rng),
+            Self::CompressionLows => compression_lows::plant(record, size, rng),
+            Self::ExerciseStruck => driver_channels::strike(record, &driver_channels::EXERCISE),
+            Self::ExerciseMoved => driver_channels::move_days(record, &driver_channels::EXERCISE),
+            Self::SleepStruck => driver_channels::strike(record, &driver_channels::SLEEP),
+            Self::SleepMoved => driver_channels::move_days(record, &driver_channels::SLEEP),
+        }
+        let differ = |channel: Channel| {
+            let pairs = before.channel(channel).iter().zip(record.channel(channel));
+            pairs.filter(|(a, b)| a != b).count()
+        };
+        Channel::ALL.into_iter().map(differ).sum()
+    }
+}
+
+/// A cohort with something planted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planted {
+    /// The people with their changed records.
+    pub cohort: Cohort,
+    /// Entries of all records that are another value now; 0 where there was nothing to change.
+    pub changed: usize,
+}
+
+/// Plants into every record of a cohort.
+///
+/// `size` is in the unit of [`Planting::usual_size`].
+#[must_use]
+pub fn plant(cohort: &Cohort, planting: Planting, size: f64, seed: u64) -> Planted {
+    let mut cohort = cohort.clone();
+    let mut changed = 0;
+    for (index, person) in cohort.people.iter_mut().enumerate() {
+        changed += planting.change(&mut person.record, size, &mut stream(seed, planting, index));
+    }
+    Planted { cohort, changed }
+}
+
+/// Keeps these streams apart from those of worlds.
+const APART: u64 = 0x706c_616e_7465_6421;
+
+/// The stream of one person for one planting: the same for every size, so that a larger one does more of
+/// the same.
+fn stream(seed: u64, planting: Planting, person: usize) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ APART);
+    rng.set_stream(((person as u64) << 8) | planting as u64);
+    rng
+}

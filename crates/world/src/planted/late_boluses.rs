@@ -1,0 +1,26 @@
+//! Boluses given later than recorded: every other bolus moved earlier in the log.
+//!
+//! No effect of a plant: a habit of logging. A diagnosis may call it unknown, or name insulin's clock.
+
+use cohort::{Channel, Record};
+
+use super::meals::move_earlier;
+
+/// Least bolus that is moved, U: micro-boluses are a controller's and are logged by it.
+const LEAST: f64 = 0.5;
+
+/// Moves every other bolus by `size` minutes, rounded to steps.
+pub(super) fn plant(record: &mut Record, size: f64) {
+    let steps = (size / 5.0).round() as isize;
+    let mut other = false;
+    let moved: Vec<bool> = record
+        .bolus()
+        .iter()
+        .map(|dose| {
+            let large = dose.is_some_and(|dose| dose >= LEAST);
+            other ^= large;
+            large && other
+        })
+        .collect();
+    move_earlier(record, Channel::Bolus, |k| if moved[k] { steps } else { 0 });
+}

@@ -1,0 +1,164 @@
+//! What an effect does at its port through the day.
+
+use physiology::{MgPerDl, STEPS_PER_HOUR};
+
+use crate::blind::PlannedEffect;
+use crate::effects::{Condition, Effect, LowTrace, Port, conditions};
+use crate::error::WorldError;
+use crate::virtual_person::{LivedDays, VirtualPerson};
+
+/// Unit of a course.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CourseUnit {
+    /// Change of the factor by which the port is multiplied.
+    Factor,
+    /// Glucose that enters the accessible compartment, mmol/kg/min.
+    Flux,
+    /// Carbohydrate that is eaten and that the log does not hold, g/h.
+    Carbohydrate,
+    /// Change of the readings, mg/dL.
+    Reading,
+    /// Change of glucose over runs of an hour, mg/dL/min: for effects that each kind of body takes at the
+    /// port in a form of its own.
+    GlucoseRate,
+}
+
+impl CourseUnit {
+    /// The name that files use.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Factor => "factor",
+            Self::Flux => "mmol/kg/min",
+            Self::Carbohydrate => "g/h",
+            Self::Reading => "mg/dL",
+            Self::GlucoseRate => "mg/dL/min",
+        }
+    }
+}
+
+/// The mean course of an effect over the day, at its port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PortCourse {
+    /// The effect.
+    pub effect: PlannedEffect,
+    /// Where it acts.
+    pub port: Port,
+    /// Unit of the course.
+    pub unit: CourseUnit,
+    /// With minus without, by hour of the clock; `None` where no reading tells.
+    pub by_hour: [Option<f64>; 24],
+}
+
+impl PortCourse {
+    /// The mean course over people and their days.
+    ///
+    /// # Errors
+    /// If a body's model fails.
+    pub fn of(
+        effect: PlannedEffect,
+        people: &[(&VirtualPerson, &LivedDays)],
+    ) -> Result<Self, WorldError> {
+        let unit = unit(effect);
+        let each = people
+            .iter()
+            .map(|(person, lived)| of_person(effect, unit, person, lived))
+            .collect::<Result<Vec<_>, WorldError>>()?;
+        let by_hour = std::array::from_fn(|hour| mean(each.iter().filter_map(|own| own[hour])));
+        Ok(Self { effect, port: effect.port(), unit, by_hour })
+    }
+}
+
+fn unit(effect: PlannedEffect) -> CourseUnit {
+    use Effect::{
+        CarbMiscount, Exercise, MissedMeals, PostExerciseSensitivity, RenalThreshold,
+        UnloggedRescueCarbs,
+    };
+    match effect {
+        PlannedEffect::Named(CarbMiscount | MissedMeals | UnloggedRescueCarbs) => {
+            CourseUnit::Carbohydrate
+        }
+        PlannedEffect::Named(Exercise | PostExerciseSensitivity | RenalThreshold) => {
+            CourseUnit::GlucoseRate
+        }
+        other => match other.port() {
+            Port::Sensor => CourseUnit::Reading,
+            Port::GlucoseFlux => CourseUnit::Flux,
+            _ => CourseUnit::Factor,
+        },
+    }
+}
+
+fn of_person(
+    effect: PlannedEffect,
+    unit: CourseUnit,
+    person: &VirtualPerson,
+    lived: &LivedDays,
+) -> Result<[Option<f64>; 24], WorldError> {
+    let without = effect.set(person.amplitudes, 0.0);
+    let calendar = &lived.life.calendar;
+    let by_hour = |values: &[Option<f64>]| -> [Option<f64>; 24] {
+        std::array::from_fn(|hour| {
+            let of_hour = values.iter().enumerate();
+            let of_hour = of_hour.filter(|(step, _)| calendar.hour(*step) as usize == hour);
+            mean(of_hour.filter_map(|(_, value)| *value))
+        })
+    };
+    let zip = |with: &[Option<MgPerDl>], other: &[Option<MgPerDl>]| -> Vec<Option<f64>> {
+        with.iter().zip(other).map(|(a, b)| Some((*a)?.0 - (*b)?.0)).collect()
+    };
+    Ok(match unit {
+        CourseUnit::GlucoseRate => {
+            person.hourly_gap(lived, &without)?.map(|gap| gap.map(|gap| gap / 60.0))
+        }
+        CourseUnit::Reading => {
+            let of = |amplitudes| person.sensed(&lived.life, &lived.glucose, amplitudes);
+            by_hour(&zip(&of(&person.amplitudes)?, &of(&without)?))
+        }
+        CourseUnit::Carbohydrate => {
+            let behind = person.inputs_behind_the_log(lived, &without);
+            let more = lived.inputs.iter().zip(&behind).map(|(with, other)| {
+                let grams = with.carbs.0 + with.rescue.amount.0;
+                Some(STEPS_PER_HOUR as f64 * (grams - other.carbs.0 - other.rescue.amount.0))
+            });
+            by_hour(&more.collect::<Vec<_>>())
+        }
+        CourseUnit::Factor | CourseUnit::Flux => {
+            let happenings = person.happenings(&lived.life);
+            let course = |amplitudes| {
+                conditions(&person.habits, &lived.life, &happenings, &person.shapes, amplitudes)
+            };
+            let (with, other) = (course(&person.amplitudes), course(&without));
+            let mut low = LowTrace::default();
+            let pairs = with.iter().zip(&other).zip(&lived.glucose);
+            let changes = pairs.map(|((with, other), glucose)| {
+                low = low.after_step(*glucose, with.low_form, with.low_response_time);
+                let of = |condition: &Condition| {
+                    at_port(effect.port(), &condition.at_glucose(*glucose, &low))
+                };
+                Some(of(with) - of(other))
+            });
+            by_hour(&changes.collect::<Vec<_>>())
+        }
+    })
+}
+
+/// What a condition says about a port: a factor, or the flux.
+fn at_port(port: Port, condition: &Condition) -> f64 {
+    match port {
+        Port::InsulinInput => condition.bioavailability,
+        Port::InsulinAbsorption => condition.insulin_time,
+        Port::InsulinAction => condition.action,
+        Port::InsulinActionLiver => condition.liver_action,
+        Port::Egp => condition.production,
+        Port::GutAbsorption => condition.gut_time,
+        Port::GlucoseFlux => condition.glucose_flux,
+        // Not of the body: readings and logs have courses of their own.
+        Port::CarbAmount | Port::Sensor => 0.0,
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.fold((0.0, 0_usize), |(sum, n), value| (sum + value, n + 1));
+    (n > 0).then(|| sum / n as f64)
+}

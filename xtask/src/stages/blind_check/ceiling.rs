@@ -1,0 +1,146 @@
+//! What exact courses would name in the worlds of a check, under the thresholds that the answers got.
+//!
+//! Worked out after the labels were opened, from the worlds themselves: no diagnosis sees any of it.
+
+use anyhow::{Context as _, Result};
+use blind::ExactCourse;
+use gap::{DiagnosisConfig, GapError, Ode, Thresholds, ceiling};
+use rayon::prelude::*;
+use world::blind::{PlannedEffect, RealisedWorld};
+
+use super::name;
+use crate::progress::Progress;
+
+/// Effects that do not act whose courses are tried in each world without an effect.
+const IDLE: usize = 3;
+/// Mean absolute course below which an effect finds no occasion in a world, mg/dL.
+const NO_OCCASION: f64 = 0.25;
+
+/// The evidence of exact courses: of the effect in worlds with one effect of the library, and of some effects that do
+/// not act in worlds without any. `worlds` stand in the order of the check.
+pub(super) fn exact_courses(worlds: &[RealisedWorld]) -> Result<Vec<ExactCourse>> {
+    let mut nulls = 0;
+    let asked: Vec<(usize, Vec<PlannedEffect>)> = worlds
+        .iter()
+        .enumerate()
+        .filter_map(|(index, world)| match world.effects.as_slice() {
+            [] => {
+                nulls += 1;
+                Some((index, idle(nulls - 1)))
+            }
+            [one] if one.effect.in_library() => Some((index, Vec::new())),
+            _ => None,
+        })
+        .collect();
+    let progress = Progress::begin("ceiling", asked.len());
+    let courses = asked
+        .par_iter()
+        .map(|(index, idle)| {
+            let found = of_world(*index, &worlds[*index], idle)
+                .with_context(|| format!("ceiling of world {}", name(*index)))?;
+            progress.advance("");
+            Ok(found)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    progress.finish(&format!("{} worlds", asked.len()));
+    Ok(courses.into_iter().flatten().collect())
+}
+
+/// The effects that are tried in one null world: each in turn.
+fn idle(null: usize) -> Vec<PlannedEffect> {
+    let all: Vec<PlannedEffect> = PlannedEffect::all().filter(|e| e.in_library()).collect();
+    (0..IDLE).map(|k| all[(IDLE * null + k) % all.len()]).collect()
+}
+
+fn of_world(
+    index: usize,
+    world: &RealisedWorld,
+    idle: &[PlannedEffect],
+) -> Result<Vec<ExactCourse>> {
+    let cohort = world.cohort()?;
+    let courses = world.exact_courses(&cohort, idle)?;
+    let told = |course: &world::blind::ExactCourse| course.acts || course.size() >= NO_OCCASION;
+    let courses: Vec<_> = courses.into_iter().filter(told).collect();
+    let library = effects::library();
+    let asked = courses
+        .iter()
+        .map(|course| {
+            let effect = effects::find(course.effect.name())
+                .with_context(|| format!("the library has no {}", course.effect.name()))?;
+            Ok(ceiling::ExactCourse { card: effect.card(), people: course.people.clone() })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let thresholds = Thresholds::without(world.planned.generator.name());
+    let config = DiagnosisConfig { thresholds, ..DiagnosisConfig::working() };
+    let row =
+        |course: &world::blind::ExactCourse, found: Option<ceiling::ExactEvidence>| ExactCourse {
+            id: name(index),
+            effect: course.effect.name().to_owned(),
+            acts: course.acts,
+            gain_nats: found.as_ref().map(|found| found.gain),
+            amplitude: found.as_ref().map(|found| found.amplitude),
+            threshold_nats: found.map_or(f64::MAX, |found| found.threshold),
+        };
+    match ceiling::exact_course_evidence(&cohort, &asked, &library, &Ode, &config) {
+        Ok(found) => Ok(courses.iter().zip(found).map(|(c, found)| row(c, Some(found))).collect()),
+        // A diagnosis would fail, too: nothing is above a threshold.
+        Err(GapError::NobodyLeft { .. }) => Ok(courses.iter().map(|c| row(c, None)).collect()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gap::Diagnoser;
+    use world::blind::{Nuisances, Plan, PlannedWorld, Variation};
+    use world::{Effect, Generator};
+
+    fn planned(effects: Vec<(PlannedEffect, f64)>, generator: Generator) -> RealisedWorld {
+        let drawn = Plan { nulls: 1, ..Plan::check(0, 0) }.worlds(1).swap_remove(0);
+        let nuisances = Nuisances::default();
+        let variation = Variation::Narrow;
+        let (people, days) = (3, 7);
+        let drawn =
+            PlannedWorld { effects, generator, nuisances, variation, people, days, ..drawn };
+        drawn.realise().expect("a world")
+    }
+
+    #[test]
+    fn the_exact_course_gains_at_least_what_the_library_does() {
+        for (effect, generator) in [
+            (Effect::Dawn, Generator::Hovorka),
+            (Effect::SetAgeing, Generator::Padova),
+            (Effect::SlowMeals, Generator::Padova),
+        ] {
+            let effect = PlannedEffect::Named(effect);
+            let world = planned(vec![(effect, 10.0)], generator);
+            let [exact] = &of_world(0, &world, &[]).expect("evidence")[..] else {
+                panic!("one course")
+            };
+            let cohort = world.cohort().expect("a cohort");
+            let (library, config) = (effects::library(), DiagnosisConfig::working());
+            let answer = Diagnoser::new(&library, &config).run(&cohort, 1).expect("an answer");
+            let library = answer.candidates.iter().find(|c| c.effect == effect.name());
+            let share = exact.amplitude.expect("an estimate");
+            let (exact, library) =
+                (exact.gain_nats.expect("a gain"), library.map_or(0.0, |c| c.gain_nats));
+            // One nat of room: folds of one day choose shapes and amplitudes each on its own.
+            assert!(exact > library - 1.0, "{}: {exact} {library}", effect.name());
+            assert!(exact > 4.0, "{}: {exact}", effect.name());
+            // All of the course is there; filter and calibration have taken up to half of it.
+            assert!((0.4..1.5).contains(&share), "{}: {share}", effect.name());
+        }
+    }
+
+    #[test]
+    fn the_course_of_an_effect_that_does_not_act_gains_next_to_nothing() {
+        for generator in Generator::ALL {
+            let world = planned(Vec::new(), generator);
+            let tried = [Effect::Dawn, Effect::SetAgeing, Effect::SlowMeals, Effect::Exercise];
+            let found = of_world(0, &world, &tried.map(PlannedEffect::Named)).expect("evidence");
+            assert_eq!(found.len(), tried.len());
+            assert!(found.iter().all(|course| !course.acts && !course.is_above()), "{found:?}");
+        }
+    }
+}

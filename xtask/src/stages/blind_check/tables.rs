@@ -1,0 +1,121 @@
+//! The figures by hand, "where" and the ceiling of a check, as lines of text.
+
+use blind::{BlindCheck, PowerRow, Share, WhereScore};
+
+/// The tables, a line each.
+pub(super) fn tables(check: &BlindCheck) -> Vec<String> {
+    let mut lines = vec!["by hand, for diagnoses that never saw that hand:".to_owned()];
+    lines.extend(blind::hand_table(&check.by_hand).lines().map(|line| format!("  {line}")));
+    if let Some(found) = &check.localisation {
+        lines.extend(localisation(found));
+    }
+    if check.ceiling.is_some() {
+        lines.extend(ceiling(check));
+    }
+    lines
+}
+
+fn localisation(found: &WhereScore) -> Vec<String> {
+    let mut lines = vec![
+        "where, in context: one of the answer's three largest cells is truly hot".to_owned(),
+        format!(
+            "  {:>8} {:>18} {:>18} {:>8} {:>18}",
+            "truth", "comparable worlds", "hit", "chance", "sign right"
+        ),
+    ];
+    for row in &found.context {
+        let minutes = match row.minutes {
+            1440 => "free day".to_owned(),
+            minutes => format!("{minutes} min"),
+        };
+        lines.push(format!(
+            "  {minutes:>8} {:>18} {:>18} {:>8} {:>18}",
+            counted(&row.comparable),
+            counted(&row.hit),
+            row.chance.map_or_else(|| "-".to_owned(), |chance| format!("{chance:.2}")),
+            counted(&row.sign_right),
+        ));
+    }
+    let held = &found.coverage;
+    lines.push(format!(
+        "  intervals that hold the true mean (60 min): cells {}, all of a world {}; without an effect {}, {}",
+        counted(&held.cells),
+        counted(&held.worlds),
+        counted(&held.null_cells),
+        counted(&held.null_worlds),
+    ));
+    let port = &found.equations;
+    let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"));
+    lines.push("where, in the equations: the true port among the answer's".to_owned());
+    lines.push(format!(
+        "  first {}, with its set {}, among three {}, not listed {}; mean rank {} of {}",
+        counted(&port.first),
+        counted(&port.first_or_in_set),
+        counted(&port.among_three),
+        counted(&port.not_listed),
+        number(port.mean_rank),
+        number(port.mean_listed),
+    ));
+    let by_port = port.first_by_port.iter();
+    let by_port: Vec<String> =
+        by_port.map(|(port, first)| format!("{port} {}/{}", first.count, first.of)).collect();
+    lines.push(format!("  first, by true port: {}", by_port.join(", ")));
+    lines.push(format!(
+        "  port of the first effect named {}; amplitude of right names above zero {}; course over the day: {}",
+        counted(&port.port_of_first_name),
+        counted(&port.sign_of_amplitude),
+        if port.course_answered.count == 0 {
+            "not answered".to_owned()
+        } else {
+            counted(&port.course_answered)
+        },
+    ));
+    lines
+}
+
+fn ceiling(check: &BlindCheck) -> Vec<String> {
+    let Some(found) = &check.ceiling else { return Vec::new() };
+    let mut lines = vec![
+        "ceiling: worlds with one effect that are named, and that its exact course would name"
+            .to_owned(),
+        format!("  {:<28} {:>16} {:>18} {:>18}", "effect", "shift, mg/dL", "named", "ceiling"),
+    ];
+    for row in &check.power {
+        lines.push(format!(
+            "  {:<28} {:>16} {:>18} {:>18}",
+            row.effect.as_deref().unwrap_or("all"),
+            bin(row),
+            counted(&row.named),
+            row.ceiling.as_ref().map_or_else(|| "-".to_owned(), counted),
+        ));
+    }
+    for (from, answered, above) in [
+        (5, &found.answered_at_5, &found.named_at_5),
+        (10, &found.answered_at_10, &found.named_at_10),
+    ] {
+        lines.push(format!(
+            "  from {from} mg/dL: named {}, ceiling {}",
+            counted(answered),
+            counted(above)
+        ));
+    }
+    lines.push(format!(
+        "  exact courses of effects that do not act, above their threshold: {}",
+        counted(&found.false_alarms)
+    ));
+    lines
+}
+
+fn bin(row: &PowerRow) -> String {
+    match row.to_mg_dl {
+        Some(to) => format!("{} to {to}", row.from_mg_dl),
+        None => format!("{} and more", row.from_mg_dl),
+    }
+}
+
+fn counted(share: &Share) -> String {
+    match share.value {
+        Some(value) => format!("{}/{} = {value:.2}", share.count, share.of),
+        None => "none".to_owned(),
+    }
+}
