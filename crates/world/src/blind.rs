@@ -29,7 +29,7 @@ mod true_where;
 pub use amplitude_search::{MOST_EVALUATIONS, Reached, search};
 pub use exact_course::ExactCourse;
 pub use nuisances::Nuisances;
-pub use plan::{DAYS, PEOPLE, Plan, PlannedWorld, Role, SHIFTS};
+pub use plan::{DAYS, PEOPLE, Plan, PlannedWorld, Role, SHIFTS, Variation};
 pub use planned_effect::PlannedEffect;
 pub use realised::{RealisedEffect, RealisedWorld};
 pub use true_where::TrueWhere;

@@ -26,6 +26,14 @@ pub enum WorldError {
         /// Highest accepted basal rate, U/h.
         highest: f64,
     },
+    /// No clinic would believe the settings that trials on the drawn body give.
+    #[error(
+        "person {person}: trials on the drawn body give settings beyond the usual; draw another"
+    )]
+    NoSettings {
+        /// Index of the person, counted from 0.
+        person: usize,
+    },
     /// The simulated record could not be laid out as a cohort.
     #[error("person {person}: {source}")]
     Record {

@@ -47,6 +47,7 @@ pub(crate) struct Course {
 pub(crate) struct Acting<'a> {
     pub(crate) conditions: &'a [Condition],
     pub(crate) amplitudes: Amplitudes,
+    pub(crate) warps: Warps,
     pub(crate) inputs: &'a [StepInput],
 }
 
@@ -210,38 +211,26 @@ impl Physique {
     /// As [`Self::run`].
     pub(crate) fn restarted(
         &self,
-        warps: Warps,
         start: MgPerDl,
         lived: Acting<'_>,
         other: Acting<'_>,
         restarts: &[Restart],
     ) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
         let inputs = (lived.inputs, other.inputs);
+        macro_rules! of_kind {
+            ($kind:ident, $body:expr) => {{
+                let with = $kind::new(*$body, lived.conditions, lived.amplitudes);
+                let without = $kind::new(*$body, other.conditions, other.amplitudes);
+                let (with, without) =
+                    (with.with_warps(lived.warps)?, without.with_warps(other.warps)?);
+                restarted(&with, &without, start, inputs, restarts)
+            }};
+        }
         match self {
-            Self::Hovorka(body) => {
-                let with = Body::new(*body, lived.conditions, lived.amplitudes);
-                let without = Body::new(*body, other.conditions, other.amplitudes);
-                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
-                restarted(&with, &without, start, inputs, restarts)
-            }
-            Self::Padova(body) => {
-                let with = PadovaBody::new(*body, lived.conditions, lived.amplitudes);
-                let without = PadovaBody::new(*body, other.conditions, other.amplitudes);
-                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
-                restarted(&with, &without, start, inputs, restarts)
-            }
-            Self::Minimal(body) => {
-                let with = MinimalBody::new(*body, lived.conditions, lived.amplitudes);
-                let without = MinimalBody::new(*body, other.conditions, other.amplitudes);
-                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
-                restarted(&with, &without, start, inputs, restarts)
-            }
-            Self::Saturating(body) => {
-                let with = SaturatingBody::new(*body, lived.conditions, lived.amplitudes);
-                let without = SaturatingBody::new(*body, other.conditions, other.amplitudes);
-                let (with, without) = (with.with_warps(warps)?, without.with_warps(warps)?);
-                restarted(&with, &without, start, inputs, restarts)
-            }
+            Self::Hovorka(body) => of_kind!(Body, body),
+            Self::Padova(body) => of_kind!(PadovaBody, body),
+            Self::Minimal(body) => of_kind!(MinimalBody, body),
+            Self::Saturating(body) => of_kind!(SaturatingBody, body),
         }
     }
 

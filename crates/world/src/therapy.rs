@@ -13,6 +13,8 @@ pub use injections::Pen;
 pub use open_loop::OpenLoopPump;
 pub use settings::TherapySettings;
 
+pub(crate) use settings::{LEAST_FALL, fall_by_a_unit};
+
 use physiology::{Grams, MgPerDl, Units, UnitsPerHour};
 use serde::Serialize;
 

@@ -112,7 +112,8 @@ impl VirtualPerson {
     /// priors, by the hand of the generator.
     ///
     /// # Errors
-    /// As [`Self::sample_from`].
+    /// As [`Self::sample_from`], and [`WorldError::NoSettings`] where trials on the body give settings beyond
+    /// the usual.
     pub fn sample_widely(
         generator: Generator,
         seed: u64,
@@ -122,16 +123,21 @@ impl VirtualPerson {
         let narrow = Self::sample_from(generator, seed, index, regime)?;
         let everyday = Everyday::sample(generator, seed, index);
         let forms = Forms::sample(generator, &mut stream(seed, WORLD, Concept::Forms));
-        let found = narrow
-            .body
-            .settings_by_trial(everyday.warps)
-            .map_err(|source| WorldError::Body { person: index, source })?;
+        // Warps under which no clinic would believe the settings are flattened.
+        let (warps, found) = [1.0, 0.5, 0.25, 0.0]
+            .into_iter()
+            .find_map(|share| {
+                let warps = everyday.warps.flattened(share);
+                let found = narrow.body.settings_by_trial(warps).ok()?;
+                found.are_usual().then_some((warps, found))
+            })
+            .ok_or(WorldError::NoSettings { person: index })?;
         Ok(Self {
             habits: everyday::habits(narrow.habits, seed, index),
             settings: found.in_use(&mut stream(seed, index, Concept::Settings)),
             shapes: Shapes { forms, ..narrow.shapes },
             background: everyday::background(seed, index),
-            everyday,
+            everyday: Everyday { warps, ..everyday },
             ..narrow
         })
     }

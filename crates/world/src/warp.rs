@@ -112,6 +112,20 @@ impl Warps {
         }
     }
 
+    /// The same warps with this share of their heights, and without saturation where it is below 1.
+    #[must_use]
+    pub fn flattened(&self, share: f64) -> Self {
+        let flat =
+            |warp: &Warp| Warp { waves: warp.waves.map(|(height, phase)| (share * height, phase)) };
+        Self {
+            action: flat(&self.action),
+            uptake: flat(&self.uptake),
+            production: flat(&self.production),
+            emptying: flat(&self.emptying),
+            half_action: if share < 1.0 { f64::INFINITY } else { self.half_action },
+        }
+    }
+
     /// Logarithm of the factor on insulin action at a multiple of the insulin at rest.
     #[must_use]
     pub fn log_action(&self, insulin: f64) -> f64 {

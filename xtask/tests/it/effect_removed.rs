@@ -14,7 +14,7 @@ use cohort::Cohort;
 use gap::diagnosis::Diagnosis;
 use gap::{Diagnoser, DiagnosisConfig};
 use rayon::prelude::*;
-use world::blind::{Nuisances, PlannedEffect, PlannedWorld, RealisedWorld};
+use world::blind::{Nuisances, PlannedEffect, PlannedWorld, RealisedWorld, Variation};
 use world::{Amplitudes, Effect, Generator, Regime, VirtualPerson};
 
 /// Environment variable that switches the slow tests on.
@@ -66,6 +66,7 @@ fn realised(generator: Generator, effect: Option<(Effect, f64)>) -> RealisedWorl
         days: DAYS,
         start: NaiveDate::from_ymd_opt(2024, 9, 2).expect("a date"),
         nuisances: Nuisances::default(),
+        variation: Variation::Narrow,
     };
     let world = planned.realise().expect("bodies that can live with it");
     // Otherwise these would be other people than those without the effect.

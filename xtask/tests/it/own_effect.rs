@@ -12,12 +12,12 @@ use cohort::Cohort;
 use effects::EffectId;
 use gap::{Diagnoser, Diagnosis, DiagnosisConfig, GapError};
 use rayon::prelude::*;
-use world::blind::{Nuisances, PlannedEffect, PlannedWorld};
+use world::blind::{Nuisances, PlannedEffect, PlannedWorld, Variation};
 use world::{Amplitudes, Generator, OutsideEffect, Regime, VirtualPerson};
 
 /// Size of the worlds, and how far coffee moves glucose there, mg/dL.
 ///
-/// Of twelve such worlds (both generators, open loop and closed loop, seeds 1, 42 and [`SEED`]) coffee is named in 11,
+/// Of twelve such worlds (the first two generators, narrow variation, open loop and closed loop, seeds 1, 42 and [`SEED`]) coffee is named in 11,
 /// of twelve with 10 mg/dL in 3: a cup at the same hour of every day looks much like `circadian_sensitivity`, and must
 /// show as much as that. It is named in none of them without coffee.
 const PEOPLE: usize = 5;
@@ -36,6 +36,7 @@ fn with_and_without(generator: Generator) -> [Cohort; 2] {
         days: DAYS,
         start: NaiveDate::from_ymd_opt(2024, 9, 2).expect("a date"),
         nuisances: Nuisances::default(),
+        variation: Variation::Narrow,
     };
     let world = planned.realise().expect("bodies that can live with it");
     let calendar = world.planned.calendar();
@@ -67,7 +68,7 @@ fn named(diagnosis: &Diagnosis) -> Vec<&str> {
 
 #[test]
 fn it_is_named_where_it_acts_and_nowhere_else() {
-    for generator in Generator::ALL {
+    for generator in [Generator::Hovorka, Generator::Padova] {
         let [with, without] = with_and_without(generator);
         let found = diagnosed(&with);
         assert_eq!(named(&found).first(), Some(&"caffeine"), "{generator:?}: {:?}", named(&found));

@@ -72,6 +72,17 @@ pub struct PlannedWorld {
     pub start: NaiveDate,
     /// What is missing from the record.
     pub nuisances: Nuisances,
+    /// How much varies in everyday life, and which forms effects take.
+    pub variation: Variation,
+}
+
+/// How much varies in everyday life, and which forms effects take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variation {
+    /// As in the people of the embedded cohort, with typical forms.
+    Narrow,
+    /// From wide priors, with forms of the world's own.
+    Wide,
 }
 
 impl Plan {
@@ -149,6 +160,7 @@ impl Plan {
             days: DAYS[rng.random_range(0..DAYS.len())],
             start: first_day(&mut rng),
             nuisances: Nuisances::sample(people, &mut rng),
+            variation: Variation::Wide,
         }
     }
 

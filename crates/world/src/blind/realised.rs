@@ -5,7 +5,7 @@ use rand_distr::{Distribution as _, LogNormal};
 use rayon::prelude::*;
 
 use super::amplitude_search::{Reached, search};
-use super::plan::PlannedWorld;
+use super::plan::{PlannedWorld, Variation};
 use super::planned_effect::PlannedEffect;
 use super::streams::{Purpose, stream};
 use crate::calendar::Calendar;
@@ -79,11 +79,13 @@ impl PlannedWorld {
     }
 
     fn realise_once(&self) -> Result<RealisedWorld, WorldError> {
+        let draw = match self.variation {
+            Variation::Narrow => VirtualPerson::sample_from,
+            Variation::Wide => VirtualPerson::sample_widely,
+        };
         let mut people: Vec<VirtualPerson> = (0..self.people)
             .into_par_iter()
-            .map(|index| {
-                VirtualPerson::sample_widely(self.generator, self.seed, index, self.regime)
-            })
+            .map(|index| draw(self.generator, self.seed, index, self.regime))
             .collect::<Result<_, _>>()?;
         let own: Vec<Vec<f64>> = people.iter().map(|person| self.own_amplitudes(person)).collect();
         for person in &mut people {

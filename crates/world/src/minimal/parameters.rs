@@ -6,6 +6,7 @@ use rand::Rng;
 use super::body::MinimalBody;
 use crate::behaviour::standard_normal;
 use crate::error::WorldError;
+use crate::therapy::{LEAST_FALL, fall_by_a_unit};
 use crate::virtual_body::VirtualBody;
 
 /// Basal needs that are accepted, U/h, as for the other generators.
@@ -105,7 +106,7 @@ impl MinimalParameters {
     /// shared and k_a 0.10 alone, D_50 0.30; t_half 0.22, k_abs 0.20; P_0 0.10, k_g 0.25, R_d0 0.08; V_G
     /// 0.06; k_r 0.30. beta normal 1.35 (SD 0.18), f 0.90 (SD 0.03), G_r 190 (SD 12) mg/dL; weight as
     /// for the other generators. A body is accepted if its basal need at 115 mg/dL lies between 0.45
-    /// and 1.35 U/h.
+    /// and 1.35 U/h and a unit lowers glucose by 12 mg/dL or more.
     ///
     /// # Errors
     /// [`WorldError::NoBody`] if no draw is accepted, [`WorldError::Body`] if the model fails.
@@ -113,8 +114,14 @@ impl MinimalParameters {
         let (lowest, highest) = BASAL_RANGE;
         for _ in 0..MAX_DRAWS {
             let body = Self::draw(rng);
-            match MinimalBody::undisturbed(body).at_rest(REFERENCE_GLUCOSE) {
-                Ok((_, basal)) if (lowest..=highest).contains(&basal.0) => return Ok(body),
+            let plain = MinimalBody::undisturbed(body);
+            match plain.at_rest(REFERENCE_GLUCOSE) {
+                Ok((_, basal)) if (lowest..=highest).contains(&basal.0) => {
+                    // Who answers insulin hardly at all is not treated by these rules.
+                    if fall_by_a_unit(&plain).is_ok_and(|fall| fall >= LEAST_FALL) {
+                        return Ok(body);
+                    }
+                }
                 Ok(_) | Err(ode_sim::OdeError::NoBasal { .. }) => {}
                 Err(source) => return Err(WorldError::Body { person, source }),
             }

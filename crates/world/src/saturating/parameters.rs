@@ -6,6 +6,7 @@ use rand::Rng;
 use super::body::SaturatingBody;
 use crate::behaviour::standard_normal;
 use crate::error::WorldError;
+use crate::therapy::{LEAST_FALL, fall_by_a_unit};
 use crate::virtual_body::VirtualBody;
 
 /// Basal needs that are accepted, U/h, as for the other generators.
@@ -151,7 +152,8 @@ impl SaturatingParameters {
     /// G_ng 0.10, E_max 0.12, n_0 0.15, n_low 0.40; k_x and k_y 0.20; k_e 0.10, volumes 0.06; E_m 0.22, its
     /// half-content 0.25, k_u and k_l 0.20 shared; k_r 0.30; transport 0.15 (assumed). k normal 0.62 (SD
     /// 0.07), f 0.88 (SD 0.03), G_r 10.5 (SD 0.7) mmol/L; weight as for the other generators. A body is
-    /// accepted if its basal need at 115 mg/dL lies between 0.45 and 1.35 U/h.
+    /// accepted if its basal need at 115 mg/dL lies between 0.45 and 1.35 U/h and a unit lowers glucose by
+    /// 12 mg/dL or more.
     ///
     /// # Errors
     /// [`WorldError::NoBody`] if no draw is accepted, [`WorldError::Body`] if the model fails.
@@ -159,8 +161,14 @@ impl SaturatingParameters {
         let (lowest, highest) = BASAL_RANGE;
         for _ in 0..MAX_DRAWS {
             let body = Self::draw(rng);
-            match SaturatingBody::undisturbed(body).at_rest(REFERENCE_GLUCOSE) {
-                Ok((_, basal)) if (lowest..=highest).contains(&basal.0) => return Ok(body),
+            let plain = SaturatingBody::undisturbed(body);
+            match plain.at_rest(REFERENCE_GLUCOSE) {
+                Ok((_, basal)) if (lowest..=highest).contains(&basal.0) => {
+                    // Who answers insulin hardly at all is not treated by these rules.
+                    if fall_by_a_unit(&plain).is_ok_and(|fall| fall >= LEAST_FALL) {
+                        return Ok(body);
+                    }
+                }
                 Ok(_)
                 | Err(ode_sim::OdeError::NoBasal { .. } | ode_sim::OdeError::SteadyState { .. }) => {
                 }

@@ -16,6 +16,8 @@ use crate::virtual_body::VirtualBody;
 const TARGET: MgPerDl = MgPerDl(125.0);
 /// Steps of a trial: six hours.
 const TRIAL: usize = 72;
+/// Least ISF that is believed, mg/dL per U.
+pub(crate) const LEAST_FALL: f64 = 12.0;
 /// Meal of the trial that finds ICR.
 const TRIAL_MEAL: Grams = Grams(50.0);
 
@@ -42,9 +44,7 @@ impl TherapySettings {
     /// # Errors
     /// If the body has no steady state at these values or its simulation fails.
     pub fn by_trial<B: VirtualBody>(body: &B) -> Result<Self, OdeError> {
-        let (start, basal) = body.at_rest(MgPerDl(180.0))?;
-        let correction = StepInput { bolus: Units(1.0), ..StepInput::default() };
-        let fall = 180.0 - glucose_after_trial(body, &start, basal, correction)?;
+        let fall = fall_by_a_unit(body)?;
 
         let (start, basal) = body.at_rest(TARGET)?;
         let ends_high = |bolus: f64| -> Result<bool, SimulationError> {
@@ -62,6 +62,12 @@ impl TherapySettings {
             isf: fall,
             target: TARGET,
         })
+    }
+
+    /// Whether a clinic would believe them: 4 to 30 g/U and 12 to 120 mg/dL per U.
+    #[must_use]
+    pub(crate) fn are_usual(&self) -> bool {
+        (4.0..=30.0).contains(&self.icr.0) && (LEAST_FALL..=120.0).contains(&self.isf)
     }
 
     /// The settings that a person really uses: those found by trial, each in error.
@@ -115,6 +121,16 @@ impl Serialize for TherapySettings {
         state.serialize_field("target_mg_dl", &self.target.0)?;
         state.end()
     }
+}
+
+/// Fall of glucose, mg/dL, within six hours after 1 U given at a steady 180 mg/dL.
+///
+/// # Errors
+/// If the body has no steady state there or its simulation fails.
+pub(crate) fn fall_by_a_unit<B: VirtualBody>(body: &B) -> Result<f64, OdeError> {
+    let (start, basal) = body.at_rest(MgPerDl(180.0))?;
+    let correction = StepInput { bolus: Units(1.0), ..StepInput::default() };
+    Ok(180.0 - glucose_after_trial(body, &start, basal, correction)?)
 }
 
 /// Glucose, mg/dL, six hours after `first`, with basal insulin held.

@@ -50,13 +50,19 @@ pub(super) fn differences(
     let (with, other) = (course(&person.amplitudes), course(without));
     let inputs = person.inputs_behind_the_log(lived, without);
     let restarts = restarts(steps);
+    let forms = person.shapes.forms;
+    let acting = |conditions, amplitudes, inputs| Acting {
+        conditions,
+        amplitudes: forms.in_body(amplitudes),
+        warps: person.everyday.warps,
+        inputs,
+    };
     let courses = person
         .body
         .restarted(
-            person.everyday.warps,
             FIRST_GLUCOSE,
-            Acting { conditions: &with, amplitudes: person.amplitudes, inputs: &lived.inputs },
-            Acting { conditions: &other, amplitudes: *without, inputs: &inputs },
+            acting(&with, person.amplitudes, &lived.inputs),
+            acting(&other, *without, &inputs),
             &restarts,
         )
         .map_err(in_body)?;

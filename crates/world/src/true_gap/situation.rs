@@ -6,6 +6,7 @@
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::behaviour::MealKind;
+use crate::therapy::Regime;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
 /// A situation. Several may hold at once.
@@ -27,7 +28,7 @@ pub enum Situation {
     AfterLow,
     /// The infusion set is two days old or older.
     SetDay3Plus,
-    /// The sensor is in the last third of its life of ten days.
+    /// The sensor is in the last third of its life.
     SensorLate,
     /// Glucose moved by more than 2 mg/dL/min over 15 min.
     FastChange,
@@ -39,8 +40,8 @@ pub enum Situation {
 
 /// Smallest meal that counts, g.
 const MEAL: f64 = 15.0;
-/// Age of a late sensor, days.
-const LATE: f64 = 20.0 / 3.0;
+/// Share of its life after which a sensor is late.
+const LATE: f64 = 2.0 / 3.0;
 /// Hours of a night below which it is short.
 const SHORT_NIGHT: f64 = 6.0;
 
@@ -128,10 +129,10 @@ impl Situations {
             if life.is_asleep(step) {
                 mark(Situation::Sleep, now, now + 1);
             }
-            if life.sets.age_days(step) >= 2.0 {
+            if person.regime != Regime::Mdi && life.sets.age_days(step) >= 2.0 {
                 mark(Situation::SetDay3Plus, now, now + 1);
             }
-            if wear.age_days(step) >= LATE {
+            if wear.age_days(step) >= LATE * person.everyday.sensor.life_days as f64 {
                 mark(Situation::SensorLate, now, now + 1);
             }
             if life.calendar.is_weekend(step / STEPS_PER_DAY) {

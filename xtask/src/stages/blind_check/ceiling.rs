@@ -93,13 +93,16 @@ fn of_world(
 mod tests {
     use super::*;
     use gap::Diagnoser;
-    use world::blind::{Nuisances, Plan, PlannedWorld};
+    use world::blind::{Nuisances, Plan, PlannedWorld, Variation};
     use world::{Effect, Generator};
 
     fn planned(effects: Vec<(PlannedEffect, f64)>, generator: Generator) -> RealisedWorld {
         let drawn = Plan { nulls: 1, ..Plan::check(0, 0) }.worlds(1).swap_remove(0);
         let nuisances = Nuisances::default();
-        let drawn = PlannedWorld { effects, generator, nuisances, people: 3, days: 7, ..drawn };
+        let variation = Variation::Narrow;
+        let (people, days) = (3, 7);
+        let drawn =
+            PlannedWorld { effects, generator, nuisances, variation, people, days, ..drawn };
         drawn.realise().expect("a world")
     }
 
