@@ -163,7 +163,8 @@ impl<'a> Diagnoser<'a> {
             data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
             people: outcomes.into_iter().map(|o| o.summary).collect(),
             plant: plants.name().to_owned(),
-            notes: std::iter::once(TrackRecord::measured().sentence())
+            notes: known(plants)
+                .into_iter()
                 .chain(uncalibrated(library, &config.thresholds))
                 .collect(),
             absorbed: None,
@@ -192,6 +193,11 @@ fn distinct(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
         }
     }
     Ok(())
+}
+
+/// What the blind check says of diagnoses with this plant; nothing where it was never asked.
+fn known(plants: &dyn Plants) -> Option<String> {
+    (plants.name() == Ode.name()).then(|| TrackRecord::measured().sentence())
 }
 
 /// What is to be said of effects whose threshold was never calibrated.

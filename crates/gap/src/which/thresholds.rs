@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use effects::{Card, Effect, EffectId, Port};
+use effects::{Card, Effect};
 use serde::{Deserialize, Serialize};
 
 use super::hypothesis::{Course, CourseKind};
@@ -10,14 +10,6 @@ use super::unknown::is_kind;
 
 /// Least threshold of an effect, nats: at odds of one effect in fifty a gain of 4 makes it as likely as not.
 const LEAST: f64 = 4.0;
-/// Least thresholds of effects that a plant of another structure than the body's shows as well, nats: how glucose
-/// is defended when it is low and shed when it is high, and insulin action by the clock, which meals at fixed hours
-/// mimic. They stand above what either generator shows without an effect.
-const STRUCTURAL: [(EffectId, f64); 3] = [
-    (EffectId::COUNTER_REGULATION, 60.0),
-    (EffectId::RENAL_THRESHOLD, 16.0),
-    (EffectId::CIRCADIAN_SENSITIVITY, 13.0),
-];
 /// Least threshold of a port that varies, nats.
 const LEAST_PORT: f64 = 20.0;
 /// Least threshold of events of no known effect, nats.
@@ -30,31 +22,10 @@ const fn least_course(kind: CourseKind) -> f64 {
         CourseKind::States => 6.0,
     }
 }
-/// Least thresholds of effects and courses that people of one structure show more of than people of another, where
-/// nothing is missing, nats: with room, what the calibration worlds of either generator reach.
-const UNEVEN_EFFECTS: [(EffectId, f64); 6] = [
-    (EffectId::ALCOHOL, 5.5),
-    (EffectId::POST_EXERCISE_SENSITIVITY, 5.0),
-    (EffectId::SENSOR_DRIFT, 5.0),
-    (EffectId::SET_AGEING, 8.0),
-    (EffectId::SET_FAILURE, 22.0),
-    (EffectId::SLEEP_LOSS, 6.0),
-];
-const UNEVEN_COURSES: [(Port, CourseKind, f64); 7] = [
-    (Port::Egp, CourseKind::Events, 6.0),
-    (Port::GlucoseFlux, CourseKind::Events, 12.0),
-    (Port::GlucoseFlux, CourseKind::States, 16.0),
-    (Port::GutAbsorption, CourseKind::Events, 12.0),
-    (Port::InsulinAction, CourseKind::Events, 14.0),
-    (Port::InsulinAction, CourseKind::States, 8.0),
-    (Port::InsulinActionLiver, CourseKind::Events, 10.0),
-];
 /// Room above the largest evidence seen where nothing is missing.
 const ROOM: f64 = 1.3;
 /// Cohorts that tell the threshold of a size are up to this many times as large.
 const NEIGHBOURS: f64 = 1.5;
-/// Person-days from which the floors of [`STRUCTURAL`], [`UNEVEN_EFFECTS`] and [`UNEVEN_COURSES`] hold in full.
-const LARGE_COHORT: f64 = 280.0;
 /// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
 /// would set that of its effect.
 const ALARMS: f64 = 0.0125;
@@ -271,7 +242,7 @@ impl Thresholds {
     pub fn of(&self, name: &str) -> Threshold {
         let mut found = self.by_name.get(name).unwrap_or(&self.other).clone();
         for step in &mut found.steps {
-            step.nats = step.nats.max(least(name, step.person_days));
+            step.nats = step.nats.max(Subject::of(name).least());
         }
         found
     }
@@ -293,7 +264,7 @@ fn largest(nulls: &[&Evidence], sizes: &[f64]) -> BTreeMap<String, Threshold> {
     let floor = |name: &str| Threshold {
         steps: sizes
             .iter()
-            .map(|size| ThresholdStep { person_days: *size, nats: least(name, *size) })
+            .map(|size| ThresholdStep { person_days: *size, nats: Subject::of(name).least() })
             .collect(),
     };
     let mut by_name: BTreeMap<String, Threshold> = BTreeMap::new();
@@ -315,9 +286,9 @@ fn total(thresholds: &BTreeMap<String, Threshold>) -> f64 {
 }
 
 /// What a threshold is of.
-enum Subject<'a> {
+enum Subject {
     /// An effect, of a library that may not be at hand.
-    Effect(&'a str),
+    Effect,
     /// Unknown events beside the library.
     Events,
     /// A port that varies from day to day or within days.
@@ -326,9 +297,9 @@ enum Subject<'a> {
     Course(Course),
 }
 
-impl<'a> Subject<'a> {
+impl Subject {
     /// What a name stands for in files. Names of effects hold no slash.
-    fn of(name: &'a str) -> Self {
+    fn of(name: &str) -> Self {
         if let Some(course) = Course::from_name(name) {
             Self::Course(course)
         } else if name.contains('/') {
@@ -336,36 +307,19 @@ impl<'a> Subject<'a> {
         } else if is_kind(name) {
             Self::Events
         } else {
-            Self::Effect(name)
+            Self::Effect
         }
     }
 
-    /// Least threshold in small cohorts and in large ones, nats.
-    fn least(&self) -> (f64, f64) {
-        let (small, large) = match self {
-            Self::Effect(name) => {
-                let mut named = STRUCTURAL.iter().chain(&UNEVEN_EFFECTS);
-                (LEAST, named.find(|(id, _)| id.name() == *name).map(|(_, least)| *least))
-            }
-            Self::Events => (LEAST_UNKNOWN, None),
-            Self::Port => (LEAST_PORT, None),
-            Self::Course(course) => {
-                let mut named = UNEVEN_COURSES.iter();
-                let own = |entry: &&(Port, CourseKind, f64)| {
-                    (entry.0, entry.1) == (course.port, course.kind)
-                };
-                (least_course(course.kind), named.find(own).map(|(_, _, least)| *least))
-            }
-        };
-        (small, large.unwrap_or(small))
+    /// The floor of a threshold, nats.
+    fn least(&self) -> f64 {
+        match self {
+            Self::Effect => LEAST,
+            Self::Events => LEAST_UNKNOWN,
+            Self::Port => LEAST_PORT,
+            Self::Course(course) => least_course(course.kind),
+        }
     }
-}
-
-/// The floor of a threshold in cohorts of so many person-days.
-fn least(name: &str, person_days: f64) -> f64 {
-    let (small, large) = Subject::of(name).least();
-    let share = (person_days / LARGE_COHORT).min(1.0).sqrt();
-    small + share * (large - small)
 }
 
 #[cfg(test)]
