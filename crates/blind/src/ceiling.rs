@@ -73,18 +73,15 @@ impl BlindCheck {
                 Some((single, row.outcome == Outcome::Correct))
             })
             .collect();
-        let of = |from: f64, is: fn(&(Single<'_>, bool)) -> bool| {
-            let moved = singles.iter().filter(|(single, _)| single.shift >= from);
-            Share::among(moved, |one| is(one))
-        };
-        let (above, right): (fn(&(Single<'_>, bool)) -> bool, fn(&(Single<'_>, bool)) -> bool) =
-            (|one| one.0.above, |one| one.1);
+        let moved = |from: f64| singles.iter().filter(move |(single, _)| single.shift >= from);
+        let above = |from: f64| Share::among(moved(from), |(single, _)| single.above);
+        let right = |from: f64| Share::among(moved(from), |(_, right)| *right);
         let ceiling = Ceiling {
-            named: of(0.0, above)?,
-            named_at_5: of(5.0, above)?,
-            answered_at_5: of(5.0, right)?,
-            named_at_10: of(10.0, above)?,
-            answered_at_10: of(10.0, right)?,
+            named: above(0.0)?,
+            named_at_5: above(5.0)?,
+            answered_at_5: right(5.0)?,
+            named_at_10: above(10.0)?,
+            answered_at_10: right(10.0)?,
             false_alarms: Share::among(courses.iter().filter(|c| !c.acts), |c| c.is_above())?,
             courses: Vec::new(),
         };

@@ -34,6 +34,7 @@ fn morning() -> TrueWhere {
 
 fn label(id: &str, gap: Option<TrueWhere>) -> Label {
     let effects = gap.iter().map(|_| TrueEffect {
+        form: None,
         effect: "dawn".to_owned(),
         port: None,
         in_library: true,

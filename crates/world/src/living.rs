@@ -56,6 +56,18 @@ pub(crate) struct Logged {
 /// A log, one entry a step, and the slow treatments of lows with their steps.
 pub(crate) type LogAndRescues = (Vec<Logged>, Vec<(usize, Grams)>);
 
+/// What a person does about glucose.
+pub(crate) struct Therapy {
+    /// The settings in use.
+    pub(crate) settings: TherapySettings,
+    /// How basal insulin is decided.
+    pub(crate) regime: Regime,
+    /// How lows are treated.
+    pub(crate) rescues: Rescues,
+    /// The injections, for a person who injects.
+    pub(crate) injected: Option<Injected>,
+}
+
 /// A life lived under a therapy, step by step.
 pub(crate) struct Living<'a> {
     life: &'a Life,
@@ -108,11 +120,9 @@ impl<'a> Living<'a> {
         logging: Logging,
         reactions: &'a [Reaction],
         sensors: WornSensors,
-        settings: TherapySettings,
-        regime: Regime,
-        rescues: Rescues,
-        injected: Option<Injected>,
+        therapy: Therapy,
     ) -> Result<Self, OdeError> {
+        let Therapy { settings, regime, rescues, injected } = therapy;
         Ok(Self {
             life,
             logging,

@@ -10,7 +10,7 @@ use crate::effects::{Amplitudes, Forms, Shapes, conditions};
 use crate::error::WorldError;
 use crate::everyday::{self, Everyday};
 use crate::generator::Generator;
-use crate::living::{Injected, Living, Logged};
+use crate::living::{self, Injected, Living, Logged};
 use crate::physique::Physique;
 use crate::reactions::reactions;
 use crate::stream::{Concept, WORLD, stream};
@@ -160,10 +160,12 @@ impl VirtualPerson {
             self.logging(&self.amplitudes),
             &reactions,
             sensors,
-            settings,
-            regime,
-            self.everyday.rescues,
-            self.injected(calendar),
+            living::Therapy {
+                settings,
+                regime,
+                rescues: self.everyday.rescues,
+                injected: self.injected(calendar),
+            },
         )
         .map_err(in_body)?;
         let run = self

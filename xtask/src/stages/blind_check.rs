@@ -32,6 +32,9 @@ const QUICK: (usize, usize) = (28, 12);
 /// The same of a whole check: each effect meets each shift once from each generator, and no more
 /// than six false alarms keep their upper limit below 8 %.
 const FULL: (usize, usize) = (252, 150);
+/// Labels with the answers to their worlds, in the order of the check.
+type Answered = Vec<(Label, Answer)>;
+
 /// Most worlds of one check.
 const MOST_WORLDS: usize = 10_000;
 /// Bits of a drawn seed: a number that every reader of JSON holds exactly, and a person can copy.
@@ -92,7 +95,7 @@ fn check(
     seed: u64,
     asked: Asked,
     output: &OutputFolder,
-) -> Result<(Vec<(Label, Answer)>, Vec<RealisedWorld>)> {
+) -> Result<(Answered, Vec<RealisedWorld>)> {
     let progress = Progress::begin("worlds", planned.len());
     let worlds = planned
         .par_iter()

@@ -84,7 +84,7 @@ pub(crate) fn run(args: &RealismArgs) -> Result<()> {
     output.write("realism.txt", table.as_bytes())?;
     let place = output.finish()?;
     for line in table.lines() {
-        note(line.to_owned());
+        note(line);
     }
     note(format!(
         "realism: in {} of {} statistics no more real people lie outside the central 95 % of both kinds of worlds \

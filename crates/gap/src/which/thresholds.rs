@@ -32,8 +32,12 @@ const ALARMS: f64 = 0.0125;
 /// How much more evidence is asked of a plant that is not the ODE, on which thresholds were fixed.
 const OTHER_PLANTS: f64 = 3.0;
 /// The hands whose worlds fixed thresholds, with the file of each.
-const HANDS: [(&str, &str); 2] =
-    [("hovorka", include_str!("hovorka.json")), ("padova", include_str!("padova.json"))];
+const HANDS: [(&str, &str); 4] = [
+    ("hovorka", include_str!("hovorka.json")),
+    ("padova", include_str!("padova.json")),
+    ("minimal", include_str!("minimal.json")),
+    ("saturating", include_str!("saturating.json")),
+];
 /// Temperature of the probabilities, nats.
 const TEMPERATURE: f64 = 1.5;
 

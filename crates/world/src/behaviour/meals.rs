@@ -95,9 +95,8 @@ pub(super) fn meals(
     let (shifted, irregular) = (hours.later(calendar), hours.irregularity);
     let snacks = Poisson::new(habits.snacks_per_day).expect("a positive rate");
     let mut meals: Vec<Meal> = Vec::with_capacity(5 * calendar.days());
-    for day in 0..calendar.days() {
+    for (day, moved) in shifted.iter().copied().enumerate().take(calendar.days()) {
         let later = if calendar.is_weekend(day) { 1.0 } else { 0.0 };
-        let moved = shifted[day];
         let wake = nights.get(day).map_or(habits.wake_hour, |n| {
             (n.wake - calendar.signed_step(day, 0.0)) as f64 / physiology::STEPS_PER_HOUR as f64
         });

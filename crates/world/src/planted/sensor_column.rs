@@ -32,9 +32,9 @@ pub(super) fn rewrite(record: &mut Record, new: impl Fn(usize, f64) -> f64) {
     for ends in corners.windows(2) {
         let (from, to) = (ends[0], ends[1]);
         let (Some(a), Some(b)) = (column[from], column[to]) else { continue };
-        for k in from + 1..to {
-            let part = (k - from) as f64 / (to - from) as f64;
-            column[k] = column[k].map(|_| a + part * (b - a));
+        for (offset, value) in column[from + 1..to].iter_mut().enumerate() {
+            let part = (offset + 1) as f64 / (to - from) as f64;
+            *value = value.map(|_| a + part * (b - a));
         }
     }
 }
