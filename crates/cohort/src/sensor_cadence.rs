@@ -95,8 +95,8 @@ mod tests {
         for (from, to) in [(before, step), (step, after)] {
             let (a, b) = (values[from].expect("recorded"), values[to].expect("recorded"));
             let (a, b) = if to == step { (a, value) } else { (value, b) };
-            for k in from + 1..to {
-                values[k] = Some(a + (b - a) * (k - from) as f64 / (to - from) as f64);
+            for (offset, drawn) in values[from + 1..to].iter_mut().enumerate() {
+                *drawn = Some(a + (b - a) * (offset + 1) as f64 / (to - from) as f64);
             }
         }
         values[step] = Some(value);

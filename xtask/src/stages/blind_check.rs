@@ -29,8 +29,8 @@ use crate::stages::{planted_check, report};
 
 /// Worlds with an effect and without, of a check that takes minutes.
 const QUICK: (usize, usize) = (28, 12);
-/// The same of a whole check: each effect meets each shift once from each generator, and no more
-/// than six false alarms keep their upper limit below 8 %.
+/// The same of a whole check: each effect meets each shift twice, from two of the four hands, and no
+/// more than six false alarms keep their upper limit below 8 %.
 const FULL: (usize, usize) = (252, 150);
 /// Labels with the answers to their worlds, in the order of the check.
 type Answered = Vec<(Label, Answer)>;

@@ -328,6 +328,8 @@ impl Subject {
 
 #[cfg(test)]
 mod tests {
+    use effects::{EffectId, Port};
+
     use super::*;
 
     #[test]
@@ -371,7 +373,7 @@ mod tests {
             // The strictest at its port; dawn's card says that they are confusable, too.
             let circadian = working.of("circadian_sensitivity").over(person_days);
             assert!(needed >= circadian && needed >= working.of("sleep_loss").over(person_days));
-            assert!(needed < working.of("counter_regulation").over(person_days));
+            assert!(needed < working.of("sensor_lag").over(person_days));
         }
         // Those that have one keep it.
         for effect in &library {
