@@ -15,7 +15,7 @@ pub struct TrackRecord {
     pub named_from_5: Counted,
     /// Cohorts with one effect in which another is named.
     pub another_named: Counted,
-    /// Effects planted into real people's records, named.
+    /// Effects planted into real people's records that are named and were not named in the record as it is.
     pub planted_named: Counted,
     /// Planted cohorts in which another name appears that the record as it is does not get.
     pub planted_another: Counted,

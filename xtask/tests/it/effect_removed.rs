@@ -11,11 +11,13 @@
 
 use chrono::NaiveDate;
 use cohort::Cohort;
+use gap::Diagnoser;
 use gap::diagnosis::Diagnosis;
-use gap::{Diagnoser, DiagnosisConfig};
 use rayon::prelude::*;
 use world::blind::{Nuisances, PlannedEffect, PlannedWorld, RealisedWorld, Variation};
 use world::{Amplitudes, Effect, Generator, Regime, VirtualPerson};
+
+use crate::narrow_thresholds;
 
 /// Environment variable that switches the slow tests on.
 const SWITCH: &str = "T1D_SLOW";
@@ -88,7 +90,7 @@ fn diagnosed(world: &RealisedWorld, share: f64) -> Diagnosis {
         .map(|person| scaled(person).live(world.planned.calendar()).map(|days| days.recorded))
         .collect::<Result<_, _>>()
         .expect("bodies that can live with it");
-    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let (library, config) = (effects::library(), narrow_thresholds::config());
     Diagnoser::new(&library, &config).run(&Cohort { people }, SEED).expect("a diagnosis")
 }
 

@@ -2,7 +2,10 @@
 
 use cohort::Cohort;
 use gap::diagnosis::{CellFactor, CellGap};
-use gap::{Diagnoser, Diagnosis, DiagnosisConfig, GapError, LocalisationRule, Verdict};
+use gap::{
+    Diagnoser, Diagnosis, DiagnosisConfig, Evidence, GapError, LocalisationRule, Thresholds,
+    Verdict,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::ThreadPoolBuilder;
@@ -26,6 +29,15 @@ fn cell<'a>(diagnosis: &'a Diagnosis, factor: CellFactor, level: &str) -> &'a Ce
     found.unwrap_or_else(|| panic!("no cell {factor:?} {level}"))
 }
 
+/// Thresholds fixed on people of the plant's own kind in whom nothing is missing, other ones than any test's.
+fn thresholds() -> Thresholds {
+    let world = World { gap: Gap::None, days: 14, spread: 0.7 };
+    let evidence =
+        |seed: u64| diagnose(&cohort(&world, 5, 500 + seed), &config(), 1).map(|d| d.evidence);
+    let nulls: Vec<Evidence> = (0..8).map(evidence).collect::<Result<_, _>>().expect("diagnosed");
+    Thresholds::fit("8 null cohorts of the plant", &nulls)
+}
+
 #[test]
 fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
     let world = World { gap: Gap::Dawn(0.35), days: 14, spread: 0.7 };
@@ -33,7 +45,8 @@ fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
     // Missing readings must not hide it.
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     cohort.people = cohort.people.into_iter().map(|p| with_gaps(p, &mut rng)).collect();
-    let diagnosis = diagnose(&cohort, &config(), 1).expect("diagnosed");
+    let config = DiagnosisConfig { thresholds: thresholds(), ..config() };
+    let diagnosis = diagnose(&cohort, &config, 1).expect("diagnosed");
     assert_eq!(diagnosis.verdict, Verdict::Effect, "{:?}", diagnosis.candidates);
     assert_eq!(diagnosis.effects[0].effect, "dawn", "{:?}", diagnosis.effects);
     let dawn = cell(&diagnosis, CellFactor::Hour, "03-08");
