@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use gap::Body;
-use gap::body::sees;
+use gap::filter::body::sees;
 use nn_statespace::{
     GLUCOSE_RANGE, GlucoseClamp, PerCompartment, PopulationModel, ScaledStates, Scaler, Signal,
 };
@@ -127,8 +127,8 @@ mod tests {
 
     use effects::Modulation;
     use gap::NoiseModel;
-    use gap::augmented::{AugmentedModel, STATES};
-    use gap::calibration::PersonalFactors;
+    use gap::filter::augmented::{AugmentedModel, STATES};
+    use gap::filter::calibration::PersonalFactors;
     use nn_statespace::training::initial_networks;
     use nn_statespace::{CentreAndScale, ModelCard, Widths, Wiring};
     use ode_sim::{EgpMode, OdeParameters};

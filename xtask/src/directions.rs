@@ -1,5 +1,7 @@
 //! Which crate may know which: the arrows of `docs/architecture.md`, checked against the manifests.
 
+mod folders;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -48,7 +50,7 @@ pub(crate) fn check(root: &Path) -> Result<()> {
             wrong.join(", ")
         );
     }
-    Ok(())
+    folders::check(root)
 }
 
 /// Crate to the workspace crates it names in `[dependencies]`.

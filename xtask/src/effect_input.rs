@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result};
 use cohort::{Person, Window};
 use effects::{Course, Effect, Form, Modulation};
-use gap::augmented::{AugmentedModel, AugmentedState};
+use gap::filter::augmented::{AugmentedModel, AugmentedState};
 use gap::{NoiseModel, course};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel, ScaledStates};
 use ode_sim::{EgpMode, OdeParameters, OdeState, OdeVector};

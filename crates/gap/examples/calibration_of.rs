@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use cohort::{Channel, Cohort, ImportFormat, Person, import};
-use gap::calibration::{Calibration, FACTORS, Factor, calibrate};
+use gap::filter::calibration::{Calibration, FACTORS, Factor, calibrate};
 use gap::quality::{exclusion, findings};
 use gap::{DiagnosisConfig, GapError, Observations};
 use ode_sim::OdeParameters;

@@ -10,10 +10,10 @@
 
 use std::path::Path;
 
-use gap::augmented::AugmentedModel;
-use gap::calibration::calibrate;
-use gap::filter::filter;
-use gap::whitening::{HUBER_THRESHOLD, huber_loss, robust_scale};
+use gap::filter::augmented::AugmentedModel;
+use gap::filter::calibration::calibrate;
+use gap::filter::kalman::filter;
+use gap::filter::whitening::{HUBER_THRESHOLD, huber_loss, robust_scale};
 use gap::{DiagnosisConfig, NoiseModel, Observations};
 use ode_sim::OdeParameters;
 use rayon::prelude::*;

@@ -8,9 +8,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use gap::calibration::calibrate;
 use gap::design::design;
-use gap::filter::filter;
+use gap::filter::calibration::calibrate;
+use gap::filter::kalman::filter;
 use gap::{CalibratedPerson, DiagnosisConfig, Observations};
 use ode_sim::OdeParameters;
 use physiology::STEPS_PER_DAY;

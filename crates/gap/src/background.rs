@@ -9,8 +9,8 @@ use effects::{Allowance, Field};
 use ode_sim::gut::glucose_dose;
 use physiology::{Grams, STEP, STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use crate::observations::Observations;
-use crate::tangent::{Direction, Parameter};
+use crate::filter::observations::Observations;
+use crate::filter::tangent::{Direction, Parameter};
 
 /// One direction of the background with the standard deviation of its prior.
 #[derive(Debug, Clone)]

@@ -3,9 +3,9 @@
 use cohort::Person;
 use effects::Course;
 
-use crate::calibration::Calibration;
 use crate::course::course;
-use crate::observations::Observations;
+use crate::filter::calibration::Calibration;
+use crate::filter::observations::Observations;
 
 /// A person with what was observed and the calibrated filter that follows it.
 #[derive(Debug, Clone, Copy)]

@@ -3,12 +3,12 @@
 use ode_sim::EgpMode;
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::CalibrationRule;
 use crate::error::GapError;
+use crate::filter::calibration::CalibrationRule;
+use crate::filter::noise::NoiseModel;
+use crate::filter::observations::MissingDosePolicy;
 use crate::free_run::FreeRunRule;
 use crate::localisation::LocalisationRule;
-use crate::noise::NoiseModel;
-use crate::observations::MissingDosePolicy;
 use crate::which::Thresholds;
 
 /// Settings of a diagnosis. There is no default: each changes the result.

@@ -12,13 +12,13 @@ use physiology::STEPS_PER_HOUR;
 pub use crate::background::{Background, Phase};
 use crate::background::{background, hours};
 use crate::calibrated_person::CalibratedPerson;
-use crate::calibration::Calibration;
 use crate::error::GapError;
 pub use crate::event_bank::{EventBank, HiddenEvents};
-use crate::filter::Innovation;
-use crate::observations::Observations;
-use crate::tangent::{Direction, LANES, Lanes, few_at_a_time};
-use crate::whitening::huber_weight;
+use crate::filter::calibration::Calibration;
+use crate::filter::kalman::Innovation;
+use crate::filter::observations::Observations;
+use crate::filter::tangent::{Direction, LANES, Lanes, few_at_a_time};
+use crate::filter::whitening::huber_weight;
 
 /// Amplitude over which a driver's slope is taken: half the published size.
 const AMPLITUDE: f64 = 0.5;
@@ -105,7 +105,7 @@ struct UnitLanes {
 /// The linear model of a calibrated person.
 ///
 /// # Errors
-/// As [`signatures`](crate::tangent::signatures).
+/// As [`signatures`](crate::filter::tangent::signatures).
 pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<Design, GapError> {
     let CalibratedPerson { person: Person { record, .. }, observations, calibration } = *person;
     let course = person.course();

@@ -15,13 +15,13 @@ use crate::diagnosis::{
     WithInterval,
 };
 use crate::error::GapError;
+use crate::filter::plants::{Ode, Plants};
 use crate::free_run::FreeRunRule;
 use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
-use crate::plants::{Ode, Plants};
 use crate::quality::identical_people;
 use crate::track_record::TrackRecord;
 use crate::which::{Thresholds, Which, is_free, power, which};

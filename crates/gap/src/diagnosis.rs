@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::absorbed::Absorbed;
-use crate::calibration::Factor;
 use crate::config::DiagnosisConfig;
+use crate::filter::calibration::Factor;
 use crate::which::Evidence;
 
 /// Value of [`Diagnosis::schema`].

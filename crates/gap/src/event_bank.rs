@@ -10,8 +10,8 @@ use std::ops::Range;
 use effects::{EffectId, EventShape, Field};
 use physiology::STEPS_PER_HOUR;
 
+use crate::filter::tangent::Direction;
 use crate::single::{WIDTH, add_products, add_scaled, combined, product};
-use crate::tangent::Direction;
 
 /// Hidden events of one effect at every place where one could start.
 #[derive(Debug, Clone)]

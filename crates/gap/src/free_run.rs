@@ -7,9 +7,9 @@
 use physiology::{MgPerDl, OpenLoop, Plant, simulate};
 use serde::{Deserialize, Serialize};
 
-use crate::augmented::{AugmentedModel, AugmentedState, BodyAlone, Euler};
 use crate::error::GapError;
-use crate::observations::{Observations, Reading, within_sensor_range};
+use crate::filter::augmented::{AugmentedModel, AugmentedState, BodyAlone, Euler};
+use crate::filter::observations::{Observations, Reading, within_sensor_range};
 
 /// When free runs start and how far they are judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -291,7 +291,7 @@ mod tests {
 
     #[test]
     fn runs_by_the_step_worked_out_beforehand_agree_with_those_of_the_plant() {
-        use crate::noise::NoiseModel;
+        use crate::filter::noise::NoiseModel;
         use ode_sim::{EgpMode, OdeParameters};
         use physiology::{Exercise, Grams, Units, UnitsPerHour};
         let mut record = record(200);
@@ -304,7 +304,7 @@ mod tests {
         record.doses_recorded[150] = false;
         let (noise, nominal) = (NoiseModel::working(), OdeParameters::nominal());
         let model = AugmentedModel::new(nominal, record.weight, EgpMode::NonNegative, noise);
-        let states = crate::filter::filter(&model, &record).expect("finite").states;
+        let states = crate::filter::kalman::filter(&model, &record).expect("finite").states;
         let rule = FreeRunRule { every: 7, horizons: vec![5, 30, 90], ..rule() };
         for flux in [Flux::Dropped, Flux::Kept] {
             let found = plain_errors(&model, &record, &rule, &states, flux).expect("covered");

@@ -1,11 +1,11 @@
 //! The sim-to-real gap of a cohort: where a plant misses, which effect it lacks, how far adding it goes.
 //!
 //! Doubtful data come first ([`quality`]). Each person is then followed by an extended Kalman filter on
-//! the ODE plant, or on another [`Body`], and calibrated by maximum a posteriori ([`filter`], [`calibration`]).
+//! the ODE plant, or on another [`Body`], and calibrated by maximum a posteriori ([`filter`], [`calibration`](filter::calibration)).
 //!
-//! - *Where*: free runs from filtered states ([`free_run`]) and whitened innovations ([`whitening`]) are
+//! - *Where*: free runs from filtered states ([`free_run`]) and whitened innovations ([`whitening`](filter::whitening)) are
 //!   averaged by situation ([`context`]), with simultaneous intervals over people ([`localisation`]).
-//! - *Which*: what every effect of the library would do to the innovations ([`tangent`], [`design`]) is
+//! - *Which*: what every effect of the library would do to the innovations ([`tangent`](filter::tangent), [`design`]) is
 //!   weighed against a background that any two bodies may differ in, on days held out ([`mod@which`]).
 //! - *How far*: held-out error before and after the effects found are added ([`how_far`]).
 //!
@@ -30,16 +30,12 @@
 //! Research software. Not a medical device; not validated for any treatment decision.
 
 mod absorbed;
-pub mod augmented;
 mod background;
-pub mod body;
 mod calibrated_person;
-pub mod calibration;
 mod cell_sample;
 mod config;
 pub mod context;
 mod course;
-pub mod covariance;
 pub mod design;
 mod diagnose;
 pub mod diagnosis;
@@ -53,35 +49,29 @@ mod log_sum;
 mod misfit;
 mod moderation;
 mod modulated_plant;
-mod noise;
-pub mod observations;
 mod person;
 mod person_statistics;
-mod plants;
 pub mod quality;
-mod scored;
 mod single;
-pub mod tangent;
 mod track_record;
 pub mod which;
-pub mod whitening;
 
 pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
-pub use body::Body;
 pub use calibrated_person::CalibratedPerson;
-pub use calibration::CalibrationRule;
 pub use config::{DiagnosisConfig, InclusionRule, Production};
 pub use course::course;
 pub use diagnose::Diagnoser;
 pub use diagnosis::{Diagnosis, PersonSummary, Stage, Verdict};
 pub use error::GapError;
+pub use filter::body::Body;
+pub use filter::calibration::CalibrationRule;
+pub use filter::noise::NoiseModel;
+pub use filter::observations::{MissingDosePolicy, Observations, Reading};
+pub use filter::plants::{Ode, Plants};
 pub use free_run::FreeRunRule;
 pub use localisation::LocalisationRule;
 pub use modulated_plant::{ModulatedPlant, ModulatedState};
-pub use noise::NoiseModel;
-pub use observations::{MissingDosePolicy, Observations, Reading};
 pub use person_statistics::{PersonStatistics, person_statistics};
-pub use plants::{Ode, Plants};
 pub use track_record::{Counted, TrackRecord};
 pub use which::ceiling;
 pub use which::{Evidence, Hypothesis, Threshold, ThresholdStep, Thresholds, Which, which};

@@ -3,8 +3,8 @@
 use effects::Modulation;
 use physiology::{MgPerDl, NonFinite, Plant, States, StepInput};
 
-use crate::augmented::{AugmentedModel, AugmentedState, not_finite};
-use crate::observations::within_sensor_range;
+use crate::filter::augmented::{AugmentedModel, AugmentedState, not_finite};
+use crate::filter::observations::within_sensor_range;
 
 /// The filter's model under the modulations of a record.
 ///
@@ -81,7 +81,7 @@ mod tests {
     use physiology::{Kilograms, OpenLoop, UnitsPerHour, simulate};
 
     use super::*;
-    use crate::noise::NoiseModel;
+    use crate::filter::noise::NoiseModel;
 
     #[test]
     fn a_modulation_acts_in_its_own_step_of_the_record() {

@@ -6,21 +6,21 @@ use cohort::{Channel, Person};
 use ode_sim::OdeParameters;
 use physiology::{Plant, STEPS_PER_DAY};
 
-use crate::augmented::{AugmentedModel, BodyAlone};
-use crate::body::Body;
-use crate::calibration::{Calibration, Factor, calibrated};
 use crate::config::{DiagnosisConfig, InclusionRule, Production};
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
 use crate::diagnosis::{
     CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, PersonSummary,
 };
 use crate::error::GapError;
+use crate::filter::augmented::{AugmentedModel, BodyAlone};
+use crate::filter::body::Body;
+use crate::filter::calibration::{Calibration, Factor, calibrated};
+use crate::filter::noise::NoiseModel;
+use crate::filter::observations::{MissingDosePolicy, Observations, Reading};
+use crate::filter::plants::Plants;
 use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
 use crate::localisation::{DayCells, LocalisationRule};
 use crate::misfit;
-use crate::noise::NoiseModel;
-use crate::observations::{MissingDosePolicy, Observations, Reading};
-use crate::plants::Plants;
 use crate::quality;
 
 /// A cell of `where`, persons aside.

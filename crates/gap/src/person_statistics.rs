@@ -11,13 +11,13 @@ use effects::Effect;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::calibrated_person::CalibratedPerson;
-use crate::calibration::{Calibration, Factor};
 use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, band};
 use crate::error::GapError;
-use crate::observations::{Observations, Reading};
+use crate::filter::calibration::{Calibration, Factor};
+use crate::filter::observations::{Observations, Reading};
+use crate::filter::plants::Ode;
 use crate::person::analyse;
-use crate::plants::Ode;
 use crate::which::{Thresholds, which};
 
 /// Quarters of the day: the levels of the statistics by hour.

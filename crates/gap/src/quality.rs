@@ -29,7 +29,7 @@ use physiology::MgPerDl;
 pub use self::identical_people::identical_people;
 use self::interleaved_cgm::Interleaved;
 use crate::diagnosis::{DataQualityFinding, FindingEstimate};
-use crate::observations::{Observations, Reading};
+use crate::filter::observations::{Observations, Reading};
 
 /// What a diagnosis should do about a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -34,8 +34,8 @@ use self::hypothesis::Tried;
 use self::round::{Round, Score, ScoreOf};
 use self::unknown::unknown_events;
 use crate::calibrated_person::CalibratedPerson;
-use crate::calibration::CalibrationRule;
 use crate::error::GapError;
+use crate::filter::calibration::CalibrationRule;
 
 pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;

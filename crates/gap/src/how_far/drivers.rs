@@ -2,7 +2,7 @@
 
 use effects::{Course, Effect, Field, Form, Modulation};
 
-use crate::tangent::Direction;
+use crate::filter::tangent::Direction;
 
 /// Half the distance of amplitudes over which a modulation's slope is taken. Modulations are linear or
 /// exponential in the amplitude.

@@ -10,7 +10,7 @@ use super::settings::Settings;
 use super::subject::Subject;
 use super::unit::Unit;
 use super::{Amplitude, NamedEffect};
-use crate::calibration::CalibrationRule;
+use crate::filter::calibration::CalibrationRule;
 
 /// What training days gave.
 pub(super) struct Fitted<'a> {

@@ -7,14 +7,14 @@ use effects::{Field, Modulation};
 use physiology::StepInput;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::augmented::{
+use crate::error::GapError;
+use crate::filter::augmented::{
     AugmentedModel, AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, Transition,
 };
-use crate::covariance::Covariance;
-use crate::error::GapError;
-use crate::filter::Filtered;
+use crate::filter::covariance::Covariance;
+use crate::filter::kalman::Filtered;
+use crate::filter::observations::{Observations, within_sensor_range};
 use crate::modulated_plant::ModulatedState;
-use crate::observations::{Observations, within_sensor_range};
 
 /// Points of the normal distribution over which an absolute error is averaged.
 const POINTS: usize = 32;
@@ -41,7 +41,7 @@ impl<'a> Rollouts<'a> {
         let normal = Normal::standard();
         let points =
             (0..POINTS).map(|k| normal.inverse_cdf((k as f64 + 0.5) / POINTS as f64)).collect();
-        let covariance = crate::filter::start(model, record).1;
+        let covariance = crate::filter::kalman::start(model, record).1;
         Self { model, record, filtered, at: 0, covariance, points }
     }
 

@@ -12,13 +12,13 @@ use super::hidden::Hidden;
 use super::prepared_steps::PreparedSteps;
 use super::refit::{Fit, model, stretch};
 use super::settings::Settings;
-use crate::augmented::{AugmentedModel, AugmentedState};
 use crate::error::GapError;
-use crate::filter::{Filtered, filter};
+use crate::filter::augmented::{AugmentedModel, AugmentedState};
+use crate::filter::kalman::{Filtered, filter};
+use crate::filter::observations::{Observations, Reading};
+use crate::filter::scored::normalised;
+use crate::filter::whitening::huber_loss;
 use crate::modulated_plant::{ModulatedPlant, ModulatedState};
-use crate::observations::{Observations, Reading};
-use crate::scored::normalised;
-use crate::whitening::huber_loss;
 
 /// Steps of record that the filter sees before the first day held out: a day, twice the burn-in.
 const LEAD: usize = STEPS_PER_DAY;
@@ -372,11 +372,11 @@ mod tests {
 
     use super::super::{HowFarRule, sample};
     use super::*;
-    use crate::calibration::{CalibrationRule, PersonalFactors};
     use crate::course::course;
+    use crate::filter::calibration::{CalibrationRule, PersonalFactors};
+    use crate::filter::whitening::Autoregression;
     use crate::free_run::FreeRunRule;
     use crate::localisation::LocalisationRule;
-    use crate::whitening::Autoregression;
 
     const BLOCK: Range<usize> = 864..1152;
     const HORIZONS: [usize; 4] = [6, 60, 200, 287];
@@ -525,7 +525,7 @@ mod tests {
             let mut steps = vec![Modulation::NEUTRAL; own.glucose.len()];
             effects::Effect::modulate(&Drain, 0, 1.0, &own, &mut steps);
             state = model.step(&state, &observations.inputs[step], &steps[step]).expect("finite");
-            let reading = crate::observations::within_sensor_range(state.interstitial.0);
+            let reading = crate::filter::observations::within_sensor_range(state.interstitial.0);
             let distance = (reading - run.readings[offset + 1]).abs();
             // Rounds end when glucose moves by less than 0.5 mg/dL.
             assert!(distance < AGREED, "{offset} steps on: {distance} mg/dL");

@@ -8,8 +8,8 @@ use effects::{Field, Modulation};
 use ode_sim::{OdeVector, slot};
 use physiology::{Compartment, Plant as _, StepInput};
 
-use crate::augmented::{AugmentedModel, AugmentedState, Euler};
-use crate::observations::within_sensor_range;
+use crate::filter::augmented::{AugmentedModel, AugmentedState, Euler};
+use crate::filter::observations::within_sensor_range;
 
 /// The steps of a stretch of a record.
 pub(super) struct PreparedSteps<'a> {
@@ -143,8 +143,8 @@ mod tests {
     use physiology::{Grams, Kilograms, MgPerDl, Units, UnitsPerHour};
 
     use super::*;
+    use crate::filter::noise::NoiseModel;
     use crate::modulated_plant::ModulatedPlant;
-    use crate::noise::NoiseModel;
 
     const STEPS: usize = 60;
 

@@ -15,14 +15,14 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::hidden::{Change, Hidden};
 use super::refit::{Fit, model, stretch};
-use crate::augmented::AugmentedModel;
-use crate::calibration::CalibrationRule;
 use crate::error::GapError;
-use crate::filter::{Filtered, filter};
+use crate::filter::augmented::AugmentedModel;
+use crate::filter::calibration::CalibrationRule;
+use crate::filter::kalman::{Filtered, filter};
+use crate::filter::observations::Observations;
+use crate::filter::tangent::{Direction, signatures};
+use crate::filter::whitening::huber_weight;
 use crate::log_sum::{log_sum, raised};
-use crate::observations::Observations;
-use crate::tangent::{Direction, signatures};
-use crate::whitening::huber_weight;
 
 /// Steps that the filter's answer to a change is followed beyond its end: 6 h.
 const ANSWER: usize = 6 * STEPS_PER_HOUR;

@@ -11,14 +11,16 @@ use physiology::Plant;
 
 use super::drivers::{self, Driver};
 use super::hierarchy::Evidence;
-use crate::augmented::AugmentedModel;
-use crate::calibration::{CalibrationRule, FACTORS, Factor, PersonalFactors, clipped_scale};
 use crate::error::GapError;
-use crate::filter::Filtered;
-use crate::observations::Observations;
-use crate::scored::normalised;
-use crate::tangent::{Direction, Parameter, filtered_along};
-use crate::whitening::{Autoregression, huber_weight};
+use crate::filter::augmented::AugmentedModel;
+use crate::filter::calibration::{
+    CalibrationRule, FACTORS, Factor, PersonalFactors, clipped_scale,
+};
+use crate::filter::kalman::Filtered;
+use crate::filter::observations::Observations;
+use crate::filter::scored::normalised;
+use crate::filter::tangent::{Direction, Parameter, filtered_along};
+use crate::filter::whitening::{Autoregression, huber_weight};
 
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
@@ -118,7 +120,7 @@ impl Training<'_> {
     /// The equations at a fit; whitening and glucose are brought up to date.
     ///
     /// # Errors
-    /// As [`filter`](crate::filter::filter); [`GapError::Singular`].
+    /// As [`filter`](crate::filter::kalman::filter); [`GapError::Singular`].
     pub(super) fn equations(
         &mut self,
         fit: &mut Fit,

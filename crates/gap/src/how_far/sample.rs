@@ -4,8 +4,8 @@ use cohort::{Channel, Person, Record, Therapy};
 use ode_sim::{EgpMode, OdeParameters};
 use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 
-use crate::augmented::AugmentedModel;
-use crate::noise::NoiseModel;
+use crate::filter::augmented::AugmentedModel;
+use crate::filter::noise::NoiseModel;
 
 /// The working filter with the nominal parameters.
 pub(super) fn model(weight: Kilograms) -> AugmentedModel {

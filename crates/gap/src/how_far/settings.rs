@@ -1,7 +1,7 @@
 //! What the held-out comparison needs to know.
 
 use super::HowFarRule;
-use crate::calibration::CalibrationRule;
+use crate::filter::calibration::CalibrationRule;
 use crate::free_run::FreeRunRule;
 use crate::localisation::LocalisationRule;
 

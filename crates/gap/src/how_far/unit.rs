@@ -12,8 +12,8 @@ use super::refit::{Equations, Fit, Training};
 use super::settings::Settings;
 use super::subject::Subject;
 use super::summary::Pair;
-use crate::calibration::CalibrationRule;
 use crate::error::GapError;
+use crate::filter::calibration::CalibrationRule;
 
 /// Glucose that drivers see on days held out while the others train, mg/dL: nothing happens at it.
 const UNKNOWN: f64 = 120.0;
@@ -193,7 +193,7 @@ impl Unit<'_> {
     /// What training days say about each hidden effect.
     ///
     /// # Errors
-    /// As [`filter`](crate::filter::filter()).
+    /// As [`filter`](crate::filter::kalman::filter()).
     pub(super) fn tallies(
         &self,
         subject: &Subject<'_>,

@@ -6,7 +6,7 @@
 use cohort::Person;
 
 use super::{Consequence, Finding};
-use crate::observations::{SENSOR_HIGH, SENSOR_LOW};
+use crate::filter::observations::{SENSOR_HIGH, SENSOR_LOW};
 
 /// Distance between the 5th and the 95th percentile below which a column is flat, mg/dL. The least of the
 /// reference people is above 100.

@@ -4,7 +4,7 @@ use cohort::Person;
 
 use super::Finding;
 use crate::diagnosis::FindingEstimate;
-use crate::observations::{INTERPOLATED_SHARE, Observations};
+use crate::filter::observations::{INTERPOLATED_SHARE, Observations};
 
 pub(super) fn finding(person: &Person, observations: &Observations) -> Option<Finding> {
     let share = observations.interpolated_share;

@@ -3,7 +3,7 @@
 use cohort::{Channel, Person};
 
 use super::Finding;
-use crate::observations::DEFAULT_WEIGHT;
+use crate::filter::observations::DEFAULT_WEIGHT;
 
 pub(super) fn findings(person: &Person) -> Vec<Finding> {
     let record = &person.record;

@@ -20,8 +20,8 @@ use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::design::design;
 use crate::error::GapError;
+use crate::filter::plants::Plants;
 use crate::person::{PersonOutcome, analyse};
-use crate::plants::Plants;
 
 /// The exact course of an effect in a cohort.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,9 +8,9 @@ use super::hypothesis::{Hypothesis, Tried};
 use super::lag;
 use super::round::Subject;
 use crate::calibrated_person::CalibratedPerson;
-use crate::calibration::{Calibration, CalibrationRule};
 use crate::error::GapError;
-use crate::observations::Observations;
+use crate::filter::calibration::{Calibration, CalibrationRule};
+use crate::filter::observations::Observations;
 
 /// Least factor that hidden events may leave of anything.
 const LEAST_FACTOR: f64 = 0.05;

@@ -11,13 +11,13 @@ use effects::Modulation;
 use effects::{Course, Effect, Field};
 
 use super::held_out::{FOLDS, fold};
-use crate::calibration::{Calibration, CalibrationRule};
 use crate::error::GapError;
-use crate::filter::innovations;
+use crate::filter::calibration::{Calibration, CalibrationRule};
+use crate::filter::kalman::innovations;
+use crate::filter::observations::Observations;
+use crate::filter::scored::normalised;
+use crate::filter::whitening::{Autoregression, huber_loss, robust_scale};
 use crate::log_sum::raised;
-use crate::observations::Observations;
-use crate::scored::normalised;
-use crate::whitening::{Autoregression, huber_loss, robust_scale};
 
 /// Amplitudes in the order in which they are run: 8 and 10 min, then 6, 12, 16, 22 and 32 min.
 const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
@@ -72,7 +72,7 @@ impl LagEvidence {
 /// Log likelihoods of one person's days at some amplitudes of the lag.
 ///
 /// # Errors
-/// As [`filter`](crate::filter::filter).
+/// As [`filter`](crate::filter::kalman::filter).
 pub(super) fn likelihoods(
     observations: &Observations,
     calibration: &Calibration,

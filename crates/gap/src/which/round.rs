@@ -15,9 +15,9 @@ use super::statistics::{self, Person as Statistics};
 use super::unknown::bins::Bins;
 use super::variance::{self, Estimated, Spreads};
 use crate::calibrated_person::CalibratedPerson;
-use crate::calibration::CalibrationRule;
 use crate::design::{Column, Design, EventBank, design};
 use crate::error::GapError;
+use crate::filter::calibration::CalibrationRule;
 
 /// Standard deviation of the amplitude of a guard.
 pub(super) const GUARD_SD: f64 = 0.5;

@@ -11,7 +11,7 @@ use physiology::STEPS_PER_DAY;
 
 use super::held_out::{FOLDS, fold};
 use crate::design::{Background, Column, Design};
-use crate::tangent::Parameter;
+use crate::filter::tangent::Parameter;
 
 /// Steps of a block: six hours.
 pub(super) const BLOCK: usize = STEPS_PER_DAY / 4;

@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use effects::{Field, Modulation};
-use gap::augmented::{AugmentedModel, AugmentedState, STATES, Transition};
-use gap::body::{Body, sees};
-use gap::calibration::{Factor, PersonalFactors, calibrated};
-use gap::filter::filter;
-use gap::tangent::{Direction, Parameter, signatures};
+use gap::filter::augmented::{AugmentedModel, AugmentedState, STATES, Transition};
+use gap::filter::body::{Body, sees};
+use gap::filter::calibration::{Factor, PersonalFactors, calibrated};
+use gap::filter::kalman::filter;
+use gap::filter::tangent::{Direction, Parameter, signatures};
 use gap::{CalibrationRule, NoiseModel, Observations};
 use ode_sim::equations::{Forcing, derivative, infusion};
 use ode_sim::gut::glucose_dose;
@@ -261,7 +261,8 @@ fn a_start_and_the_noise_of_doses_are_the_odes() {
         // A day of Euler steps from the same rest.
         assert!((a - b).abs() <= 1e-6 * a.abs(), "{compartment}: {b} against {a}");
     }
-    let sd = |p: &gap::covariance::Covariance, c: Compartment| p.get(slot(c), slot(c)).sqrt();
+    let sd =
+        |p: &gap::filter::covariance::Covariance, c: Compartment| p.get(slot(c), slot(c)).sqrt();
     let c1 = sd(&q, Compartment::C1) / sd(&p, Compartment::C1);
     // All that is eaten comes into C1; C2 rises to 1/e of it.
     assert!((c1 - 1.0).abs() < 1e-9, "{c1}");
@@ -269,7 +270,7 @@ fn a_start_and_the_noise_of_doses_are_the_odes() {
     let c2 = sd(&q, Compartment::C2) * t_max_g / sd(&p, Compartment::C2);
     assert!((c2 - (-1.0f64).exp()).abs() < 0.05, "{c2}");
     let noise = |model: &AugmentedModel, state: &AugmentedState| {
-        let mut p = gap::covariance::Covariance::diagonal(&[0.0; STATES]);
+        let mut p = gap::filter::covariance::Covariance::diagonal(&[0.0; STATES]);
         model.add_meal_noise(&mut p, &input());
         model.add_process_noise(&mut p, &input(), state);
         [Compartment::C1, Compartment::S1].map(|c| sd(&p, c))

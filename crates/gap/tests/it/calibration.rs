@@ -1,7 +1,7 @@
 //! Calibration recovers the parameters of people made with the plant.
 
 use ::cohort::{Channel, ImportFormat, Person, import};
-use gap::calibration::{Calibration, Factor, PersonalFactors, calibrate};
+use gap::filter::calibration::{Calibration, Factor, PersonalFactors, calibrate};
 use gap::{CalibrationRule, Diagnoser, DiagnosisConfig, NoiseModel, Observations};
 use ode_sim::{EgpMode, OdeParameters};
 use rand::SeedableRng;

@@ -1,8 +1,8 @@
 //! The filter on data of its own model: innovations are white with unit variance.
 
-use gap::augmented::AugmentedModel;
-use gap::calibration::PersonalFactors;
-use gap::filter::filter;
+use gap::filter::augmented::AugmentedModel;
+use gap::filter::calibration::PersonalFactors;
+use gap::filter::kalman::filter;
 use gap::{NoiseModel, Observations};
 use ode_sim::{EgpMode, OdeParameters};
 use physiology::Kilograms;

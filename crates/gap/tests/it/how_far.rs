@@ -2,8 +2,8 @@
 
 use cohort::{Channel, Cohort};
 use effects::Effect;
-use gap::calibration::{Calibration, calibrate};
 use gap::diagnosis::HowFar;
+use gap::filter::calibration::{Calibration, calibrate};
 use gap::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far, shrinkage};
 use gap::{CalibratedPerson, DiagnosisConfig, LocalisationRule, NoiseModel, Observations};
 use ode_sim::OdeParameters;

@@ -3,7 +3,7 @@
 
 use cohort::{Channel, Cohort, Person, Record, Therapy};
 use gap::NoiseModel;
-use gap::calibration::PersonalFactors;
+use gap::filter::calibration::PersonalFactors;
 use ode_sim::{EgpMode, Integrator, OdeParameters, OdePlant, steady_state};
 use physiology::{Grams, Kilograms, MgPerDl, Plant, STEP, StepInput, Units};
 use rand::{RngExt, SeedableRng};
@@ -46,7 +46,7 @@ pub(crate) fn cohort_under(world: &World, people: usize, seed: u64, noise: &Nois
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             rng.set_stream(index as u64);
             let mut factors = PersonalFactors::default();
-            for (value, factor) in factors.0.iter_mut().zip(gap::calibration::Factor::ALL) {
+            for (value, factor) in factors.0.iter_mut().zip(gap::filter::calibration::Factor::ALL) {
                 *value = world.spread * factor.prior_sd() * normal(&mut rng);
             }
             person_under(&format!("p{index}"), &factors, world, noise, &mut rng)

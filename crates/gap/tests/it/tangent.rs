@@ -1,10 +1,10 @@
 //! Signatures are the derivative of the replay, along every field and every parameter.
 
 use effects::{Field, Modulation};
-use gap::augmented::AugmentedModel;
-use gap::calibration::PersonalFactors;
-use gap::filter::{Filtered, filter, replay};
-use gap::tangent::{Direction, Parameter, signatures};
+use gap::filter::augmented::AugmentedModel;
+use gap::filter::calibration::PersonalFactors;
+use gap::filter::kalman::{Filtered, filter, replay};
+use gap::filter::tangent::{Direction, Parameter, signatures};
 use gap::{NoiseModel, Observations};
 use ode_sim::{EgpMode, OdeParameters};
 use rand::SeedableRng;

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 use cohort::Person;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use crate::whitening::robust_scale;
+use crate::filter::whitening::robust_scale;
 
 /// Length of the rises, steps.
 const RISE: usize = 3;

@@ -18,13 +18,13 @@ use physiology::Plant as _;
 use serde::{Deserialize, Serialize};
 
 use self::search::{Solved, solved};
-use crate::augmented::AugmentedModel;
 use crate::error::GapError;
-use crate::filter::{Filtered, Innovation, filter};
-use crate::noise::NoiseModel;
-use crate::observations::Observations;
-use crate::scored::normalised;
-use crate::whitening::{Autoregression, HUBER_THRESHOLD, robust_scale};
+use crate::filter::augmented::AugmentedModel;
+use crate::filter::kalman::{Filtered, Innovation, filter};
+use crate::filter::noise::NoiseModel;
+use crate::filter::observations::Observations;
+use crate::filter::scored::normalised;
+use crate::filter::whitening::{Autoregression, HUBER_THRESHOLD, robust_scale};
 
 pub use ode_sim::personal::{FACTORS, Factor, PersonalFactors};
 

@@ -5,7 +5,7 @@
 //! restored by every propagation, so that the matrix stays positive semidefinite however small the reading noise is.
 //! Both steps are inlined always, so that they are compiled for the instructions of the filter that calls them.
 
-use crate::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
+use crate::filter::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
 
 /// States but for the sensor error: the body's, the flux and interstitial glucose.
 const BODY: usize = SENSOR;
@@ -298,8 +298,8 @@ mod tests {
 
     #[test]
     fn the_filters_own_recursion_keeps_it_positive_semidefinite() {
-        use crate::augmented::AugmentedModel;
-        use crate::noise::NoiseModel;
+        use crate::filter::augmented::AugmentedModel;
+        use crate::filter::noise::NoiseModel;
         use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
         let parameters = ode_sim::OdeParameters::nominal();
         let egp = ode_sim::EgpMode::NonNegative;

@@ -9,7 +9,7 @@ use crate::error::GapError;
 ///
 /// [`NoiseModel::working`] holds the values of highest likelihood over made and recorded people: their
 /// innovations have about the standard deviation that the filter expects. A fitted autoregression takes
-/// care of the rest ([`whitening`](crate::whitening)).
+/// care of the rest ([`whitening`](crate::filter::whitening)).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NoiseModel {
     /// Stationary standard deviation of the Ornstein-Uhlenbeck flux into Q1, mmol/kg/min.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cohort::Person;
 
-use crate::body::Body;
+use crate::filter::body::Body;
 
 /// The plant that is diagnosed, person by person: the same for everybody, or everybody's own.
 pub trait Plants: Sync {

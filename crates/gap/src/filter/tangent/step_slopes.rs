@@ -13,7 +13,9 @@ use physiology::Compartment;
 use physiology::{MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
 
 use super::Parameter;
-use crate::augmented::{Acting, AugmentedModel, AugmentedState, Euler, INTERSTITIAL, low_depth};
+use crate::filter::augmented::{
+    Acting, AugmentedModel, AugmentedState, Euler, INTERSTITIAL, low_depth,
+};
 
 /// The derivative of some states after a step, in the order of [`changed`] or [`reached`]; 0 after their last.
 type Slope = [f64; 4];

@@ -20,10 +20,10 @@ use ode_sim::OdeParameters;
 
 use self::passing::{Block, Pass};
 use self::steps::Steps;
-use crate::augmented::{AugmentedModel, STATES};
 use crate::error::GapError;
-use crate::filter::{Filtered, Seen, run};
-use crate::observations::Observations;
+use crate::filter::augmented::{AugmentedModel, STATES};
+use crate::filter::kalman::{Filtered, Seen, run};
+use crate::filter::observations::Observations;
 
 /// A direction in which the model is changed.
 #[derive(Debug, Clone)]
@@ -164,7 +164,7 @@ pub(crate) fn few_at_a_time(
 }
 
 /// Runs the filter and carries directions along in the same pass: `filtered` becomes what
-/// [`filter`](crate::filter::filter) makes of the record, and `taken` is told as by [`few_at_a_time`] of it.
+/// [`filter`](crate::filter::kalman::filter) makes of the record, and `taken` is told as by [`few_at_a_time`] of it.
 ///
 /// For a handful of directions: their derivatives are all held at once.
 pub(crate) fn filtered_along(
@@ -227,9 +227,9 @@ mod tests {
     use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 
     use super::*;
-    use crate::filter::filter;
-    use crate::noise::NoiseModel;
-    use crate::observations::Reading;
+    use crate::filter::kalman::filter;
+    use crate::filter::noise::NoiseModel;
+    use crate::filter::observations::Reading;
 
     /// A record in which much happens.
     fn record(n: usize) -> Observations {

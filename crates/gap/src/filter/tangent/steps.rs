@@ -4,10 +4,10 @@ use effects::{FIELDS, Field, Modulation};
 
 use super::step_slopes::{StepSlopes, changed, reached};
 use super::{Direction, LANES, Parameter, States, pulses, reads_only};
-use crate::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, STATES};
 use crate::error::GapError;
-use crate::filter::{Seen, start};
-use crate::observations::Observations;
+use crate::filter::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, STATES};
+use crate::filter::kalman::{Seen, start};
+use crate::filter::observations::Observations;
 
 /// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
 /// far above rounding, far below the curvature of a step.

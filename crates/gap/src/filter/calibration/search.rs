@@ -8,9 +8,9 @@ use super::{
     CalibrationRule, FACTORS, Factor, Factors, PersonalFactors, Setting, Square, Whitening,
 };
 use crate::error::GapError;
-use crate::filter::{Filtered, filter, replayed};
-use crate::tangent::{Direction, Parameter, few_at_a_time};
-use crate::whitening::{Autoregression, huber_loss, huber_weight};
+use crate::filter::kalman::{Filtered, filter, replayed};
+use crate::filter::tangent::{Direction, Parameter, few_at_a_time};
+use crate::filter::whitening::{Autoregression, huber_loss, huber_weight};
 
 /// The calibrated parameters, in the order of [`Factor::ALL`](super::Factor::ALL).
 const PARAMETERS: [Parameter; FACTORS] = [

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::calibration::CalibrationRule;
-use crate::filter::Innovation;
-use crate::observations::Observations;
+use crate::filter::calibration::CalibrationRule;
+use crate::filter::kalman::Innovation;
+use crate::filter::observations::Observations;
 
 impl CalibrationRule {
     /// Whether the innovation of each step of a stretch is scored, by a filter that starts with the stretch: not while it

@@ -22,7 +22,7 @@ use physiology::{
     Units, UnitsPerHour,
 };
 
-use crate::augmented::{BodySlopes, Transition, rest};
+use crate::filter::augmented::{BodySlopes, Transition, rest};
 
 /// A body of the ten compartments that is not the ODE: a network, or a network with a person's residual.
 ///

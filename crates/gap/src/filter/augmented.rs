@@ -29,9 +29,9 @@ pub use self::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE,
 use self::transition::Surroundings;
 pub use self::transition::Transition;
 pub(crate) use self::transition::{BodySlopes, Narrow};
-use crate::body::{Body, OtherBody};
-use crate::covariance::Covariance;
-use crate::noise::NoiseModel;
+use crate::filter::body::{Body, OtherBody};
+use crate::filter::covariance::Covariance;
+use crate::filter::noise::NoiseModel;
 
 /// Glucose below which a correction by the filter is cut off; sensors end at 40 mg/dL.
 pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);

@@ -1,0 +1,250 @@
+//! The extended Kalman filter over a person's record, and its replay with frozen gains.
+
+use physiology::{MgPerDl, STEPS_PER_DAY};
+
+use crate::error::GapError;
+use crate::filter::augmented::{AugmentedModel, AugmentedState, Transition};
+use crate::filter::covariance::Gain;
+use crate::filter::observations::{Observations, Reading, SENSOR_HIGH, SENSOR_LOW};
+
+/// A reading minus what the filter expected just before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Innovation {
+    /// Observed minus predicted, mg/dL: positive where glucose is under-predicted.
+    pub value: f64,
+    /// Its variance by the filter, mg/dL squared.
+    pub variance: f64,
+}
+
+impl Innovation {
+    /// The innovation in its own standard deviations.
+    #[must_use]
+    pub fn normalised(&self) -> f64 {
+        self.value / self.variance.sqrt()
+    }
+}
+
+/// What the filter made of a record; every field has one entry a step.
+#[derive(Debug, Clone)]
+pub struct Filtered {
+    /// The state after the step's reading, before the step's inputs.
+    pub states: Vec<AugmentedState>,
+    /// Innovations of readings inside the sensor's range; `None` where a reading is missing,
+    /// interpolated or censored.
+    pub innovations: Vec<Option<Innovation>>,
+    /// The gains that were applied; `None` where the filter only predicted.
+    pub gains: Vec<Option<Gain>>,
+}
+
+impl Filtered {
+    pub(crate) fn with_capacity(steps: usize) -> Self {
+        Self {
+            states: Vec::with_capacity(steps),
+            innovations: Vec::with_capacity(steps),
+            gains: Vec::with_capacity(steps),
+        }
+    }
+
+    /// Appends what was made of a step.
+    pub(crate) fn push(&mut self, seen: &Seen<'_>) {
+        self.states.push(*seen.state);
+        self.innovations.push(seen.innovation);
+        self.gains.push(seen.gain);
+    }
+
+    /// Forgets everything and keeps the room.
+    pub(crate) fn clear(&mut self) {
+        self.states.clear();
+        self.innovations.clear();
+        self.gains.clear();
+    }
+}
+
+/// What the filter made of one step.
+pub(crate) struct Seen<'a> {
+    pub(crate) step: usize,
+    /// The state after the step's reading, before the step's inputs.
+    pub(crate) state: &'a AugmentedState,
+    pub(crate) innovation: Option<Innovation>,
+    pub(crate) gain: Option<Gain>,
+    /// The state expected one step later, and its derivative by `state`.
+    pub(crate) following: &'a AugmentedState,
+    pub(crate) transition: &'a Transition,
+}
+
+/// Runs the filter.
+///
+/// A missing or interpolated reading is predicted through. A reading at an end of the sensor's range corrects the
+/// state as if it were exact only where the expectation lies inside the range; beyond it, reading
+/// and expectation agree. Neither case gives an innovation.
+///
+/// # Errors
+/// [`GapError::Length`] for a record whose channels differ in length and
+/// [`GapError::FilterNotFinite`] with the step.
+pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
+    let n = record.len();
+    let mut filtered = Filtered::with_capacity(n);
+    run(model, record, n, |seen| {
+        filtered.push(&seen);
+        Ok(())
+    })?;
+    Ok(filtered)
+}
+
+/// The innovations of [`filter`] at the steps before `end`, and nothing else.
+pub(crate) fn innovations(
+    model: &AugmentedModel,
+    record: &Observations,
+    end: usize,
+) -> Result<Vec<Option<Innovation>>, GapError> {
+    let mut innovations = Vec::with_capacity(end.min(record.len()));
+    run(model, record, end, |seen| {
+        innovations.push(seen.innovation);
+        Ok(())
+    })?;
+    Ok(innovations)
+}
+
+/// Runs the filter over the steps before `end` and tells `seen` of each.
+pub(crate) fn run(
+    model: &AugmentedModel,
+    record: &Observations,
+    end: usize,
+    seen: impl FnMut(Seen<'_>) -> Result<(), GapError>,
+) -> Result<(), GapError> {
+    check_length(record)?;
+    pulp::Arch::new().dispatch(Running { model, record, end, seen })
+}
+
+/// A run of the filter, compiled for the instructions of the machine it runs on. Products and sums are rounded
+/// one by one on all of them, so that they agree bit for bit.
+struct Running<'a, F> {
+    model: &'a AugmentedModel,
+    record: &'a Observations,
+    end: usize,
+    seen: F,
+}
+
+impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running<'_, F> {
+    type Output = Result<(), GapError>;
+
+    #[inline(always)]
+    fn call(self) -> Result<(), GapError> {
+        let Self { model, record, end, mut seen } = self;
+        let (mut state, mut covariance) = start(model, record);
+        let variance = model.noise().reading_sd.powi(2);
+        let mut transition = Transition::default();
+        for step in 0..end.min(record.len()) {
+            let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
+            let expected = model.reading(&state, record.modulation(step));
+            let difference = correction(record.readings[step], expected);
+            let mut gain = None;
+            if let Some(value) = difference {
+                let update = covariance.update(variance);
+                state = model.corrected(&state, &update.gain, value);
+                gain = Some(update);
+            }
+            let scored = matches!(record.readings[step], Reading::Within(_));
+            let innovation = gain
+                .filter(|_| scored)
+                .zip(difference)
+                .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
+            let input = &record.inputs[step];
+            model.add_meal_noise(&mut covariance, input);
+            let following = model
+                .linearised_into(&state, input, record.modulation(step), &mut transition)
+                .map_err(|_| failed())?;
+            covariance.propagate(&transition);
+            model.add_process_noise(&mut covariance, input, &following);
+            let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());
+            if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
+                return Err(failed());
+            }
+            seen(Seen {
+                step,
+                state: &state,
+                innovation,
+                gain,
+                following: &following,
+                transition: &transition,
+            })?;
+            state = following;
+        }
+        Ok(())
+    }
+}
+
+/// Runs the filter with the gains of an earlier run, for another model of the same person.
+///
+/// States and innovations are those of `model`; gains and variances are those of `frozen`. With the gains held, the
+/// innovations are a smooth function of the model's parameters, but for the kinks of the plant.
+///
+/// # Errors
+/// As [`filter`].
+pub fn replayed(
+    model: &AugmentedModel,
+    record: &Observations,
+    frozen: &Filtered,
+) -> Result<Filtered, GapError> {
+    check_length(record)?;
+    let (mut state, _) = start(model, record);
+    let mut filtered = Filtered::with_capacity(record.len());
+    for (step, gain) in frozen.gains.iter().enumerate() {
+        let difference = record.readings[step]
+            .value()
+            .map(|value| value - model.reading(&state, record.modulation(step)));
+        if let (Some(gain), Some(difference)) = (gain, difference) {
+            state = model.corrected(&state, &gain.gain, difference);
+        }
+        filtered.states.push(state);
+        filtered.gains.push(*gain);
+        let innovation = frozen.innovations[step].zip(difference);
+        filtered.innovations.push(innovation.map(|(held, value)| Innovation { value, ..held }));
+        state = model
+            .step(&state, &record.inputs[step], record.modulation(step))
+            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
+    }
+    Ok(filtered)
+}
+
+/// The innovations of [`replayed`], mg/dL, at the steps that the earlier run scored.
+///
+/// # Errors
+/// As [`filter`].
+pub fn replay(
+    model: &AugmentedModel,
+    record: &Observations,
+    frozen: &Filtered,
+) -> Result<Vec<Option<f64>>, GapError> {
+    let run = replayed(model, record, frozen)?;
+    Ok(run.innovations.iter().map(|innovation| innovation.map(|i| i.value)).collect())
+}
+
+fn check_length(record: &Observations) -> Result<(), GapError> {
+    if record.inputs.len() != record.readings.len() {
+        return Err(GapError::Length {
+            person: record.person.clone(),
+            readings: record.readings.len(),
+            inputs: record.inputs.len(),
+        });
+    }
+    Ok(())
+}
+
+/// The difference that corrects the state, `None` where nothing is to be learnt.
+fn correction(reading: Reading, expected: f64) -> Option<f64> {
+    match reading {
+        Reading::Missing | Reading::Interpolated(_) => None,
+        Reading::Within(glucose) => Some(glucose.0 - expected),
+        Reading::Low => (expected > SENSOR_LOW.0).then_some(SENSOR_LOW.0 - expected),
+        Reading::High => (expected < SENSOR_HIGH.0).then_some(SENSOR_HIGH.0 - expected),
+    }
+}
+
+pub(crate) fn start(
+    model: &AugmentedModel,
+    record: &Observations,
+) -> (AugmentedState, crate::filter::covariance::Covariance) {
+    let first = record.readings.iter().find_map(|reading| reading.value()).unwrap_or(120.0);
+    model.start(record.initial_basal(STEPS_PER_DAY), MgPerDl(first))
+}
