@@ -2,9 +2,13 @@
 //!
 //! Each command's `run` lives in `stages`; this file only describes the words.
 
+mod realism;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub(crate) use realism::RealismArgs;
 
 /// Digital twins for type 1 diabetes: simulate, train, prove, personalise, judge, diagnose.
 ///
@@ -600,32 +604,6 @@ pub(crate) struct BlindCheckArgs {
     /// Seed of the worlds [default: a fresh one, which is said].
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-}
-
-/// Options of `realism`.
-#[derive(Debug, Args)]
-pub(crate) struct RealismArgs {
-    /// A cohort of real people; may be given more than once.
-    #[arg(long, value_name = "DIR", required = true)]
-    pub cohort: Vec<PathBuf>,
-    /// Worlds in which something is missing.
-    #[arg(long, value_name = "N", default_value_t = 120)]
-    pub worlds: usize,
-    /// Worlds in which nothing is missing.
-    #[arg(long, value_name = "N", default_value_t = 120)]
-    pub nulls: usize,
-    /// People in each world.
-    #[arg(long, value_name = "N", default_value_t = 2)]
-    pub people: usize,
-    /// Days of each person; of longer records those with the most readings.
-    #[arg(long, value_name = "N", default_value_t = 14)]
-    pub days: usize,
-    /// Output folder.
-    #[arg(long, value_name = "DIR", default_value = "out/realism")]
-    pub out: PathBuf,
-    /// Seed of the worlds.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
 }
 
 /// Options of `worlds`.

@@ -210,7 +210,7 @@ pub fn which(
         }));
         prefer_known(&mut candidates, &tried, &named);
         let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
-        let library = tried.library().iter().map(|effect| effect.card().id);
+        let library = tried.of_library().iter().map(|effect| effect.card().id);
         let untried: Vec<EffectId> = library.filter(nobodys).collect();
         let evidence = || {
             let of_port =
@@ -289,7 +289,7 @@ fn prefer_known(candidates: &mut [Candidate], tried: &Tried<'_>, named: &[Named]
 /// The evidence that is asked of a hypothesis.
 fn threshold(thresholds: &Thresholds, tried: &Tried<'_>, hypothesis: Hypothesis) -> Threshold {
     match hypothesis {
-        Hypothesis::Effect(id) => thresholds.of_effect(&tried.get(id).card(), tried.library()),
+        Hypothesis::Effect(id) => thresholds.of_effect(&tried.get(id).card(), tried.of_library()),
         other => thresholds.of(&other.name()),
     }
 }

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &RealismArgs) -> Result<()> {
     }
     let output = OutputFolder::begin(&args.out, manifest)?;
     let (library, config) = (effects::library(), DiagnosisConfig::working());
-    let read = Reader { library: &library, config: &config, days: args.days };
+    let read = Reader { effects: &library, config: &config, days: args.days };
 
     let mut found = Vec::new();
     for (study, person) in &people {
@@ -101,7 +101,7 @@ pub(crate) fn run(args: &RealismArgs) -> Result<()> {
 
 /// Reads people as the diagnosis would.
 struct Reader<'a> {
-    library: &'a [Box<dyn Effect>],
+    effects: &'a [Box<dyn Effect>],
     config: &'a DiagnosisConfig,
     days: usize,
 }
@@ -115,7 +115,7 @@ impl Reader<'_> {
         person: &Person,
     ) -> Result<(PersonStatistics, Option<String>)> {
         let person = best_days(person, self.days);
-        let found = person_statistics(&person, self.library, self.config)?;
+        let found = person_statistics(&person, self.effects, self.config)?;
         let statistics = PersonStatistics {
             group,
             hand: hand.to_owned(),

@@ -79,7 +79,7 @@ impl<'a> Tried<'a> {
     }
 
     /// The effects of the library.
-    pub(super) fn library(&self) -> &[&'a dyn Effect] {
+    pub(super) fn of_library(&self) -> &[&'a dyn Effect] {
         &self.effects[..self.known]
     }
 
@@ -96,7 +96,7 @@ impl<'a> Tried<'a> {
 
     /// What one of them stands for.
     pub(super) fn hypothesis(&self, id: EffectId) -> Hypothesis {
-        let known = self.library().iter().any(|effect| effect.card().id == id);
+        let known = self.of_library().iter().any(|effect| effect.card().id == id);
         if known {
             Hypothesis::Effect(id)
         } else {
