@@ -13,7 +13,7 @@ pub(crate) const CHECK: &str = "plant_misfit";
 const INTERVAL: f64 = 1.96;
 /// Largest logarithm of a factor, up or down, in the order of [`Factor::ALL`]: the central 99 % of bodies or, where it is
 /// wider, of made people. Bodies: log SD of 0.4 for action, 0.2 for EGP0, 0.25 for both times and for bioavailability,
-/// 0.15 for F01 (assumed). Made people: the near ends of 95 % intervals in 100 worlds with narrow variation. Ten of 566 people of worlds with narrow variation have a finding.
+/// 0.15 for F01 (assumed). Made people: the near ends of 95 % intervals in 100 worlds with narrow variation. How many people of wide worlds have a finding was not counted.
 const LARGEST: [f64; FACTORS] = [1.05, 0.55, 0.85, 1.2, 0.7, 0.5];
 /// Largest scale of whitened innovations, in standard deviations that the filter expects: 99.5 % of 316 people of wide
 /// worlds (`xtask realism --worlds 80 --nulls 80 --seed 3`) have less than 1.64.

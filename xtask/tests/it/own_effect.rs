@@ -19,9 +19,9 @@ use crate::narrow_thresholds;
 
 /// Size of the worlds, and how far coffee moves glucose there, mg/dL.
 ///
-/// A cup at the same hour of every day looks much like `circadian_sensitivity`. In bodies of another structure than the
-/// plant's the two are not separated by as much as the structure costs: with bodies of `padova` the library's effect is
-/// named first in this world.
+/// Chosen so that the effect is found: with an earlier version's thresholds coffee was named in 11 of 12 such worlds of
+/// 15 mg/dL and in 3 of 12 of 10 mg/dL. A cup at the same hour of every day looks much like `circadian_sensitivity`, which is
+/// named first in this world with bodies of `padova`. With the thresholds in use, fixed on wide worlds, the test fails.
 const PEOPLE: usize = 5;
 const DAYS: usize = 14;
 const SHIFT: f64 = 15.0;
