@@ -12,6 +12,7 @@
 mod equations;
 mod information;
 mod search;
+mod unlogged;
 
 use ode_sim::{EgpMode, OdeParameters};
 use physiology::Plant as _;
@@ -61,7 +62,7 @@ pub struct Calibration {
     /// Their posterior standard deviations.
     pub sd: [f64; FACTORS],
     /// Their posterior covariance, days taken for independent, in the order of [`Factor::ALL`]: what other days
-    /// would have changed, by the jackknife, and what the prior leaves open.
+    /// would have changed, by the jackknife, what the prior leaves open, and what meals that are not in the log would change.
     pub covariance: [[f64; FACTORS]; FACTORS],
     /// How many times the variance of what the record says is what independent steps would make it, at least 1.
     pub dependence: f64,

@@ -15,6 +15,8 @@ const PRIOR_DAYS: f64 = 4.0;
 /// What one day says: curvature and gradient of its loss.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Day {
+    /// Its place in the record.
+    pub(super) place: usize,
     /// By Gauss and Newton, steps taken for independent.
     pub(super) curvature: Square,
     pub(super) gradient: Factors,
@@ -40,13 +42,15 @@ impl Information {
         Self { days, curvature, gradient }
     }
 
-    /// By Gauss and Newton.
-    pub(super) fn curvature(&self) -> &Square {
-        &self.curvature
+    /// Days with a scored step.
+    pub(super) fn days(&self) -> &[Day] {
+        &self.days
     }
 
-    pub(super) fn gradient(&self) -> &Factors {
-        &self.gradient
+    /// The gradient of the day at a place of the record; `None` where it has no scored step.
+    pub(super) fn gradient_at(&self, place: usize) -> Option<&Factors> {
+        let found = self.days.binary_search_by_key(&place, |day| day.place).ok()?;
+        Some(&self.days[found].gradient)
     }
 
     /// How many times the variance of the gradient is what independent steps would make it, at least 1.
@@ -82,25 +86,30 @@ impl Information {
     }
 
     /// Covariance of the error of the factors at which the posterior is highest: what other days would have changed,
-    /// and what the prior leaves open.
+    /// what the prior leaves open, and `unlogged`.
     ///
-    /// `observed` is the curvature of the data's loss. Where a meal is missing from a log it differs from that of Gauss
-    /// and Newton, because errors are large there and Huber's weights flatten the loss. With it,
+    /// `observed` is the curvature of each day's loss. Where a meal is missing from a log it differs from that of Gauss
+    /// and Newton, because errors are large there and Huber's weights flatten the loss. With their sum,
     /// A is the posterior's curvature and P the prior's precision. The first part is the jackknife's, with one
     /// step of Newton for each day left out; it is drawn towards A^-1 H A^-1 / dependence, which it would be if all
-    /// directions depended alike. The second is A^-1 P A^-1. In no direction is the sum larger than the
-    /// prior's covariance. `None` where a curvature is not positive definite.
-    pub(super) fn covariance(&self, observed: &Square, dependence: f64) -> Option<Square> {
-        let total = with_prior(observed, dependence);
+    /// directions depended alike. The second is A^-1 P A^-1. No factor is less certain than by the
+    /// prior. `None` where a curvature is not positive definite.
+    pub(super) fn covariance(
+        &self,
+        observed: &[Square],
+        dependence: f64,
+        unlogged: &Square,
+    ) -> Option<Square> {
+        let sum = |row: usize, column: usize| observed.iter().map(|day| day[row][column]).sum();
+        let total = with_prior(&square(sum), dependence);
         let whole = inverse(&total)?;
         let n = self.days.len() as f64;
         let moves: Vec<Factors> = self
             .days
             .iter()
-            .map(|day| {
-                let left = square(|row, column| {
-                    total[row][column] - day.curvature[row][column] / dependence
-                });
+            .zip(observed)
+            .map(|(day, own)| {
+                let left = square(|row, column| total[row][column] - own[row][column] / dependence);
                 Some(times(&inverse(&left)?, &day.gradient.map(|value| value / dependence)))
             })
             .collect::<Option<_>>()?;
@@ -116,23 +125,19 @@ impl Information {
         let open = sandwich(&whole, &with_prior(&[[0.0; FACTORS]; FACTORS], 1.0));
         within_prior(&square(|row, column| {
             let sampled = own * jackknife(row, column) + PRIOR_DAYS * alike[row][column];
-            sampled / (own + PRIOR_DAYS) + open[row][column]
+            sampled / (own + PRIOR_DAYS) + open[row][column] + unlogged[row][column]
         }))
     }
 }
 
-/// A covariance that is no larger than the prior's in any direction; `None` where it is not finite.
+/// A covariance in which no factor is less certain than by the prior; correlations stay. `None` where it is not finite.
+///
+/// A direction as a whole is not cut: what two factors share would be taken from the one that is certain too.
 fn within_prior(covariance: &Square) -> Option<Square> {
-    let sd = Factor::ALL.map(Factor::prior_sd);
-    let relative = Mat::from_fn(FACTORS, FACTORS, |row, column| {
-        covariance[row][column] / (sd[row] * sd[column])
-    });
-    let eigen = relative.self_adjoint_eigen(Side::Lower).ok()?;
-    let (vectors, values) = (eigen.U(), eigen.S().column_vector());
-    Some(square(|row, column| {
-        let along = |k: usize| vectors[(row, k)] * f64::min(values[k], 1.0) * vectors[(column, k)];
-        sd[row] * sd[column] * (0..FACTORS).map(along).sum::<f64>()
-    }))
+    let share: Factors =
+        std::array::from_fn(|k| f64::min(Factor::ALL[k].prior_sd() / covariance[k][k].sqrt(), 1.0));
+    let within = square(|row, column| covariance[row][column] * (share[row] * share[column]));
+    within.iter().flatten().all(|value| value.is_finite()).then_some(within)
 }
 
 fn square(of: impl Fn(usize, usize) -> f64) -> Square {
@@ -180,8 +185,14 @@ mod tests {
             gradient[(day / 2) % FACTORS] = if day % 2 == 0 { size } else { -size };
             let own = 400.0 / days as f64;
             let curvature = square(|row, column| if row == column { own } else { 0.0 });
-            Day { curvature, gradient }
+            Day { place: day, curvature, gradient }
         }))
+    }
+
+    /// With the curvature of Gauss and Newton and a complete log.
+    fn covariance(information: &Information, dependence: f64) -> Square {
+        let own: Vec<Square> = information.days().iter().map(|day| day.curvature).collect();
+        information.covariance(&own, dependence, &Square::default()).expect("positive definite")
     }
 
     #[test]
@@ -191,9 +202,7 @@ mod tests {
             let dependence = found.dependence().expect("positive definite");
             // n / (n - 1) of 240 days, and four days of 1 among them.
             assert!((dependence / expected - 1.0).abs() < 0.01, "{factor}: {dependence}");
-            let sd = found.covariance(found.curvature(), dependence).expect("positive definite")[0]
-                [0]
-            .sqrt();
+            let sd = covariance(&found, dependence)[0][0].sqrt();
             let curvature = 400.0 / expected + Factor::Action.prior_sd().powi(-2);
             let ratio = sd * curvature.sqrt();
             // Days that agree too well tell more than they should; the rest is n / (n - 1) and the four days.
@@ -205,7 +214,7 @@ mod tests {
     fn no_record_makes_a_person_less_certain_than_the_prior() {
         let found = information(12, 1e4);
         // Days that contradict each other, and are taken for independent steps all the same.
-        let covariance = found.covariance(found.curvature(), 1.0).expect("positive definite");
+        let covariance = covariance(&found, 1.0);
         for (k, factor) in Factor::ALL.into_iter().enumerate() {
             assert!(covariance[k][k].sqrt() <= factor.prior_sd() * (1.0 + 1e-12), "{factor:?}");
         }
@@ -214,10 +223,28 @@ mod tests {
     #[test]
     fn a_record_that_says_nothing_leaves_the_prior() {
         let empty = Information::of([Day::default()]);
-        let covariance = empty.covariance(empty.curvature(), 1.0).expect("positive definite");
+        let covariance = covariance(&empty, 1.0);
         assert_eq!(empty.dependence(), Some(1.0));
         for (k, factor) in Factor::ALL.into_iter().enumerate() {
             assert!((covariance[k][k].sqrt() / factor.prior_sd() - 1.0).abs() < 1e-12); // rounding
         }
+    }
+
+    /// A factor that no record knows does not take certainty from one with which it is shared, or give any.
+    #[test]
+    fn a_factor_at_its_prior_leaves_the_others_as_they_are() {
+        let mut wide = Square::default();
+        for (k, factor) in Factor::ALL.into_iter().enumerate() {
+            wide[k][k] = (0.5 * factor.prior_sd()).powi(2);
+        }
+        let (a, b) = (Factor::TMaxG as usize, Factor::TMaxI as usize);
+        wide[b][b] *= 16.0;
+        wide[a][b] = 0.8 * (wide[a][a] * wide[b][b]).sqrt();
+        wide[b][a] = wide[a][b];
+        let within = within_prior(&wide).expect("finite");
+        assert_eq!(within[a][a], wide[a][a]);
+        assert!((within[b][b].sqrt() / Factor::TMaxI.prior_sd() - 1.0).abs() < 1e-12); // rounding
+        let correlation = within[a][b] / (within[a][a] * within[b][b]).sqrt();
+        assert!((correlation - 0.8).abs() < 1e-12, "{correlation}"); // rounding
     }
 }

@@ -4,6 +4,7 @@ use physiology::STEPS_PER_DAY;
 
 use super::equations::NormalEquations;
 use super::information::{Day, Information};
+use super::unlogged::unlogged;
 use super::{
     CalibrationRule, FACTORS, Factor, Factors, PersonalFactors, Setting, Square, Whitening,
 };
@@ -30,13 +31,13 @@ const SHORTEST_SHARE: f64 = 1.0 / 16.0;
 
 /// What is held while the factors are searched: gains and variances of the filter with some parameters, and the
 /// whitening of its innovations.
-struct Held {
+pub(super) struct Held {
     filtered: Filtered,
     whitening: Whitening,
 }
 
 impl Held {
-    fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
+    pub(super) fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
         let filtered = filter(&setting.model(factors), setting.record)?;
         let whitening = Whitening::fitted(&setting.normalised(&filtered.innovations));
         Ok(Self { filtered, whitening })
@@ -44,14 +45,18 @@ impl Held {
 }
 
 /// The record under some factors.
-struct Point {
-    factors: PersonalFactors,
+pub(super) struct Point {
+    pub(super) factors: PersonalFactors,
     whitened: Vec<Option<f64>>,
-    information: Information,
+    pub(super) information: Information,
 }
 
 impl Point {
-    fn at(setting: &Setting<'_>, held: &Held, factors: PersonalFactors) -> Result<Self, GapError> {
+    pub(super) fn at(
+        setting: &Setting<'_>,
+        held: &Held,
+        factors: PersonalFactors,
+    ) -> Result<Self, GapError> {
         let model = setting.model(&factors);
         let run = replayed(&model, setting.record, &held.filtered)?;
         let directions = PARAMETERS.map(Direction::Parameter);
@@ -103,13 +108,16 @@ pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<So
     let start = Point::at(setting, &held, first.point.factors)?;
     let Descended { point, dependence, iterations, converged } =
         descended(setting, &held, start, rule, rule.tolerance)?;
-    let by_newton = point
-        .information
-        .covariance(point.information.curvature(), dependence)
-        .ok_or_else(|| setting.singular())?;
-    let sd = std::array::from_fn(|k| by_newton[k][k].sqrt());
-    let observed = observed(setting, &held, &point, &sd)?;
-    let mut covariance = point.information.covariance(&observed, dependence).unwrap_or(by_newton);
+    let information = &point.information;
+    let covariance = |observed: &[Square], unlogged: &Square| {
+        information.covariance(observed, dependence, unlogged).ok_or_else(|| setting.singular())
+    };
+    let by_gauss: Vec<Square> = information.days().iter().map(|day| day.curvature).collect();
+    let complete = covariance(&by_gauss, &Square::default())?;
+    let sd = std::array::from_fn(|k| complete[k][k].sqrt());
+    let unlogged = unlogged(setting, &first.point.factors, &point, dependence);
+    let mut covariance = covariance(&observed(setting, &held, &point, &sd)?, &unlogged)
+        .or_else(|_| covariance(&by_gauss, &unlogged))?;
 
     let own = Held::of(setting, &point.factors)?;
     let there = Point::at(setting, &own, point.factors)?;
@@ -167,7 +175,7 @@ fn descended(
     Ok(Descended { point, dependence, iterations, converged })
 }
 
-/// Curvature of the data's loss by differences of its gradient over `sd`, the standard deviation of each factor: wide
+/// Curvature of each day's loss by differences of its gradient over `sd`, the standard deviation of each factor: wide
 /// enough to average over the kinks of the plant. Production and uptake act almost linearly; their curvature is that of
 /// Gauss and Newton.
 fn observed(
@@ -175,8 +183,9 @@ fn observed(
     held: &Held,
     point: &Point,
     sd: &Factors,
-) -> Result<Square, GapError> {
-    let mut slopes = *point.information.curvature();
+) -> Result<Vec<Square>, GapError> {
+    let days = point.information.days();
+    let mut slopes: Vec<Square> = days.iter().map(|day| day.curvature).collect();
     for factor in [Factor::Action, Factor::TMaxG, Factor::TMaxI, Factor::AG] {
         let k = factor as usize;
         // Towards the prior's mean, where bodies are.
@@ -184,14 +193,21 @@ fn observed(
         let mut beside = point.factors;
         beside.0[k] += by;
         let beside = Point::at(setting, held, beside)?;
-        let gradients = beside.information.gradient().iter().zip(point.information.gradient());
-        for (slope, (there, here)) in slopes[k].iter_mut().zip(gradients) {
-            *slope = (there - here) / by;
+        for (own, day) in slopes.iter_mut().zip(days) {
+            let Some(there) = beside.information.gradient_at(day.place) else { continue };
+            for (slope, (there, here)) in own[k].iter_mut().zip(there.iter().zip(day.gradient)) {
+                *slope = (there - here) / by;
+            }
         }
     }
-    Ok(std::array::from_fn(|row| {
-        std::array::from_fn(|column| 0.5 * (slopes[row][column] + slopes[column][row]))
-    }))
+    Ok(slopes
+        .iter()
+        .map(|own| {
+            std::array::from_fn(|row| {
+                std::array::from_fn(|column| 0.5 * (own[row][column] + own[column][row]))
+            })
+        })
+        .collect())
 }
 
 /// The largest share of a step that lowers the loss; `None` where the shortest does not.
@@ -222,7 +238,9 @@ fn information(
     signatures: &[Factors],
 ) -> Information {
     let Autoregression { a1, a2, spacing } = whitening.autoregression;
-    let mut days = vec![Day::default(); whitened.len().div_ceil(STEPS_PER_DAY)];
+    let mut days: Vec<Day> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
+        .map(|place| Day { place, ..Day::default() })
+        .collect();
     let inverse = whitening.scale.powi(-2);
     for (step, w) in whitened.iter().enumerate() {
         // What is whitened has both of the entries before it.
