@@ -167,6 +167,14 @@ impl Whitening {
         let scale = clipped_scale(&autoregression.whitened(z)).max(1.0);
         Self { autoregression, scale }
     }
+
+    /// Derivative of what is whitened at a step that has both of the entries before it.
+    fn signature(&self, signatures: &[Factors], step: usize) -> Factors {
+        let Autoregression { a1, a2, spacing } = self.autoregression;
+        let (now, before) = (&signatures[step], &signatures[step - spacing]);
+        let earlier = &signatures[step - 2 * spacing];
+        std::array::from_fn(|k| now[k] - a1 * before[k] - a2 * earlier[k])
+    }
 }
 
 /// Calibrates a person on the ODE plant. See the module for the method.

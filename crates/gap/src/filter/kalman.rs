@@ -1,10 +1,10 @@
 //! The extended Kalman filter over a person's record, and its replay with frozen gains.
 
-use physiology::{MgPerDl, STEPS_PER_DAY};
+use physiology::{MgPerDl, STEPS_PER_DAY, StepInput};
 
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, AugmentedState, Transition};
-use crate::filter::covariance::Gain;
+use crate::filter::covariance::{Covariance, Gain};
 use crate::filter::observations::{Observations, Reading, SENSOR_HIGH, SENSOR_LOW};
 
 /// A reading minus what the filter expected just before it.
@@ -63,6 +63,7 @@ impl Filtered {
 /// What the filter made of one step.
 pub(crate) struct Seen<'a> {
     pub(crate) step: usize,
+    pub(crate) input: &'a StepInput,
     /// The state after the step's reading, before the step's inputs.
     pub(crate) state: &'a AugmentedState,
     pub(crate) innovation: Option<Innovation>,
@@ -70,6 +71,14 @@ pub(crate) struct Seen<'a> {
     /// The state expected one step later, and its derivative by `state`.
     pub(crate) following: &'a AugmentedState,
     pub(crate) transition: &'a Transition,
+}
+
+/// Where a run of the filter begins: what is expected just before the reading of a step.
+#[derive(Debug, Clone)]
+pub(crate) struct Begin {
+    pub(crate) step: usize,
+    pub(crate) state: AugmentedState,
+    pub(crate) covariance: Covariance,
 }
 
 /// Runs the filter.
@@ -110,10 +119,25 @@ pub(crate) fn run(
     model: &AugmentedModel,
     record: &Observations,
     end: usize,
-    seen: impl FnMut(Seen<'_>) -> Result<(), GapError>,
+    mut seen: impl FnMut(Seen<'_>) -> Result<(), GapError>,
+) -> Result<(), GapError> {
+    let (state, covariance) = start(model, record);
+    let begin = Begin { step: 0, state, covariance };
+    run_from(model, record, begin, None, end, |step, _| seen(step))
+}
+
+/// As [`run`], from some step on; `first` replaces the input of that step. `seen` is also told the covariance expected one
+/// step later.
+pub(crate) fn run_from(
+    model: &AugmentedModel,
+    record: &Observations,
+    begin: Begin,
+    first: Option<StepInput>,
+    end: usize,
+    seen: impl FnMut(Seen<'_>, &Covariance) -> Result<(), GapError>,
 ) -> Result<(), GapError> {
     check_length(record)?;
-    pulp::Arch::new().dispatch(Running { model, record, end, seen })
+    pulp::Arch::new().dispatch(Running { model, record, begin, first, end, seen })
 }
 
 /// A run of the filter, compiled for the instructions of the machine it runs on. Products and sums are rounded
@@ -121,20 +145,24 @@ pub(crate) fn run(
 struct Running<'a, F> {
     model: &'a AugmentedModel,
     record: &'a Observations,
+    begin: Begin,
+    first: Option<StepInput>,
     end: usize,
     seen: F,
 }
 
-impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running<'_, F> {
+impl<F: FnMut(Seen<'_>, &Covariance) -> Result<(), GapError>> pulp::NullaryFnOnce
+    for Running<'_, F>
+{
     type Output = Result<(), GapError>;
 
     #[inline(always)]
     fn call(self) -> Result<(), GapError> {
-        let Self { model, record, end, mut seen } = self;
-        let (mut state, mut covariance) = start(model, record);
+        let Self { model, record, begin, first, end, mut seen } = self;
+        let Begin { step: begin, mut state, mut covariance } = begin;
         let variance = model.noise().reading_sd.powi(2);
         let mut transition = Transition::default();
-        for step in 0..end.min(record.len()) {
+        for step in begin..end.min(record.len()) {
             let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
             let expected = model.reading(&state, record.modulation(step));
             let difference = correction(record.readings[step], expected);
@@ -149,7 +177,8 @@ impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running
                 .filter(|_| scored)
                 .zip(difference)
                 .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
-            let input = &record.inputs[step];
+            let replaced = first.as_ref().filter(|_| step == begin);
+            let input = replaced.unwrap_or(&record.inputs[step]);
             model.add_meal_noise(&mut covariance, input);
             let following = model
                 .linearised_into(&state, input, record.modulation(step), &mut transition)
@@ -160,14 +189,16 @@ impl<F: FnMut(Seen<'_>) -> Result<(), GapError>> pulp::NullaryFnOnce for Running
             if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
                 return Err(failed());
             }
-            seen(Seen {
+            let told = Seen {
                 step,
+                input,
                 state: &state,
                 innovation,
                 gain,
                 following: &following,
                 transition: &transition,
-            })?;
+            };
+            seen(told, &covariance)?;
             state = following;
         }
         Ok(())
@@ -241,10 +272,7 @@ fn correction(reading: Reading, expected: f64) -> Option<f64> {
     }
 }
 
-pub(crate) fn start(
-    model: &AugmentedModel,
-    record: &Observations,
-) -> (AugmentedState, crate::filter::covariance::Covariance) {
+pub(crate) fn start(model: &AugmentedModel, record: &Observations) -> (AugmentedState, Covariance) {
     let first = record.readings.iter().find_map(|reading| reading.value()).unwrap_or(120.0);
     model.start(record.initial_basal(STEPS_PER_DAY), MgPerDl(first))
 }

@@ -22,7 +22,7 @@ use self::passing::{Block, Pass};
 use self::steps::Steps;
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, STATES};
-use crate::filter::kalman::{Filtered, Seen, run};
+use crate::filter::kalman::{Begin, Filtered, Innovation, Seen, run_from, start};
 use crate::filter::observations::Observations;
 
 /// A direction in which the model is changed.
@@ -146,6 +146,7 @@ pub(crate) fn few_at_a_time(
             .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
         steps.push(&Seen {
             step,
+            input: &record.inputs[step],
             state,
             innovation: frozen.innovations[step],
             gain: frozen.gains[step],
@@ -172,8 +173,28 @@ pub(crate) fn filtered_along(
     record: &Observations,
     directions: &[Direction],
     filtered: &mut Filtered,
-    mut taken: impl FnMut(&[usize], Vec<Lanes>),
+    taken: impl FnMut(&[usize], Vec<Lanes>),
 ) -> Result<(), GapError> {
+    filtered_with_forks(model, record, directions, &[], filtered, taken).map(|_| ())
+}
+
+/// A step at which the filter and directions can take another way.
+#[derive(Debug, Clone)]
+pub(crate) struct Fork {
+    begin: Begin,
+    /// Of the first [`LANES`] directions.
+    x: States,
+}
+
+/// As [`filtered_along`]; gives the forks at some steps, of which the first of the record is none.
+pub(crate) fn filtered_with_forks(
+    model: &AugmentedModel,
+    record: &Observations,
+    directions: &[Direction],
+    at: &[usize],
+    filtered: &mut Filtered,
+    mut taken: impl FnMut(&[usize], Vec<Lanes>),
+) -> Result<Vec<Fork>, GapError> {
     let n = record.len();
     let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
     let order = in_order(directions);
@@ -185,21 +206,77 @@ pub(crate) fn filtered_along(
     let mut passes: Vec<(Pass<'_>, Vec<Lanes>)> =
         blocks.iter().map(|block| (Pass::new(block), Vec::with_capacity(n))).collect();
     filtered.clear();
-    run(model, record, n, |seen| {
+    let mut forks = Vec::with_capacity(at.len());
+    let mut at = at.iter().copied().skip_while(|step| *step == 0).peekable();
+    let (state, covariance) = start(model, record);
+    let begin = Begin { step: 0, state, covariance };
+    run_from(model, record, begin, None, n, |seen, covariance| {
         filtered.push(&seen);
         steps.push(&seen)?;
-        if steps.len() == AT_ONCE || seen.step + 1 == n {
+        let next = seen.step + 1;
+        let fork = at.next_if_eq(&next).is_some();
+        if steps.len() == AT_ONCE || next == n || fork {
             for (pass, rows) in &mut passes {
                 pass.over(&steps, rows);
             }
             steps.clear();
+        }
+        if let Some((pass, _)) = passes.first().filter(|_| fork) {
+            let begin = Begin { step: next, state: *seen.following, covariance: *covariance };
+            forks.push(Fork { begin, x: *pass.reached() });
         }
         Ok(())
     })?;
     for (members, (_, rows)) in order.chunks(LANES).zip(passes) {
         taken(members, rows);
     }
-    Ok(())
+    Ok(forks)
+}
+
+/// What the filter makes of the steps from a fork on where a meal at its step is left out.
+pub(crate) struct Without<'a> {
+    /// The fork's.
+    pub(crate) step: usize,
+    pub(crate) innovations: &'a [Option<Innovation>],
+    /// Derivatives of the innovations.
+    pub(crate) rows: &'a [Lanes],
+}
+
+/// From each fork on, for at most `reach` steps, without the meal at its step; `directions` are those of the forks, at most
+/// [`LANES`]. A fork from which the record cannot be filtered is passed over.
+pub(crate) fn without_meals(
+    model: &AugmentedModel,
+    record: &Observations,
+    directions: &[Direction],
+    forks: &[Fork],
+    reach: usize,
+    mut taken: impl FnMut(Without<'_>),
+) {
+    let n = record.len();
+    let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
+    let block = Block::of(&steps, 0, &in_order(directions), directions, n);
+    let (mut innovations, mut rows) = (Vec::with_capacity(reach), Vec::with_capacity(reach));
+    for Fork { begin, x } in forks {
+        let (step, end) = (begin.step, n.min(begin.step + reach));
+        innovations.clear();
+        rows.clear();
+        steps.clear_before(step);
+        let mut pass = Pass::at(&block, *x);
+        let mut input = record.inputs[step];
+        input.carbs.0 = 0.0;
+        let run = run_from(model, record, begin.clone(), Some(input), end, |seen, _| {
+            innovations.push(seen.innovation);
+            steps.push(&seen)?;
+            if steps.len() == AT_ONCE || seen.step + 1 == end {
+                pass.over(&steps, &mut rows);
+                steps.clear();
+            }
+            Ok(())
+        });
+        if run.is_ok() {
+            taken(Without { step, innovations: &innovations, rows: &rows });
+        }
+    }
 }
 
 /// Parameters first, as they were asked for; then courses, those of the same fields beside each other.
@@ -295,6 +372,39 @@ mod tests {
         assert_eq!(filtered.states, frozen.states);
         assert_eq!(filtered.gains, frozen.gains);
         assert_eq!(filtered.innovations, frozen.innovations);
+    }
+
+    #[test]
+    fn from_a_fork_on_a_meal_is_left_out_as_in_a_record_without_it() {
+        let n = 3 * AT_ONCE + 5;
+        let record = record(n);
+        let (weight, noise) = (record.weight, NoiseModel::working());
+        let model =
+            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let directions = [Parameter::Action, Parameter::TMaxG].map(Direction::Parameter);
+        let mut filtered = Filtered::with_capacity(n);
+        let along = |record: &Observations, at: &[usize], filtered: &mut Filtered| {
+            let mut found = Vec::new();
+            let taken = |_: &[usize], rows| found = rows;
+            let forks = filtered_with_forks(&model, record, &directions, at, filtered, taken)
+                .expect("finite");
+            (forks, found)
+        };
+        let (forks, with) = along(&record, &[0, 10], &mut filtered);
+        assert_eq!(forks.len(), 1);
+        let mut struck = record.clone();
+        struck.inputs[10].carbs.0 = 0.0;
+        let (_, rows) = along(&struck, &[], &mut filtered);
+        assert_ne!(rows, with);
+        let mut told = 0;
+        without_meals(&model, &record, &directions, &forks, 40, |without| {
+            let steps = without.step..without.step + 40;
+            assert_eq!(without.step, 10);
+            assert_eq!(without.innovations, &filtered.innovations[steps.clone()]);
+            assert_eq!(without.rows, &rows[steps]);
+            told += 1;
+        });
+        assert_eq!(told, 1);
     }
 
     #[test]

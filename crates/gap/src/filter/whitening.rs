@@ -51,12 +51,14 @@ impl Autoregression {
     /// is missing.
     #[must_use]
     pub fn whitened(&self, z: &[Option<f64>]) -> Vec<Option<f64>> {
-        let earlier = |k: usize, entries: usize| {
-            k.checked_sub(entries * self.spacing).and_then(|earlier| z[earlier])
-        };
-        (0..z.len())
-            .map(|k| Some(z[k]? - self.a1 * earlier(k, 1)? - self.a2 * earlier(k, 2)?))
-            .collect()
+        (0..z.len()).map(|k| self.whitened_at(z, k)).collect()
+    }
+
+    /// One entry of [`whitened`](Self::whitened).
+    pub(crate) fn whitened_at(&self, z: &[Option<f64>], k: usize) -> Option<f64> {
+        let earlier =
+            |entries: usize| k.checked_sub(entries * self.spacing).and_then(|earlier| z[earlier]);
+        Some(z[k]? - self.a1 * earlier(1)? - self.a2 * earlier(2)?)
     }
 }
 

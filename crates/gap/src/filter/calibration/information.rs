@@ -29,6 +29,20 @@ pub(super) struct Information {
     gradient: Factors,
 }
 
+impl Day {
+    /// Adds what one whitened innovation says, given its weight and its derivative.
+    #[inline]
+    pub(super) fn add(&mut self, weight: f64, w: f64, signature: &Factors) {
+        for row in 0..FACTORS {
+            let weighted = weight * signature[row];
+            self.gradient[row] += weighted * w;
+            for (entry, value) in self.curvature[row].iter_mut().zip(signature) {
+                *entry += weighted * value;
+            }
+        }
+    }
+}
+
 impl Information {
     /// Days without a scored step are left out.
     pub(super) fn of(days: impl IntoIterator<Item = Day>) -> Self {
@@ -40,6 +54,14 @@ impl Information {
         let curvature = square(|row, column| sum(&|day| day.curvature[row][column]));
         let gradient = std::array::from_fn(|k| sum(&|day| day.gradient[k]));
         Self { days, curvature, gradient }
+    }
+
+    /// The same with a change of what all days together say.
+    pub(super) fn changed(&self, by: &Day) -> Self {
+        let gradient = std::array::from_fn(|k| self.gradient[k] + by.gradient[k]);
+        let curvature =
+            square(|row, column| self.curvature[row][column] + by.curvature[row][column]);
+        Self { days: Vec::new(), curvature, gradient }
     }
 
     /// Days with a scored step.

@@ -4,17 +4,20 @@ use physiology::STEPS_PER_DAY;
 
 use super::equations::NormalEquations;
 use super::information::{Day, Information};
-use super::unlogged::unlogged;
+use super::unlogged::{meals, unlogged};
 use super::{
     CalibrationRule, FACTORS, Factor, Factors, PersonalFactors, Setting, Square, Whitening,
 };
 use crate::error::GapError;
-use crate::filter::kalman::{Filtered, filter, replayed};
-use crate::filter::tangent::{Direction, Parameter, few_at_a_time};
-use crate::filter::whitening::{Autoregression, huber_loss, huber_weight};
+use crate::filter::augmented::AugmentedModel;
+use crate::filter::kalman::{Filtered, Innovation, filter, replayed};
+use crate::filter::tangent::{
+    Direction, Fork, Lanes, Parameter, few_at_a_time, filtered_with_forks,
+};
+use crate::filter::whitening::{huber_loss, huber_weight};
 
 /// The calibrated parameters, in the order of [`Factor::ALL`](super::Factor::ALL).
-const PARAMETERS: [Parameter; FACTORS] = [
+pub(super) const PARAMETERS: [Parameter; FACTORS] = [
     Parameter::Action,
     Parameter::Egp0,
     Parameter::TMaxG,
@@ -33,52 +36,101 @@ const SHORTEST_SHARE: f64 = 1.0 / 16.0;
 /// whitening of its innovations.
 pub(super) struct Held {
     filtered: Filtered,
-    whitening: Whitening,
+    pub(super) whitening: Whitening,
 }
 
 impl Held {
-    pub(super) fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
-        let filtered = filter(&setting.model(factors), setting.record)?;
+    fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
+        Ok(Self::by(setting, filter(&setting.model(factors), setting.record)?))
+    }
+
+    fn by(setting: &Setting<'_>, filtered: Filtered) -> Self {
         let whitening = Whitening::fitted(&setting.normalised(&filtered.innovations));
-        Ok(Self { filtered, whitening })
+        Self { filtered, whitening }
     }
 }
 
 /// The record under some factors.
 pub(super) struct Point {
     pub(super) factors: PersonalFactors,
+    /// Innovations in their standard deviations, and their derivatives.
+    pub(super) z: Vec<Option<f64>>,
+    pub(super) signatures: Vec<Factors>,
     whitened: Vec<Option<f64>>,
     pub(super) information: Information,
 }
 
 impl Point {
-    pub(super) fn at(
-        setting: &Setting<'_>,
-        held: &Held,
-        factors: PersonalFactors,
-    ) -> Result<Self, GapError> {
+    fn at(setting: &Setting<'_>, held: &Held, factors: PersonalFactors) -> Result<Self, GapError> {
         let model = setting.model(&factors);
         let run = replayed(&model, setting.record, &held.filtered)?;
         let directions = PARAMETERS.map(Direction::Parameter);
-        // In standard deviations of the innovations, the factors beside each other.
         let mut signatures: Vec<Factors> = Vec::new();
         few_at_a_time(&model, setting.record, &run, &directions, |_, rows| {
-            let scaled = run.innovations.iter().zip(rows).map(|(innovation, row)| {
-                let inverse = innovation.map_or(0.0, |i| i.variance.sqrt().recip());
-                std::array::from_fn(|k| inverse * f64::from(row[k]))
-            });
-            signatures = scaled.collect();
+            signatures = scaled(&run.innovations, rows).collect();
         })?;
-        let z = setting.normalised(&run.innovations);
+        Ok(Self::of(setting, held, factors, &run.innovations, signatures))
+    }
+
+    fn of(
+        setting: &Setting<'_>,
+        held: &Held,
+        factors: PersonalFactors,
+        innovations: &[Option<Innovation>],
+        signatures: Vec<Factors>,
+    ) -> Self {
+        let z = setting.normalised(innovations);
         let whitened = held.whitening.autoregression.whitened(&z);
         let information = information(&held.whitening, &whitened, &signatures);
-        Ok(Self { factors, whitened, information })
+        Self { factors, z, signatures, whitened, information }
     }
 
     /// Negative log posterior, the data's part divided by `dependence`, nats.
     fn loss(&self, held: &Held, dependence: f64) -> f64 {
         let of = |w: &f64| huber_loss(w / held.whitening.scale, 1.0);
         self.whitened.iter().flatten().map(of).sum::<f64>() / dependence + self.factors.prior_loss()
+    }
+}
+
+/// Derivatives in standard deviations of the innovations, the factors beside each other.
+pub(super) fn scaled(
+    innovations: &[Option<Innovation>],
+    rows: &[Lanes],
+) -> impl Iterator<Item = Factors> {
+    innovations.iter().zip(rows).map(|(innovation, row)| {
+        let inverse = innovation.map_or(0.0, |i| i.variance.sqrt().recip());
+        std::array::from_fn(|k| inverse * f64::from(row[k]))
+    })
+}
+
+/// A person's own gains, and the record under them.
+pub(super) struct Own {
+    pub(super) model: AugmentedModel,
+    pub(super) held: Held,
+    pub(super) point: Point,
+    /// Where logged meals can be left out.
+    pub(super) forks: Vec<Fork>,
+}
+
+impl Own {
+    fn of(setting: &Setting<'_>, factors: PersonalFactors) -> Result<Self, GapError> {
+        let model = setting.model(&factors);
+        let directions = PARAMETERS.map(Direction::Parameter);
+        let mut filtered = Filtered::with_capacity(setting.record.len());
+        let mut rows = Vec::new();
+        let forks = filtered_with_forks(
+            &model,
+            setting.record,
+            &directions,
+            &meals(setting.record),
+            &mut filtered,
+            |_, taken| rows = taken,
+        )?;
+        let held = Held::by(setting, filtered);
+        let innovations = &held.filtered.innovations;
+        let signatures = scaled(innovations, &rows).collect();
+        let point = Point::of(setting, &held, factors, innovations, signatures);
+        Ok(Self { model, held, point, forks })
     }
 }
 
@@ -115,14 +167,13 @@ pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<So
     let by_gauss: Vec<Square> = information.days().iter().map(|day| day.curvature).collect();
     let complete = covariance(&by_gauss, &Square::default())?;
     let sd = std::array::from_fn(|k| complete[k][k].sqrt());
-    let unlogged = unlogged(setting, &first.point.factors, &point, dependence);
+    let own = Own::of(setting, point.factors)?;
+    let left = NormalEquations::of(&own.point.information, dependence, &point.factors)
+        .step(&point.factors, setting)?;
+    let unlogged = unlogged(setting, &own, dependence, &left);
     let mut covariance = covariance(&observed(setting, &held, &point, &sd)?, &unlogged)
         .or_else(|_| covariance(&by_gauss, &unlogged))?;
 
-    let own = Held::of(setting, &point.factors)?;
-    let there = Point::at(setting, &own, point.factors)?;
-    let left = NormalEquations::of(&there.information, dependence, &point.factors)
-        .step(&point.factors, setting)?;
     for (row, a) in covariance.iter_mut().zip(left) {
         for (entry, b) in row.iter_mut().zip(left) {
             *entry += a * b;
@@ -130,7 +181,7 @@ pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<So
     }
     Ok(Solved {
         factors: point.factors,
-        filtered: own.filtered,
+        filtered: own.held.filtered,
         covariance,
         dependence,
         iterations: first.iterations + iterations,
@@ -237,26 +288,15 @@ fn information(
     whitened: &[Option<f64>],
     signatures: &[Factors],
 ) -> Information {
-    let Autoregression { a1, a2, spacing } = whitening.autoregression;
     let mut days: Vec<Day> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
         .map(|place| Day { place, ..Day::default() })
         .collect();
-    let inverse = whitening.scale.powi(-2);
+    let scale = whitening.scale;
     for (step, w) in whitened.iter().enumerate() {
         // What is whitened has both of the entries before it.
         let Some(w) = w else { continue };
-        let weight = huber_weight(*w, whitening.scale) * inverse;
-        let (now, before) = (&signatures[step], &signatures[step - spacing]);
-        let earlier = &signatures[step - 2 * spacing];
-        let signature: Factors = std::array::from_fn(|k| now[k] - a1 * before[k] - a2 * earlier[k]);
-        let day = &mut days[step / STEPS_PER_DAY];
-        for row in 0..FACTORS {
-            let weighted = weight * signature[row];
-            day.gradient[row] += weighted * w;
-            for (entry, value) in day.curvature[row].iter_mut().zip(signature) {
-                *entry += weighted * value;
-            }
-        }
+        let signature = whitening.signature(signatures, step);
+        days[step / STEPS_PER_DAY].add(huber_weight(*w, scale) * scale.powi(-2), *w, &signature);
     }
     Information::of(days)
 }

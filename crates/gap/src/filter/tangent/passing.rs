@@ -83,6 +83,16 @@ impl<'a> Pass<'a> {
         Self { block, x }
     }
 
+    /// Where the directions have come to.
+    pub(super) fn reached(&self) -> &States {
+        &self.x
+    }
+
+    /// At a step at which they have come to `x`.
+    pub(super) fn at(block: &'a Block, x: States) -> Self {
+        Self { block, x }
+    }
+
     /// Carries the directions over the steps held, which are the next: the derivatives of their innovations
     /// are appended to `rows`.
     pub(super) fn over(&mut self, steps: &Steps<'_>, rows: &mut Vec<Lanes>) {

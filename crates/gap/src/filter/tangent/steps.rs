@@ -114,7 +114,12 @@ impl<'a> Steps<'a> {
 
     /// Forgets the steps held.
     pub(super) fn clear(&mut self) {
-        self.first += self.each.len();
+        self.clear_before(self.first + self.each.len());
+    }
+
+    /// Forgets the steps held; the next is `first`.
+    pub(super) fn clear_before(&mut self, first: usize) {
+        self.first = first;
         self.each.clear();
         self.fields.iter_mut().for_each(Vec::clear);
         self.parameters.iter_mut().for_each(|some| some.steps.clear());
@@ -128,7 +133,7 @@ impl<'a> Steps<'a> {
     pub(super) fn push(&mut self, seen: &Seen<'_>) -> Result<(), GapError> {
         let Self { model, record, .. } = *self;
         let (step, state) = (seen.step, seen.state);
-        let (input, modulation) = (&record.inputs[step], record.modulation(step));
+        let (input, modulation) = (seen.input, record.modulation(step));
         let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
         let mut gain = [0.0; STATES];
         if let Some(applied) = &seen.gain {
