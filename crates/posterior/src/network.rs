@@ -1,0 +1,115 @@
+//! One member of the ensemble: a small network with three answers.
+
+use candle_core::{D, Device, Tensor};
+use candle_nn::ops::log_softmax;
+
+use crate::error::PosteriorError;
+use crate::sets::Sets;
+
+/// How many numbers a network answers with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shape {
+    pub(crate) statistics: usize,
+    pub(crate) hidden: usize,
+    /// Effects, and something unknown.
+    pub(crate) odds: usize,
+    pub(crate) ports: usize,
+    /// Cells of the gap.
+    pub(crate) cells: usize,
+}
+
+impl Shape {
+    /// Shapes of the weights, by name.
+    pub(crate) fn weights(self) -> [(&'static str, Vec<usize>); 11] {
+        let Self { statistics, hidden, odds, ports, cells } = self;
+        [
+            ("first.weight", vec![statistics, hidden]),
+            ("first.bias", vec![hidden]),
+            ("second.weight", vec![hidden, hidden]),
+            ("second.bias", vec![hidden]),
+            ("odds.weight", vec![hidden, odds]),
+            ("odds.bias", vec![odds]),
+            ("pair", vec![1]),
+            ("ports.weight", vec![hidden, ports]),
+            ("ports.bias", vec![ports]),
+            ("gaps.weight", vec![hidden, 2 * cells]),
+            ("gaps.bias", vec![2 * cells]),
+        ]
+    }
+}
+
+/// Weights in the order of [`Shape::weights`].
+#[derive(Debug, Clone)]
+pub(crate) struct Network {
+    pub(crate) weights: Vec<Tensor>,
+}
+
+/// What a network answers, a row a cohort.
+pub(crate) struct Output {
+    /// Log probabilities of the sets.
+    pub(crate) sets: Tensor,
+    /// Log probabilities of the ports, given that something is missing.
+    pub(crate) ports: Tensor,
+    /// The mean gap by cell, then its mean size, in units of [`crate::training::GAP_UNIT`].
+    pub(crate) gaps: Tensor,
+}
+
+/// What is kept of the hidden units in training, each over the share that is.
+pub(crate) struct Kept {
+    pub(crate) statistics: Tensor,
+    pub(crate) first: Tensor,
+    pub(crate) second: Tensor,
+}
+
+/// The constants by which odds become probabilities of sets.
+#[derive(Debug, Clone)]
+pub(crate) struct Constants {
+    /// (odds, sets)
+    membership: Tensor,
+    /// (1, sets)
+    pairs: Tensor,
+}
+
+impl Constants {
+    pub(crate) fn of(sets: &Sets) -> Result<Self, PosteriorError> {
+        let (odds, all) = (sets.odds(), sets.all().len());
+        Ok(Self {
+            membership: Tensor::from_vec(sets.membership(), (odds, all), &Device::Cpu)?,
+            pairs: Tensor::from_vec(sets.pairs(), (1, all), &Device::Cpu)?,
+        })
+    }
+}
+
+impl Network {
+    /// Of what was read: (cohorts, statistics).
+    pub(crate) fn answer(
+        &self,
+        read: &Tensor,
+        constants: &Constants,
+        kept: Option<&Kept>,
+    ) -> Result<Output, PosteriorError> {
+        let [w1, b1, w2, b2, odds_w, odds_b, pair, ports_w, ports_b, gaps_w, gaps_b] =
+            &self.weights[..]
+        else {
+            return Err(PosteriorError::File("a network with other weights".to_owned()));
+        };
+        let dropped = |x: Tensor, of: fn(&Kept) -> &Tensor| match kept {
+            Some(kept) => x.mul(of(kept)),
+            None => Ok(x),
+        };
+        let x = dropped(read.clone(), |kept| &kept.statistics)?;
+        let x = x.matmul(w1)?.broadcast_add(b1)?.relu()?;
+        let x = dropped(x, |kept| &kept.first)?;
+        let x = x.matmul(w2)?.broadcast_add(b2)?.relu()?;
+        let x = dropped(x, |kept| &kept.second)?;
+        let odds = x.matmul(odds_w)?.broadcast_add(odds_b)?;
+        let sets = odds.matmul(&constants.membership)?;
+        let sets = sets.broadcast_add(&constants.pairs.broadcast_mul(pair)?)?;
+        let ports = x.matmul(ports_w)?.broadcast_add(ports_b)?;
+        Ok(Output {
+            sets: log_softmax(&sets, D::Minus1)?,
+            ports: log_softmax(&ports, D::Minus1)?,
+            gaps: x.matmul(gaps_w)?.broadcast_add(gaps_b)?,
+        })
+    }
+}

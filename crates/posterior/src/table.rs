@@ -1,0 +1,145 @@
+//! Statistics of worlds beside what is true of them.
+
+use std::collections::BTreeMap;
+
+use crate::error::PosteriorError;
+
+/// What is true of a world.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Truth {
+    /// Which hand made it.
+    pub hand: String,
+    /// Names of the effects that act; empty for none.
+    pub effects: Vec<String>,
+    /// Whether what acts is none of the effects that have names.
+    pub unknown: bool,
+    /// Names of the ports at which they act.
+    pub ports: Vec<String>,
+    /// The gap by cell, mg/dL; cells that it does not state are absent. All 0 where nothing acts.
+    pub gaps: BTreeMap<String, f64>,
+}
+
+/// Rows of statistics with their truths.
+#[derive(Debug, Clone, Default)]
+pub struct Table {
+    /// Names of the statistics.
+    pub names: Vec<String>,
+    /// Values, (rows, names); not a number where absent.
+    pub values: Vec<f32>,
+    /// One a row.
+    pub truths: Vec<Truth>,
+}
+
+impl Table {
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.truths.len()
+    }
+
+    /// Whether there is no row.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.truths.is_empty()
+    }
+
+    /// Appends the rows of another table; a name that only one of them has is absent from the rows of the other.
+    ///
+    /// # Errors
+    /// [`PosteriorError::Table`] where a table has another number of values than rows times names.
+    pub fn append(&mut self, other: Self) -> Result<(), PosteriorError> {
+        other.checked()?;
+        if self.is_empty() {
+            *self = other;
+            return Ok(());
+        }
+        let mut names: Vec<String> = self.names.iter().chain(&other.names).cloned().collect();
+        names.sort();
+        names.dedup();
+        let mut values = self.ordered(&names);
+        values.extend(other.ordered(&names));
+        self.truths.extend(other.truths);
+        (self.names, self.values) = (names, values);
+        Ok(())
+    }
+
+    /// The values in another order of names; not a number where there is none.
+    fn ordered(&self, names: &[String]) -> Vec<f32> {
+        let known: BTreeMap<&String, usize> =
+            self.names.iter().enumerate().map(|(index, name)| (name, index)).collect();
+        let places: Vec<Option<usize>> =
+            names.iter().map(|name| known.get(name).copied()).collect();
+        let of_row = |row: &[f32]| {
+            let value = |place: &Option<usize>| place.map_or(f32::NAN, |place| row[place]);
+            places.iter().map(value).collect::<Vec<f32>>()
+        };
+        self.values.chunks(self.names.len().max(1)).flat_map(of_row).collect()
+    }
+
+    /// The rows of which something holds.
+    #[must_use]
+    pub fn rows_where(&self, holds: impl Fn(usize, &Truth) -> bool) -> Self {
+        let kept: Vec<usize> =
+            (0..self.len()).filter(|row| holds(*row, &self.truths[*row])).collect();
+        let width = self.names.len();
+        Self {
+            names: self.names.clone(),
+            values: kept
+                .iter()
+                .flat_map(|row| self.values[row * width..(row + 1) * width].iter().copied())
+                .collect(),
+            truths: kept.iter().map(|row| self.truths[*row].clone()).collect(),
+        }
+    }
+
+    /// The statistics of a row by name.
+    #[must_use]
+    pub fn row(&self, row: usize) -> BTreeMap<String, f64> {
+        let width = self.names.len();
+        let values = &self.values[row * width..(row + 1) * width];
+        let known = self.names.iter().zip(values).filter(|(_, value)| !value.is_nan());
+        known.map(|(name, value)| (name.clone(), f64::from(*value))).collect()
+    }
+
+    pub(crate) fn checked(&self) -> Result<(), PosteriorError> {
+        let expected = self.names.len() * self.truths.len();
+        if self.values.len() == expected {
+            return Ok(());
+        }
+        Err(PosteriorError::Table(format!(
+            "{} values of {} rows with {} names",
+            self.values.len(),
+            self.truths.len(),
+            self.names.len()
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(names: &[&str], values: &[f32], hand: &str) -> Table {
+        let rows = values.len() / names.len();
+        let truth = Truth { hand: hand.to_owned(), ..Truth::default() };
+        Table {
+            names: names.iter().map(|n| (*n).to_owned()).collect(),
+            values: values.to_vec(),
+            truths: vec![truth; rows],
+        }
+    }
+
+    #[test]
+    fn tables_of_other_names_are_brought_together() {
+        let mut all = Table::default();
+        all.append(table(&["b", "a"], &[1.0, 2.0, 3.0, 4.0], "x")).expect("whole");
+        all.append(table(&["c", "a"], &[5.0, 6.0], "y")).expect("whole");
+        assert_eq!(all.names, ["a", "b", "c"]);
+        assert_eq!(all.row(1), BTreeMap::from([("a".into(), 4.0), ("b".into(), 3.0)]));
+        assert_eq!(all.row(2), BTreeMap::from([("a".into(), 6.0), ("c".into(), 5.0)]));
+        let some = all.rows_where(|row, truth| row > 0 && truth.hand == "x");
+        assert_eq!((some.len(), some.row(0)), (1, all.row(1)));
+        let broken = Table { values: vec![1.0], ..table(&["a", "b"], &[1.0, 2.0], "z") };
+        assert!(all.append(broken).is_err());
+    }
+}

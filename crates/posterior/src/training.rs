@@ -1,0 +1,457 @@
+//! Training on a table of worlds.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use candle_core::{Device, Tensor, Var};
+use candle_nn::{AdamW, Optimizer, ParamsAdamW};
+use rand::seq::SliceRandom as _;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use crate::card::Card;
+use crate::error::PosteriorError;
+use crate::network::{Constants, Kept, Network, Shape};
+use crate::posterior::Posterior;
+use crate::reading::Reading;
+use crate::sets::{Lacking, Sets};
+use crate::table::{Table, Truth};
+
+/// Size of a gap that networks call 1, mg/dL, and the largest that they are shown.
+pub(crate) const GAP_UNIT: f64 = 10.0;
+const LARGEST_GAP: f64 = 5.0;
+
+/// How networks are trained.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Training {
+    /// Members of the ensemble.
+    pub members: usize,
+    /// Statistics that are read: those that tell most.
+    pub statistics: usize,
+    /// Hidden units in each of two layers.
+    pub hidden: usize,
+    /// Passes over the table.
+    pub epochs: usize,
+    /// Rows of a step.
+    pub batch: usize,
+    /// First size of steps; it falls to 0 as a cosine.
+    pub rate: f64,
+    /// Decay of weights.
+    pub decay: f64,
+    /// Share of the statistics and of the hidden units that a step does not see.
+    pub dropped: f64,
+    /// Weights of the losses of ports and gaps beside that of sets.
+    pub beside: (f64, f64),
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+}
+
+impl Training {
+    /// The settings in use.
+    #[must_use]
+    pub const fn working(seed: u64) -> Self {
+        Self {
+            members: 3,
+            statistics: 1500,
+            hidden: 128,
+            epochs: 15,
+            batch: 64,
+            rate: 2e-3,
+            decay: 0.5,
+            dropped: 0.5,
+            beside: (0.3, 0.5),
+            seed,
+        }
+    }
+}
+
+/// Trains a posterior over these effects and ports. `source` is the command, for its card.
+///
+/// # Errors
+/// [`PosteriorError::Table`] for an empty table, one without statistics that vary, or a truth of more than two effects or of an
+/// effect that is not among `effects`.
+pub fn train(
+    table: &Table,
+    effects: &[String],
+    ports: &[String],
+    settings: &Training,
+    source: &str,
+) -> Result<Posterior, PosteriorError> {
+    table.checked()?;
+    if table.is_empty() {
+        return Err(PosteriorError::Table("it has no rows".to_owned()));
+    }
+    let sets = Sets::of(effects.len());
+    let wanted = table
+        .truths
+        .iter()
+        .map(|truth| lacking(truth, effects))
+        .collect::<Result<Vec<Lacking>, _>>()?;
+    let all = Reading::of(table);
+    if all.names.is_empty() {
+        return Err(PosteriorError::Table("none of its statistics varies".to_owned()));
+    }
+    let read = all.of_table(table);
+    let hands: Vec<&str> = table.truths.iter().map(|truth| truth.hand.as_str()).collect();
+    let kept = telling(&read, all.names.len(), &wanted, effects.len(), &hands, settings.statistics);
+    if kept.is_empty() {
+        return Err(PosteriorError::Table("none of its statistics tells anything".to_owned()));
+    }
+    let reading = all.only(&kept);
+    let width = all.names.len();
+    let read: Vec<f32> =
+        read.chunks(width).flat_map(|row| kept.iter().map(|index| row[*index])).collect();
+    let cells: Vec<String> = {
+        let of_truths = table.truths.iter().flat_map(|truth| truth.gaps.keys().cloned());
+        of_truths.collect::<BTreeSet<_>>().into_iter().collect()
+    };
+    let shape = Shape {
+        statistics: kept.len(),
+        hidden: settings.hidden,
+        odds: sets.odds(),
+        ports: ports.len(),
+        cells: cells.len(),
+    };
+    let examples = Examples {
+        read,
+        sets: wanted.iter().filter_map(|set| sets.index(*set)).map(|k| k as u32).collect(),
+        ports: table.truths.iter().flat_map(|truth| shares(truth, ports)).collect(),
+        gaps: table.truths.iter().flat_map(|truth| gaps(truth, &cells)).collect(),
+        rows: table.len(),
+        shape,
+    };
+    let constants = Constants::of(&sets)?;
+    let members = (0..settings.members)
+        .into_par_iter()
+        .map(|member| examples.fitted(settings, &constants, member as u64))
+        .collect::<Result<Vec<Network>, _>>()?;
+    let mut hands: BTreeMap<&str, usize> = BTreeMap::new();
+    for truth in &table.truths {
+        *hands.entry(&truth.hand).or_default() += 1;
+    }
+    let nothing = wanted.iter().filter(|set| **set == Lacking::Nothing).count();
+    let card = Card {
+        source: source.to_owned(),
+        hands: hands.into_iter().map(|(hand, worlds)| (hand.to_owned(), worlds)).collect(),
+        nothing: nothing as f64 / table.len() as f64,
+        members: members.len(),
+    };
+    Posterior::new(effects.to_vec(), ports.to_vec(), cells, reading, members, card)
+}
+
+/// What a truth lacks, as indices.
+fn lacking(truth: &Truth, effects: &[String]) -> Result<Lacking, PosteriorError> {
+    if truth.unknown {
+        return Ok(Lacking::Unknown);
+    }
+    let index = |name: &String| {
+        let place = effects.iter().position(|effect| effect == name);
+        place.ok_or_else(|| PosteriorError::Table(format!("it has a world with `{name}`")))
+    };
+    let found = truth.effects.iter().map(index).collect::<Result<Vec<usize>, _>>()?;
+    Lacking::of(&found)
+        .ok_or_else(|| PosteriorError::Table(format!("a world lacks {:?}", truth.effects)))
+}
+
+/// The statistics that tell most, in order: for each the largest standardised difference between the worlds of one effect, of
+/// something unknown or of nothing, and all others.
+///
+/// What one hand's worlds tell alone would mislead in those of another: a difference counts as much as in the hand
+/// that shows it least, and not at all where hands disagree about its sign.
+fn telling(
+    read: &[f32],
+    width: usize,
+    wanted: &[Lacking],
+    effects: usize,
+    hands: &[&str],
+    most: usize,
+) -> Vec<usize> {
+    let classes: Vec<Vec<bool>> = (0..effects)
+        .map(|effect| wanted.iter().map(|set| set.has(effect)).collect())
+        .chain([
+            wanted.iter().map(|set| *set == Lacking::Unknown).collect(),
+            wanted.iter().map(|set| *set == Lacking::Nothing).collect(),
+        ])
+        .collect();
+    let rows_of: Vec<Vec<usize>> = hands
+        .iter()
+        .collect::<BTreeSet<_>>()
+        .into_iter()
+        .map(|hand| (0..hands.len()).filter(|row| hands[*row] == *hand).collect())
+        .collect();
+    let difference = |column: usize| -> f64 {
+        let value = |row: &usize| f64::from(read[row * width + column]);
+        let of_hand = |rows: &Vec<usize>, class: &Vec<bool>| {
+            let n = rows.len() as f64;
+            let sum: f64 = rows.iter().map(value).sum();
+            let squares: f64 = rows.iter().map(|row| value(row).powi(2)).sum();
+            let variance = (squares / n - (sum / n).powi(2)).max(1e-9);
+            let inside = rows.iter().filter(|row| class[**row]).count() as f64;
+            if inside < 2.0 || n - inside < 2.0 {
+                return 0.0;
+            }
+            let own: f64 = rows.iter().filter(|row| class[**row]).map(value).sum();
+            let apart = own / inside - (sum - own) / (n - inside);
+            apart / (variance * (1.0 / inside + 1.0 / (n - inside))).sqrt()
+        };
+        let of_class = |class: &Vec<bool>| {
+            let by_hand = || rows_of.iter().map(|rows| of_hand(rows, class));
+            let least = by_hand().fold(f64::INFINITY, f64::min);
+            let most = by_hand().fold(f64::NEG_INFINITY, f64::max);
+            least.max(-most).max(0.0)
+        };
+        classes.iter().map(of_class).fold(0.0, f64::max)
+    };
+    let differences: Vec<f64> = (0..width).into_par_iter().map(difference).collect();
+    let mut order: Vec<usize> = (0..width).filter(|column| differences[*column] > 0.0).collect();
+    order.sort_by(|a, b| differences[*b].total_cmp(&differences[*a]));
+    order.truncate(most);
+    order.sort_unstable();
+    order
+}
+
+/// Each port's share of a truth; all 0 where nothing is missing.
+fn shares(truth: &Truth, ports: &[String]) -> Vec<f32> {
+    let share = 1.0 / truth.ports.len().max(1) as f32;
+    let count = |port: &String| truth.ports.iter().filter(|own| *own == port).count() as f32;
+    ports.iter().map(|port| share * count(port)).collect()
+}
+
+/// The gap by cell in units of [`GAP_UNIT`]; not a number where the truth does not state it.
+fn gaps(truth: &Truth, cells: &[String]) -> Vec<f32> {
+    let nothing = truth.effects.is_empty() && !truth.unknown;
+    let of_cell = |cell: &String| match truth.gaps.get(cell) {
+        Some(gap) => (gap / GAP_UNIT).clamp(-LARGEST_GAP, LARGEST_GAP) as f32,
+        None if nothing => 0.0,
+        None => f32::NAN,
+    };
+    cells.iter().map(of_cell).collect()
+}
+
+/// Rows ready for networks.
+struct Examples {
+    read: Vec<f32>,
+    sets: Vec<u32>,
+    ports: Vec<f32>,
+    gaps: Vec<f32>,
+    rows: usize,
+    shape: Shape,
+}
+
+/// Some of the rows.
+struct Batch {
+    read: Tensor,
+    sets: Tensor,
+    ports: Tensor,
+    /// Gaps, their sizes beside them, and a 1 where they are known.
+    gaps: Tensor,
+    known: Tensor,
+}
+
+impl Examples {
+    fn fitted(
+        &self,
+        settings: &Training,
+        constants: &Constants,
+        member: u64,
+    ) -> Result<Network, PosteriorError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
+        rng.set_stream(member + 1);
+        let variables = self
+            .shape
+            .weights()
+            .into_iter()
+            .map(|(name, shape)| Ok(Var::from_tensor(&started(name, &shape, &mut rng)?)?))
+            .collect::<Result<Vec<Var>, PosteriorError>>()?;
+        let network =
+            Network { weights: variables.iter().map(|v| v.as_tensor().clone()).collect() };
+        let batch = settings.batch.clamp(1, self.rows);
+        let steps = settings.epochs * (self.rows / batch);
+        let parameters = ParamsAdamW {
+            lr: settings.rate,
+            weight_decay: settings.decay,
+            ..ParamsAdamW::default()
+        };
+        let mut optimiser = AdamW::new(variables, parameters)?;
+        let mut order: Vec<usize> = (0..self.rows).collect();
+        let mut step = 0;
+        for _ in 0..settings.epochs {
+            order.shuffle(&mut rng);
+            for rows in order.chunks_exact(batch) {
+                let share = step as f64 / steps.max(1) as f64;
+                optimiser.set_learning_rate(
+                    settings.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos()),
+                );
+                let kept = self.kept(rows.len(), settings.dropped, &mut rng)?;
+                let loss = self.loss(&network, constants, &self.batch(rows)?, &kept, settings)?;
+                optimiser.backward_step(&loss)?;
+                step += 1;
+            }
+        }
+        let weights = network.weights.iter().map(Tensor::detach).collect();
+        Ok(Network { weights })
+    }
+
+    fn batch(&self, rows: &[usize]) -> Result<Batch, PosteriorError> {
+        let Shape { statistics, ports, cells, .. } = self.shape;
+        let pick = |values: &[f32], width: usize| -> Result<Tensor, PosteriorError> {
+            let picked: Vec<f32> = rows
+                .iter()
+                .flat_map(|row| values[row * width..(row + 1) * width].iter().copied())
+                .collect();
+            Ok(Tensor::from_vec(picked, (rows.len(), width), &Device::Cpu)?)
+        };
+        let sets: Vec<u32> = rows.iter().map(|row| self.sets[*row]).collect();
+        let gaps = |of: fn(f32) -> f32| -> Vec<f32> {
+            rows.iter()
+                .flat_map(|row| {
+                    let own = &self.gaps[row * cells..(row + 1) * cells];
+                    own.iter().copied().chain(own.iter().map(|gap| gap.abs())).map(of)
+                })
+                .collect()
+        };
+        let wide = (rows.len(), 2 * cells);
+        let known = |gap: f32| f32::from(u8::from(!gap.is_nan()));
+        let or_zero = |gap: f32| if gap.is_nan() { 0.0 } else { gap };
+        Ok(Batch {
+            read: pick(&self.read, statistics)?,
+            sets: Tensor::from_vec(sets, (rows.len(), 1), &Device::Cpu)?,
+            ports: pick(&self.ports, ports)?,
+            gaps: Tensor::from_vec(gaps(or_zero), wide, &Device::Cpu)?,
+            known: Tensor::from_vec(gaps(known), wide, &Device::Cpu)?,
+        })
+    }
+
+    /// Which numbers a step sees.
+    fn kept(
+        &self,
+        rows: usize,
+        dropped: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Kept, PosteriorError> {
+        let mut of = |width: usize| -> Result<Tensor, PosteriorError> {
+            let over = (1.0 - dropped).recip() as f32;
+            let mut one = || if rng.random_bool(dropped) { 0.0 } else { over };
+            let kept: Vec<f32> = (0..rows * width).map(|_| one()).collect();
+            Ok(Tensor::from_vec(kept, (rows, width), &Device::Cpu)?)
+        };
+        let (statistics, hidden) = (self.shape.statistics, self.shape.hidden);
+        Ok(Kept { statistics: of(statistics)?, first: of(hidden)?, second: of(hidden)? })
+    }
+
+    fn loss(
+        &self,
+        network: &Network,
+        constants: &Constants,
+        batch: &Batch,
+        kept: &Kept,
+        settings: &Training,
+    ) -> Result<Tensor, PosteriorError> {
+        let rows = batch.read.dim(0)? as f64;
+        let found = network.answer(&batch.read, constants, Some(kept))?;
+        let sets = (found.sets.gather(&batch.sets, 1)?.sum_all()? / -rows)?;
+        let (by_port, by_gap) = settings.beside;
+        let ports = (found.ports.mul(&batch.ports)?.sum_all()? * (-by_port / rows))?;
+        let apart = found.gaps.sub(&batch.gaps)?.mul(&batch.known)?;
+        let gaps =
+            (apart.sqr()?.sum_all()? * (by_gap / (rows * 2.0 * self.shape.cells.max(1) as f64)))?;
+        Ok(((sets + ports)? + gaps)?)
+    }
+}
+
+/// Weights at the start: what keeps the size of a layer's output, and biases that call effects rare.
+fn started(name: &str, shape: &[usize], rng: &mut ChaCha8Rng) -> Result<Tensor, PosteriorError> {
+    let count = shape.iter().product();
+    let size = match (name, shape) {
+        ("first.weight", [inputs, _]) => (3.0 / *inputs as f32).sqrt(),
+        ("second.weight", [inputs, _]) => (6.0 / *inputs as f32).sqrt(),
+        (_, [inputs, _]) => (0.3 / *inputs as f32).sqrt(),
+        _ => 0.0,
+    };
+    let bias = if name == "odds.bias" { -3.0 } else { 0.0 };
+    // Drawn for biases too, so that the stream does not depend on which there are.
+    let values: Vec<f32> =
+        (0..count).map(|_| bias + size * rng.random_range(-1.0f32..1.0)).collect();
+    Ok(Tensor::from_vec(values, shape, &Device::Cpu)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Worlds of two effects, each of which raises a statistic of its own.
+    fn table(rows: usize, seed: u64) -> Table {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut table = Table {
+            names: ["one", "other", "noise"].map(str::to_owned).to_vec(),
+            ..Table::default()
+        };
+        for row in 0..rows {
+            let mut noise = || rng.random_range(-1.0f32..1.0);
+            let acts = [row % 4 == 1 || row % 8 == 3, row % 4 == 2 || row % 8 == 3];
+            let shift = |acts: bool| if acts { 3.0 } else { 0.0 };
+            table.values.extend([shift(acts[0]) + noise(), shift(acts[1]) + noise(), noise()]);
+            let named = ["dawn", "exercise"].iter().zip(acts).filter(|(_, acts)| *acts);
+            let ports = ["egp", "insulin_action"].iter().zip(acts).filter(|(_, acts)| *acts);
+            table.truths.push(Truth {
+                hand: "made".to_owned(),
+                effects: named.map(|(name, _)| (*name).to_owned()).collect(),
+                unknown: false,
+                ports: ports.map(|(name, _)| (*name).to_owned()).collect(),
+                gaps: BTreeMap::from([("60/hour/05".to_owned(), if acts[0] { 20.0 } else { 0.0 })]),
+            });
+        }
+        table
+    }
+
+    fn trained(rows: usize) -> Posterior {
+        let settings =
+            Training { members: 2, hidden: 16, epochs: 80, batch: 32, ..Training::working(1) };
+        let effects = ["dawn".to_owned(), "exercise".to_owned()];
+        let ports = ["egp".to_owned(), "insulin_action".to_owned()];
+        train(&table(rows, 1), &effects, &ports, &settings, "a test").expect("trained")
+    }
+
+    #[test]
+    fn what_acts_is_learned_from_worlds_and_so_is_where() {
+        let posterior = trained(800);
+        let test = table(200, 2);
+        let mut right = 0;
+        for (row, truth) in test.truths.iter().enumerate() {
+            let answer = posterior.answer(&test.row(row)).expect("finite");
+            let both = answer.effects.iter().filter(|(_, p)| *p > 0.5);
+            let named: Vec<String> = both.map(|(name, _)| name.clone()).collect();
+            right += usize::from(named == truth.effects);
+            assert!((answer.total() - 1.0).abs() < 1e-5);
+            if truth.effects == ["dawn"] {
+                assert_eq!(answer.ports[0].0, "egp");
+                let gap = &answer.gaps["60/hour/05"];
+                // Shrunken, as few steps are taken, but far from the 0 of all other worlds.
+                assert!((6.0..22.0).contains(&gap.mean) && gap.size >= gap.mean, "{gap:?}");
+            }
+        }
+        // The statistics do not overlap; one in twenty is left to chance.
+        assert!(right >= 190, "{right} of 200");
+    }
+
+    #[test]
+    fn a_posterior_is_its_table_and_seed_whatever_the_threads() {
+        let in_pool = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.expect("a pool").install(|| trained(160).bytes().expect("written"))
+        };
+        assert_eq!(in_pool(1), in_pool(2));
+    }
+
+    #[test]
+    fn a_table_without_rows_or_with_a_strange_effect_is_refused() {
+        let of = |table: &Table| {
+            let settings = Training::working(1);
+            train(table, &["dawn".to_owned()], &[], &settings, "")
+                .map(|_| ())
+                .map_err(|e| e.to_string())
+        };
+        assert!(of(&Table::default()).expect_err("empty").contains("no rows"));
+        assert!(of(&table(20, 1)).expect_err("strange").contains("exercise"));
+    }
+}
