@@ -29,10 +29,12 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Characters of a failed diagnosis' message that are kept.
 const KEPT: usize = 400;
 
-/// Name of the file of thresholds beside the cohort.
+/// Names of the files of thresholds and of the posterior beside the cohort.
 const THRESHOLDS: &str = "thresholds.json";
+const POSTERIOR: &str = "posterior.safetensors";
 
-/// Diagnoses a copy of the cohort in `folder`, under a random name and without any environment.
+/// Diagnoses a copy of the cohort in `folder`, under a random name and without any environment. Nothing that answers has
+/// seen the worlds of the hand `unseen`.
 ///
 /// Returns the answer and the text of its `diagnosis.json`. A diagnosis that fails is an answer.
 ///
@@ -40,14 +42,17 @@ const THRESHOLDS: &str = "thresholds.json";
 /// If the copy cannot be made or a process not be started: that is no fault of the diagnosis.
 pub(crate) fn ask(
     folder: &Path,
-    thresholds: &Thresholds,
+    unseen: Option<&str>,
     seed: u64,
     asked: Asked,
 ) -> Result<(Answer, Option<Vec<u8>>)> {
     let apart = Scratch::new()?;
     let copy = apart.path().join("cohort");
     copy_files(folder, &copy)?;
-    fs::write(apart.path().join(THRESHOLDS), serde_json::to_vec(thresholds)?)
+    let thresholds = unseen.map_or_else(Thresholds::working, Thresholds::without);
+    let posterior = gap::posterior_file_without(unseen.unwrap_or_default());
+    fs::write(apart.path().join(THRESHOLDS), serde_json::to_vec(&thresholds)?)
+        .and_then(|()| fs::write(apart.path().join(POSTERIOR), posterior))
         .context("cannot write in the temporary folder")?;
     let begun = Instant::now();
     let ended = match asked {
@@ -71,7 +76,7 @@ pub(crate) fn ask(
 }
 
 /// The arguments after the program's name.
-fn arguments(seed: u64) -> [String; 11] {
+fn arguments(seed: u64) -> [String; 13] {
     let seed = seed.to_string();
     [
         "diagnose",
@@ -81,6 +86,8 @@ fn arguments(seed: u64) -> [String; 11] {
         "answer",
         "--thresholds",
         THRESHOLDS,
+        "--posterior",
+        POSTERIOR,
         "--seed",
         &seed,
         "--threads",
@@ -172,6 +179,7 @@ fn in_this_process(apart: &Path, seed: u64) -> Ended {
     words[2] = apart.join("cohort").into_os_string();
     words[4] = apart.join("answer").into_os_string();
     words[6] = apart.join(THRESHOLDS).into_os_string();
+    words[8] = apart.join(POSTERIOR).into_os_string();
     let program = std::iter::once(std::ffi::OsString::from("xtask"));
     let line = CommandLine::try_parse_from(program.chain(words)).map_err(|e| e.to_string())?;
     match line.command {
@@ -232,14 +240,12 @@ mod tests {
         fs::write(folder.path().join("people.csv"), "not,a,cohort\n").expect("writable");
         // As another process this is the test program, which knows no diagnosis.
         for asked in [Asked::ThisProcess, Asked::AnotherProcess] {
-            let (answer, text) =
-                ask(folder.path(), &Thresholds::working(), 1, asked).expect("asked");
+            let (answer, text) = ask(folder.path(), None, 1, asked).expect("asked");
             assert_eq!(answer.verdict, Verdict::Failed, "{asked:?}");
             assert!(answer.failure.is_some_and(|reason| !reason.is_empty()), "{asked:?}");
             assert_eq!(text, None);
         }
-        let (answer, _) =
-            ask(folder.path(), &Thresholds::working(), 1, Asked::ThisProcess).expect("asked");
+        let (answer, _) = ask(folder.path(), None, 1, Asked::ThisProcess).expect("asked");
         let reason = answer.failure.expect("a reason");
         assert!(reason.contains("people.csv"), "{reason}");
     }
@@ -248,8 +254,7 @@ mod tests {
     fn what_is_no_cohort_is_not_copied() {
         let folder = tempfile::tempdir().expect("a folder");
         fs::create_dir(folder.path().join("labels")).expect("writable");
-        let error = ask(folder.path(), &Thresholds::working(), 1, Asked::ThisProcess)
-            .expect_err("a folder in it");
+        let error = ask(folder.path(), None, 1, Asked::ThisProcess).expect_err("a folder in it");
         assert!(error.to_string().contains("labels"), "{error}");
     }
 }

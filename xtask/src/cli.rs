@@ -2,12 +2,16 @@
 //!
 //! Each command's `run` lives in `stages`; this file only describes the words.
 
+mod evidence;
+mod posterior;
 mod realism;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub(crate) use evidence::EvidenceArgs;
+pub(crate) use posterior::TrainPosteriorArgs;
 pub(crate) use realism::RealismArgs;
 
 /// Digital twins for type 1 diabetes: simulate, train, prove, personalise, judge, diagnose.
@@ -131,6 +135,16 @@ pub(crate) enum Command {
         after_help = "Example:\n  cargo xtask realism --cohort out/hupa --cohort out/uom --seed 3 --out out/realism"
     )]
     Realism(RealismArgs),
+    /// What the diagnosis reads of worlds whose truth is known, or of cohorts: the table that a posterior is trained on.
+    #[command(
+        after_help = "Example:\n  cargo xtask evidence --worlds 252 --nulls 150 --seed 1 --out out/evidence"
+    )]
+    Evidence(EvidenceArgs),
+    /// Train the posterior of the diagnosis on tables of `evidence`, and one for each hand that has not seen it.
+    #[command(
+        after_help = "Example:\n  cargo xtask train-posterior --table out/evidence --out out/posterior"
+    )]
+    TrainPosterior(TrainPosteriorArgs),
     /// Write report.html for an output folder.
     #[command(after_help = "Example:\n  cargo xtask report out/pipeline")]
     Report(ReportArgs),
@@ -563,6 +577,9 @@ pub(crate) struct DiagnoseArgs {
     /// Thresholds of the evidence, as `blind-check --calibrate` writes them, in place of those in use.
     #[arg(long, value_name = "FILE", hide = true)]
     pub thresholds: Option<PathBuf>,
+    /// A posterior, as `train-posterior` writes it, in place of that in use.
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub posterior: Option<PathBuf>,
 }
 
 /// How basal insulin is decided.

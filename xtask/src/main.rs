@@ -89,6 +89,8 @@ fn run(line: CommandLine) -> Result<()> {
         Command::Diagnose(args) => stages::diagnose::run(&args),
         Command::EffectTwins(args) => stages::effect_twins::run(&args),
         Command::BlindCheck(args) => stages::blind_check::run(&args),
+        Command::Evidence(args) => stages::evidence::run(&args),
+        Command::TrainPosterior(args) => stages::train_posterior::run(&args),
         Command::Realism(args) => stages::realism::run(&args),
         Command::Worlds(args) => stages::worlds::run(&args),
         Command::Report(args) => stages::report::run(&args),

@@ -9,6 +9,7 @@ use effects::{Allowance, Field};
 use ode_sim::gut::glucose_dose;
 use physiology::{Grams, STEP, STEPS_PER_DAY, STEPS_PER_HOUR};
 
+use crate::filter::calibration::Factor;
 use crate::filter::observations::Observations;
 use crate::filter::tangent::{Direction, Parameter};
 
@@ -83,6 +84,12 @@ const CALIBRATED: [(Parameter, f64); 6] = [
     (Parameter::AG, 0.10),
     (Parameter::F01, 0.075),
 ];
+/// The factor of the calibration that a parameter is.
+pub(crate) fn calibrated_factor(parameter: Parameter) -> Option<Factor> {
+    let index = CALIBRATED.iter().position(|(calibrated, _)| *calibrated == parameter)?;
+    Factor::ALL.get(index).copied()
+}
+
 /// Parameters that are not calibrated, with spreads of Hovorka et al. (2002): 30 to 60 %, halved.
 const STRUCTURE: [(Parameter, f64); 6] = [
     (Parameter::KA1, 0.3),

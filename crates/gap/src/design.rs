@@ -176,7 +176,7 @@ pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<
 }
 
 /// Brings signatures into the units of the whitened innovations.
-struct Whitener {
+pub(crate) struct Whitener {
     spacing: usize,
     a1: f32,
     a2: f32,
@@ -187,7 +187,7 @@ struct Whitener {
 }
 
 impl Whitener {
-    fn of(calibration: &Calibration) -> Self {
+    pub(crate) fn of(calibration: &Calibration) -> Self {
         let autoregression = &calibration.autoregression;
         let inverse = |i: &Option<Innovation>| i.map_or(0.0, |i| i.variance.sqrt().recip() as f32);
         let scale = calibration.scale.recip() as f32;
@@ -198,6 +198,24 @@ impl Whitener {
             inverse: calibration.filtered.innovations.iter().map(inverse).collect(),
             scored: calibration.whitened.iter().map(|w| w.map_or(0.0, |_| scale)).collect(),
         }
+    }
+
+    /// The transpose: what rows of factors on whitened innovations are as factors on the innovations themselves, 1/(mg/dL).
+    pub(crate) fn back(&self, rows: &[Lanes]) -> Vec<Lanes> {
+        let first = 2 * self.spacing;
+        let at = |step: usize| match rows.get(step) {
+            Some(row) if step >= first => row.map(|value| self.scored[step] * value),
+            _ => [0.0; LANES],
+        };
+        (0..rows.len())
+            .map(|step| {
+                let (now, once, twice) =
+                    (at(step), at(step + self.spacing), at(step + 2 * self.spacing));
+                std::array::from_fn(|lane| {
+                    self.inverse[step] * (now[lane] - self.a1 * once[lane] - self.a2 * twice[lane])
+                })
+            })
+            .collect()
     }
 
     /// Whitens directions that lie side by side, a row a step, into a column each.

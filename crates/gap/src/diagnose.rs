@@ -2,19 +2,22 @@
 
 use cohort::Cohort;
 use effects::{Effect, ShownBy};
+use posterior::Posterior;
 use rayon::prelude::*;
 use stats::{Bootstrap, ReplicateMatrix};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::belief::working_posterior;
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::diagnosis::{
-    CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, SCHEMA, Stage,
-    WithInterval,
+    CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, PosteriorSaid,
+    ProbableSet, SCHEMA, Stage, WithInterval,
 };
 use crate::error::GapError;
+use crate::expected_gap::share_out;
 use crate::filter::plants::{Ode, Plants};
 use crate::free_run::FreeRunRule;
 use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
@@ -24,7 +27,7 @@ use crate::person::{
 };
 use crate::quality::identical_people;
 use crate::track_record::TrackRecord;
-use crate::which::{Thresholds, Which, is_free, power, which};
+use crate::which::{Belief, NAMED_FROM, SAID_FROM, Thresholds, Which, is_free, power, which};
 
 /// A diagnosis to be made: which effects are tried, with which settings, on which plant.
 ///
@@ -45,19 +48,45 @@ pub struct Diagnoser<'a> {
     library: &'a [Box<dyn Effect>],
     config: &'a DiagnosisConfig,
     plants: &'a dyn Plants,
+    decision: Decision<'a>,
     progress: &'a (dyn Fn(usize, usize) + Sync),
+}
+
+/// What decides whether an effect is named.
+#[derive(Clone, Copy)]
+enum Decision<'a> {
+    /// The posterior in use, where it knows the plant, else thresholds.
+    InUse,
+    /// A posterior.
+    Posterior(&'a Posterior),
+    /// Thresholds.
+    Thresholds,
 }
 
 impl<'a> Diagnoser<'a> {
     /// Tries the effects of `library` on the ODE plant.
     #[must_use]
     pub fn new(library: &'a [Box<dyn Effect>], config: &'a DiagnosisConfig) -> Self {
-        Self { library, config, plants: &Ode, progress: &|_, _| {} }
+        let decision = Decision::InUse;
+        Self { library, config, plants: &Ode, decision, progress: &|_, _| {} }
+    }
+
+    /// Lets another posterior decide than [that in use](crate::working_posterior).
+    #[must_use]
+    pub fn posterior(self, posterior: &'a Posterior) -> Self {
+        Self { decision: Decision::Posterior(posterior), ..self }
+    }
+
+    /// Lets the thresholds of the settings decide about every effect.
+    #[must_use]
+    pub fn by_thresholds(self) -> Self {
+        Self { decision: Decision::Thresholds, ..self }
     }
 
     /// Diagnoses another plant than the ODE.
     ///
-    /// The thresholds of the settings are used as they are; see
+    /// The posterior in use knows the ODE alone, so that thresholds decide about other plants. Those of the settings
+    /// are used as they are; see
     /// [`Thresholds::for_other_plants`](crate::Thresholds::for_other_plants).
     #[must_use]
     pub fn plants(self, plants: &'a dyn Plants) -> Self {
@@ -124,6 +153,11 @@ impl<'a> Diagnoser<'a> {
                 Some(CalibratedPerson { person, observations, calibration })
             })
             .collect();
+        let posterior = match self.decision {
+            Decision::InUse => (plants.name() == Ode.name()).then(working_posterior),
+            Decision::Posterior(posterior) => Some(posterior),
+            Decision::Thresholds => None,
+        };
         // One of them waits for a thread of its own; the other uses it meanwhile.
         let ((gaps, baseline), which) = rayon::join(
             || {
@@ -131,9 +165,13 @@ impl<'a> Diagnoser<'a> {
                 let gaps = gaps(&included, rule, localisation, seed);
                 (gaps, baseline(&included, rule, localisation, seed))
             },
-            || which(&inputs, library, &config.thresholds, &config.calibration),
+            || which(&inputs, library, &config.thresholds, posterior, &config.calibration),
         );
         let (baseline, which) = (baseline?, which?);
+        let mut gaps = gaps;
+        if let Some(belief) = &which.belief {
+            share_out(&mut gaps, &belief.answer.gaps);
+        }
         let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
         let answer = which.answer(library, &ids, config.thresholds.temperature);
         let settings = Settings {
@@ -143,7 +181,14 @@ impl<'a> Diagnoser<'a> {
             rule: &HowFarRule::working(),
         };
         let (power, how_far) = rayon::join(
-            || power(&inputs, library, &which.detectable),
+            // What thresholds would have found says nothing of a posterior.
+            || {
+                if posterior.is_none() {
+                    power(&inputs, library, &which.detectable)
+                } else {
+                    Vec::new()
+                }
+            },
             || held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR)),
         );
         let how_far = how_far?;
@@ -157,6 +202,7 @@ impl<'a> Diagnoser<'a> {
             ports: answer.ports,
             power,
             evidence: which.evidence.clone(),
+            posterior: which.belief.as_ref().zip(posterior).map(|(b, p)| said(b, p)),
             cells: gaps,
             how_far,
             baseline,
@@ -193,6 +239,26 @@ fn distinct(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
         }
     }
     Ok(())
+}
+
+/// What a posterior said, as it is written.
+fn said(belief: &Belief, posterior: &Posterior) -> PosteriorSaid {
+    let Belief { answer } = belief;
+    PosteriorSaid {
+        something: 1.0 - answer.nothing,
+        sets: answer
+            .sets
+            .iter()
+            .take(SETS)
+            .map(|(effects, probability)| ProbableSet {
+                effects: effects.clone(),
+                probability: *probability,
+            })
+            .collect(),
+        speaks_from: SAID_FROM,
+        names_from: NAMED_FROM,
+        source: posterior.card().source.clone(),
+    }
 }
 
 /// What the blind check says of diagnoses with this plant; nothing where it was never asked.
@@ -247,6 +313,8 @@ fn commonest(variants: &[usize]) -> usize {
     variants.iter().copied().max_by_key(|v| (count(*v), usize::MAX - v)).unwrap_or(0)
 }
 
+/// Sets of effects whose probabilities are written.
+const SETS: usize = 5;
 /// Streams of the two families and of the baseline, so that none reuses another's draws.
 const COHORT_FAMILY: u64 = 1;
 const PERSON_FAMILY: u64 = 2;

@@ -28,13 +28,16 @@ pub struct Diagnosis {
     pub untried: Vec<UntriedEffect>,
     /// Evidence by place in the equations.
     pub ports: Vec<PortEvidence>,
-    /// How small an effect these data would have shown; effects of which no believable size would have
-    /// been found are missing.
+    /// How small an effect these data would have shown where thresholds decide; effects of which no believable size would
+    /// have been found are missing. Empty where a posterior decides.
     #[serde(default)]
     pub power: Vec<DetectionPower>,
     /// The evidence by name before any effect is conditioned on, from which thresholds can be fixed.
     #[serde(default)]
     pub evidence: Evidence,
+    /// What the posterior said, if one decided.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<PosteriorSaid>,
     /// The gap by situation, largest share first.
     #[serde(rename = "where")]
     pub cells: Vec<CellGap>,
@@ -68,6 +71,30 @@ pub enum Stage {
     Where,
     /// Effects were looked for, and what adding them changes was measured.
     HowFar,
+}
+
+/// What a posterior said of a cohort.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PosteriorSaid {
+    /// Probability that something is missing.
+    pub something: f64,
+    /// The most probable sets of one or two effects.
+    pub sets: Vec<ProbableSet>,
+    /// Probability that something is missing from which on the verdict is not `none`.
+    pub speaks_from: f64,
+    /// Probability of an effect from which on it is named.
+    pub names_from: f64,
+    /// What it was trained by.
+    pub source: String,
+}
+
+/// A set of effects that may act together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProbableSet {
+    /// One or two effects.
+    pub effects: Vec<String>,
+    /// Probability that these and no others act.
+    pub probability: f64,
 }
 
 /// The answer of a diagnosis.
@@ -211,9 +238,10 @@ pub struct CellGap {
     pub upper: f64,
     /// p-value adjusted for every cell and both layers.
     pub p_adjusted: f64,
-    /// Share of the mean squared free-run error that the cell's mean error accounts for: share of the
-    /// runs that lie in the cell times the squared mean error over the mean squared error. Shares of
-    /// cells that overlap do not add up.
+    /// Where a posterior decided: the cell's share of the gap that it expects of what is missing, as squared sizes of hours,
+    /// contexts and glucose bands; 0 for persons and horizons. Otherwise the share of the mean squared free-run error
+    /// that the cell's mean error accounts for: share of the runs that lie in the cell times the squared mean error over
+    /// the mean squared error. Shares of cells that overlap do not add up.
     pub share_of_gap: f64,
     /// Length of the free runs, min.
     pub horizon_minutes: u32,

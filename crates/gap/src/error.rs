@@ -131,6 +131,9 @@ pub enum GapError {
         /// People, or steps of that person's record.
         needed: usize,
     },
+    /// The posterior failed.
+    #[error("the posterior: {0}")]
+    Posterior(String),
     /// The baseline errors could not be resampled.
     #[error(transparent)]
     Statistics(#[from] stats::StatsError),

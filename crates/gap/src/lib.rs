@@ -31,8 +31,10 @@
 
 mod absorbed;
 mod background;
+mod belief;
 mod calibrated_person;
 mod cell_sample;
+mod cohort_statistics;
 mod config;
 pub mod context;
 mod course;
@@ -41,6 +43,7 @@ mod diagnose;
 pub mod diagnosis;
 mod error;
 mod event_bank;
+mod expected_gap;
 pub mod filter;
 pub mod free_run;
 pub mod how_far;
@@ -54,10 +57,13 @@ mod person_statistics;
 pub mod quality;
 mod single;
 mod track_record;
+mod units;
 pub mod which;
 
 pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
+pub use belief::{posterior_file_without, read_posterior, working_posterior};
 pub use calibrated_person::CalibratedPerson;
+pub use cohort_statistics::cohort_statistics;
 pub use config::{DiagnosisConfig, InclusionRule, Production};
 pub use course::course;
 pub use diagnose::Diagnoser;

@@ -58,12 +58,10 @@ pub fn person_statistics(
     };
     let (observations, calibration) = (&analysis.observations, &analysis.calibration);
     let person = analysis.person.as_ref().unwrap_or(person);
-    found.record(person, observations);
-    found.innovations(person, calibration);
-    found.calibration(calibration);
     // One round, in which nothing is named.
     let people = [CalibratedPerson { person, observations, calibration }];
-    let answer = which(&people, library, &Thresholds::never(), &config.calibration)?;
+    found.0 = of_person(&people[0]);
+    let answer = which(&people, library, &Thresholds::never(), None, &config.calibration)?;
     for (name, spread) in &answer.spreads {
         found.set(&format!("spread/{name}"), Some(*spread));
     }
@@ -71,6 +69,15 @@ pub fn person_statistics(
         found.set(&format!("evidence/{name}"), Some((gain / RESOLUTION).round() * RESOLUTION));
     }
     Ok(PersonStatistics { excluded: None, values: found.0 })
+}
+
+/// What a person's record, innovations and calibration show, without any question put to them.
+pub(crate) fn of_person(person: &CalibratedPerson<'_>) -> BTreeMap<String, f64> {
+    let mut found = Values::default();
+    found.record(person.person, person.observations);
+    found.innovations(person.person, person.calibration);
+    found.calibration(person.calibration);
+    found.0
 }
 
 #[derive(Default)]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The figures of the last full blind check, by hands that fixed nothing of the diagnosis they judge.
+/// The figures of the last full blind check, by hands that nothing of the diagnosis they judge has seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackRecord {
     /// The commands that print the figures.
@@ -46,7 +46,7 @@ impl TrackRecord {
     pub fn sentence(&self) -> String {
         let of = |counted: Counted| format!("{} of {}", counted.count, counted.of);
         format!(
-            "How much to believe: on made cohorts by hands that fixed none of its thresholds this diagnosis raised an \
+            "How much to believe: on made cohorts by hands that its posterior never saw this diagnosis raised an \
              alarm in {} in which nothing was missing (a name in {}), named {} effects of 5 mg/dL or more, and named \
              another effect in {}; of effects planted into real people's records it named {}, with another name in {}.",
             of(self.nulls_with_alarm),

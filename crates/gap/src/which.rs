@@ -29,13 +29,16 @@ mod variance;
 use std::collections::BTreeMap;
 
 use effects::{Effect, EffectId, Port};
+use posterior::Posterior;
 
 use self::hypothesis::Tried;
 use self::round::{Round, Score, ScoreOf};
 use self::unknown::unknown_events;
 use crate::calibrated_person::CalibratedPerson;
+use crate::cohort_statistics::statistics;
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
+use crate::units;
 
 pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;
@@ -76,6 +79,54 @@ pub struct Which {
     pub spreads: BTreeMap<String, f64>,
     /// What the first round would have found of each driven effect.
     pub detectable: Vec<Detectable>,
+    /// What a posterior reads of the cohort.
+    pub statistics: BTreeMap<String, f64>,
+    /// What the posterior says of them; `None` where thresholds decided.
+    pub belief: Option<Belief>,
+}
+
+/// Probability from which on an effect is named: it is more likely there than not.
+pub(crate) const NAMED_FROM: f64 = 0.5;
+/// Probability from which on it is said that something is missing although nothing can be named: odds of 3 to 1, as a
+/// false alarm costs more than silence.
+pub(crate) const SAID_FROM: f64 = 0.75;
+
+/// What a posterior says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Belief {
+    /// Its probabilities.
+    pub answer: posterior::Answer,
+}
+
+impl Belief {
+    /// The next to be named: an effect that the posterior does not know and that clears its threshold, or else the most
+    /// probable that is left of those that it knows.
+    fn next<'a>(&self, candidates: &'a [Candidate], named: &[Named]) -> Option<&'a Candidate> {
+        let open = candidates.iter().filter_map(|candidate| {
+            let id = candidate.hypothesis.known()?;
+            named.iter().all(|n| !n.hypothesis.is(id)).then_some((candidate, id))
+        });
+        let own = open.clone().find(|(candidate, id)| !self.knows(*id) && candidate.excess > 0.0);
+        let known = open.filter(|(_, id)| self.knows(*id) && self.of(*id) >= NAMED_FROM);
+        let best = known.max_by(|a, b| self.of(a.1).total_cmp(&self.of(b.1)));
+        own.or(best).map(|(candidate, _)| candidate)
+    }
+
+    /// The probability of an effect; 0 of one that the posterior does not know.
+    pub(crate) fn of(&self, id: EffectId) -> f64 {
+        let own = self.answer.effects.iter().find(|(name, _)| name == id.name());
+        own.map_or(0.0, |(_, p)| *p)
+    }
+
+    /// Whether the posterior knows an effect.
+    pub(crate) fn knows(&self, id: EffectId) -> bool {
+        self.answer.effects.iter().any(|(name, _)| name == id.name())
+    }
+
+    /// Whether something is missing.
+    pub(crate) fn alarms(&self) -> bool {
+        1.0 - self.answer.nothing >= SAID_FROM
+    }
 }
 
 /// The size of an effect that would have been found with 90 % probability.
@@ -171,12 +222,16 @@ impl Named {
 
 /// Names the effects that are missing. `calibration` says which innovations are scored when a filter is run again.
 ///
+/// With a posterior, its probabilities decide about the effects that it knows, and thresholds about the others: an effect
+/// of the caller's own that clears its threshold comes first. Without one, thresholds decide about all.
+///
 /// # Errors
-/// As [`design`](crate::design::design).
+/// As [`design`](crate::design::design), and [`GapError::Posterior`].
 pub fn which(
     people: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
     thresholds: &Thresholds,
+    posterior: Option<&Posterior>,
     calibration: &CalibrationRule,
 ) -> Result<Which, GapError> {
     let unknown = unknown_events();
@@ -219,16 +274,30 @@ pub fn which(
             let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
             Evidence { person_days, gains: gains.collect() }
         };
-        let First { candidates: all, untried, evidence, spreads, detectable } = first
-            .get_or_insert_with(|| First {
-                candidates: candidates.clone(),
-                untried,
-                evidence: evidence(),
-                spreads: round.estimated.spreads.by_name(),
-                detectable: detectable(&scores, &tried, thresholds, person_days),
-            })
-            .clone();
-        let best = candidates.first().filter(|best| best.excess > 0.0);
+        let found = match first.take() {
+            Some(found) => found,
+            None => {
+                let (evidence, spreads) = (evidence(), round.estimated.spreads.by_name());
+                let natural: Vec<&units::PersonUnits> =
+                    round.subjects.iter().filter_map(|s| s.natural.as_ref()).collect();
+                let units = units::of_cohort(&natural);
+                let statistics = statistics(people, &evidence, &spreads, &units);
+                First {
+                    candidates: candidates.clone(),
+                    untried,
+                    evidence,
+                    spreads,
+                    detectable: detectable(&scores, &tried, thresholds, person_days),
+                    belief: posterior.map(|p| believed(p, &statistics)).transpose()?,
+                    statistics,
+                }
+            }
+        };
+        let found = first.insert(found);
+        let best = match &found.belief {
+            Some(belief) => belief.next(&candidates, &named),
+            None => candidates.first().filter(|best| best.excess > 0.0),
+        };
         // A course at a port cannot be conditioned on.
         let course = best.filter(|best| matches!(best.hypothesis, Hypothesis::Course(_)));
         if let Some(course) = course {
@@ -237,15 +306,19 @@ pub fn which(
         let best = best.filter(|_| course.is_none() && named.len() < MOST_EFFECTS);
         let Some(best) = best else {
             let ports = round.ports(thresholds, person_days);
+            let First { candidates, untried, evidence, spreads, detectable, statistics, belief } =
+                found.clone();
             return Ok(Which {
                 named,
-                candidates: all,
+                candidates,
                 ports,
                 untried,
                 person_days,
                 evidence,
                 spreads,
                 detectable,
+                statistics,
+                belief,
             });
         };
         let score = scores
@@ -302,6 +375,14 @@ struct First {
     evidence: Evidence,
     spreads: BTreeMap<String, f64>,
     detectable: Vec<Detectable>,
+    statistics: BTreeMap<String, f64>,
+    belief: Option<Belief>,
+}
+
+/// What a posterior says of a cohort.
+fn believed(posterior: &Posterior, statistics: &BTreeMap<String, f64>) -> Result<Belief, GapError> {
+    let answer = posterior.answer(statistics).map_err(|e| GapError::Posterior(e.to_string()))?;
+    Ok(Belief { answer })
 }
 
 /// What a round would have found of each driven effect.

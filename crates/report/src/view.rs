@@ -27,7 +27,7 @@ pub use diagnosis::{
     Absorbed, AbsorbedEffect, AbsorbedError, Candidate, CellGap, DataQualityFinding,
     DetectionPower, Diagnosis, DiagnosisPerson, DiagnosisVerdict, Effect, FindingEstimate,
     FittedAmplitude, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
-    PersonAmplitude, PersonChange, PortEvidence, Untried,
+    PersonAmplitude, PersonChange, PortEvidence, PosteriorSaid, Untried,
 };
 pub use example_day::{DayOutcomes, ExampleDay, TimeInRanges};
 pub use manifest::{Manifest, ManifestInput};

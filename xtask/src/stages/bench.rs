@@ -251,7 +251,13 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     }
     add("design", clock);
     let clock = Instant::now();
-    which(&inputs, &library, &config.thresholds, &config.calibration)?;
+    which(
+        &inputs,
+        &library,
+        &config.thresholds,
+        Some(gap::working_posterior()),
+        &config.calibration,
+    )?;
     add("which, with a design for each round", clock);
     Ok(parts)
 }

@@ -159,8 +159,8 @@ fn answer(
         .with_context(|| format!("world {id}"))?;
     drop(cohort);
     // Nothing that answers a world has seen the hand that made it.
-    let thresholds = Thresholds::without(world.planned.generator.name());
-    let (answer, text) = ask(&folder, &thresholds, diagnosis_seed(seed, place), asked)?;
+    let hand = world.planned.generator.name();
+    let (answer, text) = ask(&folder, Some(hand), diagnosis_seed(seed, place), asked)?;
     match text {
         Some(diagnosis) => output.write(&format!("answers/{id}.json"), &diagnosis)?,
         None => output.write_json(&format!("answers/{id}.json"), &answer)?,

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result};
 use cohort::Cohort;
-use gap::{Absorbed, Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
+use gap::{Absorbed, Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict, read_posterior};
+use posterior::Posterior;
 
 use crate::cli::DiagnoseArgs;
 use crate::diagnosed::{Diagnosed, ODE};
@@ -38,6 +39,12 @@ fn config(args: &DiagnoseArgs) -> Result<DiagnosisConfig> {
     Ok(DiagnosisConfig { thresholds, ..working })
 }
 
+/// Reads a posterior.
+fn posterior(file: &Path) -> Result<Posterior> {
+    let bytes = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
+    read_posterior(&bytes).with_context(|| format!("'{}'", file.display()))
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     let model = Diagnosed::read(&args.model, args.population.as_deref())?;
@@ -48,9 +55,15 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     let runs = 1 + usize::from(without.is_some());
     let progress = Progress::begin("diagnose", runs * judged.cohort.people.len());
     let (library, config) = (effects::library(), config(args)?);
+    let posterior = args.posterior.as_deref().map(posterior).transpose()?;
     let run = |cohort: &Cohort, plants: &dyn Plants| {
         let advance = |_, _| progress.advance("people");
         let diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);
+        let diagnoser = match (&posterior, &args.thresholds) {
+            (Some(posterior), _) => diagnoser.posterior(posterior),
+            (None, Some(_)) => diagnoser.by_thresholds(),
+            (None, None) => diagnoser,
+        };
         diagnoser.run(cohort, args.seed).context("the diagnosis")
     };
     let mut diagnosis = run(&judged.cohort, judged.plants.as_ref())?;

@@ -199,6 +199,7 @@ pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
         out: at(Stage::Diagnose),
         seed: args.seed,
         thresholds: None,
+        posterior: None,
     };
     step(args, Stage::Diagnose, &diagnose.out, diagnose::manifest(&diagnose)?, || {
         diagnose::run(&diagnose)

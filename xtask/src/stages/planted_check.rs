@@ -13,7 +13,6 @@ use blind::{
     PlantedTotals, Seal, Share, Verdict,
 };
 use cohort::{Cohort, RecordsFormat, read_folder, write_folder};
-use gap::Thresholds;
 use rand::seq::SliceRandom as _;
 use rayon::prelude::*;
 use world::planted::{Exactness, Planting, Truth, plant};
@@ -146,7 +145,7 @@ fn answer(
         }
     }
     .with_context(|| format!("cohort {id}"))?;
-    let (answer, text) = ask(&folder, &Thresholds::working(), diagnosis_seed(seed, index), asked)?;
+    let (answer, text) = ask(&folder, None, diagnosis_seed(seed, index), asked)?;
     let calibrated = match text {
         Some(diagnosis) => {
             output.write(&format!("answers/{id}.json"), &diagnosis)?;

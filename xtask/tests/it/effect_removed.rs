@@ -91,7 +91,10 @@ fn diagnosed(world: &RealisedWorld, share: f64) -> Diagnosis {
         .collect::<Result<_, _>>()
         .expect("bodies that can live with it");
     let (library, config) = (effects::library(), narrow_thresholds::config());
-    Diagnoser::new(&library, &config).run(&Cohort { people }, SEED).expect("a diagnosis")
+    Diagnoser::new(&library, &config)
+        .by_thresholds()
+        .run(&Cohort { people }, SEED)
+        .expect("a diagnosis")
 }
 
 fn named(diagnosis: &Diagnosis) -> Vec<&str> {

@@ -38,6 +38,6 @@ fn evidence((index, drawn): (usize, PlannedWorld)) -> Evidence {
     let people = world.people.iter().map(|p| lived(p).map(|days| days.recorded));
     let people = people.collect::<Result<_, _>>().expect("bodies that live");
     let (library, config) = (effects::library(), DiagnosisConfig::working());
-    let diagnosis = Diagnoser::new(&library, &config).run(&Cohort { people }, SEED);
+    let diagnosis = Diagnoser::new(&library, &config).by_thresholds().run(&Cohort { people }, SEED);
     diagnosis.expect("a diagnosis").evidence
 }

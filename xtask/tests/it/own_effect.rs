@@ -61,7 +61,7 @@ fn library() -> Vec<Box<dyn effects::Effect>> {
 
 fn diagnosed(cohort: &Cohort) -> Diagnosis {
     let (library, config) = (library(), narrow_thresholds::config());
-    Diagnoser::new(&library, &config).run(cohort, SEED).expect("a diagnosis")
+    Diagnoser::new(&library, &config).by_thresholds().run(cohort, SEED).expect("a diagnosis")
 }
 
 fn named(diagnosis: &Diagnosis) -> Vec<&str> {

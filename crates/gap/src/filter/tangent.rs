@@ -11,6 +11,7 @@
 //! registers, in single precision. Perturbations fade, so that rounding does
 //! not add up: it stays near a millionth of a signature.
 
+mod adjoint;
 mod passing;
 mod step_slopes;
 mod steps;
@@ -18,6 +19,7 @@ mod steps;
 use effects::Field;
 use ode_sim::OdeParameters;
 
+pub(crate) use self::adjoint::course_scores;
 use self::passing::{Block, Pass};
 use self::steps::Steps;
 use crate::error::GapError;

@@ -3,7 +3,7 @@
 use effects::{Card, Effect, EffectId};
 
 use super::ports::alike;
-use super::{Candidate, Named, PortCandidate, RIVAL, Which};
+use super::{Belief, Candidate, Named, PortCandidate, RIVAL, Which};
 use crate::diagnosis::{
     CandidateEffect, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
     WithInterval,
@@ -14,6 +14,8 @@ use crate::log_sum::softmax_beside_none;
 const NONE: &str = "none";
 /// Name of the candidate that something is missing that the library does not hold.
 const UNKNOWN: &str = "unknown";
+/// Share of a named effect's probability from which on another effect is a rival.
+const RIVAL_SHARE: f64 = 1.0 / 3.0;
 /// Half width of a 95 % interval in standard errors.
 const Z: f64 = 1.96;
 
@@ -47,32 +49,36 @@ impl Which {
             .collect();
         let unknown = self.named.iter().any(|n| n.hypothesis.known().is_none());
         let unknown_port = self.ports.iter().any(|port| port.excess > 0.0);
-        let verdict = if !known.is_empty() {
-            Verdict::Effect
-        } else if unknown || unknown_port {
-            Verdict::Unknown
-        } else {
-            Verdict::None
+        let something = match &self.belief {
+            Some(belief) => belief.alarms(),
+            None => unknown || unknown_port,
         };
-        let first = Odds::of(&self.candidates, &self.ports, temperature);
+        let verdict = match (known.is_empty(), something) {
+            (false, _) => Verdict::Effect,
+            (true, true) => Verdict::Unknown,
+            (true, false) => Verdict::None,
+        };
+        let first = match &self.belief {
+            Some(belief) => Odds::believed(belief, &self.candidates, temperature),
+            None => Odds::of(&self.candidates, &self.ports, temperature),
+        };
         let effects = known
             .iter()
             .map(|(named, card)| {
                 let is_first = |first: &Named| first.hypothesis == named.hypothesis;
                 let ports =
                     if self.named.first().is_some_and(is_first) { &*self.ports } else { &[] };
-                let odds = Odds::of(&named.rivals, ports, temperature);
+                let probability = match self.belief {
+                    Some(_) => first.of_effect(card.id),
+                    None => Odds::of(&named.rivals, ports, temperature).of_effect(card.id),
+                };
                 FoundEffect {
                     effect: card.id.name().to_owned(),
                     port: card.port.name().to_owned(),
                     gain_nats: named.gain,
-                    probability: odds.of_effect(card.id),
+                    probability,
                     amplitude: interval(named.amplitude),
-                    confusable_with: named
-                        .confusable
-                        .iter()
-                        .filter_map(|hypothesis| Some(hypothesis.known()?.name().to_owned()))
-                        .collect(),
+                    confusable_with: self.confusable(named, probability, &first),
                     people: amplitudes(named, people),
                 }
             })
@@ -114,6 +120,22 @@ impl Which {
         Answer { verdict, effects, candidates, ports: self.by_port(temperature), untried }
     }
 
+    /// Effects that the data cannot tell from a named one.
+    fn confusable(&self, named: &Named, probability: f64, odds: &Odds) -> Vec<String> {
+        let by_course = named.confusable.iter().filter_map(|hypothesis| hypothesis.known());
+        let ids: Vec<EffectId> = match self.belief {
+            Some(_) => {
+                let rivals = odds.effects.iter().filter(|(id, p)| {
+                    *p >= RIVAL_SHARE * probability
+                        && self.named.iter().all(|n| !n.hypothesis.is(*id))
+                });
+                rivals.map(|(id, _)| *id).collect()
+            }
+            None => by_course.collect(),
+        };
+        ids.into_iter().map(|id| id.name().to_owned()).collect()
+    }
+
     /// The better scale of each port, unknown events counted with their port.
     fn by_port(&self, temperature: f64) -> Vec<PortEvidence> {
         let mut best: Vec<(effects::Port, f64, f64)> = Vec::new();
@@ -131,6 +153,9 @@ impl Which {
         }
         let excess: Vec<f64> = best.iter().map(|(_, _, excess)| *excess).collect();
         let (_, shares) = softmax_beside_none(&excess, temperature);
+        if let Some(belief) = &self.belief {
+            return believed_ports(belief, &best);
+        }
         let mut ports: Vec<PortEvidence> = best
             .iter()
             .zip(&shares)
@@ -153,6 +178,25 @@ impl Which {
         ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         ports
     }
+}
+
+/// The ports as a posterior believes in them, with the evidence that there is of each.
+fn believed_ports(belief: &Belief, evidence: &[(effects::Port, f64, f64)]) -> Vec<PortEvidence> {
+    let ports = &belief.answer.ports;
+    let gain = |name: &str| evidence.iter().find(|(port, ..)| port.name() == name).map(|e| e.1);
+    ports
+        .iter()
+        .map(|(port, probability)| PortEvidence {
+            port: port.clone(),
+            gain_nats: gain(port).unwrap_or(0.0),
+            probability: *probability,
+            confusable_with: ports
+                .iter()
+                .filter(|(other, p)| other != port && *p >= RIVAL_SHARE * probability)
+                .map(|(other, _)| other.clone())
+                .collect(),
+        })
+        .collect()
 }
 
 /// The card of an effect of the library.
@@ -186,6 +230,22 @@ impl Odds {
             unknown: shares[effects.len()],
             effects: effects.iter().zip(&shares).map(|((id, _), share)| (*id, *share)).collect(),
         }
+    }
+
+    /// What a posterior says; of effects that it does not know, what the evidence does.
+    fn believed(belief: &Belief, candidates: &[Candidate], temperature: f64) -> Self {
+        let by_evidence = Self::of(candidates, &[], temperature);
+        let of =
+            |id: EffectId| if belief.knows(id) { belief.of(id) } else { by_evidence.of_effect(id) };
+        let own: f64 =
+            by_evidence.effects.iter().filter(|(id, _)| !belief.knows(*id)).map(|(_, p)| p).sum();
+        let left = 1.0 - own.min(1.0);
+        let effects = by_evidence
+            .effects
+            .iter()
+            .map(|(id, _)| (*id, if belief.knows(*id) { left * of(*id) } else { of(*id) }))
+            .collect();
+        Self { none: left * belief.answer.nothing, unknown: left * belief.answer.unknown, effects }
     }
 
     fn of_effect(&self, effect: EffectId) -> f64 {

@@ -154,6 +154,7 @@ fn subject(
         events: Vec::new(),
         bins: None,
         lags: None,
+        natural: None,
     })
 }
 

@@ -1,6 +1,6 @@
 //! One round: everybody's linear model with what has been named so far, and the evidence of every effect.
 
-use effects::{Card, EffectId};
+use effects::{Allowance, Card, EffectId};
 use rayon::prelude::*;
 
 use super::Named;
@@ -11,13 +11,15 @@ use super::events::EventEvidence;
 use super::held_out::{self, Allowed, Folds, HeldOut, Trial};
 use super::hypothesis::Tried;
 use super::lag::{self, LagEvidence};
-use super::statistics::{self, Person as Statistics};
+use super::statistics::{self, Person as Statistics, Sums};
 use super::unknown::bins::Bins;
 use super::variance::{self, Estimated, Spreads};
+use crate::background::calibrated_factor;
 use crate::calibrated_person::CalibratedPerson;
-use crate::design::{Column, Design, EventBank, design};
+use crate::design::{Background, Column, Design, EventBank, design};
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
+use crate::units::{Beside, PersonUnits};
 
 /// Standard deviation of the amplitude of a guard.
 pub(super) const GUARD_SD: f64 = 0.5;
@@ -32,6 +34,8 @@ pub(super) struct Subject {
     pub(super) bins: Option<Bins>,
     /// Likelihoods of sensor lags; `None` once the lag is named.
     pub(super) lags: Option<lag::Likelihoods>,
+    /// What natural units show, until something is named.
+    pub(super) natural: Option<PersonUnits>,
 }
 
 /// Everything that is known in one round.
@@ -105,13 +109,17 @@ impl Round {
                 let events =
                     hidden.banks(|effect| backgrounds.beside(effect), &design.weights, &before);
                 drop(backgrounds);
+                let natural = named
+                    .is_empty()
+                    .then(|| natural(&person, &design, &statistics, tried))
+                    .transpose()?;
                 let bins =
                     named.is_empty().then(|| Bins::of(&design, |effect| tried.is_guard(effect)));
                 // The largest parts of a person, and summed up.
                 design.signatures = Vec::new();
                 (design.residuals, design.weights) = (Vec::new(), Vec::new());
                 (design.days, design.hours) = (Vec::new(), Vec::new());
-                Ok(Subject { design, statistics, units, events, bins, lags })
+                Ok(Subject { design, statistics, units, events, bins, lags, natural })
             })
             .collect::<Result<_, GapError>>()?;
         longer_lags(&mut subjects, people, tried, named, rule)?;
@@ -211,6 +219,54 @@ impl Round {
             .filter(|c| matches!(columns[*c], Column::Effect { effect, .. } if effect == wanted))
             .collect()
     }
+}
+
+/// What a person's natural units show beside the background, and beside the part of it that says nothing of the clock
+/// and of glucose.
+fn natural(
+    person: &CalibratedPerson<'_>,
+    design: &Design,
+    statistics: &Statistics,
+    tried: &Tried<'_>,
+) -> Result<PersonUnits, GapError> {
+    let mut information = Sums::none(statistics.columns.len()).a;
+    for fold in &statistics.folds {
+        information += &fold.a;
+    }
+    let (mut usual, mut plain) = (Vec::new(), Vec::new());
+    let mut guarded: Vec<EffectId> = Vec::new();
+    for (column, stands_for) in statistics.columns.iter().enumerate() {
+        match *stands_for {
+            Column::Background { which, prior_sd } => {
+                let beside = match of_calibration(which, person) {
+                    Some((mean, sd)) => Beside { column, mean, sd },
+                    None => Beside { column, mean: 0.0, sd: prior_sd },
+                };
+                usual.push(beside);
+                let asks = [Allowance::Clock, Allowance::Defence, Allowance::Shedding];
+                let asked = asks.into_iter().any(|allowance| which.is(allowance));
+                if !asked && which != Background::Effectiveness {
+                    plain.push(beside);
+                }
+            }
+            Column::Effect { effect, .. } => {
+                if tried.is_guard(effect) && !guarded.contains(&effect) {
+                    guarded.push(effect);
+                    usual.push(Beside { column, mean: 0.0, sd: GUARD_SD });
+                }
+            }
+        }
+    }
+    PersonUnits::of(person, design, &information, &usual, &plain)
+}
+
+/// The prior of what a calibrated factor still lacks, in logarithms: its own, seen from where the calibration ended.
+///
+/// The innovations are the same that the calibration saw; with the calibration's own prior they are counted once.
+fn of_calibration(which: Background, person: &CalibratedPerson<'_>) -> Option<(f64, f64)> {
+    let Background::Parameter(parameter) = which else { return None };
+    let factor = calibrated_factor(parameter)?;
+    Some((-person.calibration.factors.get(factor), factor.prior_sd()))
 }
 
 pub(super) fn none() -> Estimated {

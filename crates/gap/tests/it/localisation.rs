@@ -21,7 +21,7 @@ fn config() -> DiagnosisConfig {
 }
 
 fn diagnose(cohort: &Cohort, config: &DiagnosisConfig, seed: u64) -> Result<Diagnosis, GapError> {
-    Diagnoser::new(&effects::library(), config).run(cohort, seed)
+    Diagnoser::new(&effects::library(), config).by_thresholds().run(cohort, seed)
 }
 
 fn cell<'a>(diagnosis: &'a Diagnosis, factor: CellFactor, level: &str) -> &'a CellGap {
@@ -102,7 +102,7 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
                 done.fetch_add(1, Ordering::Relaxed);
             };
             let library = effects::library();
-            Diagnoser::new(&library, &config()).progress(&count).run(&cohort, 9)
+            Diagnoser::new(&library, &config()).by_thresholds().progress(&count).run(&cohort, 9)
         });
         assert_eq!(done.load(Ordering::Relaxed), 4);
         serde_json::to_string(&diagnosis.expect("diagnosed")).expect("serialises")

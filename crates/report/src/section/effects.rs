@@ -37,8 +37,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         }
         DiagnosisVerdict::Unknown => {
             html.paragraph(
-                "No effect is named: something is missing, and none of the effects tried explains \
-                 it.",
+                "No effect is named: something is missing, and no effect that was tried accounts for it well enough.",
             );
         }
         DiagnosisVerdict::None => {

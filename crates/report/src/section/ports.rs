@@ -113,7 +113,7 @@ pub(super) fn best(diagnosis: &Diagnosis) -> Option<&PortEvidence> {
     diagnosis.ports.iter().max_by(|a, b| order(a).total_cmp(&order(b)))
 }
 
-/// Gain, or probability where there is no gain; what is absent comes last.
+/// Probability, or gain where there is no probability; what is absent comes last.
 fn order(port: &PortEvidence) -> f64 {
-    port.gain_nats.or(port.probability).unwrap_or(f64::NEG_INFINITY)
+    port.probability.or(port.gain_nats).unwrap_or(f64::NEG_INFINITY)
 }

@@ -6,7 +6,7 @@ use crate::html::Html;
 use crate::number::{count, fixed, p_value, percent};
 use crate::view::{
     BlindCheck, CellGap, Conformance, Diagnosis, DiagnosisVerdict, Effect, Method, Outcomes,
-    Verdict, WhatIf,
+    PosteriorSaid, Verdict, WhatIf,
 };
 
 /// Family-wise level at which a situation is named in the verdict.
@@ -68,7 +68,13 @@ fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
         (_, false) => parts
             .extend([place(diagnosis), "Naming the effect is not part of this run.".to_owned()]),
         (DiagnosisVerdict::None, true) => {
-            parts.push("No effect was found among those that these data could show.".to_owned());
+            parts.push(match &diagnosis.posterior {
+                Some(said) => format!(
+                    "No effect was found (probability that something is missing: {}).",
+                    percent(said.something)
+                ),
+                None => "No effect was found among those that these data could show.".to_owned(),
+            });
             parts.extend(would_have_been_found(diagnosis));
             if let Some(cell) = worst(diagnosis) {
                 parts.push(format!("An error remains that no effect accounts for: {}.", gap(cell)));
@@ -115,15 +121,39 @@ fn found(effects: &[Effect]) -> String {
 
 /// Where something is missing that has no name.
 fn missing(diagnosis: &Diagnosis) -> String {
-    let what = "Something is missing that nothing in the library explains.";
+    let what = match &diagnosis.posterior {
+        Some(said) => believed_missing(diagnosis, said),
+        None => "Something is missing that nothing in the library explains.".to_owned(),
+    };
     let Some(best) = super::ports::best(diagnosis) else {
-        return what.to_owned();
+        return what;
     };
     let mut places = vec![port(&best.port)];
     places
         .extend(best.confusable_with.iter().filter(|other| **other != best.port).map(|p| port(p)));
     let apart = if places.len() > 1 { " (the data cannot tell which)" } else { "" };
     format!("{what} Most probably it concerns {}{apart}.", places.join(" or "))
+}
+
+/// That something is missing, and what is most probable although it is not probable enough.
+fn believed_missing(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
+    let probability = percent(said.something);
+    let candidates = diagnosis.candidates.iter().filter(|candidate| candidate.effect != "none");
+    let best = candidates
+        .filter_map(|candidate| Some((candidate.effect.as_str(), candidate.probability?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1));
+    let likely = match best {
+        Some(("unknown", p)) => {
+            format!("It is most probably nothing that the library holds ({})", percent(p))
+        }
+        Some((name, p)) => format!("The most probable effect is {} ({})", effect(name), percent(p)),
+        None => return format!("Something is missing (probability {probability})."),
+    };
+    format!(
+        "Something is missing (probability {probability}), and no effect is probable enough to be named. {likely}; an \
+         effect is named from {} on.",
+        percent(said.names_from)
+    )
 }
 
 /// From which shift on effects would have been found, and which would not have been at any.

@@ -28,6 +28,9 @@ pub struct Diagnosis {
     /// Evidence by place in the equations.
     #[serde(default)]
     pub ports: Vec<PortEvidence>,
+    /// What a posterior said, if one decided.
+    #[serde(default, deserialize_with = "lenient")]
+    pub posterior: Option<PosteriorSaid>,
     /// The gap by situation, largest first.
     #[serde(default, rename = "where")]
     pub cells: Vec<CellGap>,
@@ -52,6 +55,15 @@ pub struct Diagnosis {
     /// What residual networks have absorbed, for twins.
     #[serde(default, deserialize_with = "lenient")]
     pub absorbed: Option<Absorbed>,
+}
+
+/// What a posterior said.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct PosteriorSaid {
+    /// Probability that something is missing.
+    pub something: f64,
+    /// Probability of an effect from which on it is named.
+    pub names_from: f64,
 }
 
 /// Evidence and errors with residual networks and without.

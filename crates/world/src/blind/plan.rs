@@ -24,6 +24,8 @@ pub const PEOPLE: [usize; 3] = [3, 5, 10];
 pub const DAYS: [usize; 3] = [7, 14, 28];
 /// Keeps the seeds of calibration worlds apart from those of a check.
 const CALIBRATION: u64 = 0x6361_6c69_6272_6174;
+/// Keeps the seeds of the worlds that a posterior is trained on apart from both.
+const TRAINING: u64 = 0x7472_6169_6e69_6e67;
 /// Days on which a record may begin: two years from 2023 on.
 const FIRST_DAYS: i64 = 730;
 
@@ -34,6 +36,8 @@ pub enum Role {
     Check,
     /// Thresholds are fixed on them.
     Calibration,
+    /// A posterior is trained on them.
+    Training,
 }
 
 /// How many worlds of which kind.
@@ -112,6 +116,12 @@ impl Plan {
         Self { role, generators: vec![generator], ..Self::check(worlds, nulls) }
     }
 
+    /// As [`Self::check`]: worlds of all generators that a posterior is trained on.
+    #[must_use]
+    pub fn training(worlds: usize, nulls: usize) -> Self {
+        Self { role: Role::Training, ..Self::check(worlds, nulls) }
+    }
+
     /// Draws the worlds, in an order that tells nothing of what acts.
     ///
     /// Single effects are balanced over the library, and within an effect over shifts and
@@ -121,6 +131,7 @@ impl Plan {
         let master_seed = match self.role {
             Role::Check => master_seed,
             Role::Calibration => master_seed ^ CALIBRATION,
+            Role::Training => master_seed ^ TRAINING,
         };
         let mut rng = stream(master_seed, Purpose::Plan, 0);
         let truths = self
@@ -269,6 +280,8 @@ mod tests {
         assert_ne!(plan.worlds(1), plan.worlds(2));
         let calibration = Plan { role: Role::Calibration, ..plan.clone() };
         assert!(calibration.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
+        let training = Plan::training(28, 12);
+        assert!(training.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
         let seeds: BTreeSet<u64> = plan.worlds(1).iter().map(|w| w.seed).collect();
         assert_eq!(seeds.len(), 40);
     }

@@ -180,6 +180,21 @@ impl Narrow {
     pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f32; WIDTH]; STATES]) {
         carry(&self.0, x);
     }
+
+    /// Multiplies vectors by the transposed matrix: `x[state][vector]` becomes `A' x`.
+    #[inline(always)]
+    pub(crate) fn carry_back<const WIDTH: usize>(&self, x: &mut [[f32; WIDTH]; STATES]) {
+        let mut back = [[0.0; WIDTH]; STATES];
+        let mut entries = self.0.iter();
+        for (row, columns) in x.iter().zip(Transition::NONZERO) {
+            for (column, entry) in columns.iter().zip(entries.by_ref()) {
+                for (sum, value) in back[*column].iter_mut().zip(row) {
+                    *sum += entry * value;
+                }
+            }
+        }
+        *x = back;
+    }
 }
 
 /// Multiplies vectors, side by side, by the transition with these entries. Inlined always, so that it is

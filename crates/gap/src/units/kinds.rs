@@ -1,0 +1,391 @@
+//! What varies, as a person could point at it: meals, boluses, nights, days, bouts of exercise, infusion sets, lows.
+
+use std::ops::Range;
+
+use effects::Course;
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+
+use crate::context::{Situation, Situations};
+
+/// Least carbohydrate of a meal, g, and least dose of a bolus, U.
+const MEAL: f64 = 10.0;
+const BOLUS: f64 = 1.0;
+/// Steps of half an hour.
+const HALF_HOUR: usize = STEPS_PER_HOUR / 2;
+
+/// A kind of unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Kind {
+    pub(super) name: &'static str,
+    /// What may explain how units of this kind differ.
+    pub(super) covariates: &'static [&'static str],
+    /// Whether a person's day and response to glucose are left in the innovations: they are what the kind asks about.
+    pub(super) plain: bool,
+}
+
+const fn kind(name: &'static str, covariates: &'static [&'static str]) -> Kind {
+    Kind { name, covariates, plain: false }
+}
+
+const fn plain(name: &'static str) -> Kind {
+    Kind { name, covariates: &[], plain: true }
+}
+
+const OF_NIGHTS: &[&str] =
+    &["hours asleep", "exercise", "evening carbohydrate", "weekend", "glucose"];
+const OF_DAYS: &[&str] = &["short night", "exercise before", "weekend", "date", "set age"];
+
+/// The kinds.
+pub(super) const KINDS: [Kind; 36] = [
+    kind("meal", &["size", "breakfast", "dinner", "glucose", "weekend", "no bolus", "exercise"]),
+    kind("late meal", &["size", "dinner"]),
+    kind("dinner", &["size"]),
+    kind("bolus", &["dose", "correction", "set age", "glucose"]),
+    kind("night", OF_NIGHTS),
+    kind("late night", OF_NIGHTS),
+    kind("day", OF_DAYS),
+    kind("quarter", &["set age"]),
+    kind("three days", &[]),
+    kind("hour", &["rate", "glucose"]),
+    kind("half hour low", &["depth"]),
+    kind("half hour asleep", &["rate"]),
+    kind("half hour awake", &["rate"]),
+    kind("set day", &["age"]),
+    kind("old set", &[]),
+    kind("sensor day", &["age"]),
+    kind("first sensor day", &[]),
+    kind("bout", &["length"]),
+    kind("after bout", &["length"]),
+    kind("long after bout", &["length"]),
+    kind("after short night", &[]),
+    kind("after low", &["depth", "carbohydrate"]),
+    kind("high", &["height"]),
+    kind("evening", &["weekend"]),
+    kind("morning after weekend", &[]),
+    plain("00-03"),
+    plain("03-06"),
+    plain("06-09"),
+    plain("09-12"),
+    plain("12-15"),
+    plain("15-18"),
+    plain("18-21"),
+    plain("21-24"),
+    plain("below 70"),
+    plain("70-180"),
+    plain("above 180"),
+];
+
+/// One unit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Unit {
+    pub(super) steps: Range<usize>,
+    /// In the order of the kind's.
+    pub(super) covariates: Vec<f64>,
+}
+
+/// A person's units of one kind.
+pub(super) struct Units {
+    /// Index in [`KINDS`].
+    pub(super) kind: usize,
+    pub(super) units: Vec<Unit>,
+}
+
+/// A person's units, kind by kind; kinds that the record does not show are absent.
+pub(super) fn units(course: &Course, situations: &Situations) -> Vec<Units> {
+    let life = Life::of(course, situations);
+    let found = KINDS.iter().enumerate().map(|(kind, of)| Units { kind, units: life.of_kind(of) });
+    found.filter(|units| !units.units.is_empty()).collect()
+}
+
+/// What units are told from.
+struct Life<'a> {
+    course: &'a Course,
+    n: usize,
+    exercise: Vec<bool>,
+    short_night: Vec<bool>,
+    old_set: Vec<bool>,
+    /// Days since the last change of a set; 0 where none is on record.
+    set_age: Vec<f64>,
+}
+
+impl<'a> Life<'a> {
+    fn of(course: &'a Course, situations: &Situations) -> Self {
+        let n = course.len();
+        let holds = |situation| (0..n).map(|k| situations.holds(situation, k)).collect();
+        let mut changed = None;
+        let set_age = (0..n)
+            .map(|k| {
+                if course.set_changed.as_ref().is_some_and(|changes| changes[k]) {
+                    changed = Some(k);
+                }
+                changed.map_or(0.0, |at| (k - at) as f64 / STEPS_PER_DAY as f64)
+            })
+            .collect();
+        Self {
+            course,
+            n,
+            exercise: holds(Situation::Exercise),
+            short_night: holds(Situation::DayAfterShortSleep),
+            old_set: holds(Situation::SetDay3Plus),
+            set_age,
+        }
+    }
+
+    fn of_kind(&self, kind: &Kind) -> Vec<Unit> {
+        match kind.name {
+            "meal" => self.meals(0..3 * STEPS_PER_HOUR, |k| {
+                vec![
+                    self.course.carbs[k].ln(),
+                    self.within_hours(k, 5.0..10.0),
+                    self.within_hours(k, 17.0..22.0),
+                    self.course.glucose[k],
+                    flag(self.course.weekend[k]),
+                    flag(self.sum(&self.course.bolus, k, 6, 6) <= 0.0),
+                    self.exercised(k, 10 * STEPS_PER_HOUR),
+                ]
+            }),
+            "late meal" => self.meals(3 * STEPS_PER_HOUR..8 * STEPS_PER_HOUR, |k| {
+                vec![self.course.carbs[k].ln(), self.within_hours(k, 17.0..22.0)]
+            }),
+            "dinner" => {
+                let mut dinners =
+                    self.meals(0..8 * STEPS_PER_HOUR, |k| vec![self.course.carbs[k].ln()]);
+                dinners.retain(|unit| (17.0..22.0).contains(&self.course.hour[unit.steps.start]));
+                dinners
+            }
+            "bolus" => self.boluses(),
+            "night" => self.nights(23.0, 8.0),
+            "late night" => self.nights(3.0, 5.0),
+            "day" => self.blocks(STEPS_PER_DAY, |steps| {
+                let middle = usize::midpoint(steps.start, steps.end);
+                let noon = (steps.start + STEPS_PER_DAY / 2).min(self.n - 1);
+                vec![
+                    flag(steps.clone().any(|k| self.short_night[k])),
+                    self.exercised(steps.start, STEPS_PER_DAY),
+                    flag(self.course.weekend[noon]),
+                    middle as f64,
+                    self.set_age[noon],
+                ]
+            }),
+            "quarter" => self.blocks(STEPS_PER_DAY / 4, |steps| vec![self.set_age[steps.start]]),
+            "three days" => self.blocks(3 * STEPS_PER_DAY, |_| Vec::new()),
+            "hour" => self.blocks(STEPS_PER_HOUR, |steps| {
+                vec![self.rate(steps), self.course.glucose[steps.start]]
+            }),
+            "half hour low" => self.half_hours(
+                |k| self.course.glucose[k] < 70.0,
+                |steps| vec![70.0 - self.course.glucose[steps.start]],
+            ),
+            "half hour asleep" => {
+                self.half_hours(|k| self.asleep(k), |steps| vec![self.rate(steps)])
+            }
+            "half hour awake" => {
+                self.half_hours(|k| !self.asleep(k), |steps| vec![self.rate(steps)])
+            }
+            "set day" if self.course.set_changed.is_some() => {
+                self.blocks(STEPS_PER_DAY / 2, |steps| vec![self.set_age[steps.start]])
+            }
+            "old set" => self.stretches(&self.old_set),
+            "sensor day" => self.course.sensor_age.as_ref().map_or_else(Vec::new, |ages| {
+                self.blocks(STEPS_PER_DAY / 2, |steps| vec![ages[steps.start]])
+            }),
+            "first sensor day" => self.course.sensor_age.as_ref().map_or_else(Vec::new, |ages| {
+                self.stretches(&ages.iter().map(|age| *age < 1.0).collect::<Vec<_>>())
+            }),
+            "bout" => self.bouts(0, 0),
+            "after bout" => self.bouts(0, 2 * STEPS_PER_HOUR),
+            "long after bout" => self.bouts(2 * STEPS_PER_HOUR, 14 * STEPS_PER_HOUR),
+            "after short night" => self.stretches(&self.short_night),
+            "after low" => self.episodes(
+                |glucose| glucose < 70.0,
+                2 * STEPS_PER_HOUR,
+                |steps| {
+                    let lowest =
+                        steps.clone().map(|k| self.course.glucose[k]).fold(f64::MAX, f64::min);
+                    let eaten: f64 = steps.clone().map(|k| self.course.carbs[k]).sum();
+                    vec![70.0 - lowest, eaten]
+                },
+            ),
+            "high" => self.episodes(
+                |glucose| glucose > 200.0,
+                0,
+                |steps| {
+                    let most = steps.clone().map(|k| self.course.glucose[k]).fold(0.0, f64::max);
+                    vec![most - 200.0]
+                },
+            ),
+            "evening" => self.clock(18.0, 5.0, |k| vec![flag(self.course.weekend[k])]),
+            "morning after weekend" => {
+                let mut mornings = self.clock(4.0, 8.0, |_| Vec::new());
+                mornings.retain(|unit| {
+                    unit.steps
+                        .start
+                        .checked_sub(6 * STEPS_PER_HOUR)
+                        .is_some_and(|evening| self.course.weekend[evening])
+                });
+                mornings
+            }
+            "below 70" => self.half_hours(|k| self.course.glucose[k] < 70.0, |_| Vec::new()),
+            "70-180" => self
+                .half_hours(|k| (70.0..=180.0).contains(&self.course.glucose[k]), |_| Vec::new()),
+            "above 180" => self.half_hours(|k| self.course.glucose[k] > 180.0, |_| Vec::new()),
+            hours => match hours.split_once('-').and_then(|(first, _)| first.parse().ok()) {
+                Some(first) => self.clock(first, 3.0, |_| Vec::new()),
+                None => Vec::new(),
+            },
+        }
+    }
+
+    fn within_hours(&self, k: usize, hours: Range<f64>) -> f64 {
+        flag(hours.contains(&self.course.hour[k]))
+    }
+
+    fn sum(&self, values: &[f64], k: usize, before: usize, after: usize) -> f64 {
+        values[k.saturating_sub(before)..(k + after).min(self.n)].iter().sum()
+    }
+
+    /// Hours of exercise in the steps before.
+    fn exercised(&self, k: usize, before: usize) -> f64 {
+        let steps = &self.exercise[k.saturating_sub(before)..k];
+        steps.iter().filter(|now| **now).count() as f64 / STEPS_PER_HOUR as f64
+    }
+
+    fn asleep(&self, k: usize) -> bool {
+        match &self.course.asleep {
+            Some(asleep) => asleep[k].is_some_and(|share| share >= 0.5),
+            None => !(7.0..23.0).contains(&self.course.hour[k]),
+        }
+    }
+
+    /// Change of glucose in the quarter of an hour before, mg/dL.
+    fn rate(&self, steps: &Range<usize>) -> f64 {
+        let before = steps.start.saturating_sub(3);
+        self.course.glucose[steps.start] - self.course.glucose[before]
+    }
+
+    /// Windows after meals, until the next.
+    fn meals(&self, window: Range<usize>, covariates: impl Fn(usize) -> Vec<f64>) -> Vec<Unit> {
+        let meals: Vec<usize> = (0..self.n).filter(|k| self.course.carbs[*k] >= MEAL).collect();
+        self.after(&meals, window, covariates)
+    }
+
+    fn boluses(&self) -> Vec<Unit> {
+        let boluses: Vec<usize> = (0..self.n).filter(|k| self.course.bolus[*k] >= BOLUS).collect();
+        self.after(&boluses, 0..5 * STEPS_PER_HOUR, |k| {
+            let eaten = self.sum(&self.course.carbs, k, STEPS_PER_HOUR, STEPS_PER_HOUR);
+            vec![
+                self.course.bolus[k].ln(),
+                flag(eaten <= 0.0),
+                self.set_age[k],
+                self.course.glucose[k],
+            ]
+        })
+    }
+
+    /// A window after each start, until the next start.
+    fn after(
+        &self,
+        starts: &[usize],
+        window: Range<usize>,
+        covariates: impl Fn(usize) -> Vec<f64>,
+    ) -> Vec<Unit> {
+        let ends = starts.iter().skip(1).copied().chain(std::iter::once(self.n));
+        let unit = |(start, next): (&usize, usize)| {
+            let steps = start + window.start..(start + window.end).min(next);
+            (steps.len() >= HALF_HOUR).then(|| Unit { covariates: covariates(*start), steps })
+        };
+        starts.iter().zip(ends).filter_map(unit).collect()
+    }
+
+    fn nights(&self, from: f64, hours: f64) -> Vec<Unit> {
+        let mut nights = self.clock(from, hours, |_| Vec::new());
+        for night in &mut nights {
+            let start = night.steps.start;
+            let asleep = night.steps.clone().filter(|k| self.asleep(*k)).count();
+            let evening = start.saturating_sub(6 * STEPS_PER_HOUR);
+            night.covariates = vec![
+                asleep as f64 / STEPS_PER_HOUR as f64,
+                self.exercised(start, STEPS_PER_DAY),
+                self.course.carbs[evening..start].iter().sum(),
+                flag(self.course.weekend[evening]),
+                self.course.glucose[start],
+            ];
+        }
+        nights
+    }
+
+    /// The hours of the clock from `from` on, every day; whole ones only.
+    fn clock(&self, from: f64, hours: f64, covariates: impl Fn(usize) -> Vec<f64>) -> Vec<Unit> {
+        let length = (hours * STEPS_PER_HOUR as f64) as usize;
+        let starts = (0..self.n).filter(|k| {
+            let since = (self.course.hour[*k] - from).rem_euclid(24.0);
+            since < 1.0 / STEPS_PER_HOUR as f64 - 1e-9 && k + length <= self.n
+        });
+        starts.map(|k| Unit { steps: k..k + length, covariates: covariates(k) }).collect()
+    }
+
+    /// Blocks one after the other from midnight on.
+    fn blocks(&self, length: usize, covariates: impl Fn(&Range<usize>) -> Vec<f64>) -> Vec<Unit> {
+        let of_day = (self.course.hour[0] * STEPS_PER_HOUR as f64).round() as usize % STEPS_PER_DAY;
+        let first = (STEPS_PER_DAY - of_day) % STEPS_PER_DAY % length;
+        let ends = (first..self.n).step_by(length).map(|start| start..(start + length).min(self.n));
+        let whole = ends.filter(|steps| 2 * steps.len() >= length);
+        whole.map(|steps| Unit { covariates: covariates(&steps), steps }).collect()
+    }
+
+    fn half_hours(
+        &self,
+        wanted: impl Fn(usize) -> bool,
+        covariates: impl Fn(&Range<usize>) -> Vec<f64>,
+    ) -> Vec<Unit> {
+        let mut found = self.blocks(HALF_HOUR, covariates);
+        found.retain(|unit| wanted(unit.steps.start));
+        found
+    }
+
+    /// Where something holds without a break of an hour.
+    fn stretches(&self, holds: &[bool]) -> Vec<Unit> {
+        let mut found: Vec<Range<usize>> = Vec::new();
+        for k in (0..self.n).filter(|k| holds[*k]) {
+            match found.last_mut() {
+                Some(last) if k < last.end + STEPS_PER_HOUR => last.end = k + 1,
+                _ => found.push(k..k + 1),
+            }
+        }
+        found.into_iter().map(|steps| Unit { steps, covariates: Vec::new() }).collect()
+    }
+
+    /// From so many steps after the end of a bout of exercise to so many; the bout itself for none.
+    fn bouts(&self, from: usize, to: usize) -> Vec<Unit> {
+        let mut found = self.stretches(&self.exercise);
+        for bout in &mut found {
+            bout.covariates = vec![(bout.steps.len() as f64).ln()];
+            if to > 0 {
+                let end = bout.steps.end;
+                bout.steps = (end + from).min(self.n)..(end + to).min(self.n);
+            }
+        }
+        found.retain(|bout| !bout.steps.is_empty());
+        found
+    }
+
+    /// Stretches of glucose and some steps after them.
+    fn episodes(
+        &self,
+        wanted: impl Fn(f64) -> bool,
+        after: usize,
+        covariates: impl Fn(&Range<usize>) -> Vec<f64>,
+    ) -> Vec<Unit> {
+        let holds: Vec<bool> = self.course.glucose[..self.n].iter().map(|g| wanted(*g)).collect();
+        let mut found = self.stretches(&holds);
+        for episode in &mut found {
+            episode.steps.end = (episode.steps.end + after).min(self.n);
+            episode.covariates = covariates(&episode.steps);
+        }
+        found
+    }
+}
+
+fn flag(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}

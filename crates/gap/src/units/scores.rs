@@ -1,0 +1,197 @@
+//! Scores of fields, step by step, of a person's innovations and of innovations in which nothing is missing.
+
+use std::ops::Range;
+
+use effects::{EffectId, Field};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use physiology::STEPS_PER_DAY;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+
+use crate::calibrated_person::CalibratedPerson;
+use crate::design::{Column, Design, Whitener};
+use crate::error::GapError;
+use crate::filter::tangent::{LANES, Lanes, course_scores};
+
+/// Fields whose scores are taken.
+pub(super) const FIELDS: [Field; 13] = [
+    Field::InsulinInput,
+    Field::InsulinTime,
+    Field::Action,
+    Field::LiverAction,
+    Field::Production,
+    Field::GutTime,
+    Field::CarbAmount,
+    Field::ExtraCarbs,
+    Field::Flux,
+    Field::SensorLag,
+    Field::SensorGain,
+    Field::SensorOffset,
+    Field::RenalRate,
+];
+
+/// Index of the innovations themselves among what is scored side by side; the others are drawn.
+pub(super) const DATA: usize = 0;
+/// Innovations that are drawn as the model says where nothing is missing: the mean of their squared scores is the
+/// information (Hutchinson, Commun Stat Simul Comput 1989;18:1059).
+pub(super) const DRAWS: usize = LANES - 1;
+
+/// A direction of the background that is allowed for: its column, and the prior of its amplitude.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Beside {
+    pub(crate) column: usize,
+    pub(crate) mean: f64,
+    pub(crate) sd: f64,
+}
+
+/// Scores with the background taken out.
+pub(super) struct Scores {
+    /// Sums from the start of the record, by field: an entry a step, and one before the first.
+    sums: Vec<Vec<[f64; LANES]>>,
+    /// Scores of effects by day of the record.
+    pub(super) effects: Vec<EffectScores>,
+}
+
+/// Scores of one variant of a driven effect.
+pub(super) struct EffectScores {
+    pub(super) effect: EffectId,
+    pub(super) variant: usize,
+    /// By day of 24 h from the start of the record.
+    pub(super) days: Vec<[f64; LANES]>,
+}
+
+impl Scores {
+    /// Of a person beside each of some backgrounds. `information` is A of the design, all days together.
+    ///
+    /// # Errors
+    /// As [`course_scores`].
+    pub(super) fn beside<const N: usize>(
+        person: &CalibratedPerson<'_>,
+        design: &Design,
+        information: &Mat<f64>,
+        backgrounds: [&[Beside]; N],
+    ) -> Result<[Self; N], GapError> {
+        let whitener = Whitener::of(person.calibration);
+        let mut effects = Vec::with_capacity(N);
+        let factors: [Vec<Lanes>; N] = backgrounds.map(|beside| {
+            let mut lanes = drawn(design, beside);
+            take_out(design, information, beside, &mut lanes);
+            // Weighted, and with the sign of a score: what the model lacks is positive.
+            for (row, weight) in lanes.iter_mut().zip(&design.weights) {
+                *row = row.map(|value| -(*weight as f32) * value);
+            }
+            effects.push(of_effects(design, &lanes));
+            whitener.back(&lanes)
+        });
+        let (model, filtered) = (&person.calibration.model, &person.calibration.filtered);
+        let by_field = course_scores(model, person.observations, filtered, &FIELDS, &factors)?;
+        let mut all = by_field.into_iter().zip(effects);
+        Ok(std::array::from_fn(|_| {
+            let (by_field, effects) = all.next().unwrap_or_default();
+            Self::summed(by_field, effects)
+        }))
+    }
+
+    fn summed(by_field: Vec<Vec<Lanes>>, effects: Vec<EffectScores>) -> Self {
+        let sums = by_field
+            .into_iter()
+            .map(|rows| {
+                let mut sum = [0.0; LANES];
+                let mut sums = Vec::with_capacity(rows.len() + 1);
+                sums.push(sum);
+                for row in rows {
+                    sum = std::array::from_fn(|lane| sum[lane] + f64::from(row[lane]));
+                    sums.push(sum);
+                }
+                sums
+            })
+            .collect();
+        Self { sums, effects }
+    }
+
+    /// The scores of a factor on a field over some steps; `field` is an index in [`FIELDS`].
+    pub(super) fn over(&self, field: usize, steps: &Range<usize>) -> [f64; LANES] {
+        let (start, end) = (&self.sums[field][steps.start], &self.sums[field][steps.end]);
+        std::array::from_fn(|lane| end[lane] - start[lane])
+    }
+}
+
+/// The innovations, and beside them draws of what they are where nothing is missing: noise, and a background from
+/// its prior.
+fn drawn(design: &Design, beside: &[Beside]) -> Vec<Lanes> {
+    // The same for everybody: the answer depends on no seed.
+    let mut rng = ChaCha8Rng::seed_from_u64(0x756e_6974);
+    let mut sign = || if rng.random_bool(0.5) { 1.0f32 } else { -1.0 };
+    let weights = design.weights.iter();
+    let mut lanes: Vec<Lanes> = weights
+        .zip(&design.residuals)
+        .map(|(weight, residual)| {
+            let sd = if *weight > 0.0 { weight.sqrt().recip() as f32 } else { 0.0 };
+            std::array::from_fn(|lane| if lane == DATA { *residual as f32 } else { sd * sign() })
+        })
+        .collect();
+    for direction in beside {
+        let sizes: Lanes =
+            std::array::from_fn(
+                |lane| {
+                    if lane == DATA { 0.0 } else { direction.sd as f32 * sign() }
+                },
+            );
+        add(&mut lanes, &design.signatures[direction.column], &sizes);
+    }
+    lanes
+}
+
+/// Takes out the background that is most probable.
+fn take_out(design: &Design, information: &Mat<f64>, beside: &[Beside], lanes: &mut [Lanes]) {
+    let system = Mat::from_fn(beside.len(), beside.len(), |row, column| {
+        let prior = if row == column { beside[row].sd.powi(-2) } else { 0.0 };
+        prior + information[(beside[row].column, beside[column].column)]
+    });
+    let mut scores = Mat::zeros(beside.len(), LANES);
+    for (place, direction) in beside.iter().enumerate() {
+        let steps = design.signatures[direction.column].iter().zip(&design.weights);
+        let mut sum = [0.0; LANES];
+        for ((signature, weight), row) in steps.zip(&*lanes) {
+            let factor = weight * f64::from(*signature);
+            sum = std::array::from_fn(|lane| sum[lane] - factor * f64::from(row[lane]));
+        }
+        sum[DATA] += direction.mean * direction.sd.powi(-2);
+        for (lane, value) in sum.into_iter().enumerate() {
+            scores[(place, lane)] = value;
+        }
+    }
+    // A Gram matrix plus the precision of a proper prior.
+    let Ok(factor) = system.llt(Side::Lower) else { return };
+    let found = factor.solve(&scores);
+    for (place, direction) in beside.iter().enumerate() {
+        let sizes: Lanes = std::array::from_fn(|lane| found[(place, lane)] as f32);
+        add(lanes, &design.signatures[direction.column], &sizes);
+    }
+}
+
+fn add(lanes: &mut [Lanes], signature: &[f32], sizes: &Lanes) {
+    for (row, value) in lanes.iter_mut().zip(signature) {
+        *row = std::array::from_fn(|lane| row[lane] + value * sizes[lane]);
+    }
+}
+
+/// Scores of the driven effects, by day.
+fn of_effects(design: &Design, weighted: &[Lanes]) -> Vec<EffectScores> {
+    let columns = design.columns.iter().zip(&design.signatures);
+    columns
+        .filter_map(|(column, signature)| {
+            let Column::Effect { effect, variant } = *column else { return None };
+            let days = signature.chunks(STEPS_PER_DAY).zip(weighted.chunks(STEPS_PER_DAY));
+            let of_day = |(signature, rows): (&[f32], &[Lanes])| {
+                let mut sum = [0.0; LANES];
+                for (value, row) in signature.iter().zip(rows) {
+                    sum = std::array::from_fn(|lane| sum[lane] + f64::from(value * row[lane]));
+                }
+                sum
+            };
+            Some(EffectScores { effect, variant, days: days.map(of_day).collect() })
+        })
+        .collect()
+}

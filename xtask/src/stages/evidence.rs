@@ -1,0 +1,100 @@
+//! `evidence`: what the diagnosis reads of worlds whose truth is known, or of cohorts; a row each.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use anyhow::{Context as _, Result, ensure};
+use blind::Label;
+use candle_core::{Device, Tensor};
+use gap::{DiagnosisConfig, cohort_statistics};
+use rayon::prelude::*;
+use world::blind::{Plan, PlannedWorld};
+
+use crate::cli::EvidenceArgs;
+use crate::labels::label;
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::twin::read_cohort;
+
+/// Most worlds of one table.
+const MOST_WORLDS: usize = 100_000;
+
+/// Statistics of one world or cohort by name.
+type Row = BTreeMap<String, f64>;
+
+/// Runs the command.
+pub(crate) fn run(args: &EvidenceArgs) -> Result<()> {
+    let asked = args.worlds.saturating_add(args.nulls);
+    ensure!((1..=MOST_WORLDS).contains(&asked), "{asked} worlds; from 1 to {MOST_WORLDS} can be");
+    let settings = serde_json::json!({ "worlds": args.worlds, "nulls": args.nulls });
+    let mut manifest = Manifest::new("evidence", settings, Some(args.seed));
+    for folder in &args.cohort {
+        manifest = manifest.with_input(folder)?;
+    }
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let rows = if args.cohort.is_empty() { of_worlds(args)? } else { of_cohorts(args)? };
+    let names: BTreeSet<&String> = rows.iter().flat_map(|(_, row)| row.keys()).collect();
+    let values: Vec<f32> = rows
+        .iter()
+        .flat_map(|(_, row)| {
+            names.iter().map(|name| row.get(*name).map_or(f32::NAN, |v| *v as f32))
+        })
+        .collect();
+    let table = Tensor::from_vec(values, (rows.len(), names.len()), &Device::Cpu)?;
+    let file = output.path().join("statistics.safetensors");
+    candle_core::safetensors::save(&HashMap::from([("statistics", table)]), &file)
+        .with_context(|| format!("cannot write '{}'", file.display()))?;
+    let labels: Vec<&Label> = rows.iter().map(|(label, _)| label).collect();
+    output.write_json("names.json", &names)?;
+    output.write_json("labels.json", &labels)?;
+    let (rows, names) = (rows.len(), names.len());
+    let place = output.finish()?;
+    note(format!("evidence: {rows} rows of {names} statistics: {}", place.display()));
+    Ok(())
+}
+
+/// Draws worlds and reads them; those of which nobody can be read are left out.
+fn of_worlds(args: &EvidenceArgs) -> Result<Vec<(Label, Row)>> {
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let planned = Plan::training(args.worlds, args.nulls).worlds(args.seed);
+    let progress = Progress::begin("worlds", planned.len());
+    let of_world = |(index, planned): (usize, &PlannedWorld)| -> Result<Option<(Label, Row)>> {
+        let id = format!("{}-{index}", args.seed);
+        let world = planned.realise()?;
+        let found = cohort_statistics(&world.cohort()?, &library, &config)?;
+        let label = label(&id, &world)?;
+        progress.advance("");
+        Ok(found.map(|row| (label, row)))
+    };
+    let rows = planned
+        .par_iter()
+        .enumerate()
+        .map(|(index, planned)| {
+            of_world((index, planned)).with_context(|| format!("world {}", index + 1))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let rows: Vec<(Label, Row)> = rows.into_iter().flatten().collect();
+    progress.finish(&format!("{} of {} worlds read", rows.len(), planned.len()));
+    Ok(rows)
+}
+
+/// Reads cohorts. Their labels say nothing but the folder: what is true of them is not known here.
+fn of_cohorts(args: &EvidenceArgs) -> Result<Vec<(Label, Row)>> {
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let progress = Progress::begin("cohorts", args.cohort.len());
+    let mut rows = Vec::new();
+    for folder in &args.cohort {
+        let cohort = read_cohort(folder)?;
+        let found = cohort_statistics(&cohort, &library, &config)
+            .with_context(|| format!("'{}'", folder.display()))?;
+        progress.advance("");
+        let Some(row) = found else {
+            note(format!("evidence: nobody in '{}' can be read", folder.display()));
+            continue;
+        };
+        let label = Label::null(&folder.display().to_string(), "", "", cohort.people.len(), 0);
+        rows.push((label, row));
+    }
+    progress.finish(&format!("{} cohorts read", rows.len()));
+    Ok(rows)
+}
