@@ -4,7 +4,6 @@ mod blind_check;
 mod command_line;
 mod effect_removed;
 mod meals;
-mod narrow_thresholds;
 mod other_plants;
 mod own_effect;
 mod pipeline;
