@@ -8,4 +8,5 @@ mod other_plants;
 mod own_effect;
 mod pipeline;
 mod population;
+mod posterior;
 mod training;

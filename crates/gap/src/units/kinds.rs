@@ -389,3 +389,87 @@ impl<'a> Life<'a> {
 fn flag(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cohort::{Channel, Person, Record, Therapy};
+
+    /// Three days from midnight on: a lunch and a dinner a day, a run on the second, glucose low for an hour on the third.
+    fn course() -> (Course, Situations) {
+        let start = "2024-03-04T00:00:00".parse().expect("a literal time");
+        let mut record = Record::new(start, 3 * STEPS_PER_DAY).expect("on the grid");
+        let at = |day: usize, hour: usize| day * STEPS_PER_DAY + hour * STEPS_PER_HOUR;
+        for day in 0..3 {
+            record.channel_mut(Channel::Carbs)[at(day, 12)] = Some(40.0);
+            record.channel_mut(Channel::Carbs)[at(day, 18)] = Some(80.0);
+            record.channel_mut(Channel::Bolus)[at(day, 18)] = Some(8.0);
+        }
+        record.channel_mut(Channel::Steps)[at(1, 9)..at(1, 10)].fill(Some(900.0));
+        let mut glucose = vec![120.0; 3 * STEPS_PER_DAY];
+        glucose[at(2, 3)..at(2, 4)].fill(60.0);
+        let person = Person {
+            id: "p".into(),
+            weight: None,
+            therapy: Therapy::Unknown,
+            heart_rate_baseline: None,
+            record,
+        };
+        let situations = Situations::of(&person, &glucose);
+        (crate::course(&person, glucose), situations)
+    }
+
+    /// First step, length and covariates of the units of a kind.
+    fn found(name: &str) -> Vec<(usize, usize, Vec<f64>)> {
+        let (course, situations) = course();
+        let units = units(&course, &situations);
+        let own = units.into_iter().find(|units| KINDS[units.kind].name == name);
+        let own = own.map_or_else(Vec::new, |units| units.units);
+        own.into_iter().map(|u| (u.steps.start, u.steps.len(), u.covariates)).collect()
+    }
+
+    #[test]
+    fn meals_last_three_hours_and_dinners_until_the_next_meal() {
+        let meals = found("meal");
+        assert_eq!(meals.len(), 6);
+        assert_eq!((meals[1].0, meals[1].1), (18 * STEPS_PER_HOUR, 3 * STEPS_PER_HOUR));
+        // Size, not breakfast, dinner, glucose, no weekend, with a bolus, no exercise.
+        assert_eq!(meals[1].2, [80f64.ln(), 0.0, 1.0, 120.0, 0.0, 0.0, 0.0]);
+        assert_eq!(meals[0].2[5], 1.0);
+        // The run of the second day ended two hours before lunch.
+        assert!((meals[2].2[6] - 1.0).abs() < 0.1);
+        // The last evening ends after six hours.
+        let dinners = found("dinner");
+        let lengths: Vec<usize> = dinners.iter().map(|d| d.1).collect();
+        assert_eq!(lengths, [8, 8, 6].map(|hours| hours * STEPS_PER_HOUR));
+    }
+
+    #[test]
+    fn bouts_lows_nights_and_clocks_are_where_they_were() {
+        let bouts = found("bout");
+        assert_eq!(bouts.len(), 1);
+        let end = bouts[0].0 + bouts[0].1;
+        assert_eq!(found("after bout")[0].0, end);
+        let lows = found("after low");
+        assert_eq!((lows.len(), lows[0].1), (1, 3 * STEPS_PER_HOUR));
+        assert_eq!(lows[0].2, [10.0, 0.0]);
+        // Whole nights only: that of the third day is cut off.
+        assert_eq!(found("night").len(), 2);
+        assert_eq!(found("03-06").len(), 3);
+        assert_eq!(found("half hour low").len(), 2);
+        assert_eq!(found("below 70").len(), 2);
+    }
+
+    #[test]
+    fn kinds_that_the_record_does_not_show_are_absent_and_names_are_known() {
+        for absent in ["set day", "old set", "sensor day", "high", "above 180"] {
+            assert!(found(absent).is_empty(), "{absent}");
+        }
+        let (course, situations) = course();
+        for units in units(&course, &situations) {
+            let kind = KINDS[units.kind];
+            assert!(units.units.iter().all(|u| u.covariates.len() == kind.covariates.len()));
+            assert!(units.units.iter().all(|u| u.steps.end <= course.len()));
+        }
+    }
+}
