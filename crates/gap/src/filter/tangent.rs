@@ -300,7 +300,7 @@ fn reads_only(field: Field) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use effects::Modulation;
     use ode_sim::EgpMode;
     use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
@@ -311,11 +311,11 @@ mod tests {
     use crate::filter::observations::Reading;
 
     /// A record in which much happens.
-    fn record(n: usize) -> Observations {
+    pub(crate) fn record(n: usize) -> Observations {
         let wave = |k: usize| (0.4 * k as f64).sin();
         let reading = |k: usize| match k % 7 {
             3 => Reading::Missing,
-            _ => Reading::Within(MgPerDl(150.0 + 80.0 * wave(k))),
+            _ => Reading::Within(MgPerDl(150.0 + 110.0 * wave(k))),
         };
         let modulation = |k: usize| {
             let mut modulation = Modulation::NEUTRAL;

@@ -116,53 +116,22 @@ impl pulp::NullaryFnOnce for Going<'_> {
 
 #[cfg(test)]
 mod tests {
-    use effects::Modulation;
     use ode_sim::{EgpMode, OdeParameters};
-    use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 
     use super::*;
     use crate::filter::kalman::filter;
     use crate::filter::noise::NoiseModel;
-    use crate::filter::observations::Reading;
     use crate::filter::tangent::signatures;
+    use crate::filter::tangent::tests::record;
 
     #[test]
     fn a_score_is_the_product_of_course_and_adjoint() {
         let n = 90;
         let wave = |k: usize| (0.4 * k as f64).sin();
-        let modulation = |k: usize| {
-            let mut modulation = Modulation::NEUTRAL;
-            modulation[Field::Production] = 1.0 + 0.2 * wave(2 * k);
-            modulation
-        };
-        let record = Observations {
-            person: "p".into(),
-            weight: Kilograms(70.0),
-            readings: (0..n)
-                .map(|k| match k % 7 {
-                    3 => Reading::Missing,
-                    _ => Reading::Within(MgPerDl(150.0 + 110.0 * wave(k))),
-                })
-                .collect(),
-            inputs: (0..n)
-                .map(|k| StepInput {
-                    basal: UnitsPerHour(1.0),
-                    bolus: Units(if k == 9 { 4.0 } else { 0.0 }),
-                    carbs: Grams(if k == 10 { 40.0 } else { 0.0 }),
-                    ..StepInput::default()
-                })
-                .collect(),
-            doses_recorded: vec![true; n],
-            modulations: (0..n).map(modulation).collect(),
-            interpolated_share: 0.0,
-        };
-        let noise = NoiseModel::working();
-        let model = AugmentedModel::new(
-            OdeParameters::nominal(),
-            record.weight,
-            EgpMode::NonNegative,
-            noise,
-        );
+        let record = record(n);
+        let (weight, noise) = (record.weight, NoiseModel::working());
+        let model =
+            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
         let frozen = filter(&model, &record).expect("finite");
         let factors: Vec<Lanes> =
             (0..n).map(|k| std::array::from_fn(|lane| (0.7 * (k + lane) as f32).cos())).collect();
