@@ -166,15 +166,28 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
             (cell.p_adjusted < LEVEL, cells)
         })
         .collect();
+    let (title, share) = if diagnosis.posterior.is_some() {
+        (
+            "Every situation, first where the posterior expects most of what is missing (share of the expected \
+             squared gap; people and horizons have none); errors are measured, bold: they differ from zero at a \
+             family-wise level of 0.05",
+            "Share of expected gap",
+        )
+    } else {
+        (
+            "Every situation, in the order of the diagnosis; bold: differs from zero at a family-wise \
+             level of 0.05",
+            "Share of squared error",
+        )
+    };
     html.table(
-        "Every situation, in the order of the diagnosis; bold: differs from zero at a family-wise \
-         level of 0.05",
+        title,
         &[
             ("Factor", Column::Text),
             ("Level", Column::Text),
             ("Observed \u{2212} predicted, mg/dL (simultaneous interval)", Column::Number),
             ("Adjusted p", Column::Number),
-            ("Share of squared error", Column::Number),
+            (share, Column::Number),
             ("Min ahead", Column::Number),
             ("People", Column::Number),
         ],
