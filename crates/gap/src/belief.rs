@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use posterior::{Posterior, PosteriorError};
+use posterior::Posterior;
 
 /// The posterior in use: trained on worlds of all hands.
 static WORKING: &[u8] = include_bytes!("../posterior/working.safetensors");
@@ -31,14 +31,6 @@ pub fn posterior_file_without(hand: &str) -> &'static [u8] {
     WITHOUT.iter().find(|(left_out, _)| *left_out == hand).map_or(WORKING, |(_, file)| file)
 }
 
-/// Reads a posterior as `train-posterior` writes it.
-///
-/// # Errors
-/// [`PosteriorError::File`] for bytes that are none.
-pub fn read_posterior(bytes: &[u8]) -> Result<Posterior, PosteriorError> {
-    Posterior::from_bytes(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -50,7 +42,7 @@ mod tests {
         };
         assert_eq!(hands(working_posterior()).len(), WITHOUT.len());
         for (hand, file) in WITHOUT {
-            let found = read_posterior(file).expect("a posterior");
+            let found = Posterior::from_bytes(file).expect("a posterior");
             assert_eq!(hands(&found).len(), WITHOUT.len() - 1);
             assert!(!hands(&found).iter().any(|seen| seen == hand));
             let names: Vec<String> = effects::names().into_iter().map(str::to_owned).collect();

@@ -37,12 +37,7 @@ pub fn cohort_statistics(
         .people
         .iter()
         .zip(&outcomes)
-        .filter_map(|(person, outcome)| {
-            let analysis = outcome.analysis.as_ref()?;
-            let (observations, calibration) = (&analysis.observations, &analysis.calibration);
-            let person = analysis.person.as_ref().unwrap_or(person);
-            Some(CalibratedPerson { person, observations, calibration })
-        })
+        .filter_map(|(person, outcome)| outcome.calibrated(person))
         .collect();
     if included.is_empty() {
         return Ok(None);

@@ -146,12 +146,7 @@ impl<'a> Diagnoser<'a> {
             .people
             .iter()
             .zip(&outcomes)
-            .filter_map(|(person, outcome)| {
-                let analysis = outcome.analysis.as_ref()?;
-                let (observations, calibration) = (&analysis.observations, &analysis.calibration);
-                let person = analysis.person.as_ref().unwrap_or(person);
-                Some(CalibratedPerson { person, observations, calibration })
-            })
+            .filter_map(|(person, outcome)| outcome.calibrated(person))
             .collect();
         let posterior = match self.decision {
             Decision::InUse => (plants.name() == Ode.name()).then(working_posterior),

@@ -61,7 +61,7 @@ mod units;
 pub mod which;
 
 pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
-pub use belief::{posterior_file_without, read_posterior, working_posterior};
+pub use belief::{posterior_file_without, working_posterior};
 pub use calibrated_person::CalibratedPerson;
 pub use cohort_statistics::cohort_statistics;
 pub use config::{DiagnosisConfig, InclusionRule, Production};

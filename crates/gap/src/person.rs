@@ -6,6 +6,7 @@ use cohort::{Channel, Person};
 use ode_sim::OdeParameters;
 use physiology::{Plant, STEPS_PER_DAY};
 
+use crate::calibrated_person::CalibratedPerson;
 use crate::config::{DiagnosisConfig, InclusionRule, Production};
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
 use crate::diagnosis::{
@@ -91,6 +92,16 @@ pub(crate) struct PersonOutcome {
     pub(crate) summary: PersonSummary,
     pub(crate) findings: Vec<DataQualityFinding>,
     pub(crate) analysis: Option<PersonAnalysis>,
+}
+
+impl PersonOutcome {
+    /// The person as the questions find her; `None` where she is excluded. `person` is the one who was analysed.
+    pub(crate) fn calibrated<'a>(&'a self, person: &'a Person) -> Option<CalibratedPerson<'a>> {
+        let PersonAnalysis { observations, calibration, person: without, .. } =
+            self.analysis.as_ref()?;
+        let person = without.as_ref().unwrap_or(person);
+        Some(CalibratedPerson { person, observations, calibration })
+    }
 }
 
 /// Analyses one person.

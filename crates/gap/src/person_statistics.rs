@@ -52,14 +52,12 @@ pub fn person_statistics(
 ) -> Result<PersonStatistics, GapError> {
     let outcome = analyse(person, &Ode, config)?;
     let mut found = Values::default();
-    let Some(analysis) = &outcome.analysis else {
+    let Some(calibrated) = outcome.calibrated(person) else {
         found.record(person, &Observations::from_person(person)?);
         return Ok(PersonStatistics { excluded: outcome.summary.excluded, values: found.0 });
     };
-    let (observations, calibration) = (&analysis.observations, &analysis.calibration);
-    let person = analysis.person.as_ref().unwrap_or(person);
     // One round, in which nothing is named.
-    let people = [CalibratedPerson { person, observations, calibration }];
+    let people = [calibrated];
     found.0 = of_person(&people[0]);
     let answer = which(&people, library, &Thresholds::never(), None, &config.calibration)?;
     for (name, spread) in &answer.spreads {

@@ -78,9 +78,8 @@ impl Table {
 
     /// The rows of which something holds.
     #[must_use]
-    pub fn rows_where(&self, holds: impl Fn(usize, &Truth) -> bool) -> Self {
-        let kept: Vec<usize> =
-            (0..self.len()).filter(|row| holds(*row, &self.truths[*row])).collect();
+    pub fn rows_where(&self, holds: impl Fn(&Truth) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.len()).filter(|row| holds(&self.truths[*row])).collect();
         let width = self.names.len();
         Self {
             names: self.names.clone(),
@@ -137,8 +136,8 @@ mod tests {
         assert_eq!(all.names, ["a", "b", "c"]);
         assert_eq!(all.row(1), BTreeMap::from([("a".into(), 4.0), ("b".into(), 3.0)]));
         assert_eq!(all.row(2), BTreeMap::from([("a".into(), 6.0), ("c".into(), 5.0)]));
-        let some = all.rows_where(|row, truth| row > 0 && truth.hand == "x");
-        assert_eq!((some.len(), some.row(0)), (1, all.row(1)));
+        let some = all.rows_where(|truth| truth.hand == "y");
+        assert_eq!((some.len(), some.row(0)), (1, all.row(2)));
         let broken = Table { values: vec![1.0], ..table(&["a", "b"], &[1.0, 2.0], "z") };
         assert!(all.append(broken).is_err());
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result};
 use cohort::Cohort;
-use gap::{Absorbed, Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict, read_posterior};
+use gap::{Absorbed, Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
 use posterior::Posterior;
 
 use crate::cli::DiagnoseArgs;
@@ -42,7 +42,7 @@ fn config(args: &DiagnoseArgs) -> Result<DiagnosisConfig> {
 /// Reads a posterior.
 fn posterior(file: &Path) -> Result<Posterior> {
     let bytes = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
-    read_posterior(&bytes).with_context(|| format!("'{}'", file.display()))
+    Posterior::from_bytes(&bytes).with_context(|| format!("'{}'", file.display()))
 }
 
 /// Runs the command.

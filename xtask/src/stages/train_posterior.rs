@@ -34,7 +34,7 @@ pub(crate) fn run(args: &TrainPosteriorArgs) -> Result<()> {
     let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("posteriors", hands.len() + 1);
     for left_out in hands.iter().map(Some).chain([None]) {
-        let seen = table.rows_where(|_, truth| Some(&truth.hand) != left_out);
+        let seen = table.rows_where(|truth| Some(&truth.hand) != left_out);
         let trained = trained(&seen, &library, args.seed)?;
         let name = left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"));
         output.write(&format!("{name}.safetensors"), &trained.bytes()?)?;

@@ -24,7 +24,7 @@ use self::passing::{Block, Pass};
 use self::steps::Steps;
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, STATES};
-use crate::filter::kalman::{Begin, Filtered, Innovation, Seen, run_from, start};
+use crate::filter::kalman::{Begin, Filtered, Innovation, run_from, start};
 use crate::filter::observations::Observations;
 
 /// A direction in which the model is changed.
@@ -140,22 +140,7 @@ pub(crate) fn few_at_a_time(
     mut taken: impl FnMut(&[usize], &[Lanes]),
 ) -> Result<(), GapError> {
     let n = record.len();
-    let mut steps = Steps::new(model, record, directions, n);
-    for step in 0..n {
-        let state = &frozen.states[step];
-        let (following, transition) = model
-            .linearised(state, &record.inputs[step], record.modulation(step))
-            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
-        steps.push(&Seen {
-            step,
-            input: &record.inputs[step],
-            state,
-            innovation: frozen.innovations[step],
-            gain: frozen.gains[step],
-            following: &following,
-            transition: &transition,
-        })?;
-    }
+    let steps = Steps::of_run(model, record, frozen, directions)?;
     let mut rows = Vec::with_capacity(n);
     for (place, members) in in_order(directions).chunks(LANES).enumerate() {
         let block = Block::of(&steps, place, members, directions, n);

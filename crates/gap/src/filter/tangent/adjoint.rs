@@ -13,7 +13,7 @@ use super::steps::Steps;
 use super::{Direction, LANES, Lanes, reads_only};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, INTERSTITIAL, SENSOR, STATES};
-use crate::filter::kalman::{Filtered, Seen};
+use crate::filter::kalman::Filtered;
 use crate::filter::observations::Observations;
 
 /// For each field, a row a step: the derivative of sum_j u_j e_j by what is added to the field in that step.
@@ -35,22 +35,7 @@ pub(crate) fn course_scores(
         .iter()
         .map(|field| Direction::Pulses { field: *field, first: 0, every: n.max(1), length: n })
         .collect();
-    let mut steps = Steps::new(model, record, &everywhere, n);
-    for step in 0..n {
-        let state = &frozen.states[step];
-        let (following, transition) = model
-            .linearised(state, &record.inputs[step], record.modulation(step))
-            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
-        steps.push(&Seen {
-            step,
-            state,
-            input: &record.inputs[step],
-            innovation: frozen.innovations[step],
-            gain: frozen.gains[step],
-            following: &following,
-            transition: &transition,
-        })?;
-    }
+    let steps = Steps::of_run(model, record, frozen, &everywhere)?;
     let back = |factors: &Vec<Lanes>| {
         let mut scores = vec![vec![[0.0; LANES]; n]; fields.len()];
         pulp::Arch::new().dispatch(Going { steps: &steps, fields, factors, scores: &mut scores });

@@ -6,7 +6,7 @@ use super::step_slopes::{StepSlopes, changed, reached};
 use super::{Direction, LANES, Parameter, States, pulses, reads_only};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, STATES};
-use crate::filter::kalman::{Seen, start};
+use crate::filter::kalman::{Filtered, Seen, start};
 use crate::filter::observations::Observations;
 
 /// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
@@ -105,6 +105,37 @@ impl<'a> Steps<'a> {
             fields,
             parameters,
         }
+    }
+
+    /// What all steps of a run that is over do.
+    ///
+    /// # Errors
+    /// [`GapError::FilterNotFinite`] with the step.
+    pub(super) fn of_run(
+        model: &'a AugmentedModel,
+        record: &'a Observations,
+        frozen: &Filtered,
+        directions: &[Direction],
+    ) -> Result<Self, GapError> {
+        let n = record.len();
+        let mut steps = Self::new(model, record, directions, n);
+        for step in 0..n {
+            let (state, input) = (&frozen.states[step], &record.inputs[step]);
+            let (following, transition) =
+                model.linearised(state, input, record.modulation(step)).map_err(|_| {
+                    GapError::FilterNotFinite { person: record.person.clone(), step }
+                })?;
+            steps.push(&Seen {
+                step,
+                input,
+                state,
+                innovation: frozen.innovations[step],
+                gain: frozen.gains[step],
+                following: &following,
+                transition: &transition,
+            })?;
+        }
+        Ok(steps)
     }
 
     /// Number of steps held.
