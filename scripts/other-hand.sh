@@ -5,7 +5,7 @@
 #
 # FOLDER holds make_worlds.py and score.py (Python 3 with numpy and numba, which this installs from
 # PyPI into .tools/ where they are absent). OUT gets worlds/, answers/, labels.json and scores.json;
-# an answer that is there already is kept. The last lines are the row of this hand, in the columns of the blind
+# an answer that is there already is kept. The posterior that answers never saw that hand. The last lines are the row of this hand, in the columns of the blind
 # check's table (`cargo xtask blind-check`).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -42,7 +42,7 @@ diagnose=$(cargo metadata --format-version 1 --no-deps |
 for cohort in "$out"/worlds/*/; do
   name=$(basename "$cohort")
   [ -f "$out/answers/$name/diagnosis.json" ] && continue
-  "$diagnose" diagnose --quiet --cohort "$cohort" --out "$out/answers/$name" ||
+  "$diagnose" diagnose --quiet --posterior crates/gap/posterior/without-another.safetensors --cohort "$cohort" --out "$out/answers/$name" ||
     printf 'other-hand: no answer to %s, which counts as wrong\n' "$name"
 done
 

@@ -1,5 +1,7 @@
 //! The label of a world: what `world` made, in the words in which `blind` scores.
 
+pub(crate) mod another_hand;
+
 use anyhow::{Context as _, Result};
 use blind::{Kind, Label, TrueEffect};
 use world::Regime;

@@ -58,7 +58,7 @@ pub use pairs::PairScore;
 pub use power::{PowerRow, SHIFT_BINS};
 pub use real_people::{
     AnsweredCohort, CalibratedPeople, EvidencePair, NOTHING, PLANTED_SCHEMA, PlantedCheck,
-    PlantedLabel, PlantedRow, PlantedTotals, RISEN_NATS,
+    PlantedLabel, PlantedRow, PlantedTotals, RISEN_NATS, TELLABLE_NATS,
 };
 pub use reliability::{Reliability, ReliabilityBin};
 pub use seal::{OpenedLabel, Seal, SealedWorld};

@@ -17,6 +17,9 @@ pub const PLANTED_SCHEMA: &str = "planted/1";
 /// Nats by which evidence must rise to count as risen: odds of 20 to 1.
 pub const RISEN_NATS: f64 = 3.0;
 
+/// Nats that undoing a change exactly must gain for the change to count as one that can be told.
+pub const TELLABLE_NATS: f64 = 6.0;
+
 /// The label of a cohort of real people: what is sealed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlantedLabel {
@@ -110,6 +113,8 @@ pub struct AnsweredCohort {
     pub answer: Answer,
     /// How its people were calibrated; zeros where the diagnosis failed.
     pub calibrated: CalibratedPeople,
+    /// What undoing the change exactly would gain in likelihood, nats; `None` where the readings were changed.
+    pub undone_nats: Option<f64>,
 }
 
 /// Evidence for one effect before and after, nats; `None` where the effect could not be tried.
@@ -177,13 +182,16 @@ pub struct PlantedRow {
     pub strangers: Vec<String>,
     /// How the people were calibrated.
     pub calibrated: CalibratedPeople,
+    /// What undoing the change exactly would gain, nats: the most that can be told by this plant.
+    #[serde(default)]
+    pub undone_nats: Option<f64>,
     /// Time of the diagnosis, s.
     pub seconds: f64,
 }
 
 impl PlantedRow {
     fn of(cohort: &AnsweredCohort, before: &Answer) -> Self {
-        let AnsweredCohort { label, answer, calibrated } = cohort;
+        let AnsweredCohort { label, answer, calibrated, undone_nats } = cohort;
         let (old, new) = (names(before), names(answer));
         let planted = label.effect.as_deref();
         let asked = planted.into_iter().chain(label.evidence_lost.iter().map(String::as_str));
@@ -207,6 +215,7 @@ impl PlantedRow {
                 .collect(),
             evidence,
             calibrated: *calibrated,
+            undone_nats: *undone_nats,
             seconds: answer.seconds,
             label: label.clone(),
         }
@@ -232,6 +241,8 @@ pub struct PlantedTotals {
     pub risen: Share,
     /// Cohorts in which another effect is named that was not before.
     pub strangers: Share,
+    /// Of the cohorts for which it is known: those in which undoing the change exactly gains [`TELLABLE_NATS`].
+    pub tellable: Share,
 }
 
 impl PlantedTotals {
@@ -245,6 +256,9 @@ impl PlantedTotals {
             named_or_in_set: Share::among(rows(), |row| row.named_or_in_set)?,
             risen: Share::among(rows(), |row| row.risen)?,
             strangers: Share::among(rows(), |row| !row.strangers.is_empty())?,
+            tellable: Share::among(rows().filter(|row| row.undone_nats.is_some()), |row| {
+                row.undone_nats.is_some_and(|nats| nats >= TELLABLE_NATS)
+            })?,
         })
     }
 }
@@ -368,6 +382,7 @@ mod tests {
             },
             answer: Answer { candidates, ..answer(named) },
             calibrated: CalibratedPeople { people: 4, at_bound: 1, ill: 1, ..Default::default() },
+            undone_nats: None,
         }
     }
 

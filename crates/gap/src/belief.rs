@@ -7,7 +7,8 @@ use posterior::Posterior;
 /// The posterior in use: trained on worlds of all hands.
 static WORKING: &[u8] = include_bytes!("../posterior/working.safetensors");
 /// Those that have not seen the worlds of one hand.
-static WITHOUT: [(&str, &[u8]); 4] = [
+static WITHOUT: [(&str, &[u8]); 5] = [
+    ("another", include_bytes!("../posterior/without-another.safetensors")),
     ("hovorka", include_bytes!("../posterior/without-hovorka.safetensors")),
     ("padova", include_bytes!("../posterior/without-padova.safetensors")),
     ("minimal", include_bytes!("../posterior/without-minimal.safetensors")),
@@ -36,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_posterior_in_use_saw_four_hands_and_the_others_three() {
+    fn the_posterior_in_use_saw_all_hands_and_the_others_all_but_one() {
         let hands = |posterior: &Posterior| -> Vec<String> {
             posterior.card().hands.iter().map(|(hand, _)| hand.clone()).collect()
         };

@@ -26,6 +26,7 @@ use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
 use crate::quality::identical_people;
+use crate::questioned::doubts;
 use crate::track_record::TrackRecord;
 use crate::which::{Belief, NAMED_FROM, SAID_FROM, Thresholds, Which, is_free, power, which};
 
@@ -187,11 +188,15 @@ impl<'a> Diagnoser<'a> {
             || held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR)),
         );
         let how_far = how_far?;
+        let mut effects = answer.effects;
+        for found in &mut effects {
+            found.questioned = doubts(found, &how_far);
+        }
         Ok(Diagnosis {
             schema: SCHEMA.to_owned(),
             stage: Stage::HowFar,
             verdict: answer.verdict,
-            effects: answer.effects,
+            effects,
             candidates: answer.candidates,
             untried: answer.untried,
             ports: answer.ports,

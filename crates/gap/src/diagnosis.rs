@@ -139,6 +139,9 @@ pub struct FoundEffect {
     /// Every person's amplitude and evidence.
     #[serde(default)]
     pub people: Vec<PersonAmplitude>,
+    /// Reasons to doubt the name, in sentences: where "how far" does not agree with it.
+    #[serde(default)]
+    pub questioned: Vec<String>,
 }
 
 /// An effect in one person.

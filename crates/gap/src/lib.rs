@@ -55,6 +55,7 @@ mod modulated_plant;
 mod person;
 mod person_statistics;
 pub mod quality;
+mod questioned;
 mod single;
 mod track_record;
 mod units;

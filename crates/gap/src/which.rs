@@ -85,10 +85,10 @@ pub struct Which {
     pub belief: Option<Belief>,
 }
 
-/// Probability from which on an effect is named: it is more likely there than not.
+/// Probability from which on an effect is named where something is missing: it is more likely there than not.
 pub(crate) const NAMED_FROM: f64 = 0.5;
-/// Probability from which on it is said that something is missing although nothing can be named: odds of 3 to 1, as a
-/// false alarm costs more than silence.
+/// Probability from which on something is said to be missing, with a name or without: odds of 3 to 1, as a false alarm
+/// costs more than silence.
 pub(crate) const SAID_FROM: f64 = 0.75;
 
 /// What a posterior says.
@@ -107,7 +107,8 @@ impl Belief {
             named.iter().all(|n| !n.hypothesis.is(id)).then_some((candidate, id))
         });
         let own = open.clone().find(|(candidate, id)| !self.knows(*id) && candidate.excess > 0.0);
-        let known = open.filter(|(_, id)| self.knows(*id) && self.of(*id) >= NAMED_FROM);
+        let known =
+            open.filter(|(_, id)| self.alarms() && self.knows(*id) && self.of(*id) >= NAMED_FROM);
         let best = known.max_by(|a, b| self.of(a.1).total_cmp(&self.of(b.1)));
         own.or(best).map(|(candidate, _)| candidate)
     }
@@ -123,7 +124,7 @@ impl Belief {
         self.answer.effects.iter().any(|(name, _)| name == id.name())
     }
 
-    /// Whether something is missing.
+    /// Whether something is said to be missing.
     pub(crate) fn alarms(&self) -> bool {
         1.0 - self.answer.nothing >= SAID_FROM
     }

@@ -20,6 +20,8 @@ use crate::table::{Table, Truth};
 /// Size of a gap that networks call 1, mg/dL, and the largest that they are shown.
 pub(crate) const GAP_UNIT: f64 = 10.0;
 const LARGEST_GAP: f64 = 5.0;
+/// Fewest worlds of one kind, and of all others, by which a hand is asked what a statistic tells.
+const FEWEST: f64 = 5.0;
 
 /// How networks are trained.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,13 +53,13 @@ impl Training {
     #[must_use]
     pub const fn working(seed: u64) -> Self {
         Self {
-            members: 3,
-            statistics: 1500,
-            hidden: 128,
-            epochs: 15,
+            members: 2,
+            statistics: 2000,
+            hidden: 192,
+            epochs: 20,
             batch: 64,
-            rate: 2e-3,
-            decay: 0.5,
+            rate: 1e-3,
+            decay: 0.2,
             dropped: 0.5,
             beside: (0.3, 0.5),
             seed,
@@ -157,7 +159,7 @@ fn lacking(truth: &Truth, effects: &[String]) -> Result<Lacking, PosteriorError>
 /// something unknown or of nothing, and all others.
 ///
 /// What one hand's worlds tell alone would mislead in those of another: a difference counts as much as in the hand
-/// that shows it least, and not at all where hands disagree about its sign.
+/// that shows it least, and not at all where hands disagree about its sign. Hands that have no such worlds are not asked.
 fn telling(
     read: &[f32],
     width: usize,
@@ -181,23 +183,23 @@ fn telling(
         .collect();
     let difference = |column: usize| -> f64 {
         let value = |row: &usize| f64::from(read[row * width + column]);
-        let of_hand = |rows: &Vec<usize>, class: &Vec<bool>| {
+        let of_hand = |rows: &Vec<usize>, class: &Vec<bool>| -> Option<f64> {
             let n = rows.len() as f64;
             let sum: f64 = rows.iter().map(value).sum();
             let squares: f64 = rows.iter().map(|row| value(row).powi(2)).sum();
             let variance = (squares / n - (sum / n).powi(2)).max(1e-9);
             let inside = rows.iter().filter(|row| class[**row]).count() as f64;
-            if inside < 2.0 || n - inside < 2.0 {
-                return 0.0;
+            if inside < FEWEST || n - inside < FEWEST {
+                return None;
             }
             let own: f64 = rows.iter().filter(|row| class[**row]).map(value).sum();
             let apart = own / inside - (sum - own) / (n - inside);
-            apart / (variance * (1.0 / inside + 1.0 / (n - inside))).sqrt()
+            Some(apart / (variance * (1.0 / inside + 1.0 / (n - inside))).sqrt())
         };
         let of_class = |class: &Vec<bool>| {
-            let by_hand = || rows_of.iter().map(|rows| of_hand(rows, class));
-            let least = by_hand().fold(f64::INFINITY, f64::min);
-            let most = by_hand().fold(f64::NEG_INFINITY, f64::max);
+            let by_hand = || rows_of.iter().filter_map(|rows| of_hand(rows, class));
+            let Some(least) = by_hand().reduce(f64::min) else { return 0.0 };
+            let most = by_hand().fold(least, f64::max);
             least.max(-most).max(0.0)
         };
         classes.iter().map(of_class).fold(0.0, f64::max)

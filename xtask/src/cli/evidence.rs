@@ -16,6 +16,10 @@ pub(crate) struct EvidenceArgs {
     /// Cohorts to be read in the place of worlds; may be given more than once.
     #[arg(long, value_name = "DIR")]
     pub cohort: Vec<PathBuf>,
+    /// Worlds of another hand to be read in the place of ours: a folder with `worlds/` and `labels.json` (schema
+    /// `blind_labels/1`); may be given more than once.
+    #[arg(long, value_name = "DIR", conflicts_with = "cohort")]
+    pub labelled: Vec<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/evidence")]
     pub out: PathBuf,

@@ -1,16 +1,18 @@
 //! `evidence`: what the diagnosis reads of worlds whose truth is known, or of cohorts; a row each.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, ensure};
 use blind::Label;
 use candle_core::{Device, Tensor};
+use cohort::Cohort;
 use gap::{DiagnosisConfig, cohort_statistics};
 use rayon::prelude::*;
-use world::blind::{Plan, PlannedWorld};
+use world::blind::Plan;
 
 use crate::cli::EvidenceArgs;
-use crate::labels::label;
+use crate::labels::{another_hand, label};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
@@ -18,6 +20,9 @@ use crate::stages::twin::read_cohort;
 
 /// Most worlds of one table.
 const MOST_WORLDS: usize = 100_000;
+
+/// What another hand is called, whose worlds are given as cohorts with labels.
+const ANOTHER: &str = "another";
 
 /// Statistics of one world or cohort by name.
 type Row = BTreeMap<String, f64>;
@@ -28,11 +33,17 @@ pub(crate) fn run(args: &EvidenceArgs) -> Result<()> {
     ensure!((1..=MOST_WORLDS).contains(&asked), "{asked} worlds; from 1 to {MOST_WORLDS} can be");
     let settings = serde_json::json!({ "worlds": args.worlds, "nulls": args.nulls });
     let mut manifest = Manifest::new("evidence", settings, Some(args.seed));
-    for folder in &args.cohort {
+    for folder in args.cohort.iter().chain(&args.labelled) {
         manifest = manifest.with_input(folder)?;
     }
     let output = OutputFolder::begin(&args.out, manifest)?;
-    let rows = if args.cohort.is_empty() { of_worlds(args)? } else { of_cohorts(args)? };
+    let rows = if !args.labelled.is_empty() {
+        of_labelled(args)?
+    } else if args.cohort.is_empty() {
+        of_worlds(args)?
+    } else {
+        of_cohorts(args)?
+    };
     let names: BTreeSet<&String> = rows.iter().flat_map(|(_, row)| row.keys()).collect();
     let values: Vec<f32> = rows
         .iter()
@@ -55,26 +66,48 @@ pub(crate) fn run(args: &EvidenceArgs) -> Result<()> {
 
 /// Draws worlds and reads them; those of which nobody can be read are left out.
 fn of_worlds(args: &EvidenceArgs) -> Result<Vec<(Label, Row)>> {
-    let (library, config) = (effects::library(), DiagnosisConfig::working());
     let planned = Plan::training(args.worlds, args.nulls).worlds(args.seed);
-    let progress = Progress::begin("worlds", planned.len());
-    let of_world = |(index, planned): (usize, &PlannedWorld)| -> Result<Option<(Label, Row)>> {
-        let id = format!("{}-{index}", args.seed);
-        let world = planned.realise()?;
-        let found = cohort_statistics(&world.cohort()?, &library, &config)?;
-        let label = label(&id, &world)?;
+    let world = |index: usize| -> Result<(Label, Cohort)> {
+        let world = planned[index].realise()?;
+        Ok((label(&format!("{}-{index}", args.seed), &world)?, world.cohort()?))
+    };
+    of_each(planned.len(), world)
+}
+
+/// Reads worlds of another hand, which goes by the name of this.
+fn of_labelled(args: &EvidenceArgs) -> Result<Vec<(Label, Row)>> {
+    let mut asked: Vec<(PathBuf, Label)> = Vec::new();
+    for folder in &args.labelled {
+        let labels = another_hand::read(&folder.join("labels.json"), ANOTHER)?;
+        asked
+            .extend(labels.into_iter().map(|label| (folder.join("worlds").join(&label.id), label)));
+    }
+    let world = |index: usize| -> Result<(Label, Cohort)> {
+        let (folder, label) = &asked[index];
+        Ok((label.clone(), read_cohort(folder)?))
+    };
+    of_each(asked.len(), world)
+}
+
+/// Rows of so many worlds; those of which nobody can be read are left out.
+fn of_each(
+    count: usize,
+    world: impl Fn(usize) -> Result<(Label, Cohort)> + Sync,
+) -> Result<Vec<(Label, Row)>> {
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let progress = Progress::begin("worlds", count);
+    let row = |index: usize| -> Result<Option<(Label, Row)>> {
+        let (label, cohort) = world(index)?;
+        let found = cohort_statistics(&cohort, &library, &config)?;
         progress.advance("");
         Ok(found.map(|row| (label, row)))
     };
-    let rows = planned
-        .par_iter()
-        .enumerate()
-        .map(|(index, planned)| {
-            of_world((index, planned)).with_context(|| format!("world {}", index + 1))
-        })
+    let rows = (0..count)
+        .into_par_iter()
+        .map(|index| row(index).with_context(|| format!("world {}", index + 1)))
         .collect::<Result<Vec<_>>>()?;
     let rows: Vec<(Label, Row)> = rows.into_iter().flatten().collect();
-    progress.finish(&format!("{} of {} worlds read", rows.len(), planned.len()));
+    progress.finish(&format!("{} of {count} worlds read", rows.len()));
     Ok(rows)
 }
 

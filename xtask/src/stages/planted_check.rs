@@ -24,6 +24,8 @@ use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 
+mod undone;
+
 /// Multiples of each planting's usual size, unless others are asked for.
 const TIMES: [f64; 2] = [1.0, 2.0];
 /// Largest multiple: four meals in five, a gain that is gone in ten days.
@@ -105,12 +107,19 @@ fn check(
         .collect::<Result<Vec<_>>>()?;
     output.write_json("seal.json", &Seal::of(&closed))?;
 
+    let likelihoods = undone::log_likelihoods(cohort);
     let progress = Progress::begin("diagnoses", labels.len());
     let answered = labels
         .into_par_iter()
         .enumerate()
         .map(|(index, label)| {
-            let answered = answer(cohort, order[index].0, label, (seed, index), asked, output)?;
+            let what = order[index].0;
+            let undone_nats = what.and_then(|(planting, size)| {
+                let planted = plant(cohort, planting, size, seed).cohort;
+                undone::gain(cohort, &likelihoods, &planted)
+            });
+            let mut answered = answer(cohort, what, label, (seed, index), asked, output)?;
+            answered.undone_nats = undone_nats;
             progress.advance("");
             Ok(answered)
         })
@@ -156,7 +165,7 @@ fn answer(
             CalibratedPeople::default()
         }
     };
-    Ok(AnsweredCohort { label, answer, calibrated })
+    Ok(AnsweredCohort { label, answer, calibrated, undone_nats: None })
 }
 
 fn label(id: String, what: What, changed: usize) -> PlantedLabel {
@@ -199,8 +208,8 @@ fn name(index: usize) -> String {
 /// The check in a table of Markdown.
 fn table(check: &PlantedCheck) -> String {
     let mut text = String::from(
-        "| planted | size | entries changed | named | evidence, nats | up by 3 | new names | ill calibrated |\n\
-         |---|---|---|---|---|---|---|---|\n",
+        "| planted | size | entries changed | undone, nats | named | evidence, nats | up by 3 | new names | ill calibrated |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
     );
     let people =
         |calibrated: &CalibratedPeople| format!("{} of {}", calibrated.ill, calibrated.people);
@@ -212,13 +221,14 @@ fn table(check: &PlantedCheck) -> String {
     };
     let named: Vec<String> =
         check.as_it_is.found.iter().map(|found| found.effect.clone()).collect();
-    let mut line = |cells: [String; 8]| {
+    let mut line = |cells: [String; 9]| {
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     };
     line([
         "nothing".to_owned(),
         String::new(),
         "0".to_owned(),
+        String::new(),
         said(check.as_it_is.verdict, &named),
         String::new(),
         String::new(),
@@ -236,6 +246,7 @@ fn table(check: &PlantedCheck) -> String {
             row.label.planting.clone(),
             format!("{} {}", short(row.label.size), row.label.unit),
             row.label.changed.to_string(),
+            nats(row.undone_nats),
             said(row.verdict, &row.named),
             evidence.collect::<Vec<_>>().join("; "),
             if row.risen { "yes" } else { "" }.to_owned(),
@@ -244,12 +255,14 @@ fn table(check: &PlantedCheck) -> String {
         ]);
     }
     text.push_str(
-        "\n| | named | named, not so before | or in its set | up by 3 nats | another name anew |\n\
-         |---|---|---|---|---|---|\n",
+        "\n| | named | named, not so before | or in its set | up by 3 nats | another name anew | undone, 6 nats |\n\
+         |---|---|---|---|---|---|---|\n",
     );
     let totals = [&check.all].into_iter().chain(&check.by_size).chain(&check.by_effect);
-    for PlantedTotals { what, named, named_anew, named_or_in_set, risen, strangers } in totals {
-        let shares = [named, named_anew, named_or_in_set, risen, strangers].map(share);
+    for totals in totals {
+        let PlantedTotals { what, named, named_anew, named_or_in_set, risen, strangers, tellable } =
+            totals;
+        let shares = [named, named_anew, named_or_in_set, risen, strangers, tellable].map(share);
         let _ = writeln!(text, "| {what} | {} |", shares.join(" | "));
     }
     let _ = write!(

@@ -80,6 +80,7 @@ impl Which {
                     amplitude: interval(named.amplitude),
                     confusable_with: self.confusable(named, probability, &first),
                     people: amplitudes(named, people),
+                    questioned: Vec::new(),
                 }
             })
             .collect();

@@ -86,6 +86,7 @@ fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
         }
         (DiagnosisVerdict::Effect, true) => {
             parts.push(found(&diagnosis.effects));
+            parts.extend(diagnosis.effects.iter().filter_map(questioned));
             parts.extend(worst(diagnosis).map(|cell| format!("{}.", gap(cell))));
             parts.extend(shrinks(diagnosis));
         }
@@ -117,6 +118,14 @@ fn found(effects: &[Effect]) -> String {
         1 => format!("One effect was found: {}.", list(&named)),
         n => format!("{} effects were found: {}.", number(n), list(&named)),
     }
+}
+
+/// Why a name is to be doubted.
+fn questioned(found: &Effect) -> Option<String> {
+    (!found.questioned.is_empty()).then(|| {
+        let name = effect(&found.effect);
+        format!("Doubt this name, {name}. {}", found.questioned.join(" "))
+    })
 }
 
 /// Where something is missing that has no name.

@@ -150,6 +150,9 @@ pub struct Effect {
     /// The same amplitude in every person.
     #[serde(default, deserialize_with = "entries")]
     pub people: Vec<PersonAmplitude>,
+    /// Reasons to doubt the name.
+    #[serde(default, deserialize_with = "entries")]
+    pub questioned: Vec<String>,
 }
 
 /// The amplitude of an effect in one person.
