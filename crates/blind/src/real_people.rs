@@ -182,7 +182,7 @@ pub struct PlantedRow {
     pub strangers: Vec<String>,
     /// How the people were calibrated.
     pub calibrated: CalibratedPeople,
-    /// What undoing the change exactly would gain, nats: the most that can be told by this plant.
+    /// What undoing the change exactly would gain, nats: what an oracle would win that judges glucose through this plant.
     #[serde(default)]
     pub undone_nats: Option<f64>,
     /// Time of the diagnosis, s.

@@ -1,4 +1,4 @@
-//! Whether "how far" agrees with "which": reasons to doubt a name that the posterior gives.
+//! Whether "how far" agrees with "which": reasons to doubt a name.
 
 use crate::diagnosis::{FoundEffect, HowFar, WithInterval};
 

@@ -1,9 +1,10 @@
 //! What knowing a change exactly would gain: the likelihood of the innovations with the change undone over that with it, the plant
 //! calibrated to each person on both sides.
 //!
-//! The record as it is is the changed one with the change undone. No method that reads the changed record through
-//! this plant can tell more than this, and one that does not know when and where things were changed tells less. It
-//! compares likelihoods of the same readings, so it is stated where the readings are not what is changed.
+//! The record as it is is the changed one with the change undone. The gain says what an oracle would win that knows every
+//! change. It is no strict bound: the record that was kept is inexact too, so that another change than the true one may gain more, and what
+//! the changed log itself looks like (doses that nobody gives) is not counted. It compares likelihoods of the same
+//! readings, so it is stated where the readings are not what is changed.
 
 use cohort::{Channel, Cohort, Person};
 use gap::filter::calibration::calibrate;
