@@ -39,10 +39,16 @@ fn log_likelihood(person: &Person) -> Option<f64> {
     let record = Observations::from_person(person).ok()?;
     let (population, egp) = (OdeParameters::nominal(), config.production.into());
     let found = calibrate(&population, egp, &config.noise, &record, &config.calibration).ok()?;
-    let innovations: Vec<f64> =
-        found.whitened.iter().flatten().map(|value| value * found.scale).collect();
+    let mut innovations = Vec::new();
+    // The filter divides each innovation by its own standard deviation, which depends on the calibration.
+    let mut divided = 0.0;
+    for (whitened, innovation) in found.whitened.iter().zip(&found.filtered.innovations) {
+        let (Some(whitened), Some(innovation)) = (whitened, innovation) else { continue };
+        innovations.push(whitened * found.scale);
+        divided += 0.5 * innovation.variance.ln();
+    }
     // Nobody whose record holds no insulin or no carbohydrate has innovations that are scored.
-    (!innovations.is_empty()).then(|| of_innovations(&innovations))
+    (!innovations.is_empty()).then(|| of_innovations(&innovations) - divided)
 }
 
 /// The log likelihood under a t distribution of the scale that fits best.
