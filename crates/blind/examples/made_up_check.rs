@@ -138,5 +138,12 @@ fn candidate(effect: &str, gain_nats: f64, probability: f64) -> Candidate {
 }
 
 fn port(port: &str, gain_nats: f64) -> PortEvidence {
-    PortEvidence { port: port.to_owned(), gain_nats, probability: 0.8, confusable_with: Vec::new() }
+    PortEvidence {
+        port: port.to_owned(),
+        gain_nats,
+        probability: 0.8,
+        confusable_with: Vec::new(),
+        unit: String::new(),
+        course: Vec::new(),
+    }
 }

@@ -91,6 +91,25 @@ pub struct PortEvidence {
     /// Ports that the data cannot tell from it.
     #[serde(default)]
     pub confusable_with: Vec<String>,
+    /// Unit of the course.
+    #[serde(default)]
+    pub unit: String,
+    /// What is lacking there through the day, beyond its mean; empty where the answer states none.
+    #[serde(default)]
+    pub course: Vec<CoursePart>,
+}
+
+/// What is lacking at a port in a part of the day.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CoursePart {
+    /// `HH-HH`.
+    pub hours: String,
+    /// Estimate, in the unit of the course.
+    pub value: f64,
+    /// Lower end of the simultaneous interval.
+    pub lower: f64,
+    /// Upper end of the simultaneous interval.
+    pub upper: f64,
 }
 
 /// The gap in one cell.

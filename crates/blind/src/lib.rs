@@ -44,7 +44,7 @@ mod true_where;
 pub mod seal;
 
 pub use amplitude::AmplitudeRecovery;
-pub use answer::{Amplitude, Answer, Candidate, CellGap, Found, PortEvidence, Verdict};
+pub use answer::{Amplitude, Answer, Candidate, CellGap, CoursePart, Found, PortEvidence, Verdict};
 pub use by_hand::{HandRow, hand_table};
 pub use calibration_table::{CalibrationTable, CalibrationWorld};
 pub use ceiling::{Ceiling, ExactCourse};

@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::answer::{Answer, CellGap, PortEvidence};
+use crate::answer::{Answer, CellGap, CoursePart, PortEvidence};
 use crate::check::ScoredWorld;
 use crate::error::BlindError;
 use crate::label::{Kind, Label};
 use crate::share::Share;
-use crate::true_where::{HORIZONS, TrueWhere};
+use crate::true_where::{HORIZONS, PortCourse, TrueWhere, hours_of};
 
 /// Cells of an answer that are looked at.
 const TOP: usize = 3;
@@ -84,8 +84,16 @@ pub struct EquationScore {
     pub port_of_first_name: Share,
     /// Effects named rightly whose amplitude is certain to be above zero: the only sign that an answer states.
     pub sign_of_amplitude: Share,
-    /// Answers that state a course over the day at the true port. Such a course is not part of a diagnosis so far.
+    /// Answers that state a course over the day at the true port, in the unit of the truth.
     pub course_answered: Share,
+    /// Of those, courses whose sign is right where the true one is farthest from its mean.
+    pub course_sign: Share,
+    /// The same where the answer's interval there leaves 0 out.
+    pub course_sign_if_certain: Share,
+    /// Parts of the day whose interval holds the true course, and courses that are held in all of them.
+    pub course_parts_held: Share,
+    /// See [`course_parts_held`](Self::course_parts_held).
+    pub courses_held: Share,
 }
 
 /// "Where" in one world.
@@ -274,6 +282,14 @@ impl EquationScore {
             world.answer.found.iter().filter(|found| world.label.has(&found.effect))
         });
         let listed = |rank: &Option<usize>| rank.is_some();
+        let courses: Vec<ComparedCourse> = with_truth
+            .iter()
+            .flat_map(|(world, truth)| truth.ports.iter().map(move |course| (world, course)))
+            .filter_map(|(world, course)| {
+                let port = world.answer.ports.iter().find(|port| port.port == course.port)?;
+                ComparedCourse::of(port, course)
+            })
+            .collect();
         Ok(Self {
             first: Share::among(&ranks, |(_, rank)| *rank == Some(1))?,
             first_or_in_set: Share::among(by_set, |held| *held)?,
@@ -287,7 +303,43 @@ impl EquationScore {
                 .collect::<Result<_, BlindError>>()?,
             port_of_first_name: Share::among(named, |right| *right)?,
             sign_of_amplitude: Share::among(rightly, |found| found.amplitude.lower > 0.0)?,
-            course_answered: Share::of(0, ranks.len())?,
+            course_answered: Share::of(courses.len(), ranks.len())?,
+            course_sign: Share::among(&courses, |course| course.sign)?,
+            course_sign_if_certain: Share::among(courses.iter().filter(|c| c.certain), |c| c.sign)?,
+            course_parts_held: Share::among(courses.iter().flat_map(|c| &c.held), |held| **held)?,
+            courses_held: Share::among(&courses, |course| course.held.iter().all(|held| *held))?,
+        })
+    }
+}
+
+/// A course over the day beside the true one.
+struct ComparedCourse {
+    /// Whether the sign is right where the truth is farthest from its mean.
+    sign: bool,
+    /// Whether the interval there leaves 0 out.
+    certain: bool,
+    /// Whether the interval holds the truth, by part of the day.
+    held: Vec<bool>,
+}
+
+impl ComparedCourse {
+    /// `None` where the answer states no course, or one in another unit.
+    fn of(answer: &PortEvidence, truth: &PortCourse) -> Option<Self> {
+        if answer.course.is_empty() || answer.unit != truth.unit {
+            return None;
+        }
+        let of_part = |part: &CoursePart| {
+            let (first, width) = hours_of(&part.hours)?;
+            mean((first..first + width).filter_map(|hour| *truth.by_hour.get(hour % 24)?))
+        };
+        let values = answer.course.iter().map(of_part).collect::<Option<Vec<f64>>>()?;
+        let usual = mean(values.iter().copied())?;
+        let parts = || answer.course.iter().zip(values.iter().map(|value| value - usual));
+        let (part, value) = parts().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        Some(Self {
+            sign: part.value * value > 0.0,
+            certain: part.lower > 0.0 || part.upper < 0.0,
+            held: parts().map(|(p, value)| (p.lower..=p.upper).contains(&value)).collect(),
         })
     }
 }

@@ -129,7 +129,7 @@ impl TrueWhere {
 }
 
 /// First hour and number of hours of `HH-HH`.
-fn hours_of(level: &str) -> Option<(usize, usize)> {
+pub(crate) fn hours_of(level: &str) -> Option<(usize, usize)> {
     let (first, end) = level.split_once('-')?;
     let (first, end): (usize, usize) = (first.trim().parse().ok()?, end.trim().parse().ok()?);
     (first < 24 && end <= 24)

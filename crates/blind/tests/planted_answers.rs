@@ -58,6 +58,8 @@ fn unknown_at(port: &str) -> Answer {
         gain_nats,
         probability: 0.5,
         confusable_with: Vec::new(),
+        unit: String::new(),
+        course: Vec::new(),
     };
     let ports = vec![evidence("sensor", 1.0), evidence(port, 8.0)];
     Answer { verdict: Verdict::Unknown, ports, ..Answer::none() }

@@ -125,6 +125,8 @@ fn the_true_port_is_ranked_among_those_of_the_answer() {
         gain_nats: 1.0,
         probability,
         confusable_with: confusable.iter().map(|port| (*port).to_owned()).collect(),
+        unit: String::new(),
+        course: Vec::new(),
     };
     let with = |ports: Vec<PortEvidence>, found: Vec<Found>| {
         let verdict = Verdict::Effect;

@@ -10,6 +10,7 @@ use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::filter::plants::Ode;
+use crate::free_run_statistics::free_run_statistics;
 use crate::person::{PersonOutcome, analyse};
 use crate::person_statistics::of_person;
 use crate::which::{Evidence, Thresholds, which};
@@ -43,8 +44,25 @@ pub fn cohort_statistics(
         return Ok(None);
     }
     // One round, in which nothing is named.
-    let found = which(&included, library, &Thresholds::never(), None, &config.calibration)?;
+    let analyses = outcomes.iter().filter_map(|outcome| outcome.analysis.as_ref());
+    let free_runs = free_run_statistics(analyses, config);
+    let never = Thresholds::never();
+    let found = which(&included, library, &never, None, &config.calibration, free_runs)?;
     Ok(Some(found.statistics))
+}
+
+/// How evidence, nats, is shared by people, who have so many days each: that of the person in the middle in a fortnight, the
+/// share of those who show any, and what is left of it without the one who shows most.
+pub(crate) fn evidence_of_people(name: &str, gains: &[f64], days: &[f64]) -> [(String, f64); 3] {
+    let mut rates: Vec<f64> = gains.iter().zip(days).map(|(gain, d)| gain * 14.0 / d).collect();
+    rates.sort_by(f64::total_cmp);
+    let middle = rates.get(rates.len() / 2).copied().unwrap_or(0.0);
+    let count = gains.len().max(1) as f64;
+    let show = gains.iter().filter(|gain| **gain > 0.5).count() as f64 / count;
+    let most = gains.iter().copied().fold(0.0, f64::max);
+    let rest = gains.iter().sum::<f64>() - most;
+    let named = |what: &str| format!("evidence of people/{name}/{what}");
+    [(named("middle"), middle), (named("share"), show), (named("without the most"), rest)]
 }
 
 /// The statistics of people whose first round is known: its evidence, its spreads and what natural units show.

@@ -20,6 +20,7 @@ use crate::error::GapError;
 use crate::expected_gap::share_out;
 use crate::filter::plants::{Ode, Plants};
 use crate::free_run::FreeRunRule;
+use crate::free_run_statistics::free_run_statistics;
 use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::person::{
@@ -161,7 +162,17 @@ impl<'a> Diagnoser<'a> {
                 let gaps = gaps(&included, rule, localisation, seed);
                 (gaps, baseline(&included, rule, localisation, seed))
             },
-            || which(&inputs, library, &config.thresholds, posterior, &config.calibration),
+            || {
+                let free_runs = free_run_statistics(included.iter().map(|(_, a)| *a), &config);
+                which(
+                    &inputs,
+                    library,
+                    &config.thresholds,
+                    posterior,
+                    &config.calibration,
+                    free_runs,
+                )
+            },
         );
         let (baseline, which) = (baseline?, which?);
         let mut gaps = gaps;
@@ -417,7 +428,7 @@ impl Shares {
         let mean_squares = (0..free_run.horizons.len())
             .map(|horizon| {
                 mean_over_people(included, |a| {
-                    let total = total(a.horizons.iter(), horizon);
+                    let total = HorizonSums::total(a.horizons.iter(), horizon);
                     (total.runs > 0.0).then(|| total.squares / total.runs)
                 })
             })
@@ -431,7 +442,7 @@ impl Shares {
 
     fn of_cell(&self, included: &[(&str, &PersonAnalysis)], place: usize, horizon: usize) -> f64 {
         let share = mean_over_people(included, |a| {
-            let all = total(a.horizons.iter(), horizon).runs;
+            let all = HorizonSums::total(a.horizons.iter(), horizon).runs;
             let inside: f64 = a.free_runs.iter().map(|day| day.counts[place]).sum();
             (all > 0.0).then(|| inside / all)
         });
@@ -451,21 +462,12 @@ fn mean_over_people(
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }
 
-fn total<'a>(days: impl Iterator<Item = &'a Vec<HorizonSums>>, horizon: usize) -> HorizonSums {
-    days.fold(HorizonSums::default(), |sum, day| HorizonSums {
-        runs: sum.runs + day[horizon].runs,
-        errors: sum.errors + day[horizon].errors,
-        sizes: sum.sizes + day[horizon].sizes,
-        squares: sum.squares + day[horizon].squares,
-    })
-}
-
 /// Mean absolute error, root mean squared error and bias of a horizon; zeros where nobody drawn has
 /// a run.
 fn horizon_statistics(people: &[Vec<&Vec<HorizonSums>>], horizon: usize) -> Vec<f64> {
     let (mut n, mut sizes, mut squares, mut errors) = (0.0, 0.0, 0.0, 0.0);
     for person in people {
-        let sum = total(person.iter().copied(), horizon);
+        let sum = HorizonSums::total(person.iter().copied(), horizon);
         if sum.runs > 0.0 {
             n += 1.0;
             sizes += sum.sizes / sum.runs;

@@ -203,6 +203,25 @@ pub struct PortEvidence {
     /// Ports whose changes look alike, or whose evidence is about as good.
     #[serde(default)]
     pub confusable_with: Vec<String>,
+    /// Unit of the course: `factor` for the change of a factor of 1, else that of the flux, the carbohydrate or the reading.
+    #[serde(default)]
+    pub unit: String,
+    /// What the model lacks there through the day, beyond its mean over the day, which calibration takes.
+    #[serde(default)]
+    pub course: Vec<CoursePart>,
+}
+
+/// What is lacking at a port in a part of the day.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CoursePart {
+    /// `HH-HH`.
+    pub hours: String,
+    /// Estimate, in the unit of the course.
+    pub value: f64,
+    /// Lower end of the interval; those of a port hold all parts in 95 of 100.
+    pub lower: f64,
+    /// Upper end of the interval.
+    pub upper: f64,
 }
 
 /// By what a cell of `where` is set apart.

@@ -46,6 +46,7 @@ mod event_bank;
 mod expected_gap;
 pub mod filter;
 pub mod free_run;
+mod free_run_statistics;
 pub mod how_far;
 pub mod localisation;
 mod log_sum;

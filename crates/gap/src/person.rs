@@ -69,6 +69,23 @@ pub(crate) struct HorizonSums {
     pub(crate) squares: f64,
 }
 
+impl HorizonSums {
+    /// Sums over days at one horizon.
+    pub(crate) fn total<'a>(days: impl Iterator<Item = &'a Vec<Self>>, horizon: usize) -> Self {
+        days.fold(Self::default(), |sum, day| Self {
+            runs: sum.runs + day[horizon].runs,
+            errors: sum.errors + day[horizon].errors,
+            sizes: sum.sizes + day[horizon].sizes,
+            squares: sum.squares + day[horizon].squares,
+        })
+    }
+
+    /// Root mean squared error; 0 without runs.
+    pub(crate) fn rms(&self) -> f64 {
+        (self.squares / self.runs.max(1.0)).sqrt()
+    }
+}
+
 /// Everything that a person contributes to the cohort's diagnosis.
 #[derive(Debug, Clone)]
 pub(crate) struct PersonAnalysis {

@@ -4,6 +4,9 @@
 //! numbers of theirs are no rarity among made ones (a posterior predictive check: Gelman, Meng and Stern, Stat Sin
 //! 1996;6:733).
 
+mod doses;
+mod readings;
+
 use std::collections::BTreeMap;
 
 use cohort::Person;
@@ -59,7 +62,8 @@ pub fn person_statistics(
     // One round, in which nothing is named.
     let people = [calibrated];
     found.0 = of_person(&people[0]);
-    let answer = which(&people, library, &Thresholds::never(), None, &config.calibration)?;
+    let never = Thresholds::never();
+    let answer = which(&people, library, &never, None, &config.calibration, BTreeMap::new())?;
     for (name, spread) in &answer.spreads {
         found.set(&format!("spread/{name}"), Some(*spread));
     }
@@ -75,7 +79,16 @@ pub(crate) fn of_person(person: &CalibratedPerson<'_>) -> BTreeMap<String, f64> 
     found.record(person.person, person.observations);
     found.innovations(person.person, person.calibration);
     found.calibration(person.calibration);
+    found.doses(person);
     found.0
+}
+
+/// The reading of a step, mg/dL, where the sensor gave one within its range.
+fn within(observations: &Observations, step: usize) -> Option<f64> {
+    match observations.readings[step] {
+        Reading::Within(glucose) => Some(glucose.0),
+        _ => None,
+    }
 }
 
 #[derive(Default)]
@@ -91,10 +104,7 @@ impl Values {
     fn record(&mut self, person: &Person, observations: &Observations) {
         let record = &person.record;
         let days = record.len() as f64 / STEPS_PER_DAY as f64;
-        let within = |step: usize| match observations.readings[step] {
-            Reading::Within(glucose) => Some(glucose.0),
-            _ => None,
-        };
+        let within = |step: usize| within(observations, step);
         let glucose: Vec<f64> = observations.readings.iter().filter_map(|r| r.value()).collect();
         let differences: Vec<Option<f64>> = (DIFFERENCE..record.len())
             .map(|step| Some(within(step)? - within(step - DIFFERENCE)?))
@@ -105,6 +115,7 @@ impl Values {
         self.set("record/difference SD, mg/dL in 15 min", moment(&known, sd));
         self.set("record/difference kurtosis", moment(&known, excess_kurtosis));
         self.set("record/difference autocorrelation", autocorrelation(&differences, DIFFERENCE));
+        self.readings(record, observations);
         let carbs: Vec<f64> = record.carbs().iter().flatten().copied().collect();
         let boluses = || record.bolus().iter().flatten().copied();
         let basal: f64 =

@@ -6,7 +6,9 @@
 //! covariate, and whether people share it. Nothing is decided here: the statistics are what
 //! a posterior reads.
 
+mod doses;
 mod kinds;
+mod port_course;
 mod scores;
 mod tally;
 
@@ -15,10 +17,14 @@ use std::collections::BTreeMap;
 use effects::EffectId;
 use faer::Mat;
 
+pub(crate) use self::doses::Doses;
+pub(crate) use self::port_course::{PortCourse, hours_of};
 pub(crate) use self::scores::Beside;
+pub(crate) use self::tally::power;
 
 use self::kinds::{KINDS, Unit, units};
-use self::scores::{FIELDS, Scores};
+use self::port_course::CourseSums;
+use self::scores::{DATA, FIELDS, Scores};
 use self::tally::{OF_TALLIES, OF_TOTALS, Tally, Total, of_tallies, of_totals};
 use crate::calibrated_person::CalibratedPerson;
 use crate::context::Situations;
@@ -31,10 +37,14 @@ use crate::filter::tangent::LANES;
 pub(crate) struct PersonUnits {
     /// By kind and field.
     tallies: BTreeMap<(usize, usize), Tally>,
+    /// Power at each of the kind's periods, by kind and field.
+    rhythms: BTreeMap<(usize, usize), Vec<f64>>,
     /// By kind, covariate and field.
     trends: BTreeMap<(usize, usize, usize), Total>,
     /// By driven effect and variant, days as units.
     effects: Vec<(EffectId, usize, Total)>,
+    /// At every port, by part of the day.
+    courses: Vec<CourseSums>,
 }
 
 impl PersonUnits {
@@ -53,9 +63,15 @@ impl PersonUnits {
         let course = person.course();
         let situations = Situations::of(person.person, &course.glucose);
         let [usual, less] = Scores::beside(person, design, information, [beside, plain])?;
-        let mut found =
-            Self { tallies: BTreeMap::new(), trends: BTreeMap::new(), effects: Vec::new() };
-        for units in units(&course, &situations) {
+        let mut found = Self {
+            tallies: BTreeMap::new(),
+            rhythms: BTreeMap::new(),
+            trends: BTreeMap::new(),
+            effects: Vec::new(),
+            courses: port_course::of_person(&less, &course.hour),
+        };
+        let doses = Doses::of_person(person);
+        for units in units(&course, &situations, &doses) {
             let kind = KINDS[units.kind];
             let scores = if kind.plain { &less } else { &usual };
             let covariates = standardised(&units.units, kind.covariates.len());
@@ -63,6 +79,11 @@ impl PersonUnits {
                 let of_units: Vec<[f64; LANES]> =
                     units.units.iter().map(|unit| scores.over(field, &unit.steps)).collect();
                 found.tallies.insert((units.kind, field), Tally::of(&of_units));
+                if !kind.rhythms.is_empty() {
+                    let scores: Vec<f64> = of_units.iter().map(|scores| scores[DATA]).collect();
+                    let powers = kind.rhythms.iter().map(|(_, period)| power(&scores, *period));
+                    found.rhythms.insert((units.kind, field), powers.collect());
+                }
                 for (place, values) in covariates.iter().enumerate() {
                     let pairs = of_units.iter().zip(values.iter().copied());
                     found.trends.insert((units.kind, place, field), Total::of(pairs));
@@ -91,6 +112,11 @@ fn standardised(units: &[Unit], covariates: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
+/// What a cohort lacks at every port through the day.
+pub(crate) fn courses(people: &[&PersonUnits]) -> Vec<PortCourse> {
+    port_course::of_cohort(&people.iter().map(|p| p.courses.as_slice()).collect::<Vec<_>>())
+}
+
 /// The statistics of a cohort, by name; what no record shows is absent.
 pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
     let mut found = BTreeMap::new();
@@ -108,6 +134,12 @@ pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
             }
             for (statistic, value) in OF_TALLIES.iter().zip(of_tallies(&tallies)) {
                 found.insert(name(statistic), value);
+            }
+            let powers: Vec<&Vec<f64>> =
+                people.iter().filter_map(|p| p.rhythms.get(&(index, field))).collect();
+            for (place, (rhythm, _)) in kind.rhythms.iter().enumerate() {
+                let mean = powers.iter().map(|of| of[place]).sum::<f64>() / powers.len() as f64;
+                found.insert(name(&format!("power at {rhythm}")), (mean + 0.01).ln());
             }
             for (place, covariate) in kind.covariates.iter().enumerate() {
                 let of_person = |p: &&PersonUnits| p.trends.get(&(index, place, field)).copied();

@@ -35,10 +35,10 @@ use self::hypothesis::Tried;
 use self::round::{Round, Score, ScoreOf};
 use self::unknown::unknown_events;
 use crate::calibrated_person::CalibratedPerson;
-use crate::cohort_statistics::statistics;
+use crate::cohort_statistics::{evidence_of_people, statistics};
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
-use crate::units;
+use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;
@@ -83,6 +83,8 @@ pub struct Which {
     pub statistics: BTreeMap<String, f64>,
     /// What the posterior says of them; `None` where thresholds decided.
     pub belief: Option<Belief>,
+    /// What is lacking at the ports through the day.
+    pub(crate) courses: Vec<PortCourse>,
 }
 
 /// Probability from which on an effect is named where something is missing: it is more likely there than not.
@@ -221,7 +223,8 @@ impl Named {
     }
 }
 
-/// Names the effects that are missing. `calibration` says which innovations are scored when a filter is run again.
+/// Names the effects that are missing. `calibration` says which innovations are scored when a filter is run again, and
+/// `free_runs` is what a posterior reads of free runs.
 ///
 /// With a posterior, its probabilities decide about the effects that it knows, and thresholds about the others: an effect
 /// of the caller's own that clears its threshold comes first. Without one, thresholds decide about all.
@@ -234,6 +237,7 @@ pub fn which(
     thresholds: &Thresholds,
     posterior: Option<&Posterior>,
     calibration: &CalibrationRule,
+    mut free_runs: BTreeMap<String, f64>,
 ) -> Result<Which, GapError> {
     let unknown = unknown_events();
     let tried = Tried::of(library, &unknown);
@@ -281,9 +285,14 @@ pub fn which(
                 let (evidence, spreads) = (evidence(), round.estimated.spreads.by_name());
                 let natural: Vec<&units::PersonUnits> =
                     round.subjects.iter().filter_map(|s| s.natural.as_ref()).collect();
-                let units = units::of_cohort(&natural);
-                let statistics = statistics(people, &evidence, &spreads, &units);
+                let of_units = units::of_cohort(&natural);
+                let mut statistics = statistics(people, &evidence, &spreads, &of_units);
+                statistics.append(&mut free_runs);
+                statistics.extend(scores.iter().flat_map(|score| {
+                    evidence_of_people(&tried.hypothesis(score.effect).name(), score.gains(), &days)
+                }));
                 First {
+                    courses: units::courses(&natural),
                     candidates: candidates.clone(),
                     untried,
                     evidence,
@@ -307,9 +316,18 @@ pub fn which(
         let best = best.filter(|_| course.is_none() && named.len() < MOST_EFFECTS);
         let Some(best) = best else {
             let ports = round.ports(thresholds, person_days);
-            let First { candidates, untried, evidence, spreads, detectable, statistics, belief } =
-                found.clone();
+            let First {
+                candidates,
+                untried,
+                evidence,
+                spreads,
+                detectable,
+                statistics,
+                belief,
+                courses,
+            } = found.clone();
             return Ok(Which {
+                courses,
                 named,
                 candidates,
                 ports,
@@ -378,6 +396,7 @@ struct First {
     detectable: Vec<Detectable>,
     statistics: BTreeMap<String, f64>,
     belief: Option<Belief>,
+    courses: Vec<PortCourse>,
 }
 
 /// What a posterior says of a cohort.

@@ -24,7 +24,7 @@ pub use blind_check::{
 };
 pub use conformance::{Conformance, ConformanceRow, Counterexample, FailingShare, Slice, Verdict};
 pub use diagnosis::{
-    Absorbed, AbsorbedEffect, AbsorbedError, Candidate, CellGap, DataQualityFinding,
+    Absorbed, AbsorbedEffect, AbsorbedError, Candidate, CellGap, CoursePart, DataQualityFinding,
     DetectionPower, Diagnosis, DiagnosisPerson, DiagnosisVerdict, Effect, FindingEstimate,
     FittedAmplitude, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
     PersonAmplitude, PersonChange, PortEvidence, PosteriorSaid, Untried,

@@ -4,6 +4,7 @@
 //! then diagnosed as `diagnose` does it, from the quality checks to the verdict and what adding the named
 //! effects changes. Times are of the clock: they hold for the machine and the load of the moment.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::time::Instant;
@@ -257,6 +258,7 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
         &config.thresholds,
         Some(gap::working_posterior()),
         &config.calibration,
+        BTreeMap::new(),
     )?;
     add("which, with a design for each round", clock);
     Ok(parts)

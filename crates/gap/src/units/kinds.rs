@@ -5,11 +5,16 @@ use std::ops::Range;
 use effects::Course;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
+use super::doses::Doses;
 use crate::context::{Situation, Situations};
 
 /// Least carbohydrate of a meal, g, and least dose of a bolus, U.
 const MEAL: f64 = 10.0;
 const BOLUS: f64 = 1.0;
+/// Rise of glucose in 15 min that a meal would make, mg/dL.
+const RISE: f64 = 9.0;
+/// Logarithm of an amount of insulin over the usual one that is much; one below it by as much is little.
+const MUCH: f64 = 0.4;
 /// Steps of half an hour.
 const HALF_HOUR: usize = STEPS_PER_HOUR / 2;
 
@@ -21,30 +26,52 @@ pub(super) struct Kind {
     pub(super) covariates: &'static [&'static str],
     /// Whether a person's day and response to glucose are left in the innovations: they are what the kind asks about.
     pub(super) plain: bool,
+    /// Periods at which units may come and go, by name: units each.
+    pub(super) rhythms: &'static [(&'static str, usize)],
 }
 
 const fn kind(name: &'static str, covariates: &'static [&'static str]) -> Kind {
-    Kind { name, covariates, plain: false }
+    Kind { name, covariates, plain: false, rhythms: &[] }
 }
 
 const fn plain(name: &'static str) -> Kind {
-    Kind { name, covariates: &[], plain: true }
+    Kind { name, covariates: &[], plain: true, rhythms: &[] }
 }
 
 const OF_NIGHTS: &[&str] =
-    &["hours asleep", "exercise", "evening carbohydrate", "weekend", "glucose"];
-const OF_DAYS: &[&str] = &["short night", "exercise before", "weekend", "date", "set age"];
+    &["hours asleep", "exercise", "evening carbohydrate", "weekend", "glucose", "insulin"];
+const OF_DAYS: &[&str] =
+    &["short night", "exercise before", "weekend", "date", "set age", "insulin"];
+const OF_MEALS: &[&str] = &[
+    "size",
+    "breakfast",
+    "dinner",
+    "glucose",
+    "weekend",
+    "no bolus",
+    "exercise",
+    "insulin per carbohydrate",
+];
 
 /// The kinds.
-pub(super) const KINDS: [Kind; 36] = [
-    kind("meal", &["size", "breakfast", "dinner", "glucose", "weekend", "no bolus", "exercise"]),
+pub(super) const KINDS: [Kind; 40] = [
+    kind("meal", OF_MEALS),
     kind("late meal", &["size", "dinner"]),
     kind("dinner", &["size"]),
     kind("bolus", &["dose", "correction", "set age", "glucose"]),
+    kind("bolus without meal", &["dose", "glucose", "mealtime"]),
+    kind("rise without meal", &["rate", "low before"]),
+    kind("much insulin", &["insulin"]),
+    kind("little insulin", &["insulin"]),
     kind("night", OF_NIGHTS),
     kind("late night", OF_NIGHTS),
-    kind("day", OF_DAYS),
-    kind("quarter", &["set age"]),
+    Kind {
+        name: "day",
+        covariates: OF_DAYS,
+        plain: false,
+        rhythms: &[("3 days", 3), ("7 days", 7), ("10 days", 10)],
+    },
+    kind("quarter", &["set age", "insulin"]),
     kind("three days", &[]),
     kind("hour", &["rate", "glucose"]),
     kind("half hour low", &["depth"]),
@@ -91,8 +118,8 @@ pub(super) struct Units {
 }
 
 /// A person's units, kind by kind; kinds that the record does not show are absent.
-pub(super) fn units(course: &Course, situations: &Situations) -> Vec<Units> {
-    let life = Life::of(course, situations);
+pub(super) fn units(course: &Course, situations: &Situations, doses: &Doses) -> Vec<Units> {
+    let life = Life::of(course, situations, doses);
     let found = KINDS.iter().enumerate().map(|(kind, of)| Units { kind, units: life.of_kind(of) });
     found.filter(|units| !units.units.is_empty()).collect()
 }
@@ -100,6 +127,7 @@ pub(super) fn units(course: &Course, situations: &Situations) -> Vec<Units> {
 /// What units are told from.
 struct Life<'a> {
     course: &'a Course,
+    doses: &'a Doses,
     n: usize,
     exercise: Vec<bool>,
     short_night: Vec<bool>,
@@ -109,7 +137,7 @@ struct Life<'a> {
 }
 
 impl<'a> Life<'a> {
-    fn of(course: &'a Course, situations: &Situations) -> Self {
+    fn of(course: &'a Course, situations: &Situations, doses: &'a Doses) -> Self {
         let n = course.len();
         let holds = |situation| (0..n).map(|k| situations.holds(situation, k)).collect();
         let mut changed = None;
@@ -123,6 +151,7 @@ impl<'a> Life<'a> {
             .collect();
         Self {
             course,
+            doses,
             n,
             exercise: holds(Situation::Exercise),
             short_night: holds(Situation::DayAfterShortSleep),
@@ -142,6 +171,10 @@ impl<'a> Life<'a> {
                     flag(self.course.weekend[k]),
                     flag(self.sum(&self.course.bolus, k, 6, 6) <= 0.0),
                     self.exercised(k, 10 * STEPS_PER_HOUR),
+                    insulin_per_carbohydrate(
+                        self.sum(&self.course.bolus, k, 6, 6),
+                        self.course.carbs[k],
+                    ),
                 ]
             }),
             "late meal" => self.meals(3 * STEPS_PER_HOUR..8 * STEPS_PER_HOUR, |k| {
@@ -154,6 +187,10 @@ impl<'a> Life<'a> {
                 dinners
             }
             "bolus" => self.boluses(),
+            "bolus without meal" => self.boluses_without_meal(),
+            "rise without meal" => self.rises(),
+            "much insulin" => self.doses_that(|over| over >= MUCH),
+            "little insulin" => self.doses_that(|over| over <= -MUCH),
             "night" => self.nights(23.0, 8.0),
             "late night" => self.nights(3.0, 5.0),
             "day" => self.blocks(STEPS_PER_DAY, |steps| {
@@ -165,9 +202,12 @@ impl<'a> Life<'a> {
                     flag(self.course.weekend[noon]),
                     middle as f64,
                     self.set_age[noon],
+                    self.doses.over_usual(steps),
                 ]
             }),
-            "quarter" => self.blocks(STEPS_PER_DAY / 4, |steps| vec![self.set_age[steps.start]]),
+            "quarter" => self.blocks(STEPS_PER_DAY / 4, |steps| {
+                vec![self.set_age[steps.start], self.doses.over_usual(steps)]
+            }),
             "three days" => self.blocks(3 * STEPS_PER_DAY, |_| Vec::new()),
             "hour" => self.blocks(STEPS_PER_HOUR, |steps| {
                 vec![self.rate(steps), self.course.glucose[steps.start]]
@@ -282,6 +322,63 @@ impl<'a> Life<'a> {
         })
     }
 
+    /// The minutes around boluses beside which nothing was eaten: when a meal that is not on the log would begin.
+    fn boluses_without_meal(&self) -> Vec<Unit> {
+        let doses =
+            (0..self.n).filter(|k| self.course.bolus[*k] >= BOLUS || self.course.carbs[*k] >= MEAL);
+        let starts: Vec<usize> = doses.collect();
+        let mut found = self.after(&starts, 0..3 * STEPS_PER_HOUR, |k| {
+            let mealtimes = [7.0..10.0, 12.0..15.0, 18.0..21.0];
+            vec![
+                self.course.bolus[k].max(0.1).ln(),
+                self.course.glucose[k],
+                mealtimes.into_iter().map(|hours| self.within_hours(k, hours)).sum(),
+            ]
+        });
+        found.retain(|unit| {
+            let k = unit.steps.start;
+            self.course.bolus[k] >= BOLUS
+                && self.sum(&self.course.carbs, k, STEPS_PER_HOUR, STEPS_PER_HOUR) <= 0.0
+        });
+        for unit in &mut found {
+            let k = unit.steps.start;
+            unit.steps = k.saturating_sub(1)..(k + 5).min(self.n);
+        }
+        found
+    }
+
+    /// The time before glucose rises while nothing was eaten for long.
+    fn rises(&self) -> Vec<Unit> {
+        let mut found = self.blocks(HALF_HOUR, |steps| {
+            let before =
+                &self.course.glucose[steps.start.saturating_sub(STEPS_PER_HOUR)..=steps.start];
+            vec![self.rate(steps), flag(before.iter().any(|glucose| *glucose < 75.0))]
+        });
+        found.retain(|unit| {
+            let eaten =
+                self.sum(&self.course.carbs, unit.steps.start, 3 * STEPS_PER_HOUR, HALF_HOUR);
+            unit.covariates[0] >= RISE && eaten <= 0.0
+        });
+        for unit in &mut found {
+            let start = unit.steps.start;
+            unit.steps = start.saturating_sub(HALF_HOUR)..(start + HALF_HOUR / 2).min(self.n);
+        }
+        found
+    }
+
+    /// Stretches at the end of six hours with another amount of insulin than usual at their time of day.
+    fn doses_that(&self, differ: impl Fn(f64) -> bool) -> Vec<Unit> {
+        let window = 6 * STEPS_PER_HOUR;
+        let holds: Vec<bool> = (0..self.n)
+            .map(|k| k >= window && differ(self.doses.over_usual(&(k - window..k))))
+            .collect();
+        let mut found = self.stretches(&holds);
+        for unit in &mut found {
+            unit.covariates = vec![self.doses.over_usual(&unit.steps)];
+        }
+        found
+    }
+
     /// A window after each start, until the next start.
     fn after(
         &self,
@@ -309,6 +406,7 @@ impl<'a> Life<'a> {
                 self.course.carbs[evening..start].iter().sum(),
                 flag(self.course.weekend[evening]),
                 self.course.glucose[start],
+                self.doses.over_usual(&night.steps),
             ];
         }
         nights
@@ -386,6 +484,11 @@ impl<'a> Life<'a> {
     }
 }
 
+/// Logarithm of insulin per carbohydrate, U over 10 g; finite where either is small.
+fn insulin_per_carbohydrate(units: f64, grams: f64) -> f64 {
+    ((units + 0.5) / (grams / 10.0 + 0.5)).ln()
+}
+
 fn flag(holds: bool) -> f64 {
     f64::from(u8::from(holds))
 }
@@ -396,7 +499,7 @@ mod tests {
     use cohort::{Channel, Person, Record, Therapy};
 
     /// Three days from midnight on: a lunch and a dinner a day, a run on the second, glucose low for an hour on the third.
-    fn course() -> (Course, Situations) {
+    fn course() -> (Course, Situations, Doses) {
         let start = "2024-03-04T00:00:00".parse().expect("a literal time");
         let mut record = Record::new(start, 3 * STEPS_PER_DAY).expect("on the grid");
         let at = |day: usize, hour: usize| day * STEPS_PER_DAY + hour * STEPS_PER_HOUR;
@@ -416,13 +519,15 @@ mod tests {
             record,
         };
         let situations = Situations::of(&person, &glucose);
-        (crate::course(&person, glucose), situations)
+        let course = crate::course(&person, glucose);
+        let doses = Doses::of(&course.hour, course.bolus.clone());
+        (course, situations, doses)
     }
 
     /// First step, length and covariates of the units of a kind.
     fn found(name: &str) -> Vec<(usize, usize, Vec<f64>)> {
-        let (course, situations) = course();
-        let units = units(&course, &situations);
+        let (course, situations, doses) = course();
+        let units = units(&course, &situations, &doses);
         let own = units.into_iter().find(|units| KINDS[units.kind].name == name);
         let own = own.map_or_else(Vec::new, |units| units.units);
         own.into_iter().map(|u| (u.steps.start, u.steps.len(), u.covariates)).collect()
@@ -433,8 +538,8 @@ mod tests {
         let meals = found("meal");
         assert_eq!(meals.len(), 6);
         assert_eq!((meals[1].0, meals[1].1), (18 * STEPS_PER_HOUR, 3 * STEPS_PER_HOUR));
-        // Size, not breakfast, dinner, glucose, no weekend, with a bolus, no exercise.
-        assert_eq!(meals[1].2, [80f64.ln(), 0.0, 1.0, 120.0, 0.0, 0.0, 0.0]);
+        // Size, not breakfast, dinner, glucose, no weekend, with a bolus, no exercise, 8 U for 80 g.
+        assert_eq!(meals[1].2, [80f64.ln(), 0.0, 1.0, 120.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(meals[0].2[5], 1.0);
         // The run of the second day ended two hours before lunch.
         assert!((meals[2].2[6] - 1.0).abs() < 0.1);
@@ -465,8 +570,8 @@ mod tests {
         for absent in ["set day", "old set", "sensor day", "high", "above 180"] {
             assert!(found(absent).is_empty(), "{absent}");
         }
-        let (course, situations) = course();
-        for units in units(&course, &situations) {
+        let (course, situations, doses) = course();
+        for units in units(&course, &situations, &doses) {
             let kind = KINDS[units.kind];
             assert!(units.units.iter().all(|u| u.covariates.len() == kind.covariates.len()));
             assert!(units.units.iter().all(|u| u.steps.end <= course.len()));

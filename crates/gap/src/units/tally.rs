@@ -76,6 +76,20 @@ impl Tally {
     }
 }
 
+/// Power of scores at a period of so many units, about their mean: 1 on average where they have no memory.
+pub(crate) fn power(scores: &[f64], period: usize) -> f64 {
+    let mean = scores.iter().sum::<f64>() / scores.len().max(1) as f64;
+    let (mut along, mut across, mut squares) = (0.0, 0.0, 0.0);
+    for (place, score) in scores.iter().enumerate() {
+        let (sin, cos) = (std::f64::consts::TAU * place as f64 / period as f64).sin_cos();
+        let value = score - mean;
+        along += value * cos;
+        across += value * sin;
+        squares += value * value;
+    }
+    if squares > 0.0 { (along * along + across * across) / squares } else { 0.0 }
+}
+
 /// A cohort's statistics of totals: one a person.
 pub(super) const OF_TOTALS: [&str; 5] = ["z", "z by unit", "z by person", "size", "people differ"];
 
@@ -157,6 +171,17 @@ mod tests {
         assert_eq!((by_person, size), (1.0, 0.125));
         assert!((differ - 0.51f64.ln()).abs() < 1e-12);
         assert_eq!(of_totals(&[Total::default()]), [0.0; 5]);
+    }
+
+    #[test]
+    fn a_wave_has_power_at_its_period_alone() {
+        let wave: Vec<f64> =
+            (0..60).map(|k| (std::f64::consts::TAU * f64::from(k) / 12.0).sin()).collect();
+        // n / 2 at its own period.
+        assert!((power(&wave, 12) - 30.0).abs() < 1e-9);
+        assert!(power(&wave, 10) < 1e-9);
+        assert_eq!(power(&[], 12), 0.0);
+        assert_eq!(power(&[2.0; 20], 10), 0.0);
     }
 
     #[test]

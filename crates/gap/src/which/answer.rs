@@ -5,10 +5,11 @@ use effects::{Card, Effect, EffectId};
 use super::ports::alike;
 use super::{Belief, Candidate, Named, PortCandidate, RIVAL, Which};
 use crate::diagnosis::{
-    CandidateEffect, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
-    WithInterval,
+    CandidateEffect, CoursePart, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect,
+    Verdict, WithInterval,
 };
 use crate::log_sum::softmax_beside_none;
+use crate::units::{PortCourse, hours_of};
 
 /// Name of the candidate that nothing is missing.
 const NONE: &str = "none";
@@ -155,7 +156,7 @@ impl Which {
         let excess: Vec<f64> = best.iter().map(|(_, _, excess)| *excess).collect();
         let (_, shares) = softmax_beside_none(&excess, temperature);
         if let Some(belief) = &self.belief {
-            return believed_ports(belief, &best);
+            return believed_ports(belief, &best, &self.courses);
         }
         let mut ports: Vec<PortEvidence> = best
             .iter()
@@ -174,6 +175,8 @@ impl Which {
                     .chain(alike(*port))
                     .map(|other| other.name().to_owned())
                     .collect(),
+                unit: unit_of(port.name(), &self.courses),
+                course: course_of(port.name(), &self.courses),
             })
             .collect();
         ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
@@ -182,7 +185,11 @@ impl Which {
 }
 
 /// The ports as a posterior believes in them, with the evidence that there is of each.
-fn believed_ports(belief: &Belief, evidence: &[(effects::Port, f64, f64)]) -> Vec<PortEvidence> {
+fn believed_ports(
+    belief: &Belief,
+    evidence: &[(effects::Port, f64, f64)],
+    courses: &[PortCourse],
+) -> Vec<PortEvidence> {
     let ports = &belief.answer.ports;
     let gain = |name: &str| evidence.iter().find(|(port, ..)| port.name() == name).map(|e| e.1);
     ports
@@ -196,8 +203,28 @@ fn believed_ports(belief: &Belief, evidence: &[(effects::Port, f64, f64)]) -> Ve
                 .filter(|(other, p)| other != port && *p >= RIVAL_SHARE * probability)
                 .map(|(other, _)| other.clone())
                 .collect(),
+            unit: unit_of(port, courses),
+            course: course_of(port, courses),
         })
         .collect()
+}
+
+/// The course at a port as it is written; empty where no record tells of it.
+fn course_of(port: &str, courses: &[PortCourse]) -> Vec<CoursePart> {
+    let own = courses.iter().find(|course| course.port.name() == port);
+    let parts = own.iter().flat_map(|course| course.parts.iter().enumerate());
+    let part = |(part, (value, half)): (usize, &(f64, f64))| CoursePart {
+        hours: hours_of(part),
+        value: *value,
+        lower: value - half,
+        upper: value + half,
+    };
+    parts.map(part).collect()
+}
+
+fn unit_of(port: &str, courses: &[PortCourse]) -> String {
+    let own = courses.iter().find(|course| course.port.name() == port);
+    own.map_or_else(String::new, |course| course.unit.to_owned())
 }
 
 /// The card of an effect of the library.

@@ -63,6 +63,7 @@ pub(super) struct UnitEvidence {
     pub(super) spread: (f64, f64),
 }
 
+#[cfg(test)]
 impl UnitEvidence {
     /// Gain over all people, nats.
     pub(super) fn gain(&self) -> f64 {

@@ -25,6 +25,7 @@ pub(super) struct EventEvidence {
     pub(super) found: Vec<Found>,
 }
 
+#[cfg(test)]
 impl EventEvidence {
     /// Gain over all people, nats.
     pub(super) fn gain(&self) -> f64 {

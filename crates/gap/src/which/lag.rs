@@ -62,6 +62,7 @@ pub(super) struct LagEvidence {
     pub(super) personal: Vec<(f64, f64)>,
 }
 
+#[cfg(test)]
 impl LagEvidence {
     /// Gain over all people, nats.
     pub(super) fn gain(&self) -> f64 {

@@ -63,12 +63,18 @@ pub(super) enum ScoreOf {
 }
 
 impl Score {
+    /// Gain of the cohort, nats.
     pub(super) fn gain(&self) -> f64 {
+        self.gains().iter().sum()
+    }
+
+    /// Gain of each person, nats.
+    pub(super) fn gains(&self) -> &[f64] {
         match &self.evidence {
-            ScoreOf::Driven(found) => found.gain(),
-            ScoreOf::Events(found) => found.gain(),
-            ScoreOf::Lag(found) => found.gain(),
-            ScoreOf::Random(found, _) => found.gain(),
+            ScoreOf::Driven(found) => &found.gains,
+            ScoreOf::Events(found) => &found.gains,
+            ScoreOf::Lag(found) => &found.gains,
+            ScoreOf::Random(found, _) => &found.gains,
         }
     }
 }

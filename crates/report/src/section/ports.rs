@@ -1,7 +1,7 @@
 //! At which place in the model something is missing.
 
 use super::words::{list, port, sentence};
-use crate::figure::{PortShade, schematic};
+use crate::figure::{PortShade, port_course, schematic};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, optional, percent};
 use crate::view::{Diagnosis, DiagnosisVerdict, PortEvidence};
@@ -66,7 +66,56 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             &rows,
         );
     }
+    courses(&mut html, diagnosis, &framed)?;
     Ok(html)
+}
+
+/// Places whose course is drawn.
+const DRAWN: usize = 3;
+
+/// What is lacking through the day at the places that the verdict is about.
+fn courses(html: &mut Html, diagnosis: &Diagnosis, framed: &[&str]) -> Result<(), ReportError> {
+    let mut own: Vec<&PortEvidence> =
+        diagnosis.ports.iter().filter(|p| framed.contains(&p.port.as_str())).collect();
+    own.sort_by(|a, b| order(b).total_cmp(&order(a)));
+    for evidence in own.into_iter().filter(|p| !p.course.is_empty()).take(DRAWN) {
+        let place = course_of(&evidence.port);
+        let axis = match evidence.unit.as_str() {
+            "factor" => "Change of a factor of 1".to_owned(),
+            unit => unit.to_owned(),
+        };
+        let label = format!("What is lacking in {place} through the day");
+        let Some((svg, keys)) = port_course(&evidence.course, &label, &axis)? else { continue };
+        let certain: Vec<String> = evidence
+            .course
+            .iter()
+            .filter(|part| part.is_certain())
+            .map(|part| format!("{} h", part.hours.replace('-', "\u{2013}")))
+            .collect();
+        let says = if certain.is_empty() {
+            "Every interval holds 0: no part of the day stands out.".to_owned()
+        } else {
+            format!("The interval leaves 0 out at {}.", list(&certain))
+        };
+        html.figure(
+            &svg,
+            &keys,
+            &format!(
+                "What the data ask for in {place}, beyond the mean of the day, which calibration takes; \
+                 at other places nothing is assumed to change. {says}"
+            ),
+        );
+    }
+    Ok(())
+}
+
+/// What a course at a place is a course of.
+fn course_of(key: &str) -> String {
+    match key {
+        "insulin_absorption" => "the time that insulin takes to be absorbed".to_owned(),
+        "gut_absorption" => "the time that meals take to be absorbed".to_owned(),
+        _ => port(key),
+    }
 }
 
 /// Places that the verdict is about.

@@ -223,6 +223,42 @@ pub struct PortEvidence {
     /// Ports that the data cannot tell from it.
     #[serde(default, deserialize_with = "entries")]
     pub confusable_with: Vec<String>,
+    /// Unit of the course.
+    #[serde(default)]
+    pub unit: String,
+    /// What is lacking there through the day, beyond its mean.
+    #[serde(default, deserialize_with = "entries")]
+    pub course: Vec<CoursePart>,
+}
+
+/// What is lacking at a port in a part of the day.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct CoursePart {
+    /// `HH-HH`.
+    pub hours: String,
+    /// Estimate, in the unit of the course.
+    pub value: f64,
+    /// Lower end of the simultaneous interval.
+    pub lower: f64,
+    /// Upper end of the simultaneous interval.
+    pub upper: f64,
+}
+
+impl CoursePart {
+    /// First hour.
+    pub(crate) fn from(&self) -> Option<f64> {
+        self.hours.split_once('-')?.0.parse().ok()
+    }
+
+    /// Hour at which it ends.
+    pub(crate) fn to(&self) -> Option<f64> {
+        self.hours.split_once('-')?.1.parse().ok()
+    }
+
+    /// Whether the interval leaves 0 out.
+    pub(crate) fn is_certain(&self) -> bool {
+        self.lower > 0.0 || self.upper < 0.0
+    }
 }
 
 /// The gap in one situation.

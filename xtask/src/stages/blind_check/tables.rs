@@ -70,6 +70,13 @@ fn localisation(found: &WhereScore) -> Vec<String> {
             counted(&port.course_answered)
         },
     ));
+    lines.push(format!(
+        "  course at the true port: sign right where it is largest {}, where the answer is certain {}; intervals that hold it {}, all of a day {}",
+        counted(&port.course_sign),
+        counted(&port.course_sign_if_certain),
+        counted(&port.course_parts_held),
+        counted(&port.courses_held),
+    ));
     lines
 }
 

@@ -1,0 +1,50 @@
+//! What recorded insulin and carbohydrate show by themselves: how they vary, and what stands alone on the log.
+
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+
+use super::readings::{of_fewer, skewness};
+use super::{LEAST_MEAL, Values, excess_kurtosis, sd};
+use crate::calibrated_person::CalibratedPerson;
+use crate::units::{Doses, power};
+
+/// Blocks of six hours are fewer than readings by so much.
+const QUARTERS: usize = 4;
+/// Least dose of a bolus that would cover a meal, U.
+const BOLUS: f64 = 1.0;
+/// Glucose that nobody corrects, mg/dL.
+const NOT_HIGH: f64 = 140.0;
+
+impl Values {
+    pub(super) fn doses(&mut self, person: &CalibratedPerson<'_>) {
+        let quarters = Doses::of_person(person).by_quarter();
+        let moments: [(&str, fn(&[f64]) -> f64); 3] =
+            [("SD", sd), ("skewness", skewness), ("kurtosis", excess_kurtosis)];
+        for (name, of) in moments {
+            let name = format!("record/insulin of 6 h over usual {name}");
+            self.set(&name, of_fewer(&quarters, QUARTERS, of));
+        }
+        let days: Vec<f64> = quarters.chunks(QUARTERS).map(|day| day.iter().sum()).collect();
+        self.set("record/insulin power at 3 days", Some((power(&days, 3) + 0.01).ln()));
+        let inputs = &person.observations.inputs;
+        let around = |k: usize, steps: usize| {
+            &inputs[k.saturating_sub(steps)..(k + steps).min(inputs.len())]
+        };
+        let per_day = |count: usize| count as f64 * STEPS_PER_DAY as f64 / inputs.len() as f64;
+        let alone = || {
+            (0..inputs.len()).filter(|k| {
+                inputs[*k].bolus.0 >= BOLUS
+                    && around(*k, STEPS_PER_HOUR).iter().all(|input| input.carbs.0 <= 0.0)
+            })
+        };
+        self.set("record/boluses without carbohydrate, 1/day", Some(per_day(alone().count())));
+        let glucose = person.calibration.glucose();
+        let no_correction = alone().filter(|k| glucose[*k] < NOT_HIGH).count();
+        let name = format!("record/boluses without carbohydrate below {NOT_HIGH} mg/dL, 1/day");
+        self.set(&name, Some(per_day(no_correction)));
+        let uncovered = (0..inputs.len()).filter(|k| {
+            inputs[*k].carbs.0 >= LEAST_MEAL
+                && around(*k, STEPS_PER_HOUR / 2).iter().all(|input| input.bolus.0 <= 0.0)
+        });
+        self.set("record/meals without a bolus, 1/day", Some(per_day(uncovered.count())));
+    }
+}
