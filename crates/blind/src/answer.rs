@@ -127,6 +127,9 @@ pub struct CellGap {
     pub upper: f64,
     /// Share of the gap that the cell accounts for.
     pub share_of_gap: f64,
+    /// The mean that is expected of what is missing, mg/dL; the answer's sign where it is stated.
+    #[serde(default)]
+    pub expected_mg_dl: Option<f64>,
     /// Length of the runs that it averages, min.
     #[serde(default)]
     pub horizon_minutes: Option<u32>,

@@ -146,7 +146,7 @@ impl Places {
         let first = top.iter().find(|(_, hot)| *hot);
         let sign_right = first.map(|(cell, _)| {
             let mean = truth.mean_at(&cell.factor, &cell.level, horizon).unwrap_or(0.0);
-            cell.mean_error_mg_dl * mean > 0.0
+            cell.expected_mg_dl.unwrap_or(cell.mean_error_mg_dl) * mean > 0.0
         });
         Self { sign_right, chance: (!top.is_empty()).then(|| chance(&cells)) }
     }
@@ -361,6 +361,7 @@ mod tests {
             lower: 0.0,
             upper: 2.0,
             share_of_gap: 0.1,
+            expected_mg_dl: None,
             horizon_minutes: None,
         }
     }

@@ -56,6 +56,7 @@ fn pointing_at(cells: &[(&str, &str, f64)]) -> Answer {
         lower: mean - 1.0,
         upper: mean + 1.0,
         share_of_gap: 1.0 / (place + 1) as f64,
+        expected_mg_dl: None,
         horizon_minutes: Some(60),
     });
     Answer { cells: cells.collect(), ..Answer::none() }

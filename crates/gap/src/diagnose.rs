@@ -23,6 +23,7 @@ use crate::free_run::FreeRunRule;
 use crate::free_run_statistics::free_run_statistics;
 use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
+use crate::one_person::on_one;
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
@@ -200,8 +201,15 @@ impl<'a> Diagnoser<'a> {
         );
         let how_far = how_far?;
         let mut effects = answer.effects;
+        let analyses: Vec<&PersonAnalysis> = included.iter().map(|(_, own)| *own).collect();
+        let resting = posterior
+            .map(|posterior| on_one(&which, &inputs, &analyses, library, posterior, &config))
+            .transpose()?
+            .unwrap_or_default();
         for found in &mut effects {
-            found.questioned = doubts(found, &how_far);
+            let carried = resting.iter().find(|one| one.effect.name() == found.effect);
+            let carried = carried.map(|one| (ids[one.person], one.without));
+            found.questioned = doubts(found, &how_far, carried);
         }
         Ok(Diagnosis {
             schema: SCHEMA.to_owned(),
@@ -305,7 +313,7 @@ fn held_out_change(
         .named
         .iter()
         .filter_map(|named| {
-            let id = named.hypothesis.known()?;
+            let id = named.effect;
             Some(NamedEffect {
                 effect: library.iter().find(|effect| effect.card().id == id)?.as_ref(),
                 variant: commonest(&named.variants),
@@ -402,6 +410,7 @@ fn gap(
         upper: estimate.upper,
         p_adjusted: (2.0 * estimate.p_adjusted).min(1.0),
         share_of_gap: (weight * estimate.mean * estimate.mean).min(1.0),
+        expected_mg_dl: None,
         horizon_minutes,
         people: estimate.people,
         runs: estimate.errors,

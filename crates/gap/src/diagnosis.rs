@@ -265,6 +265,10 @@ pub struct CellGap {
     /// that the cell's mean error accounts for: share of the runs that lie in the cell times the squared mean error over
     /// the mean squared error. Shares of cells that overlap do not add up.
     pub share_of_gap: f64,
+    /// Where a posterior decided: the mean that it expects of what is missing, mg/dL, in runs of whole days from midnight;
+    /// shrunken towards 0, as it is a mean over everything that may be missing. `None` for persons and horizons.
+    #[serde(default)]
+    pub expected_mg_dl: Option<f64>,
     /// Length of the free runs, min.
     pub horizon_minutes: u32,
     /// People who contribute.

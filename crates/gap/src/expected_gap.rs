@@ -10,23 +10,29 @@ use crate::diagnosis::{CellFactor, CellGap};
 /// Length of the runs whose gap is expected, min: whole days from midnight.
 const MINUTES: u32 = 1440;
 
-/// Gives each cell its share of the expected gap, and puts the largest first.
+/// Gives each cell its share of the expected gap and its mean, and puts the largest first.
 ///
 /// The share is that of the cell's squared size among those of all hours, contexts and glucose bands. Of people and horizons
 /// nothing is expected: their share is 0, and they come last.
 pub(crate) fn share_out(cells: &mut [CellGap], gaps: &BTreeMap<String, Gap>) {
-    let sizes: Vec<f64> = cells.iter().map(|cell| size(cell, gaps).unwrap_or(0.0)).collect();
+    let size = |cell: &CellGap| expected(cell, gaps, |gap| gap.size).unwrap_or(0.0);
+    let sizes: Vec<f64> = cells.iter().map(size).collect();
     let all: f64 = sizes.iter().map(|size| size * size).sum();
     for (cell, size) in cells.iter_mut().zip(&sizes) {
         cell.share_of_gap = if all > 0.0 { size * size / all } else { 0.0 };
+        cell.expected_mg_dl = expected(cell, gaps, |gap| gap.mean);
     }
     cells.sort_by(|a, b| b.share_of_gap.total_cmp(&a.share_of_gap));
 }
 
-/// The size that is expected of the gap in a cell, mg/dL.
-fn size(cell: &CellGap, gaps: &BTreeMap<String, Gap>) -> Option<f64> {
+/// What is expected of the gap in a cell, mg/dL.
+fn expected(
+    cell: &CellGap,
+    gaps: &BTreeMap<String, Gap>,
+    what: impl Fn(&Gap) -> f64,
+) -> Option<f64> {
     let of =
-        |factor: &str, level: &str| Some(gaps.get(&format!("{MINUTES}/{factor}/{level}"))?.size);
+        |factor: &str, level: &str| gaps.get(&format!("{MINUTES}/{factor}/{level}")).map(&what);
     match cell.factor {
         CellFactor::Hour => {
             let (first, end, _) = HOURS.iter().find(|(_, _, level)| *level == cell.level)?;

@@ -13,12 +13,6 @@ pub(crate) fn log_sum(logs: &[f64]) -> f64 {
     top + below.map(f64::exp).sum::<f64>().ln()
 }
 
-/// Logarithm of the mean of exponentials.
-pub(crate) fn log_mean(logs: &[f64]) -> f64 {
-    let raised = raised(logs);
-    largest(logs) + (raised.iter().sum::<f64>() / logs.len() as f64).ln()
-}
-
 /// Logarithm of the likelihood ratio of something that happens with a probability: 1 - p + p e^ratio.
 pub(crate) fn log_with_probability(ratio: f64, p: f64) -> f64 {
     let (off, on) = ((-p).ln_1p(), p.ln() + ratio);
@@ -62,7 +56,6 @@ mod tests {
         let sum: f64 = logs.iter().map(|log| log.exp()).sum();
         // Rounding.
         assert!((log_sum(&logs) - sum.ln()).abs() < 1e-14);
-        assert!((log_mean(&logs) - (sum / 4.0).ln()).abs() < 1e-14);
         for (share, log) in softmax(&logs).into_iter().zip(logs) {
             assert!((share - log.exp() / sum).abs() < 1e-14);
         }

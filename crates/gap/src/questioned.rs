@@ -3,8 +3,19 @@
 use crate::diagnosis::{FoundEffect, HowFar, WithInterval};
 
 /// Reasons, in sentences, why a name is to be doubted; empty where its size and the errors on held-out days agree with it.
-pub(crate) fn doubts(found: &FoundEffect, how_far: &HowFar) -> Vec<String> {
+/// `carried` is the person on whom it rests, and the probability without her.
+pub(crate) fn doubts(
+    found: &FoundEffect,
+    how_far: &HowFar,
+    carried: Option<(&str, f64)>,
+) -> Vec<String> {
     let mut doubts = Vec::new();
+    if let Some((person, without)) = carried {
+        doubts.push(format!(
+            "It rests on one person: without {person} its probability is {:.0} %.",
+            100.0 * without
+        ));
+    }
     if found.amplitude.lower <= 0.0 {
         doubts.push("Its size cannot be told from 0.".to_owned());
     }
@@ -57,12 +68,16 @@ mod tests {
             horizons: vec![change(60, uppers[0]), change(300, uppers[1])],
             ..HowFar::default()
         };
-        assert!(doubts(&found(0.4), &horizons([0.3, -0.1])).is_empty());
-        assert_eq!(doubts(&found(0.4), &horizons([0.3, 0.1])).len(), 1);
+        assert!(doubts(&found(0.4), &horizons([0.3, -0.1]), None).is_empty());
+        assert_eq!(doubts(&found(0.4), &horizons([0.3, 0.1]), None).len(), 1);
         assert_eq!(
-            doubts(&found(-0.1), &horizons([-0.3, 0.1])),
+            doubts(&found(-0.1), &horizons([-0.3, 0.1]), None),
             ["Its size cannot be told from 0."]
         );
-        assert_eq!(doubts(&found(0.0), &HowFar::default()).len(), 2);
+        assert_eq!(doubts(&found(0.0), &HowFar::default(), None).len(), 2);
+        assert_eq!(
+            doubts(&found(0.4), &horizons([0.3, -0.1]), Some(("p1", 0.123))),
+            ["It rests on one person: without p1 its probability is 12 %."]
+        );
     }
 }

@@ -15,7 +15,6 @@ mod conditioned;
 mod detection;
 mod events;
 mod held_out;
-mod hypothesis;
 mod lag;
 mod naming;
 mod ports;
@@ -23,7 +22,7 @@ mod round;
 mod scores;
 mod statistics;
 mod thresholds;
-mod unknown;
+mod tried;
 mod variance;
 
 use std::collections::BTreeMap;
@@ -31,9 +30,8 @@ use std::collections::BTreeMap;
 use effects::{Effect, EffectId, Port};
 use posterior::Posterior;
 
-use self::hypothesis::Tried;
 use self::round::{Round, Score, ScoreOf};
-use self::unknown::unknown_events;
+use self::tried::Tried;
 use crate::calibrated_person::CalibratedPerson;
 use crate::cohort_statistics::{evidence_of_people, statistics};
 use crate::error::GapError;
@@ -42,7 +40,6 @@ use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;
-pub use self::hypothesis::{Course, CourseKind, Hypothesis};
 pub use self::thresholds::{Evidence, Threshold, ThresholdStep, Thresholds};
 
 /// Most effects that are named.
@@ -52,14 +49,6 @@ const MOST_EFFECTS: usize = 3;
 const LATER: f64 = 1.5;
 /// Nats within which a rival that clears its threshold is no worse an answer.
 const RIVAL: f64 = 3.0;
-/// How much more evidence unknown events must show than a known effect: as a factor, and nats; courses at a port
-/// the factor alone.
-const UNKNOWN_FACTOR: f64 = 1.15;
-const UNKNOWN_MARGIN: f64 = 5.0;
-/// The same for events of the flux, as a factor: slow ones of no known kind are mistaken for meals, of whose evidence they
-/// show nearly all or more, while of real meals' they show less.
-const UNKNOWN_FLUX_FACTOR: f64 = 0.9;
-
 /// The answer to "which".
 #[derive(Debug, Clone)]
 pub struct Which {
@@ -105,8 +94,8 @@ impl Belief {
     /// probable that is left of those that it knows.
     fn next<'a>(&self, candidates: &'a [Candidate], named: &[Named]) -> Option<&'a Candidate> {
         let open = candidates.iter().filter_map(|candidate| {
-            let id = candidate.hypothesis.known()?;
-            named.iter().all(|n| !n.hypothesis.is(id)).then_some((candidate, id))
+            let id = candidate.effect;
+            named.iter().all(|n| n.effect != id).then_some((candidate, id))
         });
         let own = open.clone().find(|(candidate, id)| !self.knows(*id) && candidate.excess > 0.0);
         let known =
@@ -146,8 +135,8 @@ pub struct Detectable {
 /// What was tried.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// What it is.
-    pub hypothesis: Hypothesis,
+    /// Which effect.
+    pub effect: EffectId,
     /// Held-out evidence, nats.
     pub gain: f64,
     /// Evidence over the threshold, nats.
@@ -170,8 +159,8 @@ pub struct PortCandidate {
 /// What was named.
 #[derive(Debug, Clone)]
 pub struct Named {
-    /// What it is.
-    pub hypothesis: Hypothesis,
+    /// Which effect.
+    pub effect: EffectId,
     /// Held-out evidence in the round in which it was named, nats.
     pub gain: f64,
     /// Evidence over the threshold, nats.
@@ -187,7 +176,7 @@ pub struct Named {
     /// Hidden events.
     pub events: Vec<NamedEvent>,
     /// What cannot be separated from it.
-    pub confusable: Vec<Hypothesis>,
+    pub confusable: Vec<EffectId>,
     /// Candidates of its round.
     pub rivals: Vec<Candidate>,
 }
@@ -203,24 +192,6 @@ pub struct NamedEvent {
     pub profile: usize,
     /// Its size relative to the published.
     pub size: f64,
-}
-
-impl Named {
-    /// A course at a port that no known effect explains.
-    fn course(found: &Candidate, candidates: &[Candidate], people: usize) -> Self {
-        Self {
-            hypothesis: found.hypothesis,
-            gain: found.gain,
-            excess: found.excess,
-            amplitude: (1.0, 0.5),
-            personal: vec![(1.0, 0.5); people],
-            gains: vec![0.0; people],
-            variants: vec![0; people],
-            events: Vec::new(),
-            confusable: Vec::new(),
-            rivals: candidates.to_vec(),
-        }
-    }
 }
 
 /// Names the effects that are missing. `calibration` says which innovations are scored when a filter is run again, and
@@ -239,8 +210,7 @@ pub fn which(
     calibration: &CalibrationRule,
     mut free_runs: BTreeMap<String, f64>,
 ) -> Result<Which, GapError> {
-    let unknown = unknown_events();
-    let tried = Tried::of(library, &unknown);
+    let tried = Tried::of(library);
     let days: Vec<f64> = people
         .iter()
         .map(|p| p.observations.len() as f64 / physiology::STEPS_PER_DAY as f64)
@@ -255,27 +225,25 @@ pub fn which(
         let mut candidates: Vec<Candidate> = scores
             .iter()
             .map(|score| {
-                let hypothesis = tried.hypothesis(score.effect);
-                let threshold = threshold(thresholds, &tried, hypothesis);
+                let effect = score.effect;
+                let threshold = thresholds.of_effect(&tried.get(effect).card(), tried.effects());
                 let needed =
                     if named.is_empty() { 1.0 } else { LATER } * threshold.over(person_days);
                 let gain = score.gain();
-                Candidate { hypothesis, gain, excess: gain - needed }
+                let excess = gain - needed;
+                // Once something is named, what is left shows in how glucose is shed and defended.
+                let left = !named.is_empty() && tried.is_guard(effect);
+                Candidate { effect, gain, excess: if left { excess.min(0.0) } else { excess } }
             })
             .collect();
-        candidates.extend(round.courses().into_iter().map(|(course, gain)| {
-            let hypothesis = Hypothesis::Course(course);
-            let needed = threshold(thresholds, &tried, hypothesis).over(person_days);
-            Candidate { hypothesis, gain, excess: gain - needed }
-        }));
-        prefer_known(&mut candidates, &tried, &named);
+        candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
         let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
-        let library = tried.of_library().iter().map(|effect| effect.card().id);
+        let library = tried.effects().iter().map(|effect| effect.card().id);
         let untried: Vec<EffectId> = library.filter(nobodys).collect();
         let evidence = || {
             let of_port =
                 |p: ports::PortGain| (ports::threshold_name(p.port, p.within_days), p.gain);
-            let gains = candidates.iter().map(|c| (c.hypothesis.name(), c.gain));
+            let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain));
             let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
             Evidence { person_days, gains: gains.collect() }
         };
@@ -289,7 +257,7 @@ pub fn which(
                 let mut statistics = statistics(people, &evidence, &spreads, &of_units);
                 statistics.append(&mut free_runs);
                 statistics.extend(scores.iter().flat_map(|score| {
-                    evidence_of_people(&tried.hypothesis(score.effect).name(), score.gains(), &days)
+                    evidence_of_people(score.effect.name(), score.gains(), &days)
                 }));
                 First {
                     courses: units::courses(&natural),
@@ -308,12 +276,7 @@ pub fn which(
             Some(belief) => belief.next(&candidates, &named),
             None => candidates.first().filter(|best| best.excess > 0.0),
         };
-        // A course at a port cannot be conditioned on.
-        let course = best.filter(|best| matches!(best.hypothesis, Hypothesis::Course(_)));
-        if let Some(course) = course {
-            named.push(Named::course(course, &candidates, people.len()));
-        }
-        let best = best.filter(|_| course.is_none() && named.len() < MOST_EFFECTS);
+        let best = best.filter(|_| named.len() < MOST_EFFECTS);
         let Some(best) = best else {
             let ports = round.ports(thresholds, person_days);
             let First {
@@ -342,7 +305,7 @@ pub fn which(
         };
         let score = scores
             .iter()
-            .find(|score| tried.hypothesis(score.effect) == best.hypothesis)
+            .find(|score| score.effect == best.effect)
             .expect("a candidate comes from a score");
         named.push(round.named(score, best, &candidates, &tried));
         // Hidden events that are named change what readings weigh, and with it the information of others.
@@ -351,38 +314,6 @@ pub fn which(
         } else {
             vec![Vec::new(); people.len()]
         };
-    }
-}
-
-/// Lowers the excess of unknown events beside a known effect that clears its threshold, and of guards once
-/// something is named: what is left then shows in how glucose is shed and defended.
-fn prefer_known(candidates: &mut [Candidate], tried: &Tried<'_>, named: &[Named]) {
-    let explained = candidates.iter().any(|c| c.hypothesis.known().is_some() && c.excess > 0.0);
-    for candidate in candidates.iter_mut() {
-        // Differences between days are integrated out of courses; other unknown events gain by them.
-        let (margin, factor) = match candidate.hypothesis {
-            Hypothesis::Effect(id) => {
-                if !named.is_empty() && tried.is_guard(id) {
-                    candidate.excess = candidate.excess.min(0.0);
-                }
-                continue;
-            }
-            Hypothesis::Course(_) => (0.0, UNKNOWN_FACTOR),
-            Hypothesis::Events { port: Port::GlucoseFlux, .. } => (0.0, UNKNOWN_FLUX_FACTOR),
-            Hypothesis::Events { .. } => (UNKNOWN_MARGIN, UNKNOWN_FACTOR),
-        };
-        if explained {
-            candidate.excess = (candidate.excess - margin) / factor;
-        }
-    }
-    candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
-}
-
-/// The evidence that is asked of a hypothesis.
-fn threshold(thresholds: &Thresholds, tried: &Tried<'_>, hypothesis: Hypothesis) -> Threshold {
-    match hypothesis {
-        Hypothesis::Effect(id) => thresholds.of_effect(&tried.get(id).card(), tried.of_library()),
-        other => thresholds.of(&other.name()),
     }
 }
 
@@ -400,7 +331,10 @@ struct First {
 }
 
 /// What a posterior says of a cohort.
-fn believed(posterior: &Posterior, statistics: &BTreeMap<String, f64>) -> Result<Belief, GapError> {
+pub(crate) fn believed(
+    posterior: &Posterior,
+    statistics: &BTreeMap<String, f64>,
+) -> Result<Belief, GapError> {
     let answer = posterior.answer(statistics).map_err(|e| GapError::Posterior(e.to_string()))?;
     Ok(Belief { answer })
 }
@@ -415,10 +349,10 @@ fn detectable(
     scores
         .iter()
         .filter_map(|score| {
-            let hypothesis = tried.hypothesis(score.effect);
-            let effect = hypothesis.known()?;
+            let effect = score.effect;
             let ScoreOf::Driven(found) = &score.evidence else { return None };
-            let threshold = threshold(thresholds, tried, hypothesis).over(person_days);
+            let threshold =
+                thresholds.of_effect(&tried.get(effect).card(), tried.effects()).over(person_days);
             Some(Detectable {
                 effect,
                 amplitude: detection::amplitude(found.information, threshold)?,

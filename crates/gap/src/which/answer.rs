@@ -23,7 +23,7 @@ const Z: f64 = 1.96;
 /// Whether an effect may have this name: it stands for nothing else in the output.
 pub(crate) fn is_free(name: &str) -> bool {
     let taken = name.is_empty() || name == NONE || name == UNKNOWN;
-    !taken && !name.contains('/') && !name.starts_with("unknown_")
+    !taken && !name.contains('/')
 }
 
 /// What a diagnosis says about the effects.
@@ -43,16 +43,12 @@ impl Which {
         people: &[&str],
         temperature: f64,
     ) -> Answer {
-        let known: Vec<(&Named, Card)> = self
-            .named
-            .iter()
-            .filter_map(|n| Some((n, card(library, n.hypothesis.known()?)?)))
-            .collect();
-        let unknown = self.named.iter().any(|n| n.hypothesis.known().is_none());
+        let known: Vec<(&Named, Card)> =
+            self.named.iter().filter_map(|n| Some((n, card(library, n.effect)?))).collect();
         let unknown_port = self.ports.iter().any(|port| port.excess > 0.0);
         let something = match &self.belief {
             Some(belief) => belief.alarms(),
-            None => unknown || unknown_port,
+            None => unknown_port,
         };
         let verdict = match (known.is_empty(), something) {
             (false, _) => Verdict::Effect,
@@ -66,7 +62,7 @@ impl Which {
         let effects = known
             .iter()
             .map(|(named, card)| {
-                let is_first = |first: &Named| first.hypothesis == named.hypothesis;
+                let is_first = |first: &Named| first.effect == named.effect;
                 let ports =
                     if self.named.first().is_some_and(is_first) { &*self.ports } else { &[] };
                 let probability = match self.belief {
@@ -88,13 +84,10 @@ impl Which {
         let mut candidates: Vec<CandidateEffect> = self
             .candidates
             .iter()
-            .filter_map(|candidate| {
-                let id = candidate.hypothesis.known()?;
-                Some(CandidateEffect {
-                    effect: id.name().to_owned(),
-                    gain_nats: candidate.gain,
-                    probability: first.of_effect(id),
-                })
+            .map(|candidate| CandidateEffect {
+                effect: candidate.effect.name().to_owned(),
+                gain_nats: candidate.gain,
+                probability: first.of_effect(candidate.effect),
             })
             .collect();
         for (effect, probability) in [(NONE, first.none), (UNKNOWN, first.unknown)] {
@@ -124,29 +117,22 @@ impl Which {
 
     /// Effects that the data cannot tell from a named one.
     fn confusable(&self, named: &Named, probability: f64, odds: &Odds) -> Vec<String> {
-        let by_course = named.confusable.iter().filter_map(|hypothesis| hypothesis.known());
         let ids: Vec<EffectId> = match self.belief {
             Some(_) => {
                 let rivals = odds.effects.iter().filter(|(id, p)| {
-                    *p >= RIVAL_SHARE * probability
-                        && self.named.iter().all(|n| !n.hypothesis.is(*id))
+                    *p >= RIVAL_SHARE * probability && self.named.iter().all(|n| n.effect != *id)
                 });
                 rivals.map(|(id, _)| *id).collect()
             }
-            None => by_course.collect(),
+            None => named.confusable.clone(),
         };
         ids.into_iter().map(|id| id.name().to_owned()).collect()
     }
 
-    /// The better scale of each port, unknown events counted with their port.
+    /// The better scale of each port.
     fn by_port(&self, temperature: f64) -> Vec<PortEvidence> {
         let mut best: Vec<(effects::Port, f64, f64)> = Vec::new();
-        let of_events = self
-            .candidates
-            .iter()
-            .filter_map(|c| Some((c.hypothesis.unknown_port()?, c.gain, c.excess)));
-        let of_ports = self.ports.iter().map(|p| (p.port, p.gain, p.excess));
-        for (port, gain, excess) in of_ports.chain(of_events) {
+        for (port, gain, excess) in self.ports.iter().map(|p| (p.port, p.gain, p.excess)) {
             match best.iter_mut().find(|(known, _, _)| *known == port) {
                 Some(entry) if entry.2 < excess => *entry = (port, gain, excess),
                 Some(_) => {}
@@ -242,14 +228,9 @@ struct Odds {
 impl Odds {
     /// A softmax of the evidence over the thresholds, "none" and "unknown" in it.
     fn of(candidates: &[Candidate], ports: &[PortCandidate], temperature: f64) -> Self {
-        let unknown = candidates
-            .iter()
-            .filter(|c| c.hypothesis.known().is_none())
-            .map(|c| c.excess)
-            .chain(ports.iter().map(|p| p.excess))
-            .fold(f64::NEG_INFINITY, f64::max);
+        let unknown = ports.iter().map(|p| p.excess).fold(f64::NEG_INFINITY, f64::max);
         let effects: Vec<(EffectId, f64)> =
-            candidates.iter().filter_map(|c| Some((c.hypothesis.known()?, c.excess))).collect();
+            candidates.iter().map(|c| (c.effect, c.excess)).collect();
         let excess: Vec<f64> =
             effects.iter().map(|(_, excess)| *excess).chain(std::iter::once(unknown)).collect();
         let (none, shares) = softmax_beside_none(&excess, temperature);
@@ -306,7 +287,6 @@ fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::which::unknown::unknown_events;
 
     #[test]
     fn names_of_the_output_are_not_free_and_those_of_the_library_are() {
@@ -314,6 +294,5 @@ mod tests {
         for name in ["", NONE, UNKNOWN, "egp/day", "glucose_flux/events"] {
             assert!(!is_free(name), "{name}");
         }
-        assert!(unknown_events().iter().all(|kind| !is_free(kind.card().id.name())));
     }
 }

@@ -3,8 +3,8 @@
 use effects::{Card, EffectId};
 
 use super::held_out::{self, Allowed};
-use super::hypothesis::Tried;
 use super::statistics::Person as Statistics;
+use super::tried::Tried;
 use crate::design::{Background, Column, Design, HiddenEvents};
 use crate::event_bank::Beside;
 

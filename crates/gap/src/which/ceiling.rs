@@ -152,7 +152,6 @@ fn subject(
         statistics,
         units: Vec::new(),
         events: Vec::new(),
-        bins: None,
         lags: None,
         natural: None,
     })

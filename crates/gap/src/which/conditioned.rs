@@ -4,9 +4,9 @@ use effects::{Form, Modulation};
 use rayon::prelude::*;
 
 use super::Named;
-use super::hypothesis::{Hypothesis, Tried};
 use super::lag;
 use super::round::Subject;
+use super::tried::Tried;
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
 use crate::filter::calibration::{Calibration, CalibrationRule};
@@ -52,10 +52,7 @@ pub(super) fn conditioned(
     let course = input.course();
     let mut modulations = vec![Modulation::NEUTRAL; course.len()];
     for named in named {
-        let effect = match named.hypothesis {
-            Hypothesis::Effect(id) | Hypothesis::Events { kind: id, .. } => tried.get(id),
-            Hypothesis::Course(_) => continue,
-        };
+        let effect = tried.get(named.effect);
         match effect.form(&course) {
             Some(Form::Driven) => {
                 let (amplitude, _) = named.personal[place];

@@ -136,32 +136,23 @@ fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
     out
 }
 
-/// Scores the events of one effect, and of the opposite sign where they may go `either` way. `banks` has an entry a
-/// person, `None` where the record cannot show them; `days` the length of each person's record.
-pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize], either: bool) -> EventEvidence {
+/// Scores the events of one effect. `banks` has an entry a person, `None` where the record cannot show them; `days` the
+/// length of each person's record.
+pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize]) -> EventEvidence {
     let (mut up, mut down) = (Vec::new(), Vec::new());
     for bank in banks {
         let [forward, backward] = bank.map_or_else(Default::default, ratios);
         up.push(forward);
         down.push(backward);
     }
-    let (gains_up, gains_down) = (held_out(&up, days), held_out(&down, days));
-    let net = |gains: &[f64], mirror: &[f64]| -> Vec<f64> {
-        let mirrored = mirror.iter().sum::<f64>() > 0.0;
-        let of = |(gain, mirror): (&f64, &f64)| if mirrored { gain - mirror } else { *gain };
-        gains.iter().zip(mirror).map(of).collect()
-    };
-    let forward = net(&gains_up, &gains_down);
-    let backward = net(&gains_down, &gains_up);
-    if either && backward.iter().sum::<f64>() > forward.iter().sum::<f64>() {
-        EventEvidence { gains: backward, found: found(banks, &down, -1.0) }
-    } else {
-        EventEvidence { gains: forward, found: found(banks, &up, 1.0) }
-    }
+    let (gains, mirror) = (held_out(&up, days), held_out(&down, days));
+    let mirrored = mirror.iter().sum::<f64>() > 0.0;
+    let net = |(gain, mirror): (&f64, &f64)| if mirrored { gain - mirror } else { *gain };
+    EventEvidence { gains: gains.iter().zip(&mirror).map(net).collect(), found: found(banks, &up) }
 }
 
-/// Events of one sign that are more likely than not.
-fn found(banks: &[Option<&EventBank>], ratios: &[Ratios], sign: f64) -> Vec<Found> {
+/// Events that are more likely than not.
+fn found(banks: &[Option<&EventBank>], ratios: &[Ratios]) -> Vec<Found> {
     let total = |p: f64| -> f64 {
         ratios.iter().flatten().map(|(_, ratio)| log_with_probability(*ratio, p)).sum()
     };
@@ -177,7 +168,7 @@ fn found(banks: &[Option<&EventBank>], ratios: &[Ratios], sign: f64) -> Vec<Foun
             let odds = frequency.ln() - (-frequency).ln_1p() + ratio;
             let probability = (1.0 + (-odds).exp()).recip();
             if probability > 0.5 {
-                let best = largest(bank, *stretch, sign);
+                let best = largest(bank, *stretch);
                 found.extend(best.map(|best| Found { person, probability, ..best }));
             }
         }
@@ -203,15 +194,15 @@ fn apart(mut found: Vec<Found>, banks: &[Option<&EventBank>]) -> Vec<Found> {
 
 /// The event of a stretch that explains most; no size is believed beyond the largest of the effect's prior.
 /// Person and probability are the caller's to fill in.
-fn largest(bank: &EventBank, stretch: usize, sign: f64) -> Option<Found> {
+fn largest(bank: &EventBank, stretch: usize) -> Option<Found> {
     let most = bank.shape.sizes.iter().map(|(size, _)| *size).fold(0.0, f64::max);
     let length = stretch_of(bank);
     let here = bank.onsets.iter().zip(&bank.known).filter(|(o, _)| *o / length * length == stretch);
     here.flat_map(|(onset, known)| known.iter().enumerate().map(move |(k, e)| (*onset, k, *e)))
         .filter(|(_, _, event)| event.information > 0.0)
         .map(|(onset, profile, event)| {
-            let score = (sign * event.score).max(0.0);
-            let size = sign * (score / event.information).min(most);
+            let score = event.score.max(0.0);
+            let size = (score / event.information).min(most);
             (
                 score * score / event.information,
                 Found { person: 0, onset, profile, size, probability: 0.0 },

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::events::EventEvidence;
 use super::held_out::{self, Allowed};
-use super::hypothesis::{Hypothesis, Tried};
 use super::round::{Round, Score, ScoreOf};
+use super::tried::Tried;
 use super::{Candidate, Named, NamedEvent, PortCandidate, RIVAL, Thresholds, ports};
 
 /// Correlation of two signatures, background profiled, above which the effects cannot be told apart.
@@ -22,16 +22,15 @@ impl Round {
     ) -> Named {
         let people = self.subjects.len();
         let same = self.same(score, &tried.ids());
-        let mut confusable: Vec<Hypothesis> =
-            same.into_iter().map(|id| tried.hypothesis(id)).collect();
-        let others = candidates.iter().filter(|c| c.hypothesis != best.hypothesis);
+        let mut confusable = same;
+        let others = candidates.iter().filter(|c| c.effect != best.effect);
         for rival in others.filter(|rival| rival.excess > 0.0) {
-            if best.excess - rival.excess < RIVAL && !confusable.contains(&rival.hypothesis) {
-                confusable.push(rival.hypothesis);
+            if best.excess - rival.excess < RIVAL && !confusable.contains(&rival.effect) {
+                confusable.push(rival.effect);
             }
         }
         let mut named = Named {
-            hypothesis: best.hypothesis,
+            effect: best.effect,
             gain: best.gain,
             excess: best.excess,
             amplitude: (1.0, 0.5),
@@ -94,7 +93,7 @@ impl Round {
         let days: usize = subjects.iter().map(|s| s.statistics.days.len()).sum();
         let theirs = found.found.iter().filter(|event| people.contains(&event.person));
         // An empty sum is -0.
-        let count = theirs.map(|e| e.probability * e.size.abs()).sum::<f64>() + 0.0;
+        let count = theirs.map(|e| e.probability * e.size).sum::<f64>() + 0.0;
         let expected = published * days as f64;
         (count / expected, (count.sqrt() + 1.0) / expected)
     }

@@ -9,10 +9,9 @@ use super::by_unit::{UnitEvidence, UnitSums};
 use super::conditioned::{conditioned, longer_lags};
 use super::events::EventEvidence;
 use super::held_out::{self, Allowed, Folds, HeldOut, Trial};
-use super::hypothesis::Tried;
 use super::lag::{self, LagEvidence};
 use super::statistics::{self, Person as Statistics, Sums};
-use super::unknown::bins::Bins;
+use super::tried::Tried;
 use super::variance::{self, Estimated, Spreads};
 use crate::background::calibrated_factor;
 use crate::calibrated_person::CalibratedPerson;
@@ -30,8 +29,6 @@ pub(super) struct Subject {
     pub(super) statistics: Statistics,
     pub(super) units: Vec<UnitSums>,
     pub(super) events: Vec<EventBank>,
-    /// The record in bins, until something is named.
-    pub(super) bins: Option<Bins>,
     /// Likelihoods of sensor lags; `None` once the lag is named.
     pub(super) lags: Option<lag::Likelihoods>,
     /// What natural units show, until something is named.
@@ -104,7 +101,7 @@ impl Round {
                 let mut design = design(&person, tried.effects())?;
                 let lags = tried
                     .lag()
-                    .filter(|lag| named.iter().all(|n| !n.hypothesis.is(lag.card().id)))
+                    .filter(|lag| named.iter().all(|n| n.effect != lag.card().id))
                     .map(|lag| lag::likelihoods(observations, calibration, rule, lag, lag::first()))
                     .transpose()?;
                 let statistics = Statistics::of(&design);
@@ -119,19 +116,17 @@ impl Round {
                     .is_empty()
                     .then(|| natural(&person, &design, &statistics, tried))
                     .transpose()?;
-                let bins =
-                    named.is_empty().then(|| Bins::of(&design, |effect| tried.is_guard(effect)));
                 // The largest parts of a person, and summed up.
                 design.signatures = Vec::new();
                 (design.residuals, design.weights) = (Vec::new(), Vec::new());
                 (design.days, design.hours) = (Vec::new(), Vec::new());
-                Ok(Subject { design, statistics, units, events, bins, lags, natural })
+                Ok(Subject { design, statistics, units, events, lags, natural })
             })
             .collect::<Result<_, GapError>>()?;
         longer_lags(&mut subjects, people, tried, named, rule)?;
         let mut guards: Vec<(EffectId, f64)> = Vec::new();
         for effect in tried.ids() {
-            let known = named.iter().find(|n| n.hypothesis.is(effect));
+            let known = named.iter().find(|n| n.effect == effect);
             if let Some(known) = known {
                 guards.push((effect, (0.5 * known.amplitude.0).hypot(0.1)));
             } else if tried.is_guard(effect) {

@@ -7,11 +7,10 @@ use super::Named;
 use super::by_unit::{self, UnitTrial};
 use super::events;
 use super::held_out::held_out;
-use super::hypothesis::Tried;
 use super::lag;
 use super::round::{Round, Score, ScoreOf};
 use super::statistics;
-use super::unknown::courses::{self, Course};
+use super::tried::Tried;
 use crate::design::EventBank;
 
 impl Round {
@@ -22,7 +21,7 @@ impl Round {
             .effects()
             .par_iter()
             .map(|effect| effect.card())
-            .filter(|card| named.iter().all(|n| !n.hypothesis.is(card.id)))
+            .filter(|card| named.iter().all(|n| n.effect != card.id))
             .filter_map(|card| {
                 let effect = card.id;
                 if card.relations.shown_by == ShownBy::SensorLag {
@@ -41,26 +40,13 @@ impl Round {
                     .map(|s| s.events.iter().find(|bank| bank.effect == effect))
                     .collect();
                 if banks.iter().any(Option::is_some) {
-                    // Events of no known kind may go either way.
-                    let either = tried.hypothesis(effect).known().is_none();
-                    let evidence = events::score(&banks, &days, either);
+                    let evidence = events::score(&banks, &days);
                     return Some(Score { effect, evidence: ScoreOf::Events(evidence) });
                 }
                 let evidence = self.random(effect)?;
                 Some(Score { effect, evidence })
             })
             .collect()
-    }
-
-    /// Evidence of every course at a port, as long as nothing is named.
-    pub(super) fn courses(&self) -> Vec<(Course, f64)> {
-        let mut people = Vec::with_capacity(self.subjects.len());
-        for (place, subject) in self.subjects.iter().enumerate() {
-            let Some(bins) = &subject.bins else { return Vec::new() };
-            let sums = subject.statistics.folds.as_slice();
-            people.push(courses::Subject { bins, sums, allowed: self.allowed(place, None) });
-        }
-        courses::gains(&people, &self.estimated.spreads.day)
     }
 
     /// Evidence that a factor is drawn anew for every unit.

@@ -5,23 +5,10 @@ use std::collections::BTreeMap;
 use effects::{Card, Effect};
 use serde::{Deserialize, Serialize};
 
-use super::hypothesis::{Course, CourseKind};
-use super::unknown::is_kind;
-
 /// Least threshold of an effect, nats: at odds of one effect in fifty a gain of 4 makes it as likely as not.
 const LEAST: f64 = 4.0;
 /// Least threshold of a port that varies, nats.
 const LEAST_PORT: f64 = 20.0;
-/// Least threshold of events of no known effect, nats.
-const LEAST_UNKNOWN: f64 = 8.0;
-/// Least threshold of a course of no known effect at a port, nats: what happens for hours hardly shows where nothing
-/// is missing, what lasts for days does.
-const fn least_course(kind: CourseKind) -> f64 {
-    match kind {
-        CourseKind::Events | CourseKind::Swings => 4.0,
-        CourseKind::States => 6.0,
-    }
-}
 /// Room above the largest evidence seen where nothing is missing.
 const ROOM: f64 = 1.3;
 /// Cohorts that tell the threshold of a size are up to this many times as large.
@@ -46,7 +33,7 @@ const TEMPERATURE: f64 = 1.5;
 pub struct Evidence {
     /// People times days.
     pub person_days: f64,
-    /// Evidence, nats, by effect, kind of unknown events, and port with scale.
+    /// Evidence, nats, by effect, and port with scale.
     pub gains: BTreeMap<String, f64>,
 }
 
@@ -55,7 +42,7 @@ pub struct Evidence {
 pub struct Thresholds {
     /// What they were fixed on.
     pub source: String,
-    /// By effect, kind of unknown events, and port with scale.
+    /// By effect, and port with scale.
     pub by_name: BTreeMap<String, Threshold>,
     /// For what is not named above.
     pub other: Threshold,
@@ -241,12 +228,12 @@ impl Thresholds {
             .unwrap_or_else(|| self.of(card.id.name()))
     }
 
-    /// That of an effect, a kind of unknown events or a port with its scale: no less than its floor.
+    /// That of an effect or a port with its scale: no less than its floor.
     #[must_use]
     pub fn of(&self, name: &str) -> Threshold {
         let mut found = self.by_name.get(name).unwrap_or(&self.other).clone();
         for step in &mut found.steps {
-            step.nats = step.nats.max(Subject::of(name).least());
+            step.nats = step.nats.max(least(name));
         }
         found
     }
@@ -268,7 +255,7 @@ fn largest(nulls: &[&Evidence], sizes: &[f64]) -> BTreeMap<String, Threshold> {
     let floor = |name: &str| Threshold {
         steps: sizes
             .iter()
-            .map(|size| ThresholdStep { person_days: *size, nats: Subject::of(name).least() })
+            .map(|size| ThresholdStep { person_days: *size, nats: least(name) })
             .collect(),
     };
     let mut by_name: BTreeMap<String, Threshold> = BTreeMap::new();
@@ -289,41 +276,9 @@ fn total(thresholds: &BTreeMap<String, Threshold>) -> f64 {
     thresholds.values().flat_map(|threshold| &threshold.steps).map(|step| step.nats).sum()
 }
 
-/// What a threshold is of.
-enum Subject {
-    /// An effect, of a library that may not be at hand.
-    Effect,
-    /// Unknown events beside the library.
-    Events,
-    /// A port that varies from day to day or within days.
-    Port,
-    /// A course at a port.
-    Course(Course),
-}
-
-impl Subject {
-    /// What a name stands for in files. Names of effects hold no slash.
-    fn of(name: &str) -> Self {
-        if let Some(course) = Course::from_name(name) {
-            Self::Course(course)
-        } else if name.contains('/') {
-            Self::Port
-        } else if is_kind(name) {
-            Self::Events
-        } else {
-            Self::Effect
-        }
-    }
-
-    /// The floor of a threshold, nats.
-    fn least(&self) -> f64 {
-        match self {
-            Self::Effect => LEAST,
-            Self::Events => LEAST_UNKNOWN,
-            Self::Port => LEAST_PORT,
-            Self::Course(course) => least_course(course.kind),
-        }
-    }
+/// The floor of a threshold, nats. Names of effects hold no slash.
+fn least(name: &str) -> f64 {
+    if name.contains('/') { LEAST_PORT } else { LEAST }
 }
 
 #[cfg(test)]

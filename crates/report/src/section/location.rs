@@ -4,7 +4,7 @@ use super::verdict::LEVEL;
 use super::words::plain;
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Heat, HeatCell, Html};
-use crate::number::{fixed, interval, p_value};
+use crate::number::{fixed, interval, optional, p_value};
 use crate::view::{CellGap, Diagnosis, WithInterval};
 use crate::{Inputs, ReportError};
 
@@ -154,7 +154,7 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
         .map(|cell| {
             let mean =
                 WithInterval { value: cell.mean_error_mg_dl, lower: cell.lower, upper: cell.upper };
-            let cells = vec![
+            let mut cells = vec![
                 plain(&cell.factor),
                 plain(&cell.level),
                 interval(mean, 1),
@@ -163,6 +163,9 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
                 cell.horizon_minutes.map_or_else(String::new, |m| m.to_string()),
                 cell.people.map_or_else(String::new, |n| n.to_string()),
             ];
+            if diagnosis.posterior.is_some() {
+                cells.push(optional(cell.expected_mg_dl, 1));
+            }
             (cell.p_adjusted < LEVEL, cells)
         })
         .collect();
@@ -180,19 +183,19 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
             "Share of squared error",
         )
     };
-    html.table(
-        title,
-        &[
-            ("Factor", Column::Text),
-            ("Level", Column::Text),
-            ("Observed \u{2212} predicted, mg/dL (simultaneous interval)", Column::Number),
-            ("Adjusted p", Column::Number),
-            (share, Column::Number),
-            ("Min ahead", Column::Number),
-            ("People", Column::Number),
-        ],
-        &rows,
-    );
+    let mut columns = vec![
+        ("Factor", Column::Text),
+        ("Level", Column::Text),
+        ("Observed \u{2212} predicted, mg/dL (simultaneous interval)", Column::Number),
+        ("Adjusted p", Column::Number),
+        (share, Column::Number),
+        ("Min ahead", Column::Number),
+        ("People", Column::Number),
+    ];
+    if diagnosis.posterior.is_some() {
+        columns.push(("Expected of what is missing, whole days, mg/dL", Column::Number));
+    }
+    html.table(title, &columns, &rows);
 }
 
 fn baseline(html: &mut Html, diagnosis: &Diagnosis) {

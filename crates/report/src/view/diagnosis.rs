@@ -278,6 +278,9 @@ pub struct CellGap {
     pub p_adjusted: f64,
     /// Share of the mean squared error that the cell's mean error accounts for.
     pub share_of_gap: f64,
+    /// The mean that a posterior expects of what is missing, mg/dL.
+    #[serde(default)]
+    pub expected_mg_dl: Option<f64>,
     /// Length of the free runs, min.
     #[serde(default)]
     pub horizon_minutes: Option<u32>,

@@ -84,6 +84,31 @@ fn one_effect_is_one() {
 }
 
 #[test]
+fn a_name_that_is_doubted_is_doubted_in_the_verdict() {
+    let doubt = json!(["It rests on one person: without 02 its probability is 12 %."]);
+    let html = diagnosis_page("effect", &[("/effects/0/questioned", doubt)]);
+    let words = "Doubt this name, ";
+    assert!(verdict_of(&html).contains(words), "{}", verdict_of(&html));
+    assert!(verdict_of(&html).contains("without 02 its probability is 12 %."));
+    assert!(!verdict_of(&diagnosis_page("effect", &[])).contains(words));
+}
+
+#[test]
+fn the_course_at_a_place_is_drawn_where_the_verdict_is_about_it() {
+    let part = |hours: &str, value: f64, half: f64| json!({"hours": hours, "value": value, "lower": value - half, "upper": value + half});
+    let course = json!([part("00-12", 0.1, 0.05), part("12-24", -0.1, 0.2)]);
+    let port = json!([{"port": "egp", "probability": 0.8, "unit": "factor", "course": course}]);
+    let html = diagnosis_page("unknown", &[("/ports", port.clone())]);
+    assert!(html.contains("The interval leaves 0 out at 00\u{2013}12 h."), "no course");
+    assert!(html.contains("Change of a factor of 1"));
+    let none = diagnosis_page("none", &[("/ports", port)]);
+    assert!(!none.contains("The interval leaves 0 out"));
+    let wide = json!([{"port": "egp", "unit": "factor", "course": [part("00-24", 0.0, 1.0)]}]);
+    let html = diagnosis_page("unknown", &[("/ports", wide)]);
+    assert!(html.contains("Every interval holds 0: no part of the day stands out."));
+}
+
+#[test]
 fn a_change_that_could_be_none_is_called_that() {
     let change = json!([{"minutes": 60, "mae_before": 14.0, "mae_after": 13.9,
         "difference": {"value": -0.1, "lower": -0.5, "upper": 0.3}}]);
