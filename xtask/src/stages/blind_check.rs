@@ -298,7 +298,9 @@ mod tests {
         assert_eq!(found.context.iter().map(|c| c.comparable.of).collect::<Vec<_>>(), [3, 3, 3]);
         let found = scored.ceiling.as_ref().expect("a score");
         assert_eq!((found.named.of, found.false_alarms.of > 0), (1, true));
-        assert!(tables::tables(&scored).iter().any(|line| line.contains("not answered")));
+        assert!(
+            tables::tables(&scored).iter().any(|line| line.contains("course at the true port"))
+        );
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
         let seal: Seal = serde_json::from_slice(&read("seal.json")).expect("a seal");
         let mut labels: Vec<OpenedLabel> =

@@ -25,14 +25,6 @@ pub(super) struct EventEvidence {
     pub(super) found: Vec<Found>,
 }
 
-#[cfg(test)]
-impl EventEvidence {
-    /// Gain over all people, nats.
-    pub(super) fn gain(&self) -> f64 {
-        self.gains.iter().sum()
-    }
-}
-
 /// An event that is more likely than not: its onset, profile and size are those that explain most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Found {

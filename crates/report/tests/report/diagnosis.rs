@@ -86,7 +86,9 @@ fn one_effect_is_one() {
 #[test]
 fn a_name_that_is_doubted_is_doubted_in_the_verdict() {
     let doubt = json!(["It rests on one person: without 02 its probability is 12 %."]);
-    let html = diagnosis_page("effect", &[("/effects/0/questioned", doubt)]);
+    let mut effects = made_up::diagnosis("effect")["effects"].clone();
+    effects[0]["questioned"] = doubt;
+    let html = diagnosis_page("effect", &[("/effects", effects)]);
     let words = "Doubt this name, ";
     assert!(verdict_of(&html).contains(words), "{}", verdict_of(&html));
     assert!(verdict_of(&html).contains("without 02 its probability is 12 %."));
