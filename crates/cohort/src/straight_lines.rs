@@ -8,6 +8,11 @@ use std::ops::Range;
 /// Largest second difference, relative to the values, of a line that was computed in f64 and
 /// printed with 16 digits.
 const TOLERANCE: f64 = 1e-9;
+/// Largest second difference of a line whose values were rounded, in units of their last decimal: a half for either end,
+/// twice a half for the middle.
+const ROUNDED: f64 = 2.0;
+/// Most decimals to which a source is taken to have rounded.
+const MOST_DECIMALS: i32 = 6;
 /// Fewest values strictly inside a line that count as drawn: one in the middle of three happens by
 /// chance where a sensor reports whole mg/dL.
 const FEWEST_INSIDE: usize = 2;
@@ -26,8 +31,9 @@ impl StraightLines {
     /// Finds the lines of at least two inner values.
     #[must_use]
     pub fn find(values: &[Option<f64>]) -> Self {
+        let unit = last_decimal(values);
         let on_line =
-            |k: usize| Self::on_line_or_level(values, k) && values[k - 1] != values[k + 1];
+            |k: usize| Self::on_line_or_level(values, k, unit) && values[k - 1] != values[k + 1];
         let mut inside = Vec::new();
         let mut k = 0;
         while k < values.len() {
@@ -50,16 +56,17 @@ impl StraightLines {
     /// those beside a missing value: the readings of a source that draws lines between, ascending.
     #[must_use]
     pub fn corners(values: &[Option<f64>]) -> Vec<usize> {
+        let unit = last_decimal(values);
         let recorded = (0..values.len()).filter(|k| values[*k].is_some());
-        recorded.filter(|k| !Self::on_line_or_level(values, *k)).collect()
+        recorded.filter(|k| !Self::on_line_or_level(values, *k, unit)).collect()
     }
 
-    /// `false` where one of the three values is missing.
-    fn on_line_or_level(values: &[Option<f64>], k: usize) -> bool {
+    /// `false` where one of the three values is missing. `unit` is that of the last decimal, 0 where values were not rounded.
+    fn on_line_or_level(values: &[Option<f64>], k: usize, unit: f64) -> bool {
         match values.get(k.wrapping_sub(1)..k.saturating_add(2)) {
             Some(&[Some(before), Some(at), Some(after)]) => {
                 let scale = before.abs().max(at.abs()).max(after.abs());
-                (after - 2.0 * at + before).abs() <= TOLERANCE * scale
+                (after - 2.0 * at + before).abs() <= ROUNDED * unit + TOLERANCE * scale
             }
             _ => false,
         }
@@ -69,6 +76,22 @@ impl StraightLines {
     #[must_use]
     pub fn values_in_lines_of(&self, steps: usize) -> usize {
         self.inside.iter().map(ExactSizeIterator::len).filter(|len| *len >= steps).sum()
+    }
+}
+
+/// The unit of the last decimal to which the values were rounded; 0 for whole numbers, which sensors report themselves,
+/// and for values that were not rounded.
+fn last_decimal(values: &[Option<f64>]) -> f64 {
+    let of = |decimals: i32| {
+        let factor = 10f64.powi(decimals);
+        values.iter().flatten().all(|value| {
+            let scaled = value * factor;
+            (scaled - scaled.round()).abs() <= TOLERANCE * scaled.abs().max(1.0)
+        })
+    };
+    match (0..=MOST_DECIMALS).find(|decimals| of(*decimals)) {
+        None | Some(0) => 0.0,
+        Some(decimals) => 10f64.powi(-decimals),
     }
 }
 
@@ -88,6 +111,30 @@ mod tests {
         assert_eq!(lines.inside, [1..3, 4..6]);
         assert_eq!(lines.share, 4.0 / 14.0);
         assert_eq!((lines.values_in_lines_of(2), lines.values_in_lines_of(3)), (4, 0));
+    }
+
+    #[test]
+    fn lines_are_found_however_many_decimals_a_source_writes() {
+        let read = |k: usize| 120.0 + ((k * k * 7) % 41) as f64;
+        let drawn = |k: usize| {
+            let (anchor, part) = (k / 3, (k % 3) as f64 / 3.0);
+            read(anchor) + part * (read(anchor + 1) - read(anchor))
+        };
+        let lines = |decimals: i32| {
+            let factor = 10f64.powi(decimals);
+            let rounded = |k: usize| Some((factor * drawn(k)).round() / factor);
+            StraightLines::find(&(0..300).map(rounded).collect::<Vec<_>>())
+        };
+        let exact = StraightLines::find(&(0..300).map(|k| Some(drawn(k))).collect::<Vec<_>>());
+        assert!(exact.share > 0.5);
+        for decimals in [2, 3, 4, 5, 9] {
+            assert_eq!(lines(decimals).inside, exact.inside, "{decimals} decimals");
+        }
+        // Whole numbers are what sensors report: only exact lines count.
+        assert!(lines(0).share < exact.share);
+        assert_eq!(last_decimal(&[Some(284.400_000_000_000_03), None, Some(5.0)]), 0.1);
+        assert_eq!(last_decimal(&[Some(1.0 / 3.0)]), 0.0);
+        assert_eq!(last_decimal(&[]), 0.0);
     }
 
     #[test]
