@@ -7,7 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use blind::Answer;
+use contract::Diagnosis;
+use contract::blind_check::{Answer, CalibratedPeople};
 use gap::Thresholds;
 
 use crate::interrupt;
@@ -20,6 +21,15 @@ pub(crate) enum Asked {
     /// In this one: quicker, and for tests of everything else.
     #[cfg(test)]
     ThisProcess,
+}
+
+/// The `diagnosis.json` of an answer.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Written {
+    /// Its bytes.
+    pub text: Vec<u8>,
+    /// How its people were calibrated.
+    pub calibrated: CalibratedPeople,
 }
 
 /// Longest time of one diagnosis; what takes longer has failed.
@@ -36,7 +46,7 @@ const POSTERIOR: &str = "posterior.safetensors";
 /// Diagnoses a copy of the cohort in `folder`, under a random name and without any environment. Nothing that answers has
 /// seen the worlds of the hand `unseen`.
 ///
-/// Returns the answer and the text of its `diagnosis.json`. A diagnosis that fails is an answer.
+/// Returns the answer and what was written. A diagnosis that fails is an answer.
 ///
 /// # Errors
 /// If the copy cannot be made or a process not be started: that is no fault of the diagnosis.
@@ -45,7 +55,7 @@ pub(crate) fn ask(
     unseen: Option<&str>,
     seed: u64,
     asked: Asked,
-) -> Result<(Answer, Option<Vec<u8>>)> {
+) -> Result<(Answer, Option<Written>)> {
     let apart = Scratch::new()?;
     let copy = apart.path().join("cohort");
     copy_files(folder, &copy)?;
@@ -68,9 +78,12 @@ pub(crate) fn ask(
     };
     Ok(match text {
         Err(reason) => (Answer::failed(reason, seconds), None),
-        Ok(text) => match serde_json::from_slice::<Answer>(&text) {
-            Err(error) => (Answer::failed(format!("diagnosis.json: {error}"), seconds), None),
-            Ok(answer) => (Answer { seconds, ..answer }, Some(text)),
+        Ok(text) => match contract::read::<Diagnosis>(&text) {
+            Err(error) => (Answer::failed(error.to_string(), seconds), None),
+            Ok(diagnosis) => {
+                let calibrated = blind::calibrated_people(&diagnosis.people);
+                (blind::answer(diagnosis, seconds), Some(Written { text, calibrated }))
+            }
         },
     })
 }
@@ -232,7 +245,7 @@ fn copy_files(from: &Path, to: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blind::Verdict;
+    use contract::blind_check::Verdict;
 
     #[test]
     fn a_diagnosis_that_fails_is_an_answer() {

@@ -13,23 +13,27 @@ use anyhow::{Context as _, Result, bail};
 const ALLOWED: &[(&str, &[&str])] = &[
     ("physiology", &[]),
     ("reference-data", &[]),
+    ("contract", &[]),
     ("ode-sim", &["physiology"]),
     ("nn-statespace", &["physiology"]),
-    ("conformance", &[]),
+    ("conformance", &["contract"]),
     ("certificate", &[]),
     ("cohort", &["physiology"]),
     ("stats", &["physiology"]),
     ("behaviour", &["physiology"]),
     ("twins", &["physiology", "ode-sim", "nn-statespace", "cohort"]),
     ("ode-twins", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats", "twins"]),
-    ("evaluation", &["physiology", "ode-sim", "nn-statespace", "cohort", "stats", "twins"]),
+    (
+        "evaluation",
+        &["contract", "physiology", "ode-sim", "nn-statespace", "cohort", "stats", "twins"],
+    ),
     ("world", &["physiology", "ode-sim", "cohort"]),
     ("effects", &[]),
-    ("gap", &["physiology", "ode-sim", "cohort", "stats", "effects", "posterior"]),
+    ("gap", &["contract", "physiology", "ode-sim", "cohort", "stats", "effects", "posterior"]),
     ("posterior", &[]),
-    ("blind", &["stats"]),
+    ("blind", &["contract", "stats"]),
     ("meals", &["physiology", "ode-sim", "cohort"]),
-    ("report", &[]),
+    ("report", &["contract"]),
 ];
 
 /// Reads `cargo metadata` of the workspace at `root` and reports every arrow that is not allowed.

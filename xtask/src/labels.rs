@@ -3,7 +3,7 @@
 pub(crate) mod another_hand;
 
 use anyhow::{Context as _, Result};
-use blind::{Kind, Label, TrueEffect};
+use contract::blind_check::{Kind, Label, TrueEffect};
 use world::Regime;
 use world::blind::{PlannedWorld, RealisedWorld, TrueWhere};
 
@@ -46,21 +46,21 @@ pub(crate) fn label(id: &str, world: &RealisedWorld) -> Result<Label> {
 }
 
 /// The truth of "where" in the words of a label, rounded.
-fn true_where(truth: &TrueWhere) -> blind::TrueWhere {
+fn true_where(truth: &TrueWhere) -> contract::blind_check::TrueWhere {
     let rounded = |value: f64| (DECIMALS * value).round() / DECIMALS;
-    let cells = truth.gap.cells.iter().map(|cell| blind::TrueCell {
+    let cells = truth.gap.cells.iter().map(|cell| contract::blind_check::TrueCell {
         factor: cell.factor.name().to_owned(),
         level: cell.level.clone(),
         share: rounded(cell.share),
         mean_mg_dl: cell.mean.map(|mean| mean.map(rounded)),
     });
-    let ports = truth.courses.iter().map(|course| blind::PortCourse {
+    let ports = truth.courses.iter().map(|course| contract::blind_check::PortCourse {
         effect: course.effect.name().to_owned(),
         port: course.port.name().to_owned(),
         unit: course.unit.name().to_owned(),
         by_hour: course.by_hour.iter().map(|value| value.map(rounded)).collect(),
     });
-    blind::TrueWhere {
+    contract::blind_check::TrueWhere {
         mean_mg_dl: truth.gap.mean.map(rounded),
         mean_absolute_mg_dl: truth.gap.mean_absolute.map(rounded),
         cells: cells.collect(),

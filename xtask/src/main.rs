@@ -2,7 +2,6 @@
 
 mod asked;
 mod bodies;
-mod certificates;
 mod checkpoint;
 mod cli;
 mod development_data;

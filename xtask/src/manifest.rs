@@ -2,53 +2,35 @@
 
 use std::fs;
 use std::io::Read as _;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use serde::{Deserialize, Serialize};
+use contract::{Document as _, FileHash};
+use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 /// The manifest's file name in an output folder.
 pub(crate) const FILE: &str = "manifest.json";
 
-/// Command, version, resolved configuration, seed and the hash of every input.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Manifest {
-    /// Always `manifest/1`.
-    pub schema: String,
-    /// The stage or command that wrote the folder.
-    pub stage: String,
-    /// The command line as typed.
-    pub command: String,
-    /// Version of this program.
-    pub version: String,
-    /// The resolved configuration.
-    pub config: serde_json::Value,
-    /// The seed, where one was used.
-    pub seed: Option<u64>,
-    /// Every file that was read.
-    pub inputs: Vec<FileHash>,
-    /// Every file that was written beside the manifest, by its path within the folder.
-    pub outputs: Vec<FileHash>,
-}
+/// The manifest of a folder that is written or was.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(transparent)]
+pub(crate) struct Manifest(contract::Manifest);
 
-/// Value of [`Manifest::schema`].
-const SCHEMA: &str = "manifest/1";
+impl Deref for Manifest {
+    type Target = contract::Manifest;
 
-/// One file with its bytes' hash.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct FileHash {
-    /// Path as given, with `/` between its parts.
-    pub path: String,
-    /// SHA-256 of its bytes, hexadecimal.
-    pub sha256: String,
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
 }
 
 impl Manifest {
     /// A manifest without inputs.
     pub(crate) fn new(stage: &str, config: serde_json::Value, seed: Option<u64>) -> Self {
-        Self {
-            schema: SCHEMA.to_owned(),
+        Self(contract::Manifest {
+            schema: contract::Manifest::SCHEMA.to_owned(),
             stage: stage.to_owned(),
             command: command_line(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -56,7 +38,7 @@ impl Manifest {
             seed,
             inputs: Vec::new(),
             outputs: Vec::new(),
-        }
+        })
     }
 
     /// Adds a file, or every file of a folder in the order of their names.
@@ -65,7 +47,7 @@ impl Manifest {
         collect(path, &mut files)?;
         for file in files {
             let sha256 = hash_file(&file)?;
-            self.inputs.push(FileHash { path: slashed(&file), sha256 });
+            self.0.inputs.push(FileHash { path: slashed(&file), sha256 });
         }
         Ok(self)
     }
@@ -74,7 +56,7 @@ impl Manifest {
     pub(crate) fn with_outputs_in(mut self, folder: &Path) -> Result<Self> {
         let mut files = Vec::new();
         collect(folder, &mut files)?;
-        self.outputs = files
+        self.0.outputs = files
             .iter()
             .map(|file| {
                 let path = slashed(file.strip_prefix(folder).unwrap_or(file));
@@ -124,8 +106,7 @@ impl Manifest {
 
     /// The manifest in `folder`, or `None` if there is none that can be read.
     pub(crate) fn read(folder: &Path) -> Option<Self> {
-        let manifest: Self = serde_json::from_slice(&fs::read(folder.join(FILE)).ok()?).ok()?;
-        (manifest.schema == SCHEMA).then_some(manifest)
+        contract::read(&fs::read(folder.join(FILE)).ok()?).ok().map(Self)
     }
 }
 

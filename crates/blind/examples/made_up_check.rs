@@ -5,10 +5,10 @@
 
 use std::error::Error;
 
-use blind::{
-    Amplitude, Answer, BlindCheck, Candidate, Found, Kind, Label, PortEvidence, ScoredWorld,
-    TrueEffect, Verdict,
-};
+use blind::{ScoredWorld, score};
+use contract::WithInterval;
+use contract::blind_check::{Answer, Kind, Label, TrueEffect, Verdict};
+use contract::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};
 
 const EFFECTS: [(&str, &str); 6] = [
     ("dawn", "egp"),
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             answer,
         })
         .collect();
-    let check = BlindCheck::score(20_241_121, &scored)?;
+    let check = score(20_241_121, &scored)?;
     std::fs::write(path, serde_json::to_string_pretty(&check)? + "\n")?;
     Ok(())
 }
@@ -98,15 +98,17 @@ fn label(place: usize, kind: Kind, effects: &[((&str, &str), f64)]) -> Label {
 }
 
 fn named(effects: &[((&str, &str), f64)], confusable_with: &[&str]) -> Answer {
-    let found: Vec<Found> = effects
+    let found: Vec<FoundEffect> = effects
         .iter()
-        .map(|((effect, port), probability)| Found {
+        .map(|((effect, port), probability)| FoundEffect {
             effect: (*effect).to_owned(),
             port: (*port).to_owned(),
             gain_nats: 40.0 * probability,
             probability: *probability,
-            amplitude: Amplitude { value: 1.1, lower: 0.7, upper: 1.5 },
+            amplitude: WithInterval { value: 1.1, lower: 0.7, upper: 1.5 },
             confusable_with: confusable_with.iter().map(|name| (*name).to_owned()).collect(),
+            people: Vec::new(),
+            questioned: Vec::new(),
         })
         .collect();
     let candidates = found
@@ -133,8 +135,8 @@ fn unknown(at: &str) -> Answer {
     }
 }
 
-fn candidate(effect: &str, gain_nats: f64, probability: f64) -> Candidate {
-    Candidate { effect: effect.to_owned(), gain_nats, probability }
+fn candidate(effect: &str, gain_nats: f64, probability: f64) -> CandidateEffect {
+    CandidateEffect { effect: effect.to_owned(), gain_nats, probability }
 }
 
 fn port(port: &str, gain_nats: f64) -> PortEvidence {

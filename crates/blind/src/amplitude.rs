@@ -1,53 +1,37 @@
 //! Whether a larger effect gets a larger estimate.
 
+use crate::outcome::outcome;
+use contract::blind_check::{AmplitudeRecovery, Kind, Outcome};
+
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
 use crate::check::ScoredWorld;
-use crate::label::Kind;
-use crate::outcome::Outcome;
-
-/// Rank correlation of true and estimated amplitude over the worlds that were answered correctly.
-///
-/// The world and the library write an effect in different forms, so that amplitudes can be ranked
-/// within an effect and not compared.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AmplitudeRecovery {
-    /// Worlds of effects with at least three correct answers.
-    pub worlds: usize,
-    /// Spearman's correlation of ranks within each effect, the effects pooled; `None` where the ranks
-    /// do not vary.
-    pub rank_correlation: Option<f64>,
-}
 
 /// Fewest worlds of an effect whose ranks say anything.
 const FEWEST: usize = 3;
 
-impl AmplitudeRecovery {
-    /// Ranks the worlds.
-    #[must_use]
-    pub fn of(worlds: &[ScoredWorld]) -> Self {
-        let mut by_effect: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
-        for world in worlds {
-            let correct = Outcome::of(&world.label, &world.answer) == Outcome::Correct;
-            let pair = world.label.effects.first().zip(world.answer.found.first());
-            if let (Kind::Single, true, Some((truth, found))) = (world.label.kind, correct, pair) {
-                let amplitudes = (truth.amplitude, found.amplitude.value);
-                by_effect.entry(&truth.effect).or_default().push(amplitudes);
-            }
+/// Ranks the worlds.
+#[must_use]
+pub(crate) fn amplitude_recovery(worlds: &[ScoredWorld]) -> AmplitudeRecovery {
+    let mut by_effect: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
+    for world in worlds {
+        let correct = outcome(&world.label, &world.answer) == Outcome::Correct;
+        let pair = world.label.effects.first().zip(world.answer.found.first());
+        if let (Kind::Single, true, Some((truth, found))) = (world.label.kind, correct, pair) {
+            let amplitudes = (truth.amplitude, found.amplitude.value);
+            by_effect.entry(&truth.effect).or_default().push(amplitudes);
         }
-        let mut ranked: Vec<(f64, f64)> = Vec::new();
-        for pairs in by_effect.values().filter(|pairs| pairs.len() >= FEWEST) {
-            let (truth, found): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
-            ranked.extend(centred_ranks(&truth).into_iter().zip(centred_ranks(&found)));
-        }
-        let sum = |of: fn(&(f64, f64)) -> f64| ranked.iter().map(of).sum::<f64>();
-        let scale = (sum(|r| r.0 * r.0) * sum(|r| r.1 * r.1)).sqrt();
-        Self {
-            worlds: ranked.len(),
-            rank_correlation: (scale > 0.0).then(|| sum(|r| r.0 * r.1) / scale),
-        }
+    }
+    let mut ranked: Vec<(f64, f64)> = Vec::new();
+    for pairs in by_effect.values().filter(|pairs| pairs.len() >= FEWEST) {
+        let (truth, found): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
+        ranked.extend(centred_ranks(&truth).into_iter().zip(centred_ranks(&found)));
+    }
+    let sum = |of: fn(&(f64, f64)) -> f64| ranked.iter().map(of).sum::<f64>();
+    let scale = (sum(|r| r.0 * r.0) * sum(|r| r.1 * r.1)).sqrt();
+    AmplitudeRecovery {
+        worlds: ranked.len(),
+        rank_correlation: (scale > 0.0).then(|| sum(|r| r.0 * r.1) / scale),
     }
 }
 
@@ -86,20 +70,20 @@ mod tests {
             of("alcohol", 0.3, 90.0),
         ]);
         worlds.push(of("exercise", 1.0, 1.0));
-        let recovery = AmplitudeRecovery::of(&worlds);
+        let recovery = amplitude_recovery(&worlds);
         assert_eq!(recovery.worlds, 6);
         assert!((recovery.rank_correlation.expect("varies") - 1.0).abs() < 1e-12); // rounding
         worlds.truncate(3);
         worlds[2].answer.found[0].amplitude.value = 0.0;
         // Ranks 1 2 3 against 2 3 1: 1 - 6 (1 + 1 + 4) / 24.
-        let correlation = AmplitudeRecovery::of(&worlds).rank_correlation.expect("varies");
+        let correlation = amplitude_recovery(&worlds).rank_correlation.expect("varies");
         assert!((correlation + 0.5).abs() < 1e-12);
     }
 
     #[test]
     fn nothing_correct_says_nothing() {
         let wrong = [world("w", Kind::Single, &["dawn"], answer(&["alcohol"]))];
-        let recovery = AmplitudeRecovery::of(&wrong);
+        let recovery = amplitude_recovery(&wrong);
         assert_eq!((recovery.worlds, recovery.rank_correlation), (0, None));
     }
 }

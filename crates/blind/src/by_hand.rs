@@ -3,91 +3,52 @@
 //! A diagnosis that answers a world never saw the hand that made it: whatever is fitted was fitted
 //! on the other hands. So a row says what the diagnosis does on people whom nobody here has drawn.
 
+use crate::check::unknown_score;
+use crate::localisation::where_score;
+use crate::pairs::pair_score;
+use crate::reliability::reliability;
+use crate::share::among;
+use crate::share::share;
+use contract::blind_check::{HandRow, Kind, Share, Verdict};
+
 use std::collections::BTreeSet;
 
-use serde::{Deserialize, Serialize};
-
-use crate::answer::Verdict;
-use crate::check::{ScoredWorld, UnknownScore};
+use crate::check::ScoredWorld;
 use crate::error::BlindError;
-use crate::label::Kind;
-use crate::localisation::WhereScore;
-use crate::pairs::PairScore;
-use crate::reliability::Reliability;
-use crate::share::Share;
 
 /// Shifts of glucose from which single effects are counted, mg/dL.
 const FROM: [f64; 2] = [5.0, 10.0];
 
-/// The figures of the worlds of one hand.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct HandRow {
-    /// The generator; `None` for all hands together.
-    pub hand: Option<String>,
-    /// Worlds.
-    pub worlds: usize,
-    /// Single effects that are named first.
-    pub named: Share,
-    /// The same of effects that move glucose by 5 mg/dL or more.
-    pub named_from_5: Share,
-    /// The same from 10 mg/dL.
-    pub named_from_10: Share,
-    /// Worlds with one effect in which another one is named, first or later.
-    pub another_named: Share,
-    /// Nulls in which the answer is not "none".
-    pub nulls_with_alarm: Share,
-    /// Nulls in which an effect is named.
-    pub nulls_with_name: Share,
-    /// Effects outside the library that are called unknown.
-    pub unknown: Share,
-    /// Of these, those at the right port.
-    pub right_port: Share,
-    /// Effects outside the library that are given a name.
-    pub outside_named: Share,
-    /// F1 of the names in pairs; `None` without a pair.
-    pub pairs_f1: Option<f64>,
-    /// Expected calibration error of the stated probabilities; `None` without one.
-    pub calibration_error: Option<f64>,
-    /// Comparable worlds in which one of the three largest cells of "where" is truly hot after 60 min.
-    pub where_hit: Share,
-    /// The same share for three random cells; `None` without a comparable world.
-    pub where_by_chance: Option<f64>,
-}
-
-impl HandRow {
-    fn of(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<Self, BlindError> {
-        let of_kind = |kind| worlds.iter().filter(move |w| w.label.kind == kind);
-        let first = |w: &ScoredWorld| w.answer.first().is_some_and(|name| w.label.has(name));
-        let named_from = |from: f64| {
-            let moved = of_kind(Kind::Single).filter(|w| w.label.largest_shift() >= from);
-            Share::among(moved, |w| first(w))
-        };
-        let is_named = |w: &&ScoredWorld| w.answer.verdict == Verdict::Effect;
-        let unknown = UnknownScore::of(worlds)?;
-        let found = WhereScore::of(worlds)?;
-        let after_an_hour = found.context.into_iter().next();
-        Ok(Self {
-            hand: hand.map(str::to_owned),
-            worlds: worlds.len(),
-            named: named_from(0.0)?,
-            named_from_5: named_from(FROM[0])?,
-            named_from_10: named_from(FROM[1])?,
-            another_named: Share::among(of_kind(Kind::Single), |w| {
-                w.answer.found.iter().any(|found| !w.label.has(&found.effect))
-            })?,
-            nulls_with_alarm: Share::among(of_kind(Kind::Null), |w| {
-                w.answer.verdict != Verdict::None
-            })?,
-            nulls_with_name: Share::among(of_kind(Kind::Null), is_named)?,
-            unknown: unknown.recalled,
-            right_port: unknown.right_port,
-            outside_named: Share::among(of_kind(Kind::Outside), is_named)?,
-            pairs_f1: PairScore::of(worlds, seed)?.f1,
-            calibration_error: Reliability::of(worlds, seed)?.expected_calibration_error,
-            where_by_chance: after_an_hour.as_ref().and_then(|context| context.chance),
-            where_hit: after_an_hour.map_or_else(|| Share::of(0, 0), |context| Ok(context.hit))?,
-        })
-    }
+fn hand_row(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<HandRow, BlindError> {
+    let of_kind = |kind| worlds.iter().filter(move |w| w.label.kind == kind);
+    let first = |w: &ScoredWorld| w.answer.first().is_some_and(|name| w.label.has(name));
+    let named_from = |from: f64| {
+        let moved = of_kind(Kind::Single).filter(|w| w.label.largest_shift() >= from);
+        among(moved, |w| first(w))
+    };
+    let is_named = |w: &&ScoredWorld| w.answer.verdict == Verdict::Effect;
+    let unknown = unknown_score(worlds)?;
+    let found = where_score(worlds)?;
+    let after_an_hour = found.context.into_iter().next();
+    Ok(HandRow {
+        hand: hand.map(str::to_owned),
+        worlds: worlds.len(),
+        named: named_from(0.0)?,
+        named_from_5: named_from(FROM[0])?,
+        named_from_10: named_from(FROM[1])?,
+        another_named: among(of_kind(Kind::Single), |w| {
+            w.answer.found.iter().any(|found| !w.label.has(&found.effect))
+        })?,
+        nulls_with_alarm: among(of_kind(Kind::Null), |w| w.answer.verdict != Verdict::None)?,
+        nulls_with_name: among(of_kind(Kind::Null), is_named)?,
+        unknown: unknown.recalled,
+        right_port: unknown.right_port,
+        outside_named: among(of_kind(Kind::Outside), is_named)?,
+        pairs_f1: pair_score(worlds, seed)?.f1,
+        calibration_error: reliability(worlds, seed)?.expected_calibration_error,
+        where_by_chance: after_an_hour.as_ref().and_then(|context| context.chance),
+        where_hit: after_an_hour.map_or_else(|| share(0, 0), |context| Ok(context.hit))?,
+    })
 }
 
 /// A row a hand, by name, and one of all hands together; nothing where there is one hand alone.
@@ -97,9 +58,9 @@ pub(crate) fn by_hand(worlds: &[ScoredWorld], seed: u64) -> Result<Vec<HandRow>,
     for hand in hands {
         let own: Vec<ScoredWorld> =
             worlds.iter().filter(|w| w.label.generator == hand).cloned().collect();
-        rows.push(HandRow::of(Some(hand), &own, seed)?);
+        rows.push(hand_row(Some(hand), &own, seed)?);
     }
-    rows.push(HandRow::of(None, worlds, seed)?);
+    rows.push(hand_row(None, worlds, seed)?);
     Ok(rows)
 }
 
@@ -157,8 +118,9 @@ pub fn hand_table(rows: &[HandRow]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answer::Answer;
+
     use crate::planted::{answer, label};
+    use contract::blind_check::Answer;
 
     fn world(hand: &str, kind: Kind, truth: &[&str], shift: f64, answer: Answer) -> ScoredWorld {
         let mut label = label("w", kind, truth, shift);

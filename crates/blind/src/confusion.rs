@@ -1,70 +1,44 @@
 //! Truth against answer, by name.
 
+use contract::blind_check::{Confusion, ConfusionRow, Kind, Verdict};
+
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
-use crate::answer::Verdict;
 use crate::check::ScoredWorld;
-use crate::label::Kind;
 
-/// Counts of worlds by truth and by the first effect of the answer. Worlds with two effects are
-/// left out; [`PairScore`](crate::PairScore) counts them.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Confusion {
-    /// Names of the columns: effects, then `none`, `unknown` and `failed`.
-    pub answers: Vec<String>,
-    /// One row a truth: effects, then `none`, then the effects outside the library.
-    pub rows: Vec<ConfusionRow>,
-}
-
-/// The answers to one truth.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ConfusionRow {
-    /// Name of the effect, `none`, or `outside:` with the name of the effect.
-    pub truth: String,
-    /// Worlds, one count a column.
-    pub counts: Vec<usize>,
-}
-
-impl Confusion {
-    /// Counts the worlds.
-    #[must_use]
-    pub fn of(worlds: &[ScoredWorld]) -> Self {
-        let cells: Vec<((u8, String), (u8, String))> = worlds
-            .iter()
-            .filter(|world| world.label.kind != Kind::Pair)
-            .map(|world| (truth(world), answer(world)))
-            .collect();
-        // An effect that is the truth somewhere has a column even if nobody answers it.
-        let effects = cells.iter().flat_map(|(truth, answer)| [truth, answer]);
-        let mut columns: BTreeMap<(u8, String), usize> = effects
-            .filter(|(rank, _)| *rank == EFFECT)
-            .map(|key| (key.clone(), 0))
-            .chain(
-                ["none", "unknown", "failed"]
-                    .into_iter()
-                    .zip(WORDS..)
-                    .map(|(word, rank)| ((rank, word.to_owned()), 0)),
-            )
-            .collect();
-        for (place, column) in columns.values_mut().enumerate() {
-            *column = place;
-        }
-        let mut rows: BTreeMap<(u8, String), Vec<usize>> = BTreeMap::new();
-        for (truth, answer) in cells {
-            let counts = rows.entry(truth).or_insert_with(|| vec![0; columns.len()]);
-            if let Some(count) = columns.get(&answer).and_then(|place| counts.get_mut(*place)) {
-                *count += 1;
-            }
-        }
-        Self {
-            answers: columns.into_keys().map(|(_, name)| name).collect(),
-            rows: rows
+/// Counts the worlds.
+#[must_use]
+pub(crate) fn confusion(worlds: &[ScoredWorld]) -> Confusion {
+    let cells: Vec<((u8, String), (u8, String))> = worlds
+        .iter()
+        .filter(|world| world.label.kind != Kind::Pair)
+        .map(|world| (truth(world), answer(world)))
+        .collect();
+    // An effect that is the truth somewhere has a column even if nobody answers it.
+    let effects = cells.iter().flat_map(|(truth, answer)| [truth, answer]);
+    let mut columns: BTreeMap<(u8, String), usize> = effects
+        .filter(|(rank, _)| *rank == EFFECT)
+        .map(|key| (key.clone(), 0))
+        .chain(
+            ["none", "unknown", "failed"]
                 .into_iter()
-                .map(|((_, truth), counts)| ConfusionRow { truth, counts })
-                .collect(),
+                .zip(WORDS..)
+                .map(|(word, rank)| ((rank, word.to_owned()), 0)),
+        )
+        .collect();
+    for (place, column) in columns.values_mut().enumerate() {
+        *column = place;
+    }
+    let mut rows: BTreeMap<(u8, String), Vec<usize>> = BTreeMap::new();
+    for (truth, answer) in cells {
+        let counts = rows.entry(truth).or_insert_with(|| vec![0; columns.len()]);
+        if let Some(count) = columns.get(&answer).and_then(|place| counts.get_mut(*place)) {
+            *count += 1;
         }
+    }
+    Confusion {
+        answers: columns.into_keys().map(|(_, name)| name).collect(),
+        rows: rows.into_iter().map(|((_, truth), counts)| ConfusionRow { truth, counts }).collect(),
     }
 }
 
@@ -95,8 +69,9 @@ fn answer(world: &ScoredWorld) -> (u8, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
     use crate::planted::{answer, world};
-    use crate::{Answer, Kind};
+    use contract::blind_check::Answer;
 
     #[test]
     fn worlds_are_counted_where_they_belong() {
@@ -108,7 +83,7 @@ mod tests {
             world("5", Kind::Outside, &["occlusion"], answer(&["dawn"])),
             world("6", Kind::Pair, &["dawn", "exercise"], answer(&["dawn"])),
         ];
-        let confusion = Confusion::of(&worlds);
+        let confusion = confusion(&worlds);
         assert_eq!(confusion.answers, ["alcohol", "dawn", "exercise", "none", "unknown", "failed"]);
         let rows: Vec<(&str, &[usize])> =
             confusion.rows.iter().map(|r| (r.truth.as_str(), r.counts.as_slice())).collect();

@@ -3,14 +3,15 @@
 //! Worlds with known effects are made, their labels hidden, and a diagnosis is asked for what it
 //! can find. This crate holds the two parts that keep such a check honest and that need to know
 //! neither the worlds nor the diagnosis: the [seal] under which labels lie until every answer is
-//! written, and the [score](BlindCheck::score) of answers against labels.
+//! written, and the [score](score()) of answers against labels.
 //!
 //! ```
-//! use blind::{Answer, BlindCheck, Label, ScoredWorld};
+//! use blind::{ScoredWorld, score};
+//! use contract::blind_check::{Answer, Label};
 //!
 //! let label = Label::null("world_0001", "hovorka", "aid", 5, 14);
 //! let answer = Answer::none();
-//! let check = BlindCheck::score(1, &[ScoredWorld { label, answer }])?;
+//! let check = score(1, &[ScoredWorld { label, answer }])?;
 //! assert_eq!(check.false_alarms.count, 0);
 //! # Ok::<(), blind::BlindError>(())
 //! ```
@@ -26,7 +27,6 @@ mod ceiling;
 mod check;
 mod confusion;
 mod error;
-mod label;
 mod localisation;
 mod outcome;
 mod pairs;
@@ -43,27 +43,18 @@ mod true_where;
 
 pub mod seal;
 
-pub use amplitude::AmplitudeRecovery;
-pub use answer::{Amplitude, Answer, Candidate, CellGap, CoursePart, Found, PortEvidence, Verdict};
-pub use by_hand::{HandRow, hand_table};
-pub use calibration_table::{CalibrationTable, CalibrationWorld};
-pub use ceiling::{Ceiling, ExactCourse};
-pub use check::{BlindCheck, ScoredWorld, UnknownScore, WorldRow};
-pub use confusion::{Confusion, ConfusionRow};
+pub use answer::answer;
+pub use by_hand::hand_table;
+pub use calibration_table::calibration_table;
+pub use ceiling::with_ceiling;
+pub use check::{ScoredWorld, score};
 pub use error::BlindError;
-pub use label::{Kind, Label, TrueEffect};
-pub use localisation::{ContextScore, CoverageScore, EquationScore, WhereScore, WorldWhere};
-pub use outcome::Outcome;
-pub use pairs::PairScore;
-pub use power::{PowerRow, SHIFT_BINS};
+pub use localisation::world_where;
+pub use outcome::outcome;
+pub use power::SHIFT_BINS;
 pub use real_people::{
-    AnsweredCohort, CalibratedPeople, EvidencePair, NOTHING, PLANTED_SCHEMA, PlantedCheck,
-    PlantedLabel, PlantedRow, PlantedTotals, RISEN_NATS, TELLABLE_NATS,
+    AnsweredCohort, NOTHING, RISEN_NATS, TELLABLE_NATS, calibrated_people, planted_check,
 };
-pub use reliability::{Reliability, ReliabilityBin};
-pub use seal::{OpenedLabel, Seal, SealedWorld};
-pub use share::Share;
-pub use targets::{Bound, Target};
 pub use true_where::{
-    ABOVE_MEAN, HORIZONS, OF_BEST, OF_BEST_CONTEXT, PortCourse, RARE, TrueCell, TrueWhere,
+    ABOVE_MEAN, HORIZONS, OF_BEST, OF_BEST_CONTEXT, RARE, has_hot_place, is_hot, mean_at,
 };

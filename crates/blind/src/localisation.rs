@@ -4,129 +4,40 @@
 //! their sign right; do the answer's intervals hold the truth? *In the equations*: how far down the
 //! answer's ports stands the true one? Worlds whose truth has no hot place cannot be compared and are counted.
 
+use crate::share::among;
+use crate::share::share;
+use contract::blind_check::{
+    Answer, ContextScore, CoverageScore, EquationScore, Kind, Label, PortCourse, TrueWhere,
+    WhereScore, WorldWhere,
+};
+use contract::diagnosis::{CellFactor, CellGap, CoursePart, PortEvidence};
+
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
-use crate::answer::{Answer, CellGap, CoursePart, PortEvidence};
 use crate::check::ScoredWorld;
 use crate::error::BlindError;
-use crate::label::{Kind, Label};
-use crate::share::Share;
-use crate::true_where::{HORIZONS, PortCourse, TrueWhere, hours_of};
+use crate::true_where::{HORIZONS, has_hot_place, hours_of, is_hot, mean_at};
 
 /// Cells of an answer that are looked at.
 const TOP: usize = 3;
 /// Factors whose cells are places.
-const FACTORS: [&str; 4] = ["hour", "context", "glucose_band", "person"];
-/// Length of the runs that an answer's cells average unless it says otherwise, min.
-const USUAL: u32 = 60;
+const FACTORS: [CellFactor; 4] =
+    [CellFactor::Hour, CellFactor::Context, CellFactor::GlucoseBand, CellFactor::Person];
 
-/// How well "where" is answered.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WhereScore {
-    /// In context: against the truth after each of the horizons.
-    pub context: Vec<ContextScore>,
-    /// Whether the answer's intervals hold the truth.
-    pub coverage: CoverageScore,
-    /// In the equations.
-    pub equations: EquationScore,
-}
-
-/// The answer's three largest cells against the truth after one horizon.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ContextScore {
-    /// Length of the runs of the truth, min; 1440 stands for whole days from midnight.
-    pub minutes: u32,
-    /// Worlds with a truth that has a hot place, of those with a truth.
-    pub comparable: Share,
-    /// Comparable worlds in which one of the three cells is hot.
-    pub hit: Share,
-    /// Probability that three cells drawn from the same factors of the same answer would have hit: mean over the
-    /// worlds of which the answer has cells.
-    pub chance: Option<f64>,
-    /// Hits whose first hot cell has the sign of the truth.
-    pub sign_right: Share,
-}
-
-/// Simultaneous intervals against the truth after the horizon of the answer's own runs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CoverageScore {
-    /// Cells of worlds with an effect whose interval holds the true mean.
-    pub cells: Share,
-    /// Worlds with an effect in which every interval does.
-    pub worlds: Share,
-    /// Cells of worlds without an effect whose interval holds 0.
-    pub null_cells: Share,
-    /// Worlds without an effect in which every interval does.
-    pub null_worlds: Share,
-}
-
-/// The true port among the answer's; one entry a true effect.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EquationScore {
-    /// True ports that stand first.
-    pub first: Share,
-    /// True ports that stand first, or that the first cannot be told from.
-    pub first_or_in_set: Share,
-    /// True ports among the first three.
-    pub among_three: Share,
-    /// Mean rank of the true ports that the answer lists, counted from 1.
-    pub mean_rank: Option<f64>,
-    /// Mean number of ports that an answer lists: a port drawn at random stands first in one of as many.
-    pub mean_listed: Option<f64>,
-    /// True ports that the answer does not list.
-    pub not_listed: Share,
-    /// The same by true port: how often it stands first.
-    pub first_by_port: BTreeMap<String, Share>,
-    /// Worlds with an effect of which the port of the first named effect is a true one, of those in which an
-    /// effect is named.
-    pub port_of_first_name: Share,
-    /// Effects named rightly whose amplitude is certain to be above zero: the only sign that an answer states.
-    pub sign_of_amplitude: Share,
-    /// Answers that state a course over the day at the true port, in the unit of the truth.
-    pub course_answered: Share,
-    /// Of those, courses whose sign is right where the true one is farthest from its mean.
-    pub course_sign: Share,
-    /// The same where the answer's interval there leaves 0 out.
-    pub course_sign_if_certain: Share,
-    /// Parts of the day whose interval holds the true course, and courses that are held in all of them.
-    pub course_parts_held: Share,
-    /// See [`course_parts_held`](Self::course_parts_held).
-    pub courses_held: Share,
-}
-
-/// "Where" in one world.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WorldWhere {
-    /// By horizon: whether the truth has a hot place.
-    pub comparable: [bool; 3],
-    /// By horizon: whether one of the three largest cells is hot.
-    pub hit: [bool; 3],
-    /// By horizon: what chance would have hit.
-    pub chance: [Option<f64>; 3],
-    /// By horizon: whether the first hot cell has the right sign.
-    pub sign_right: [Option<bool>; 3],
-    /// The true ports, each with its rank in the answer from 1; `None` where it is not listed.
-    pub port_ranks: Vec<(String, Option<usize>)>,
-}
-
-impl WorldWhere {
-    /// Scores one world; `None` where its label states no truth of "where".
-    #[must_use]
-    pub fn of(label: &Label, answer: &Answer) -> Option<Self> {
-        let truth = label.gap.as_ref()?;
-        let found = [0, 1, 2].map(|horizon| Places::of(truth, answer, horizon));
-        let ports = ranked(answer);
-        let rank = |port: &str| ports.iter().position(|p| p.port == port).map(|index| index + 1);
-        Some(Self {
-            comparable: [0, 1, 2].map(|horizon| truth.has_hot_place(horizon)),
-            hit: found.map(|found| found.sign_right.is_some()),
-            chance: found.map(|found| found.chance),
-            sign_right: found.map(|found| found.sign_right),
-            port_ranks: truth.ports.iter().map(|c| (c.port.clone(), rank(&c.port))).collect(),
-        })
-    }
+/// Scores one world; `None` where its label states no truth of "where".
+#[must_use]
+pub fn world_where(label: &Label, answer: &Answer) -> Option<WorldWhere> {
+    let truth = label.gap.as_ref()?;
+    let found = [0, 1, 2].map(|horizon| Places::of(truth, answer, horizon));
+    let ports = ranked(answer);
+    let rank = |port: &str| ports.iter().position(|p| p.port == port).map(|index| index + 1);
+    Some(WorldWhere {
+        comparable: [0, 1, 2].map(|horizon| has_hot_place(truth, horizon)),
+        hit: found.map(|found| found.sign_right.is_some()),
+        chance: found.map(|found| found.chance),
+        sign_right: found.map(|found| found.sign_right),
+        port_ranks: truth.ports.iter().map(|c| (c.port.clone(), rank(&c.port))).collect(),
+    })
 }
 
 /// The three largest cells after one horizon.
@@ -140,12 +51,14 @@ struct Places {
 impl Places {
     fn of(truth: &TrueWhere, answer: &Answer, horizon: usize) -> Self {
         let cells: Vec<(&CellGap, bool)> = places(answer)
-            .filter_map(|cell| Some((cell, truth.is_hot(&cell.factor, &cell.level, horizon)?)))
+            .filter_map(|cell| {
+                Some((cell, is_hot(truth, cell.factor.name(), &cell.level, horizon)?))
+            })
             .collect();
         let top = &cells[..TOP.min(cells.len())];
         let first = top.iter().find(|(_, hot)| *hot);
         let sign_right = first.map(|(cell, _)| {
-            let mean = truth.mean_at(&cell.factor, &cell.level, horizon).unwrap_or(0.0);
+            let mean = mean_at(truth, cell.factor.name(), &cell.level, horizon).unwrap_or(0.0);
             cell.expected_mg_dl.unwrap_or(cell.mean_error_mg_dl) * mean > 0.0
         });
         Self { sign_right, chance: (!top.is_empty()).then(|| chance(&cells)) }
@@ -173,7 +86,7 @@ fn chance(cells: &[(&CellGap, bool)]) -> f64 {
 /// Cells of an answer that are places, largest share of the gap first.
 fn places(answer: &Answer) -> impl Iterator<Item = &CellGap> {
     let mut cells: Vec<&CellGap> =
-        answer.cells.iter().filter(|c| FACTORS.contains(&c.factor.as_str())).collect();
+        answer.cells.iter().filter(|c| FACTORS.contains(&c.factor)).collect();
     cells.sort_by(|a, b| {
         let size = |cell: &CellGap| cell.mean_error_mg_dl.abs();
         b.share_of_gap.total_cmp(&a.share_of_gap).then(size(b).total_cmp(&size(a)))
@@ -190,126 +103,120 @@ fn ranked(answer: &Answer) -> Vec<&PortEvidence> {
     ports
 }
 
-impl WhereScore {
-    /// Scores the worlds whose labels state the truth of "where", and null worlds for coverage.
-    ///
-    /// # Errors
-    /// If an interval cannot be formed.
-    pub fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
-        let each: Vec<WorldWhere> =
-            worlds.iter().filter_map(|w| WorldWhere::of(&w.label, &w.answer)).collect();
-        let context = (0..HORIZONS.len())
-            .map(|horizon| ContextScore::of(&each, horizon))
-            .collect::<Result<_, BlindError>>()?;
-        Ok(Self {
-            context,
-            coverage: CoverageScore::of(worlds)?,
-            equations: EquationScore::of(worlds, &each)?,
-        })
-    }
+/// Scores the worlds whose labels state the truth of "where", and null worlds for coverage.
+///
+/// # Errors
+/// If an interval cannot be formed.
+pub(crate) fn where_score(worlds: &[ScoredWorld]) -> Result<WhereScore, BlindError> {
+    let each: Vec<WorldWhere> =
+        worlds.iter().filter_map(|w| world_where(&w.label, &w.answer)).collect();
+    let context = (0..HORIZONS.len())
+        .map(|horizon| context_score(&each, horizon))
+        .collect::<Result<_, BlindError>>()?;
+    Ok(WhereScore {
+        context,
+        coverage: coverage_score(worlds)?,
+        equations: equation_score(worlds, &each)?,
+    })
 }
 
-impl ContextScore {
-    fn of(worlds: &[WorldWhere], horizon: usize) -> Result<Self, BlindError> {
-        let comparable = || worlds.iter().filter(|w| w.comparable[horizon]);
-        let hits = || comparable().filter(|w| w.hit[horizon]);
-        Ok(Self {
-            minutes: HORIZONS[horizon],
-            comparable: Share::among(worlds, |w| w.comparable[horizon])?,
-            hit: Share::among(comparable(), |w| w.hit[horizon])?,
-            chance: mean(comparable().filter_map(|w| w.chance[horizon])),
-            sign_right: Share::among(hits(), |w| w.sign_right[horizon] == Some(true))?,
-        })
-    }
+fn context_score(worlds: &[WorldWhere], horizon: usize) -> Result<ContextScore, BlindError> {
+    let comparable = || worlds.iter().filter(|w| w.comparable[horizon]);
+    let hits = || comparable().filter(|w| w.hit[horizon]);
+    Ok(ContextScore {
+        minutes: HORIZONS[horizon],
+        comparable: among(worlds, |w| w.comparable[horizon])?,
+        hit: among(comparable(), |w| w.hit[horizon])?,
+        chance: mean(comparable().filter_map(|w| w.chance[horizon])),
+        sign_right: among(hits(), |w| w.sign_right[horizon] == Some(true))?,
+    })
 }
 
-impl CoverageScore {
-    fn of(worlds: &[ScoredWorld]) -> Result<Self, BlindError> {
-        let held = |world: &ScoredWorld| -> Vec<bool> {
-            let truth = world.label.gap.as_ref();
-            places(&world.answer)
-                .filter_map(|cell| {
-                    let minutes = cell.horizon_minutes.unwrap_or(USUAL);
-                    let horizon = HORIZONS.iter().position(|h| *h == minutes)?;
-                    let mean = match (world.label.kind, truth) {
-                        (Kind::Null, _) => 0.0,
-                        (_, Some(truth)) => truth.mean_at(&cell.factor, &cell.level, horizon)?,
-                        (_, None) => return None,
-                    };
-                    Some(cell.lower <= mean && mean <= cell.upper)
-                })
-                .collect()
-        };
-        let of = |null: bool| -> Vec<Vec<bool>> {
-            let chosen = worlds.iter().filter(|w| (w.label.kind == Kind::Null) == null);
-            chosen.map(held).filter(|cells| !cells.is_empty()).collect()
-        };
-        let (effects, nulls) = (of(false), of(true));
-        let cells = |of: &[Vec<bool>]| Share::among(of.iter().flatten(), |held| **held);
-        let all = |of: &[Vec<bool>]| Share::among(of, |cells| cells.iter().all(|held| *held));
-        Ok(Self {
-            cells: cells(&effects)?,
-            worlds: all(&effects)?,
-            null_cells: cells(&nulls)?,
-            null_worlds: all(&nulls)?,
-        })
-    }
-}
-
-impl EquationScore {
-    fn of(worlds: &[ScoredWorld], each: &[WorldWhere]) -> Result<Self, BlindError> {
-        let ranks: Vec<&(String, Option<usize>)> =
-            each.iter().flat_map(|world| &world.port_ranks).collect();
-        let with_truth: Vec<(&ScoredWorld, &TrueWhere)> =
-            worlds.iter().filter_map(|w| Some((w, w.label.gap.as_ref()?))).collect();
-        let by_set = with_truth.iter().flat_map(|(world, truth)| {
-            let best = ranked(&world.answer).first().copied();
-            truth.ports.iter().map(move |course| {
-                best.is_some_and(|best| {
-                    best.port == course.port || best.confusable_with.contains(&course.port)
-                })
+fn coverage_score(worlds: &[ScoredWorld]) -> Result<CoverageScore, BlindError> {
+    let held = |world: &ScoredWorld| -> Vec<bool> {
+        let truth = world.label.gap.as_ref();
+        places(&world.answer)
+            .filter_map(|cell| {
+                let horizon = HORIZONS.iter().position(|h| *h == cell.horizon_minutes)?;
+                let mean = match (world.label.kind, truth) {
+                    (Kind::Null, _) => 0.0,
+                    (_, Some(truth)) => mean_at(truth, cell.factor.name(), &cell.level, horizon)?,
+                    (_, None) => return None,
+                };
+                Some(cell.lower <= mean && mean <= cell.upper)
             })
-        });
-        let mut by_port: BTreeMap<String, Vec<bool>> = BTreeMap::new();
-        for (port, rank) in &ranks {
-            by_port.entry(port.clone()).or_default().push(*rank == Some(1));
-        }
-        let named = with_truth.iter().filter_map(|(world, truth)| {
-            let first = world.answer.found.first()?;
-            Some(truth.ports.iter().any(|course| course.port == first.port))
-        });
-        let rightly = with_truth.iter().flat_map(|(world, _)| {
-            world.answer.found.iter().filter(|found| world.label.has(&found.effect))
-        });
-        let listed = |rank: &Option<usize>| rank.is_some();
-        let courses: Vec<ComparedCourse> = with_truth
-            .iter()
-            .flat_map(|(world, truth)| truth.ports.iter().map(move |course| (world, course)))
-            .filter_map(|(world, course)| {
-                let port = world.answer.ports.iter().find(|port| port.port == course.port)?;
-                ComparedCourse::of(port, course)
+            .collect()
+    };
+    let of = |null: bool| -> Vec<Vec<bool>> {
+        let chosen = worlds.iter().filter(|w| (w.label.kind == Kind::Null) == null);
+        chosen.map(held).filter(|cells| !cells.is_empty()).collect()
+    };
+    let (effects, nulls) = (of(false), of(true));
+    let cells = |of: &[Vec<bool>]| among(of.iter().flatten(), |held| **held);
+    let all = |of: &[Vec<bool>]| among(of, |cells| cells.iter().all(|held| *held));
+    Ok(CoverageScore {
+        cells: cells(&effects)?,
+        worlds: all(&effects)?,
+        null_cells: cells(&nulls)?,
+        null_worlds: all(&nulls)?,
+    })
+}
+
+fn equation_score(
+    worlds: &[ScoredWorld],
+    each: &[WorldWhere],
+) -> Result<EquationScore, BlindError> {
+    let ranks: Vec<&(String, Option<usize>)> =
+        each.iter().flat_map(|world| &world.port_ranks).collect();
+    let with_truth: Vec<(&ScoredWorld, &TrueWhere)> =
+        worlds.iter().filter_map(|w| Some((w, w.label.gap.as_ref()?))).collect();
+    let by_set = with_truth.iter().flat_map(|(world, truth)| {
+        let best = ranked(&world.answer).first().copied();
+        truth.ports.iter().map(move |course| {
+            best.is_some_and(|best| {
+                best.port == course.port || best.confusable_with.contains(&course.port)
             })
-            .collect();
-        Ok(Self {
-            first: Share::among(&ranks, |(_, rank)| *rank == Some(1))?,
-            first_or_in_set: Share::among(by_set, |held| *held)?,
-            among_three: Share::among(&ranks, |(_, rank)| rank.is_some_and(|rank| rank <= TOP))?,
-            mean_rank: mean(ranks.iter().filter_map(|(_, rank)| Some((*rank)? as f64))),
-            mean_listed: mean(with_truth.iter().map(|(w, _)| w.answer.ports.len() as f64)),
-            not_listed: Share::among(&ranks, |(_, rank)| !listed(rank))?,
-            first_by_port: by_port
-                .into_iter()
-                .map(|(port, first)| Ok((port, Share::among(first, |first| *first)?)))
-                .collect::<Result<_, BlindError>>()?,
-            port_of_first_name: Share::among(named, |right| *right)?,
-            sign_of_amplitude: Share::among(rightly, |found| found.amplitude.lower > 0.0)?,
-            course_answered: Share::of(courses.len(), ranks.len())?,
-            course_sign: Share::among(&courses, |course| course.sign)?,
-            course_sign_if_certain: Share::among(courses.iter().filter(|c| c.certain), |c| c.sign)?,
-            course_parts_held: Share::among(courses.iter().flat_map(|c| &c.held), |held| **held)?,
-            courses_held: Share::among(&courses, |course| course.held.iter().all(|held| *held))?,
         })
+    });
+    let mut by_port: BTreeMap<String, Vec<bool>> = BTreeMap::new();
+    for (port, rank) in &ranks {
+        by_port.entry(port.clone()).or_default().push(*rank == Some(1));
     }
+    let named = with_truth.iter().filter_map(|(world, truth)| {
+        let first = world.answer.found.first()?;
+        Some(truth.ports.iter().any(|course| course.port == first.port))
+    });
+    let rightly = with_truth.iter().flat_map(|(world, _)| {
+        world.answer.found.iter().filter(|found| world.label.has(&found.effect))
+    });
+    let listed = |rank: &Option<usize>| rank.is_some();
+    let courses: Vec<ComparedCourse> = with_truth
+        .iter()
+        .flat_map(|(world, truth)| truth.ports.iter().map(move |course| (world, course)))
+        .filter_map(|(world, course)| {
+            let port = world.answer.ports.iter().find(|port| port.port == course.port)?;
+            ComparedCourse::of(port, course)
+        })
+        .collect();
+    Ok(EquationScore {
+        first: among(&ranks, |(_, rank)| *rank == Some(1))?,
+        first_or_in_set: among(by_set, |held| *held)?,
+        among_three: among(&ranks, |(_, rank)| rank.is_some_and(|rank| rank <= TOP))?,
+        mean_rank: mean(ranks.iter().filter_map(|(_, rank)| Some((*rank)? as f64))),
+        mean_listed: mean(with_truth.iter().map(|(w, _)| w.answer.ports.len() as f64)),
+        not_listed: among(&ranks, |(_, rank)| !listed(rank))?,
+        first_by_port: by_port
+            .into_iter()
+            .map(|(port, first)| Ok((port, among(first, |first| *first)?)))
+            .collect::<Result<_, BlindError>>()?,
+        port_of_first_name: among(named, |right| *right)?,
+        sign_of_amplitude: among(rightly, |found| found.amplitude.lower > 0.0)?,
+        course_answered: share(courses.len(), ranks.len())?,
+        course_sign: among(&courses, |course| course.sign)?,
+        course_sign_if_certain: among(courses.iter().filter(|c| c.certain), |c| c.sign)?,
+        course_parts_held: among(courses.iter().flat_map(|c| &c.held), |held| **held)?,
+        courses_held: among(&courses, |course| course.held.iter().all(|held| *held))?,
+    })
 }
 
 /// A course over the day beside the true one.
@@ -352,23 +259,11 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn cell(factor: &str) -> CellGap {
-        CellGap {
-            factor: factor.to_owned(),
-            level: String::new(),
-            mean_error_mg_dl: 1.0,
-            lower: 0.0,
-            upper: 2.0,
-            share_of_gap: 0.1,
-            expected_mg_dl: None,
-            horizon_minutes: None,
-        }
-    }
+    use crate::planted::cell;
 
     #[test]
     fn chance_draws_as_many_cells_of_each_factor_without_putting_them_back() {
-        let (hour, context) = (cell("hour"), cell("context"));
+        let (hour, context) = (cell(CellFactor::Hour, "", 1.0), cell(CellFactor::Context, "", 1.0));
         // Two hours and a context on top; four hours of which one is hot, two contexts of which one is.
         let cells = [
             (&hour, false),

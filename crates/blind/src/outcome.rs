@@ -1,69 +1,32 @@
 //! How an answer compares with the truth.
 
-use serde::{Deserialize, Serialize};
+use contract::blind_check::{Answer, Kind, Label, Outcome, Verdict};
+use contract::diagnosis::FoundEffect;
 
-use crate::answer::{Answer, Found, Verdict};
-use crate::label::{Kind, Label};
-
-/// How the answer for one world compares with its label.
-///
-/// What is right depends on the kind of world: "none" for a null world, all effects and no other
-/// for one or two effects, "unknown" for an effect outside the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// Right, and nothing besides.
-    Correct,
-    /// Every effect is named, and one that does not act as well.
-    WithExtra,
-    /// One of two effects is named.
-    Partial,
-    /// No effect is named, but one of them stands in the set of those that an effect that is named
-    /// cannot be told from.
-    InSet,
-    /// An effect is named that does not act, and none that does.
-    Wrong,
-    /// "Unknown" where that is not right.
-    Unknown,
-    /// "None" where something acts.
-    Missed,
-    /// No answer.
-    Failed,
+/// Compares an answer with a label.
+#[must_use]
+pub fn outcome(label: &Label, answer: &Answer) -> Outcome {
+    match (answer.verdict, label.kind) {
+        (Verdict::Failed, _) => Outcome::Failed,
+        (Verdict::None, Kind::Null) | (Verdict::Unknown, Kind::Outside) => Outcome::Correct,
+        (Verdict::None, _) => Outcome::Missed,
+        (Verdict::Unknown, _) => Outcome::Unknown,
+        (Verdict::Effect, Kind::Null | Kind::Outside) => Outcome::Wrong,
+        (Verdict::Effect, Kind::Single | Kind::Pair) => of_names(label, &answer.found),
+    }
 }
 
-impl Outcome {
-    /// Compares an answer with a label.
-    #[must_use]
-    pub fn of(label: &Label, answer: &Answer) -> Self {
-        match (answer.verdict, label.kind) {
-            (Verdict::Failed, _) => Self::Failed,
-            (Verdict::None, Kind::Null) | (Verdict::Unknown, Kind::Outside) => Self::Correct,
-            (Verdict::None, _) => Self::Missed,
-            (Verdict::Unknown, _) => Self::Unknown,
-            (Verdict::Effect, Kind::Null | Kind::Outside) => Self::Wrong,
-            (Verdict::Effect, Kind::Single | Kind::Pair) => Self::of_names(label, &answer.found),
-        }
+fn of_names(label: &Label, found: &[FoundEffect]) -> Outcome {
+    let named = label.effects.iter().filter(|e| found.iter().any(|f| f.effect == e.effect)).count();
+    let extra = found.iter().any(|f| !label.has(&f.effect));
+    if named == label.effects.len() {
+        return if extra { Outcome::WithExtra } else { Outcome::Correct };
     }
-
-    fn of_names(label: &Label, found: &[Found]) -> Self {
-        let named =
-            label.effects.iter().filter(|e| found.iter().any(|f| f.effect == e.effect)).count();
-        let extra = found.iter().any(|f| !label.has(&f.effect));
-        if named == label.effects.len() {
-            return if extra { Self::WithExtra } else { Self::Correct };
-        }
-        if named > 0 {
-            return Self::Partial;
-        }
-        let in_set = found.iter().any(|f| f.set_holds(|other| label.has(other)));
-        if in_set { Self::InSet } else { Self::Wrong }
+    if named > 0 {
+        return Outcome::Partial;
     }
-
-    /// Whether it is right, or the truth stands in the set that the answer offers.
-    #[must_use]
-    pub const fn is_correct_or_in_set(self) -> bool {
-        matches!(self, Self::Correct | Self::InSet)
-    }
+    let in_set = found.iter().any(|f| f.set_holds(|other| label.has(other)));
+    if in_set { Outcome::InSet } else { Outcome::Wrong }
 }
 
 /// Whether an effect is named that does not act and cannot be confused with one that does.
@@ -90,7 +53,7 @@ mod tests {
         };
         let unknown = Answer { verdict: Verdict::Unknown, ..Answer::none() };
         let failed = Answer::failed("killed", 1.0);
-        for (kind, truth, given, outcome, stranger) in [
+        for (kind, truth, given, expected, stranger) in [
             (Kind::Null, &[][..], &Answer::none(), Correct, false),
             (Kind::Null, &[], &unknown, Unknown, false),
             (Kind::Null, &[], &answer(&["dawn"]), Wrong, true),
@@ -112,7 +75,7 @@ mod tests {
             (Kind::Outside, &["pump_occlusion"], &Answer::none(), Missed, false),
         ] {
             let label = label("w", kind, truth, 5.0);
-            assert_eq!(Outcome::of(&label, given), outcome, "{truth:?} {given:?}");
+            assert_eq!(outcome(&label, given), expected, "{truth:?} {given:?}");
             assert_eq!(names_a_stranger(&label, given), stranger, "{truth:?} {given:?}");
         }
     }

@@ -1,8 +1,10 @@
 //! Planted labels and answers for the tests.
 
-use crate::{
-    Amplitude, Answer, Found, Kind, Label, ScoredWorld, TrueCell, TrueEffect, TrueWhere, Verdict,
-};
+use contract::WithInterval;
+use contract::blind_check::{Answer, Kind, Label, TrueCell, TrueEffect, TrueWhere, Verdict};
+use contract::diagnosis::{CellFactor, CellGap, FoundEffect};
+
+use crate::ScoredWorld;
 
 /// A label whose effects each cause a shift of `shift` mg/dL.
 pub(crate) fn label(id: &str, kind: Kind, effects: &[&str], shift: f64) -> Label {
@@ -26,13 +28,15 @@ pub(crate) fn label(id: &str, kind: Kind, effects: &[&str], shift: f64) -> Label
 pub(crate) fn answer(effects: &[&str]) -> Answer {
     let found = effects
         .iter()
-        .map(|effect| Found {
+        .map(|effect| FoundEffect {
             effect: (*effect).to_owned(),
             port: "egp".to_owned(),
             gain_nats: 20.0,
             probability: 0.9,
-            amplitude: Amplitude { value: 1.0, lower: 0.5, upper: 1.5 },
+            amplitude: WithInterval { value: 1.0, lower: 0.5, upper: 1.5 },
             confusable_with: Vec::new(),
+            people: Vec::new(),
+            questioned: Vec::new(),
         })
         .collect();
     Answer { verdict: Verdict::Effect, found, ..Answer::none() }
@@ -43,6 +47,24 @@ pub(crate) fn with_probability(effect: &str, probability: f64) -> Answer {
     let mut planted = answer(&[effect]);
     planted.found[0].probability = probability;
     planted
+}
+
+/// A cell of an answer whose mean error is `mean`, with an interval of 1 mg/dL to either side.
+pub(crate) fn cell(factor: CellFactor, level: &str, mean: f64) -> CellGap {
+    CellGap {
+        factor,
+        level: level.to_owned(),
+        mean_error_mg_dl: mean,
+        lower: mean - 1.0,
+        upper: mean + 1.0,
+        p_adjusted: 0.5,
+        share_of_gap: 0.1,
+        expected_mg_dl: None,
+        horizon_minutes: 60,
+        people: 5,
+        runs: 100,
+        innovation: None,
+    }
 }
 
 /// A world whose effects cause a shift of 5 mg/dL.

@@ -1,42 +1,17 @@
 //! How often an effect is found, by its name and by the shift that it causes.
 
+use crate::outcome::outcome;
+use crate::share::among;
+use contract::blind_check::{Kind, Outcome, PowerRow, Verdict};
+
 use std::collections::BTreeSet;
 
-use serde::{Deserialize, Serialize};
-
-use crate::answer::Verdict;
 use crate::check::ScoredWorld;
 use crate::error::BlindError;
-use crate::label::Kind;
-use crate::outcome::Outcome;
-use crate::share::Share;
 
 /// Lower ends of the bins of the achieved shift, mg/dL; the last has no upper end. They part the
 /// targets 2.5, 5, 10 and 15 halfway.
 pub const SHIFT_BINS: [f64; 4] = [0.0, 3.75, 7.5, 12.5];
-
-/// The worlds with one effect whose shift lies in one bin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PowerRow {
-    /// The effect; `None` for all effects together.
-    pub effect: Option<String>,
-    /// Lower end of the bin, mg/dL.
-    pub from_mg_dl: f64,
-    /// Upper end of the bin, mg/dL, itself not in it; `None` where there is none.
-    pub to_mg_dl: Option<f64>,
-    /// Mean achieved shift of the worlds, mg/dL.
-    pub mean_shift_mg_dl: f64,
-    /// Worlds in which the effect, and nothing else, was named.
-    pub named: Share,
-    /// As `named`, or the effect stands in the set that the answer offers.
-    pub named_or_in_set: Share,
-    /// Worlds in which the answer was not "none".
-    pub detected: Share,
-    /// Worlds in which the exact course of the effect would be above its threshold
-    /// ([`BlindCheck::with_ceiling`](crate::BlindCheck::with_ceiling)); `None` where that was not asked.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ceiling: Option<Share>,
-}
 
 /// Rows of all effects together, then of each effect; bins without a world have no row.
 pub(crate) fn power(worlds: &[ScoredWorld]) -> Result<Vec<PowerRow>, BlindError> {
@@ -71,16 +46,16 @@ fn row(
     to_mg_dl: Option<f64>,
     worlds: &[&ScoredWorld],
 ) -> Result<PowerRow, BlindError> {
-    let outcome = |w: &ScoredWorld| Outcome::of(&w.label, &w.answer);
+    let outcome = |w: &ScoredWorld| outcome(&w.label, &w.answer);
     let shifts: f64 = worlds.iter().map(|w| w.label.largest_shift()).sum();
     Ok(PowerRow {
         effect: effect.map(str::to_owned),
         from_mg_dl,
         to_mg_dl,
         mean_shift_mg_dl: shifts / worlds.len() as f64,
-        named: Share::among(worlds, |w| outcome(w) == Outcome::Correct)?,
-        named_or_in_set: Share::among(worlds, |w| outcome(w).is_correct_or_in_set())?,
-        detected: Share::among(worlds, |w| {
+        named: among(worlds, |w| outcome(w) == Outcome::Correct)?,
+        named_or_in_set: among(worlds, |w| outcome(w).is_correct_or_in_set())?,
+        detected: among(worlds, |w| {
             matches!(w.answer.verdict, Verdict::Effect | Verdict::Unknown)
         })?,
         ceiling: None,

@@ -4,104 +4,41 @@
 //! unchanged record: the planted effect has to be named, or its evidence to rise; no other name may be new.
 //! Where what signals an effect was struck or moved, its evidence has to go.
 
+use crate::share::among;
+use crate::share::share;
+use contract::Document as _;
+use contract::blind_check::{
+    Answer, CalibratedPeople, EvidencePair, PlantedCheck, PlantedLabel, PlantedRow, PlantedTotals,
+    Verdict,
+};
+use contract::diagnosis::PersonSummary;
+
 use std::collections::BTreeSet;
 
-use serde::{Deserialize, Serialize};
-
-use crate::answer::{Answer, Verdict};
 use crate::error::BlindError;
-use crate::share::Share;
 
-/// Value of [`PlantedCheck::schema`].
-pub const PLANTED_SCHEMA: &str = "planted/1";
 /// Nats by which evidence must rise to count as risen: odds of 20 to 1.
 pub const RISEN_NATS: f64 = 3.0;
 
 /// Nats that undoing a change exactly must gain for the change to count as one that can be told.
 pub const TELLABLE_NATS: f64 = 6.0;
 
-/// The label of a cohort of real people: what is sealed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlantedLabel {
-    /// Name of the cohort and of its folder.
-    pub id: String,
-    /// What was planted; `none` for the record as it is.
-    pub planting: String,
-    /// The effect that has to be named; `None` where nothing was planted that the library holds.
-    pub effect: Option<String>,
-    /// Effects whose evidence has to go.
-    #[serde(default)]
-    pub evidence_lost: Vec<String>,
-    /// Size, in `unit`.
-    pub size: f64,
-    /// Unit of the size.
-    pub unit: String,
-    /// How the planting differs from the effect's definition; empty where it does not.
-    #[serde(default)]
-    pub inexact: String,
-    /// Entries of the records that were changed.
-    pub changed: usize,
-}
-
-/// How the plant was calibrated to the people of one cohort.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct CalibratedPeople {
-    /// People who were diagnosed.
-    pub people: usize,
-    /// Of these, those with a factor at its bound.
-    pub at_bound: usize,
-    /// Of these, those whose calibration did not converge.
-    pub not_converged: usize,
-    /// Of these, those with either.
-    pub ill: usize,
-    /// People who were left out.
-    pub excluded: usize,
-}
-
-impl CalibratedPeople {
-    /// Counts the people of a `diagnosis.json`.
-    ///
-    /// # Errors
-    /// [`BlindError::Diagnosis`] if the text is none.
-    pub fn of_diagnosis(text: &[u8]) -> Result<Self, BlindError> {
-        let diagnosis: DiagnosedPeople = serde_json::from_slice(text)
-            .map_err(|error| BlindError::Diagnosis { problem: error.to_string() })?;
-        let mut counted = Self::default();
-        for person in diagnosis.people {
-            let Some(calibration) = person.calibration else {
-                counted.excluded += 1;
-                continue;
-            };
-            let at_bound = calibration.factors.iter().any(|factor| factor.at_bound);
-            counted.people += 1;
-            counted.at_bound += usize::from(at_bound);
-            counted.not_converged += usize::from(!calibration.converged);
-            counted.ill += usize::from(at_bound || !calibration.converged);
-        }
-        Ok(counted)
+/// Counts the people of a diagnosis by their calibration.
+#[must_use]
+pub fn calibrated_people(people: &[PersonSummary]) -> CalibratedPeople {
+    let mut counted = CalibratedPeople::default();
+    for person in people {
+        let Some(calibration) = &person.calibration else {
+            counted.excluded += 1;
+            continue;
+        };
+        let at_bound = calibration.factors.iter().any(|factor| factor.at_bound);
+        counted.people += 1;
+        counted.at_bound += usize::from(at_bound);
+        counted.not_converged += usize::from(!calibration.converged);
+        counted.ill += usize::from(at_bound || !calibration.converged);
     }
-}
-
-/// The part of `diagnosis.json` that tells of people.
-#[derive(Deserialize)]
-struct DiagnosedPeople {
-    people: Vec<DiagnosedPerson>,
-}
-
-#[derive(Deserialize)]
-struct DiagnosedPerson {
-    calibration: Option<PersonCalibration>,
-}
-
-#[derive(Deserialize)]
-struct PersonCalibration {
-    converged: bool,
-    factors: Vec<CalibratedFactor>,
-}
-
-#[derive(Deserialize)]
-struct CalibratedFactor {
-    at_bound: bool,
+    counted
 }
 
 /// A cohort of real people with its label and its answer.
@@ -117,108 +54,59 @@ pub struct AnsweredCohort {
     pub undone_nats: Option<f64>,
 }
 
-/// Evidence for one effect before and after, nats; `None` where the effect could not be tried.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EvidencePair {
-    /// The effect.
-    pub effect: String,
-    /// For the record as it is.
-    pub before: Option<f64>,
-    /// For the changed record.
-    pub after: Option<f64>,
-    /// Whether it is named for the record as it is.
-    pub named_before: bool,
-    /// Whether it is named for the changed record.
-    pub named_after: bool,
-}
-
-impl EvidencePair {
-    fn of(effect: &str, before: &Answer, after: &Answer) -> Self {
-        let nats = |answer: &Answer| {
-            answer.candidates.iter().find(|c| c.effect == effect).map(|c| c.gain_nats)
-        };
-        Self {
-            effect: effect.to_owned(),
-            before: nats(before),
-            after: nats(after),
-            named_before: names(before).contains(effect),
-            named_after: names(after).contains(effect),
-        }
-    }
-
-    /// Whether it rose by [`RISEN_NATS`]; evidence below zero speaks for no size and counts as zero, so that
-    /// less against an effect is not more for it.
-    fn risen(&self) -> bool {
-        let (before, after) = (self.before.unwrap_or(0.0), self.after.unwrap_or(0.0));
-        after.max(0.0) - before.max(0.0) >= RISEN_NATS
-    }
-
-    /// Whether what was named is named no more.
-    fn gone(&self) -> bool {
-        !self.named_after
+fn evidence_pair(effect: &str, before: &Answer, after: &Answer) -> EvidencePair {
+    let nats = |answer: &Answer| {
+        answer.candidates.iter().find(|c| c.effect == effect).map(|c| c.gain_nats)
+    };
+    EvidencePair {
+        effect: effect.to_owned(),
+        before: nats(before),
+        after: nats(after),
+        named_before: names(before).contains(effect),
+        named_after: names(after).contains(effect),
     }
 }
 
-/// One planted cohort, scored.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlantedRow {
-    /// The label.
-    pub label: PlantedLabel,
-    /// The answer in one word.
-    pub verdict: Verdict,
-    /// What was named, in its order.
-    pub named: Vec<String>,
-    /// Evidence for the planted effect, or for those that had to lose it.
-    pub evidence: Vec<EvidencePair>,
-    /// Whether the planted effect is named.
-    pub named_rightly: bool,
-    /// Whether it is named and was not before.
-    pub named_anew: bool,
-    /// Whether the planted effect is named or stands in the set of one that is.
-    pub named_or_in_set: bool,
-    /// Whether its evidence rose by [`RISEN_NATS`].
-    pub risen: bool,
-    /// Names that the record as it is does not have, the planted one aside.
-    pub strangers: Vec<String>,
-    /// How the people were calibrated.
-    pub calibrated: CalibratedPeople,
-    /// What undoing the change exactly would gain, nats: what an oracle would win that judges glucose through this plant.
-    #[serde(default)]
-    pub undone_nats: Option<f64>,
-    /// Time of the diagnosis, s.
-    pub seconds: f64,
+/// Whether it rose by [`RISEN_NATS`]; evidence below zero speaks for no size and counts as zero, so that
+/// less against an effect is not more for it.
+fn risen(pair: &EvidencePair) -> bool {
+    let (before, after) = (pair.before.unwrap_or(0.0), pair.after.unwrap_or(0.0));
+    after.max(0.0) - before.max(0.0) >= RISEN_NATS
 }
 
-impl PlantedRow {
-    fn of(cohort: &AnsweredCohort, before: &Answer) -> Self {
-        let AnsweredCohort { label, answer, calibrated, undone_nats } = cohort;
-        let (old, new) = (names(before), names(answer));
-        let planted = label.effect.as_deref();
-        let asked = planted.into_iter().chain(label.evidence_lost.iter().map(String::as_str));
-        let evidence: Vec<EvidencePair> =
-            asked.map(|effect| EvidencePair::of(effect, before, answer)).collect();
-        let is_named = planted.is_some_and(|effect| new.contains(effect));
-        let in_set = planted.is_some_and(|effect| {
-            answer.found.iter().any(|found| found.set_holds(|other| other == effect))
-        });
-        Self {
-            verdict: answer.verdict,
-            named: answer.found.iter().map(|found| found.effect.clone()).collect(),
-            named_rightly: is_named,
-            named_anew: is_named && planted.is_some_and(|effect| !old.contains(effect)),
-            named_or_in_set: is_named || in_set,
-            risen: planted.is_some() && evidence.iter().any(EvidencePair::risen),
-            strangers: new
-                .iter()
-                .filter(|name| !old.contains(*name) && planted != Some(**name))
-                .map(|name| (*name).to_owned())
-                .collect(),
-            evidence,
-            calibrated: *calibrated,
-            undone_nats: *undone_nats,
-            seconds: answer.seconds,
-            label: label.clone(),
-        }
+/// Whether what was named is named no more.
+fn gone(pair: &EvidencePair) -> bool {
+    !pair.named_after
+}
+
+fn planted_row(cohort: &AnsweredCohort, before: &Answer) -> PlantedRow {
+    let AnsweredCohort { label, answer, calibrated, undone_nats } = cohort;
+    let (old, new) = (names(before), names(answer));
+    let planted = label.effect.as_deref();
+    let asked = planted.into_iter().chain(label.evidence_lost.iter().map(String::as_str));
+    let evidence: Vec<EvidencePair> =
+        asked.map(|effect| evidence_pair(effect, before, answer)).collect();
+    let is_named = planted.is_some_and(|effect| new.contains(effect));
+    let in_set = planted.is_some_and(|effect| {
+        answer.found.iter().any(|found| found.set_holds(|other| other == effect))
+    });
+    PlantedRow {
+        verdict: answer.verdict,
+        named: answer.found.iter().map(|found| found.effect.clone()).collect(),
+        named_rightly: is_named,
+        named_anew: is_named && planted.is_some_and(|effect| !old.contains(effect)),
+        named_or_in_set: is_named || in_set,
+        risen: planted.is_some() && evidence.iter().any(risen),
+        strangers: new
+            .iter()
+            .filter(|name| !old.contains(*name) && planted != Some(**name))
+            .map(|name| (*name).to_owned())
+            .collect(),
+        evidence,
+        calibrated: *calibrated,
+        undone_nats: *undone_nats,
+        seconds: answer.seconds,
+        label: label.clone(),
     }
 }
 
@@ -226,128 +114,74 @@ fn names(answer: &Answer) -> BTreeSet<&str> {
     answer.found.iter().map(|found| found.effect.as_str()).collect()
 }
 
-/// Counts over some of the planted cohorts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlantedTotals {
-    /// What is counted: an effect, a multiple of the usual size, or everything.
-    pub what: String,
-    /// Cohorts in which the planted effect is named.
-    pub named: Share,
-    /// Of those in which it was not named before: those in which it is now.
-    pub named_anew: Share,
-    /// Cohorts in which it is named or in the set of one that is.
-    pub named_or_in_set: Share,
-    /// Cohorts in which its evidence rose by [`RISEN_NATS`].
-    pub risen: Share,
-    /// Cohorts in which another effect is named that was not before.
-    pub strangers: Share,
-    /// Of the cohorts for which it is known: those in which undoing the change exactly gains [`TELLABLE_NATS`].
-    pub tellable: Share,
+fn planted_totals(what: &str, rows: &[&PlantedRow]) -> Result<PlantedTotals, BlindError> {
+    let rows = || rows.iter().copied().filter(|row| row.label.effect.is_some());
+    let fresh = |row: &&PlantedRow| row.named_anew || !row.named_rightly;
+    Ok(PlantedTotals {
+        what: what.to_owned(),
+        named: among(rows(), |row| row.named_rightly)?,
+        named_anew: among(rows().filter(fresh), |row| row.named_anew)?,
+        named_or_in_set: among(rows(), |row| row.named_or_in_set)?,
+        risen: among(rows(), |row| row.risen)?,
+        strangers: among(rows(), |row| !row.strangers.is_empty())?,
+        tellable: among(rows().filter(|row| row.undone_nats.is_some()), |row| {
+            row.undone_nats.is_some_and(|nats| nats >= TELLABLE_NATS)
+        })?,
+    })
 }
 
-impl PlantedTotals {
-    fn of(what: &str, rows: &[&PlantedRow]) -> Result<Self, BlindError> {
-        let rows = || rows.iter().copied().filter(|row| row.label.effect.is_some());
-        let fresh = |row: &&PlantedRow| row.named_anew || !row.named_rightly;
-        Ok(Self {
-            what: what.to_owned(),
-            named: Share::among(rows(), |row| row.named_rightly)?,
-            named_anew: Share::among(rows().filter(fresh), |row| row.named_anew)?,
-            named_or_in_set: Share::among(rows(), |row| row.named_or_in_set)?,
-            risen: Share::among(rows(), |row| row.risen)?,
-            strangers: Share::among(rows(), |row| !row.strangers.is_empty())?,
-            tellable: Share::among(rows().filter(|row| row.undone_nats.is_some()), |row| {
-                row.undone_nats.is_some_and(|nats| nats >= TELLABLE_NATS)
-            })?,
+/// Scores the answers; one of `cohorts` must be the record as it is.
+///
+/// # Errors
+/// [`BlindError::Unmatched`] without a record as it is.
+pub fn planted_check(seed: u64, cohorts: &[AnsweredCohort]) -> Result<PlantedCheck, BlindError> {
+    let is_changed = |cohort: &&AnsweredCohort| cohort.label.planting != NOTHING;
+    let as_it_is = cohorts.iter().find(|cohort| !is_changed(cohort)).ok_or_else(|| {
+        let problem = "no cohort holds the record as it is";
+        BlindError::Unmatched { id: NOTHING.to_owned(), problem }
+    })?;
+    let changed = cohorts.iter().filter(is_changed);
+    let mut rows: Vec<PlantedRow> =
+        changed.map(|cohort| planted_row(cohort, &as_it_is.answer)).collect();
+    rows.sort_by(|a, b| {
+        let name = |row: &PlantedRow| (row.label.effect.is_none(), row.label.planting.clone());
+        name(a).cmp(&name(b)).then(a.label.size.total_cmp(&b.label.size))
+    });
+    let all: Vec<&PlantedRow> = rows.iter().collect();
+    let effects: BTreeSet<&str> =
+        rows.iter().filter_map(|row| row.label.effect.as_deref()).collect();
+    let of_effect = |effect: &str| -> Vec<&PlantedRow> {
+        rows.iter().filter(|row| row.label.effect.as_deref() == Some(effect)).collect()
+    };
+    let by_effect: Result<Vec<_>, _> =
+        effects.iter().map(|effect| planted_totals(effect, &of_effect(effect))).collect();
+    let sizes = effects.iter().map(|effect| of_effect(effect).len()).max().unwrap_or(0);
+    let by_size: Result<Vec<_>, _> = (0..sizes)
+        .map(|rank| {
+            let of_rank: Vec<&PlantedRow> =
+                effects.iter().filter_map(|effect| of_effect(effect).get(rank).copied()).collect();
+            planted_totals(&format!("size {}", rank + 1), &of_rank)
         })
-    }
-}
-
-/// A check of one cohort of real people: `planted.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlantedCheck {
-    /// [`PLANTED_SCHEMA`].
-    pub schema: String,
-    /// Seed of what was drawn.
-    pub seed: u64,
-    /// What the diagnosis says of the record as it is.
-    pub as_it_is: Answer,
-    /// How its people were calibrated there.
-    pub calibrated_as_it_is: CalibratedPeople,
-    /// Every planted cohort, by what was planted and by size.
-    pub cohorts: Vec<PlantedRow>,
-    /// Counts over all cohorts with an effect of the library.
-    pub all: PlantedTotals,
-    /// Counts by effect.
-    pub by_effect: Vec<PlantedTotals>,
-    /// Counts by size: the smallest of each effect, then the next.
-    pub by_size: Vec<PlantedTotals>,
-    /// Cohorts in which another effect is named that was not before, whatever was planted or struck.
-    pub strangers: Share,
-    /// Effects that were named and have lost what signals them: those that are named no more.
-    pub evidence_gone: Share,
-    /// People over all changed cohorts whose calibration ends at a bound or does not converge.
-    pub ill_calibrated: Share,
-    /// Cohorts whose diagnosis ended without an answer.
-    pub failed: Share,
-}
-
-impl PlantedCheck {
-    /// Scores the answers; one of `cohorts` must be the record as it is.
-    ///
-    /// # Errors
-    /// [`BlindError::Unmatched`] without a record as it is.
-    pub fn score(seed: u64, cohorts: &[AnsweredCohort]) -> Result<Self, BlindError> {
-        let is_changed = |cohort: &&AnsweredCohort| cohort.label.planting != NOTHING;
-        let as_it_is = cohorts.iter().find(|cohort| !is_changed(cohort)).ok_or_else(|| {
-            let problem = "no cohort holds the record as it is";
-            BlindError::Unmatched { id: NOTHING.to_owned(), problem }
-        })?;
-        let changed = cohorts.iter().filter(is_changed);
-        let mut rows: Vec<PlantedRow> =
-            changed.map(|cohort| PlantedRow::of(cohort, &as_it_is.answer)).collect();
-        rows.sort_by(|a, b| {
-            let name = |row: &PlantedRow| (row.label.effect.is_none(), row.label.planting.clone());
-            name(a).cmp(&name(b)).then(a.label.size.total_cmp(&b.label.size))
-        });
-        let all: Vec<&PlantedRow> = rows.iter().collect();
-        let effects: BTreeSet<&str> =
-            rows.iter().filter_map(|row| row.label.effect.as_deref()).collect();
-        let of_effect = |effect: &str| -> Vec<&PlantedRow> {
-            rows.iter().filter(|row| row.label.effect.as_deref() == Some(effect)).collect()
-        };
-        let by_effect: Result<Vec<_>, _> =
-            effects.iter().map(|effect| PlantedTotals::of(effect, &of_effect(effect))).collect();
-        let sizes = effects.iter().map(|effect| of_effect(effect).len()).max().unwrap_or(0);
-        let by_size: Result<Vec<_>, _> = (0..sizes)
-            .map(|rank| {
-                let of_rank: Vec<&PlantedRow> = effects
-                    .iter()
-                    .filter_map(|effect| of_effect(effect).get(rank).copied())
-                    .collect();
-                PlantedTotals::of(&format!("size {}", rank + 1), &of_rank)
-            })
-            .collect();
-        let lost = rows.iter().filter(|row| row.label.effect.is_none());
-        let lost = lost.flat_map(|row| &row.evidence).filter(|evidence| evidence.named_before);
-        let people = |count: fn(&CalibratedPeople) -> usize| -> usize {
-            rows.iter().map(|row| count(&row.calibrated)).sum()
-        };
-        Ok(Self {
-            schema: PLANTED_SCHEMA.to_owned(),
-            seed,
-            as_it_is: as_it_is.answer.clone(),
-            calibrated_as_it_is: as_it_is.calibrated,
-            all: PlantedTotals::of("all", &all)?,
-            by_effect: by_effect?,
-            by_size: by_size?,
-            strangers: Share::among(&rows, |row| !row.strangers.is_empty())?,
-            evidence_gone: Share::among(lost, |evidence| evidence.gone())?,
-            ill_calibrated: Share::of(people(|c| c.ill), people(|c| c.people))?,
-            failed: Share::among(&rows, |row| row.verdict == Verdict::Failed)?,
-            cohorts: rows,
-        })
-    }
+        .collect();
+    let lost = rows.iter().filter(|row| row.label.effect.is_none());
+    let lost = lost.flat_map(|row| &row.evidence).filter(|evidence| evidence.named_before);
+    let people = |count: fn(&CalibratedPeople) -> usize| -> usize {
+        rows.iter().map(|row| count(&row.calibrated)).sum()
+    };
+    Ok(PlantedCheck {
+        schema: PlantedCheck::SCHEMA.to_owned(),
+        seed,
+        as_it_is: as_it_is.answer.clone(),
+        calibrated_as_it_is: as_it_is.calibrated,
+        all: planted_totals("all", &all)?,
+        by_effect: by_effect?,
+        by_size: by_size?,
+        strangers: among(&rows, |row| !row.strangers.is_empty())?,
+        evidence_gone: among(lost, |evidence| gone(evidence))?,
+        ill_calibrated: share(people(|c| c.ill), people(|c| c.people))?,
+        failed: among(&rows, |row| row.verdict == Verdict::Failed)?,
+        cohorts: rows,
+    })
 }
 
 /// [`PlantedLabel::planting`] of the record as it is.
@@ -356,13 +190,15 @@ pub const NOTHING: &str = "none";
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answer::Candidate;
+
     use crate::planted::answer;
+    use contract::blind_check::Share;
+    use contract::diagnosis::{CalibrationSummary, CandidateEffect, FactorEstimate};
 
     fn cohort(planting: &str, size: f64, named: &[&str], nats: &[(&str, f64)]) -> AnsweredCohort {
         let candidates = nats
             .iter()
-            .map(|(effect, gain_nats)| Candidate {
+            .map(|(effect, gain_nats)| CandidateEffect {
                 effect: (*effect).to_owned(),
                 gain_nats: *gain_nats,
                 probability: 0.5,
@@ -389,7 +225,7 @@ mod tests {
     #[test]
     fn names_and_evidence_are_compared_with_the_record_as_it_is() {
         let before = [("sensor_lag", 1.0), ("dawn", 9.0), ("missed_meals", -8.0)];
-        let check = PlantedCheck::score(
+        let check = planted_check(
             1,
             &[
                 cohort("sensor_lag", 12.0, &["sensor_lag", "dawn"], &[("sensor_lag", 14.0)]),
@@ -428,22 +264,42 @@ mod tests {
 
     #[test]
     fn a_check_without_the_record_as_it_is_cannot_be_scored() {
-        let error = PlantedCheck::score(1, &[cohort("dawn", 1.0, &[], &[])]).expect_err("no other");
+        let error = planted_check(1, &[cohort("dawn", 1.0, &[], &[])]).expect_err("no other");
         assert!(error.to_string().contains("record as it is"), "{error}");
     }
 
     #[test]
     fn people_at_bounds_are_counted() {
-        let text = br#"{"verdict": "none", "people": [
-            {"person_id": "a", "excluded": null,
-             "calibration": {"converged": true, "factors": [{"factor": "egp_0", "at_bound": true}]}},
-            {"person_id": "b", "excluded": null,
-             "calibration": {"converged": false, "factors": [{"factor": "egp_0", "at_bound": false}]}},
-            {"person_id": "c", "excluded": "too short", "calibration": null}]}"#;
-        let counted = CalibratedPeople::of_diagnosis(text).expect("a diagnosis");
+        let calibrated = |converged: bool, at_bound: bool| CalibrationSummary {
+            factors: vec![FactorEstimate {
+                factor: "egp0".to_owned(),
+                value: 1.0,
+                log_sd: 0.1,
+                at_bound,
+            }],
+            converged,
+            iterations: 3,
+            log_covariance: Vec::new(),
+            dependence: 1.0,
+            innovation_sd: 1.0,
+            autoregression: [0.0; 2],
+            runs: 1,
+            censored_readings: 0,
+            unrecorded_doses: 0,
+            weight_kg: 70.0,
+            weight_assumed: true,
+        };
+        let person = |calibration: Option<CalibrationSummary>| PersonSummary {
+            person_id: "p".to_owned(),
+            days: 7,
+            excluded: calibration.is_none().then(|| "too short".to_owned()),
+            calibration,
+        };
+        let people =
+            [Some(calibrated(true, true)), Some(calibrated(false, false)), None].map(person);
+        let counted = calibrated_people(&people);
         let expected =
             CalibratedPeople { people: 2, at_bound: 1, not_converged: 1, ill: 2, excluded: 1 };
         assert_eq!(counted, expected);
-        assert!(CalibratedPeople::of_diagnosis(b"{}").is_err());
     }
 }

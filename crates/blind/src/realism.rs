@@ -4,148 +4,71 @@
 //! blind check in the place of the posterior: what is fixed on worlds in which real people are
 //! improbable says nothing of real people.
 
+use contract::Document as _;
+use contract::blind_check::{Group, PersonStatistics, Quantiles, Realism, StatisticRow};
+
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, DiscreteCDF as _};
 use stats::quantiles;
 
 use crate::error::BlindError;
 use crate::text_table::aligned;
 
-/// Value of [`Realism::schema`].
-const SCHEMA: &str = "realism/1";
 /// Share of a group that lies within its central range.
 const CENTRAL: f64 = 0.95;
 /// Chance with which more real people than [`StatisticRow::allowed_outside`] lie outside if they are
 /// drawn like the made ones.
 const CHANCE: f64 = 0.05;
 
-/// Where a person comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Group {
-    /// A world in which nothing is missing.
-    Null,
-    /// A world in which an effect acts.
-    Effect,
-    /// A record of a real person.
-    Real,
-}
-
-/// The statistics of one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PersonStatistics {
-    /// Where the person comes from.
-    pub group: Group,
-    /// The hand that made the person; the study, for a real one.
-    pub hand: String,
-    /// The person's identifier.
-    pub person_id: String,
-    /// Statistics by name; what cannot be computed of this record is absent.
-    pub values: BTreeMap<String, f64>,
-}
-
-/// Quantiles of one statistic in one group.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Quantiles {
-    /// People.
-    pub people: usize,
-    /// 2.5 % quantile.
-    pub lower: f64,
-    /// Median.
-    pub median: f64,
-    /// 97.5 % quantile.
-    pub upper: f64,
-}
-
-/// One statistic.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StatisticRow {
-    /// Its name.
-    pub statistic: String,
-    /// In worlds without an effect; `None` where nobody there has it.
-    pub nulls: Option<Quantiles>,
-    /// In worlds with effects.
-    pub effects: Option<Quantiles>,
-    /// In real people.
-    pub real: Quantiles,
-    /// Real people outside the central 95 % of both kinds of worlds, with their values.
-    pub outside: BTreeMap<String, f64>,
-    /// How many could lie outside by chance: more do in less than 5 % of draws of so many people.
-    pub allowed_outside: usize,
-    /// Whether no more lie outside than could by chance.
-    pub inside: bool,
-}
-
-/// The table: `realism.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Realism {
-    /// Always `realism/1`.
-    pub schema: String,
-    /// A row a statistic, by name.
-    pub statistics: Vec<StatisticRow>,
-    /// Statistics in which real people lie inside.
-    pub inside: usize,
-    /// Statistics in which every real person lies within the central 95 %.
-    pub all_inside: usize,
-    /// Values of real people within the central 95 %, of all of them.
-    pub values_inside: usize,
-    /// Values of real people that were compared.
-    pub values: usize,
-}
-
-impl Realism {
-    /// Compares real people with those of worlds. Statistics that no real person has are left out.
-    ///
-    /// # Errors
-    /// If a value is not finite, or there is no real person.
-    pub fn of(people: &[PersonStatistics]) -> Result<Self, BlindError> {
-        let real: Vec<&PersonStatistics> =
-            people.iter().filter(|p| p.group == Group::Real).collect();
-        let names: BTreeSet<&String> = real.iter().flat_map(|p| p.values.keys()).collect();
-        if names.is_empty() {
-            return Err(BlindError::NobodyReal);
-        }
-        let statistics: Vec<StatisticRow> =
-            names.into_iter().map(|name| row(name, people)).collect::<Result<_, _>>()?;
-        let values: usize = statistics.iter().map(|row| row.real.people).sum();
-        let outside: usize = statistics.iter().map(|row| row.outside.len()).sum();
-        Ok(Self {
-            schema: SCHEMA.to_owned(),
-            inside: statistics.iter().filter(|row| row.inside).count(),
-            all_inside: statistics.iter().filter(|row| row.outside.is_empty()).count(),
-            values_inside: values - outside,
-            values,
-            statistics,
-        })
+/// Compares real people with those of worlds. Statistics that no real person has are left out.
+///
+/// # Errors
+/// If a value is not finite, or there is no real person.
+pub fn compare(people: &[PersonStatistics]) -> Result<Realism, BlindError> {
+    let real: Vec<&PersonStatistics> = people.iter().filter(|p| p.group == Group::Real).collect();
+    let names: BTreeSet<&String> = real.iter().flat_map(|p| p.values.keys()).collect();
+    if names.is_empty() {
+        return Err(BlindError::NobodyReal);
     }
+    let statistics: Vec<StatisticRow> =
+        names.into_iter().map(|name| row(name, people)).collect::<Result<_, _>>()?;
+    let values: usize = statistics.iter().map(|row| row.real.people).sum();
+    let outside: usize = statistics.iter().map(|row| row.outside.len()).sum();
+    Ok(Realism {
+        schema: Realism::SCHEMA.to_owned(),
+        inside: statistics.iter().filter(|row| row.inside).count(),
+        all_inside: statistics.iter().filter(|row| row.outside.is_empty()).count(),
+        values_inside: values - outside,
+        values,
+        statistics,
+    })
+}
 
-    /// The table as text: a line a statistic, those in which real people lie outside marked.
-    #[must_use]
-    pub fn table(&self) -> String {
-        let header = ["statistic", "nulls: 2.5 %", "median", "97.5 %", "effects: 2.5 %", "median"];
-        let header = header.into_iter().chain(["97.5 %", "real: least", "median", "most", ""]);
-        let mut lines = vec![header.map(str::to_owned).collect::<Vec<_>>()];
-        for row in &self.statistics {
-            let of = |quantiles: Option<Quantiles>| match quantiles {
-                Some(q) => [q.lower, q.median, q.upper].map(figure),
-                None => ["-"; 3].map(str::to_owned),
-            };
-            let mut line = vec![row.statistic.clone()];
-            line.extend(of(row.nulls));
-            line.extend(of(row.effects));
-            line.extend(of(Some(row.real)));
-            let people: Vec<&str> = row.outside.keys().map(String::as_str).collect();
-            line.push(match (people.as_slice(), row.inside) {
-                ([], _) => String::new(),
-                (people, true) => format!("(outside: {})", people.join(", ")),
-                (people, false) => format!("OUTSIDE: {}", people.join(", ")),
-            });
-            lines.push(line);
-        }
-        aligned(&lines)
+/// The table as text: a line a statistic, those in which real people lie outside marked.
+#[must_use]
+pub fn table(realism: &Realism) -> String {
+    let header = ["statistic", "nulls: 2.5 %", "median", "97.5 %", "effects: 2.5 %", "median"];
+    let header = header.into_iter().chain(["97.5 %", "real: least", "median", "most", ""]);
+    let mut lines = vec![header.map(str::to_owned).collect::<Vec<_>>()];
+    for row in &realism.statistics {
+        let of = |quantiles: Option<Quantiles>| match quantiles {
+            Some(q) => [q.lower, q.median, q.upper].map(figure),
+            None => ["-"; 3].map(str::to_owned),
+        };
+        let mut line = vec![row.statistic.clone()];
+        line.extend(of(row.nulls));
+        line.extend(of(row.effects));
+        line.extend(of(Some(row.real)));
+        let people: Vec<&str> = row.outside.keys().map(String::as_str).collect();
+        line.push(match (people.as_slice(), row.inside) {
+            ([], _) => String::new(),
+            (people, true) => format!("(outside: {})", people.join(", ")),
+            (people, false) => format!("OUTSIDE: {}", people.join(", ")),
+        });
+        lines.push(line);
     }
+    aligned(&lines)
 }
 
 fn row(name: &str, people: &[PersonStatistics]) -> Result<StatisticRow, BlindError> {
@@ -228,7 +151,7 @@ mod tests {
         for (id, value) in [("low", 0.5), ("high", 10.5), ("between", 5.0)] {
             people.push(person(Group::Real, id, value));
         }
-        let realism = Realism::of(&people).expect("countable");
+        let realism = compare(&people).expect("countable");
         let [row] = &realism.statistics[..] else { panic!("one row: {realism:?}") };
         let nulls = row.nulls.expect("nulls");
         // 2.5 % of 201 evenly spaced values.
@@ -237,19 +160,19 @@ mod tests {
         assert_eq!((realism.values_inside, realism.values, realism.all_inside), (2, 3, 0));
         // One of three lies outside by chance in 14 % of draws, two in 0.7 %.
         assert_eq!((row.allowed_outside, row.inside), (1, true));
-        assert!(realism.table().contains("(outside: between)"), "{}", realism.table());
+        assert!(table(&realism).contains("(outside: between)"), "{}", table(&realism));
     }
 
     #[test]
     fn too_many_outside_are_said_and_nobody_real_is_an_error() {
         let mut people = worlds();
-        assert!(matches!(Realism::of(&people), Err(BlindError::NobodyReal)));
+        assert!(matches!(compare(&people), Err(BlindError::NobodyReal)));
         people.extend(["a", "b", "c"].map(|id| person(Group::Real, id, 5.0)));
-        let realism = Realism::of(&people).expect("countable");
+        let realism = compare(&people).expect("countable");
         assert_eq!(realism.inside, 0);
-        assert!(realism.table().contains("OUTSIDE: a, b, c"));
+        assert!(table(&realism).contains("OUTSIDE: a, b, c"));
         people.push(person(Group::Null, "odd", f64::NAN));
-        assert!(matches!(Realism::of(&people), Err(BlindError::Statistic { .. })));
+        assert!(matches!(compare(&people), Err(BlindError::Statistic { .. })));
     }
 
     #[test]

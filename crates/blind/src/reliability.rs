@@ -1,50 +1,14 @@
 //! Whether stated probabilities come true.
 
-use serde::{Deserialize, Serialize};
+use crate::share::among;
+use contract::blind_check::{Kind, Reliability, ReliabilityBin, Verdict};
 
-use crate::answer::Verdict;
 use crate::check::ScoredWorld;
 use crate::error::BlindError;
-use crate::label::Kind;
-use crate::share::{Share, interval_over_worlds};
+use crate::share::interval_over_worlds;
 
 /// Number of bins between 0 and 1.
 const BINS: usize = 10;
-
-/// Stated probability against the share that came true.
-///
-/// A world contributes the probability of each effect that it names, which comes true if the effect
-/// acts; and of "none" and "unknown" where that is the answer and the diagnosis states a probability
-/// for it, which come true if nothing acts, or an effect outside the library.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Reliability {
-    /// Ten bins of equal width; those without a probability are left out.
-    pub bins: Vec<ReliabilityBin>,
-    /// Probabilities that were counted.
-    pub probabilities: usize,
-    /// Expected calibration error: the mean over probabilities of the distance between their bin's mean
-    /// and its share (Naeini et al., AAAI 2015). `None` without a probability.
-    pub expected_calibration_error: Option<f64>,
-    /// Lower end of its 95 % bootstrap interval over worlds.
-    pub lower: Option<f64>,
-    /// Upper end of its 95 % bootstrap interval over worlds.
-    pub upper: Option<f64>,
-    /// The error if a name counts as true when its set of confusable effects holds one that acts.
-    pub error_counting_sets: Option<f64>,
-}
-
-/// Probabilities of about one size.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ReliabilityBin {
-    /// Lower end of the bin.
-    pub from: f64,
-    /// Upper end of the bin.
-    pub to: f64,
-    /// Mean of the probabilities.
-    pub mean_probability: f64,
-    /// How many came true.
-    pub came_true: Share,
-}
 
 #[derive(Debug, Clone, Copy)]
 struct Stated {
@@ -53,42 +17,39 @@ struct Stated {
     counting_sets: bool,
 }
 
-impl Reliability {
-    /// Compares probabilities with what acts; `seed` is that of the bootstrap.
-    ///
-    /// # Errors
-    /// If an interval cannot be formed.
-    pub fn of(worlds: &[ScoredWorld], seed: u64) -> Result<Self, BlindError> {
-        let by_world: Vec<Vec<Stated>> =
-            worlds.iter().map(stated).filter(|stated| !stated.is_empty()).collect();
-        let all: Vec<&Vec<Stated>> = by_world.iter().collect();
-        let interval =
-            interval_over_worlds(&by_world, seed, |drawn| error(drawn, |s| s.came_true))?;
-        let some = !by_world.is_empty();
-        let mut bins = Vec::new();
-        for bin in 0..BINS {
-            let within: Vec<&Stated> =
-                by_world.iter().flatten().filter(|s| bin_of(s.probability) == bin).collect();
-            if within.is_empty() {
-                continue;
-            }
-            let sum: f64 = within.iter().map(|s| s.probability).sum();
-            bins.push(ReliabilityBin {
-                from: bin as f64 / BINS as f64,
-                to: (bin + 1) as f64 / BINS as f64,
-                mean_probability: sum / within.len() as f64,
-                came_true: Share::among(within, |s| s.came_true)?,
-            });
+/// Compares probabilities with what acts; `seed` is that of the bootstrap.
+///
+/// # Errors
+/// If an interval cannot be formed.
+pub(crate) fn reliability(worlds: &[ScoredWorld], seed: u64) -> Result<Reliability, BlindError> {
+    let by_world: Vec<Vec<Stated>> =
+        worlds.iter().map(stated).filter(|stated| !stated.is_empty()).collect();
+    let all: Vec<&Vec<Stated>> = by_world.iter().collect();
+    let interval = interval_over_worlds(&by_world, seed, |drawn| error(drawn, |s| s.came_true))?;
+    let some = !by_world.is_empty();
+    let mut bins = Vec::new();
+    for bin in 0..BINS {
+        let within: Vec<&Stated> =
+            by_world.iter().flatten().filter(|s| bin_of(s.probability) == bin).collect();
+        if within.is_empty() {
+            continue;
         }
-        Ok(Self {
-            bins,
-            probabilities: by_world.iter().map(Vec::len).sum(),
-            expected_calibration_error: some.then(|| error(&all, |s| s.came_true)),
-            lower: interval.map(|ends| ends.0),
-            upper: interval.map(|ends| ends.1),
-            error_counting_sets: some.then(|| error(&all, |s| s.counting_sets)),
-        })
+        let sum: f64 = within.iter().map(|s| s.probability).sum();
+        bins.push(ReliabilityBin {
+            from: bin as f64 / BINS as f64,
+            to: (bin + 1) as f64 / BINS as f64,
+            mean_probability: sum / within.len() as f64,
+            came_true: among(within, |s| s.came_true)?,
+        });
     }
+    Ok(Reliability {
+        bins,
+        probabilities: by_world.iter().map(Vec::len).sum(),
+        expected_calibration_error: some.then(|| error(&all, |s| s.came_true)),
+        lower: interval.map(|ends| ends.0),
+        upper: interval.map(|ends| ends.1),
+        error_counting_sets: some.then(|| error(&all, |s| s.counting_sets)),
+    })
 }
 
 fn stated(world: &ScoredWorld) -> Vec<Stated> {
@@ -133,8 +94,10 @@ fn error(worlds: &[&Vec<Stated>], came_true: impl Fn(&Stated) -> bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
     use crate::planted::{answer, with_probability, world};
-    use crate::{Answer, Candidate};
+    use contract::blind_check::Answer;
+    use contract::diagnosis::CandidateEffect;
 
     #[test]
     fn the_error_is_the_mean_distance_of_the_bins() {
@@ -143,7 +106,7 @@ mod tests {
         // Bin 0.9-1: 0.95, 0.95, 0.95, 0.95 with three true: |3.8 - 3| = 0.8.
         // Bin 0.5-0.6: 0.55 true: |0.55 - 1| = 0.45. Together 1.25 of five.
         let worlds = [right(0.95), right(0.95), right(0.95), wrong(0.95), right(0.55)];
-        let found = Reliability::of(&worlds, 1).expect("countable");
+        let found = reliability(&worlds, 1).expect("countable");
         let error = found.expected_calibration_error.expect("probabilities");
         assert!((error - 0.25).abs() < 1e-12); // rounding
         assert_eq!(found.bins.len(), 2);
@@ -154,7 +117,7 @@ mod tests {
     fn none_counts_where_its_probability_is_stated() {
         let mut none = Answer::none();
         assert_eq!(stated(&world("a", Kind::Null, &[], none.clone())).len(), 0);
-        none.candidates.push(Candidate {
+        none.candidates.push(CandidateEffect {
             effect: "none".to_owned(),
             gain_nats: 0.0,
             probability: 0.8,

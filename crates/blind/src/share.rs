@@ -1,6 +1,7 @@
 //! Counted shares with their intervals, and other figures with theirs.
 
-use serde::{Deserialize, Serialize};
+use contract::blind_check::Share;
+
 use stats::{Bootstrap, proportion};
 
 use crate::error::BlindError;
@@ -10,56 +11,35 @@ pub(crate) const LEVEL: f64 = 0.95;
 /// Replicates of the bootstrap over worlds.
 const REPLICATES: usize = 2000;
 
-/// How many of how many, with two-sided 95 % intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Share {
-    /// How many.
-    pub count: usize,
-    /// Of how many.
-    pub of: usize,
-    /// Their ratio; `None` where nothing was counted.
-    pub value: Option<f64>,
-    /// Lower end of the Clopper-Pearson interval.
-    pub lower: f64,
-    /// Upper end of the Clopper-Pearson interval.
-    pub upper: f64,
-    /// Lower end of the Wilson interval.
-    pub wilson_lower: f64,
-    /// Upper end of the Wilson interval.
-    pub wilson_upper: f64,
+/// `count` of `of`.
+///
+/// # Errors
+/// If there are more than all.
+pub(crate) fn share(count: usize, of: usize) -> Result<Share, BlindError> {
+    let exact = proportion::clopper_pearson(count, of, LEVEL)?;
+    let score = proportion::wilson(count, of, LEVEL)?;
+    Ok(Share {
+        count,
+        of,
+        value: (of > 0).then(|| count as f64 / of as f64),
+        lower: exact.lower,
+        upper: exact.upper,
+        wilson_lower: score.lower,
+        wilson_upper: score.upper,
+    })
 }
 
-impl Share {
-    /// `count` of `of`.
-    ///
-    /// # Errors
-    /// If there are more than all.
-    pub fn of(count: usize, of: usize) -> Result<Self, BlindError> {
-        let exact = proportion::clopper_pearson(count, of, LEVEL)?;
-        let score = proportion::wilson(count, of, LEVEL)?;
-        Ok(Self {
-            count,
-            of,
-            value: (of > 0).then(|| count as f64 / of as f64),
-            lower: exact.lower,
-            upper: exact.upper,
-            wilson_lower: score.lower,
-            wilson_upper: score.upper,
-        })
+/// How many of the items `is` holds for.
+pub(crate) fn among<T>(
+    items: impl IntoIterator<Item = T>,
+    is: impl Fn(&T) -> bool,
+) -> Result<Share, BlindError> {
+    let (mut count, mut of) = (0, 0);
+    for item in items {
+        of += 1;
+        count += usize::from(is(&item));
     }
-
-    /// How many of the items `is` holds for.
-    pub(crate) fn among<T>(
-        items: impl IntoIterator<Item = T>,
-        is: impl Fn(&T) -> bool,
-    ) -> Result<Self, BlindError> {
-        let (mut count, mut of) = (0, 0);
-        for item in items {
-            of += 1;
-            count += usize::from(is(&item));
-        }
-        Self::of(count, of)
-    }
+    share(count, of)
 }
 
 /// Ends of the bootstrap interval of a statistic over worlds; `None` below two worlds.

@@ -1,6 +1,6 @@
 //! Where effects truly act: the part of a label against which "where" is scored.
 
-use serde::{Deserialize, Serialize};
+use contract::blind_check::{TrueCell, TrueWhere};
 
 /// Lengths of the runs over which the truth is stated, min; the third stands for whole days from midnight.
 pub const HORIZONS: [u32; 3] = [60, 300, 1440];
@@ -22,110 +22,69 @@ const HOUR: &str = "hour";
 /// Factor whose levels overlap.
 const CONTEXT: &str = "context";
 
-/// The truth behind "where".
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TrueWhere {
-    /// Mean difference of glucose with minus without all effects, mg/dL, by [`HORIZONS`].
-    pub mean_mg_dl: [f64; 3],
-    /// Mean absolute difference, mg/dL, by [`HORIZONS`].
-    pub mean_absolute_mg_dl: [f64; 3],
-    /// The difference by hour (`00` to `23`), context, glucose band and person.
-    pub cells: Vec<TrueCell>,
-    /// What each effect does at its port.
-    pub ports: Vec<PortCourse>,
+/// The mean difference at a cell of an answer, mg/dL, after the horizon at an index of [`HORIZONS`]; `None`
+/// for a cell that the truth does not state.
+///
+/// A level of hours is `HH-HH`, from the first to before the second, over midnight too.
+#[must_use]
+pub fn mean_at(truth: &TrueWhere, factor: &str, level: &str, horizon: usize) -> Option<f64> {
+    if factor == HOUR {
+        let (first, width) = hours_of(level)?;
+        return window(truth, first, width, horizon);
+    }
+    let cell = truth.cells.iter().find(|c| c.factor == factor && c.level == level)?;
+    *cell.mean_mg_dl.get(horizon)?
 }
 
-/// The mean difference in one cell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TrueCell {
-    /// By what the cell is set apart.
-    pub factor: String,
-    /// Which part of it this is.
-    pub level: String,
-    /// Share of the runs that lie in it.
-    pub share: f64,
-    /// Mean difference, mg/dL, by [`HORIZONS`]; `None` where no run lies in the cell.
-    pub mean_mg_dl: [Option<f64>; 3],
-}
-
-/// The mean course of an effect over the day, at its port.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PortCourse {
-    /// The effect.
-    pub effect: String,
-    /// Where it enters.
-    pub port: String,
-    /// Unit of the course.
-    pub unit: String,
-    /// With minus without, one entry an hour of the clock; `None` where nothing tells.
-    pub by_hour: Vec<Option<f64>>,
-}
-
-impl TrueWhere {
-    /// The mean difference at a cell of an answer, mg/dL, after the horizon at an index of [`HORIZONS`]; `None`
-    /// for a cell that the truth does not state.
-    ///
-    /// A level of hours is `HH-HH`, from the first to before the second, over midnight too.
-    #[must_use]
-    pub fn mean_at(&self, factor: &str, level: &str, horizon: usize) -> Option<f64> {
-        if factor == HOUR {
-            let (first, width) = hours_of(level)?;
-            return self.window(first, width, horizon);
+/// Whether a cell is hot: large against the mean absolute difference and against the largest cell of its
+/// factor ([`ABOVE_MEAN`], [`OF_BEST`], [`OF_BEST_CONTEXT`]), windows of hours against the largest of their
+/// width. `None` for a cell that the truth does not state, or that is too [rare](RARE).
+#[must_use]
+pub fn is_hot(truth: &TrueWhere, factor: &str, level: &str, horizon: usize) -> Option<bool> {
+    let size = mean_at(truth, factor, level, horizon)?.abs();
+    let best = if factor == HOUR {
+        let (_, width) = hours_of(level)?;
+        largest((0..24).filter_map(|first| window(truth, first, width, horizon)))
+    } else {
+        let own = of_factor(truth, factor).find(|cell| cell.level == level)?;
+        if own.share < RARE {
+            return None;
         }
-        let cell = self.cells.iter().find(|c| c.factor == factor && c.level == level)?;
-        *cell.mean_mg_dl.get(horizon)?
-    }
+        largest(of_factor(truth, factor).filter_map(|cell| *cell.mean_mg_dl.get(horizon)?))
+    };
+    let of_best = if factor == CONTEXT { OF_BEST_CONTEXT } else { OF_BEST };
+    let mean = truth.mean_absolute_mg_dl.get(horizon)?;
+    Some(size > 0.0 && size >= ABOVE_MEAN * mean && size >= of_best * best)
+}
 
-    /// Whether a cell is hot: large against the mean absolute difference and against the largest cell of its
-    /// factor ([`ABOVE_MEAN`], [`OF_BEST`], [`OF_BEST_CONTEXT`]), windows of hours against the largest of their
-    /// width. `None` for a cell that the truth does not state, or that is too [rare](RARE).
-    #[must_use]
-    pub fn is_hot(&self, factor: &str, level: &str, horizon: usize) -> Option<bool> {
-        let size = self.mean_at(factor, level, horizon)?.abs();
-        let best = if factor == HOUR {
-            let (_, width) = hours_of(level)?;
-            largest((0..24).filter_map(|first| self.window(first, width, horizon)))
-        } else {
-            let own = self.of_factor(factor).find(|cell| cell.level == level)?;
-            if own.share < RARE {
-                return None;
-            }
-            largest(self.of_factor(factor).filter_map(|cell| *cell.mean_mg_dl.get(horizon)?))
-        };
-        let of_best = if factor == CONTEXT { OF_BEST_CONTEXT } else { OF_BEST };
-        let mean = self.mean_absolute_mg_dl.get(horizon)?;
-        Some(size > 0.0 && size >= ABOVE_MEAN * mean && size >= of_best * best)
-    }
+/// Whether any window of three hours, situation, band or person is hot.
+#[must_use]
+pub fn has_hot_place(truth: &TrueWhere, horizon: usize) -> bool {
+    let windows = (0..24).map(|first| format!("{first:02}-{:02}", (first + WINDOW) % 24));
+    let hours = windows.into_iter().map(|level| (HOUR.to_owned(), level));
+    let others = truth.cells.iter().filter(|cell| cell.factor != HOUR);
+    let others = others.map(|cell| (cell.factor.clone(), cell.level.clone()));
+    hours.chain(others).any(|(f, level)| is_hot(truth, &f, &level, horizon) == Some(true))
+}
 
-    /// Whether any window of three hours, situation, band or person is hot.
-    #[must_use]
-    pub fn has_hot_place(&self, horizon: usize) -> bool {
-        let windows = (0..24).map(|first| format!("{first:02}-{:02}", (first + WINDOW) % 24));
-        let hours = windows.into_iter().map(|level| (HOUR.to_owned(), level));
-        let others = self.cells.iter().filter(|cell| cell.factor != HOUR);
-        let others = others.map(|cell| (cell.factor.clone(), cell.level.clone()));
-        hours.chain(others).any(|(f, level)| self.is_hot(&f, &level, horizon) == Some(true))
-    }
+/// Cells of a factor that are not too rare.
+fn of_factor<'a>(truth: &'a TrueWhere, factor: &'a str) -> impl Iterator<Item = &'a TrueCell> {
+    truth.cells.iter().filter(move |cell| cell.factor == factor && cell.share >= RARE)
+}
 
-    /// Cells of a factor that are not too rare.
-    fn of_factor<'a>(&'a self, factor: &'a str) -> impl Iterator<Item = &'a TrueCell> {
-        self.cells.iter().filter(move |cell| cell.factor == factor && cell.share >= RARE)
-    }
-
-    /// Mean over `width` hours from `first` on, each hour by its share of the runs.
-    fn window(&self, first: usize, width: usize, horizon: usize) -> Option<f64> {
-        let (mut sum, mut weight) = (0.0, 0.0);
-        for cell in self.cells.iter().filter(|cell| cell.factor == HOUR) {
-            let Ok(hour) = cell.level.parse::<usize>() else { continue };
-            if (hour + 24 - first % 24) % 24 < width
-                && let Some(Some(mean)) = cell.mean_mg_dl.get(horizon)
-            {
-                sum += cell.share * mean;
-                weight += cell.share;
-            }
+/// Mean over `width` hours from `first` on, each hour by its share of the runs.
+fn window(truth: &TrueWhere, first: usize, width: usize, horizon: usize) -> Option<f64> {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for cell in truth.cells.iter().filter(|cell| cell.factor == HOUR) {
+        let Ok(hour) = cell.level.parse::<usize>() else { continue };
+        if (hour + 24 - first % 24) % 24 < width
+            && let Some(Some(mean)) = cell.mean_mg_dl.get(horizon)
+        {
+            sum += cell.share * mean;
+            weight += cell.share;
         }
-        (weight > 0.0).then(|| sum / weight)
     }
+    (weight > 0.0).then(|| sum / weight)
 }
 
 /// First hour and number of hours of `HH-HH`.
@@ -158,21 +117,21 @@ mod tests {
     fn a_cell_is_hot_against_the_mean_and_against_the_best() {
         // 4 mg/dL from 03 to 08 h and nothing else: the mean absolute difference is 5/24 of 4.
         let truth = morning(4.0);
-        assert_eq!(truth.mean_at("hour", "03-08", 0), Some(4.0));
-        assert_eq!(truth.is_hot("hour", "03-08", 0), Some(true));
+        assert_eq!(mean_at(&truth, "hour", "03-08", 0), Some(4.0));
+        assert_eq!(is_hot(&truth, "hour", "03-08", 0), Some(true));
         // Three of four hours: 3 mg/dL, of a best window of 4.
-        assert_eq!(truth.mean_at("hour", "02-06", 0), Some(3.0));
-        assert_eq!(truth.is_hot("hour", "02-06", 0), Some(false));
-        assert_eq!(truth.is_hot("hour", "12-17", 0), Some(false));
-        assert_eq!(truth.is_hot("context", "sleep", 0), Some(true));
-        assert_eq!(truth.is_hot("context", "sensor_late", 0), None);
-        assert!(truth.has_hot_place(0));
+        assert_eq!(mean_at(&truth, "hour", "02-06", 0), Some(3.0));
+        assert_eq!(is_hot(&truth, "hour", "02-06", 0), Some(false));
+        assert_eq!(is_hot(&truth, "hour", "12-17", 0), Some(false));
+        assert_eq!(is_hot(&truth, "context", "sleep", 0), Some(true));
+        assert_eq!(is_hot(&truth, "context", "sensor_late", 0), None);
+        assert!(has_hot_place(&truth, 0));
         // The same everywhere is hot nowhere.
         let mut even = truth;
         for cell in &mut even.cells {
             cell.mean_mg_dl = [Some(4.0); 3];
         }
         even.mean_absolute_mg_dl = [4.0; 3];
-        assert!(!even.has_hot_place(0));
+        assert!(!has_hot_place(&even, 0));
     }
 }

@@ -1,9 +1,9 @@
 //! Answers that are planted get the scores that can be reckoned by hand.
 
-use blind::{
-    Amplitude, Answer, BlindCheck, Found, Kind, Label, Outcome, PortEvidence, ScoredWorld,
-    TrueEffect, Verdict,
-};
+use blind::{ScoredWorld, score};
+use contract::WithInterval;
+use contract::blind_check::{Answer, BlindCheck, Kind, Label, Outcome, TrueEffect, Verdict};
+use contract::diagnosis::{FoundEffect, PortEvidence};
 
 const EFFECTS: [&str; 3] = ["dawn", "exercise", "alcohol"];
 
@@ -41,13 +41,15 @@ fn labels() -> Vec<Label> {
 }
 
 fn naming(effects: &[&str], probability: f64, value: f64) -> Answer {
-    let found = effects.iter().map(|effect| Found {
+    let found = effects.iter().map(|effect| FoundEffect {
         effect: (*effect).to_owned(),
         port: "egp".to_owned(),
         gain_nats: 30.0,
         probability,
-        amplitude: Amplitude { value, lower: 0.0, upper: 9.0 },
+        amplitude: WithInterval { value, lower: 0.0, upper: 9.0 },
         confusable_with: Vec::new(),
+        people: Vec::new(),
+        questioned: Vec::new(),
     });
     Answer { verdict: Verdict::Effect, found: found.collect(), ..Answer::none() }
 }
@@ -78,7 +80,7 @@ fn perfect(label: &Label) -> Answer {
 fn check(answer: impl Fn(&Label) -> Answer) -> BlindCheck {
     let worlds: Vec<ScoredWorld> =
         labels().into_iter().map(|label| ScoredWorld { answer: answer(&label), label }).collect();
-    BlindCheck::score(7, &worlds).expect("countable")
+    score(7, &worlds).expect("countable")
 }
 
 fn values(check: &BlindCheck) -> Vec<(&str, Option<f64>, Option<bool>)> {
@@ -206,15 +208,21 @@ fn a_check_reads_back_as_it_was_written() {
 }
 
 #[test]
-fn an_answer_is_read_from_a_diagnosis_and_the_rest_passed_over() {
-    let text = r#"{"schema": "diagnosis/1", "verdict": "effect",
+fn an_answer_is_the_part_of_a_diagnosis_that_is_scored() {
+    let text = r#"{"schema": "diagnosis/2", "verdict": "effect",
         "effects": [{"effect": "dawn", "port": "egp", "gain_nats": 31.2, "probability": 0.97,
-                     "amplitude": {"value": 1.1, "lower": 0.7, "upper": 1.5}, "confusable_with": []}],
-        "candidates": [{"effect": "dawn", "gain_nats": 31.2, "probability": 0.97}],
-        "ports": [{"port": "egp", "gain_nats": 30.0, "probability": 0.9}],
-        "where": [], "how_far": {"horizons": [], "outcomes": []}, "people": []}"#;
-    let answer: Answer = serde_json::from_str(text).expect("the layout of diagnosis.json");
+                     "amplitude": {"value": 1.1, "lower": 0.7, "upper": 1.5}, "confusable_with": [],
+                     "people": [], "questioned": []}],
+        "candidates": [{"effect": "dawn", "gain_nats": 31.2, "probability": 0.97}], "untried": [],
+        "ports": [{"port": "egp", "gain_nats": 30.0, "probability": 0.9, "confusable_with": [],
+                   "unit": "factor", "course": []}],
+        "power": [], "evidence": {"person_days": 7, "gains": {}}, "where": [],
+        "how_far": {"horizons": [], "outcomes": [], "amplitudes": [], "innovations": null,
+                    "people": [], "notes": []},
+        "baseline": [], "data_quality": [], "people": [], "plant": "ode", "seed": 1, "config": null}"#;
+    let diagnosis: contract::Diagnosis = contract::read(text.as_bytes()).expect("its schema");
+    let answer = blind::answer(diagnosis, 2.0);
     assert_eq!(answer.first(), Some("dawn"));
     assert_eq!(answer.best_port().map(|p| p.port.as_str()), Some("egp"));
-    assert_eq!(answer.verdict, Verdict::Effect);
+    assert_eq!((answer.verdict, answer.seconds), (Verdict::Effect, 2.0));
 }

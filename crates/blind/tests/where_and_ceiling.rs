@@ -1,9 +1,12 @@
 //! "Where" and the ceiling get the scores that can be reckoned by hand.
 
-use blind::{
-    Amplitude, Answer, BlindCheck, CellGap, ExactCourse, Found, Kind, Label, PortCourse,
-    PortEvidence, ScoredWorld, TrueCell, TrueEffect, TrueWhere, Verdict, WhereScore,
+use blind::{ScoredWorld, score, with_ceiling};
+use contract::WithInterval;
+use contract::blind_check::{
+    Answer, BlindCheck, ExactCourse, Kind, Label, PortCourse, TrueCell, TrueEffect, TrueWhere,
+    Verdict, WhereScore,
 };
+use contract::diagnosis::{CellFactor, CellGap, FoundEffect, PortEvidence};
 
 /// 4 mg/dL from 3 to 8 h under one effect of the liver, half of that asleep; nothing elsewhere.
 fn morning() -> TrueWhere {
@@ -48,38 +51,42 @@ fn label(id: &str, gap: Option<TrueWhere>) -> Label {
 }
 
 /// Cells by factor, level and mean error, the largest share first, with intervals of 1 to either side.
-fn pointing_at(cells: &[(&str, &str, f64)]) -> Answer {
+fn pointing_at(cells: &[(CellFactor, &str, f64)]) -> Answer {
     let cells = cells.iter().enumerate().map(|(place, (factor, level, mean))| CellGap {
-        factor: (*factor).to_owned(),
+        factor: *factor,
         level: (*level).to_owned(),
         mean_error_mg_dl: *mean,
         lower: mean - 1.0,
         upper: mean + 1.0,
+        p_adjusted: 0.5,
         share_of_gap: 1.0 / (place + 1) as f64,
         expected_mg_dl: None,
-        horizon_minutes: Some(60),
+        horizon_minutes: 60,
+        people: 5,
+        runs: 100,
+        innovation: None,
     });
     Answer { cells: cells.collect(), ..Answer::none() }
 }
 
-fn score(worlds: Vec<(Label, Answer)>) -> WhereScore {
+fn where_score(worlds: Vec<(Label, Answer)>) -> WhereScore {
     let worlds: Vec<ScoredWorld> =
         worlds.into_iter().map(|(label, answer)| ScoredWorld { label, answer }).collect();
-    WhereScore::of(&worlds).expect("countable")
+    score(1, &worlds).expect("countable").localisation.expect("scored")
 }
 
-const CELLS: [(&str, &str, f64); 6] = [
-    ("hour", "03-08", 4.5),
-    ("hour", "12-17", 1.5),
-    ("hour", "17-21", 0.5),
-    ("hour", "21-24", 0.0),
-    ("context", "exercise", 0.0),
-    ("horizon", "300", 9.0),
+const CELLS: [(CellFactor, &str, f64); 6] = [
+    (CellFactor::Hour, "03-08", 4.5),
+    (CellFactor::Hour, "12-17", 1.5),
+    (CellFactor::Hour, "17-21", 0.5),
+    (CellFactor::Hour, "21-24", 0.0),
+    (CellFactor::Context, "exercise", 0.0),
+    (CellFactor::Horizon, "300", 9.0),
 ];
 
 #[test]
 fn the_largest_cells_are_hot_where_the_truth_is() {
-    let right = score(vec![(label("w", Some(morning())), pointing_at(&CELLS))]);
+    let right = where_score(vec![(label("w", Some(morning())), pointing_at(&CELLS))]);
     for row in &right.context {
         assert_eq!((row.comparable.count, row.hit.count, row.sign_right.count), (1, 1, 1));
         // Three of four hours, of which one is hot: one of them is missed in a quarter of draws.
@@ -91,10 +98,10 @@ fn the_largest_cells_are_hot_where_the_truth_is() {
 
     let mut turned = CELLS;
     turned[0].2 = -4.5;
-    let turned = score(vec![(label("w", Some(morning())), pointing_at(&turned))]);
+    let turned = where_score(vec![(label("w", Some(morning())), pointing_at(&turned))]);
     assert_eq!((turned.context[0].hit.count, turned.context[0].sign_right.count), (1, 0));
 
-    let elsewhere = score(vec![(label("w", Some(morning())), pointing_at(&CELLS[1..]))]);
+    let elsewhere = where_score(vec![(label("w", Some(morning())), pointing_at(&CELLS[1..]))]);
     assert_eq!((elsewhere.context[0].hit.count, elsewhere.context[0].hit.of), (0, 1));
     assert_eq!(elsewhere.context[0].chance, Some(0.0));
     assert_eq!(elsewhere.context[0].sign_right.of, 0);
@@ -107,14 +114,14 @@ fn worlds_without_a_hot_place_are_counted_and_not_compared() {
         cell.mean_mg_dl = [Some(0.8), Some(1.6), Some(2.4)];
     }
     let null = (label("n", None), pointing_at(&CELLS));
-    let both = score(vec![(label("w", Some(even)), pointing_at(&CELLS)), null]);
+    let both = where_score(vec![(label("w", Some(even)), pointing_at(&CELLS)), null]);
     assert_eq!((both.context[0].comparable.count, both.context[0].comparable.of), (0, 1));
     assert_eq!((both.context[0].hit.of, both.context[0].chance), (0, None));
     // In the null world the truth is 0 in every cell.
     assert_eq!((both.coverage.null_cells.count, both.coverage.null_cells.of), (3, 5));
     assert_eq!(both.coverage.null_worlds.count, 0);
     // No answer is no hit.
-    let silent = score(vec![(label("w", Some(morning())), Answer::failed("killed", 1.0))]);
+    let silent = where_score(vec![(label("w", Some(morning())), Answer::failed("killed", 1.0))]);
     assert_eq!((silent.context[0].hit.count, silent.context[0].hit.of), (0, 1));
     assert_eq!(silent.context[0].chance, None);
 }
@@ -129,19 +136,21 @@ fn the_true_port_is_ranked_among_those_of_the_answer() {
         unit: String::new(),
         course: Vec::new(),
     };
-    let with = |ports: Vec<PortEvidence>, found: Vec<Found>| {
+    let with = |ports: Vec<PortEvidence>, found: Vec<FoundEffect>| {
         let verdict = Verdict::Effect;
         (label("w", Some(morning())), Answer { verdict, ports, found, ..Answer::none() })
     };
-    let named = |effect: &str, port: &str, lower: f64| Found {
+    let named = |effect: &str, port: &str, lower: f64| FoundEffect {
         effect: effect.to_owned(),
         port: port.to_owned(),
         gain_nats: 9.0,
         probability: 0.9,
-        amplitude: Amplitude { value: 1.0, lower, upper: 2.0 },
+        amplitude: WithInterval { value: 1.0, lower, upper: 2.0 },
         confusable_with: Vec::new(),
+        people: Vec::new(),
+        questioned: Vec::new(),
     };
-    let found = score(vec![
+    let found = where_score(vec![
         with(vec![evidence("sensor", 0.2, &[]), evidence("egp", 0.5, &[])], vec![]),
         with(
             vec![evidence("glucose_flux", 0.6, &["egp"]), evidence("egp", 0.4, &[])],
@@ -180,17 +189,19 @@ fn the_ceiling_stands_beside_the_power() {
         .collect();
     worlds[2].label.effects[0].achieved_mg_dl = 5.0;
     worlds.push(ScoredWorld { label: label("n", None), answer: Answer::none() });
-    let check = BlindCheck::score(1, &worlds).expect("countable");
+    let check = score(1, &worlds).expect("countable");
     assert!(check.ceiling.is_none() && check.power.iter().all(|row| row.ceiling.is_none()));
-    let check = check
-        .with_ceiling(vec![
+    let check = with_ceiling(
+        check,
+        vec![
             course("a", true, Some(5.1)),
             course("b", true, Some(4.9)),
             course("c", true, None),
             course("n", false, Some(0.0)),
             course("n", false, Some(7.0)),
-        ])
-        .expect("countable");
+        ],
+    )
+    .expect("countable");
     let ceiling = check.ceiling.as_ref().expect("asked");
     assert_eq!((ceiling.named.count, ceiling.named.of), (1, 3));
     assert_eq!((ceiling.named_at_10.count, ceiling.named_at_10.of), (1, 2));

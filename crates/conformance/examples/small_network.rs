@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use conformance::milp::MilpLimits;
 use conformance::{
-    CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Report, verify,
+    CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, verify,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         rows.push(verify(&network, &property, &region, &limits, &clock)?);
     }
-    let text = serde_json::to_string_pretty(&Report { rows })?;
+    let text = serde_json::to_string_pretty(&rows)?;
     #[expect(clippy::print_stdout, reason = "an example shows its result")]
     {
         println!("{text}");

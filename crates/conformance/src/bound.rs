@@ -450,8 +450,8 @@ mod tests {
 
     use super::*;
     use crate::network::OneHiddenLayer;
-    use crate::property::Direction;
     use crate::region::Region;
+    use contract::conformance::Direction;
 
     proptest! {
         #[test]

@@ -17,11 +17,11 @@
 //! search closes. Where more meet (a network whose biases are all 0, say), boxes around the meeting
 //! point keep a bound that no piece attains, and the search stops at a limit with a bracket.
 
+use contract::conformance::Stop;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::bound::{Halves, Node, Search};
 use crate::interior::deepest_point;
@@ -35,20 +35,6 @@ const BATCH: usize = 64;
 /// Rounds between two proposals for a better point, from the pattern that the most promising box
 /// hopes for. A proposal takes about as long as ten rounds.
 const PROPOSE_EVERY: u64 = 64;
-
-/// Why the search ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stop {
-    /// The bracket closed to within the asked relative gap.
-    Gap,
-    /// The limit on boxes was reached.
-    Nodes,
-    /// The limit on time was reached.
-    Time,
-    /// Only boxes too small to halve in floating point were left.
-    Resolution,
-}
 
 /// Lower and upper bound on the largest slope against a property.
 #[derive(Clone, Debug, PartialEq)]
@@ -173,8 +159,8 @@ mod tests {
 
     use super::*;
     use crate::network::OneHiddenLayer;
-    use crate::property::Direction;
     use crate::region::Region;
+    use contract::conformance::Direction;
 
     /// The largest slope by trying every pattern of states and asking a linear programme whether
     /// a piece has it.

@@ -1,11 +1,12 @@
 //! Split trees that a checker can follow without the search that found them.
 
+use contract::conformance::Direction;
 use serde::Serialize;
 
 use crate::bound::{Bounded, Search};
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
-use crate::property::{Direction, Property};
+use crate::property::Property;
 use crate::region::Region;
 use crate::share::slope_sum;
 

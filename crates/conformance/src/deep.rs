@@ -11,6 +11,7 @@
 //! which is added outwards. A relaxation's line is chosen by numbers as they are computed and its offset from the line as it was
 //! chosen, so that it is valid whatever was rounded before.
 
+use contract::conformance::Direction;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
@@ -18,7 +19,6 @@ use rayon::prelude::*;
 
 use crate::error::ConformanceError;
 use crate::exact::Dyadic;
-use crate::property::Direction;
 
 /// More than the unit rounding error of a product and an addition.
 const GAMMA: f64 = 2.0 * f64::EPSILON;
@@ -108,6 +108,20 @@ impl DeepNetwork {
         &self.inputs
     }
 
+    /// Index of an input.
+    ///
+    /// # Errors
+    /// [`ConformanceError::UnknownInput`].
+    pub(crate) fn input_index(&self, input: &str) -> Result<usize, ConformanceError> {
+        self.inputs.iter().position(|name| name == input).ok_or_else(|| {
+            ConformanceError::UnknownInput {
+                network: "deep".to_owned(),
+                input: input.to_owned(),
+                known: self.inputs.clone(),
+            }
+        })
+    }
+
     /// By how much the output is larger at `to` than at `from`: worked out without rounding, then rounded down.
     ///
     /// # Errors
@@ -158,13 +172,7 @@ impl DeepNetwork {
         limits: &DeepLimits,
         clock: &(dyn Fn() -> Duration + Sync),
     ) -> Result<DeepBracket, ConformanceError> {
-        let tested = self.inputs.iter().position(|name| name == tested).ok_or_else(|| {
-            ConformanceError::UnknownInput {
-                network: "deep".to_owned(),
-                input: tested.to_owned(),
-                known: self.inputs.clone(),
-            }
-        })?;
+        let tested = self.input_index(tested)?;
         for (index, ends) in [lower, upper].into_iter().enumerate() {
             if ends.len() != self.inputs.len() || ends.iter().any(|x| !x.is_finite()) {
                 let (network, expected) = ("deep".to_owned(), self.inputs.len());
@@ -420,9 +428,10 @@ impl Eq for Part {}
 mod tests {
     use super::*;
     use crate::network::OneHiddenLayer;
-    use crate::property::{Property, PropertyKind};
+    use crate::property::Property;
     use crate::region::Region;
     use crate::verify::{CrossCheck, Limits, verify};
+    use contract::conformance::PropertyKind;
     use rand::{RngExt as _, SeedableRng as _};
     use rand_chacha::ChaCha8Rng;
 

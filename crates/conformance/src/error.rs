@@ -216,4 +216,20 @@ pub enum ConformanceError {
         /// What HiGHS said.
         reason: String,
     },
+    /// No step of a record lies far enough inside its box to be replayed.
+    #[error(
+        "network '{network}', input '{input}': no step of the record lies inside its box; give a longer record"
+    )]
+    NoStep {
+        /// Name of the sum of networks.
+        network: String,
+        /// The tested input.
+        input: String,
+    },
+    /// The checker refuses the certificates that were written for it.
+    #[error("the checker rejects what the verifier wrote, a defect of one of the two: {reason}")]
+    Rejected {
+        /// What the checker said.
+        reason: String,
+    },
 }

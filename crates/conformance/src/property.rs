@@ -6,48 +6,7 @@
 //! paper's appendix tests the opposite sign as well, or instead (its arrows of C2 are
 //! exchanged), that row is kept as informational: it is computed, and expected to be violated.
 
-use serde::{Deserialize, Serialize};
-
-/// The direction in which the output must move as the input grows, all else equal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Direction {
-    /// The output must not fall.
-    Increasing,
-    /// The output must not rise.
-    Decreasing,
-}
-
-impl Direction {
-    /// The factor s that turns a slope into a slope *against* the property: +1 for decreasing, -1
-    /// for increasing.
-    #[must_use]
-    pub fn against(self) -> f64 {
-        match self {
-            Self::Increasing => -1.0,
-            Self::Decreasing => 1.0,
-        }
-    }
-
-    /// The other direction.
-    #[must_use]
-    pub fn opposite(self) -> Self {
-        match self {
-            Self::Increasing => Self::Decreasing,
-            Self::Decreasing => Self::Increasing,
-        }
-    }
-}
-
-/// Whether a row states physiology.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PropertyKind {
-    /// The sign of the ODE's partial derivative.
-    Physical,
-    /// The opposite sign, which the paper's appendix lists too; for comparison only.
-    OppositeInformational,
-}
+use contract::conformance::{Direction, PropertyKind};
 
 /// A monotonicity property of one network in one of its inputs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -9,6 +9,7 @@
 //! asked for the right signs: of these networks there is always one, if only a constant. Output weights are rounded to single precision, in which weight files
 //! keep them, before they are verified.
 
+use contract::conformance::{Row, Verdict};
 use std::time::Duration;
 
 use rand::{RngExt as _, SeedableRng as _};
@@ -19,7 +20,7 @@ use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region};
-use crate::verify::{CrossCheck, Limits, Row, Verdict, verify};
+use crate::verify::{CrossCheck, Limits, verify};
 
 /// How a network is repaired.
 #[derive(Clone, Debug, PartialEq)]
@@ -254,7 +255,7 @@ fn violated(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::property::{Direction, PropertyKind};
+    use contract::conformance::{Direction, PropertyKind};
 
     fn property(input: &str, direction: Direction) -> Property {
         let (network, kind) = ("N".to_owned(), PropertyKind::Physical);

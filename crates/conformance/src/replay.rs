@@ -4,11 +4,11 @@
 //! the network's formula in exact arithmetic at two points that differ in the tested input only,
 //! and a violation is reported only if the output really moves against the property.
 
+use contract::conformance::Direction;
 use std::cmp::Ordering;
 
 use crate::exact::Dyadic;
 use crate::network::OneHiddenLayer;
-use crate::property::Direction;
 
 /// Two points along the tested input and what the output does between them.
 #[derive(Clone, Debug, PartialEq)]

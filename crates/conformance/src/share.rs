@@ -2,27 +2,14 @@
 //!
 //! A largest slope says how bad the worst place is; a share says how much of the place is bad.
 
+use contract::conformance::Share;
 use rand::{Rng, RngExt};
-use serde::Serialize;
 
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::Region;
 use crate::slope::SlopeSum;
-
-/// A share with its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Share {
-    /// Points at which the slope to the right goes against the property, over all points.
-    pub value: f64,
-    /// Lower end of the Wilson interval.
-    pub lower: f64,
-    /// Upper end of the Wilson interval.
-    pub upper: f64,
-    /// Number of points.
-    pub points: usize,
-}
 
 /// The share of the region's volume on which the property fails, from `points` uniform draws over its box.
 ///

@@ -13,11 +13,11 @@
 //! the box is therefore a maximum over finitely many pieces, and non-positive exactly where the
 //! property holds on every such segment.
 
+use contract::conformance::Direction;
 use std::cmp::Ordering;
 
 use crate::exact::Dyadic;
 use crate::network::OneHiddenLayer;
-use crate::property::Direction;
 use crate::region::BoxRegion;
 
 /// A hyperplane `w x + b = 0` and what crossing it to `w x + b > 0` adds to the slope.

@@ -1,25 +1,12 @@
 //! z, the paper's quantity: how far the output moves against a property when the tested input grows by at most delta.
 
-use serde::Serialize;
-
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::Region;
 use crate::replay::replay;
-use crate::verify::Row;
-
-/// Bracket of the largest movement against a property over steps of at most `delta`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct StepBracket {
-    /// Longest step, scaled.
-    pub delta: f64,
-    /// Movement that exact arithmetic confirms, rounded down; scaled output per minute. Not below 0: a step may be of no
-    /// length.
-    pub z_lower: f64,
-    /// Certified bound, `delta max(0, m_upper)`; scaled output per minute.
-    pub z_upper: f64,
-}
+use crate::verify::z_bound;
+use contract::conformance::{Row, StepBracket};
 
 /// How many halvings of the step are tried about a witness.
 const HALVINGS: i32 = 20;
@@ -66,7 +53,7 @@ pub fn step_bracket(
             }
         }
     }
-    let bound = row.z_bound(delta);
+    let bound = z_bound(row, delta);
     let z_upper = if bound > 0.0 { bound.next_up() } else { 0.0 };
     Ok(StepBracket { delta, z_lower, z_upper })
 }

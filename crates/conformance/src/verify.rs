@@ -1,21 +1,20 @@
 //! The verdict on one property of one network over one region.
 
-use std::collections::BTreeMap;
+use contract::conformance::{
+    Direction, Grounds, Physical, Row, Slice, StepBracket, Verdict, Witness,
+};
 use std::time::Duration;
 
-use serde::Serialize;
-
-use crate::branch::{Budget, Stop, maximise};
+use crate::branch::{Budget, maximise};
 use crate::error::ConformanceError;
 use crate::interior::deepest_point;
-use crate::milp::{self, MilpLimits, MilpReport, StepReport};
+use crate::milp::{self, MilpLimits};
 use crate::network::OneHiddenLayer;
-use crate::property::{Direction, Property, PropertyKind};
+use crate::property::Property;
 use crate::region::{BoxRegion, Region, Scaling};
 use crate::replay::{Replay, longest_step};
-use crate::share::{Share, slope_sum};
+use crate::share::slope_sum;
 use crate::slope::SlopeSum;
-use crate::step::StepBracket;
 
 /// How long to search, and what to run beside the certified search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,123 +37,6 @@ pub enum CrossCheck {
     None,
     /// The gradient MILP through good_lp and HiGHS.
     Milp(MilpLimits),
-}
-
-/// The outcome of a property. Not an error, whichever it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// The certified upper bound is not above 0: the property holds on the whole region.
-    Proved,
-    /// The witness, replayed in exact arithmetic, moves against the property.
-    Violated,
-    /// Neither, within the limits; the bracket says how far it got.
-    Undecided,
-}
-
-/// A point and a step along the tested input.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Witness {
-    /// The inputs at the first point, scaled, by name.
-    pub point: BTreeMap<String, f64>,
-    /// The tested input at the first point, scaled.
-    pub from: f64,
-    /// The tested input at the second point, scaled; the others stay as they are.
-    pub to: f64,
-    /// Movement of the output against the property from the first point to the second, replayed in
-    /// exact arithmetic and rounded down; scaled output per minute.
-    pub rise: f64,
-}
-
-/// The output of a network along one input, the others as they are at a witness.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Slice {
-    /// The tested input across the region, scaled.
-    pub input: Vec<f64>,
-    /// The output there, scaled per minute.
-    pub output: Vec<f64>,
-}
-
-/// The same numbers in physical units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Physical {
-    /// `m_lower`, physical output per minute per physical input.
-    pub m_lower: f64,
-    /// `m_upper`, physical output per minute per physical input.
-    pub m_upper: f64,
-}
-
-/// One row of `conformance.json`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
-    /// Output name of the network.
-    pub network: String,
-    /// The tested input.
-    pub input: String,
-    /// The direction asked for.
-    pub property: Direction,
-    /// Whether the row states physiology or is for comparison.
-    pub kind: PropertyKind,
-    /// Slope against the property at the witness, rounded down; scaled output per minute per
-    /// scaled input.
-    pub m_lower: f64,
-    /// Certified upper bound on the largest slope against the property over the region, same unit.
-    pub m_upper: f64,
-    /// What follows.
-    pub verdict: Verdict,
-    /// Where `m_lower` is attained; absent if its linear piece is too short for a step between
-    /// two numbers.
-    pub witness: Option<Witness>,
-    /// Time taken by the certified search, by the caller's clock.
-    pub seconds: f64,
-    /// Which engine certified `m_upper`.
-    pub engine: &'static str,
-    /// Boxes bounded.
-    pub nodes: u64,
-    /// Why the search ended.
-    pub stop: Stop,
-    /// The MILP's answer, if asked for. Its bound is the solver's claim and decides nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub milp: Option<MilpReport>,
-    /// Whether the MILP claims a bound below a slope that is attained, by more than
-    /// [`milp::CLAIM_TOLERANCE`]: the solver is then wrong about this row.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub milp_contradicted: Option<bool>,
-    /// Share of the region on which the property fails, if the caller adds it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub share_of_region: Option<Share>,
-    /// Share of simulated points on which the property fails, if the caller adds it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub share_of_points: Option<Share>,
-    /// The paper's z for a step of the caller's, if the caller adds it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step: Option<StepBracket>,
-    /// The same in physical units: delta of the input, z of the output per minute.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub physical_step: Option<StepBracket>,
-    /// What the solver says of that step, if the caller asks it. Its bound is its claim and decides nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub milp_step: Option<StepReport>,
-    /// The smallest change of the output in five minutes that its caller has seen, as a rate in physical units per minute
-    /// (the paper's minimum-viable change).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub smallest_change: Option<f64>,
-    /// The output along the tested input through the witness, if the caller adds it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub slice: Option<Slice>,
-    /// Whether the independent checker accepts the row's certificate, if the caller asked it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub certified: Option<bool>,
-    /// Physical units, if the caller adds them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub physical: Option<Physical>,
-}
-
-/// The rows of a run, as `conformance.json` holds them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
-    /// One row a property.
-    pub rows: Vec<Row>,
 }
 
 /// Decides `property` of `network` over `region` within `limits`.
@@ -185,13 +67,8 @@ pub fn verify(
     let bracket = maximise(&sum, &boxed, budget, inside, clock);
     let attained = attained(network, property.direction, &sum, &boxed, &bracket.points);
     let m_lower = attained.as_ref().map_or(bracket.lower, |attained| attained.slope);
-    let verdict = if bracket.upper <= 0.0 {
-        Verdict::Proved
-    } else if attained.as_ref().is_some_and(|attained| attained.step.violates) {
-        Verdict::Violated
-    } else {
-        Verdict::Undecided
-    };
+    let violates = attained.as_ref().is_some_and(|attained| attained.step.violates);
+    let (verdict, grounds) = decision(bracket.upper, violates);
     let seconds = clock().saturating_sub(began).as_secs_f64();
 
     let milp = match limits.cross_check {
@@ -199,6 +76,7 @@ pub fn verify(
         CrossCheck::Milp(limits) => Some(milp::solve(network, property, region, &limits, clock)?),
     };
     Ok(Row {
+        person_id: None,
         network: property.network.clone(),
         input: property.input.clone(),
         property: property.direction,
@@ -206,6 +84,7 @@ pub fn verify(
         m_lower,
         m_upper: bracket.upper,
         verdict,
+        grounds,
         witness: attained.map(|Attained { point, step, .. }| Witness {
             point: network.inputs().iter().cloned().zip(point).collect(),
             from: step.from,
@@ -213,9 +92,10 @@ pub fn verify(
             rise: step.rise,
         }),
         seconds,
-        engine: "branch_and_bound",
+        engine: "branch_and_bound".to_owned(),
         nodes: bracket.nodes,
         stop: bracket.stop,
+        share_of_steps: None,
         milp_contradicted: milp
             .as_ref()
             .map(|milp| milp.claimed_bound < m_lower - milp::CLAIM_TOLERANCE),
@@ -227,9 +107,19 @@ pub fn verify(
         milp_step: None,
         smallest_change: None,
         slice: None,
-        certified: None,
         physical: None,
     })
+}
+
+/// What a bound and a witness decide; a bound waits for its certificate ([`prove`](crate::prove())).
+fn decision(upper: f64, violates: bool) -> (Verdict, Option<Grounds>) {
+    if upper <= 0.0 {
+        (Verdict::Proved, Some(Grounds::Bound))
+    } else if violates {
+        (Verdict::Violated, Some(Grounds::Witness))
+    } else {
+        (Verdict::Undecided, None)
+    }
 }
 
 /// A point of a region that is not a box; `None` of a box.
@@ -303,67 +193,64 @@ impl Limits {
     }
 }
 
-impl Row {
-    /// Adds the output along the tested input through the witness, at `points` places across the region and at both ends of
-    /// the witness' step. Nothing is added where there is no witness.
-    ///
-    /// # Errors
-    /// What [`verify()`] refuses.
-    pub fn with_slice(
-        mut self,
-        network: &OneHiddenLayer,
-        region: &Region,
-        points: usize,
-    ) -> Result<Self, ConformanceError> {
-        let tested = network.input_index(&self.input)?;
-        let boxed = region.box_of(network)?;
-        let Some(witness) = &self.witness else { return Ok(self) };
-        let mut point: Vec<f64> = network.inputs().iter().map(|name| witness.point[name]).collect();
-        let (first, last) = (boxed.lower()[tested], boxed.upper()[tested]);
-        let place = |k: usize| first + (last - first) * k as f64 / (points.max(2) - 1) as f64;
-        let mut input: Vec<f64> =
-            (0..points.max(2)).map(place).chain([witness.from, witness.to]).collect();
-        input.sort_by(f64::total_cmp);
-        let output = input
-            .iter()
-            .map(|x| {
-                point[tested] = *x;
-                network.evaluate(&point)
-            })
-            .collect::<Result<_, _>>()?;
-        self.slice = Some(Slice { input, output });
-        Ok(self)
-    }
+/// Adds the output along the tested input through the witness, at `points` places across the region and at both ends of
+/// the witness' step. Nothing is added where there is no witness.
+///
+/// # Errors
+/// What [`verify()`] refuses.
+pub fn with_slice(
+    mut row: Row,
+    network: &OneHiddenLayer,
+    region: &Region,
+    points: usize,
+) -> Result<Row, ConformanceError> {
+    let tested = network.input_index(&row.input)?;
+    let boxed = region.box_of(network)?;
+    let Some(witness) = &row.witness else { return Ok(row) };
+    let mut point: Vec<f64> = network.inputs().iter().map(|name| witness.point[name]).collect();
+    let (first, last) = (boxed.lower()[tested], boxed.upper()[tested]);
+    let place = |k: usize| first + (last - first) * k as f64 / (points.max(2) - 1) as f64;
+    let mut input: Vec<f64> =
+        (0..points.max(2)).map(place).chain([witness.from, witness.to]).collect();
+    input.sort_by(f64::total_cmp);
+    let output = input
+        .iter()
+        .map(|x| {
+            point[tested] = *x;
+            network.evaluate(&point)
+        })
+        .collect::<Result<_, _>>()?;
+    row.slice = Some(Slice { input, output });
+    Ok(row)
+}
 
-    /// Adds the brackets in physical units, `m scale_output / scale_input` and `z scale_output`.
-    ///
-    /// # Errors
-    /// [`ConformanceError::Scaling`] for a scale that is not finite and positive.
-    pub fn with_physical(
-        mut self,
-        output: Scaling,
-        input: Scaling,
-    ) -> Result<Self, ConformanceError> {
-        for (signal, Scaling { centre, scale }) in [(&self.network, output), (&self.input, input)] {
-            if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {
-                return Err(ConformanceError::Scaling { signal: signal.clone(), centre, scale });
-            }
+/// Adds the brackets in physical units, `m scale_output / scale_input` and `z scale_output`.
+///
+/// # Errors
+/// [`ConformanceError::Scaling`] for a scale that is not finite and positive.
+pub fn with_physical(
+    mut row: Row,
+    output: Scaling,
+    input: Scaling,
+) -> Result<Row, ConformanceError> {
+    for (signal, Scaling { centre, scale }) in [(&row.network, output), (&row.input, input)] {
+        if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {
+            return Err(ConformanceError::Scaling { signal: signal.clone(), centre, scale });
         }
-        let convert = |m: f64| m * output.scale / input.scale;
-        self.physical =
-            Some(Physical { m_lower: convert(self.m_lower), m_upper: convert(self.m_upper) });
-        self.physical_step = self.step.map(|step| StepBracket {
-            delta: step.delta * input.scale,
-            z_lower: step.z_lower * output.scale,
-            z_upper: step.z_upper * output.scale,
-        });
-        Ok(self)
     }
+    let convert = |m: f64| m * output.scale / input.scale;
+    row.physical = Some(Physical { m_lower: convert(row.m_lower), m_upper: convert(row.m_upper) });
+    row.physical_step = row.step.map(|step| StepBracket {
+        delta: step.delta * input.scale,
+        z_lower: step.z_lower * output.scale,
+        z_upper: step.z_upper * output.scale,
+    });
+    Ok(row)
+}
 
-    /// Bound on the paper's z, the largest movement against the property when the tested input
-    /// grows by at most `delta` (scaled): `delta max(0, m_upper)`, scaled output per minute.
-    #[must_use]
-    pub fn z_bound(&self, delta: f64) -> f64 {
-        delta * self.m_upper.max(0.0)
-    }
+/// Bound on the paper's z, the largest movement against the property when the tested input
+/// grows by at most `delta` (scaled): `delta max(0, m_upper)`, scaled output per minute.
+#[must_use]
+pub fn z_bound(row: &Row, delta: f64) -> f64 {
+    delta * row.m_upper.max(0.0)
 }

@@ -14,7 +14,7 @@ use twins::{PersonWindows, Protocol, SteadyStates};
 use crate::error::EvaluationError;
 use crate::models::PersonModels;
 use crate::person::{PersonEvaluation, evaluate_person};
-use crate::tables::ExclusionRow;
+use contract::outcomes::ExclusionRow;
 
 /// Weight of the simulator's average person, kg, for people whose weight is unknown (Resalat et al.
 /// 2019).

@@ -5,7 +5,7 @@
 //! number of tests, paired comparisons with the twin, forecasts that a sensor alone can make, and a
 //! check of the order of what-if curves.
 //!
-//! - [`evaluate()`]: five-hour windows under every [`Method`], [outcomes](OutcomesTable) with equivalence
+//! - [`evaluate()`]: five-hour windows under every [`Method`], [outcomes](outcomes_table) with equivalence
 //!   tests, [scenarios](Scenario), forecasts beside [autoregression](Forecaster);
 //! - [`what_if()`]: meals under several doses, and whether each twin answers in the right order.
 //!
@@ -41,8 +41,5 @@ pub use models::{Model, PersonModels};
 pub use person::{MethodResult, PersonEvaluation, ScenarioEvaluation};
 pub use scenario::Scenario;
 pub use spread::{HeldOutRun, QuantileMap, RunError, held_out_runs};
-pub use tables::{
-    Comparison, ExclusionRow, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable,
-    ScenarioTable, Spread, TwinRow, TwinsTable, WithInterval,
-};
-pub use what_if::{WhatIf, WhatIfCurve, WhatIfOrder, WhatIfPlan, what_if};
+pub use tables::{outcomes_table, twins_table};
+pub use what_if::{TOLERANCE, paper_plan, what_if};

@@ -1,98 +1,31 @@
 //! What a twin answers to meals under other doses (paper, "Evaluation of digital twins behavior under
 //! variable insulin boluses and carbohydrate inputs"), and whether its answers are in order.
 
+use contract::Document as _;
+use contract::what_if::{WhatIf, WhatIfCurve, WhatIfOrder, WhatIfPlan};
 use nn_statespace::ScaledStates;
 use nn_statespace::initial_state::steady_state;
 use physiology::{Context, Grams, MgPerDl, STEP, StepInput, Units, UnitsPerHour};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use twins::Twin;
 
 use crate::error::EvaluationError;
 use crate::person::readings;
 
-/// Which meals, doses and circumstances.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WhatIfPlan {
-    /// Meals, g.
-    pub carbs_g: Vec<f64>,
-    /// Insulin-to-carbohydrate ratios, g/U, ascending: less insulin from one to the next.
-    pub ratios_g_per_u: Vec<f64>,
-    /// Glucose at the meal, mg/dL; the first is shown as curves.
-    pub starts_mg_dl: Vec<f64>,
-    /// Hours of the day, 0 to 23; the first is shown as curves.
-    pub hours: Vec<u8>,
-    /// Steps that a run lasts.
-    pub steps: usize,
-}
+/// Glucose that counts as the same, mg/dL: below what a sensor resolves.
+pub const TOLERANCE: f64 = 0.5;
 
-impl WhatIfPlan {
-    /// The paper's meals and ratios over five hours; the order is checked at three glucose levels
-    /// and three hours, which the paper leaves open.
-    #[must_use]
-    pub fn paper() -> Self {
-        Self {
-            carbs_g: vec![30.0, 60.0, 90.0],
-            ratios_g_per_u: vec![10.0, 20.0, 30.0],
-            starts_mg_dl: vec![120.0, 90.0, 180.0],
-            hours: vec![12, 7, 19],
-            steps: 60,
-        }
+/// The paper's meals and ratios over five hours; the order is checked at three glucose levels
+/// and three hours, which the paper leaves open.
+#[must_use]
+pub fn paper_plan() -> WhatIfPlan {
+    WhatIfPlan {
+        carbs_g: vec![30.0, 60.0, 90.0],
+        ratios_g_per_u: vec![10.0, 20.0, 30.0],
+        starts_mg_dl: vec![120.0, 90.0, 180.0],
+        hours: vec![12, 7, 19],
+        steps: 60,
     }
-}
-
-/// `what_if.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WhatIf {
-    /// `what-if/1`.
-    pub schema: String,
-    /// What was asked.
-    pub plan: WhatIfPlan,
-    /// One curve a meal and ratio, over people, at the first glucose and hour.
-    pub curves: Vec<WhatIfCurve>,
-    /// One entry a person.
-    pub order: Vec<WhatIfOrder>,
-}
-
-/// Glucose over people, one value a step from the meal on, mg/dL.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WhatIfCurve {
-    /// The meal, g.
-    pub carbs_g: f64,
-    /// The ratio, g/U.
-    pub ratio_g_per_u: f64,
-    /// Minutes since the meal.
-    pub minutes: Vec<f64>,
-    /// First quartile.
-    pub lower: Vec<f64>,
-    /// Median.
-    pub median: Vec<f64>,
-    /// Third quartile.
-    pub upper: Vec<f64>,
-}
-
-/// Whether one twin answers in the right order.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WhatIfOrder {
-    /// The person.
-    pub person_id: String,
-    /// Whether less insulin never means less glucose: at no step of any run is the curve of a higher
-    /// ratio below that of a lower one by more than [`WhatIfOrder::TOLERANCE`], and mean glucose
-    /// grows from each ratio to the next. Where this does not hold the twin is not to be used for
-    /// what-ifs.
-    pub ordered: bool,
-    /// The most by which a curve with less insulin lies below one with more, mg/dL.
-    pub worst_mg_dl: f64,
-    /// Where that was, in words; empty where nothing is out of order.
-    pub worst_at: String,
-    /// Whether the peak grows with the meal at every ratio. A network may break this and still be
-    /// of use for doses.
-    pub peaks_grow_with_meals: bool,
-}
-
-impl WhatIfOrder {
-    /// Glucose that counts as the same, mg/dL: below what a sensor resolves.
-    pub const TOLERANCE: f64 = 0.5;
 }
 
 /// Runs every twin through the plan.
@@ -119,7 +52,7 @@ pub fn what_if(twins: &[(&str, &Twin)], plan: &WhatIfPlan) -> Result<WhatIf, Eva
     }
     let order = twins.iter().zip(&answers);
     let order = order.map(|((person, _), answers)| answers.order(person, plan)).collect();
-    Ok(WhatIf { schema: "what-if/1".to_owned(), plan: plan.clone(), curves, order })
+    Ok(WhatIf { schema: WhatIf::SCHEMA.to_owned(), plan: plan.clone(), curves, order })
 }
 
 /// One twin's runs under every condition.
@@ -189,7 +122,7 @@ impl Answers {
                     peaks.all(|pair| peak(&pair[1][ratio]) >= peak(&pair[0][ratio]));
             }
         }
-        order.ordered &= order.worst_mg_dl <= WhatIfOrder::TOLERANCE;
+        order.ordered &= order.worst_mg_dl <= TOLERANCE;
         order
     }
 }

@@ -7,9 +7,10 @@ mod synthetic;
 use std::collections::BTreeMap;
 
 use cohort::Cohort;
+use contract::OutcomesTable;
+use contract::what_if::WhatIfPlan;
 use evaluation::{
-    EvaluationSettings, Method, Model, OutcomesTable, PersonModels, TwinsTable, WhatIfPlan,
-    evaluate, what_if,
+    EvaluationSettings, Method, Model, PersonModels, evaluate, outcomes_table, twins_table, what_if,
 };
 use nn_statespace::GlucoseClamp;
 use physiology::{OpenLoop, simulate};
@@ -65,7 +66,7 @@ fn the_true_twin_is_found_equivalent_and_best() {
         assert!(rmse(person, Method::Population) > 10.0 * twin);
         assert_eq!(person.windows, 19); // 4 x 288 steps hold 19 windows of 60
     }
-    let table = OutcomesTable::new("made", &found, &settings()).expect("three people");
+    let table = outcomes_table("made", &found, &settings()).expect("three people");
     let twin = &table.methods[0];
     assert_eq!((twin.name.as_str(), twin.rows.len()), ("twin", 6));
     assert!(twin.rows.iter().all(|row| row.equivalent && row.p <= row.p_holm));
@@ -73,7 +74,7 @@ fn the_true_twin_is_found_equivalent_and_best() {
     // The sensor on the training days is told from the sensor on the days after.
     assert_eq!(table.training_days.len(), 6);
     assert!(table.training_days.iter().zip(&twin.rows).all(|(own, row)| own.actual == row.actual));
-    let mean = |rows: &[evaluation::OutcomeRow]| rows[5].simulated.mean;
+    let mean = |rows: &[contract::outcomes::OutcomeRow]| rows[5].simulated.mean;
     assert!((mean(&table.training_days) - mean(&twin.rows)).abs() > 0.1);
     let training: f64 = found.people.iter().map(|person| person.training.mg).sum();
     assert!((mean(&table.training_days) - training / 3.0).abs() < 1e-9);
@@ -151,7 +152,7 @@ fn people_without_a_twin_or_with_too_little_are_listed() {
         reasons,
         [("p0", "no twin was given"), ("p1", "no carbohydrate recorded in the training days")]
     );
-    let error = OutcomesTable::new("made", &found, &settings()).expect_err("one person is left");
+    let error = outcomes_table("made", &found, &settings()).expect_err("one person is left");
     assert!(error.to_string().contains("1 people to judge and 2 left out"), "{error}");
 }
 
@@ -178,7 +179,7 @@ fn the_tables_have_the_keys_of_the_contract() {
         .collect();
     let found = evaluate(&cohort, &twins, &truth.population, &settings()).expect("judged");
     built[2].result = Err(twins::Exclusion::NoCarbs(twins::Part::Test));
-    let twins = serde_json::to_value(TwinsTable::new(&built, &found)).expect("JSON");
+    let twins = serde_json::to_value(twins_table(&built, &found)).expect("JSON");
     assert_eq!(twins["schema"], "twins/1");
     assert_eq!(twins["people"][0]["excluded"], serde_json::Value::Null);
     assert_eq!(twins["people"][2]["excluded"], "no carbohydrate recorded in the test days");
@@ -187,7 +188,7 @@ fn the_tables_have_the_keys_of_the_contract() {
     {
         assert!(twins["people"][0][key].is_number(), "{key}");
     }
-    let table = OutcomesTable::new("made", &found, &settings()).expect("three people");
+    let table = outcomes_table("made", &found, &settings()).expect("three people");
     let json = serde_json::to_value(&table).expect("JSON");
     assert_eq!((&json["schema"], &json["cohort"]), (&"outcomes/1".into(), &"made".into()));
     assert_eq!((&json["people"], &json["window_minutes"]), (&3.into(), &300.into()));
@@ -253,7 +254,7 @@ fn scenarios_and_other_inputs_have_rows_of_their_own() {
         })
         .collect();
     let found = evaluate(&cohort, &models, &truth.population, &settings()).expect("judged");
-    let table = OutcomesTable::new("made", &found, &settings()).expect("three people");
+    let table = outcomes_table("made", &found, &settings()).expect("three people");
     assert_eq!(table.ablation.len(), 1);
     assert!(table.methods.iter().all(|method| method.name != "none"));
     assert!(table.ablation[0].rmse_5h.mean > 1.0, "{:?}", table.ablation[0].rmse_5h);

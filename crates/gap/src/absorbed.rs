@@ -1,98 +1,57 @@
 //! What a person's residual network has already absorbed: the same evidence on the same days, with the
 //! plant without the residual and with it.
 
-use serde::{Deserialize, Serialize};
+use contract::diagnosis::{Absorbed, AbsorbedEffect, AbsorbedError};
 
-use crate::diagnosis::{Diagnosis, Verdict};
+use crate::Diagnosis;
 
 /// Least evidence before of which a share is given, nats. Less is as likely to be chance.
 const LEAST: f64 = 4.0;
 
-/// What residual networks have absorbed, all people together.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Absorbed {
-    /// The plant without the residual.
-    pub without: String,
-    /// Its verdict on the same people and days.
-    pub verdict_without: Verdict,
-    /// The effects named for it.
-    pub found_without: Vec<String>,
-    /// Evidence by effect, most before first.
-    pub effects: Vec<AbsorbedEffect>,
-    /// Errors of both plants, one entry a horizon.
-    pub baseline: Vec<AbsorbedError>,
-}
-
-/// The evidence for an effect with both plants, before any effect is conditioned on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AbsorbedEffect {
-    /// The effect.
-    pub effect: String,
-    /// Held-out evidence that the plant without the residual lacks it, nats.
-    pub evidence_before: f64,
-    /// The same with the residual, nats.
-    pub evidence_after: f64,
-    /// Share of the evidence that is gone; negative where it grew. `None` below 4 nats before.
-    pub share: Option<f64>,
-}
-
-/// Free-run error of both plants at one horizon: mean over people, mg/dL.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct AbsorbedError {
-    /// Horizon, min.
-    pub minutes: u32,
-    /// Mean absolute error without the residual.
-    pub mae_before: f64,
-    /// Mean absolute error with it.
-    pub mae_after: f64,
-}
-
-impl Absorbed {
-    /// Compares a diagnosis with the residual to one without.
-    ///
-    /// `None` where they are not of the same people, whose evidence could not be compared.
-    #[must_use]
-    pub fn between(without: &Diagnosis, with: &Diagnosis) -> Option<Self> {
-        let included = |diagnosis: &Diagnosis| -> Vec<String> {
-            let people = diagnosis.people.iter().filter(|person| person.excluded.is_none());
-            people.map(|person| person.person_id.clone()).collect()
-        };
-        if included(without) != included(with) {
-            return None;
-        }
-        let mut effects: Vec<AbsorbedEffect> = effects::names()
-            .into_iter()
-            .filter_map(|name| {
-                let evidence_before = *without.evidence.gains.get(name)?;
-                let evidence_after = *with.evidence.gains.get(name)?;
-                // Evidence against an effect is no evidence that is left.
-                let share = (evidence_before >= LEAST)
-                    .then(|| 1.0 - evidence_after.max(0.0) / evidence_before);
-                let effect = name.to_owned();
-                Some(AbsorbedEffect { effect, evidence_before, evidence_after, share })
-            })
-            .collect();
-        effects.sort_by(|a, b| b.evidence_before.total_cmp(&a.evidence_before));
-        let baseline = without
-            .baseline
-            .iter()
-            .filter_map(|before| {
-                let after = with.baseline.iter().find(|after| after.minutes == before.minutes)?;
-                Some(AbsorbedError {
-                    minutes: before.minutes,
-                    mae_before: before.mae.value,
-                    mae_after: after.mae.value,
-                })
-            })
-            .collect();
-        Some(Self {
-            without: without.plant.clone(),
-            verdict_without: without.verdict,
-            found_without: without.effects.iter().map(|found| found.effect.clone()).collect(),
-            effects,
-            baseline,
-        })
+/// Compares a diagnosis with the residual to one without.
+///
+/// `None` where they are not of the same people, whose evidence could not be compared.
+#[must_use]
+pub fn absorbed(without: &Diagnosis, with: &Diagnosis) -> Option<Absorbed> {
+    let included = |diagnosis: &Diagnosis| -> Vec<String> {
+        let people = diagnosis.people.iter().filter(|person| person.excluded.is_none());
+        people.map(|person| person.person_id.clone()).collect()
+    };
+    if included(without) != included(with) {
+        return None;
     }
+    let mut effects: Vec<AbsorbedEffect> = effects::names()
+        .into_iter()
+        .filter_map(|name| {
+            let evidence_before = *without.evidence.gains.get(name)?;
+            let evidence_after = *with.evidence.gains.get(name)?;
+            // Evidence against an effect is no evidence that is left.
+            let share =
+                (evidence_before >= LEAST).then(|| 1.0 - evidence_after.max(0.0) / evidence_before);
+            let effect = name.to_owned();
+            Some(AbsorbedEffect { effect, evidence_before, evidence_after, share })
+        })
+        .collect();
+    effects.sort_by(|a, b| b.evidence_before.total_cmp(&a.evidence_before));
+    let baseline = without
+        .baseline
+        .iter()
+        .filter_map(|before| {
+            let after = with.baseline.iter().find(|after| after.minutes == before.minutes)?;
+            Some(AbsorbedError {
+                minutes: before.minutes,
+                mae_before: before.mae.value,
+                mae_after: after.mae.value,
+            })
+        })
+        .collect();
+    Some(Absorbed {
+        without: without.plant.clone(),
+        verdict_without: without.verdict,
+        found_without: without.effects.iter().map(|found| found.effect.clone()).collect(),
+        effects,
+        baseline,
+    })
 }
 
 #[cfg(test)]
@@ -105,10 +64,10 @@ mod tests {
         let gains: serde_json::Map<String, serde_json::Value> =
             gains.iter().map(|(name, gain)| ((*name).to_owned(), (*gain).into())).collect();
         let diagnosis = serde_json::json!({
-            "schema": "diagnosis/1", "stage": "how_far", "verdict": "none", "effects": [],
-            "candidates": [], "ports": [], "where": [],
+            "schema": "diagnosis/2", "verdict": "none", "effects": [],
+            "candidates": [], "untried": [], "power": [], "ports": [], "where": [],
             "evidence": {"person_days": 7.0, "gains": gains},
-            "how_far": {"horizons": [], "outcomes": []},
+            "how_far": contract::diagnosis::HowFar::default(),
             "baseline": [{"minutes": 60, "mae": error(mae), "rmse": error(mae),
                 "bias": error(0.0), "people": 1, "runs": 10}],
             "data_quality": [],
@@ -122,7 +81,7 @@ mod tests {
         let before = [("dawn", 40.0), ("exercise", 10.0), ("slow_meals", 5.0), ("alcohol", 3.0)];
         let after = [("dawn", 10.0), ("exercise", 12.0), ("slow_meals", -3.0), ("alcohol", 0.0)];
         let (without, with) = (diagnosis(&before, 20.0, None), diagnosis(&after, 18.0, None));
-        let found = Absorbed::between(&without, &with).expect("the same people");
+        let found = absorbed(&without, &with).expect("the same people");
         let shares: Vec<(&str, Option<f64>)> =
             found.effects.iter().map(|e| (e.effect.as_str(), e.share)).collect();
         let expected = [
@@ -139,6 +98,6 @@ mod tests {
     #[test]
     fn evidence_of_different_people_is_not_compared() {
         let (without, with) = (diagnosis(&[], 20.0, None), diagnosis(&[], 20.0, Some("no twin")));
-        assert_eq!(Absorbed::between(&without, &with), None);
+        assert_eq!(absorbed(&without, &with), None);
     }
 }

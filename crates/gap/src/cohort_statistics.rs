@@ -13,7 +13,8 @@ use crate::filter::plants::Ode;
 use crate::free_run_statistics::free_run_statistics;
 use crate::person::{PersonOutcome, analyse};
 use crate::person_statistics::of_person;
-use crate::which::{Evidence, Thresholds, which};
+use crate::which::{Thresholds, which};
+use contract::diagnosis::Evidence;
 
 /// Channels whose presence decides what a record can show.
 const CHANNELS: [Channel; 4] =

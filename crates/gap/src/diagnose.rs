@@ -9,13 +9,10 @@ use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::Diagnosis;
 use crate::belief::working_posterior;
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
-use crate::diagnosis::{
-    CellFactor, CellGap, Diagnosis, HorizonError, HowFar, InnovationGap, PosteriorSaid,
-    ProbableSet, SCHEMA, Stage, WithInterval,
-};
 use crate::error::GapError;
 use crate::expected_gap::share_out;
 use crate::filter::plants::{Ode, Plants};
@@ -31,6 +28,10 @@ use crate::quality::identical_people;
 use crate::questioned::doubts;
 use crate::track_record::TrackRecord;
 use crate::which::{Belief, NAMED_FROM, SAID_FROM, Thresholds, Which, is_free, power, which};
+use contract::WithInterval;
+use contract::diagnosis::{
+    CellFactor, CellGap, HorizonError, HowFar, InnovationGap, PosteriorSaid, ProbableSet,
+};
 
 /// A diagnosis to be made: which effects are tried, with which settings, on which plant.
 ///
@@ -212,8 +213,7 @@ impl<'a> Diagnoser<'a> {
             found.questioned = doubts(found, &how_far, carried);
         }
         Ok(Diagnosis {
-            schema: SCHEMA.to_owned(),
-            stage: Stage::HowFar,
+            schema: <Diagnosis as contract::Document>::SCHEMA.to_owned(),
             verdict: answer.verdict,
             effects,
             candidates: answer.candidates,

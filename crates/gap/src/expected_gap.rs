@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use posterior::Gap;
 
 use crate::context::HOURS;
-use crate::diagnosis::{CellFactor, CellGap};
+use contract::diagnosis::{CellFactor, CellGap};
 
 /// Length of the runs whose gap is expected, min: whole days from midnight.
 const MINUTES: u32 = 1440;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::config::DiagnosisConfig;
-use crate::diagnosis::CellFactor;
 use crate::person::{HorizonSums, PersonAnalysis, cells};
+use contract::diagnosis::CellFactor;
 
 /// Fewest errors of a person in a cell.
 const FEWEST: f64 = 10.0;

@@ -41,8 +41,9 @@ use self::subject::Subject;
 use self::summary::{Pair, Summary};
 use self::unit::{Judged, Unit};
 use crate::calibrated_person::CalibratedPerson;
-use crate::diagnosis::{AmplitudeChange, HowFar, WithInterval};
 use crate::error::GapError;
+use contract::WithInterval;
+use contract::diagnosis::{AmplitudeChange, HowFar};
 
 pub use settings::Settings;
 pub use shrinkage::{Shrinkage, shrinkage};

@@ -40,7 +40,6 @@ pub mod context;
 mod course;
 pub mod design;
 mod diagnose;
-pub mod diagnosis;
 mod error;
 mod event_bank;
 mod expected_gap;
@@ -63,14 +62,15 @@ mod track_record;
 mod units;
 pub mod which;
 
-pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
+pub use absorbed::absorbed;
 pub use belief::{posterior_file_without, working_posterior};
 pub use calibrated_person::CalibratedPerson;
 pub use cohort_statistics::cohort_statistics;
 pub use config::{DiagnosisConfig, InclusionRule, Production};
+pub use contract::diagnosis;
+pub use contract::diagnosis::{Absorbed, Evidence, PersonSummary, Verdict};
 pub use course::course;
 pub use diagnose::Diagnoser;
-pub use diagnosis::{Diagnosis, PersonSummary, Stage, Verdict};
 pub use error::GapError;
 pub use filter::body::Body;
 pub use filter::calibration::CalibrationRule;
@@ -83,4 +83,7 @@ pub use modulated_plant::{ModulatedPlant, ModulatedState};
 pub use person_statistics::{PersonStatistics, person_statistics};
 pub use track_record::{Counted, TrackRecord};
 pub use which::ceiling;
-pub use which::{Evidence, Threshold, ThresholdStep, Thresholds, Which, which};
+pub use which::{Threshold, ThresholdStep, Thresholds, Which, which};
+
+/// A diagnosis with the settings of this crate: `diagnosis.json`.
+pub type Diagnosis = contract::Diagnosis<DiagnosisConfig>;

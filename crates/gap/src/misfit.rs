@@ -4,8 +4,8 @@
 //! innovations that scatter by more than they do in made people, or a search without an end, that the person's
 //! body or sensor is not of the plant's kind. Whatever is asked of such a plant next is asked under that doubt.
 
-use crate::diagnosis::{DataQualityFinding, FindingEstimate};
 use crate::filter::calibration::{Calibration, FACTORS, Factor};
+use contract::diagnosis::{DataQualityFinding, FindingEstimate};
 
 /// Name of the check.
 pub(crate) const CHECK: &str = "plant_misfit";

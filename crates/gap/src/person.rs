@@ -9,9 +9,6 @@ use physiology::{Plant, STEPS_PER_DAY};
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::{DiagnosisConfig, InclusionRule, Production};
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
-use crate::diagnosis::{
-    CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, PersonSummary,
-};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, BodyAlone};
 use crate::filter::body::Body;
@@ -23,6 +20,9 @@ use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
 use crate::localisation::{DayCells, LocalisationRule};
 use crate::misfit;
 use crate::quality;
+use contract::diagnosis::{
+    CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, PersonSummary,
+};
 
 /// A cell of `where`, persons aside.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -321,7 +321,7 @@ fn summary(
         .into_iter()
         .zip(calibration.sd)
         .map(|(factor, log_sd)| FactorEstimate {
-            factor,
+            factor: factor.name().to_owned(),
             value: calibration.factors.get(factor).exp(),
             log_sd,
             at_bound: calibration.at_bound.contains(&factor),

@@ -28,8 +28,8 @@ use physiology::MgPerDl;
 
 pub use self::identical_people::identical_people;
 use self::interleaved_cgm::Interleaved;
-use crate::diagnosis::{DataQualityFinding, FindingEstimate};
 use crate::filter::observations::{Observations, Reading};
+use contract::diagnosis::{DataQualityFinding, FindingEstimate};
 
 /// What a diagnosis should do about a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

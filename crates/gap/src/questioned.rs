@@ -1,6 +1,7 @@
 //! Whether "how far" agrees with "which": reasons to doubt a name.
 
-use crate::diagnosis::{FoundEffect, HowFar, WithInterval};
+use contract::WithInterval;
+use contract::diagnosis::{FoundEffect, HowFar};
 
 /// Reasons, in sentences, why a name is to be doubted; empty where its size and the errors on held-out days agree with it.
 /// `carried` is the person on whom it rests, and the probability without her.
@@ -33,7 +34,7 @@ pub(crate) fn doubts(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::HorizonChange;
+    use contract::diagnosis::HorizonChange;
 
     fn found(lower: f64) -> FoundEffect {
         FoundEffect {

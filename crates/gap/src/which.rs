@@ -25,6 +25,7 @@ mod thresholds;
 mod tried;
 mod variance;
 
+use contract::diagnosis::Evidence;
 use std::collections::BTreeMap;
 
 use effects::{Effect, EffectId, Port};
@@ -40,7 +41,7 @@ use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
 pub(crate) use self::detection::power;
-pub use self::thresholds::{Evidence, Threshold, ThresholdStep, Thresholds};
+pub use self::thresholds::{Threshold, ThresholdStep, Thresholds};
 
 /// Most effects that are named.
 const MOST_EFFECTS: usize = 3;

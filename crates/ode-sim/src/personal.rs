@@ -30,6 +30,19 @@ impl Factor {
     pub const ALL: [Self; FACTORS] =
         [Self::Action, Self::Egp0, Self::TMaxG, Self::TMaxI, Self::AG, Self::F01];
 
+    /// Its key in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Action => "action",
+            Self::Egp0 => "egp0",
+            Self::TMaxG => "t_max_g",
+            Self::TMaxI => "t_max_i",
+            Self::AG => "a_g",
+            Self::F01 => "f01",
+        }
+    }
+
     /// The parameter that it multiplies, in the paper's symbols.
     #[must_use]
     pub const fn parameter(self) -> &'static str {

@@ -15,6 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let of = std::env::args().nth(2).unwrap_or_default();
     let mut inputs = Inputs::default();
     for (part, value) in made_up::folder(&of) {
+        let value = made_up::completed(part, value);
         inputs.read(part, value.to_string().as_bytes())?;
     }
     std::fs::write(&path, render(&inputs)?)?;

@@ -1,36 +1,19 @@
 //! Why a report cannot be written.
 
-use crate::Part;
-
 /// A part that cannot be used, or a figure that cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// A part is not the JSON that its file should hold.
-    #[error(
-        "{file}, line {line}, column {column}: {source}; write the file again with the command \
-         that makes it",
-        file = part.file_name(), line = source.line(), column = source.column()
-    )]
-    Json {
-        /// Which part.
-        part: Part,
-        /// What the parser found, with its place.
-        source: serde_json::Error,
-    },
-    /// Two series of a part that belong together have different lengths.
-    #[error("{file}: '{series}' has {found} values where '{of}' has {expected}", file = part.file_name())]
-    UnevenSeries {
-        /// Which part.
-        part: Part,
-        /// The series that does not fit.
-        series: &'static str,
-        /// Its length.
-        found: usize,
-        /// The series that sets the length.
-        of: &'static str,
-        /// That length.
-        expected: usize,
+    /// A part is not what its schema says.
+    #[error(transparent)]
+    Contract(#[from] contract::ContractError),
+    /// A part cannot be read.
+    #[error("{file} cannot be read: {source}")]
+    Unreadable {
+        /// Which file.
+        file: &'static str,
+        /// What the system says.
+        source: std::io::Error,
     },
     /// The drawing library refused a figure.
     #[error("figure '{figure}' cannot be drawn: {message}")]

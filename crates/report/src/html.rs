@@ -10,7 +10,7 @@ pub(crate) use crossed::{Crossed, CrossedCell, CrossedRow};
 pub(crate) use heat::{Heat, HeatCell};
 
 use crate::figure::{Key, Stroke, Svg};
-use crate::number::{ABSENT, percent};
+use crate::number::percent;
 
 /// A piece of a page.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -149,12 +149,8 @@ impl Html {
     }
 
     /// A probability or share as a bar with its number.
-    pub(crate) fn bar(share: Option<f64>) -> Self {
+    pub(crate) fn bar(share: f64) -> Self {
         let mut html = Self::default();
-        let Some(share) = share.filter(|share| share.is_finite()) else {
-            html.text(ABSENT);
-            return html;
-        };
         let length = (100.0 * share.clamp(0.0, 1.0)).round() as u32;
         html.literal(
             "<span class=\"bar\"><svg viewBox=\"0 0 100 10\" preserveAspectRatio=\"none\" ",

@@ -2,13 +2,13 @@
 
 use std::io::Read;
 
-use serde::de::DeserializeOwned;
+use contract::blind_check::Seal;
+use contract::{
+    BlindCheck, Conformance, ContractError, Diagnosis, ExampleDay, GlucoseProfile, Manifest,
+    OutcomesTable, Training, TwinsTable, WhatIf,
+};
 
 use crate::ReportError;
-use crate::view::{
-    Agp, BlindCheck, Conformance, Diagnosis, ExampleDay, Manifest, Outcomes, Seal, Training, Twins,
-    WhatIf,
-};
 
 /// One JSON output of the pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -86,7 +86,7 @@ pub struct Inputs {
     /// Manifests of the stages, in the order in which they were read.
     pub manifests: Vec<Manifest>,
     /// From `outcomes.json`.
-    pub outcomes: Option<Outcomes>,
+    pub outcomes: Option<OutcomesTable>,
     /// From `conformance.json`.
     pub conformance: Option<Conformance>,
     /// From `diagnosis.json`.
@@ -94,7 +94,7 @@ pub struct Inputs {
     /// From `training.json`.
     pub training: Option<Training>,
     /// From `twins.json`.
-    pub twins: Option<Twins>,
+    pub twins: Option<TwinsTable>,
     /// From `import_report.json`; shown as it stands, whatever its keys.
     pub import_report: Option<serde_json::Value>,
     /// From `example_day.json`.
@@ -104,7 +104,7 @@ pub struct Inputs {
     /// From `what_if_constrained.json`.
     pub what_if_constrained: Option<WhatIf>,
     /// From `agp.json`.
-    pub agp: Option<Agp>,
+    pub agp: Option<GlucoseProfile>,
     /// From `blind_check.json`.
     pub blind_check: Option<BlindCheck>,
     /// From `seal.json`.
@@ -128,47 +128,39 @@ impl Inputs {
             && self.blind_check.is_none()
     }
 
-    /// Reads one part. A manifest is added to those already read; any other part replaces one
-    /// read before. Unknown keys are ignored.
+    /// Reads one part, strictly. A manifest is added to those already read; any other part replaces one
+    /// read before.
     ///
     /// # Errors
     ///
-    /// [`ReportError::Json`] with line and column, also where reading fails;
-    /// [`ReportError::UnevenSeries`].
-    pub fn read(&mut self, part: Part, reader: impl Read) -> Result<(), ReportError> {
+    /// [`ReportError::Unreadable`], and [`ReportError::Contract`] with line and column for what is not as
+    /// its schema says.
+    pub fn read(&mut self, part: Part, mut reader: impl Read) -> Result<(), ReportError> {
+        let mut bytes = Vec::new();
+        reader
+            .read_to_end(&mut bytes)
+            .map_err(|source| ReportError::Unreadable { file: part.file_name(), source })?;
         match part {
-            Part::Manifest => self.manifests.push(parse(part, reader)?),
-            Part::Outcomes => self.outcomes = Some(parse(part, reader)?),
-            Part::Conformance => self.conformance = Some(parse(part, reader)?),
-            Part::Diagnosis => self.diagnosis = Some(parse(part, reader)?),
-            Part::Training => self.training = Some(parse(part, reader)?),
-            Part::Twins => self.twins = Some(parse(part, reader)?),
-            Part::ImportReport => self.import_report = Some(parse(part, reader)?),
-            Part::ExampleDay => {
-                let day: ExampleDay = parse(part, reader)?;
-                day.check()?;
-                self.example_day = Some(day);
-            }
-            Part::WhatIf => self.what_if = Some(what_if(part, reader)?),
-            Part::WhatIfConstrained => self.what_if_constrained = Some(what_if(part, reader)?),
-            Part::Agp => {
-                let agp: Agp = parse(part, reader)?;
-                agp.check()?;
-                self.agp = Some(agp);
-            }
-            Part::BlindCheck => self.blind_check = Some(parse(part, reader)?),
-            Part::Seal => self.seal = Some(parse(part, reader)?),
+            Part::Manifest => self.manifests.push(contract::read(&bytes)?),
+            Part::Outcomes => self.outcomes = Some(contract::read(&bytes)?),
+            Part::Conformance => self.conformance = Some(contract::read(&bytes)?),
+            Part::Diagnosis => self.diagnosis = Some(contract::read(&bytes)?),
+            Part::Training => self.training = Some(contract::read(&bytes)?),
+            Part::Twins => self.twins = Some(contract::read(&bytes)?),
+            Part::ImportReport => self.import_report = Some(any(part, &bytes)?),
+            Part::ExampleDay => self.example_day = Some(contract::read(&bytes)?),
+            Part::WhatIf => self.what_if = Some(contract::read(&bytes)?),
+            Part::WhatIfConstrained => self.what_if_constrained = Some(contract::read(&bytes)?),
+            Part::Agp => self.agp = Some(contract::read(&bytes)?),
+            Part::BlindCheck => self.blind_check = Some(contract::read(&bytes)?),
+            Part::Seal => self.seal = Some(contract::read(&bytes)?),
         }
         Ok(())
     }
 }
 
-fn what_if(part: Part, reader: impl Read) -> Result<WhatIf, ReportError> {
-    let answers: WhatIf = parse(part, reader)?;
-    answers.check(part)?;
-    Ok(answers)
-}
-
-fn parse<T: DeserializeOwned>(part: Part, reader: impl Read) -> Result<T, ReportError> {
-    serde_json::from_reader(reader).map_err(|source| ReportError::Json { part, source })
+/// JSON that is shown as it stands.
+fn any<T: serde::de::DeserializeOwned>(part: Part, bytes: &[u8]) -> Result<T, ContractError> {
+    serde_json::from_slice(bytes)
+        .map_err(|source| ContractError::Json { file: part.file_name(), source })
 }

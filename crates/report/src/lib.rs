@@ -8,11 +8,13 @@
 //! use report::{Inputs, Part, render};
 //!
 //! let mut inputs = Inputs::default();
-//! let json = r#"{"rows": [{"network": "I", "input": "S2", "property": "increasing",
-//!     "m_lower": -0.2, "m_upper": -0.1, "verdict": "proved", "seconds": 0.01}]}"#;
-//! inputs.read(Part::Conformance, json.as_bytes())?;
+//! let json = r#"{"schema": "twins/1", "people": [{"person_id": "p01", "windows_train": 210,
+//!     "windows_test": 95, "excluded": null, "loss_first": 1.3, "loss_last": 0.4, "epoch_kept": 60,
+//!     "steps_without_heart_rate": 0, "steps_without_sleep": 12, "rmse_population": 52.1,
+//!     "rmse_twin": 38.4}]}"#;
+//! inputs.read(Part::Twins, json.as_bytes())?;
 //! let html = render(&inputs)?;
-//! assert!(html.contains("1 of 1 physiological properties is proved"));
+//! assert!(html.contains("1 twin was trained for 1 person"));
 //! # Ok::<(), report::ReportError>(())
 //! ```
 
@@ -22,7 +24,6 @@ mod html;
 mod inputs;
 mod number;
 mod section;
-pub mod view;
 
 pub use error::ReportError;
 pub use inputs::{Inputs, Part};

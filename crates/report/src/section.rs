@@ -47,8 +47,6 @@ const fn section(
 }
 
 const HAS_DIAGNOSIS: fn(&Inputs) -> bool = |inputs| inputs.diagnosis.is_some();
-const SOUGHT_EFFECTS: fn(&Inputs) -> bool =
-    |inputs| inputs.diagnosis.as_ref().is_some_and(|d| d.sought_effects());
 const HAS_BLIND_CHECK: fn(&Inputs) -> bool = |inputs| inputs.blind_check.is_some();
 
 /// Every section below the verdict.
@@ -61,14 +59,14 @@ const SECTIONS: [Section; 22] = [
     ),
     section("which", "Which effect explains the gap", HAS_DIAGNOSIS, effects::body),
     section("how-far", "How far the gap shrinks", HAS_DIAGNOSIS, how_far::body),
-    section("tried", "What was weighed", SOUGHT_EFFECTS, candidates::body),
+    section("tried", "What was weighed", HAS_DIAGNOSIS, candidates::body),
     section(
         "absorbed",
         "What the residual networks have absorbed",
         absorbed::applies,
         absorbed::body,
     ),
-    section("ports", "At which place in the model", SOUGHT_EFFECTS, ports::body),
+    section("ports", "At which place in the model", HAS_DIAGNOSIS, ports::body),
     section("where", "Where the gap lies", HAS_DIAGNOSIS, location::body),
     section("targets", "Blind check: targets", HAS_BLIND_CHECK, blind_check::targets),
     section("confusion", "Blind check: truth and answer", HAS_BLIND_CHECK, blind_check::confusion),

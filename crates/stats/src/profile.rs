@@ -3,8 +3,6 @@
 //! As in the international consensus on CGM reports (Battelino et al. 2019): the median with the
 //! 25th to 75th and the 5th to 95th percentile, over all days together.
 
-use serde::Serialize;
-
 use crate::error::StatsError;
 use crate::quantile::quantile;
 
@@ -12,7 +10,7 @@ use crate::quantile::quantile;
 pub const PERCENTILES: [f64; 5] = [5.0, 25.0, 50.0, 75.0, 95.0];
 
 /// Percentiles of glucose, mg/dL, one value a slot of the day; `None` where a slot has no sample.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     /// 5th percentile.
     pub p05: Vec<Option<f64>>,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
-use blind::{Kind, Label, TrueCell, TrueEffect, TrueWhere};
+use contract::blind_check::{Kind, Label, TrueCell, TrueEffect, TrueWhere};
 use serde::Deserialize;
 
 /// The schema that is read.

@@ -10,8 +10,9 @@ mod tables;
 use std::hash::{BuildHasher as _, Hasher as _};
 
 use anyhow::{Context as _, Result, ensure};
-use blind::{Answer, BlindCheck, CalibrationTable, Label, OpenedLabel, ScoredWorld, Seal};
+use blind::{ScoredWorld, calibration_table, seal};
 use cohort::{RecordsFormat, write_folder};
+use contract::blind_check::{Answer, BlindCheck, Bound, Label, OpenedLabel, Seal};
 use gap::Thresholds;
 use rand::{Rng as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -65,12 +66,13 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
     let (answered, worlds) = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
     if let Some(generator) = args.calibrate {
         output.write_json("thresholds.json", &fitted(generator, seed, &answered, &output)?)?;
-        output.write_json("calibration.json", &CalibrationTable::new(seed, answered))?;
+        output.write_json("calibration.json", &calibration_table(seed, answered))?;
         let place = output.finish()?;
         note(format!("blind-check: {}", place.join("calibration.json").display()));
         return Ok(());
     }
-    let scored = score(seed, answered)?.with_ceiling(ceiling::exact_courses(&worlds)?)?;
+    let scored = score(seed, answered)?;
+    let scored = blind::with_ceiling(scored, ceiling::exact_courses(&worlds)?)?;
     output.write_json("blind_check.json", &scored)?;
     output.write("tables.txt", tables::tables(&scored).join("\n").as_bytes())?;
     report::write_into(output.path(), output.manifest())?;
@@ -120,7 +122,7 @@ fn check(
             Ok(OpenedLabel::new(&label.id, salt(seed, place), serde_json::to_string(label)?))
         })
         .collect::<Result<Vec<_>>>()?;
-    output.write_json("seal.json", &Seal::of(&closed))?;
+    output.write_json("seal.json", &seal::seal(&closed))?;
 
     let progress = Progress::begin("diagnoses", worlds.len());
     let answers = worlds
@@ -135,11 +137,10 @@ fn check(
     progress.finish(&format!("{} answers", answers.len()));
 
     // The seal as it lies on the disk, not as we remember it.
-    let sealed: Seal = serde_json::from_slice(
-        &std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?,
-    )
-    .context("reading seal.json again")?;
-    sealed.verify(&closed).context("opening the labels")?;
+    let sealed =
+        std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?;
+    let sealed: Seal = contract::read(&sealed).context("reading seal.json again")?;
+    seal::verify(&sealed, &closed).context("opening the labels")?;
     output.write_json("labels.json", &closed)?;
     Ok((labels.into_iter().zip(answers).collect(), worlds))
 }
@@ -160,9 +161,9 @@ fn answer(
     drop(cohort);
     // Nothing that answers a world has seen the hand that made it.
     let hand = world.planned.generator.name();
-    let (answer, text) = ask(&folder, Some(hand), diagnosis_seed(seed, place), asked)?;
-    match text {
-        Some(diagnosis) => output.write(&format!("answers/{id}.json"), &diagnosis)?,
+    let (answer, written) = ask(&folder, Some(hand), diagnosis_seed(seed, place), asked)?;
+    match written {
+        Some(written) => output.write(&format!("answers/{id}.json"), &written.text)?,
         None => output.write_json(&format!("answers/{id}.json"), &answer)?,
     }
     Ok(answer)
@@ -181,8 +182,8 @@ fn fitted(
             let file = output.path().join("answers").join(format!("{}.json", label.id));
             let text =
                 std::fs::read(&file).with_context(|| format!("reading '{}'", file.display()))?;
-            let diagnosis: gap::Diagnosis =
-                serde_json::from_slice(&text).with_context(|| format!("'{}'", file.display()))?;
+            let diagnosis: contract::Diagnosis =
+                contract::read(&text).with_context(|| format!("'{}'", file.display()))?;
             nulls.push(diagnosis.evidence);
         }
     }
@@ -198,7 +199,7 @@ fn fitted(
 fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
     let worlds: Vec<ScoredWorld> =
         answered.into_iter().map(|(label, answer)| ScoredWorld { label, answer }).collect();
-    BlindCheck::score(seed, &worlds).context("scoring the answers")
+    blind::score(seed, &worlds).context("scoring the answers")
 }
 
 /// The name of a world; it tells its place in an order that was drawn.
@@ -228,8 +229,8 @@ pub(super) fn diagnosis_seed(seed: u64, place: usize) -> u64 {
 fn say(check: &BlindCheck) {
     for target in &check.targets {
         let sign = match target.bound {
-            blind::Bound::AtLeast => "at least",
-            blind::Bound::AtMost => "at most",
+            Bound::AtLeast => "at least",
+            Bound::AtMost => "at most",
         };
         let percent = |x: f64| format!("{:.1} %", 100.0 * x);
         let value = target.value.map_or_else(|| "not tested".to_owned(), percent);
@@ -284,7 +285,7 @@ mod tests {
             check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
         let courses = ceiling::exact_courses(&worlds).expect("courses");
         let scored = score(1, answered).expect("countable");
-        let scored = scored.with_ceiling(courses).expect("countable");
+        let scored = blind::with_ceiling(scored, courses).expect("countable");
         let target = output.finish().expect("renamed");
 
         assert_eq!(scored.worlds.len(), 4);
@@ -302,14 +303,14 @@ mod tests {
             tables::tables(&scored).iter().any(|line| line.contains("course at the true port"))
         );
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
-        let seal: Seal = serde_json::from_slice(&read("seal.json")).expect("a seal");
+        let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
         let mut labels: Vec<OpenedLabel> =
             serde_json::from_slice(&read("labels.json")).expect("labels");
-        seal.verify(&labels).expect("as sealed");
+        seal::verify(&sealed, &labels).expect("as sealed");
         let truth: Label = serde_json::from_str(&labels[0].label).expect("a label");
         assert_eq!((truth.id.as_str(), truth.has("dawn")), ("world_0001", true));
         labels[0].label = labels[0].label.replace("dawn", "alcohol");
-        assert!(seal.verify(&labels).is_err());
+        assert!(seal::verify(&sealed, &labels).is_err());
 
         // What a diagnosis is given: two files, and no word of what acts.
         let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());

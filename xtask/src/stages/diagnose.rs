@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result};
 use cohort::Cohort;
-use gap::{Absorbed, Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
 use posterior::Posterior;
 
 use crate::cli::DiagnoseArgs;
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<()> {
     diagnosis.notes.extend(judged.notes);
     if let Some(network) = &without {
         let same = included(&judged.cohort, &diagnosis);
-        diagnosis.absorbed = Absorbed::between(&run(&same, network)?, &diagnosis);
+        diagnosis.absorbed = gap::absorbed(&run(&same, network)?, &diagnosis);
         if diagnosis.absorbed.is_none() {
             diagnosis.notes.push(
                 "Not everybody could be diagnosed without the residual, so that nothing is said of what \

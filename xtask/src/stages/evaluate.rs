@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, bail};
 use cohort::Cohort;
 use evaluation::{
-    EvaluationSettings, Method, Model, OutcomesTable, PersonModels, WhatIfPlan, evaluate, what_if,
+    EvaluationSettings, Method, Model, PersonModels, evaluate, outcomes_table, paper_plan, what_if,
 };
 use nn_statespace::PopulationModel;
 use twins::Twin;
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
         ));
         output.write_json("exclusions.json", &evaluation.exclusions)?;
     } else {
-        let table = OutcomesTable::new(&cohort_name(&args.cohort), &evaluation, &settings)?;
+        let table = outcomes_table(&cohort_name(&args.cohort), &evaluation, &settings)?;
         output.write_json("outcomes.json", &table)?;
         let profile = glucose_profile::over_held_out_windows(
             &cohort,
@@ -77,14 +77,14 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<()> {
         output.write_json("agp.json", &profile)?;
         let twins: Vec<(&str, &Twin)> =
             people.twins.iter().map(|(id, twin)| (id.as_str(), twin)).collect();
-        let mut answers = what_if(&twins, &WhatIfPlan::paper()).context("the what-if runs")?;
+        let mut answers = what_if(&twins, &paper_plan()).context("the what-if runs")?;
         answers.order.sort_by(|a, b| a.person_id.cmp(&b.person_id));
         output.write_json("what_if.json", &answers)?;
         let constrained = people.constrained();
         let constrained = if constrained.is_empty() {
             None
         } else {
-            let answers = what_if(&constrained, &WhatIfPlan::paper())
+            let answers = what_if(&constrained, &paper_plan())
                 .context("the what-if runs of twins that keep signs")?;
             output.write_json("what_if_constrained.json", &answers)?;
             Some(answers)

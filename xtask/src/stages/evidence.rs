@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, ensure};
-use blind::Label;
 use candle_core::{Device, Tensor};
 use cohort::Cohort;
+use contract::blind_check::Label;
 use gap::{DiagnosisConfig, cohort_statistics};
 use rayon::prelude::*;
 use world::blind::Plan;

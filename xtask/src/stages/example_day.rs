@@ -7,10 +7,11 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result};
 use chrono::Timelike as _;
 use cohort::{Cohort, MissingDoses, Person};
+use contract::example_day::{SeriesOutcomes, TimeInRanges};
+use contract::{Document as _, ExampleDay};
 use evaluation::{Evaluation, Method, Model, PersonModels, ode_baseline};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel};
 use physiology::{MgPerDl, OpenLoop, Plant, STEPS_PER_DAY, StepInput, simulate};
-use serde::Serialize;
 use stats::Outcomes;
 use twins::{PersonWindows, Protocol, Startable, Twin, window_starts};
 
@@ -20,48 +21,6 @@ const MOST_DAYS: usize = 3;
 const STEP_SECONDS: usize = 24 * 3600 / STEPS_PER_DAY;
 /// Fewest readings of a day that is shown, as a share of its steps.
 const LEAST_READ: f64 = 0.9;
-
-/// `example_day.json`: every series has one value a step.
-#[derive(Debug, Serialize)]
-pub(crate) struct ExampleDay {
-    person_id: String,
-    date: String,
-    /// Days shown.
-    days: usize,
-    time: Vec<String>,
-    cgm: Vec<Option<f64>>,
-    /// Simulated series begin with the first reading.
-    population: Vec<Option<f64>>,
-    twin: Vec<Option<f64>>,
-    ode: Vec<Option<f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    closest: Option<Vec<Option<f64>>>,
-    insulin_u_h: Vec<f64>,
-    carbs_g: Vec<f64>,
-    heart_rate_over_baseline: Vec<Option<f64>>,
-    sleep_efficiency: Vec<Option<f64>>,
-    outcomes: SeriesOutcomes,
-    chosen: String,
-}
-
-/// Outcomes of each glucose series, all over the steps after the start that have a reading.
-#[derive(Debug, Serialize)]
-struct SeriesOutcomes {
-    cgm: TimeInRanges,
-    population: TimeInRanges,
-    twin: TimeInRanges,
-    ode: TimeInRanges,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    closest: Option<TimeInRanges>,
-}
-
-/// Shares of the steps, %.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-struct TimeInRanges {
-    tbr: f64,
-    tir: f64,
-    tar: f64,
-}
 
 /// Which days to show.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -156,6 +115,7 @@ pub(crate) fn simulate_day(
     let closest = closest.map(|plant| run.series(plant, run.start(plant)?)).transpose()?;
     let days = range.len() / STEPS_PER_DAY;
     Ok(ExampleDay {
+        schema: ExampleDay::SCHEMA.to_owned(),
         person_id: person.id.clone(),
         date: dates(person, &range),
         days,

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result};
 use chrono::Timelike as _;
 use cohort::Cohort;
+use contract::agp::Percentiles;
+use contract::{Document as _, GlucoseProfile};
 use evaluation::Evaluation;
 use nn_statespace::PopulationModel;
 use physiology::STEPS_PER_DAY;
-use serde::Serialize;
 use stats::Profile;
 use twins::{PersonWindows, Protocol, Twin};
 
@@ -17,18 +18,6 @@ use crate::stages::example_day::{glucose, starts};
 
 /// Slots of the day: half hours.
 const SLOTS: usize = 48;
-
-/// `agp.json`.
-#[derive(Debug, Serialize)]
-pub(crate) struct GlucoseProfile {
-    person_id: &'static str,
-    /// Middle of each slot, h.
-    hour: Vec<f64>,
-    observed: Profile,
-    twin: Profile,
-    /// Held-out windows behind both.
-    windows: usize,
-}
 
 /// The profile over everybody who was judged: the same windows and steps for both curves.
 pub(crate) fn over_held_out_windows(
@@ -63,10 +52,16 @@ pub(crate) fn over_held_out_windows(
         }
     }
     Ok(GlucoseProfile {
-        person_id: "cohort",
+        schema: GlucoseProfile::SCHEMA.to_owned(),
+        person_id: "cohort".to_owned(),
         hour: (0..SLOTS).map(|slot| (slot as f64 + 0.5) * 24.0 / SLOTS as f64).collect(),
-        observed: Profile::of(observed, SLOTS).context("the measured profile")?,
-        twin: Profile::of(simulated, SLOTS).context("the simulated profile")?,
+        observed: percentiles(observed).context("the measured profile")?,
+        twin: percentiles(simulated).context("the simulated profile")?,
         windows,
     })
+}
+
+fn percentiles(samples: Vec<(usize, f64)>) -> Result<Percentiles> {
+    let Profile { p05, p25, p50, p75, p95 } = Profile::of(samples, SLOTS)?;
+    Ok(Percentiles { p05, p25, p50, p75, p95 })
 }

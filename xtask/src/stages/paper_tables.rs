@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
-use evaluation::{MethodRows, OutcomeRow, OutcomesTable, WhatIf};
+use contract::WhatIf;
+use contract::outcomes::{MethodRows, OutcomeRow, OutcomesTable};
 use nn_statespace::{PopulationModel, Widths};
 use physiology::Compartment;
 

@@ -8,11 +8,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
-use blind::{
-    AnsweredCohort, CalibratedPeople, NOTHING, OpenedLabel, PlantedCheck, PlantedLabel,
-    PlantedTotals, Seal, Share, Verdict,
-};
+use blind::{AnsweredCohort, NOTHING, seal};
 use cohort::{Cohort, RecordsFormat, read_folder, write_folder};
+use contract::blind_check::{
+    CalibratedPeople, OpenedLabel, PlantedCheck, PlantedLabel, PlantedTotals, Seal, Share, Verdict,
+};
 use rand::seq::SliceRandom as _;
 use rayon::prelude::*;
 use world::planted::{Exactness, Planting, Truth, plant};
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &BlindCheckArgs, folder: &Path) -> Result<()> {
     let manifest = Manifest::new("blind-check", config, Some(seed)).with_input(folder)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let answered = check(&cohort, &plantings(&times), seed, Asked::AnotherProcess, &output)?;
-    let scored = PlantedCheck::score(seed, &answered).context("scoring the answers")?;
+    let scored = blind::planted_check(seed, &answered).context("scoring the answers")?;
     output.write_json("planted.json", &scored)?;
     let table = table(&scored);
     output.write("planted.md", table.as_bytes())?;
@@ -105,7 +105,7 @@ fn check(
             Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
         })
         .collect::<Result<Vec<_>>>()?;
-    output.write_json("seal.json", &Seal::of(&closed))?;
+    output.write_json("seal.json", &seal::seal(&closed))?;
 
     let likelihoods = undone::log_likelihoods(cohort);
     let progress = Progress::begin("diagnoses", labels.len());
@@ -129,8 +129,8 @@ fn check(
     // The seal as it lies on the disk, not as we remember it.
     let sealed =
         std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?;
-    let sealed: Seal = serde_json::from_slice(&sealed).context("reading seal.json again")?;
-    sealed.verify(&closed).context("opening the labels")?;
+    let sealed: Seal = contract::read(&sealed).context("reading seal.json again")?;
+    seal::verify(&sealed, &closed).context("opening the labels")?;
     output.write_json("labels.json", &closed)?;
     Ok(answered)
 }
@@ -154,11 +154,11 @@ fn answer(
         }
     }
     .with_context(|| format!("cohort {id}"))?;
-    let (answer, text) = ask(&folder, None, diagnosis_seed(seed, index), asked)?;
-    let calibrated = match text {
-        Some(diagnosis) => {
-            output.write(&format!("answers/{id}.json"), &diagnosis)?;
-            CalibratedPeople::of_diagnosis(&diagnosis).with_context(|| format!("answer {id}"))?
+    let (answer, written) = ask(&folder, None, diagnosis_seed(seed, index), asked)?;
+    let calibrated = match written {
+        Some(written) => {
+            output.write(&format!("answers/{id}.json"), &written.text)?;
+            written.calibrated
         }
         None => {
             output.write_json(&format!("answers/{id}.json"), &answer)?;
@@ -329,19 +329,19 @@ mod tests {
             Some((Planting::UnloggedRescueCarbs, 0.0)),
         ];
         let answered = check(&few(), &asked, 1, Asked::ThisProcess, &output).expect("answered");
-        let scored = PlantedCheck::score(1, &answered).expect("countable");
+        let scored = blind::planted_check(1, &answered).expect("countable");
         let target = output.finish().expect("renamed");
 
         assert_eq!((answered.len(), scored.cohorts.len()), (4, 3));
         assert_eq!((scored.failed.count, scored.all.named.of), (0, 2));
         assert!(answered.iter().all(|cohort| cohort.calibrated.people == 2));
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
-        let seal: Seal = serde_json::from_slice(&read("seal.json")).expect("a seal");
+        let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
         let mut labels: Vec<OpenedLabel> =
             serde_json::from_slice(&read("labels.json")).expect("labels");
-        seal.verify(&labels).expect("as sealed");
+        seal::verify(&sealed, &labels).expect("as sealed");
         labels[0].label.push(' ');
-        assert!(seal.verify(&labels).is_err());
+        assert!(seal::verify(&sealed, &labels).is_err());
 
         // Neutral names, no word of what was planted, and the seal before the first cohort.
         let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());

@@ -1,8 +1,9 @@
 //! `realism`: every statistic that the diagnosis reads, in made worlds and in real people.
 
 use anyhow::{Context as _, Result, ensure};
-use blind::realism::{Group, PersonStatistics, Realism};
+use blind::realism;
 use cohort::{Cohort, Person};
+use contract::blind_check::{Group, PersonStatistics};
 use effects::Effect;
 use gap::{DiagnosisConfig, person_statistics};
 use physiology::STEPS_PER_DAY;
@@ -77,8 +78,8 @@ pub(crate) fn run(args: &RealismArgs) -> Result<()> {
     progress.finish(&format!("{} worlds read", made.len()));
     found.extend(made.into_iter().flatten());
 
-    let realism = Realism::of(&found)?;
-    let table = realism.table();
+    let realism = realism::compare(&found)?;
+    let table = realism::table(&realism);
     output.write_json("realism.json", &realism)?;
     output.write_json("people.json", &found)?;
     output.write("realism.txt", table.as_bytes())?;

@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::{Context as _, Result};
+use contract::training::Epoch;
+use contract::{Document as _, Training};
 use nn_statespace::training::{
-    Advance, EarlyStop, KeptWeights, Provenance, Trained, TrainingConfig, TrainingRun, WindowSet,
+    Advance, EarlyStop, EpochReport, KeptWeights, Provenance, Trained, TrainingConfig, TrainingRun,
+    WindowSet,
 };
 use nn_statespace::{Signal, Widths};
 use ode_sim::DevelopmentPlan;
@@ -105,38 +108,25 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
 
     output.write(MODEL, &model.to_safetensors())?;
     output.write_json(REGION, &range)?;
-    let curves: Vec<_> = report
-        .epochs
-        .iter()
-        .map(|epoch| {
-            serde_json::json!({
-                "epoch": epoch.epoch,
-                "train_loss": epoch.training_loss,
-                "validation_loss": epoch.validation.balanced(),
-                "validation_rmse_by_group_mg_dl": epoch.validation.rmse_mg_dl,
-                "learning_rate": epoch.learning_rate,
-                "steps": epoch.steps,
-            })
-        })
-        .collect();
     output.write_json(
-        "training.json",
-        &serde_json::json!({
-            "schema": "training/1",
-            "model": MODEL,
-            "seed": args.seed,
-            "validation_loss_is": "balanced glucose error over the paper's three groups, mg/dL",
-            "kept_epoch": report.kept_epoch,
-            "epochs": curves,
-            "data": {
-                "windows_train": report.training_windows,
-                "windows_validation": report.validation_windows,
-                "simulated_days": recipe.plan.days(),
-                "hash": hash,
+        Training::FILE,
+        &Training {
+            config: serde_json::to_value(&report.config)?,
+            data: contract::training::TrainingData {
+                hash,
+                simulated_days: recipe.plan.days(),
+                windows_train: report.training_windows,
+                windows_validation: report.validation_windows,
             },
-            "config": report.config,
-            "seconds": began.elapsed().as_secs_f64(),
-        }),
+            epochs: report.epochs.iter().map(epoch).collect(),
+            kept_epoch: report.kept_epoch,
+            model: MODEL.to_owned(),
+            schema: Training::SCHEMA.to_owned(),
+            seconds: began.elapsed().as_secs_f64(),
+            seed: args.seed,
+            validation_loss_is: "balanced glucose error over the paper's three groups, mg/dL"
+                .to_owned(),
+        },
     )?;
     let kept = &report.epochs[report.kept_epoch].validation;
     let place = output.finish()?;
@@ -152,6 +142,17 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         place.join(MODEL).display()
     ));
     Ok(())
+}
+
+fn epoch(report: &EpochReport) -> Epoch {
+    Epoch {
+        epoch: report.epoch,
+        learning_rate: report.learning_rate,
+        steps: report.steps,
+        train_loss: report.training_loss,
+        validation_loss: report.validation.balanced(),
+        validation_rmse_by_group_mg_dl: report.validation.rmse_mg_dl,
+    }
 }
 
 /// The run with all its epochs done, from its checkpoint if there is one.

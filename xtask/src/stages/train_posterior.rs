@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
-use blind::Label;
 use candle_core::Device;
+use contract::blind_check::Label;
 use effects::Effect;
 use posterior::{Posterior, Table, Training, Truth, train};
 

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{Cohort, findings, read_folder};
 use evaluation::{
-    EvaluationSettings, HeldOutRun, Method, PersonModels, RunError, TwinsTable, evaluate,
-    held_out_runs,
+    EvaluationSettings, HeldOutRun, Method, PersonModels, RunError, evaluate, held_out_runs,
+    twins_table,
 };
 use nn_statespace::PopulationModel;
 use rand_chacha::ChaCha8Rng;
@@ -140,7 +140,7 @@ pub(crate) fn run(args: &TwinArgs) -> Result<()> {
         .collect();
     let settings = EvaluationSettings::paper(protocol, args.seed);
     let judged = evaluate(&cohort, &models, &population, &settings).context("judging the twins")?;
-    output.write_json("twins.json", &TwinsTable::new(&built, &judged))?;
+    output.write_json("twins.json", &twins_table(&built, &judged))?;
     // A twin is of no use without the model it was trained on.
     output.write(train::MODEL, &population.to_safetensors())?;
     let place = output.finish()?;

@@ -6,16 +6,17 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, bail};
 use conformance::milp::{Form, MilpLimits, solve_step};
 use conformance::{
-    ConformanceError, CrossCheck, Limits, OneHiddenLayer, Property, PropertyKind, Region, Report,
-    Row, Scaling, Share, Signal, Verdict, paper_properties, share_of_points, share_of_region,
-    step_bracket, verify,
+    AcceptedClaim, ConformanceError, CrossCheck, Limits, OneHiddenLayer, Proofs, Property,
+    PropertyKind, Region, Row, Scaling, Signal, Verdict, paper_properties, prove, share_of_points,
+    share_of_region, step_bracket, verify, with_physical, with_slice,
 };
+use contract::conformance::Share;
+use contract::{Conformance, Document as _};
 use nn_statespace::{PopulationModel, Signal as NetworkSignal};
 use physiology::{Compartment, STEP};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
-use crate::certificates::certified;
 use crate::cli::{MilpForm, VerifyArgs};
 use crate::manifest::Manifest;
 use crate::models::read_population;
@@ -115,13 +116,14 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         std::fs::read(&args.model)
             .with_context(|| format!("cannot read '{}'", args.model.display()))?
     };
-    let certified = certified(&mut rows, &properties, &model, &bytes, &region)?;
+    let mut took = Duration::ZERO;
+    let proofs = proved(&mut rows, &properties, &model, &bytes, &region, &mut took)?;
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
     let summary = format!(
         "{} proved ({} certificates checked in {:.1} s), {} violated, {} undecided of {} rows",
         count(Verdict::Proved),
-        certified.accepted,
-        certified.took.as_secs_f64(),
+        proofs.accepted,
+        took.as_secs_f64(),
         count(Verdict::Violated),
         count(Verdict::Undecided),
         rows.len()
@@ -132,13 +134,46 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         by_network(&rows),
         beside_the_paper(&rows, args.widen > 0.0)
     );
-    output.write_json("conformance.json", &Report { rows })?;
+    let schema = Conformance::SCHEMA.to_owned();
+    output.write_json(Conformance::FILE, &Conformance { rows, schema })?;
     output.write(TEXT, table.as_bytes())?;
-    output.write("certificates.json", &certified.file)?;
+    output.write("certificates.json", &proofs.file)?;
     let place = output.finish()?;
     note(table);
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
     Ok(())
+}
+
+/// Certificates for the rows, checked against the bytes of the model file; `took` is the time of the check.
+pub(crate) fn proved(
+    rows: &mut [Row],
+    properties: &[Property],
+    model: &PopulationModel,
+    bytes: &[u8],
+    region: &Region,
+    took: &mut Duration,
+) -> Result<Proofs> {
+    let networks = properties
+        .iter()
+        .map(|property| {
+            let compartment = Compartment::from_name(&property.network)
+                .with_context(|| format!("there is no network '{}'", property.network))?;
+            network(model, compartment)
+        })
+        .collect::<Result<Vec<OneHiddenLayer>>>()?;
+    let of: Vec<(&OneHiddenLayer, &Property)> = networks.iter().zip(properties).collect();
+    let check = |file: &[u8]| {
+        let began = Instant::now();
+        let accepted = certificate::check(file, bytes).map_err(|error| error.to_string());
+        *took = began.elapsed();
+        let claims = accepted?.into_iter().map(|claim| AcceptedClaim {
+            network: claim.network,
+            input: claim.input,
+            claim: claim.claim,
+        });
+        Ok(claims.collect())
+    };
+    Ok(prove(rows, &of, region, bytes, check)?)
 }
 
 fn verify_row(
@@ -191,10 +226,10 @@ fn verify_row(
         signals.iter().find(|signal| signal.name == name).and_then(|signal| signal.scaling)
     };
     if let (Some(output), Some(input)) = (scaling(&property.network), scaling(&property.input)) {
-        row = row.with_physical(output, input)?;
+        row = with_physical(row, output, input)?;
     }
     if row.verdict == Verdict::Violated && row.kind == PropertyKind::Physical {
-        row = row.with_slice(&network, region, SLICE_POINTS)?;
+        row = with_slice(row, &network, region, SLICE_POINTS)?;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
     row.share_of_region = match share_of_region(&network, property, region, SHARE_POINTS, &mut rng)

@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, bail};
 use cohort::{MissingDoses, Person};
 use conformance::{
-    CrossCheck, DeepLimits, DeepNetwork, Direction, Limits, Property, PropertyKind, Region,
-    Verdict, verify,
+    CrossCheck, DeepLimits, DeepNetwork, Direction, Grounds, Limits, Property, PropertyKind,
+    Region, Row, SlopeBound, Stop, Summand, Verdict, bounds_of_sum, verify, verify_recorded,
 };
+use contract::{Conformance, Document as _};
 use nn_statespace::{PopulationModel, ScaledStates, Signal};
 use physiology::{Compartment, StepInput};
 use twins::{INPUT_NAMES, ReplayStart, Twin, replay};
@@ -19,7 +20,7 @@ use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::twin::read_cohort;
-use crate::stages::verify::network;
+use crate::stages::verify::{network, proved};
 
 /// What dQ1/dt has to do with these states: insulin action lowers glucose, and glucose comes down faster where there is more
 /// of it.
@@ -28,29 +29,6 @@ const ASKED: [&str; 3] = ["X1", "X3", "Q1"];
 const BOXES: u64 = 20_000;
 /// Steps of the record at which slopes are looked for.
 const STEPS: usize = 4000;
-/// First length of a step that is replayed in exact arithmetic, scaled, and how often it is halved.
-const STEP: f64 = 1e-2;
-const HALVINGS: i32 = 12;
-
-/// One row of `conformance.json`.
-#[derive(Debug, serde::Serialize)]
-struct TwinRow {
-    person_id: String,
-    /// "residual", or "twin": the residual and the population's network of Q1 together.
-    network: &'static str,
-    input: &'static str,
-    property: Direction,
-    kind: PropertyKind,
-    m_lower: Option<f64>,
-    m_upper: f64,
-    verdict: Verdict,
-    witness: Option<serde_json::Value>,
-    seconds: f64,
-    nodes: u64,
-    /// Share of the record's steps at which the slope goes against the property.
-    share_of_steps: f64,
-}
-
 /// A step of the record: what the residual network sees, what the population's network of Q1 sees.
 struct Seen {
     residual: Vec<f64>,
@@ -101,17 +79,23 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     let bounds = INPUT_NAMES.iter().zip(lower.iter().zip(&upper));
     let region = Region::scaled(bounds.map(|(name, (l, u))| (*name, [*l, *u])))?;
 
+    let points = |of: fn(&Seen) -> &Vec<f64>| steps.iter().map(|seen| of(seen).clone()).collect();
+    let seen: Vec<Vec<f64>> = points(|seen| &seen.residual);
+    let beside: Vec<Vec<f64>> = points(|seen| &seen.population);
+    let own = Summand { network: &residual, points: &seen };
+    let other = Summand { network: &shallow, points: &beside };
     let clock = Instant::now();
     let limit = Duration::from_secs_f64(args.limit);
     let progress = Progress::begin("verify", ASKED.len());
-    let mut found: Vec<TwinRow> = Vec::new();
+    let bytes = std::fs::read(&args.model)
+        .with_context(|| format!("cannot read '{}'", args.model.display()))?;
+    let mut found: Vec<Row> = Vec::new();
     for input in ASKED {
         let began = clock.elapsed();
-        let direction = Direction::Decreasing;
         let property = Property {
             network: Compartment::Q1.name().to_owned(),
             input: input.to_owned(),
-            direction,
+            direction: Direction::Decreasing,
             kind: PropertyKind::Physical,
         };
         let still = Limits {
@@ -120,40 +104,41 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
             time: limit,
             cross_check: CrossCheck::None,
         };
-        let of_population = verify(&glucose, &property, &region, &still, &|| clock.elapsed())?;
+        let mut of_population =
+            [verify(&glucose, &property, &region, &still, &|| clock.elapsed())?];
+        let properties = std::slice::from_ref(&property);
+        let mut took = Duration::ZERO;
+        proved(&mut of_population, properties, population, &bytes, &region, &mut took)?;
+        let [of_population] = of_population;
         // For the twin the residual may rise by what the population falls.
         let enough = (-of_population.m_upper).min(0.0);
         let limits = DeepLimits { enough, nodes: BOXES, time: limit };
-        let of_residual =
-            residual
-                .largest_slope(input, direction, (&lower, &upper), &limits, &|| clock.elapsed())?;
+        let of_residual = residual.largest_slope(
+            input,
+            Direction::Decreasing,
+            (&lower, &upper),
+            &limits,
+            &|| clock.elapsed(),
+        )?;
         let seconds = clock.elapsed().saturating_sub(began).as_secs_f64();
+        let keeps = twin.residual.keeps_signs();
         let (residual_upper, sum) =
-            upper_bounds(of_residual.m_upper, of_population.m_upper, twin.residual.keeps_signs());
-        for (name, networks, m_upper) in [
-            ("residual", [Some(&residual), None], residual_upper),
-            ("twin", [Some(&residual), Some(&shallow)], sum),
+            bounds_of_sum(of_residual.m_upper, of_population.m_upper, keeps);
+        let bound = |m_upper: f64, proved: bool| SlopeBound {
+            m_upper,
+            proved,
+            nodes: of_residual.nodes,
+            stop: if of_residual.nodes < BOXES { Stop::Gap } else { Stop::Nodes },
+            seconds,
+        };
+        let certified = of_population.grounds == Some(Grounds::Certificate);
+        let index = INPUT_NAMES.iter().position(|name| *name == input);
+        let end = upper[index.context("an input of the residual")?];
+        for row in [
+            verify_recorded("residual", input, &[own], end, bound(residual_upper, keeps))?,
+            verify_recorded("twin", input, &[own, other], end, bound(sum, keeps && certified))?,
         ] {
-            let (attained, failing) = attained(&steps, networks, input, &upper)?;
-            let verdict = match &attained {
-                _ if m_upper <= 0.0 => Verdict::Proved,
-                Some((slope, _)) if *slope > 0.0 => Verdict::Violated,
-                _ => Verdict::Undecided,
-            };
-            found.push(TwinRow {
-                person_id: id.clone(),
-                network: name,
-                input,
-                property: direction,
-                kind: PropertyKind::Physical,
-                m_lower: attained.as_ref().map(|(slope, _)| *slope),
-                m_upper,
-                verdict,
-                witness: attained.map(|(_, witness)| witness),
-                seconds,
-                nodes: of_residual.nodes,
-                share_of_steps: failing,
-            });
+            found.push(Row { person_id: Some(id.clone()), ..row });
         }
         progress.advance(&format!("dQ1/dt by {input}"));
     }
@@ -166,7 +151,8 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
         count(Verdict::Undecided),
         found.len()
     );
-    output.write_json("conformance.json", &serde_json::json!({ "rows": found }))?;
+    let schema = Conformance::SCHEMA.to_owned();
+    output.write_json(Conformance::FILE, &Conformance { rows: found, schema })?;
     output.write_json(
         "region.json",
         &serde_json::json!({
@@ -179,15 +165,6 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     note(table);
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
     Ok(())
-}
-
-/// Bounds of the residual network's slope and of the sum with the population network's. Weights that keep
-/// signs prove what boxes leave open by their rounding: every property asked here is among those signs.
-fn upper_bounds(residual: f64, population: f64, keeps_signs: bool) -> (f64, f64) {
-    let residual = if keeps_signs { residual.min(0.0) } else { residual };
-    let sum = (residual + population).next_up();
-    // No sum of two numbers that are not positive is positive.
-    (residual, if residual <= 0.0 && population <= 0.0 { sum.min(0.0) } else { sum })
 }
 
 /// The person's record along the population model, glucose as the sensor read it where it did (as in training).
@@ -249,62 +226,7 @@ fn extremes<'a>(points: impl Iterator<Item = &'a [f64]>) -> (Vec<f64>, Vec<f64>)
     (lower, upper)
 }
 
-/// The largest slope against a decreasing property over a step from one of the record's, with its witness, in exact
-/// arithmetic, and the share of steps at which the slope rises.
-fn attained(
-    steps: &[Seen],
-    [residual, population]: [Option<&DeepNetwork>; 2],
-    input: &str,
-    upper: &[f64],
-) -> Result<(Option<(f64, serde_json::Value)>, f64)> {
-    let place = |network: &DeepNetwork| network.inputs().iter().position(|name| name == input);
-    let residual = residual.context("a residual network")?;
-    let tested = place(residual).context("an input of the residual")?;
-    let slope_over = |seen: &Seen, length: f64| -> Result<f64> {
-        let moved = |point: &[f64], at: usize| {
-            let mut to = point.to_vec();
-            to[at] += length;
-            to
-        };
-        let mut rise = residual.exact_rise(&seen.residual, &moved(&seen.residual, tested))?;
-        if let Some(population) = population {
-            let at = place(population).context("an input of the population's network")?;
-            let more = population.exact_rise(&seen.population, &moved(&seen.population, at))?;
-            rise = (rise + more).next_down();
-        }
-        Ok(rise / length)
-    };
-    // A look at all with a short step, then the best with several lengths.
-    let short = STEP * 0.5_f64.powi(HALVINGS / 2);
-    let inside: Vec<&Seen> =
-        steps.iter().filter(|seen| seen.residual[tested] + STEP <= upper[tested]).collect();
-    use rayon::prelude::*;
-    let slopes: Vec<f64> =
-        inside.par_iter().map(|seen| slope_over(seen, short)).collect::<Result<_>>()?;
-    let failing =
-        slopes.iter().filter(|slope| **slope > 0.0).count() as f64 / slopes.len().max(1) as f64;
-    let best = (0..inside.len()).max_by(|a, b| slopes[*a].total_cmp(&slopes[*b]));
-    let Some(best) = best.map(|k| inside[k]) else { return Ok((None, failing)) };
-    let mut found: Option<(f64, serde_json::Value)> = None;
-    for halvings in 0..=HALVINGS {
-        let length = STEP * 0.5_f64.powi(halvings);
-        let slope = slope_over(best, length)?.next_down();
-        if found.as_ref().is_none_or(|(known, _)| slope > *known) {
-            let point: serde_json::Map<String, serde_json::Value> = residual
-                .inputs()
-                .iter()
-                .zip(&best.residual)
-                .map(|(name, x)| (name.clone(), (*x).into()))
-                .collect();
-            let from = best.residual[tested];
-            let witness = serde_json::json!({ "point": point, "from": from, "to": from + length });
-            found = Some((slope, witness));
-        }
-    }
-    Ok((found, failing))
-}
-
-fn table(rows: &[TwinRow]) -> String {
+fn table(rows: &[Row]) -> String {
     use std::fmt::Write as _;
     let mut text = format!(
         "{:<9} {:<6} {:<11} {:<10} {:>14} {:>14} {:>9} {:>9}  {}\n",
@@ -326,9 +248,9 @@ fn table(rows: &[TwinRow]) -> String {
             row.input,
             "decreasing",
             format!("{:?}", row.verdict).to_lowercase(),
-            row.m_lower.unwrap_or(f64::NAN),
+            row.m_lower,
             row.m_upper,
-            100.0 * row.share_of_steps,
+            100.0 * row.share_of_steps.unwrap_or(f64::NAN),
             row.nodes,
             row.seconds,
         )

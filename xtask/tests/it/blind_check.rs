@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use blind::{BlindCheck, Label, OpenedLabel, Seal};
+use crate::outputs;
+use contract::blind_check::{BlindCheck, Label, OpenedLabel, Seal};
 
 /// Two worlds from a seed that draws small ones: five people and three, a week each.
 fn check(out: &Path, arguments: &[&str]) -> BlindCheck {
@@ -31,10 +32,12 @@ fn a_small_check_is_sealed_answered_opened_and_the_same_again() {
     let read = |name: &str| fs::read(one.join(name)).expect(name);
     let seal: Seal = serde_json::from_slice(&read("seal.json")).expect("a seal");
     let labels: Vec<OpenedLabel> = serde_json::from_slice(&read("labels.json")).expect("labels");
-    seal.verify(&labels).expect("the labels that were sealed");
+    blind::seal::verify(&seal, &labels).expect("the labels that were sealed");
     for name in ["answers/world_0001.json", "cohorts/world_0002/people.csv", "report.html"] {
         assert!(!read(name).is_empty(), "{name}");
     }
+
+    assert!(outputs::checked(&one) >= 6);
 
     // Times differ; nothing else does.
     for row in first.worlds.iter_mut().chain(&mut second.worlds) {

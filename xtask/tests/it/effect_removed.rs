@@ -11,7 +11,7 @@
 
 use chrono::NaiveDate;
 use cohort::Cohort;
-use gap::diagnosis::Diagnosis;
+use gap::Diagnosis;
 use gap::{Diagnoser, DiagnosisConfig};
 use rayon::prelude::*;
 use world::blind::{Nuisances, PlannedEffect, PlannedWorld, RealisedWorld, Variation};

@@ -5,6 +5,7 @@ mod command_line;
 mod effect_removed;
 mod meals;
 mod other_plants;
+mod outputs;
 mod own_effect;
 mod pipeline;
 mod population;

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::outputs;
+
 const SWITCH: &str = "T1D_SLOW";
 
 fn pipeline(out: &Path, more: &[&str]) -> Output {
@@ -39,6 +41,8 @@ fn the_embedded_cohort_ends_in_a_report_and_a_second_run_keeps_every_stage() {
         assert!(html.contains(words), "{words}");
     }
     assert!(!html.contains("NaN"));
+    let files = outputs::checked(&out);
+    assert!(files > 20, "{files} files");
     let tables = fs::read_to_string(out.join("tables.txt")).expect("the tables");
     for words in [
         "Table 'best_archs'",

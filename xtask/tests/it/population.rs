@@ -193,6 +193,9 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
     let rows = json(&found.join("conformance.json"))["rows"].as_array().expect("rows").clone();
     let residual = rows.iter().filter(|row| row["network"] == "residual");
     assert_eq!(residual.filter(|row| row["verdict"] == "proved").count(), 3, "{rows:#?}");
+    let proved = rows.iter().filter(|row| row["verdict"] == "proved");
+    assert!(proved.clone().all(|row| row["grounds"] == "construction"), "{rows:#?}");
+    assert_eq!(crate::outputs::checked(&found), 3, "rows, region, manifest");
     // A twin that does not keep them is not judged as one that does.
     std::fs::copy(&twin, &kept).expect("writable");
     let asked = ["evaluate", "--cohort", text(&cohort), "--twins", text(&made)];

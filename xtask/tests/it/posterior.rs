@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use blind::Label;
+use contract::blind_check::Label;
 
 fn xtask(arguments: &[&str], out: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_xtask"))

@@ -20,7 +20,6 @@ use std::time::Duration;
 
 use good_lp::{Expression, ProblemVariables, SolverModel, Variable, variable};
 use highs::HighsModelStatus;
-use serde::Serialize;
 
 use crate::error::ConformanceError;
 use crate::interior::{UnitRow, deepest_point, point_at, unit_inputs};
@@ -30,7 +29,8 @@ use crate::region::{BoxRegion, Region};
 use crate::share::slope_sum;
 use crate::slope::SlopeSum;
 
-pub use step::{Form, StepReport, solve_step};
+pub use contract::conformance::{Form, MilpReport, MilpStatus, StepReport};
+pub use step::solve_step;
 
 /// Limits of one solve. One thread is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,37 +44,6 @@ pub struct MilpLimits {
 /// How far the solver's numbers may stray within its feasibility tolerances; scaled output per
 /// minute per scaled input. On the published networks its bounds fall short of the truth by 3e-8.
 pub const CLAIM_TOLERANCE: f64 = 1e-6;
-
-/// How a solve ended, in the solver's words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum MilpStatus {
-    /// The solver claims an optimum within its gap and tolerances.
-    Optimal,
-    /// The solver stopped at a limit: nothing is decided.
-    Limit,
-    /// No switch is undecided over the box; nothing was solved.
-    Constant,
-}
-
-/// What the solver says, and what of it survives exact evaluation.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MilpReport {
-    /// How the solve ended.
-    pub status: MilpStatus,
-    /// Exact slope to the right at `point`, rounded down: attained, whatever the solver says.
-    pub m_lower: Option<f64>,
-    /// Where, scaled, in the order of the network's inputs.
-    pub point: Option<Vec<f64>>,
-    /// Objective claimed by the solver.
-    pub claimed_objective: Option<f64>,
-    /// Bound claimed by the solver. Not a proof.
-    pub claimed_bound: f64,
-    /// Number of binaries.
-    pub binaries: usize,
-    /// Time taken, by the caller's clock.
-    pub seconds: f64,
-}
 
 /// Solves the gradient form for `property` of `network` over `region`.
 ///

@@ -1,53 +1,17 @@
 //! z, the largest movement against a property over a step of the tested input: the paper's quantity.
 
+use contract::conformance::{Form, StepReport};
 use std::time::Duration;
 
 use good_lp::{Expression, ProblemVariables, SolverModel, Variable, variable};
-use serde::Serialize;
 
-use super::{Failure, MilpLimits, MilpStatus, Solved, run};
+use super::{Failure, MilpLimits, Solved, run};
 use crate::error::ConformanceError;
 use crate::interior::{point_at, unit_inputs};
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::{BoxRegion, Region};
 use crate::replay::{Replay, replay};
-
-/// How a step is written as a programme.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// One copy of the network; one binary a neuron says which of two bounds holds for its change.
-    Difference,
-    /// Two copies, each with a binary a neuron (paper).
-    TwoCopies,
-}
-
-/// What the solver says of a step, and what of it survives exact evaluation.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StepReport {
-    /// The form that was solved.
-    pub form: Form,
-    /// How the solve ended.
-    pub status: MilpStatus,
-    /// Longest step, scaled.
-    pub delta: f64,
-    /// Movement against the property over the solver's step, exact and rounded down: attained, whatever the solver
-    /// says. Scaled output per minute.
-    pub z_lower: Option<f64>,
-    /// The point before the step, scaled, in the order of the network's inputs.
-    pub point: Option<Vec<f64>>,
-    /// The step, scaled.
-    pub step: Option<f64>,
-    /// Objective claimed by the solver.
-    pub claimed_objective: Option<f64>,
-    /// Bound claimed by the solver. Not a proof.
-    pub claimed_bound: f64,
-    /// Number of binaries.
-    pub binaries: usize,
-    /// Time taken, by the caller's clock.
-    pub seconds: f64,
-}
 
 /// Solves for the largest movement against `property` when the tested input grows by at most `delta` (scaled) within the
 /// box.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use conformance::milp::{self, MilpLimits};
 use conformance::{
     CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict,
-    largest_slope_by_enumeration, share_of_points, share_of_region, verify,
+    largest_slope_by_enumeration, share_of_points, share_of_region, verify, with_physical, z_bound,
 };
 use proptest::prelude::*;
 use rand::RngExt;
@@ -201,7 +201,7 @@ fn signs_follow_the_property() {
             .expect("valid row");
         assert_eq!((row.m_lower, row.m_upper), (m, m), "{input} {direction:?}");
         assert_eq!(row.verdict, verdict, "{input} {direction:?}");
-        assert!(row.z_bound(0.5) == 0.5 * m.max(0.0));
+        assert!(z_bound(&row, 0.5) == 0.5 * m.max(0.0));
     };
     check("a", Direction::Increasing, -2.0, Verdict::Proved);
     check("a", Direction::Decreasing, 2.0, Verdict::Violated);
@@ -275,7 +275,7 @@ fn rows_serialise_to_the_contract() {
     let property = property("a", Direction::Decreasing);
     let row = verify(&network, &property, &cube(-1.0, 1.0), &limits, &still).expect("valid row");
     let scaling = |scale| conformance::Scaling { centre: 3.0, scale };
-    let row = row.with_physical(scaling(10.0), scaling(4.0)).expect("valid scalings");
+    let row = with_physical(row, scaling(10.0), scaling(4.0)).expect("valid scalings");
     let json = serde_json::to_value(&row).expect("serialises");
     assert_eq!(json["network"], "y");
     assert_eq!(json["property"], "decreasing");

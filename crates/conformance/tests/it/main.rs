@@ -2,6 +2,7 @@
 
 mod engines;
 mod polytopes;
+mod proofs;
 mod published;
 mod steps;
 mod weights;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use stats::Bootstrap;
 
 use super::small_sample::over_people;
-use crate::diagnosis::WithInterval;
 use crate::error::GapError;
+use contract::WithInterval;
 
 /// How much of what an oracle would remove was removed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use stats::Estimate;
 
-use crate::diagnosis::WithInterval;
+use contract::WithInterval;
 
 /// The percentile interval of a bootstrap over `n` people, widened about the estimate.
 ///

@@ -8,10 +8,9 @@ use super::judge::Day;
 use super::settings::Settings;
 use super::shrinkage::shrinkage;
 use super::small_sample::over_people;
-use crate::diagnosis::{
-    HorizonChange, InnovationChange, OutcomeChange, PersonChange, WithInterval,
-};
 use crate::error::GapError;
+use contract::WithInterval;
+use contract::diagnosis::{HorizonChange, InnovationChange, OutcomeChange, PersonChange};
 
 /// A held-out day, judged before and after.
 #[derive(Debug, Clone)]

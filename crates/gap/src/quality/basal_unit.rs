@@ -12,8 +12,8 @@ use physiology::STEPS_PER_HOUR;
 
 use super::daily_doses::{Day, days, mean_with_interval, median};
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
 use crate::filter::observations::DEFAULT_WEIGHT;
+use contract::diagnosis::FindingEstimate;
 
 /// U/h over U per five minutes.
 const FACTOR: f64 = STEPS_PER_HOUR as f64;

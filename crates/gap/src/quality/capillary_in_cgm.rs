@@ -16,7 +16,7 @@ use cohort::{Person, Record, SensorCadence};
 use stats::proportion::clopper_pearson;
 
 use super::Finding;
-use crate::diagnosis::FindingEstimate;
+use contract::diagnosis::FindingEstimate;
 
 /// Steps between a finger stick and the dose that it was for: 10 min.
 const NEAR_DOSE: usize = 2;

@@ -10,8 +10,8 @@ use physiology::STEPS_PER_DAY;
 
 use super::daily_doses::{days, median};
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
 use crate::filter::observations::DEFAULT_WEIGHT;
+use contract::diagnosis::FindingEstimate;
 
 /// Grams per unit of insulin, times the daily insulin, U.
 const RULE: f64 = 500.0;

@@ -31,7 +31,7 @@ use self::corrections::Corrections;
 use self::dose_distance::DoseDistances;
 use self::sensor_fit::{Offsets, SensorFit};
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
+use contract::diagnosis::FindingEstimate;
 
 /// Offsets whose interval reaches this far towards zero, min, are left to habit: people bolus up to
 /// a quarter of an hour before they eat and are advised to.

@@ -6,7 +6,7 @@
 use cohort::{Person, SensorCadence};
 
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
+use contract::diagnosis::FindingEstimate;
 
 /// Correlation of neighbouring readings below which there is no continuity. The least of the reference people
 /// is 0.96; shuffled within days their largest is 0.17.

@@ -6,7 +6,7 @@
 use cohort::{Channel, Person};
 
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
+use contract::diagnosis::FindingEstimate;
 
 /// Fewest entries of exactly one that are taken for a flag; as in the import of HUPA-UCM.
 const FEWEST: usize = 10;

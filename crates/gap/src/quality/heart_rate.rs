@@ -10,7 +10,7 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::daily_doses::mean_with_interval;
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
+use contract::diagnosis::FindingEstimate;
 
 /// Hours that count as night and as day.
 const NIGHT: std::ops::Range<u8> = 0..6;

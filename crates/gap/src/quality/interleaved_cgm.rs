@@ -13,7 +13,7 @@ use std::ops::Range;
 use cohort::{Person, SensorCadence};
 
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
+use contract::diagnosis::FindingEstimate;
 
 /// Length of a block, steps: 6 h.
 const BLOCK: usize = 72;

@@ -3,8 +3,8 @@
 use cohort::Person;
 
 use super::Finding;
-use crate::diagnosis::FindingEstimate;
 use crate::filter::observations::{INTERPOLATED_SHARE, Observations};
+use contract::diagnosis::FindingEstimate;
 
 pub(super) fn finding(person: &Person, observations: &Observations) -> Option<Finding> {
     let share = observations.interpolated_share;

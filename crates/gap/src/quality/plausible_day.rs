@@ -8,8 +8,8 @@ use cohort::Person;
 
 use super::daily_doses::{days, mean_with_interval};
 use super::{Consequence, Finding};
-use crate::diagnosis::FindingEstimate;
 use crate::filter::observations::DEFAULT_WEIGHT;
+use contract::diagnosis::FindingEstimate;
 
 /// Plausible insulin a day, U/kg.
 const INSULIN_U_KG: (f64, f64) = (0.2, 1.5);

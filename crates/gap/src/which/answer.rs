@@ -4,12 +4,12 @@ use effects::{Card, Effect, EffectId};
 
 use super::ports::alike;
 use super::{Belief, Candidate, Named, PortCandidate, RIVAL, Which};
-use crate::diagnosis::{
-    CandidateEffect, CoursePart, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect,
-    Verdict, WithInterval,
-};
 use crate::log_sum::softmax_beside_none;
 use crate::units::{PortCourse, hours_of};
+use contract::WithInterval;
+use contract::diagnosis::{
+    CandidateEffect, CoursePart, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
+};
 
 /// Name of the candidate that nothing is missing.
 const NONE: &str = "none";

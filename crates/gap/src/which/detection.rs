@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use super::Detectable;
 use super::amplitude::Information;
 use crate::calibrated_person::CalibratedPerson;
-use crate::diagnosis::DetectionPower;
 use crate::modulated_plant::ModulatedPlant;
+use contract::diagnosis::DetectionPower;
 
 /// Probability of being found that is asked for, and its normal quantile.
 const PROBABILITY: f64 = 0.9;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use contract::diagnosis::Evidence;
 use effects::{Card, Effect};
 use serde::{Deserialize, Serialize};
 
@@ -27,15 +28,6 @@ const HANDS: [(&str, &str); 4] = [
 ];
 /// Temperature of the probabilities, nats.
 const TEMPERATURE: f64 = 1.5;
-
-/// Evidence found in one cohort.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Evidence {
-    /// People times days.
-    pub person_days: f64,
-    /// Evidence, nats, by effect, and port with scale.
-    pub gains: BTreeMap<String, f64>,
-}
 
 /// Thresholds in nats, fixed on worlds in which nothing is missing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -42,23 +42,20 @@ fn absorbed() -> Value {
         "baseline": [{"minutes": 60, "mae_before": 16.1, "mae_after": 14.5}]})
 }
 
-/// A diagnosis with the verdict `effect`, `unknown`, `none`, or `where` for one that sought none.
+/// A diagnosis with the verdict `effect`, `unknown` or `none`.
 pub(crate) fn diagnosis(verdict: &str) -> Value {
     let error = |value: f64| json!({"value": value, "lower": 0.9 * value, "upper": 1.1 * value});
-    let seeks = verdict != "where";
     let finds = verdict == "effect";
-    json!({"schema": "diagnosis/1", "stage": if seeks { "which" } else { "where" },
-        "verdict": if seeks { verdict } else { "unknown" }, "plant": "ode", "notes": [],
+    json!({"schema": "diagnosis/2", "verdict": verdict, "plant": "ode", "notes": [],
         "effects": if finds { effects() } else { json!([]) },
-        "candidates": if seeks { candidates(verdict) } else { json!([]) },
-        "untried": if seeks { json!([
+        "candidates": candidates(verdict),
+        "untried": [
             {"effect": "sleep_loss", "reason": "no person has sleep on record"},
-            {"effect": "set_ageing", "reason": "set changes are not recorded"}]) }
-            else { json!([]) },
-        "ports": if seeks { ports() } else { json!([]) },
+            {"effect": "set_ageing", "reason": "set changes are not recorded"}],
+        "ports": ports(),
         "where": if verdict == "none" { json!([]) } else { cells() },
         "how_far": if finds { how_far() } else { json!({"horizons": [], "outcomes": []}) },
-        "power": if seeks { power() } else { json!([]) },
+        "power": power(),
         "absorbed": if finds { absorbed() } else { Value::Null },
         "baseline": [
             {"minutes": 60, "mae": error(14.5), "rmse": error(20.1), "bias": error(1.2)},
@@ -156,7 +153,7 @@ fn how_far() -> Value {
         "outcomes": [outcome("tir", 5.0, 0.4, 0.01), outcome("tar", 5.0, 0.2, 0.03),
             outcome("tbr", 1.0, 0.3, 0.2), outcome("lbgi", 0.5, 0.02, 0.01),
             outcome("hbgi", 1.0, 0.3, 0.04), outcome("mg", 10.0, 0.01, 0.08)],
-        "amplitudes": [{"effect": "dawn", "variant": 0, "sd": 0.3, "people": [1.1, 1.0],
+        "amplitudes": [{"effect": "dawn", "variants": [0], "sd": 0.3, "people": [1.1, 1.0],
             "mean": {"value": 1.05, "lower": 0.8, "upper": 1.3}}],
         "innovations": {"before": -410.0, "after": -395.5,
             "difference": {"value": 14.5, "lower": 8.1, "upper": 20.9}},

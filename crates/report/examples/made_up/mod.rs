@@ -1,6 +1,7 @@
 //! A made-up run: JSON of every part, as the pipeline would write it.
 
 mod blind_check;
+mod complete;
 mod diagnosis;
 mod what_if;
 
@@ -10,6 +11,7 @@ use report::Part;
 use serde_json::{Value, json};
 
 pub(crate) use blind_check::{blind_check, seal};
+pub(crate) use complete::completed;
 pub(crate) use diagnosis::diagnosis;
 use what_if::what_if;
 

@@ -5,20 +5,21 @@ use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREY, Key, MEASURED, SHADE, Stroke, TWIN, dashed};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::{Agp, Percentiles};
+use contract::GlucoseProfile;
+use contract::agp::Percentiles;
 
 /// Quartiles of the twin.
 const TWIN_QUARTILES: Stroke = dashed(BLUE, 3, 5, 8);
 
 /// Draws the profile, or `None` where it has no time of day.
-pub(crate) fn agp(agp: &Agp) -> Result<Option<Drawn>, ReportError> {
+pub(crate) fn agp(agp: &GlucoseProfile) -> Result<Option<Drawn>, ReportError> {
     if agp.hour.is_empty() {
         return Ok(None);
     }
     let extremes =
         |p: &Percentiles| -> Vec<f64> { p.p05.iter().chain(&p.p95).flatten().copied().collect() };
     let mut levels = extremes(&agp.observed);
-    levels.extend(agp.twin.iter().flat_map(extremes));
+    levels.extend(extremes(&agp.twin));
     levels.extend([70.0, 180.0]);
     let panel = Panel {
         left: 110,
@@ -47,23 +48,18 @@ pub(crate) fn agp(agp: &Agp) -> Result<Option<Drawn>, ReportError> {
             panel.line(canvas, hours().zip(values.iter().copied()), stroke)
         };
         line(&observed.p50, MEASURED)?;
-        if let Some(twin) = &agp.twin {
-            line(&twin.p25, TWIN_QUARTILES)?;
-            line(&twin.p75, TWIN_QUARTILES)?;
-            line(&twin.p50, TWIN)?;
-        }
-        Ok(())
+        line(&agp.twin.p25, TWIN_QUARTILES)?;
+        line(&agp.twin.p75, TWIN_QUARTILES)?;
+        line(&agp.twin.p50, TWIN)
     })?;
 
-    let mut keys = vec![
+    let keys = vec![
         Key::line("Sensor, median", MEASURED),
         Key::area("Sensor, 25th\u{2013}75th percentile", GREY, 0.45),
         Key::area("Sensor, 5th\u{2013}95th percentile", SHADE, 1.0),
+        Key::line("Twin, median", TWIN),
+        Key::line("Twin, 25th and 75th percentile", TWIN_QUARTILES),
+        Key::line("70 and 180 mg/dL", dashed(GREY, 3, 10, 10)),
     ];
-    if agp.twin.is_some() {
-        keys.push(Key::line("Twin, median", TWIN));
-        keys.push(Key::line("Twin, 25th and 75th percentile", TWIN_QUARTILES));
-    }
-    keys.push(Key::line("70 and 180 mg/dL", dashed(GREY, 3, 10, 10)));
     Ok(Some((svg, keys)))
 }

@@ -21,16 +21,17 @@ pub(crate) struct Bars {
     /// Its name.
     pub(crate) name: String,
     /// Error before.
-    pub(crate) before: Option<f64>,
+    pub(crate) before: f64,
     /// Error after.
-    pub(crate) after: Option<f64>,
+    pub(crate) after: f64,
     /// Error that a perfect model would have.
     pub(crate) floor: Option<f64>,
 }
 
 /// Draws two bars a row, or `None` without an error.
 pub(crate) fn before_after(rows: &[Bars]) -> Result<Option<Drawn>, ReportError> {
-    let errors = || rows.iter().flat_map(|row| [row.before, row.after, row.floor]).flatten();
+    let errors =
+        || rows.iter().flat_map(|row| [Some(row.before), Some(row.after), row.floor]).flatten();
     if errors().next().is_none() {
         return Ok(None);
     }
@@ -51,11 +52,10 @@ pub(crate) fn before_after(rows: &[Bars]) -> Result<Option<Drawn>, ReportError> 
             canvas.text(name, (panel.left - 14, middle), (HPos::Right, VPos::Center))?;
             let bars = [(before, GREY, middle - BAR - 4), (after, BLUE, middle + 4)];
             for (value, colour, top) in bars {
-                let Some(value) = *value else { continue };
-                let (end, _) = panel.at(value, 0.0);
+                let (end, _) = panel.at(*value, 0.0);
                 canvas.rectangle((panel.left, top), (end, top + BAR), colour, 1.0)?;
                 let place = (end + 10, top + BAR / 2);
-                canvas.text(&fixed(value, 1), place, (HPos::Left, VPos::Center))?;
+                canvas.text(&fixed(*value, 1), place, (HPos::Left, VPos::Center))?;
             }
             if let Some(floor) = *floor {
                 let (x, _) = panel.at(floor, 0.0);

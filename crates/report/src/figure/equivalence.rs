@@ -1,5 +1,6 @@
 //! Differences of all methods and outcomes in units of their margin.
 
+use contract::outcomes::{MethodRows, OutcomeRow};
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
@@ -7,7 +8,6 @@ use super::canvas::{WIDTH, draw};
 use super::palette::{BLACK, COLOURS, Key, Marker, SHADE, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::{Method, OutcomeRow};
 
 /// Height that one method takes within an outcome, canvas units, and with many methods.
 const LANE: i32 = 34;
@@ -18,7 +18,7 @@ const MANY: usize = 5;
 pub(crate) const REACH: f64 = 4.0;
 
 /// Draws one group an outcome and one line a method, or `None` where there is nothing to draw.
-pub(crate) fn equivalence(methods: &[Method]) -> Result<Option<Drawn>, ReportError> {
+pub(crate) fn equivalence(methods: &[MethodRows]) -> Result<Option<Drawn>, ReportError> {
     let mut metrics: Vec<&str> = Vec::new();
     for row in methods.iter().flat_map(|method| &method.rows) {
         if !metrics.contains(&row.metric.as_str()) {
@@ -32,7 +32,7 @@ pub(crate) fn equivalence(methods: &[Method]) -> Result<Option<Drawn>, ReportErr
     let lane = if methods.len() < MANY { LANE } else { NARROW_LANE };
     let height = (f64::from(lane) * lanes * metrics.len() as f64) as i32;
     let scaled = |row: &OutcomeRow| {
-        let d = row.tested_difference();
+        let d = row.difference_t;
         [d.lower, d.upper, d.value].map(|x| (x / row.margin).clamp(-REACH, REACH))
     };
     let ends: Vec<f64> = methods.iter().flat_map(|m| &m.rows).flat_map(scaled).collect();

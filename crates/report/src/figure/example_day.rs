@@ -1,5 +1,6 @@
 //! A day or a few in three panels: glucose; insulin and carbohydrate; heart rate and sleep.
 
+use contract::ExampleDay;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
@@ -11,7 +12,6 @@ use super::palette::{
 use super::panel::{Axis, Panel};
 use crate::ReportError;
 use crate::number::fixed;
-use crate::view::ExampleDay;
 
 /// Edges that all panels share.
 const LEFT: i32 = 110;
@@ -33,9 +33,9 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
         return Ok(None);
     };
     let glucose = [
-        (&day.cgm, MEASURED, "Sensor (CGM)"),
+        (&day.cgm[..], MEASURED, "Sensor (CGM)"),
         (&day.twin, TWIN, "Digital twin"),
-        (&day.closest, CLOSEST, "ODE, closest virtual patient"),
+        (day.closest.as_deref().unwrap_or_default(), CLOSEST, "ODE, closest virtual patient"),
         (&day.population, POPULATION, "Population network"),
         (&day.ode, ODE, "ODE, population parameters"),
     ];
@@ -56,7 +56,7 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     let levels = shown.iter().flat_map(|(values, ..)| values.iter().flatten().copied());
     let upper = panel(60, 380, Axis::over(levels.chain([70.0, 180.0]), 9));
     // Insulin keeps to the lower half of its panel, so that meals can hang from the top.
-    let most_insulin = present(&day.insulin_u_h).fold(0.0, f64::max);
+    let most_insulin = day.insulin_u_h.iter().copied().fold(0.0, f64::max);
     let doses_axis = Axis::over([0.0, 1.0, 1.8 * most_insulin], 4);
     let middle = panel(525, 260, doses_axis);
     let lower = panel(870, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
@@ -82,10 +82,10 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     let mut keys: Vec<Key> =
         shown.iter().map(|(_, stroke, name)| Key::line(name, *stroke)).collect();
     keys.push(Key::area("Target range, 70\u{2013}180 mg/dL", SHADE, 1.0));
-    if has_value(&day.insulin_u_h) {
+    if !day.insulin_u_h.is_empty() {
         keys.push(Key::line("Insulin (U/h)", INSULIN));
     }
-    if present(&day.carbs_g).any(|g| g > 0.0) {
+    if day.carbs_g.iter().any(|g| *g > 0.0) {
         keys.push(Key::area("Carbohydrate (g, from above)", ORANGE, 1.0));
     }
     if has_value(&day.heart_rate_over_baseline) {
@@ -117,15 +117,11 @@ fn doses(
     hours: &[f64],
 ) -> Result<(), ReportError> {
     panel.frame(canvas, "", "Insulin (U/h), carbohydrate (g)")?;
-    if !has_value(&day.insulin_u_h) && !has_value(&day.carbs_g) {
-        return note(canvas, panel, "not recorded");
-    }
     midnights(canvas, panel)?;
     let half = if is_long(panel.x.range.0, panel.x.range.1) { 4 } else { 7 };
-    let most = present(&day.carbs_g).fold(0.0, f64::max);
+    let most = day.carbs_g.iter().copied().fold(0.0, f64::max);
     let mut free_from = i32::MIN;
-    for (hour, grams) in hours.iter().zip(&day.carbs_g) {
-        let Some(grams) = grams.filter(|g| *g > 0.0) else { continue };
+    for (hour, grams) in hours.iter().zip(&day.carbs_g).filter(|(_, grams)| **grams > 0.0) {
         let (x, _) = panel.at(*hour, panel.y.range.0);
         // Divided first: the product of a large number would leave the finite ones.
         let height = f64::from(panel.bottom - panel.top) * 0.3 * (grams / most);
@@ -133,11 +129,12 @@ fn doses(
         canvas.rectangle((x - half, panel.top), (x + half, end), ORANGE, 1.0)?;
         // A meal logged over several steps is labelled once, and so are meals close together.
         if x >= free_from {
-            canvas.text(&fixed(grams, 0), (x, end + 6), (HPos::Center, VPos::Top))?;
+            canvas.text(&fixed(*grams, 0), (x, end + 6), (HPos::Center, VPos::Top))?;
             free_from = x + 50;
         }
     }
-    panel.line(canvas, hours.iter().copied().zip(day.insulin_u_h.iter().copied()), INSULIN)
+    let rate = day.insulin_u_h.iter().map(|rate| Some(*rate));
+    panel.line(canvas, hours.iter().copied().zip(rate), INSULIN)
 }
 
 /// Sleep as shaded steps, heart rate as a line.

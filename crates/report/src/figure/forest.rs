@@ -1,5 +1,6 @@
 //! Estimates with their intervals, a line each, around zero or another place.
 
+use contract::WithInterval;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{WIDTH, draw};
@@ -7,7 +8,6 @@ use super::palette::{BLUE, GREEN, GREY, Key, Marker, VERMILLION, dashed, solid};
 use super::panel::{Axis, Panel};
 use super::{Drawn, Stroke};
 use crate::ReportError;
-use crate::view::WithInterval;
 
 /// Height of a row, canvas units.
 const ROW: i32 = 52;

@@ -5,7 +5,7 @@ use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREY, Key, SHADE, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::CoursePart;
+use contract::diagnosis::CoursePart;
 
 /// Draws a course, or `None` where no part of it can be placed on the clock.
 pub(crate) fn port_course(
@@ -13,8 +13,10 @@ pub(crate) fn port_course(
     label: &str,
     axis: &str,
 ) -> Result<Option<Drawn>, ReportError> {
-    let placed: Vec<(f64, f64, &CoursePart)> =
-        parts.iter().filter_map(|part| Some((part.from()?, part.to()?, part))).collect();
+    let placed: Vec<(f64, f64, &CoursePart)> = parts
+        .iter()
+        .filter_map(|part| part.ends().map(|(from, to)| (f64::from(from), f64::from(to), part)))
+        .collect();
     if placed.is_empty() {
         return Ok(None);
     }

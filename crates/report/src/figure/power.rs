@@ -5,7 +5,7 @@ use super::canvas::{Canvas, WIDTH, draw};
 use super::palette::{BLUE, GREEN, Key, Marker, Stroke, VERMILLION, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::{PowerRow, Share};
+use contract::blind_check::{PowerRow, Share};
 
 /// One line of the figure: its name, what it counts, stroke, marker, and how far it is moved
 /// aside so that intervals do not cover each other.
@@ -49,7 +49,7 @@ pub(crate) fn power(rows: &[&PowerRow]) -> Result<Option<Drawn>, ReportError> {
 
 /// Where a row stands on the axis.
 fn place(row: &PowerRow) -> f64 {
-    row.mean_shift_mg_dl.unwrap_or(row.from_mg_dl)
+    row.mean_shift_mg_dl
 }
 
 fn line(
@@ -69,10 +69,8 @@ fn line(
         canvas.path(points.clone(), stroke)?;
     }
     for row in rows {
-        if let (Some(lower), Some(upper)) = (share(row).lower, share(row).upper) {
-            let interval = vec![at(row, lower), at(row, upper)];
-            canvas.path(interval, solid(stroke.colour, 3))?;
-        }
+        let interval = vec![at(row, share(row).lower), at(row, share(row).upper)];
+        canvas.path(interval, solid(stroke.colour, 3))?;
     }
     points.into_iter().try_for_each(|point| canvas.marker(point, marker, stroke.colour))
 }

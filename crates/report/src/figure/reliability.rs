@@ -5,13 +5,13 @@ use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREY, Key, Marker, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::ReliabilityBin;
+use contract::blind_check::ReliabilityBin;
 
 /// Draws one point a bin, or `None` without one.
 pub(crate) fn reliability(bins: &[ReliabilityBin]) -> Result<Option<Drawn>, ReportError> {
     let points: Vec<_> = bins
         .iter()
-        .filter_map(|bin| Some((bin, bin.mean_probability?, bin.came_true.value?)))
+        .filter_map(|bin| Some((bin, bin.mean_probability, bin.came_true.value?)))
         .collect();
     if points.is_empty() {
         return Ok(None);
@@ -30,9 +30,8 @@ pub(crate) fn reliability(bins: &[ReliabilityBin]) -> Result<Option<Drawn>, Repo
             canvas.path(places.clone(), dashed(BLUE, 3, 4, 6))?;
         }
         for (bin, stated, _) in &points {
-            if let (Some(lower), Some(upper)) = (bin.came_true.lower, bin.came_true.upper) {
-                canvas.path(vec![at(*stated, lower), at(*stated, upper)], stroke)?;
-            }
+            let ends = [bin.came_true.lower, bin.came_true.upper];
+            canvas.path(ends.map(|end| at(*stated, end)).to_vec(), stroke)?;
         }
         places.into_iter().try_for_each(|place| canvas.marker(place, Marker::Disc, BLUE))
     })?;

@@ -1,5 +1,6 @@
 //! Where networks move against physiology: their outputs along the tested input.
 
+use contract::conformance::{Direction, Row, Slice};
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
@@ -7,7 +8,6 @@ use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, Key, Marker, VERMILLION, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::{ConformanceRow, Slice};
 
 /// Panels beside each other.
 const COLUMNS: i32 = 2;
@@ -15,14 +15,14 @@ const COLUMNS: i32 = 2;
 const HEIGHT: i32 = 330;
 
 /// Draws a panel for each row with a slice and a counterexample, or `None` without one.
-pub(crate) fn slices(rows: &[&ConformanceRow]) -> Result<Option<Drawn>, ReportError> {
-    let shown: Vec<(&ConformanceRow, &Slice)> =
+pub(crate) fn slices(rows: &[&Row]) -> Result<Option<Drawn>, ReportError> {
+    let shown: Vec<(&Row, &Slice)> =
         rows.iter()
             .filter_map(|row| {
                 let slice = row.slice.as_ref().filter(|slice| {
                     slice.input.len() == slice.output.len() && slice.input.len() > 1
                 });
-                row.witness.and(slice).map(|slice| (*row, slice))
+                row.witness.as_ref().and(slice).map(|slice| (*row, slice))
             })
             .collect();
     if shown.is_empty() {
@@ -41,13 +41,13 @@ pub(crate) fn slices(rows: &[&ConformanceRow]) -> Result<Option<Drawn>, ReportEr
                 x: Axis::over(slice.input.iter().copied(), 3),
                 y: Axis::over(slice.output.iter().copied(), 3),
             };
-            let asked = if row.property == "increasing" { "rise" } else { "fall" };
+            let asked = if row.property == Direction::Increasing { "rise" } else { "fall" };
             panel.frame(canvas, &row.input, "")?;
             let title = format!("{} has to {asked}", row.network);
             canvas.text(&title, (panel.left, panel.top - 12), (HPos::Left, VPos::Bottom))?;
             let points = slice.input.iter().zip(&slice.output);
             panel.line(canvas, points.clone().map(|(x, y)| (*x, Some(*y))), solid(BLUE, 4))?;
-            if let Some(witness) = row.witness {
+            if let Some(witness) = &row.witness {
                 let mut within = points.filter(|(x, _)| **x >= witness.from);
                 if let Some((x, y)) = within.next() {
                     canvas.marker(panel.at(*x, *y), Marker::Disc, VERMILLION)?;

@@ -1,5 +1,6 @@
 //! What was promised against what was measured, a line each.
 
+use contract::blind_check::{Bound, Target};
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
@@ -8,7 +9,6 @@ use super::forest::shortened;
 use super::palette::{BLACK, BLUE, Key, Marker, SHADE, VERMILLION, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::view::Target;
 
 /// Height of a row, canvas units.
 const ROW: i32 = 60;
@@ -35,14 +35,12 @@ pub(crate) fn targets(rows: &[(String, &Target)]) -> Result<Option<Drawn>, Repor
             let y = rows.len() as f64 - index as f64 - 0.5;
             let at = |x: f64| panel.at(x.clamp(0.0, 1.0), y);
             let (_, middle) = at(0.0);
-            if let Some(limit) = target.target {
-                let end = if target.bound == "at_most" { 0.0 } else { 1.0 };
-                let (from, to) = (at(limit), at(end));
-                let corner = (from.0.min(to.0), middle - ROW / 3);
-                canvas.rectangle(corner, (from.0.max(to.0), middle + ROW / 3), SHADE, 1.0)?;
-                let tick = vec![(from.0, middle - ROW / 3), (from.0, middle + ROW / 3)];
-                canvas.path(tick, solid(BLACK, 4))?;
-            }
+            let end = if target.bound == Bound::AtMost { 0.0 } else { 1.0 };
+            let (from, to) = (at(target.target), at(end));
+            let corner = (from.0.min(to.0), middle - ROW / 3);
+            canvas.rectangle(corner, (from.0.max(to.0), middle + ROW / 3), SHADE, 1.0)?;
+            let tick = vec![(from.0, middle - ROW / 3), (from.0, middle + ROW / 3)];
+            canvas.path(tick, solid(BLACK, 4))?;
             canvas.text(
                 &shortened(name),
                 (panel.left - 14, middle),

@@ -1,5 +1,7 @@
 //! Meals under several insulin-to-carbohydrate ratios: one panel a meal, one line a ratio.
 
+use contract::WhatIf;
+use contract::what_if::WhatIfCurve;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
@@ -8,7 +10,6 @@ use super::palette::{BLUE, GREEN, Key, PURPLE, SHADE, Stroke, VERMILLION, dashed
 use super::panel::{Axis, Panel};
 use crate::ReportError;
 use crate::number::compact;
-use crate::view::{WhatIf, WhatIfCurve};
 
 /// Panels beside each other.
 const COLUMNS: usize = 3;
@@ -30,8 +31,7 @@ const RATIOS: [Stroke; 4] = [
 
 /// Draws one panel a meal, or `None` without a curve. All panels share one vertical axis.
 pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
-    let drawable = |curve: &&WhatIfCurve| curve.median.iter().any(Option::is_some);
-    let curves: Vec<&WhatIfCurve> = answers.curves.iter().filter(drawable).collect();
+    let curves: Vec<&WhatIfCurve> = answers.curves.iter().collect();
     let meals = in_order(&curves, |curve| curve.carbs_g);
     let ratios = in_order(&curves, |curve| curve.ratio_g_per_u);
     if curves.is_empty() {
@@ -43,7 +43,7 @@ pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
     };
     let series = |curve: &WhatIfCurve| -> Vec<f64> {
         let all = [&curve.lower, &curve.median, &curve.upper];
-        all.into_iter().flatten().flatten().copied().collect()
+        all.into_iter().flatten().copied().collect()
     };
     let levels = curves.iter().flat_map(|curve| series(curve));
     let y = Axis::over(levels.chain([70.0, 180.0]), 6);
@@ -74,11 +74,12 @@ pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
             let of_meal = || curves.iter().filter(|curve| curve.carbs_g == *carbs);
             for curve in of_meal() {
                 let quartiles = curve.minutes.iter().zip(&curve.lower).zip(&curve.upper);
-                let points = quartiles.map(|((x, low), high)| (*x, *low, *high));
+                let points = quartiles.map(|((x, low), high)| (*x, Some(*low), Some(*high)));
                 panel.band(canvas, points, stroke(curve.ratio_g_per_u).colour, VEIL)?;
             }
             for curve in of_meal() {
-                let points = curve.minutes.iter().copied().zip(curve.median.iter().copied());
+                let points =
+                    curve.minutes.iter().copied().zip(curve.median.iter().map(|x| Some(*x)));
                 panel.line(canvas, points, stroke(curve.ratio_g_per_u))?;
             }
         }

@@ -3,8 +3,8 @@
 use super::words::{effect, list};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, fixed, optional, percent};
-use crate::view::Absorbed;
 use crate::{Inputs, ReportError};
+use contract::diagnosis::Absorbed;
 
 /// Whether the folder holds a diagnosis that says so.
 pub(super) fn applies(inputs: &Inputs) -> bool {

@@ -8,6 +8,7 @@ mod targets;
 mod worlds;
 
 pub(super) use confusion::body as confusion;
+use contract::BlindCheck;
 pub(super) use power::body as power;
 pub(super) use reliability::body as reliability;
 pub(super) use scores::body as scores;
@@ -16,7 +17,6 @@ pub(super) use worlds::body as worlds;
 
 use crate::Inputs;
 use crate::html::Html;
-use crate::view::BlindCheck;
 
 /// The check, or a piece of page that says that there is none.
 fn check(inputs: &Inputs) -> Result<&BlindCheck, Html> {

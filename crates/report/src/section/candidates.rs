@@ -12,9 +12,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         return Ok(html);
     };
     let mut candidates: Vec<_> = diagnosis.candidates.iter().collect();
-    // A gain that is absent comes last.
-    let gain = |gain: Option<f64>| gain.unwrap_or(f64::NEG_INFINITY);
-    candidates.sort_by(|a, b| gain(b.gain_nats).total_cmp(&gain(a.gain_nats)));
+    candidates.sort_by(|a, b| b.gain_nats.total_cmp(&a.gain_nats));
     if candidates.is_empty() {
         html.absent("No effect was tried.");
     } else {

@@ -1,8 +1,9 @@
 //! Which physiological properties of the networks are proved.
 
+use contract::conformance::{Direction, Grounds, Row, Verdict};
+
 use crate::html::{Column, Html};
 use crate::number::significant;
-use crate::view::{ConformanceRow, Verdict};
 use crate::{Inputs, ReportError, figure};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
@@ -17,7 +18,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
          attained: proved where the upper end is not above zero, violated where the lower end is \
          above zero, undecided in between.",
     );
-    let (physical, opposite): (Vec<&ConformanceRow>, Vec<&ConformanceRow>) =
+    let (physical, opposite): (Vec<&Row>, Vec<&Row>) =
         conformance.rows.iter().partition(|row| row.is_physical());
     for (caption, rows) in [
         ("Physiological properties; bold: not proved", physical),
@@ -29,18 +30,23 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         let cells: Vec<(bool, Vec<String>)> = rows
             .into_iter()
             .map(|row| {
-                let verdict = match row.verdict {
-                    Verdict::Proved if row.certified == Some(true) => "proved, certified",
-                    Verdict::Proved => "proved",
-                    Verdict::Violated => "violated",
-                    Verdict::Undecided => "undecided",
+                let verdict = match (row.verdict, row.grounds) {
+                    (Verdict::Proved, Some(Grounds::Certificate)) => "proved, certified",
+                    (Verdict::Proved, Some(Grounds::Construction)) => "proved by construction",
+                    (Verdict::Proved, _) => "proved",
+                    (Verdict::Violated, _) => "violated",
+                    (Verdict::Undecided, _) => "undecided",
                 };
                 let bracket =
                     format!("{} to {}", significant(row.m_lower), significant(row.m_upper));
                 let cells = vec![
                     row.network.clone(),
                     row.input.clone(),
-                    row.property.clone(),
+                    match row.property {
+                        Direction::Increasing => "increasing",
+                        Direction::Decreasing => "decreasing",
+                    }
+                    .to_owned(),
                     verdict.to_owned(),
                     bracket,
                     significant(row.share_of_points.map(|share| 100.0 * share.value)),
@@ -63,7 +69,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             &cells,
         );
     }
-    let violated: Vec<&ConformanceRow> = conformance
+    let violated: Vec<&Row> = conformance
         .rows
         .iter()
         .filter(|row| row.is_physical() && row.verdict == Verdict::Violated)

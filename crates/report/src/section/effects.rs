@@ -3,11 +3,10 @@
 use super::words::{effect, list, plain, port, sentence};
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Heat, HeatCell, Html};
-use crate::number::{ABSENT, compact, fixed, percent, range, significant};
-use crate::view::{
-    DetectionPower, Diagnosis, DiagnosisVerdict, Effect, PersonAmplitude, WithInterval,
-};
+use crate::number::{compact, fixed, interval, percent, significant};
 use crate::{Inputs, ReportError};
+use contract::diagnosis::{DetectionPower, FoundEffect, PersonAmplitude, Verdict};
+use contract::{Diagnosis, WithInterval};
 
 /// People in one figure.
 const SHOWN: usize = 40;
@@ -18,29 +17,22 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no diagnosis in this folder, so no effect was sought.");
         return Ok(html);
     };
-    if !diagnosis.sought_effects() {
-        html.absent(
-            "Naming the effect is not part of this run: the diagnosis measured and located the gap, \
-             and tried no effect.",
-        );
-        return Ok(html);
-    }
     match diagnosis.verdict {
-        DiagnosisVerdict::Effect if !diagnosis.effects.is_empty() => {
+        Verdict::Effect if !diagnosis.effects.is_empty() => {
             html.paragraph(
                 "Effects stand in the order in which they were found; each is judged with those \
                  above it already in the model.",
             );
         }
-        DiagnosisVerdict::Effect => {
+        Verdict::Effect => {
             html.absent("The verdict says that an effect was found, but the file names none.");
         }
-        DiagnosisVerdict::Unknown => {
+        Verdict::Unknown => {
             html.paragraph(
                 "No effect is named: something is missing, and no effect that was tried accounts for it well enough.",
             );
         }
-        DiagnosisVerdict::None => {
+        Verdict::None => {
             html.paragraph("No effect is named, and none is called for.");
         }
     }
@@ -52,24 +44,16 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
 }
 
 /// One effect.
-fn card(index: usize, found: &Effect, diagnosis: &Diagnosis) -> Result<Html, ReportError> {
+fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html, ReportError> {
     let mut html = Html::default();
     html.literal("<article class=\"card\">\n");
     html.element("h3", &format!("{}. {}", index + 1, sentence(&effect(&found.effect))));
     html.literal("<dl>\n");
     entry(&mut html, "Name in files", Html::of_text(&found.effect));
-    if !found.port.is_empty() {
-        entry(&mut html, "Enters at", Html::of_text(&port(&found.port)));
-    }
+    entry(&mut html, "Enters at", Html::of_text(&port(&found.port)));
     entry(&mut html, "Probability", Html::bar(found.probability));
-    let gain = found.gain_nats.map_or_else(|| ABSENT.to_owned(), gain_in_words);
-    entry(&mut html, "Evidence", Html::of_text(&gain));
-    let size = match found.amplitude.and_then(|a| a.value) {
-        Some(_) => {
-            format!("{} times the published size", range(found.amplitude, 2))
-        }
-        None => ABSENT.to_owned(),
-    };
+    entry(&mut html, "Evidence", Html::of_text(&gain_in_words(found.gain_nats)));
+    let size = format!("{} times the published size", interval(found.amplitude, 2));
     entry(&mut html, "Size", Html::of_text(&size));
     let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
     let like = if like.is_empty() {
@@ -103,7 +87,6 @@ fn entry(html: &mut Html, name: &str, value: Html) {
 /// A gain in nats with what it means.
 fn gain_in_words(nats: f64) -> String {
     let words = match nats {
-        _ if !nats.is_finite() => return ABSENT.to_owned(),
         ..0.0 => "evidence against it",
         ..1.0 => "not worth more than a mention",
         ..3.0 => "positive",
@@ -124,31 +107,29 @@ fn gain_in_words(nats: f64) -> String {
 /// How many people show the effect by themselves.
 fn agreement(people: &[PersonAmplitude]) -> String {
     let of = people.len();
-    let shows = |p: &&PersonAmplitude| p.lower.is_some_and(|lower| lower > 0.0);
-    let favours = |p: &&PersonAmplitude| p.gain_nats.is_some_and(|gain| gain > 0.0);
+    let shows = |p: &&PersonAmplitude| p.lower > 0.0;
+    let favours = |p: &&PersonAmplitude| p.gain_nats > 0.0;
     let (shown, favoured) =
         (people.iter().filter(shows).count(), people.iter().filter(favours).count());
-    let mut text = format!("the interval lies above zero in {shown} of {of}");
-    if people.iter().any(|p| p.gain_nats.is_some()) {
-        text.push_str(&format!("; the data of {favoured} of {of} favour it"));
-    }
-    text
+    format!(
+        "the interval lies above zero in {shown} of {of}; the data of {favoured} of {of} favour it"
+    )
 }
 
 /// Amplitude over all and by person, against the published size.
-fn amplitudes(html: &mut Html, found: &Effect) -> Result<(), ReportError> {
+fn amplitudes(html: &mut Html, found: &FoundEffect) -> Result<(), ReportError> {
     let row = |label: &str, value: WithInterval| ForestRow {
         label: label.to_owned(),
         value,
         stands_out: value.lower > 0.0,
     };
-    let everyone = found.amplitude.and_then(|a| a.whole()).map(|value| row("everyone", value));
+    let everyone = row("everyone", found.amplitude);
     let mut people: Vec<(f64, ForestRow)> = found
         .people
         .iter()
-        .filter_map(|p| {
-            let value = WithInterval { value: p.amplitude?, lower: p.lower?, upper: p.upper? };
-            Some((p.gain_nats.unwrap_or(0.0), row(&p.person_id, value)))
+        .map(|p| {
+            let value = WithInterval { value: p.amplitude, lower: p.lower, upper: p.upper };
+            (p.gain_nats, row(&p.person_id, value))
         })
         .collect();
     let all = people.len();
@@ -158,7 +139,7 @@ fn amplitudes(html: &mut Html, found: &Effect) -> Result<(), ReportError> {
     }
     people.sort_by(|a, b| b.1.value.value.total_cmp(&a.1.value.value));
     let rows: Vec<ForestRow> =
-        everyone.into_iter().chain(people.into_iter().map(|(_, row)| row)).collect();
+        std::iter::once(everyone).chain(people.into_iter().map(|(_, row)| row)).collect();
     let name = format!("Size of the effect: {}", plain(&found.effect));
     let frame = ForestFrame {
         label: &name,
@@ -190,13 +171,12 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
         return;
     }
     html.element("h3", "What these data would have shown");
-    let mut names: Vec<Option<&str>> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
     for row in &diagnosis.power {
-        if !names.contains(&row.effect.as_deref()) {
-            names.push(row.effect.as_deref());
+        if !names.contains(&row.effect.as_str()) {
+            names.push(&row.effect);
         }
     }
-    let named = |name: Option<&str>| name.map_or_else(|| "any effect".to_owned(), effect);
     if names.len() == diagnosis.power.len() {
         // One shift an effect: a map by shift would be a diagonal.
         let mut rows: Vec<&DetectionPower> = diagnosis.power.iter().collect();
@@ -205,7 +185,7 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
             .into_iter()
             .map(|row| {
                 let shift = fixed(row.shift_mg_dl, 1);
-                (false, vec![named(row.effect.as_deref()), shift, percent(row.power)])
+                (false, vec![effect(&row.effect), shift, percent(row.power)])
             })
             .collect();
         html.table(
@@ -231,7 +211,7 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
                     let row = diagnosis
                         .power
                         .iter()
-                        .find(|p| p.effect.as_deref() == *name && p.shift_mg_dl == *shift);
+                        .find(|p| p.effect == *name && p.shift_mg_dl == *shift);
                     row.map_or_else(HeatCell::default, |row| HeatCell {
                         text: percent(row.power),
                         shade: row.power,
@@ -239,7 +219,7 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
                     })
                 })
                 .collect();
-            (named(*name), cells)
+            (effect(name), cells)
         })
         .collect();
     let columns = shifts.iter().map(|shift| compact(*shift));
@@ -262,7 +242,6 @@ mod tests {
             (2.0, "2.0 nats, positive: held-out readings are 7.39 times"),
             (4.0, "4.0 nats, strong: held-out readings are 54.6 times"),
             (31.2, "31.2 nats, very strong: held-out readings are about 10 to the power of 14"),
-            (f64::NAN, ABSENT),
         ] {
             assert!(gain_in_words(nats).starts_with(words), "{}", gain_in_words(nats));
         }
@@ -270,19 +249,17 @@ mod tests {
 
     #[test]
     fn people_are_counted_by_their_intervals() {
-        let person = |lower: Option<f64>, gain_nats: Option<f64>| PersonAmplitude {
+        let person = |lower: f64, gain_nats: f64| PersonAmplitude {
             person_id: "p".to_owned(),
-            amplitude: Some(1.0),
+            amplitude: 1.0,
             lower,
-            upper: Some(2.0),
+            upper: 2.0,
             gain_nats,
         };
-        let people =
-            [person(Some(0.2), Some(3.0)), person(Some(-0.1), Some(-1.0)), person(None, None)];
+        let people = [person(0.2, 3.0), person(-0.1, -1.0), person(-0.5, 0.5)];
         assert_eq!(
             agreement(&people),
-            "the interval lies above zero in 1 of 3; the data of 1 of 3 favour it"
+            "the interval lies above zero in 1 of 3; the data of 2 of 3 favour it"
         );
-        assert_eq!(agreement(&people[2..]), "the interval lies above zero in 0 of 1");
     }
 }

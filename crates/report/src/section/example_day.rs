@@ -2,8 +2,9 @@
 
 use crate::html::Html;
 use crate::number::fixed;
-use crate::view::{ExampleDay, TimeInRanges};
 use crate::{Inputs, ReportError, figure};
+use contract::ExampleDay;
+use contract::example_day::TimeInRanges;
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
@@ -29,16 +30,16 @@ fn caption(day: &ExampleDay) -> String {
          besides: heart rate and sleep. Gaps are missing data.",
         day.person_id, day.date
     );
-    if day.days.is_some_and(|days| days > 1) {
+    if day.days > 1 {
         text.push_str(" Upright lines stand at midnight.");
     }
-    let outcomes = day.outcomes.unwrap_or_default();
+    let outcomes = &day.outcomes;
     let named = [
-        ("sensor", outcomes.cgm),
-        ("digital twin", outcomes.twin),
+        ("sensor", Some(outcomes.cgm)),
+        ("digital twin", Some(outcomes.twin)),
         ("closest virtual patient", outcomes.closest),
-        ("population network", outcomes.population),
-        ("ODE with population parameters", outcomes.ode),
+        ("population network", Some(outcomes.population)),
+        ("ODE with population parameters", Some(outcomes.ode)),
     ];
     let shares: Vec<String> = named
         .into_iter()
@@ -48,11 +49,6 @@ fn caption(day: &ExampleDay) -> String {
             Some(format!("{name} {tbr}\u{a0}%, {tir}\u{a0}% and {tar}\u{a0}%"))
         })
         .collect();
-    if !shares.is_empty() {
-        text.push_str(&format!(" TBR, TIR and TAR: {}.", shares.join("; ")));
-    }
-    if let Some(chosen) = &day.chosen {
-        text.push_str(&format!(" Chosen: {chosen}."));
-    }
+    text.push_str(&format!(" TBR, TIR and TAR: {}. Chosen: {}.", shares.join("; "), day.chosen));
     text
 }

@@ -6,9 +6,9 @@ mod people;
 use super::words::{ahead, effect};
 use crate::figure::{Bars, ForestFrame, ForestRow, before_after, forest};
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, interval, optional, percent, range};
-use crate::view::{HorizonChange, HowFar};
+use crate::number::{ABSENT, fixed, interval, optional, percent};
 use crate::{Inputs, ReportError};
+use contract::diagnosis::{HorizonChange, HowFar};
 
 /// What marks a figure that rests on events inferred from the readings that are to be predicted.
 const RECONSTRUCTED: &str = " (reconstructed)";
@@ -19,7 +19,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no diagnosis in this folder, so nothing was added to the model.");
         return Ok(html);
     };
-    let how_far = diagnosis.how_far.clone().unwrap_or_default();
+    let how_far = &diagnosis.how_far;
     if how_far.horizons.is_empty() && how_far.outcomes.is_empty() {
         html.absent(
             "No effect was added to the model in this run, so there is no before and after.",
@@ -27,9 +27,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     }
     horizons(&mut html, &how_far.horizons)?;
     outcomes::table(&mut html, &how_far.outcomes);
-    fits(&mut html, &how_far);
-    people::body(&mut html, &how_far)?;
-    notes(&mut html, &how_far);
+    fits(&mut html, how_far);
+    people::body(&mut html, how_far)?;
+    notes(&mut html, how_far);
     Ok(html)
 }
 
@@ -62,10 +62,10 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
     }
     let rows: Vec<ForestRow> = changes
         .iter()
-        .filter_map(|row| {
-            let value = row.difference?.whole()?;
+        .map(|row| {
+            let value = row.difference;
             let stands_out = value.upper < 0.0 || value.lower > 0.0;
-            Some(ForestRow { label: name(row), value, stands_out })
+            ForestRow { label: name(row), value, stands_out }
         })
         .collect();
     let frame = ForestFrame::around_zero(
@@ -80,22 +80,21 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
              is smaller with the effects.",
         );
     }
-    let whole = |n: Option<usize>| n.map_or_else(|| ABSENT.to_owned(), |n| n.to_string());
     let rows: Vec<(bool, Vec<String>)> = changes
         .iter()
         .map(|row| {
-            let smaller = row.difference.and_then(|d| d.upper).is_some_and(|upper| upper < 0.0);
+            let smaller = row.difference.upper < 0.0;
             let mark = if row.reconstructed { RECONSTRUCTED } else { "" };
-            let removed = row.share_above_floor.and_then(|share| share.value);
+            let removed = row.share_above_floor.map(|share| share.value);
             let cells = vec![
                 format!("{}{mark}", ahead(row.minutes)),
-                optional(row.mae_before, 1),
-                optional(row.mae_after, 1),
-                range(row.difference, 1),
+                fixed(row.mae_before, 1),
+                fixed(row.mae_after, 1),
+                interval(row.difference, 1),
                 optional(row.floor, 1),
                 removed.map_or_else(|| ABSENT.to_owned(), percent),
-                whole(row.people),
-                whole(row.runs),
+                row.people.to_string(),
+                row.runs.to_string(),
             ];
             (smaller, cells)
         })
@@ -122,7 +121,7 @@ fn fits(html: &mut Html, how_far: &HowFar) {
     let rows: Vec<(bool, Vec<String>)> = how_far
         .amplitudes
         .iter()
-        .map(|row| (false, vec![effect(&row.effect), range(row.mean, 2), optional(row.sd, 2)]))
+        .map(|row| (false, vec![effect(&row.effect), interval(row.mean, 2), fixed(row.sd, 2)]))
         .collect();
     if !rows.is_empty() {
         html.table(
@@ -153,9 +152,7 @@ fn notes(html: &mut Html, how_far: &HowFar) {
                 .to_owned(),
         );
     }
-    let reconstructed = how_far.horizons.iter().any(|row| row.reconstructed)
-        || how_far.outcomes.iter().any(|row| row.reconstructed);
-    if reconstructed {
+    if how_far.horizons.iter().any(|row| row.reconstructed) {
         notes.push(
             "Rows marked as reconstructed (* in figures) use events that were inferred from the \
              held-out readings themselves. They are no prediction: they say what knowing the events \

@@ -3,33 +3,34 @@
 use super::verdict::LEVEL;
 use super::words::plain;
 use crate::figure::{ForestFrame, ForestRow, forest};
-use crate::html::{Column, Heat, HeatCell, Html};
+use crate::html::{Column, Html};
 use crate::number::{fixed, interval, optional, p_value};
-use crate::view::{CellGap, Diagnosis, WithInterval};
 use crate::{Inputs, ReportError};
+use contract::diagnosis::{CellFactor, CellGap};
+use contract::{Diagnosis, WithInterval};
 
 /// Factors with a figure, in reading order: key, name of the figure, caption.
-const FIGURES: [(&str, &str, &str); 4] = [
+const FIGURES: [(CellFactor, &str, &str); 4] = [
     (
-        "hour",
+        CellFactor::Hour,
         "Mean error by time of day",
         "Mean error by time of day. Read from the dashed line: to its right glucose is \
          under-predicted, to its left over-predicted. Intervals hold for all situations together.",
     ),
     (
-        "context",
+        CellFactor::Context,
         "Mean error by situation",
         "Mean error by situation. A filled mark is a situation in which the model is wrong on \
          average; a hollow one is a situation in which the data leave it open.",
     ),
     (
-        "glucose_band",
+        CellFactor::GlucoseBand,
         "Mean error by glucose band",
         "Mean error by glucose band. An error that rises with glucose is one that the model shrinks \
          towards the middle.",
     ),
     (
-        "person",
+        CellFactor::Person,
         "Mean error by person",
         "Mean error by person. Marks on both sides say that people differ, marks on one side that \
          the model misses the same thing in all.",
@@ -47,9 +48,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no diagnosis in this folder, so the gap was not located.");
         return Ok(html);
     };
-    if let Some(plant) = &diagnosis.plant {
-        html.paragraph(&format!("Diagnosed model: {plant}."));
-    }
+    html.paragraph(&format!("Diagnosed model: {}.", diagnosis.plant));
     if diagnosis.cells.is_empty() {
         html.absent("The diagnosis holds no situation in which an error was measured.");
     }
@@ -62,9 +61,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             cells.sort_by(|a, b| size(b).total_cmp(&size(a)));
             cells.truncate(SHOWN);
         }
-        if factor == "hour" {
+        if factor == CellFactor::Hour {
             cells.sort_by(|a, b| a.level.cmp(&b.level));
-        } else if factor == "glucose_band" {
+        } else if factor == CellFactor::GlucoseBand {
             let rank = |level: &str| ["<70", "70-180", ">180"].iter().position(|l| *l == level);
             cells.sort_by_key(|cell| rank(&cell.level).unwrap_or(usize::MAX));
         } else {
@@ -74,9 +73,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             .into_iter()
             .map(|cell| ForestRow {
                 label: match factor {
-                    "hour" => format!("{} h", cell.level),
-                    "glucose_band" => format!("{} mg/dL", cell.level),
-                    "context" => plain(&cell.level),
+                    CellFactor::Hour => format!("{} h", cell.level),
+                    CellFactor::GlucoseBand => format!("{} mg/dL", cell.level),
+                    CellFactor::Context => plain(&cell.level),
                     _ => cell.level.clone(),
                 },
                 value: WithInterval {
@@ -96,52 +95,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.figure(&svg, &keys, &format!("{caption}{shown}"));
         }
     }
-    hours_by_context(&mut html, diagnosis);
     table(&mut html, diagnosis);
     baseline(&mut html, diagnosis);
     Ok(html)
-}
-
-/// A map of the cells that are set apart by hour and context both: factor `hour_context`, level
-/// `HH-HH/context`. Drawn only where there are such cells.
-fn hours_by_context(html: &mut Html, diagnosis: &Diagnosis) {
-    let cells: Vec<(&str, &str, &CellGap)> = diagnosis
-        .cells
-        .iter()
-        .filter(|cell| cell.factor == "hour_context")
-        .filter_map(|cell| cell.level.split_once('/').map(|(hour, at)| (hour, at, cell)))
-        .collect();
-    if cells.is_empty() {
-        return;
-    }
-    let distinct = |names: Vec<&str>| -> Vec<String> {
-        let mut names: Vec<String> = names.into_iter().map(str::to_owned).collect();
-        names.sort();
-        names.dedup();
-        names
-    };
-    let hours = distinct(cells.iter().map(|(hour, ..)| *hour).collect());
-    let contexts = distinct(cells.iter().map(|(_, context, _)| *context).collect());
-    let largest = cells.iter().map(|(.., cell)| cell.mean_error_mg_dl.abs()).fold(1.0, f64::max);
-    let rows = contexts
-        .iter()
-        .map(|context| {
-            let of_hour = |hour: &String| {
-                let found = cells.iter().find(|(h, c, _)| h == hour && c == context);
-                found.map_or_else(HeatCell::default, |(.., cell)| HeatCell {
-                    text: fixed(cell.mean_error_mg_dl, 0),
-                    shade: cell.mean_error_mg_dl / largest,
-                    framed: cell.p_adjusted < LEVEL,
-                })
-            };
-            (plain(context), hours.iter().map(of_hour).collect())
-        })
-        .collect();
-    html.heat(
-        "Mean of observed \u{2212} predicted by situation and hour, mg/dL; blue: under-predicted, \
-         orange: over-predicted, framed: differs from zero",
-        &Heat { corner: "Situation".to_owned(), columns: hours, rows },
-    );
 }
 
 fn table(html: &mut Html, diagnosis: &Diagnosis) {
@@ -155,13 +111,13 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
             let mean =
                 WithInterval { value: cell.mean_error_mg_dl, lower: cell.lower, upper: cell.upper };
             let mut cells = vec![
-                plain(&cell.factor),
+                plain(cell.factor.name()),
                 plain(&cell.level),
                 interval(mean, 1),
                 p_value(cell.p_adjusted),
                 format!("{} %", fixed(100.0 * cell.share_of_gap, 1)),
-                cell.horizon_minutes.map_or_else(String::new, |m| m.to_string()),
-                cell.people.map_or_else(String::new, |n| n.to_string()),
+                cell.horizon_minutes.to_string(),
+                cell.people.to_string(),
             ];
             if diagnosis.posterior.is_some() {
                 cells.push(optional(cell.expected_mg_dl, 1));

@@ -6,8 +6,9 @@ use self::crossed::{EQUIVALENT, TOO_FEW, crossed, digits};
 use crate::figure::equivalence;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, compact, count, fixed, interval, p_value, spread};
-use crate::view::{Comparison, Method, OutcomeRow, Outcomes};
 use crate::{Inputs, ReportError};
+use contract::outcomes::{Comparison, MethodRows, OutcomeRow};
+use contract::{OutcomesTable, Spread};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
@@ -62,8 +63,21 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     Ok(html)
 }
 
+/// What stands in a column: a method, or the training days in the place of one.
+struct Judged<'a> {
+    label: &'a str,
+    rows: &'a [OutcomeRow],
+    rmse_5h: Option<Spread>,
+}
+
+impl<'a> Judged<'a> {
+    fn of(method: &'a MethodRows) -> Self {
+        Self { label: &method.label, rows: &method.rows, rmse_5h: Some(method.rmse_5h) }
+    }
+}
+
 /// Every method over all windows, behind what the training days themselves tell.
-fn overall(html: &mut Html, outcomes: &Outcomes) {
+fn overall(html: &mut Html, outcomes: &OutcomesTable) {
     let mut all = Vec::with_capacity(outcomes.methods.len() + 1);
     if !outcomes.training_days.is_empty() {
         html.paragraph(
@@ -71,21 +85,21 @@ fn overall(html: &mut Html, outcomes: &Outcomes) {
              not equivalent there changes too much from week to week to be asked of a simulator that was \
              fitted to these days.",
         );
-        all.push(Method {
-            name: "training_days".to_owned(),
-            label: "Training days".to_owned(),
-            rows: outcomes.training_days.clone(),
-            rmse_5h: None,
-        });
+        all.push(Judged { label: "Training days", rows: &outcomes.training_days, rmse_5h: None });
     }
-    all.extend(outcomes.methods.iter().cloned());
-    methods(html, "Outcomes of every method, all windows", &all);
+    all.extend(outcomes.methods.iter().map(Judged::of));
+    table(html, "Outcomes of every method, all windows", &all);
+}
+
+fn methods(html: &mut Html, what: &str, methods: &[MethodRows]) {
+    let judged: Vec<Judged<'_>> = methods.iter().map(Judged::of).collect();
+    table(html, what, &judged);
 }
 
 /// Methods over the same windows: one table across, and folded the differences of each method.
-fn methods(html: &mut Html, what: &str, methods: &[Method]) {
+fn table(html: &mut Html, what: &str, methods: &[Judged<'_>]) {
     let Some(table) = crossed(methods) else { return };
-    let rows = || methods.iter().flat_map(|method| &method.rows);
+    let rows = || methods.iter().flat_map(|method| method.rows);
     let mut caption =
         format!("{what}: mean \u{b1} SD over people, and p of equivalence within the margin");
     if rows().any(|row| row.equivalent) {
@@ -106,7 +120,7 @@ fn methods(html: &mut Html, what: &str, methods: &[Method]) {
 }
 
 /// Differences of one method.
-fn differences(html: &mut Html, method: &Method) {
+fn differences(html: &mut Html, method: &Judged<'_>) {
     let rows: Vec<(bool, Vec<String>)> = method
         .rows
         .iter()
@@ -118,7 +132,7 @@ fn differences(html: &mut Html, method: &Method) {
                 (false, true) => "not shown; too few people",
                 (false, false) => "not shown",
             };
-            let tested = row.tested_difference();
+            let tested = row.difference_t;
             let cells = vec![
                 if row.unit.is_empty() { name } else { format!("{name} ({})", row.unit) },
                 spread(row.actual, digits),
@@ -127,7 +141,7 @@ fn differences(html: &mut Html, method: &Method) {
                 format!("{} to {}", fixed(tested.lower, digits), fixed(tested.upper, digits)),
                 format!("\u{b1}{}", compact(row.margin)),
                 p_value(row.p),
-                row.p_unbiased.map_or_else(|| ABSENT.to_owned(), p_value),
+                p_value(row.p_unbiased),
                 verdict.to_owned(),
             ];
             (row.equivalent, cells)
@@ -151,7 +165,7 @@ fn differences(html: &mut Html, method: &Method) {
 }
 
 /// Forecast errors: methods down, horizons across.
-fn forecast(html: &mut Html, outcomes: &Outcomes) {
+fn forecast(html: &mut Html, outcomes: &OutcomesTable) {
     if outcomes.forecast.is_empty() {
         html.absent("No forecast was evaluated.");
         return;
@@ -186,7 +200,7 @@ fn forecast(html: &mut Html, outcomes: &Outcomes) {
 }
 
 /// Two methods within people: a table for each first method and quantity.
-fn comparisons(html: &mut Html, outcomes: &Outcomes) {
+fn comparisons(html: &mut Html, outcomes: &OutcomesTable) {
     for compared in outcomes.comparisons.chunk_by(|a, b| shared(a) == shared(b)) {
         let rows: Vec<(bool, Vec<String>)> = compared
             .iter()
@@ -194,22 +208,20 @@ fn comparisons(html: &mut Html, outcomes: &Outcomes) {
                 let cells = vec![
                     label(outcomes, &row.second),
                     interval(row.difference, 1),
-                    row.p.map_or_else(|| ABSENT.to_owned(), p_value),
-                    row.p_holm.map_or_else(|| ABSENT.to_owned(), p_value),
+                    p_value(row.p),
+                    p_value(row.p_holm),
                 ];
                 (row.difference.upper < 0.0 || row.difference.lower > 0.0, cells)
             })
             .collect();
-        let level = outcomes.interval.as_ref().map_or_else(String::new, |interval| {
-            format!("{} % ", fixed(100.0 * interval.level, 0))
-        });
+        let level = fixed(100.0 * outcomes.interval.level, 0);
         let (first, quantity, unit) = shared(&compared[0]);
         let caption = format!(
             "{} minus other methods within people, {quantity} ({unit}); bold: the interval leaves out \
              zero; p (Holm): adjusted for all comparisons of this table",
             label(outcomes, first)
         );
-        let difference = format!("Difference ({level}interval)");
+        let difference = format!("Difference ({level} % interval)");
         let columns = [
             ("Other", Column::Text),
             (difference.as_str(), Column::Number),
@@ -226,7 +238,7 @@ fn shared(row: &Comparison) -> (&str, &str, &str) {
 }
 
 /// Name of a method for people, or its key where it is not among the methods.
-fn label(outcomes: &Outcomes, name: &str) -> String {
+fn label(outcomes: &OutcomesTable, name: &str) -> String {
     let mut judged = outcomes.methods.iter().chain(&outcomes.ablation);
     let known = judged.find(|method| method.name == name);
     known.map_or_else(

@@ -4,8 +4,9 @@ use super::words::{list, port, sentence};
 use crate::figure::{PortShade, port_course, schematic};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, optional, percent};
-use crate::view::{Diagnosis, DiagnosisVerdict, PortEvidence};
 use crate::{Inputs, ReportError};
+use contract::Diagnosis;
+use contract::diagnosis::{PortEvidence, Verdict};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
@@ -20,15 +21,15 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         return Ok(html);
     }
     let (frame, bold) = match diagnosis.verdict {
-        DiagnosisVerdict::Effect => (
+        Verdict::Effect => (
             Some("Frame: an effect that was found enters here"),
             "; bold: an effect that was found enters here",
         ),
-        DiagnosisVerdict::Unknown => (
+        Verdict::Unknown => (
             Some("Frame: the most probable place, and any that cannot be told from it"),
             "; bold: the most probable place and any that cannot be told from it",
         ),
-        DiagnosisVerdict::None => (None, ""),
+        Verdict::None => (None, ""),
     };
     let (svg, keys) = schematic(&shades, frame)?;
     html.figure(
@@ -121,13 +122,13 @@ fn course_of(key: &str) -> String {
 /// Places that the verdict is about.
 fn framed(diagnosis: &Diagnosis) -> Vec<&str> {
     match diagnosis.verdict {
-        DiagnosisVerdict::Effect => diagnosis.effects.iter().map(|e| e.port.as_str()).collect(),
-        DiagnosisVerdict::Unknown => best(diagnosis)
+        Verdict::Effect => diagnosis.effects.iter().map(|e| e.port.as_str()).collect(),
+        Verdict::Unknown => best(diagnosis)
             .into_iter()
             .flat_map(|best| best.confusable_with.iter().chain([&best.port]))
             .map(String::as_str)
             .collect(),
-        DiagnosisVerdict::None => Vec::new(),
+        Verdict::None => Vec::new(),
     }
 }
 
@@ -145,7 +146,7 @@ fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>
         .map(|name| {
             let of_name = diagnosis.ports.iter().filter(|p| p.port == name);
             let strongest = of_name.max_by(|a, b| order(a).total_cmp(&order(b)));
-            let probability = strongest.and_then(|p| p.probability);
+            let probability = strongest.map(|p| p.probability);
             let says = match (found(name), probability) {
                 (true, Some(probability)) => format!("found; {}", percent(probability)),
                 (true, None) => "found".to_owned(),
@@ -162,7 +163,7 @@ pub(super) fn best(diagnosis: &Diagnosis) -> Option<&PortEvidence> {
     diagnosis.ports.iter().max_by(|a, b| order(a).total_cmp(&order(b)))
 }
 
-/// Probability, or gain where there is no probability; what is absent comes last.
+/// By which places are put in order.
 fn order(port: &PortEvidence) -> f64 {
-    port.probability.or(port.gain_nats).unwrap_or(f64::NEG_INFINITY)
+    port.probability
 }

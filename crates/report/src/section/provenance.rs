@@ -14,9 +14,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         );
     }
     for manifest in &inputs.manifests {
-        if let Some(stage) = &manifest.stage {
-            html.element("h3", stage);
-        }
+        html.element("h3", &manifest.stage);
         html.literal("<pre><code>").text(&manifest.command).literal("</code></pre>\n");
         let seed = manifest.seed.map_or_else(|| "none".to_owned(), |seed| seed.to_string());
         let again = match manifest.seed {

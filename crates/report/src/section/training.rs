@@ -10,14 +10,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no training record in this folder.");
         return Ok(html);
     };
-    let took = training.seconds.map_or_else(String::new, |s| format!(", {} s", fixed(s, 1)));
     html.paragraph(&format!(
-        "Model {}, seed {}, {}, {} for training and {} for validation{took}. Data hash:",
+        "Model {}, seed {}, {}, {} for training and {} for validation, {} s. Data hash:",
         training.model,
         training.seed,
         count(training.epochs.len(), "epoch", "epochs"),
         count(training.data.windows_train, "window", "windows"),
         training.data.windows_validation,
+        fixed(training.seconds, 1),
     ));
     html.literal("<p>").element("code", &training.data.hash).literal("</p>\n");
     match figure::training(training)? {

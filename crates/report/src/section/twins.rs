@@ -1,7 +1,7 @@
 //! The twin of every person.
 
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, count, optional, significant};
+use crate::number::{count, optional, significant};
 use crate::{Inputs, ReportError, figure};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
@@ -39,11 +39,10 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         .iter()
         .filter(|person| person.excluded.is_none())
         .map(|person| {
-            let whole = |n: Option<usize>| n.map_or_else(|| ABSENT.to_owned(), |n| n.to_string());
             let cells = vec![
                 person.person_id.clone(),
-                whole(person.windows_train),
-                whole(person.windows_test),
+                person.windows_train.to_string(),
+                person.windows_test.to_string(),
                 significant(person.loss_first),
                 significant(person.loss_last),
                 optional(person.rmse_population, 1),

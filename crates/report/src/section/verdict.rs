@@ -4,10 +4,12 @@ use super::words::{ahead, effect, list, number, port, situation};
 use crate::Inputs;
 use crate::html::Html;
 use crate::number::{count, fixed, p_value, percent};
-use crate::view::{
-    BlindCheck, CellGap, Conformance, Diagnosis, DiagnosisVerdict, Effect, Method, Outcomes,
-    PosteriorSaid, Verdict, WhatIf,
+use contract::conformance::Verdict as ProofVerdict;
+use contract::diagnosis::{
+    CellFactor, CellGap, FoundEffect, HorizonChange, PosteriorSaid, Verdict,
 };
+use contract::outcomes::MethodRows;
+use contract::{BlindCheck, Conformance, Diagnosis, OutcomesTable, WhatIf};
 
 /// Family-wise level at which a situation is named in the verdict.
 pub(super) const LEVEL: f64 = 0.05;
@@ -57,17 +59,8 @@ pub(super) fn body(inputs: &Inputs) -> Html {
 /// What is missing, where the gap is, and what changes; the answer comes first.
 fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
-    match (diagnosis.verdict, diagnosis.sought_effects()) {
-        (DiagnosisVerdict::None, false) => {
-            parts.push(
-                "No situation shows a gap between simulated and real glucose that these data can tell \
-                 from none."
-                    .to_owned(),
-            );
-        }
-        (_, false) => parts
-            .extend([place(diagnosis), "Naming the effect is not part of this run.".to_owned()]),
-        (DiagnosisVerdict::None, true) => {
+    match diagnosis.verdict {
+        Verdict::None => {
             parts.push(match &diagnosis.posterior {
                 Some(said) => format!(
                     "No effect was found (probability that something is missing: {}).",
@@ -80,11 +73,11 @@ fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
                 parts.push(format!("An error remains that no effect accounts for: {}.", gap(cell)));
             }
         }
-        (DiagnosisVerdict::Unknown, true) => {
+        Verdict::Unknown => {
             parts.push(missing(diagnosis));
             parts.extend(worst(diagnosis).map(|cell| format!("{}.", gap(cell))));
         }
-        (DiagnosisVerdict::Effect, true) => {
+        Verdict::Effect => {
             parts.push(found(&diagnosis.effects));
             parts.extend(diagnosis.effects.iter().filter_map(questioned));
             parts.extend(worst(diagnosis).map(|cell| format!("{}.", gap(cell))));
@@ -96,22 +89,19 @@ fn diagnosis(diagnosis: &Diagnosis) -> Vec<String> {
 }
 
 /// The effects found, in one sentence.
-fn found(effects: &[Effect]) -> String {
+fn found(effects: &[FoundEffect]) -> String {
     if effects.is_empty() {
         return "An effect was found.".to_owned();
     }
     let named: Vec<String> = effects
         .iter()
         .map(|found| {
-            let stated = found.probability.map(|p| format!("probability {}", percent(p)));
+            let stated = format!("probability {}", percent(found.probability));
             let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
             let set =
                 (!like.is_empty()).then(|| format!("cannot be told apart from {}", list(&like)));
-            let aside: Vec<String> = [stated, set].into_iter().flatten().collect();
-            match aside.is_empty() {
-                true => effect(&found.effect),
-                false => format!("{} ({})", effect(&found.effect), aside.join("; ")),
-            }
+            let aside: Vec<String> = std::iter::once(stated).chain(set).collect();
+            format!("{} ({})", effect(&found.effect), aside.join("; "))
         })
         .collect();
     match effects.len() {
@@ -121,7 +111,7 @@ fn found(effects: &[Effect]) -> String {
 }
 
 /// Why a name is to be doubted.
-fn questioned(found: &Effect) -> Option<String> {
+fn questioned(found: &FoundEffect) -> Option<String> {
     (!found.questioned.is_empty()).then(|| {
         let name = effect(&found.effect);
         format!("Doubt this name, {name}. {}", found.questioned.join(" "))
@@ -149,7 +139,7 @@ fn believed_missing(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
     let probability = percent(said.something);
     let candidates = diagnosis.candidates.iter().filter(|candidate| candidate.effect != "none");
     let best = candidates
-        .filter_map(|candidate| Some((candidate.effect.as_str(), candidate.probability?)))
+        .map(|candidate| (candidate.effect.as_str(), candidate.probability))
         .max_by(|a, b| a.1.total_cmp(&b.1));
     let likely = match best {
         Some(("unknown", p)) => {
@@ -167,10 +157,10 @@ fn believed_missing(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
 
 /// From which shift on effects would have been found, and which would not have been at any.
 fn would_have_been_found(diagnosis: &Diagnosis) -> Option<String> {
-    let mut names: Vec<Option<&str>> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
     for row in &diagnosis.power {
-        if !names.contains(&row.effect.as_deref()) {
-            names.push(row.effect.as_deref());
+        if !names.contains(&row.effect.as_str()) {
+            names.push(&row.effect);
         }
     }
     let (mut largest, mut never): (Option<f64>, Vec<String>) = (None, Vec::new());
@@ -178,7 +168,7 @@ fn would_have_been_found(diagnosis: &Diagnosis) -> Option<String> {
         let least = least_found(diagnosis, name);
         match least {
             Some(shift) => largest = Some(largest.map_or(shift, |known| known.max(shift))),
-            None => never.push(name.map_or_else(|| "any effect".to_owned(), effect)),
+            None => never.push(effect(name)),
         }
     }
     let found = largest.map(|shift| {
@@ -199,11 +189,11 @@ fn would_have_been_found(diagnosis: &Diagnosis) -> Option<String> {
 }
 
 /// The least shift from which on every larger one that was tried has the power.
-fn least_found(diagnosis: &Diagnosis, name: Option<&str>) -> Option<f64> {
+fn least_found(diagnosis: &Diagnosis, name: &str) -> Option<f64> {
     let mut rows: Vec<(f64, f64)> = diagnosis
         .power
         .iter()
-        .filter(|row| row.effect.as_deref() == name)
+        .filter(|row| row.effect == name)
         .map(|row| (row.shift_mg_dl, row.power))
         .collect();
     rows.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -214,23 +204,19 @@ fn least_found(diagnosis: &Diagnosis, name: Option<&str>) -> Option<f64> {
 /// at the longest.
 fn shrinks(diagnosis: &Diagnosis) -> Option<String> {
     // A reconstruction is no prediction.
-    let predicted =
-        || diagnosis.how_far.iter().flat_map(|h| &h.horizons).filter(|h| !h.reconstructed);
-    let certain = |h: &&crate::view::HorizonChange| {
-        h.difference.and_then(|d| d.upper).is_some_and(|upper| upper < 0.0)
-    };
+    let predicted = || diagnosis.how_far.horizons.iter().filter(|h| !h.reconstructed);
+    let certain = |h: &&HorizonChange| h.difference.upper < 0.0;
     let change = predicted()
         .filter(certain)
         .max_by_key(|h| h.minutes)
         .or_else(|| predicted().max_by_key(|h| h.minutes))?;
-    let (before, after) = (change.mae_before?, change.mae_after?);
     let with = if diagnosis.effects.len() == 1 { "With it" } else { "With them" };
     let open = if certain(&change) { "" } else { ", a change that the data cannot tell from none" };
     Some(format!(
         "{with}, the mean absolute error {} ahead on held-out days goes from {} to {} mg/dL{open}.",
         ahead(change.minutes),
-        fixed(before, 1),
-        fixed(after, 1)
+        fixed(change.mae_before, 1),
+        fixed(change.mae_after, 1)
     ))
 }
 
@@ -263,9 +249,10 @@ fn blind_check(check: &BlindCheck) -> Vec<String> {
             percent(value)
         ));
     }
-    if let Some(alarms) = check.false_alarms.filter(|alarms| alarms.of > 0) {
+    let alarms = check.false_alarms;
+    if alarms.of > 0 {
         let worlds = count(alarms.of, "world", "worlds");
-        let ends = interval_of_share(alarms.lower, alarms.upper);
+        let ends = interval_of_share(Some(alarms.lower), Some(alarms.upper));
         let found = alarms.count;
         paragraphs
             .push(format!("Where nothing acts, something was found in {found} of {worlds}{ends}."));
@@ -282,21 +269,15 @@ fn interval_of_share(lower: Option<f64>, upper: Option<f64>) -> String {
     format!(" (95\u{a0}% interval {lower} to {upper}\u{a0}%)")
 }
 
-/// The largest gap that stands out. People and horizons are left to their tables.
-fn place(diagnosis: &Diagnosis) -> String {
-    match worst(diagnosis) {
-        Some(cell) => format!("{}.", gap(cell)),
-        None => "There is a gap between simulated and real glucose.".to_owned(),
-    }
-}
-
 /// The situation that stands out with the largest share of the error.
 fn worst(diagnosis: &Diagnosis) -> Option<&CellGap> {
     diagnosis
         .cells
         .iter()
         .filter(|cell| cell.p_adjusted < LEVEL)
-        .filter(|cell| matches!(cell.factor.as_str(), "hour" | "context" | "glucose_band"))
+        .filter(|cell| {
+            matches!(cell.factor, CellFactor::Hour | CellFactor::Context | CellFactor::GlucoseBand)
+        })
         .max_by(|a, b| a.share_of_gap.total_cmp(&b.share_of_gap))
 }
 
@@ -309,13 +290,12 @@ fn gap(cell: &CellGap) -> String {
     } else {
         ("over", -cell.mean_error_mg_dl, -cell.upper, -cell.lower)
     };
-    let horizon =
-        cell.horizon_minutes.map_or_else(String::new, |m| format!(", {} ahead", ahead(m)));
+    let horizon = format!(", {} ahead", ahead(cell.horizon_minutes));
     format!(
         "Glucose is {direction}-predicted by {} mg/dL {}{horizon} (simultaneous interval {} to {}, \
          adjusted p {})",
         fixed(size, 0),
-        situation(&cell.factor, &cell.level),
+        situation(cell.factor.name(), &cell.level),
         fixed(lower, 0),
         fixed(upper, 0),
         p_value(cell.p_adjusted)
@@ -323,7 +303,7 @@ fn gap(cell: &CellGap) -> String {
 }
 
 /// Equivalence of the first method, and of twins whose courses are drawn.
-fn outcomes(outcomes: &Outcomes) -> Vec<String> {
+fn outcomes(outcomes: &OutcomesTable) -> Vec<String> {
     let Some(first) = outcomes.methods.first() else {
         return vec!["No method was evaluated against the real glucose outcomes.".to_owned()];
     };
@@ -331,7 +311,7 @@ fn outcomes(outcomes: &Outcomes) -> Vec<String> {
     std::iter::once(first).chain(spread).map(|method| equivalence(outcomes, method)).collect()
 }
 
-fn equivalence(outcomes: &Outcomes, method: &Method) -> String {
+fn equivalence(outcomes: &OutcomesTable, method: &MethodRows) -> String {
     let names = |equivalent: bool| -> Vec<String> {
         let rows = method.rows.iter().filter(|row| row.equivalent == equivalent);
         rows.map(|row| row.metric.to_uppercase()).collect()
@@ -419,12 +399,14 @@ fn what_if(answers: &WhatIf, one: &str, many: &str) -> Option<String> {
 /// How many physiological properties are proved.
 fn conformance(conformance: &Conformance) -> String {
     let physical = || conformance.rows.iter().filter(|row| row.is_physical());
-    let counted = |verdict: Verdict| physical().filter(|row| row.verdict == verdict).count();
-    let proved = counted(Verdict::Proved);
+    let counted = |verdict: ProofVerdict| physical().filter(|row| row.verdict == verdict).count();
+    let proved = counted(ProofVerdict::Proved);
     let verb = if proved == 1 { "is" } else { "are" };
     let mut text =
         format!("{proved} of {} physiological properties {verb} proved", physical().count());
-    for (verdict, word) in [(Verdict::Violated, "violated"), (Verdict::Undecided, "undecided")] {
+    for (verdict, word) in
+        [(ProofVerdict::Violated, "violated"), (ProofVerdict::Undecided, "undecided")]
+    {
         let n = counted(verdict);
         if n > 0 {
             text.push_str(&format!(", {n} {word}"));

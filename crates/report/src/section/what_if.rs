@@ -2,9 +2,10 @@
 
 use super::words::list;
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, compact, count, optional};
-use crate::view::{WhatIf, WhatIfOrder};
+use crate::number::{compact, count, fixed};
 use crate::{Inputs, ReportError, figure};
+use contract::WhatIf;
+use contract::what_if::WhatIfOrder;
 
 pub(super) fn applies(inputs: &Inputs) -> bool {
     inputs.what_if.is_some() || inputs.what_if_constrained.is_some()
@@ -45,10 +46,9 @@ fn curves(html: &mut Html, answers: &WhatIf, one: &str, many: &str) -> Result<()
 }
 
 fn caption(answers: &WhatIf, of: &str) -> String {
-    let circumstances = answers.plan.as_ref().and_then(|plan| {
-        let (start, hour) = (plan.starts_mg_dl.first()?, plan.hours.first()?);
-        Some(format!(" at {} mg/dL and {hour}:00", compact(*start)))
-    });
+    let first = answers.plan.starts_mg_dl.first().zip(answers.plan.hours.first());
+    let circumstances =
+        first.map(|(start, hour)| format!(" at {} mg/dL and {hour}:00", compact(*start)));
     format!(
         "Glucose after meals of several sizes, from left to right, taken{} with the bolus that an \
          insulin-to-carbohydrate ratio (g/U) asks for: median (thick) and middle half (shaded) of {of}. \
@@ -70,11 +70,10 @@ fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
     }
     let of = answers.order.len();
     let out: Vec<&WhatIfOrder> = answers.order.iter().filter(|twin| !twin.ordered).collect();
-    let conditions = answers.plan.as_ref().map_or_else(String::new, |plan| {
-        let starts: Vec<String> = plan.starts_mg_dl.iter().map(|start| compact(*start)).collect();
-        let hours: Vec<String> = plan.hours.iter().map(|hour| format!("{hour}:00")).collect();
-        format!(", checked from {} mg/dL at {}", list(&starts), list(&hours))
-    });
+    let plan = &answers.plan;
+    let starts: Vec<String> = plan.starts_mg_dl.iter().map(|start| compact(*start)).collect();
+    let hours: Vec<String> = plan.hours.iter().map(|hour| format!("{hour}:00")).collect();
+    let conditions = format!(", checked from {} mg/dL at {}", list(&starts), list(&hours));
     html.paragraph(&format!(
         "Less insulin never means less glucose (by more than {SAME} mg/dL), and mean glucose grows from \
          each ratio to the next, in {} of {}{conditions}.{}",
@@ -90,12 +89,8 @@ fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
                     "" => "mean glucose does not grow with the ratio",
                     place => place,
                 };
-                let grows = match twin.peaks_grow_with_meals {
-                    Some(true) => "yes",
-                    Some(false) => "no",
-                    None => ABSENT,
-                };
-                let cells = [&twin.person_id, &optional(twin.worst_mg_dl, 1), place, grows];
+                let grows = if twin.peaks_grow_with_meals { "yes" } else { "no" };
+                let cells = [&twin.person_id, &fixed(twin.worst_mg_dl, 1), place, grows];
                 (false, cells.map(str::to_owned).to_vec())
             })
             .collect();
@@ -115,19 +110,15 @@ fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
 
 /// In which twins the peak grows with the meal.
 fn peaks(html: &mut Html, order: &[WhatIfOrder]) {
-    let known = order.iter().filter(|twin| twin.peaks_grow_with_meals.is_some()).count();
     let without: Vec<String> = order
         .iter()
-        .filter(|twin| twin.peaks_grow_with_meals == Some(false))
+        .filter(|twin| !twin.peaks_grow_with_meals)
         .map(|twin| twin.person_id.clone())
         .collect();
-    if known == 0 {
-        return;
-    }
     let mut text = format!(
         "The peak grows with the meal at every ratio in {} of {}",
-        known - without.len(),
-        count(known, "twin", "twins")
+        order.len() - without.len(),
+        count(order.len(), "twin", "twins")
     );
     if !without.is_empty() {
         text.push_str(&format!(

@@ -1,5 +1,7 @@
 //! Names of factors, levels and effects as people say them.
 
+use contract::blind_check::Outcome;
+
 /// A key of the JSON files in words: `day_after_short_sleep` becomes `day after short sleep`.
 pub(super) fn plain(key: &str) -> String {
     key.replace('_', " ")
@@ -102,17 +104,17 @@ pub(super) fn target(key: &str) -> String {
 }
 
 /// How an answer of the blind check compares with the truth, in words.
-pub(super) fn outcome(key: &str) -> String {
-    let words = match key {
-        "with_extra" => "right, and another besides",
-        "partial" => "one of two",
-        "in_set" => "in the set",
-        "wrong" => "wrong name",
-        "unknown" => "called unknown",
-        "failed" => "no answer",
-        _ => return plain(key),
-    };
-    words.to_owned()
+pub(super) const fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Correct => "correct",
+        Outcome::Missed => "missed",
+        Outcome::WithExtra => "right, and another besides",
+        Outcome::Partial => "one of two",
+        Outcome::InSet => "in the set",
+        Outcome::Wrong => "wrong name",
+        Outcome::Unknown => "called unknown",
+        Outcome::Failed => "no answer",
+    }
 }
 
 /// A length of time ahead: minutes below two hours, hours above.
@@ -176,8 +178,6 @@ mod tests {
             (port("new_port"), "new port"),
             (target("pairs_f1"), "names in pairs (F1)"),
             (target("new_target"), "new target"),
-            (outcome("in_set"), "in the set"),
-            (outcome("correct"), "correct"),
             (ahead(60), "60 min"),
             (ahead(300), "5 h"),
             (ahead(1440), "24 h"),

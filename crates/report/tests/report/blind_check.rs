@@ -106,26 +106,3 @@ fn every_world_is_listed_folded() {
         [("/worlds/0/failure", json!("ran out of time")), ("/worlds/0/outcome", json!("failed"))];
     assert!(check_page(&failure).contains("no answer: ran out of time"));
 }
-
-#[test]
-fn the_least_that_a_file_can_hold_is_shown() {
-    for (check, words) in [
-        (json!({}), "Blind check on 0 worlds: no target was set."),
-        (
-            json!({"targets": null, "worlds": null, "power": null, "confusion": null}),
-            "No world was",
-        ),
-        (json!({"targets": [{"name": "a_new_one"}]}), "A new one"),
-        (json!({"worlds": [{}, 3], "power": [{}], "reliability": {"bins": [{}]}}), "1 world"),
-        (json!({"false_alarms": {"count": 0, "of": 0, "value": null}}), "0 of 0"),
-        (
-            json!({"confusion": {"answers": [], "rows": [{"truth": "dawn", "counts": []}]}}),
-            "Dawn phenomenon (0)",
-        ),
-    ] {
-        let html = page(&[(Part::BlindCheck, check)]);
-        check_structure(&html);
-        assert!(html.contains(words), "{words}");
-        assert!(html.contains("The seal is not in this folder"));
-    }
-}

@@ -30,8 +30,6 @@ fn every_verdict_has_its_words() {
     /// Verdict, what is changed, and the sentence expected.
     type Case<'a> = (&'a str, &'a [(&'a str, Value)], &'a str);
     let cases: &[Case<'_>] = &[
-        ("where", &[], "Naming the effect is not part of this run."),
-        ("where", &[("/verdict", json!("none"))], "that these data can tell from none"),
         (
             "unknown",
             &[("/ports", places(json!([])))],
@@ -213,35 +211,6 @@ fn shrinkage_is_told_by_horizon_and_person() {
 }
 
 #[test]
-fn what_is_missing_or_odd_is_shown_as_absent() {
-    // The least that a file of this schema can hold.
-    for verdict in ["none", "effect", "unknown"] {
-        check_structure(&page(&[(Part::Diagnosis, json!({"verdict": verdict}))]));
-    }
-    let bare = json!([{"effect": "dawn"}, {"effect": "new_effect", "port": "new_port",
-        "gain_nats": null, "probability": null, "people": null, "confusable_with": null,
-        "amplitude": {"value": 1.0, "lower": null, "upper": 2.0}},
-        {"effect": "exercise", "gain_nats": -3.0, "probability": 2.0, "amplitude": "large",
-        "people": [{"person_id": "p1", "amplitude": 1.0}, 7]}]);
-    let html = diagnosis_page(
-        "effect",
-        &[
-            ("/effects", bare),
-            ("/candidates", json!([{"effect": "dawn"}, {"effect": "none", "gain_nats": 0.0}])),
-            ("/ports", json!([{"port": "egp"}, {"port": "new_port", "probability": 0.1}])),
-            ("/untried", json!([{"effect": "alcohol"}, 3])),
-            ("/power", json!([{"shift_mg_dl": 5.0, "power": 0.95}, {"effect": "dawn"}])),
-            ("/how_far/horizons", json!([{"minutes": 300}, {"minutes": 60, "mae_before": 3.0}])),
-            ("/how_far/outcomes", json!([{"metric": "tir"}])),
-            ("/how_far/people", json!([{"person_id": "p1"}, {"mae_before": [1.0]}])),
-            ("/where", json!([])),
-        ],
-    );
-    assert!(html.contains("3. Glucose uptake during exercise"), "every effect has its card");
-    assert!(html.contains("any effect") && html.contains("not tested"));
-}
-
-#[test]
 fn one_person_and_many_have_their_figures() {
     let person = |k: u32| {
         json!({"person_id": format!("q{k}"), "amplitude": 1.0, "lower": 0.5, "upper": 1.5,
@@ -253,23 +222,6 @@ fn one_person_and_many_have_their_figures() {
         assert!(html.contains(&format!("above zero in {people} of {people}")));
         assert_eq!(html.contains("Shown are the 40 of 400"), people == 400);
         assert_eq!(html.contains(">\nq1\n</text>"), people == 1, "those whose data say most");
-    }
-}
-
-#[test]
-fn cells_of_hour_and_context_make_a_map() {
-    let cell = |level: &str, mean: f64, p: f64| {
-        json!({"factor": "hour_context", "level": level, "mean_error_mg_dl": mean,
-            "lower": mean - 9.0, "upper": mean + 9.0, "p_adjusted": p, "share_of_gap": 0.1})
-    };
-    let cells = json!([cell("04-08/sleep", 30.0, 0.001), cell("16-20/after_meal", -14.0, 0.2)]);
-    let html = diagnosis_page("effect", &[("/where", cells)]);
-    for row in [
-        "<span>04-08</span></th><th scope=\"col\" class=\"level\"><span>16-20</span>",
-        "after meal</th><td class=\"\"></td><td class=\" m3\">\u{2212}14</td>",
-        "sleep</th><td class=\"framed p5\">30</td><td class=\"\"></td>",
-    ] {
-        assert!(html.contains(row), "{row}");
     }
 }
 

@@ -1,9 +1,10 @@
 //! The page as a whole: structure, escaping, missing parts, figures, determinism.
 
+use contract::ContractError;
 use report::{Inputs, Part, ReportError, render};
 use serde_json::{Value, json};
 
-use crate::made_up;
+use crate::made_up::{self, completed};
 use crate::reading::{SECTIONS, check_structure, page, with};
 
 /// Labels of the figures that the made-up run must show.
@@ -79,7 +80,7 @@ fn an_over_prediction_reads_as_one() {
         "lower": -40.0, "upper": 2.0, "p_adjusted": 0.03, "share_of_gap": 0.1}]);
     let html = page(&with(made_up::parts(), Part::Diagnosis, "/where", cell));
     check_structure(&html);
-    let words = "Glucose is over-predicted by 19 mg/dL after exercise (simultaneous interval \
+    let words = "Glucose is over-predicted by 19 mg/dL after exercise, 5 h ahead (simultaneous interval \
                  \u{2212}2 to 40, adjusted p 0.030)";
     assert!(html.contains(words));
 }
@@ -105,7 +106,6 @@ fn what_comes_from_data_is_text() {
         (Part::Conformance, "/rows/0/network"),
         (Part::Diagnosis, "/plant"),
         (Part::Diagnosis, "/where/1/level"),
-        (Part::Diagnosis, "/where/2/factor"),
         (Part::Diagnosis, "/data_quality/0/person_id"),
         (Part::Diagnosis, "/people/1/excluded"),
         (Part::Diagnosis, "/effects/0/effect"),
@@ -129,8 +129,6 @@ fn what_comes_from_data_is_text() {
         (Part::BlindCheck, "/worlds/0/truth/0/effect"),
         (Part::BlindCheck, "/worlds/0/found/0/effect"),
         (Part::BlindCheck, "/worlds/0/generator"),
-        (Part::BlindCheck, "/worlds/0/kind"),
-        (Part::BlindCheck, "/worlds/0/outcome"),
         (Part::BlindCheck, "/worlds/0/failure"),
         (Part::BlindCheck, "/worlds/0/nuisances/0"),
         (Part::Seal, "/hash"),
@@ -185,7 +183,7 @@ fn parts_without_content_are_said_to_be_empty() {
         (Part::Diagnosis, "/where", json!([]), "holds no situation"),
         (Part::Diagnosis, "/effects", json!([]), "but the file names none"),
         (Part::Diagnosis, "/candidates", json!([]), "No effect was tried."),
-        (Part::Diagnosis, "/how_far", json!(null), "there is no before and after"),
+        (Part::Diagnosis, "/how_far", json!({}), "there is no before and after"),
         (Part::BlindCheck, "/targets", json!([]), "No target was set."),
         (Part::BlindCheck, "/worlds", json!([]), "No world was made."),
         (Part::BlindCheck, "/power", json!([]), "No world with a single effect"),
@@ -213,36 +211,51 @@ fn parts_without_content_are_said_to_be_empty() {
 #[test]
 fn numbers_at_the_edge_are_drawn_or_dashed() {
     // One epoch, one person, all-missing sensor, zero errors and enormous intervals.
-    let epoch = json!([{"epoch": 1, "train_loss": 0.0, "validation_loss": null}]);
+    let epoch =
+        json!([{"epoch": 1, "train_loss": 0.0, "validation_loss": 0.0, "learning_rate": 0.001}]);
     let parts = with(made_up::parts(), Part::Training, "/epochs", epoch);
     let twin = json!([{"person_id": "p", "rmse_population": 0.0, "rmse_twin": 0.0}]);
     let parts = with(parts, Part::Twins, "/people", twin);
     let nothing = json!(vec![Value::Null; 864]);
-    let parts = with(parts, Part::ExampleDay, "/cgm", nothing.clone());
-    let parts = with(parts, Part::ExampleDay, "/insulin_u_h", nothing);
+    let parts = with(parts, Part::ExampleDay, "/cgm", nothing);
     let wide = json!({"value": 1e9, "lower": -1e300, "upper": 1e300});
     let parts = with(parts, Part::Outcomes, "/methods/0/rows/0/difference", wide.clone());
     let parts = with(parts, Part::Outcomes, "/methods/0/rows/0/difference_t", wide);
-    let parts = with(parts, Part::Outcomes, "/methods/0/rows/1/p_unbiased", Value::Null);
-    let parts = with(parts, Part::Outcomes, "/methods/1/rmse_5h", Value::Null);
-    let parts = with(parts, Part::WhatIf, "/curves/0/median/7", Value::Null);
-    let parts = with(parts, Part::WhatIf, "/curves/1/upper/9", Value::Null);
-    let parts = with(parts, Part::WhatIf, "/order/0/worst_mg_dl", Value::Null);
-    let parts = with(parts, Part::ExampleDay, "/outcomes/twin/tbr", Value::Null);
     let parts = with(parts, Part::Outcomes, "/methods/0/rows/1/margin", json!(0.0));
-    let parts = with(parts, Part::Outcomes, "/methods/0/rows/2/actual/sd", Value::Null);
     check_structure(&page(&parts));
 }
 
 #[test]
-fn unknown_keys_are_tolerated_and_the_page_is_deterministic() {
-    let mut parts = made_up::parts();
-    for (_, value) in &mut parts {
-        value["a_key_of_a_later_version"] = json!({"x": [1, 2, 3]});
+fn the_page_is_deterministic() {
+    assert_eq!(page(&made_up::parts()), page(&made_up::parts()));
+}
+
+#[test]
+fn a_key_that_is_unknown_or_missing_and_another_schema_are_refused() {
+    for (part, value) in made_up::parts() {
+        if part == Part::ImportReport {
+            continue;
+        }
+        let whole = completed(part, value);
+        let refused = |changed: &Value| {
+            let error = Inputs::default().read(part, changed.to_string().as_bytes());
+            error.expect_err("not as the schema says").to_string()
+        };
+        let mut later = whole.clone();
+        later["a_key_of_a_later_version"] = json!(1);
+        let message = refused(&later);
+        assert!(message.contains("unknown field `a_key_of_a_later_version`"), "{message}");
+        let mut other = whole.clone();
+        other["schema"] = json!("of-another-time/1");
+        assert!(
+            refused(&other).contains("its schema is 'of-another-time/1', this version reads '")
+        );
+        let mut bare = whole;
+        bare.as_object_mut().expect("an object").retain(|key, _| key == "schema");
+        let message = refused(&bare);
+        assert!(message.contains("missing field"), "{message}");
+        assert!(message.contains("write the file again with the command that makes it"));
     }
-    let html = page(&parts);
-    check_structure(&html);
-    assert_eq!(html, page(&parts));
 }
 
 #[test]
@@ -257,17 +270,23 @@ fn a_seed_that_the_command_does_not_hold_is_told() {
 #[test]
 fn bad_json_is_refused_with_its_place() {
     let mut inputs = Inputs::default();
-    let error = inputs.read(Part::Twins, "{\n \"people\": 3}".as_bytes());
+    let error = inputs.read(Part::Twins, "{\"schema\": \"twins/1\",\n \"people\": 3}".as_bytes());
     let message = error.expect_err("people is not a list").to_string();
     assert!(message.starts_with("twins.json, line 2, column "), "{message}");
 
-    let (_, mut day) = made_up::parts().swap_remove(7);
+    let (part, day) = made_up::parts().swap_remove(7);
+    let mut day = completed(part, day);
     day["twin"] = json!([100.0, 101.0]);
     let error = inputs.read(Part::ExampleDay, day.to_string().as_bytes());
     assert!(
         matches!(
             error,
-            Err(ReportError::UnevenSeries { series: "twin", found: 2, expected: 864, .. })
+            Err(ReportError::Contract(ContractError::UnevenSeries {
+                series: "twin",
+                found: 2,
+                expected: 864,
+                ..
+            }))
         ),
         "{error:?}"
     );

@@ -3,6 +3,8 @@
 use report::{DISCLAIMER, Inputs, Part, render};
 use serde_json::Value;
 
+use crate::made_up::completed;
+
 /// Anchors of all sections, in reading order.
 pub(crate) const SECTIONS: [&str; 23] = [
     "verdict",
@@ -33,6 +35,7 @@ pub(crate) const SECTIONS: [&str; 23] = [
 pub(crate) fn read(parts: &[(Part, Value)]) -> Inputs {
     let mut inputs = Inputs::default();
     for (part, value) in parts {
+        let value = completed(*part, value.clone());
         inputs.read(*part, value.to_string().as_bytes()).expect("the made-up JSON fits");
     }
     inputs

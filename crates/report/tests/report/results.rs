@@ -1,64 +1,11 @@
-//! The paper's results on the page: outcomes by method and scenario, days, what-ifs; and files of
-//! earlier versions, which lack some of them.
+//! The paper's results on the page: outcomes by method and scenario, days, what-ifs.
 
+use contract::ContractError;
 use report::{Inputs, Part, ReportError};
 use serde_json::{Value, json};
 
 use crate::made_up;
 use crate::reading::{check_structure, page, section, with};
-
-/// Removes keys wherever they are.
-fn without(value: &mut Value, keys: &[&str]) {
-    match value {
-        Value::Object(map) => {
-            map.retain(|key, _| !keys.contains(&key.as_str()));
-            map.values_mut().for_each(|value| without(value, keys));
-        }
-        Value::Array(list) => list.iter_mut().for_each(|value| without(value, keys)),
-        _ => {}
-    }
-}
-
-/// The made-up run as versions before these results wrote it: one day, no ablation, no scenario.
-fn earlier() -> Vec<(Part, Value)> {
-    let later =
-        ["ablation", "scenarios", "rmse_5h", "difference_t", "p_unbiased", "p_holm", "interval"];
-    let mut parts = made_up::parts();
-    parts.retain(|(part, _)| !matches!(part, Part::WhatIf | Part::WhatIfConstrained));
-    for (part, value) in &mut parts {
-        match part {
-            Part::Outcomes => without(value, &later),
-            Part::ExampleDay => {
-                without(value, &["closest", "outcomes", "chosen", "days"]);
-                for series in value.as_object_mut().expect("an object").values_mut() {
-                    if let Value::Array(values) = series {
-                        values.truncate(288);
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    parts
-}
-
-#[test]
-fn files_of_earlier_versions_are_shown() {
-    let html = page(&earlier());
-    check_structure(&html);
-    for words in [
-        "aria-label=\"Glucose, insulin, carbohydrate, heart rate and sleep over one day\"",
-        ">\n24:00\n</text>",
-        "Meals under other doses",
-    ] {
-        assert!(html.contains(words), "{words}");
-    }
-    assert!(!html.contains("id=\"what-if\"") && !html.contains("TBR, TIR and TAR"));
-    let outcomes = section(&html, "outcomes");
-    assert!(outcomes.contains("<th scope=\"row\">TIR <span class=\"beneath\">\u{b1}5 %</span>"));
-    assert!(!outcomes.contains("RMSE <span") && !outcomes.contains('\u{2020}'));
-    assert_eq!(outcomes.matches("class=\"crossed\"").count(), 1);
-}
 
 #[test]
 fn outcomes_stand_down_and_methods_across() {
@@ -186,12 +133,6 @@ fn either_file_of_what_ifs_may_be_alone() {
         check_structure(&html);
         assert_eq!(section(&html, "what-if").matches("<figure>").count(), figures, "{part:?}");
     }
-    // Without the circumstances, and without what some twin's order came to.
-    let bare = json!({"order": [{"person_id": "p", "ordered": false, "worst_mg_dl": 0.0}]});
-    let html = page(&[(Part::WhatIf, bare)]);
-    check_structure(&html);
-    assert!(html.contains("mean glucose does not grow with the ratio"));
-    assert!(html.contains("1 of 1 twin answers other doses out of order and is not to be used"));
 }
 
 #[test]
@@ -206,13 +147,12 @@ fn quartiles_have_to_fit_their_minutes() {
     assert!(
         matches!(
             error,
-            Err(ReportError::UnevenSeries {
-                part: Part::WhatIfConstrained,
+            Err(ReportError::Contract(ContractError::UnevenSeries {
                 series: "upper",
                 found: 1,
                 expected: 61,
                 ..
-            })
+            }))
         ),
         "{error:?}"
     );

@@ -3,7 +3,7 @@
 //! Worked out after the labels were opened, from the worlds themselves: no diagnosis sees any of it.
 
 use anyhow::{Context as _, Result};
-use blind::ExactCourse;
+use contract::blind_check::ExactCourse;
 use gap::{DiagnosisConfig, GapError, Ode, Thresholds, ceiling};
 use rayon::prelude::*;
 use world::blind::{PlannedEffect, RealisedWorld};

@@ -1,6 +1,6 @@
 //! The figures by hand, "where" and the ceiling of a check, as lines of text.
 
-use blind::{BlindCheck, PowerRow, Share, WhereScore};
+use contract::blind_check::{BlindCheck, PowerRow, Share, WhereScore};
 
 /// The tables, a line each.
 pub(super) fn tables(check: &BlindCheck) -> Vec<String> {

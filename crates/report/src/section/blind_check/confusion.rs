@@ -10,10 +10,11 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         Err(html) => return Ok(html),
     };
     let mut html = Html::default();
-    let Some(confusion) = check.confusion.as_ref().filter(|c| !c.rows.is_empty()) else {
+    let confusion = &check.confusion;
+    if confusion.rows.is_empty() {
         html.absent("No world with one truth was answered.");
         return Ok(html);
-    };
+    }
     let rows = confusion
         .rows
         .iter()

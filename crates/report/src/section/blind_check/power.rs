@@ -3,8 +3,8 @@
 use super::super::words::{effect, sentence};
 use crate::html::{Column, Heat, HeatCell, Html};
 use crate::number::{compact, optional, share};
-use crate::view::PowerRow;
 use crate::{Inputs, ReportError, figure};
+use contract::blind_check::PowerRow;
 
 pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let check = match super::check(inputs) {

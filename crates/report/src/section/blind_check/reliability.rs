@@ -10,10 +10,11 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         Err(html) => return Ok(html),
     };
     let mut html = Html::default();
-    let Some(reliability) = check.reliability.as_ref().filter(|r| !r.bins.is_empty()) else {
+    let reliability = &check.reliability;
+    if reliability.bins.is_empty() {
         html.absent("No probability was stated.");
         return Ok(html);
-    };
+    }
     let error = optional(reliability.expected_calibration_error, 3);
     let interval = match (reliability.lower, reliability.upper) {
         (lower @ Some(_), upper @ Some(_)) => {
@@ -36,10 +37,7 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let rows: Vec<(bool, Vec<String>)> = reliability
         .bins
         .iter()
-        .map(|bin| {
-            let stated = bin.mean_probability.map_or_else(String::new, percent);
-            (false, vec![stated, share(&bin.came_true)])
-        })
+        .map(|bin| (false, vec![percent(bin.mean_probability), share(&bin.came_true)]))
         .collect();
     html.table(
         "Probabilities of about one size",

@@ -10,29 +10,26 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         Err(html) => return Ok(html),
     };
     let mut html = Html::default();
-    let unknown = check.unknown.as_ref();
-    let pairs = check.pairs.as_ref();
+    let (unknown, pairs) = (&check.unknown, &check.pairs);
     let shares = [
         ("Nothing acts, and something was found (false alarms)", check.false_alarms),
         ("One effect acts, and an unrelated one was named", check.wrong_names),
-        ("An effect outside the library was called unknown", unknown.map(|u| u.recalled)),
-        ("Of those, placed where it enters", unknown.map(|u| u.right_port)),
-        ("Of those, placed there or at a place that cannot be told from it", {
-            unknown.map(|u| u.right_port_or_in_set)
-        }),
-        ("Two effects act: of the names given, those that act (precision)", {
-            pairs.map(|p| p.precision)
-        }),
-        ("Two effects act: of those, named (recall)", pairs.map(|p| p.recall)),
-        ("Two effects act: both and nothing else named", pairs.map(|p| p.both)),
+        ("An effect outside the library was called unknown", unknown.recalled),
+        ("Of those, placed where it enters", unknown.right_port),
+        (
+            "Of those, placed there or at a place that cannot be told from it",
+            unknown.right_port_or_in_set,
+        ),
+        ("Two effects act: of the names given, those that act (precision)", pairs.precision),
+        ("Two effects act: of those, named (recall)", pairs.recall),
+        ("Two effects act: both and nothing else named", pairs.both),
         ("The diagnosis ended without an answer", check.failed),
     ];
     let mut rows: Vec<(bool, Vec<String>)> = shares
-        .iter()
-        .filter_map(|(what, counted)| Some((*what, counted.as_ref()?)))
-        .map(|(what, counted)| (false, vec![what.to_owned(), share(counted)]))
+        .into_iter()
+        .map(|(what, counted)| (false, vec![what.to_owned(), share(&counted)]))
         .collect();
-    if let Some(pairs) = pairs.filter(|pairs| pairs.f1.is_some()) {
+    if pairs.f1.is_some() {
         let ends = match (pairs.f1_lower, pairs.f1_upper) {
             (lower @ Some(_), upper @ Some(_)) => {
                 format!(" ({} to {})", optional(lower, 2), optional(upper, 2))

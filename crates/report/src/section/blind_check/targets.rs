@@ -3,8 +3,8 @@
 use super::super::words::{sentence, target as name};
 use crate::html::{Column, Html};
 use crate::number::{fixed, optional};
-use crate::view::Target;
 use crate::{Inputs, ReportError, figure};
+use contract::blind_check::{Bound, Target};
 
 pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let check = match super::check(inputs) {
@@ -73,10 +73,9 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
 }
 
 fn limit(target: &Target) -> String {
-    let sign = match target.bound.as_str() {
-        "at_least" => "\u{2265} ",
-        "at_most" => "\u{2264} ",
-        _ => "",
+    let sign = match target.bound {
+        Bound::AtLeast => "\u{2265} ",
+        Bound::AtMost => "\u{2264} ",
     };
     format!("{sign}{}", optional(target.target, 2))
 }

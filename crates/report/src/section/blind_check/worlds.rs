@@ -2,9 +2,10 @@
 
 use super::super::words::{outcome as in_words, plain, short_effect};
 use crate::html::{Column, Html};
-use crate::number::{count, optional, percent};
-use crate::view::{BlindCheck, Seal, World};
+use crate::number::{count, fixed, percent};
 use crate::{Inputs, ReportError};
+use contract::BlindCheck;
+use contract::blind_check::{Kind, Outcome, Seal, Verdict, WorldRow};
 
 pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let check = match super::check(inputs) {
@@ -12,9 +13,7 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         Err(html) => return Ok(html),
     };
     let mut html = Html::default();
-    if let Some(seed) = check.master_seed {
-        html.paragraph(&format!("All worlds were drawn from master seed {seed}."));
-    }
+    html.paragraph(&format!("All worlds were drawn from master seed {}.", check.master_seed));
     composition(&mut html, check);
     let mut table = Html::default();
     let rows: Vec<(bool, Vec<String>)> = check.worlds.iter().map(row).collect();
@@ -54,10 +53,10 @@ fn composition(html: &mut Html, check: &BlindCheck) {
         html.absent("No world was made.");
         return;
     }
-    let mut counts: Vec<((&str, &str), usize, usize)> = Vec::new();
+    let mut counts: Vec<((Kind, &str), usize, usize)> = Vec::new();
     for world in &check.worlds {
-        let key = (world.kind.as_str(), world.generator.as_str());
-        let right = usize::from(world.outcome == "correct");
+        let key = (world.kind, world.generator.as_str());
+        let right = usize::from(world.outcome == Outcome::Correct);
         match counts.iter_mut().find(|(known, ..)| *known == key) {
             Some((_, all, correct)) => {
                 *all += 1;
@@ -71,13 +70,12 @@ fn composition(html: &mut Html, check: &BlindCheck) {
         .into_iter()
         .map(|((kind, generator), all, correct)| {
             let kind = match kind {
-                "null" => "nothing acts".to_owned(),
-                "single" => "one effect of the library".to_owned(),
-                "pair" => "two effects of the library".to_owned(),
-                "outside" => "an effect outside the library".to_owned(),
-                other => plain(other),
+                Kind::Null => "nothing acts",
+                Kind::Single => "one effect of the library",
+                Kind::Pair => "two effects of the library",
+                Kind::Outside => "an effect outside the library",
             };
-            (false, vec![kind, plain(generator), all.to_string(), correct.to_string()])
+            (false, vec![kind.to_owned(), plain(generator), all.to_string(), correct.to_string()])
         })
         .collect();
     html.table(
@@ -92,40 +90,47 @@ fn composition(html: &mut Html, check: &BlindCheck) {
     );
 }
 
-fn row(world: &World) -> (bool, Vec<String>) {
+fn row(world: &WorldRow) -> (bool, Vec<String>) {
     let truth: Vec<String> = world
         .truth
         .iter()
-        .map(|t| format!("{} ({})", plain(&t.effect), optional(t.achieved_mg_dl, 1)))
+        .map(|t| format!("{} ({})", plain(&t.effect), fixed(t.achieved_mg_dl, 1)))
         .collect();
     let answer: Vec<String> = world
         .found
         .iter()
-        .map(|f| {
-            let stated = f.probability.map_or_else(String::new, |p| format!(" ({})", percent(p)));
-            format!("{}{stated}", short_effect(&f.effect))
-        })
+        .map(|f| format!("{} ({})", short_effect(&f.effect), percent(f.probability)))
         .collect();
     let or_word = |words: Vec<String>, word: &str| match words.is_empty() {
         true => plain(word),
         false => words.join(", "),
     };
     let outcome = match &world.failure {
-        Some(failure) => format!("{}: {failure}", in_words(&world.outcome)),
-        None => in_words(&world.outcome),
+        Some(failure) => format!("{}: {failure}", in_words(world.outcome)),
+        None => in_words(world.outcome).to_owned(),
     };
     let cells = vec![
         world.id.clone(),
         or_word(truth, "none"),
-        or_word(answer, &world.verdict),
+        or_word(answer, verdict(world.verdict)),
         outcome,
         plain(&world.generator),
         plain(&world.regime).replace(' ', "\u{a0}"),
         format!("{}\u{a0}\u{d7}\u{a0}{}", world.people, world.days),
         world.nuisances.join("; "),
-        optional(world.seconds, 1),
+        fixed(world.seconds, 1),
     ];
-    (world.outcome != "correct", cells)
+    (world.outcome != Outcome::Correct, cells)
+}
+
+/// The answer where no effect is named.
+const fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::None => "none",
+        Verdict::Effect => "effect",
+        Verdict::Unknown => "unknown",
+        Verdict::Failed => "failed",
+    }
 }
 
 /// Hashes, so that nobody need take the labels on trust.
@@ -136,9 +141,8 @@ fn sealed(html: &mut Html, seal: &Seal) {
         .iter()
         .map(|world| (false, vec![world.id.clone(), world.sha256.clone()]))
         .collect();
-    let what = if seal.hash.is_empty() { "hash" } else { &seal.hash };
     table.table(
-        &format!("Hashes of the labels: {what}"),
+        &format!("Hashes of the labels: {}", seal.hash),
         &[("World", Column::Text), ("SHA-256", Column::Text)],
         &rows,
     );

@@ -1,9 +1,8 @@
 //! Equivalence of glucose outcomes before and after.
 
-use super::RECONSTRUCTED;
 use crate::html::{Column, Html};
-use crate::number::{optional, p_value};
-use crate::view::OutcomeChange;
+use crate::number::{fixed, p_value};
+use contract::diagnosis::OutcomeChange;
 
 /// Level of the equivalence tests.
 const LEVEL: f64 = 0.05;
@@ -12,28 +11,25 @@ pub(super) fn table(html: &mut Html, changes: &[OutcomeChange]) {
     if changes.is_empty() {
         return;
     }
-    let equivalent = |p: Option<f64>| p.is_some_and(|p| p < LEVEL);
+    let equivalent = |p: f64| p < LEVEL;
     let rows: Vec<(bool, Vec<String>)> = changes
         .iter()
         .map(|row| {
             let (before, after) = (equivalent(row.p_before), equivalent(row.p_after));
-            let words = match (row.p_before.is_some() && row.p_after.is_some(), before, after) {
-                (false, ..) => "not tested",
-                (_, false, true) => "becomes equivalent",
-                (_, true, false) => "no longer equivalent",
-                (_, true, true) => "equivalent, as before",
-                (_, false, false) => "not shown, as before",
+            let words = match (before, after) {
+                (false, true) => "becomes equivalent",
+                (true, false) => "no longer equivalent",
+                (true, true) => "equivalent, as before",
+                (false, false) => "not shown, as before",
             };
-            let mark = if row.reconstructed { RECONSTRUCTED } else { "" };
-            let p = |p: Option<f64>| p_value(p.unwrap_or(f64::NAN));
             let cells = vec![
-                format!("{}{mark}", row.metric.to_uppercase()),
+                row.metric.to_uppercase(),
                 words.to_owned(),
-                p(row.p_before),
-                p(row.p_after),
-                optional(row.margin, 1),
-                optional(row.difference_before, 2),
-                optional(row.difference_after, 2),
+                p_value(row.p_before),
+                p_value(row.p_after),
+                fixed(row.margin, 1),
+                fixed(row.difference_before, 2),
+                fixed(row.difference_after, 2),
             ];
             (before != after, cells)
         })

@@ -3,8 +3,8 @@
 use super::super::words::ahead;
 use crate::html::{Column, Html};
 use crate::number::{count, optional};
-use crate::view::{HorizonChange, HowFar};
 use crate::{ReportError, figure};
+use contract::diagnosis::{HorizonChange, HowFar, PersonChange};
 
 pub(super) fn body(html: &mut Html, how_far: &HowFar) -> Result<(), ReportError> {
     // People have one error for each horizon of a true prediction, in that order.
@@ -16,15 +16,12 @@ pub(super) fn body(html: &mut Html, how_far: &HowFar) -> Result<(), ReportError>
     let at = |errors: &[Option<f64>], place: usize| errors.get(place).copied().flatten();
     // The horizon that is shown is the one with the surest change; ties go to the first.
     let surest = (0..horizons.len()).min_by(|a, b| {
-        let upper = |place: usize| horizons[place].difference.and_then(|d| d.upper);
-        let of = |place: usize| upper(place).unwrap_or(f64::INFINITY);
+        let of = |place: usize| horizons[place].difference.upper;
         of(*a).total_cmp(&of(*b))
     });
     if let Some(place) = surest {
         let minutes = ahead(horizons[place].minutes);
-        let pair = |p: &crate::view::PersonChange| {
-            Some((at(&p.mae_before, place)?, at(&p.mae_after, place)?))
-        };
+        let pair = |p: &PersonChange| Some((at(&p.mae_before, place)?, at(&p.mae_after, place)?));
         let points: Vec<(f64, f64)> = how_far.people.iter().filter_map(pair).collect();
         let x = format!("Before, {minutes} ahead (mg/dL)");
         let y = format!("After, {minutes} ahead (mg/dL)");

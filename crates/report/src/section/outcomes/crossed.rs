@@ -1,8 +1,10 @@
 //! Outcomes down, methods across, as the paper has its tables.
 
+use contract::outcomes::OutcomeRow;
+
+use super::Judged;
 use crate::html::{Crossed, CrossedCell, CrossedRow};
 use crate::number::{ABSENT, compact, p_value, spread};
-use crate::view::{Method, OutcomeRow};
 
 /// Beside p where equivalence is concluded.
 pub(super) const EQUIVALENT: &str = "\u{2713}";
@@ -10,33 +12,31 @@ pub(super) const EQUIVALENT: &str = "\u{2713}";
 pub(super) const TOO_FEW: &str = "\u{2020}";
 
 /// The table of some methods over the same windows, or `None` without a method.
-pub(super) fn crossed(methods: &[Method]) -> Option<Crossed> {
+pub(super) fn crossed(methods: &[Judged<'_>]) -> Option<Crossed> {
     let first = methods.first()?;
     let mut metrics: Vec<&str> = Vec::new();
-    for row in methods.iter().flat_map(|method| &method.rows) {
+    for row in methods.iter().flat_map(|method| method.rows) {
         if !metrics.contains(&row.metric.as_str()) {
             metrics.push(&row.metric);
         }
     }
     let mut columns = vec!["Actual".to_owned()];
-    columns.extend(methods.iter().map(|method| method.label.clone()));
+    columns.extend(methods.iter().map(|method| method.label.to_owned()));
     let mut rows: Vec<CrossedRow> =
         metrics.into_iter().filter_map(|metric| row(methods, metric)).collect();
-    if methods.iter().any(|method| method.rmse_5h.is_some()) {
-        let mut cells = vec![CrossedCell::default()];
-        cells.extend(methods.iter().map(|method| CrossedCell {
-            value: method.rmse_5h.map_or_else(|| ABSENT.to_owned(), |rmse| spread(rmse, 1)),
-            ..CrossedCell::default()
-        }));
-        rows.push(CrossedRow { name: "RMSE".to_owned(), note: "mg/dL".to_owned(), cells });
-    }
+    let mut cells = vec![CrossedCell::default()];
+    cells.extend(methods.iter().map(|method| CrossedCell {
+        value: method.rmse_5h.map_or_else(|| ABSENT.to_owned(), |rmse| spread(rmse, 1)),
+        ..CrossedCell::default()
+    }));
+    rows.push(CrossedRow { name: "RMSE".to_owned(), note: "mg/dL".to_owned(), cells });
     let corner = "Outcome".to_owned();
     (!first.rows.is_empty() || !rows.is_empty()).then_some(Crossed { corner, columns, rows })
 }
 
 /// One outcome of every method.
-fn row(methods: &[Method], metric: &str) -> Option<CrossedRow> {
-    let of = |method: &Method| -> Option<OutcomeRow> {
+fn row(methods: &[Judged<'_>], metric: &str) -> Option<CrossedRow> {
+    let of = |method: &Judged<'_>| -> Option<OutcomeRow> {
         method.rows.iter().find(|row| row.metric == metric).cloned()
     };
     let known = methods.iter().find_map(of)?;

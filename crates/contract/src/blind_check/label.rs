@@ -1,11 +1,10 @@
-//! What is true of a world.
+//! The truth of a world.
 
 use serde::{Deserialize, Serialize};
 
-use crate::true_where::TrueWhere;
-
 /// What kind of truth a world holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// No effect acts.
@@ -20,6 +19,8 @@ pub enum Kind {
 
 /// The label of a world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
 pub struct Label {
     /// Name of the world and of its folder.
     pub id: String,
@@ -40,12 +41,14 @@ pub struct Label {
     /// Seed of the world.
     pub seed: u64,
     /// Where the effects act; `None` where nothing does, or where it is not known.
-    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     pub gap: Option<TrueWhere>,
 }
 
 /// An effect that acts in a world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
 pub struct TrueEffect {
     /// Its name.
     pub effect: String,
@@ -62,8 +65,53 @@ pub struct TrueEffect {
     /// Whether the amplitude was held at its limit, so that the target is out of reach.
     pub at_limit: bool,
     /// The form that the effect takes in this world, in words; of effects of the library.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<String>,
+}
+
+/// The truth behind "where".
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct TrueWhere {
+    /// Mean difference of glucose with minus without all effects, mg/dL, by horizon: 60, 300 min and whole days from midnight.
+    pub mean_mg_dl: [f64; 3],
+    /// Mean absolute difference, mg/dL, by horizon: 60, 300 min and whole days from midnight.
+    pub mean_absolute_mg_dl: [f64; 3],
+    /// The difference by hour (`00` to `23`), context, glucose band and person.
+    pub cells: Vec<TrueCell>,
+    /// What each effect does at its port.
+    pub ports: Vec<PortCourse>,
+}
+
+/// The mean difference in one cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct TrueCell {
+    /// By what the cell is set apart.
+    pub factor: String,
+    /// Which part of it this is.
+    pub level: String,
+    /// Share of the runs that lie in it.
+    pub share: f64,
+    /// Mean difference, mg/dL, by horizon: 60, 300 min and whole days from midnight; `None` where no run lies in the cell.
+    pub mean_mg_dl: [Option<f64>; 3],
+}
+
+/// The mean course of an effect over the day, at its port.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PortCourse {
+    /// The effect.
+    pub effect: String,
+    /// Where it enters.
+    pub port: String,
+    /// Unit of the course.
+    pub unit: String,
+    /// With minus without, one entry an hour of the clock; `None` where nothing tells.
+    pub by_hour: Vec<Option<f64>>,
 }
 
 impl Label {

@@ -1,0 +1,93 @@
+//! From bounds to proofs: a certificate for each row whose bound is not above 0, checked by another program.
+
+use std::collections::BTreeMap;
+
+use contract::conformance::{Grounds, Row, Verdict};
+use sha2::{Digest as _, Sha256};
+
+use crate::certificate::{Certificate, certify};
+use crate::error::ConformanceError;
+use crate::network::OneHiddenLayer;
+use crate::property::Property;
+use crate::region::Region;
+
+/// Boxes of a certificate after which a row counts as undecided; three hundred bytes each.
+const MOST_NODES: usize = 1_000_000;
+
+/// A claim that the checker accepted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AcceptedClaim {
+    /// Output name of the network.
+    pub network: String,
+    /// The tested input.
+    pub input: String,
+    /// Upper bound on the slope against the property, scaled output per minute per scaled input.
+    pub claim: f64,
+}
+
+/// The certificates, and how many the checker accepted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proofs {
+    /// The file `certificates.json`, described in the crate `certificate`.
+    pub file: Vec<u8>,
+    /// Certificates that were accepted.
+    pub accepted: usize,
+}
+
+/// Writes a certificate for each row that is proved by its bound, and has them checked against the bytes of the
+/// model file. A row is proved by [`Grounds::Certificate`] afterwards, or undecided.
+///
+/// `check` is the program that reads the file of certificates beside the model file; it shares no code with this
+/// crate. `rows` and `of` are in one order.
+///
+/// # Errors
+/// Those of [`certify`], and [`ConformanceError::Rejected`] where `check` refuses the file.
+pub fn prove(
+    rows: &mut [Row],
+    of: &[(&OneHiddenLayer, &Property)],
+    region: &Region,
+    model: &[u8],
+    check: impl FnOnce(&[u8]) -> Result<Vec<AcceptedClaim>, String>,
+) -> Result<Proofs, ConformanceError> {
+    let mut found: Vec<Certificate> = Vec::new();
+    for (row, (network, property)) in rows.iter_mut().zip(of) {
+        if row.grounds != Some(Grounds::Bound) {
+            continue;
+        }
+        match certify(network, property, region, row.m_upper, MOST_NODES)? {
+            Some(certificate) => found.push(certificate),
+            None => (row.verdict, row.grounds) = (Verdict::Undecided, None),
+        }
+    }
+    let file = sealed(&found, model, region);
+    let accepted = check(&file).map_err(|reason| ConformanceError::Rejected { reason })?;
+    for row in rows.iter_mut().filter(|row| row.grounds == Some(Grounds::Bound)) {
+        let is_accepted = accepted.iter().any(|claim| {
+            claim.network == row.network && claim.input == row.input && claim.claim == row.m_upper
+        });
+        (row.verdict, row.grounds) = if is_accepted {
+            (Verdict::Proved, Some(Grounds::Certificate))
+        } else {
+            (Verdict::Undecided, None)
+        };
+    }
+    Ok(Proofs { file, accepted: accepted.len() })
+}
+
+fn sealed(certificates: &[Certificate], model: &[u8], region: &Region) -> Vec<u8> {
+    let mut file = serde_json::json!({
+        "schema": "certificate/1",
+        "model_sha256": hexadecimal(&Sha256::digest(model)),
+        "half_spaces": region.half_spaces(),
+        "bounds": region.iter().collect::<BTreeMap<_, _>>(),
+        "certificates": certificates,
+    });
+    let bytes = |file: &serde_json::Value| file.to_string().into_bytes();
+    let seal = hexadecimal(&Sha256::digest(bytes(&file)));
+    file["sha256"] = seal.into();
+    bytes(&file)
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,64 @@
+//! `agp.json`: the ambulatory glucose profile, measured and simulated.
+
+use serde::{Deserialize, Serialize};
+
+use crate::document::even;
+use crate::{ContractError, Document};
+
+/// Percentiles of glucose by time of day, over held-out windows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct GlucoseProfile {
+    /// `agp/1`.
+    pub schema: String,
+    /// The person, or `cohort` for all people together.
+    pub person_id: String,
+    /// Middle of each slot of the day, h.
+    pub hour: Vec<f64>,
+    /// Of the sensor.
+    pub observed: Percentiles,
+    /// Of the twin.
+    pub twin: Percentiles,
+    /// Held-out windows behind both.
+    pub windows: usize,
+}
+
+/// Percentiles of glucose, mg/dL, one value a slot of the day; `None` where a slot has no sample.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Percentiles {
+    /// 5th percentile.
+    pub p05: Vec<Option<f64>>,
+    /// 25th percentile.
+    pub p25: Vec<Option<f64>>,
+    /// Median.
+    pub p50: Vec<Option<f64>>,
+    /// 75th percentile.
+    pub p75: Vec<Option<f64>>,
+    /// 95th percentile.
+    pub p95: Vec<Option<f64>>,
+}
+
+impl Document for GlucoseProfile {
+    const FILE: &'static str = "agp.json";
+    const SCHEMA: &'static str = "agp/1";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+
+    fn check(&self) -> Result<(), ContractError> {
+        [&self.observed, &self.twin].into_iter().try_for_each(|of| {
+            let series = [
+                ("p05", of.p05.len()),
+                ("p25", of.p25.len()),
+                ("p50", of.p50.len()),
+                ("p75", of.p75.len()),
+                ("p95", of.p95.len()),
+            ];
+            even(Self::FILE, ("hour", self.hour.len()), series)
+        })
+    }
+}

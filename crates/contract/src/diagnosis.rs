@@ -1,0 +1,136 @@
+//! `diagnosis.json`: where the gap lies, which effect explains it, how far it shrinks.
+
+mod absorbed;
+mod found;
+mod how_far;
+mod people;
+mod places;
+
+use std::collections::BTreeMap;
+
+pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
+pub use found::{CandidateEffect, DetectionPower, FoundEffect, PersonAmplitude, UntriedEffect};
+pub use how_far::{
+    AmplitudeChange, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
+    PersonChange,
+};
+pub use people::{
+    CalibrationSummary, DataQualityFinding, FactorEstimate, FindingEstimate, PersonSummary,
+};
+pub use places::{CellFactor, CellGap, CoursePart, InnovationGap, PortEvidence};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::Document;
+
+/// A diagnosis of one plant on one cohort; `C` are the settings of who made it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Diagnosis<C = serde_json::Value> {
+    /// `diagnosis/2`.
+    pub schema: String,
+    /// The answer.
+    pub verdict: Verdict,
+    /// Effects found, in the order in which the data were conditioned on them.
+    pub effects: Vec<FoundEffect>,
+    /// Every effect that was tried; `none` and `unknown` stand among them with their probabilities.
+    pub candidates: Vec<CandidateEffect>,
+    /// Effects that no record could show.
+    pub untried: Vec<UntriedEffect>,
+    /// Evidence by place in the equations.
+    pub ports: Vec<PortEvidence>,
+    /// How small an effect these data would have shown where thresholds decide; effects of which no believable size would
+    /// have been found are missing. Empty where a posterior decides.
+    pub power: Vec<DetectionPower>,
+    /// The evidence by name before any effect is conditioned on, from which thresholds can be fixed.
+    pub evidence: Evidence,
+    /// What the posterior said, if one decided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<PosteriorSaid>,
+    /// The gap by situation, largest share first.
+    #[serde(rename = "where")]
+    pub cells: Vec<CellGap>,
+    /// What adding the effects changes.
+    pub how_far: HowFar,
+    /// Errors of the calibrated plant, one entry a horizon.
+    pub baseline: Vec<HorizonError>,
+    /// What is doubtful about the data, by person.
+    pub data_quality: Vec<DataQualityFinding>,
+    /// Every person of the cohort, in its order.
+    pub people: Vec<PersonSummary>,
+    /// The plant that was diagnosed: `ode`, `network` or `twin`.
+    pub plant: String,
+    /// What has to be known to read the answer for this plant, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// For twins: what their residual networks have already absorbed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absorbed: Option<Absorbed>,
+    /// The seed of all resampling.
+    pub seed: u64,
+    /// The settings.
+    pub config: C,
+}
+
+impl<C: Serialize + DeserializeOwned> Document for Diagnosis<C> {
+    const FILE: &'static str = "diagnosis.json";
+    const SCHEMA: &'static str = "diagnosis/2";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+}
+
+/// The answer of a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing that the data could show is missing. Situations in `where` may still show errors: no
+    /// plant fits a person in everything.
+    None,
+    /// At least one named effect was found.
+    Effect,
+    /// Something varies at a port by more than it does in anybody, and nothing that was tried explains it.
+    Unknown,
+}
+
+/// What a posterior said of a cohort.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PosteriorSaid {
+    /// Probability that something is missing.
+    pub something: f64,
+    /// The most probable sets of one or two effects.
+    pub sets: Vec<ProbableSet>,
+    /// Probability that something is missing from which on the verdict is not `none`.
+    pub speaks_from: f64,
+    /// Probability of an effect from which on it is named.
+    pub names_from: f64,
+    /// What it was trained by.
+    pub source: String,
+}
+
+/// A set of effects that may act together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ProbableSet {
+    /// One or two effects.
+    pub effects: Vec<String>,
+    /// Probability that these and no others act.
+    pub probability: f64,
+}
+
+/// Evidence found in one cohort.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Evidence {
+    /// People times days.
+    pub person_days: f64,
+    /// Evidence, nats, by effect, and port with scale.
+    pub gains: BTreeMap<String, f64>,
+}

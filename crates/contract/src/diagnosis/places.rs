@@ -1,0 +1,139 @@
+//! Where the gap lies: in situations and at ports.
+
+use serde::{Deserialize, Serialize};
+
+/// Evidence that something is missing at a port.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PortEvidence {
+    /// The port's name.
+    pub port: String,
+    /// Held-out evidence, nats.
+    pub gain_nats: f64,
+    /// Probability among the ports.
+    pub probability: f64,
+    /// Ports whose changes look alike, or whose evidence is about as good.
+    pub confusable_with: Vec<String>,
+    /// Unit of the course: `factor` for the change of a factor of 1, else that of the flux, the carbohydrate or the reading.
+    pub unit: String,
+    /// What the model lacks there through the day, beyond its mean over the day, which calibration takes.
+    pub course: Vec<CoursePart>,
+}
+
+/// What is lacking at a port in a part of the day.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct CoursePart {
+    /// `HH-HH`.
+    pub hours: String,
+    /// Estimate, in the unit of the course.
+    pub value: f64,
+    /// Lower end of the interval; those of a port hold all parts in 95 of 100.
+    pub lower: f64,
+    /// Upper end of the interval.
+    pub upper: f64,
+}
+
+/// By what a cell of `where` is set apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum CellFactor {
+    /// Part of the day, `HH-HH`.
+    Hour,
+    /// A situation, e.g. `after_meal`.
+    Context,
+    /// Filtered glucose, mg/dL.
+    GlucoseBand,
+    /// One person.
+    Person,
+    /// Length of the free run, min.
+    Horizon,
+}
+
+/// The gap in one cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct CellGap {
+    /// By what the cell is set apart.
+    pub factor: CellFactor,
+    /// Which part of it this is.
+    pub level: String,
+    /// Mean error of free runs, observed minus predicted, mg/dL: positive where the plant
+    /// under-predicts glucose. Runs of the horizon in
+    /// the settings of the localisation, except for `horizon` cells, which have
+    /// their own. The mean over people of each person's mean. Runs start from the filtered
+    /// state without its unexplained flux, except for cells that are set apart by glucose (bands,
+    /// `after_low`, `fast_change`): the flux goes with glucose, so they keep it.
+    pub mean_error_mg_dl: f64,
+    /// Lower end of the simultaneous interval.
+    pub lower: f64,
+    /// Upper end of the simultaneous interval.
+    pub upper: f64,
+    /// p-value adjusted for every cell and both layers.
+    pub p_adjusted: f64,
+    /// Where a posterior decided: the cell's share of the gap that it expects of what is missing, as squared sizes of hours,
+    /// contexts and glucose bands; 0 for persons and horizons. Otherwise the share of the mean squared free-run error
+    /// that the cell's mean error accounts for: share of the runs that lie in the cell times the squared mean error over
+    /// the mean squared error. Shares of cells that overlap do not add up.
+    pub share_of_gap: f64,
+    /// Where a posterior decided: the mean that it expects of what is missing, mg/dL, in runs of whole days from midnight;
+    /// shrunken towards 0, as it is a mean over everything that may be missing. `None` for persons and horizons.
+    pub expected_mg_dl: Option<f64>,
+    /// Length of the free runs, min.
+    pub horizon_minutes: u32,
+    /// People who contribute.
+    pub people: usize,
+    /// Free runs that contribute.
+    pub runs: usize,
+    /// The other layer: one-step errors of the filter. `None` for persons and horizons.
+    pub innovation: Option<InnovationGap>,
+}
+
+/// Mean whitened innovation of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct InnovationGap {
+    /// Mean, in standard deviations of a whitened innovation; positive where the filter
+    /// under-predicts.
+    pub mean_sd: f64,
+    /// Lower end of the simultaneous interval.
+    pub lower: f64,
+    /// Upper end of the simultaneous interval.
+    pub upper: f64,
+    /// p-value adjusted for every cell and both layers.
+    pub p_adjusted: f64,
+}
+
+impl CellFactor {
+    /// Its key in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hour => "hour",
+            Self::Context => "context",
+            Self::GlucoseBand => "glucose_band",
+            Self::Person => "person",
+            Self::Horizon => "horizon",
+        }
+    }
+}
+
+impl CoursePart {
+    /// First hour of the part, and the hour at which it ends; `None` where `hours` is not `HH-HH`.
+    #[must_use]
+    pub fn ends(&self) -> Option<(u32, u32)> {
+        let (from, to) = self.hours.split_once('-')?;
+        Some((from.parse().ok()?, to.parse().ok()?))
+    }
+
+    /// Whether the interval leaves 0 out.
+    #[must_use]
+    pub fn is_certain(&self) -> bool {
+        self.lower > 0.0 || self.upper < 0.0
+    }
+}

@@ -1,0 +1,80 @@
+//! A JSON file that is written and read under a schema name.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::ContractError;
+
+/// A JSON file of the workspace.
+///
+/// The schema name changes when a key is renamed, removed, added or changes its meaning.
+pub trait Document: Serialize + DeserializeOwned {
+    /// Name of the file in an output folder.
+    const FILE: &'static str;
+    /// Value of the key `schema`.
+    const SCHEMA: &'static str;
+
+    /// The value that this document carries.
+    fn schema(&self) -> &str;
+
+    /// Checks what types cannot say: that series which belong together have one length.
+    ///
+    /// # Errors
+    /// [`ContractError::UnevenSeries`].
+    fn check(&self) -> Result<(), ContractError> {
+        Ok(())
+    }
+}
+
+/// Reads a document. Every key must be known and have the type of its schema.
+///
+/// # Errors
+/// [`ContractError::Schema`] for a file of another schema, [`ContractError::Json`] with line and column for
+/// what does not fit, and those of [`Document::check`].
+pub fn read<T: Document>(bytes: &[u8]) -> Result<T, ContractError> {
+    /// The key that every document has; others are not looked at.
+    #[derive(Deserialize)]
+    struct Head {
+        schema: String,
+    }
+
+    // Text that is no JSON, or has no schema, fails below with its place.
+    if let Ok(Head { schema }) = serde_json::from_slice(bytes)
+        && schema != T::SCHEMA
+    {
+        return Err(ContractError::Schema { file: T::FILE, found: schema, expected: T::SCHEMA });
+    }
+    let document: T = serde_json::from_slice(bytes)
+        .map_err(|source| ContractError::Json { file: T::FILE, source })?;
+    document.check()?;
+    Ok(document)
+}
+
+/// Gives types of the crate the file and the schema name that are theirs.
+macro_rules! documents {
+    ($($type:ty: $file:literal, $schema:literal;)*) => {$(
+        impl $crate::Document for $type {
+            const FILE: &'static str = $file;
+            const SCHEMA: &'static str = $schema;
+
+            fn schema(&self) -> &str {
+                &self.schema
+            }
+        }
+    )*};
+}
+pub(crate) use documents;
+
+/// Checks that every series has as many values as the one that sets the length.
+pub(crate) fn even<'a>(
+    file: &'static str,
+    (of, expected): (&'static str, usize),
+    series: impl IntoIterator<Item = (&'static str, usize)> + 'a,
+) -> Result<(), ContractError> {
+    match series.into_iter().find(|(_, found)| *found != expected) {
+        None => Ok(()),
+        Some((series, found)) => {
+            Err(ContractError::UnevenSeries { file, series, found, of, expected })
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! `twins.json`: the twin of every person.
+
+use serde::{Deserialize, Serialize};
+
+use crate::document::documents;
+
+documents! { TwinsTable: "twins.json", "twins/1"; }
+
+/// `twins.json`: the twin of every person.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct TwinsTable {
+    /// `twins/1`.
+    pub schema: String,
+    /// One entry a person, in the order of the cohort.
+    pub people: Vec<TwinRow>,
+}
+
+/// One person's twin, or why there is none.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct TwinRow {
+    /// The person's identifier.
+    pub person_id: String,
+    /// Complete training windows.
+    pub windows_train: usize,
+    /// Complete test windows.
+    pub windows_test: usize,
+    /// Why there is no twin; null where there is one.
+    pub excluded: Option<String>,
+    /// Training loss before the first epoch, which is the population model's.
+    pub loss_first: Option<f64>,
+    /// Training loss of the kept network.
+    pub loss_last: Option<f64>,
+    /// Epochs behind the kept network; 0 if training did not improve on the population model.
+    pub epoch_kept: Option<usize>,
+    /// Training steps without a heart rate, read as the training median.
+    pub steps_without_heart_rate: Option<usize>,
+    /// Training steps without a sleep efficiency, read as awake.
+    pub steps_without_sleep: Option<usize>,
+    /// Error of the population model on the test windows, mg/dL.
+    pub rmse_population: Option<f64>,
+    /// Error of the twin on the test windows, mg/dL.
+    pub rmse_twin: Option<f64>,
+}
