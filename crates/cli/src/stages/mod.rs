@@ -1,0 +1,36 @@
+//! One file a command. Each reads what it is given, calls the crates, and writes one folder.
+
+pub(crate) mod baselines;
+pub(crate) mod bench;
+pub(crate) mod blind_check;
+pub(crate) mod development_set;
+pub(crate) mod diagnose;
+pub(crate) mod effect_twins;
+pub(crate) mod evaluate;
+pub(crate) mod evidence;
+pub(crate) mod example_day;
+pub(crate) mod glucose_profile;
+pub(crate) mod held_out;
+pub(crate) mod import;
+pub(crate) mod import_model;
+pub(crate) mod meals_bench;
+pub(crate) mod paper_tables;
+pub(crate) mod pipeline;
+pub(crate) mod planted_check;
+pub(crate) mod realism;
+pub(crate) mod reconcile;
+pub(crate) mod repair;
+pub(crate) mod replay;
+pub(crate) mod report;
+pub(crate) mod simulate;
+pub(crate) mod steady_state;
+pub(crate) mod train;
+pub(crate) mod train_posterior;
+pub(crate) mod training_step;
+pub(crate) mod trajectories;
+pub(crate) mod twin;
+pub(crate) mod twin_speed;
+pub(crate) mod verify;
+pub(crate) mod verify_twin;
+pub(crate) mod widths;
+pub(crate) mod worlds;

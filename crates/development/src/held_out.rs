@@ -1,0 +1,224 @@
+//! Population networks on held-out days of the development set, window by window beside the ODE.
+
+use std::collections::BTreeMap;
+
+use nn_statespace::PopulationModel;
+use nn_statespace::training::{GroupErrors, WindowGroup};
+use ode_sim::DevelopmentSet;
+use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Week};
+use physiology::{Compartment, MgPerDl, Plant as _, States, StepInput};
+use stats::{Outcome, OutcomeEquivalence, Outcomes, Summary, compare_outcomes};
+
+use crate::error::DevelopmentError;
+use crate::weeks::WINDOW;
+
+/// Level of the one-sided tests.
+const ALPHA: f64 = 0.05;
+/// The risk indices need a logarithm: glucose is counted as at least this, mg/dL.
+const LEAST_GLUCOSE: f64 = 1.0;
+/// C1 below which a window starts without carbohydrate on its way, mmol/kg.
+const FASTING_C1: f64 = 0.01;
+
+/// Windows of one model, summed up. Sums of weeks are added in the order of the weeks.
+#[derive(Debug, Clone, Default)]
+pub struct Scored {
+    /// Squared errors of glucose and windows by group: of all windows and of those that start fasting.
+    all: Errors,
+    fasting: Errors,
+    /// Outcomes of every window.
+    windows: Moments,
+    /// Sums of outcomes and number of windows of each meal week.
+    meal_weeks: BTreeMap<[usize; DAYS_PER_WEEK], (usize, [f64; 6])>,
+    /// Windows in which glucose left the finite numbers.
+    pub broken: usize,
+    /// Samples below what the risk indices need.
+    pub below_least: usize,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Errors {
+    squares: [f64; 3],
+    windows: [usize; 3],
+}
+
+/// Count, sum and sum of squares of the six outcomes.
+#[derive(Debug, Clone, Copy, Default)]
+struct Moments {
+    n: usize,
+    sum: [f64; 6],
+    square: [f64; 6],
+}
+
+/// What is told of a model.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Told {
+    /// Root mean square error of glucose over a window's 60 samples, by the paper's groups.
+    pub errors: GroupErrors,
+    /// Of windows that start without carbohydrate on its way, so that no start of C1 is needed.
+    pub errors_fasting: GroupErrors,
+    /// Outcomes of windows, mean and SD, in the paper's order: ODE and model.
+    pub windows: [(Summary, Summary); 6],
+    /// Equivalence over meal weeks, which are independent.
+    pub equivalence: Vec<OutcomeEquivalence>,
+    /// Windows in which glucose left the finite numbers.
+    pub windows_broken: usize,
+    /// Samples below 1 mg/dL, which count as 1.
+    pub samples_below_1_mg_dl: usize,
+}
+
+/// A week's windows under the ODE and under each model.
+///
+/// # Errors
+/// A run of the ODE that fails, and outcomes that cannot be computed.
+pub fn score(
+    set: &DevelopmentSet,
+    week: &Week,
+    models: &[PopulationModel],
+) -> Result<Vec<Scored>, DevelopmentError> {
+    let run = set.run(week)?;
+    let states: Vec<States> = run.states.iter().map(|x| set.plant().report(x)).collect();
+    let mut scored = vec![Scored::default(); models.len() + 1];
+    for first in (0..week.inputs.len().saturating_sub(WINDOW - 1)).step_by(WINDOW) {
+        let truth: Vec<f64> =
+            states[first + 1..=first + WINDOW].iter().map(|x| x[Compartment::Q1]).collect();
+        let group = WindowGroup::of(&truth);
+        let fasting = states[first][Compartment::C1] < FASTING_C1;
+        scored[0].add(week, &truth, &truth, group, fasting)?;
+        for (scored, model) in scored[1..].iter_mut().zip(models) {
+            match simulated(model, &states[first], &week.inputs[first..first + WINDOW]) {
+                Some(glucose) => scored.add(week, &glucose, &truth, group, fasting)?,
+                None => scored.broken += 1,
+            }
+        }
+    }
+    Ok(scored)
+}
+
+/// Glucose after each step, mg/dL; `None` if the model leaves the finite numbers.
+fn simulated(model: &PopulationModel, start: &States, inputs: &[StepInput]) -> Option<Vec<f64>> {
+    let mut state = model.scaler().scale(start);
+    inputs
+        .iter()
+        .map(|input| {
+            state = model.step(&state, input).ok()?;
+            Some(model.glucose(&state).0)
+        })
+        .collect()
+}
+
+impl Scored {
+    fn add(
+        &mut self,
+        week: &Week,
+        glucose: &[f64],
+        truth: &[f64],
+        group: WindowGroup,
+        fasting: bool,
+    ) -> Result<(), DevelopmentError> {
+        let square: f64 = glucose.iter().zip(truth).map(|(g, t)| (g - t).powi(2)).sum();
+        let fasting = fasting.then_some(&mut self.fasting);
+        for errors in std::iter::once(&mut self.all).chain(fasting) {
+            errors.squares[group as usize] += square;
+            errors.windows[group as usize] += 1;
+        }
+        self.below_least += glucose.iter().filter(|g| **g < LEAST_GLUCOSE).count();
+        let outcomes = Outcomes::of(glucose.iter().map(|g| MgPerDl(g.max(LEAST_GLUCOSE))))
+            .map_err(|source| DevelopmentError::Outcomes { week: Some(week.index), source })?;
+        let values = Outcome::ALL.map(|outcome| outcomes.get(outcome));
+        let (n, sums) = self.meal_weeks.entry(week.meal_days).or_default();
+        *n += 1;
+        self.windows.n += 1;
+        for (k, value) in values.into_iter().enumerate() {
+            sums[k] += value;
+            self.windows.sum[k] += value;
+            self.windows.square[k] += value * value;
+        }
+        Ok(())
+    }
+
+    /// Takes in what another part of the weeks came to.
+    pub fn plus(mut self, other: &Self) -> Self {
+        for (own, more) in [(&mut self.all, &other.all), (&mut self.fasting, &other.fasting)] {
+            for group in 0..3 {
+                own.squares[group] += more.squares[group];
+                own.windows[group] += more.windows[group];
+            }
+        }
+        self.windows.n += other.windows.n;
+        for k in 0..6 {
+            self.windows.sum[k] += other.windows.sum[k];
+            self.windows.square[k] += other.windows.square[k];
+        }
+        for (meals, (n, sums)) in &other.meal_weeks {
+            let own = self.meal_weeks.entry(*meals).or_default();
+            own.0 += n;
+            for (own, more) in own.1.iter_mut().zip(sums) {
+                *own += more;
+            }
+        }
+        self.broken += other.broken;
+        self.below_least += other.below_least;
+        self
+    }
+
+    /// The mean over the paper's groups of the error of glucose, mg/dL.
+    pub fn balanced_error(&self) -> f64 {
+        self.all.rmse().balanced()
+    }
+
+    /// What is told of a model beside the ODE.
+    pub fn told(&self, ode: &Self) -> Result<Told, DevelopmentError> {
+        let (real, model) = (ode.by_meal_week(), self.by_meal_week());
+        // A meal week without a single window that stays finite has no pair.
+        let (real, model): (Vec<Outcomes>, Vec<Outcomes>) = real
+            .into_iter()
+            .filter_map(|(meals, outcomes)| Some((outcomes, *model.get(&meals)?)))
+            .unzip();
+        Ok(Told {
+            errors: self.all.rmse(),
+            errors_fasting: self.fasting.rmse(),
+            windows: std::array::from_fn(|k| (ode.windows.summary(k), self.windows.summary(k))),
+            equivalence: compare_outcomes(&real, &model, ALPHA)
+                .map_err(|source| DevelopmentError::Outcomes { week: None, source })?,
+            windows_broken: self.broken,
+            samples_below_1_mg_dl: self.below_least,
+        })
+    }
+
+    /// Mean outcomes of each meal week; only the six are filled.
+    fn by_meal_week(&self) -> BTreeMap<[usize; DAYS_PER_WEEK], Outcomes> {
+        let mean = |(n, sums): &(usize, [f64; 6])| {
+            let [tir, tar, tbr, lbgi, hbgi, mg] = sums.map(|sum| sum / *n as f64);
+            let none = f64::NAN;
+            let (sd, cv, gmi, tbr54, tar250) = (none, none, none, none, none);
+            Outcomes { tir, tar, tbr, lbgi, hbgi, mg, sd, cv, gmi, tbr54, tar250 }
+        };
+        self.meal_weeks.iter().map(|(meals, sums)| (*meals, mean(sums))).collect()
+    }
+}
+
+impl Errors {
+    fn rmse(&self) -> GroupErrors {
+        GroupErrors {
+            rmse_mg_dl: std::array::from_fn(|group| {
+                let samples = self.windows[group] * WINDOW;
+                (samples > 0).then(|| (self.squares[group] / samples as f64).sqrt())
+            }),
+            windows: self.windows,
+        }
+    }
+}
+
+impl Moments {
+    fn summary(&self, outcome: usize) -> Summary {
+        let n = self.n as f64;
+        let mean = self.sum[outcome] / n;
+        let variance = (self.square[outcome] - n * mean * mean).max(0.0) / (n - 1.0);
+        Summary { n: self.n, mean, sd: (self.n > 1).then(|| variance.sqrt()) }
+    }
+}
+
+/// Whether a week is one of the paper's combinations, in which insulin follows the rule.
+pub fn is_combination(week: &Week) -> bool {
+    week.origin == Origin::Combination
+}

@@ -1,0 +1,66 @@
+//! Steps of simulated weeks: where a network is used, and how little its signals move.
+
+use nn_statespace::{PopulationModel, Signal};
+use ode_sim::development_set::Subset;
+use ode_sim::{DevelopmentPlan, DevelopmentSet};
+use physiology::{Compartment, Plant as _, States, StepInput};
+
+use crate::error::DevelopmentError;
+use crate::trajectory_cost::drawn_weeks;
+
+/// Weeks of training days that are simulated.
+const WEEKS: usize = 20;
+
+/// Training weeks of the development set, drawn from all of it.
+pub struct SimulatedSteps {
+    rows: Vec<(States, StepInput)>,
+    /// Rows at which a week begins.
+    begins: Vec<usize>,
+}
+
+impl SimulatedSteps {
+    /// Draws the weeks with this seed.
+    ///
+    /// # Errors
+    /// A week that cannot be simulated.
+    pub fn new(seed: u64) -> Result<Self, DevelopmentError> {
+        let set = DevelopmentSet::new(DevelopmentPlan::paper(seed))?;
+        let (mut rows, mut begins) = (Vec::new(), Vec::new());
+        for week in drawn_weeks(&set, Subset::Train, WEEKS, seed)? {
+            let run = set.run(&week)?;
+            begins.push(rows.len());
+            let states = run.states.iter().map(|state| set.plant().report(state));
+            rows.extend(states.zip(week.inputs.iter().copied()));
+        }
+        Ok(Self { rows, begins })
+    }
+
+    /// What the network of a compartment sees, scaled, a row a step.
+    pub fn seen_by(&self, model: &PopulationModel, compartment: Compartment) -> Vec<Vec<f64>> {
+        let scaler = model.scaler();
+        self.rows
+            .iter()
+            .map(|(states, input)| {
+                model.seen_by(compartment, &scaler.scale(states), scaler.scale_input(input))
+            })
+            .collect()
+    }
+
+    /// The smallest change of a signal between two steps that single precision tells from none at the signal's largest value,
+    /// in its physical unit: the paper's "minimum change possible". Without that floor it would be whatever is left of
+    /// an exponential after days.
+    pub fn smallest_change(&self, signal: Signal) -> Option<f64> {
+        let value = |(states, input): &(States, StepInput)| match signal {
+            Signal::State(state) => states[state],
+            Signal::Insulin => input.insulin().0,
+            Signal::Carbs => input.carbs.0,
+        };
+        let largest = self.rows.iter().map(|row| value(row).abs()).fold(0.0, f64::max);
+        let floor = largest * f64::from(f32::EPSILON);
+        (1..self.rows.len())
+            .filter(|row| self.begins.binary_search(row).is_err())
+            .map(|row| (value(&self.rows[row]) - value(&self.rows[row - 1])).abs())
+            .filter(|change| *change > floor)
+            .min_by(f64::total_cmp)
+    }
+}

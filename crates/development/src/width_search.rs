@@ -1,0 +1,139 @@
+//! Which hidden widths to try next: a Latin hypercube first, then Bayesian optimisation (paper: 50 iterations each).
+//!
+//! A proposal follows from seed and trials so far alone, so that a search goes on from a list of them.
+
+use egobox_ego::{Cstr, EgorServiceFactory};
+use ndarray::Array2;
+use rand::seq::SliceRandom as _;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::error::DevelopmentError;
+
+/// Networks.
+pub const NETWORKS: usize = 10;
+/// Fewest and most hidden units (paper).
+pub const RANGE: (usize, usize) = (4, 256);
+
+/// Widths that were tried.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Hidden units of each network in the order of [`physiology::Compartment::ALL`].
+    pub widths: [usize; NETWORKS],
+    /// Balanced error, mg/dL; `None` if training broke off.
+    pub error: Option<f64>,
+}
+
+/// The widths to try after these trials, of which the first `explore` explore.
+///
+/// The optimiser sees the logarithms of widths and of errors: a width of 8 differs from 4 as 256 does from 128, and one
+/// training that failed must not hide the differences between good ones.
+///
+/// # Errors
+/// [`DevelopmentError::Search`].
+pub fn next_widths(
+    trials: &[Trial],
+    explore: usize,
+    seed: u64,
+) -> Result<[usize; NETWORKS], DevelopmentError> {
+    if trials.len() < explore {
+        return Ok(hypercube(explore, seed)[trials.len()]);
+    }
+    let worst = trials.iter().filter_map(|t| t.error).fold(1.0, f64::max);
+    let error = |trial: &Trial| trial.error.unwrap_or(2.0 * worst).ln();
+    let x = Array2::from_shape_fn((trials.len(), NETWORKS), |(row, column)| {
+        (trials[row].widths[column] as f64).log2()
+    });
+    let y = Array2::from_shape_fn((trials.len(), 1), |(row, _)| error(&trials[row]));
+    let limits = Array2::from_shape_fn((NETWORKS, 2), |(_, end)| {
+        let width = if end == 0 { RANGE.0 } else { RANGE.1 };
+        (width as f64).log2()
+    });
+    // Its own seed for each proposal: the same search anew would look at the same places.
+    let number = trials.len() as u64;
+    let search = EgorServiceFactory::<Cstr>::optimize()
+        .configure(|config| config.seed(seed.wrapping_mul(1_000_003).wrapping_add(number)))
+        .min_within(&limits)
+        .map_err(|error| DevelopmentError::Search { reason: error.to_string() })?;
+    let proposed = search.suggest(&x, &y);
+    let mut widths = std::array::from_fn(|k| rounded(proposed[(0, k)]));
+    // The same widths again would teach nothing.
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(1 + number);
+    while trials.iter().any(|trial| trial.widths == widths) {
+        let place = rng.random_range(0..NETWORKS);
+        widths[place] = rng.random_range(RANGE.0..=RANGE.1);
+    }
+    Ok(widths)
+}
+
+fn rounded(log2: f64) -> usize {
+    (log2.exp2().round() as usize).clamp(RANGE.0, RANGE.1)
+}
+
+/// So many points of which each network has one width in each equal part of the range's logarithm.
+fn hypercube(points: usize, seed: u64) -> Vec<[usize; NETWORKS]> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut widths = vec![[0; NETWORKS]; points];
+    let (low, high) = ((RANGE.0 as f64).log2(), (RANGE.1 as f64).log2());
+    for network in 0..NETWORKS {
+        let mut parts: Vec<usize> = (0..points).collect();
+        parts.shuffle(&mut rng);
+        for (point, part) in widths.iter_mut().zip(parts) {
+            let share = (part as f64 + rng.random::<f64>()) / points as f64;
+            point[network] = rounded(low + share * (high - low));
+        }
+    }
+    widths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Best where every network has 32 units, as a bowl in their logarithms.
+    fn bowl(widths: &[usize; NETWORKS]) -> f64 {
+        let square = |width: &usize| ((*width as f64).log2() - 5.0).powi(2);
+        (0.1 * widths.iter().map(square).sum::<f64>()).exp()
+    }
+
+    fn searched(explore: usize, exploit: usize, seed: u64) -> Vec<Trial> {
+        let mut trials = Vec::new();
+        for number in 0..explore + exploit {
+            let widths = next_widths(&trials, explore, seed).expect("a proposal");
+            let error = (number != 3).then(|| bowl(&widths)); // one breaks off
+            trials.push(Trial { widths, error });
+        }
+        trials
+    }
+
+    #[test]
+    fn exploration_covers_the_range_of_every_width() {
+        let points = hypercube(20, 4);
+        for network in 0..NETWORKS {
+            let mut widths: Vec<usize> = points.iter().map(|point| point[network]).collect();
+            widths.sort_unstable();
+            assert!(widths[0] <= 5 && widths[19] >= 205, "{widths:?}");
+            // The eleventh of twenty parts: 2^5 to 2^5.3.
+            assert!((32..=40).contains(&widths[10]), "{widths:?}");
+        }
+        assert_ne!(points, hypercube(20, 5));
+    }
+
+    #[test]
+    fn proposals_get_better_than_exploration_and_follow_from_the_trials() {
+        let trials = searched(12, 8, 1);
+        let best =
+            |trials: &[Trial]| trials.iter().filter_map(|t| t.error).fold(f64::INFINITY, f64::min);
+        let (explored, found) = (best(&trials[..12]), best(&trials[12..]));
+        assert!(found < explored, "{found} after {explored}");
+        for stop in [5, 12, 17] {
+            let again = next_widths(&trials[..stop], 12, 1).expect("a proposal");
+            assert_eq!(again, trials[stop].widths, "after {stop}");
+        }
+        for (place, trial) in trials.iter().enumerate() {
+            assert!(trials[..place].iter().all(|other| other.widths != trial.widths));
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Why a plant cannot be used.
+
+use nn_statespace::Signal;
+use physiology::Compartment;
+
+/// A network that cannot stand in the filter, or a step that fails.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlantsError {
+    /// A network sees more than its equation does.
+    #[error(
+        "network {compartment} of the model sees {signal}; a diagnosis needs the paper's wiring, in which every \
+         network sees what its equation does"
+    )]
+    Wiring {
+        /// Whose network.
+        compartment: Compartment,
+        /// What it sees.
+        signal: Signal,
+    },
+    /// A step of a window under an effect fails.
+    #[error("step {step} of a window under the effect")]
+    Step {
+        /// Which step of the window, from 0.
+        step: usize,
+        /// Why.
+        source: ode_sim::OdeError,
+    },
+}

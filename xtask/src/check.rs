@@ -1,0 +1,81 @@
+//! `check`: what continuous integration runs.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, Result, bail};
+use clap::Args;
+
+use cli::note;
+
+use crate::directions;
+
+/// Formatting, lints, crate directions, documentation and tests.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// Everything but the tests.
+    #[arg(long = "static")]
+    pub only_static: bool,
+}
+
+/// A step: its name, the cargo arguments that run it, and environment variables.
+type Step = (&'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
+
+/// Everything but the tests.
+const STATIC_STEPS: &[Step] = &[
+    ("formatting", &["fmt", "--all", "--check"], &[]),
+    (
+        "lints",
+        &[
+            "clippy",
+            "--workspace",
+            "--all-targets",
+            "--locked",
+            "--quiet",
+            "--",
+            "--deny",
+            "warnings",
+        ],
+        &[],
+    ),
+    (
+        "documentation",
+        &["doc", "--workspace", "--no-deps", "--locked", "--quiet"],
+        &[("RUSTDOCFLAGS", "--deny warnings")],
+    ),
+];
+const TESTS: Step = ("tests", &["test", "--workspace", "--locked"], &[]);
+
+/// Runs the steps in order and stops at the first that fails.
+pub(crate) fn run(args: &CheckArgs) -> Result<()> {
+    let root = workspace_root();
+    note("check: crate directions");
+    directions::check(&root)?;
+    for step in STATIC_STEPS {
+        cargo(&root, step)?;
+    }
+    if !args.only_static {
+        cargo(&root, &TESTS)?;
+    }
+    note("check: all passed");
+    Ok(())
+}
+
+fn cargo(root: &Path, (name, arguments, environment): &Step) -> Result<()> {
+    note(format!("check: {name} (cargo {})", arguments.join(" ")));
+    let status = Command::new("cargo")
+        .args(*arguments)
+        .envs(environment.iter().copied())
+        .current_dir(root)
+        .status()
+        .with_context(|| format!("cannot run cargo {}", arguments.join(" ")))?;
+    if !status.success() {
+        bail!("{name} did not pass");
+    }
+    Ok(())
+}
+
+/// The folder of the workspace's `Cargo.toml`.
+fn workspace_root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
