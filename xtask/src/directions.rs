@@ -1,5 +1,6 @@
 //! Which crate may know which: the arrows of `docs/architecture.md`, checked against the manifests.
 
+mod circles;
 mod folders;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -61,7 +62,8 @@ pub(crate) fn check(root: &Path) -> Result<()> {
             wrong.join(", ")
         );
     }
-    folders::check(root)
+    folders::check(root)?;
+    circles::check(root)
 }
 
 /// Crate to the workspace crates it names in `[dependencies]`.

@@ -5,7 +5,7 @@ use contract::blind_check::{AmplitudeRecovery, Kind, Outcome};
 
 use std::collections::BTreeMap;
 
-use crate::check::ScoredWorld;
+use crate::scored_world::ScoredWorld;
 
 /// Fewest worlds of an effect whose ranks say anything.
 const FEWEST: usize = 3;

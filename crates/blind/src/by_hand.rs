@@ -3,18 +3,18 @@
 //! A diagnosis that answers a world never saw the hand that made it: whatever is fitted was fitted
 //! on the other hands. So a row says what the diagnosis does on people whom nobody here has drawn.
 
-use crate::check::unknown_score;
 use crate::localisation::where_score;
 use crate::pairs::pair_score;
 use crate::reliability::reliability;
 use crate::share::among;
 use crate::share::share;
+use crate::unknown::unknown_score;
 use contract::blind_check::{HandRow, Kind, Share, Verdict};
 
 use std::collections::BTreeSet;
 
-use crate::check::ScoredWorld;
 use crate::error::BlindError;
+use crate::scored_world::ScoredWorld;
 
 /// Shifts of glucose from which single effects are counted, mg/dL.
 const FROM: [f64; 2] = [5.0, 10.0];

@@ -9,25 +9,18 @@ use crate::pairs::pair_score;
 use crate::reliability::reliability;
 use crate::share::among;
 use contract::Document as _;
-use contract::blind_check::{Answer, BlindCheck, Kind, Label, UnknownScore, Verdict, WorldRow};
+use contract::blind_check::{BlindCheck, Kind, Verdict, WorldRow};
 
 use crate::by_hand::by_hand;
 use crate::error::BlindError;
 use crate::outcome::names_a_stranger;
 use crate::power::power;
+use crate::scored_world::ScoredWorld;
 use crate::targets::{false_alarms, targets};
+use crate::unknown::{right_port, unknown_score};
 
 /// Candidates and ports that a row keeps.
 const KEPT: usize = 5;
-
-/// A world whose label is known and whose answer is in.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ScoredWorld {
-    /// The truth.
-    pub label: Label,
-    /// The answer.
-    pub answer: Answer,
-}
 
 /// Scores the worlds. `master_seed` is that of the plan and seeds the bootstraps.
 ///
@@ -56,36 +49,6 @@ pub fn score(master_seed: u64, worlds: &[ScoredWorld]) -> Result<BlindCheck, Bli
         targets,
         localisation: Some(where_score(worlds)?),
         ceiling: None,
-    })
-}
-
-pub(crate) fn unknown_score(worlds: &[ScoredWorld]) -> Result<UnknownScore, BlindError> {
-    let outside = || worlds.iter().filter(|w| w.label.kind == Kind::Outside);
-    let recalled = || outside().filter(|w| w.answer.verdict == Verdict::Unknown);
-    Ok(UnknownScore {
-        recalled: among(outside(), |w| w.answer.verdict == Verdict::Unknown)?,
-        right_port: among(recalled(), |w| right_port(w) == Some(true))?,
-        right_port_or_in_set: among(recalled(), |w| {
-            let truth = port(w);
-            right_port(w) == Some(true)
-                || w.answer.best_port().is_some_and(|best| {
-                    best.confusable_with.iter().any(|other| Some(other.as_str()) == truth)
-                })
-        })?,
-    })
-}
-
-fn port(world: &ScoredWorld) -> Option<&str> {
-    world.label.effects.first().and_then(|effect| effect.port.as_deref())
-}
-
-/// Whether the strongest port is where the effect enters; `None` unless the effect is outside the
-/// library and was called unknown.
-fn right_port(world: &ScoredWorld) -> Option<bool> {
-    let asked = world.label.kind == Kind::Outside && world.answer.verdict == Verdict::Unknown;
-    asked.then(|| {
-        let best = world.answer.best_port().map(|best| best.port.as_str());
-        best.is_some() && best == port(world)
     })
 }
 

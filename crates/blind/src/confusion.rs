@@ -4,7 +4,7 @@ use contract::blind_check::{Confusion, ConfusionRow, Kind, Verdict};
 
 use std::collections::BTreeMap;
 
-use crate::check::ScoredWorld;
+use crate::scored_world::ScoredWorld;
 
 /// Counts the worlds.
 #[must_use]

@@ -36,10 +36,12 @@ mod power;
 mod real_people;
 pub mod realism;
 mod reliability;
+mod scored_world;
 mod share;
 mod targets;
 mod text_table;
 mod true_where;
+mod unknown;
 
 pub mod seal;
 
@@ -47,7 +49,7 @@ pub use answer::answer;
 pub use by_hand::hand_table;
 pub use calibration_table::calibration_table;
 pub use ceiling::with_ceiling;
-pub use check::{ScoredWorld, score};
+pub use check::score;
 pub use error::BlindError;
 pub use localisation::world_where;
 pub use outcome::outcome;
@@ -55,6 +57,7 @@ pub use power::SHIFT_BINS;
 pub use real_people::{
     AnsweredCohort, NOTHING, RISEN_NATS, TELLABLE_NATS, calibrated_people, planted_check,
 };
+pub use scored_world::ScoredWorld;
 pub use true_where::{
     ABOVE_MEAN, HORIZONS, OF_BEST, OF_BEST_CONTEXT, RARE, has_hot_place, is_hot, mean_at,
 };

@@ -14,8 +14,8 @@ use contract::diagnosis::{CellFactor, CellGap, CoursePart, PortEvidence};
 
 use std::collections::BTreeMap;
 
-use crate::check::ScoredWorld;
 use crate::error::BlindError;
+use crate::scored_world::ScoredWorld;
 use crate::true_where::{HORIZONS, has_hot_place, hours_of, is_hot, mean_at};
 
 /// Cells of an answer that are looked at.

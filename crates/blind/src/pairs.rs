@@ -4,8 +4,8 @@ use crate::share::among;
 use crate::share::share;
 use contract::blind_check::{Kind, PairScore, Verdict};
 
-use crate::check::ScoredWorld;
 use crate::error::BlindError;
+use crate::scored_world::ScoredWorld;
 use crate::share::interval_over_worlds;
 
 /// Names of one world.

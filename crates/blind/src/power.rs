@@ -6,8 +6,8 @@ use contract::blind_check::{Kind, Outcome, PowerRow, Verdict};
 
 use std::collections::BTreeSet;
 
-use crate::check::ScoredWorld;
 use crate::error::BlindError;
+use crate::scored_world::ScoredWorld;
 
 /// Lower ends of the bins of the achieved shift, mg/dL; the last has no upper end. They part the
 /// targets 2.5, 5, 10 and 15 halfway.

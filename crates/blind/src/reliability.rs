@@ -3,8 +3,8 @@
 use crate::share::among;
 use contract::blind_check::{Kind, Reliability, ReliabilityBin, Verdict};
 
-use crate::check::ScoredWorld;
 use crate::error::BlindError;
+use crate::scored_world::ScoredWorld;
 use crate::share::interval_over_worlds;
 
 /// Number of bins between 0 and 1.

@@ -8,9 +8,9 @@ use contract::blind_check::{
 
 use stats::proportion;
 
-use crate::check::ScoredWorld;
 use crate::error::BlindError;
 use crate::outcome::names_a_stranger;
+use crate::scored_world::ScoredWorld;
 
 fn promised(name: &str, says: &str, bound: Bound, target: f64) -> Target {
     Target {

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
@@ -11,6 +11,7 @@ use contract::Diagnosis;
 use contract::blind_check::{Answer, CalibratedPeople};
 use gap::Thresholds;
 
+use crate::children::{self, end, held, running};
 use crate::interrupt;
 
 /// Where the diagnosis runs.
@@ -131,7 +132,7 @@ fn in_another_process(apart: &Path, seed: u64) -> Result<Ended> {
     running.push(Arc::clone(&child));
     drop(running);
     let ended = wait(&child);
-    self::running().retain(|other| !Arc::ptr_eq(other, &child));
+    children::running().retain(|other| !Arc::ptr_eq(other, &child));
     Ok(match ended? {
         None => Err(format!("killed after {} s", LIMIT.as_secs())),
         Some(status) if status.success() => Ok(()),
@@ -156,31 +157,6 @@ fn wait(child: &Mutex<Child>) -> Result<Option<ExitStatus>> {
         }
         std::thread::sleep(PAUSE);
     }
-}
-
-/// Processes that have not been seen to end.
-static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
-
-fn running() -> MutexGuard<'static, Vec<Arc<Mutex<Child>>>> {
-    held(&RUNNING)
-}
-
-fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Ends a process of ours; one that has ended by itself is as good.
-fn end(child: &Mutex<Child>) {
-    let mut child = held(child);
-    let _ = child.kill();
-    let _ = child.wait();
-}
-
-/// Ends every process that was asked. None begins as long as the returned guard is held.
-pub(crate) fn end_all() -> MutexGuard<'static, impl Sized> {
-    let running = running();
-    running.iter().for_each(|child| end(child));
-    running
 }
 
 #[cfg(test)]

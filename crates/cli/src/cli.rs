@@ -3,8 +3,10 @@
 //! Each command's `run` lives in `stages`; this file only describes the words.
 
 mod evidence;
+pub(crate) mod initial;
 mod posterior;
 mod realism;
+pub(crate) mod stage;
 
 use std::path::PathBuf;
 
@@ -206,7 +208,7 @@ pub(crate) struct PipelineArgs {
     pub patients: Option<PathBuf>,
     /// Compute this stage and all after it anew.
     #[arg(long, value_name = "STAGE")]
-    pub from: Option<crate::stages::pipeline::Stage>,
+    pub from: Option<stage::Stage>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/pipeline")]
     pub out: PathBuf,
@@ -469,7 +471,7 @@ pub(crate) struct ReplayArgs {
     pub twin: Option<PathBuf>,
     /// `steady-state`, or `table:FILE` with scaled states by glucose.
     #[arg(long, value_name = "START", default_value = "steady-state")]
-    pub initial: crate::stages::replay::Initial,
+    pub initial: initial::Initial,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/replay")]
     pub out: PathBuf,

@@ -32,7 +32,7 @@ pub(crate) fn make_removable(make: impl FnOnce() -> io::Result<TempDir>) -> io::
         let _ = ctrlc::set_handler(|| {
             // No process or thread of ours may go on writing, and none may begin.
             ENDING.store(true, Ordering::SeqCst);
-            let _none_begins = crate::asked::end_all();
+            let _none_begins = crate::children::end_all();
             let building = building();
             for folder in building.iter() {
                 remove(folder);

@@ -5,6 +5,7 @@
 
 mod asked;
 mod checkpoint;
+mod children;
 mod cli;
 mod diagnosed;
 mod inputs;
@@ -16,6 +17,7 @@ mod output;
 mod paper_conformance;
 mod progress;
 mod stages;
+mod subnetworks;
 mod training_data;
 
 use std::process::ExitCode;

@@ -10,6 +10,8 @@ use contract::{Document as _, FileHash};
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
+/// The report's file name in an output folder.
+pub(crate) const REPORT: &str = "report.html";
 /// The manifest's file name in an output folder.
 pub(crate) const FILE: &str = "manifest.json";
 
@@ -77,7 +79,7 @@ impl Manifest {
     /// Whether every output is there with the bytes that were written.
     pub(crate) fn outputs_intact_in(&self, folder: &Path) -> bool {
         // The command `report` may have drawn the report anew.
-        let kept = self.outputs.iter().filter(|o| o.path != crate::stages::report::FILE);
+        let kept = self.outputs.iter().filter(|o| o.path != REPORT);
         kept.into_iter().all(|output| {
             hash_file(&folder.join(&output.path)).is_ok_and(|found| found == output.sha256)
         })

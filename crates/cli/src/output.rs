@@ -139,7 +139,7 @@ fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
         Some(before) if before.stage == manifest.stage => {
             let mut strangers = before.strangers_in(target)?;
             // The command `report` adds its file to folders that are finished.
-            strangers.retain(|name| name != crate::stages::report::FILE);
+            strangers.retain(|name| name != manifest::REPORT);
             strangers
         }
         Some(before) => bail!(

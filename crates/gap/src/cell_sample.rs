@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use crate::localisation::{DayCells, LocalisationRule};
+use crate::localisation::day_cells::{DayCells, LocalisationRule};
 use crate::moderation::VariancePrior;
 
 /// What a block of days adds to the error of a cell's mean.

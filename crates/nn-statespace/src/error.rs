@@ -2,7 +2,7 @@
 
 use physiology::{Compartment, MgPerDl};
 
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// Errors of this crate.
 #[derive(Debug, thiserror::Error)]

@@ -8,8 +8,9 @@ use crate::error::ModelError;
 use crate::network::HiddenLayerNetwork;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{DoseGains, ScaledInputs, ScaledRates, ScaledStates, Scaler};
+use crate::signal::Signal;
 use crate::widths::Widths;
-use crate::wiring::{Signal, Wiring};
+use crate::wiring::Wiring;
 
 /// Range of a continuous glucose monitor, to which the authors' code confines Q1, mg/dL.
 pub const GLUCOSE_RANGE: (MgPerDl, MgPerDl) = (MgPerDl(40.0), MgPerDl(400.0));

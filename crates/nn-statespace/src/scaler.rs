@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// The ten states in the networks' own units: centred and scaled by a [`Scaler`], unitless.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

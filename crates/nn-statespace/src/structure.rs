@@ -8,7 +8,7 @@
 
 use physiology::Compartment;
 
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// The sign of a rate's slope by one of its network's inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

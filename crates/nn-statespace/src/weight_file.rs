@@ -19,7 +19,8 @@ use crate::network::{HiddenLayerNetwork, finite};
 use crate::per_compartment::PerCompartment;
 use crate::population::{GlucoseClamp, PopulationModel};
 use crate::scaler::{CentreAndScale, Scaler};
-use crate::wiring::{Signal, Wiring};
+use crate::signal::Signal;
+use crate::wiring::Wiring;
 
 const FORMAT: &str = "population/1";
 const ENTRY: &str = "population";

@@ -4,45 +4,7 @@ use physiology::Compartment;
 
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
-
-/// A signal that a network can take as an input, always in scaled units.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Signal {
-    /// A state of the model.
-    State(Compartment),
-    /// The insulin infusion rate u_I; before scaling U/h, boluses included.
-    Insulin,
-    /// The carbohydrate intake u_carb; before scaling g within a sample of 5 min.
-    Carbs,
-}
-
-impl Signal {
-    /// The name that weight files and `region.json` use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::State(compartment) => compartment.name(),
-            Self::Insulin => "u_insulin",
-            Self::Carbs => "u_carbs",
-        }
-    }
-
-    /// The signal with this name, or `None`.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "u_insulin" => Some(Self::Insulin),
-            "u_carbs" => Some(Self::Carbs),
-            state => Compartment::from_name(state).map(Self::State),
-        }
-    }
-}
-
-impl std::fmt::Display for Signal {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
+use crate::signal::Signal;
 
 /// For each compartment the inputs of its network, in the order of the network's columns.
 ///

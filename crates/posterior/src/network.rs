@@ -6,6 +6,9 @@ use candle_nn::ops::log_softmax;
 use crate::error::PosteriorError;
 use crate::sets::Sets;
 
+/// Size of a gap that networks call 1, mg/dL, and the largest that they are shown.
+pub(crate) const GAP_UNIT: f64 = 10.0;
+
 /// How many numbers a network answers with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Shape {
@@ -50,7 +53,7 @@ pub(crate) struct Output {
     pub(crate) sets: Tensor,
     /// Log probabilities of the ports, given that something is missing.
     pub(crate) ports: Tensor,
-    /// The mean gap by cell, then its mean size, in units of [`crate::training::GAP_UNIT`].
+    /// The mean gap by cell, then its mean size, in units of [`GAP_UNIT`].
     pub(crate) gaps: Tensor,
 }
 

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::card::Card;
 use crate::error::PosteriorError;
+use crate::network::GAP_UNIT;
 use crate::network::{Constants, Network, Shape};
 use crate::reading::Reading;
 use crate::sets::{Lacking, Sets};
 use crate::table::Table;
-use crate::training::GAP_UNIT;
 
 /// Key of the description in a file's metadata.
 const DESCRIPTION: &str = "posterior";

@@ -11,14 +11,13 @@ use rayon::prelude::*;
 
 use crate::card::Card;
 use crate::error::PosteriorError;
+use crate::network::GAP_UNIT;
 use crate::network::{Constants, Kept, Network, Shape};
 use crate::posterior::Posterior;
 use crate::reading::Reading;
 use crate::sets::{Lacking, Sets};
 use crate::table::{Table, Truth};
 
-/// Size of a gap that networks call 1, mg/dL, and the largest that they are shown.
-pub(crate) const GAP_UNIT: f64 = 10.0;
 const LARGEST_GAP: f64 = 5.0;
 /// Fewest worlds of one kind, and of all others, by which a hand is asked what a statistic tells.
 const FEWEST: f64 = 5.0;

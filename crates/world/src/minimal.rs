@@ -13,6 +13,7 @@ mod body;
 mod equations;
 mod exertion;
 mod parameters;
+mod sampled;
 mod state;
 mod steady_state;
 mod stomach;

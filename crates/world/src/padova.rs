@@ -16,6 +16,7 @@ mod equations;
 mod exertion;
 mod intraday;
 mod parameters;
+mod sampled;
 mod state;
 mod steady_state;
 

@@ -7,15 +7,11 @@
 mod ceiling;
 mod tables;
 
-use std::hash::{BuildHasher as _, Hasher as _};
-
 use anyhow::{Context as _, Result, ensure};
 use blind::{ScoredWorld, calibration_table, seal};
 use cohort::{RecordsFormat, write_folder};
 use contract::blind_check::{Answer, BlindCheck, Bound, Label, OpenedLabel, Seal};
 use gap::Thresholds;
-use rand::{Rng as _, SeedableRng as _};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use world::Generator;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
@@ -23,9 +19,10 @@ use world::blind::{Plan, PlannedWorld, RealisedWorld};
 use crate::asked::{Asked, ask};
 use crate::cli::BlindCheckArgs;
 use crate::labels::label;
-use crate::manifest::{Manifest, hexadecimal};
+use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
+use crate::stages::sealed::{diagnosis_seed, drawn_seed, salt};
 use crate::stages::{planted_check, report};
 
 /// Worlds with an effect and without, of a check that takes minutes.
@@ -38,8 +35,6 @@ type Answered = Vec<(Label, Answer)>;
 
 /// Most worlds of one check.
 const MOST_WORLDS: usize = 10_000;
-/// Bits of a drawn seed: a number that every reader of JSON holds exactly, and a person can copy.
-const SEED_BITS: u32 = 32;
 
 /// Runs the command.
 pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
@@ -80,13 +75,6 @@ pub(crate) fn run(args: &BlindCheckArgs) -> Result<()> {
     say(&scored);
     note(format!("blind-check: {}", place.join("report.html").display()));
     Ok(())
-}
-
-/// A seed from the randomness of the operating system.
-pub(super) fn drawn_seed() -> u64 {
-    // The standard library seeds every hasher of this kind anew.
-    let random = std::collections::hash_map::RandomState::new().build_hasher().finish();
-    random >> (u64::BITS - SEED_BITS)
 }
 
 /// Seals the labels of the worlds, asks for an answer to each, and opens the labels. Returns both, and the worlds.
@@ -207,24 +195,6 @@ fn name(place: usize) -> String {
     format!("world_{:04}", place + 1)
 }
 
-/// Streams of the master seed that belong to this stage, apart from those of the plan.
-pub(super) fn stream(seed: u64, purpose: u64, place: usize) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_616c);
-    rng.set_stream(((place as u64) << 8) | purpose);
-    rng
-}
-
-pub(super) fn salt(seed: u64, place: usize) -> String {
-    let mut bytes = [0; 32];
-    stream(seed, 1, place).fill_bytes(&mut bytes);
-    hexadecimal(&bytes)
-}
-
-/// The seed that a diagnosis is told: not that of its world.
-pub(super) fn diagnosis_seed(seed: u64, place: usize) -> u64 {
-    stream(seed, 2, place).next_u64() >> (u64::BITS - SEED_BITS)
-}
-
 /// The figures that were promised, a line each.
 fn say(check: &BlindCheck) {
     for target in &check.targets {
@@ -334,15 +304,5 @@ mod tests {
                 assert!(sealed <= written.expect("a time"), "a cohort before the seal");
             }
         }
-    }
-
-    #[test]
-    fn salts_and_seeds_differ_and_follow_from_the_seed() {
-        assert_eq!(salt(1, 0), salt(1, 0));
-        assert_ne!(salt(1, 0), salt(1, 1));
-        assert_ne!(salt(1, 0), salt(2, 0));
-        assert_eq!(salt(1, 0).len(), 64);
-        assert_ne!(diagnosis_seed(1, 0), diagnosis_seed(1, 1));
-        assert_ne!(drawn_seed(), drawn_seed());
     }
 }

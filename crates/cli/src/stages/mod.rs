@@ -22,6 +22,7 @@ pub(crate) mod reconcile;
 pub(crate) mod repair;
 pub(crate) mod replay;
 pub(crate) mod report;
+pub(crate) mod sealed;
 pub(crate) mod simulate;
 pub(crate) mod steady_state;
 pub(crate) mod train;

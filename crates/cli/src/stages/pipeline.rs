@@ -6,12 +6,13 @@ use anyhow::{Context as _, Result, bail, ensure};
 use clap::ValueEnum;
 use cohort::{Cohort, MassBalance, findings};
 
+use crate::cli::stage::Stage;
 use crate::cli::{
     BaselinesArgs, DiagnoseArgs, EvaluateArgs, HeldOutArgs, MilpForm, PipelineArgs, Profile,
     ReportArgs, TrainArgs, TrainingPreset, TwinArgs, VerifyArgs,
 };
 use crate::diagnosed::ODE;
-use crate::manifest::Manifest;
+use crate::manifest::{Manifest, REPORT};
 use crate::models::read_population;
 use crate::output::{OutputFolder, write_whole};
 use crate::progress::note;
@@ -28,49 +29,6 @@ const PAPER_ROW_SECONDS: f64 = 60.0;
 
 /// Every table of the paper, as text.
 const TABLES: &str = "tables.txt";
-
-/// The stages, in order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub(crate) enum Stage {
-    /// Read and judge the cohort's records.
-    Cohort,
-    /// Simulate days and train the population network.
-    Train,
-    /// Prove or refute the network's monotonicity.
-    Verify,
-    /// Compare the network with the ODE on simulated days that trained neither.
-    HeldOut,
-    /// Train a twin a person, and its variants.
-    Twin,
-    /// Fit what twins are compared with.
-    Baselines,
-    /// Compare with held-out days.
-    Evaluate,
-    /// Say where the ODE plant misses.
-    Diagnose,
-    /// Write the report.
-    Report,
-}
-
-impl Stage {
-    fn folder(self) -> &'static str {
-        match self {
-            Self::Cohort => "1-cohort",
-            Self::Train => "2-train",
-            Self::Verify => "3-verify",
-            Self::HeldOut => "4-held-out",
-            Self::Twin => "5-twin",
-            Self::Baselines => "6-baselines",
-            Self::Evaluate => "7-evaluate",
-            Self::Diagnose => "8-diagnose",
-            Self::Report => "report",
-        }
-    }
-
-    fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-}
 
 /// Runs the command.
 pub(crate) fn run(args: &PipelineArgs) -> Result<()> {
@@ -245,7 +203,7 @@ fn step(
 
 /// Removes an earlier result of a stage, and the report and tables that may show it.
 fn discard(args: &PipelineArgs, stage: Stage) -> Result<()> {
-    for file in [report::FILE, TABLES] {
+    for file in [REPORT, TABLES] {
         let file = args.out.join(file);
         if file.is_file() {
             std::fs::remove_file(&file)

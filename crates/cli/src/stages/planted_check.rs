@@ -17,7 +17,7 @@ use rand::seq::SliceRandom as _;
 use rayon::prelude::*;
 use world::planted::{Exactness, Planting, Truth, plant};
 
-use super::blind_check::{diagnosis_seed, drawn_seed, salt, stream};
+use super::sealed::{diagnosis_seed, drawn_seed, salt, stream};
 use crate::asked::{Asked, ask};
 use crate::cli::BlindCheckArgs;
 use crate::manifest::Manifest;

@@ -15,7 +15,7 @@ use physiology::Compartment;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::train;
-use crate::stages::verify::network;
+use crate::subnetworks::network;
 use development::held_out::{Scored, score};
 use development::{TrajectoryCost, WEEKS, drawn_weeks, with_network};
 

@@ -1,8 +1,6 @@
 //! `replay`: a cohort's record through a model, freely from the first reading.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
-use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
@@ -12,33 +10,13 @@ use nn_statespace::initial_state::InitialStateTable;
 use twins::{ReplayRow, ReplayStart, replay};
 
 use crate::cli::ReplayArgs;
+use crate::cli::initial::Initial;
 use crate::manifest::Manifest;
 use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::steady_state::read_table;
 use crate::stages::twin::read_cohort;
-
-/// Where a replay starts.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Initial {
-    /// The model's own steady state at the first reading.
-    SteadyState,
-    /// The row of a published table.
-    Table(PathBuf),
-}
-
-impl FromStr for Initial {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            None if text == "steady-state" => Ok(Self::SteadyState),
-            Some(("table", file)) if !file.is_empty() => Ok(Self::Table(PathBuf::from(file))),
-            _ => Err("expected steady-state or table:FILE".to_owned()),
-        }
-    }
-}
 
 /// Runs the command.
 pub(crate) fn run(args: &ReplayArgs) -> Result<()> {

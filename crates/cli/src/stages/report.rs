@@ -8,12 +8,9 @@ use anyhow::{Context as _, Result, bail};
 use report::{Inputs, Part, render};
 
 use crate::cli::ReportArgs;
-use crate::manifest::Manifest;
+use crate::manifest::{Manifest, REPORT};
 use crate::output::write_whole;
 use crate::progress::note;
-
-/// The report's file name.
-pub(crate) const FILE: &str = "report.html";
 
 /// Runs the command.
 pub(crate) fn run(args: &ReportArgs) -> Result<()> {
@@ -23,7 +20,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<()> {
     }
     let inputs = gather(folder)?;
     let html = render(&inputs).context("rendering the report")?;
-    let path = folder.join(FILE);
+    let path = folder.join(REPORT);
     write_whole(&path, html.as_bytes())?;
     note(format!("report: {}", path.display()));
     Ok(())
@@ -35,7 +32,7 @@ pub(crate) fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
     let text = serde_json::to_vec(manifest)?;
     inputs.read(Part::Manifest, text.as_slice())?;
     let html = render(&inputs).context("rendering the report")?;
-    let path = folder.join(FILE);
+    let path = folder.join(REPORT);
     fs::write(&path, html).with_context(|| format!("cannot write '{}'", path.display()))
 }
 

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, bail};
 use conformance::milp::{Form, MilpLimits, solve_step};
 use conformance::{
-    AcceptedClaim, ConformanceError, CrossCheck, Limits, OneHiddenLayer, Proofs, Property,
-    PropertyKind, Region, Row, Scaling, Signal, Verdict, paper_properties, prove, share_of_points,
-    share_of_region, step_bracket, verify, with_physical, with_slice,
+    ConformanceError, CrossCheck, Limits, Property, PropertyKind, Region, Row, Scaling, Signal,
+    Verdict, paper_properties, share_of_points, share_of_region, step_bracket, verify,
+    with_physical, with_slice,
 };
 use contract::conformance::Share;
 use contract::{Conformance, Document as _};
@@ -25,6 +25,7 @@ use crate::paper_conformance::{beside_the_paper, summary as by_network};
 use crate::progress::{Progress, note};
 use crate::stages::repair::repaired;
 use crate::stages::{train, verify_twin};
+use crate::subnetworks::{network, proved};
 use development::SimulatedSteps;
 
 /// Relative gap at which a row counts as solved: of networks of at most [`MILP_INPUTS`] inputs, and of larger ones,
@@ -144,38 +145,6 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<()> {
     Ok(())
 }
 
-/// Certificates for the rows, checked against the bytes of the model file; `took` is the time of the check.
-pub(crate) fn proved(
-    rows: &mut [Row],
-    properties: &[Property],
-    model: &PopulationModel,
-    bytes: &[u8],
-    region: &Region,
-    took: &mut Duration,
-) -> Result<Proofs> {
-    let networks = properties
-        .iter()
-        .map(|property| {
-            let compartment = Compartment::from_name(&property.network)
-                .with_context(|| format!("there is no network '{}'", property.network))?;
-            network(model, compartment)
-        })
-        .collect::<Result<Vec<OneHiddenLayer>>>()?;
-    let of: Vec<(&OneHiddenLayer, &Property)> = networks.iter().zip(properties).collect();
-    let check = |file: &[u8]| {
-        let began = Instant::now();
-        let accepted = certificate::check(file, bytes).map_err(|error| error.to_string());
-        *took = began.elapsed();
-        let claims = accepted?.into_iter().map(|claim| AcceptedClaim {
-            network: claim.network,
-            input: claim.input,
-            claim: claim.claim,
-        });
-        Ok(claims.collect())
-    };
-    Ok(prove(rows, &of, region, bytes, check)?)
-}
-
 fn verify_row(
     model: &PopulationModel,
     property: &Property,
@@ -240,21 +209,6 @@ fn verify_row(
         Err(error) => return Err(error.into()),
     };
     Ok(row)
-}
-
-/// A sub-network handed over as matrices.
-pub(crate) fn network(model: &PopulationModel, compartment: Compartment) -> Result<OneHiddenLayer> {
-    let network = model.network(compartment);
-    let inputs = model.wiring().inputs(compartment);
-    let names = inputs.iter().map(|signal| signal.name().to_owned()).collect();
-    Ok(OneHiddenLayer::new(
-        compartment.name(),
-        names,
-        network.w1().to_vec(),
-        network.b1().to_vec(),
-        network.w2().to_vec(),
-        network.b2(),
-    )?)
 }
 
 /// Every signal of the model with its scaling.

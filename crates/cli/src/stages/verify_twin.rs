@@ -20,7 +20,7 @@ use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
 use crate::stages::twin::read_cohort;
-use crate::stages::verify::{network, proved};
+use crate::subnetworks::{network, proved};
 
 /// What dQ1/dt has to do with these states: insulin action lowers glucose, and glucose comes down faster where there is more
 /// of it.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::filter::calibration::CalibrationRule;
+use crate::filter::calibration::rule::CalibrationRule;
 use crate::filter::kalman::Innovation;
 use crate::filter::observations::Observations;
 

@@ -20,7 +20,8 @@ use faer::{Mat, Side};
 use physiology::STEPS_PER_DAY;
 use rayon::prelude::*;
 
-use super::held_out::{Allowed, FOLDS, fold};
+use super::folds::{FOLDS, fold};
+use super::held_out::Allowed;
 use super::statistics::{BLOCK, Person};
 use super::variance::{Spreads, active, crossed, factored};
 use crate::design::{Design, UnitBank};

@@ -14,8 +14,9 @@ use physiology::STEPS_PER_DAY;
 use rayon::prelude::*;
 
 use super::held_out::held_out;
-use super::round::{GUARD_SD, Round, Subject};
+use super::round::{GUARD_SD, Round};
 use super::statistics::Person as Statistics;
+use super::subject::Subject;
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::design::design;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Named;
 use super::lag;
-use super::round::Subject;
+use super::subject::Subject;
 use super::tried::Tried;
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;

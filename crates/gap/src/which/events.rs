@@ -6,7 +6,7 @@
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::held_out::{FOLDS, fold};
+use super::folds::{FOLDS, fold};
 use crate::design::EventBank;
 use crate::log_sum::{log_sum, log_with_probability};
 

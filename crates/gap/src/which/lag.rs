@@ -10,7 +10,7 @@
 use effects::Modulation;
 use effects::{Course, Effect, Field};
 
-use super::held_out::{FOLDS, fold};
+use super::folds::{FOLDS, fold};
 use crate::error::GapError;
 use crate::filter::calibration::{Calibration, CalibrationRule};
 use crate::filter::kalman::innovations;

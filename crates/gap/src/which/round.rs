@@ -11,6 +11,7 @@ use super::events::EventEvidence;
 use super::held_out::{self, Allowed, Folds, HeldOut, Trial};
 use super::lag::{self, LagEvidence};
 use super::statistics::{self, Person as Statistics, Sums};
+use super::subject::Subject;
 use super::tried::Tried;
 use super::variance::{self, Estimated, Spreads};
 use crate::background::calibrated_factor;
@@ -22,18 +23,6 @@ use crate::units::{Beside, PersonUnits};
 
 /// Standard deviation of the amplitude of a guard.
 pub(super) const GUARD_SD: f64 = 0.5;
-
-/// One person in one round: the model with what has been named so far.
-pub(super) struct Subject {
-    pub(super) design: Design,
-    pub(super) statistics: Statistics,
-    pub(super) units: Vec<UnitSums>,
-    pub(super) events: Vec<EventBank>,
-    /// Likelihoods of sensor lags; `None` once the lag is named.
-    pub(super) lags: Option<lag::Likelihoods>,
-    /// What natural units show, until something is named.
-    pub(super) natural: Option<PersonUnits>,
-}
 
 /// Everything that is known in one round.
 pub(super) struct Round {

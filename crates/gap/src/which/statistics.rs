@@ -9,7 +9,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatRef, Par};
 use physiology::STEPS_PER_DAY;
 
-use super::held_out::{FOLDS, fold};
+use super::folds::{FOLDS, fold};
 use crate::design::{Background, Column, Design};
 use crate::filter::tangent::Parameter;
 

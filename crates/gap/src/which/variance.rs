@@ -13,7 +13,8 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
-use super::held_out::{FOLDS, Folds, fold};
+use super::folds::{FOLDS, fold};
+use super::held_out::Folds;
 use super::statistics::{Day, Person, RANDOM, add_gram, mirror};
 
 /// Number of random factors.

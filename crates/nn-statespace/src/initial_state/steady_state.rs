@@ -7,7 +7,7 @@ use physiology::{Compartment, Grams, MgPerDl, STEP, UnitsPerHour};
 use crate::error::ModelError;
 use crate::population::{PopulationModel, value_of};
 use crate::scaler::{ScaledInputs, ScaledStates};
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// Number of equations (ten rates) and of unknowns (nine states and the basal rate).
 const SIZE: usize = 10;

@@ -11,7 +11,7 @@ use super::units::{Networks, SIGNALS, row_of};
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
 use crate::population::{GlucoseClamp, PopulationModel};
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// Samples that step together.
 pub const LANES: usize = BLOCK;

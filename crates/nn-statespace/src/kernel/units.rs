@@ -5,8 +5,9 @@ use physiology::{Compartment, STEP};
 use super::layout::ParameterLayout;
 use super::real::Real;
 use crate::error::ModelError;
+use crate::signal::Signal;
 use crate::training::windows::STATES;
-use crate::wiring::{Signal, Wiring};
+use crate::wiring::Wiring;
 
 /// Signals that networks can see: ten states, insulin, carbohydrate.
 pub(super) const SIGNALS: usize = STATES + 2;

@@ -6,8 +6,9 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::network::HiddenLayerNetwork;
 use crate::per_compartment::PerCompartment;
+use crate::signal::Signal;
 use crate::widths::Widths;
-use crate::wiring::{Signal, Wiring};
+use crate::wiring::Wiring;
 
 /// Networks with weights and biases uniform within `1/sqrt(fan-in)` of zero, PyTorch's
 /// initialisation of a linear layer, with the output layers' times `output_gain`.

@@ -6,9 +6,10 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::ParameterLayout;
+use crate::signal::Signal;
 use crate::structure::{UnitRole, products, slope_sign, unit_role};
 use crate::training_set::WindowSet;
-use crate::wiring::{Signal, Wiring};
+use crate::wiring::Wiring;
 
 /// Most that a state's own monotone units may add up to as the slope of its rate by the state, per minute: below two
 /// over a step of 5 min, so that a roll-out never swings itself up; a quarter of it beside a product, which has a share of

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::Scaler;
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// Below or at this glucose an over-estimate is penalised (paper, penalty P).
 pub const LOW_GLUCOSE: MgPerDl = MgPerDl(70.0);

@@ -9,7 +9,7 @@ use super::loss::{HIGH_GLUCOSE, LOW_GLUCOSE, LossConfig, SoftConstraint, consist
 use crate::kernel::{Real, StateLoss};
 use crate::per_compartment::PerCompartment;
 use crate::scaler::Scaler;
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// The loss of a batch of a given size.
 #[derive(Debug, Clone, Copy)]

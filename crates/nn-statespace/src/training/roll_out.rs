@@ -7,8 +7,9 @@ use physiology::STEP;
 use crate::error::ModelError;
 use crate::network::HiddenLayerNetwork;
 use crate::per_compartment::PerCompartment;
+use crate::signal::Signal;
 use crate::training::windows::STATES;
-use crate::wiring::{Signal, Wiring};
+use crate::wiring::Wiring;
 
 /// Columns that the hidden layers see: ten states, insulin, carbohydrate, and the constant 1 that
 /// carries the biases.

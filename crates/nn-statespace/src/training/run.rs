@@ -13,7 +13,7 @@ use super::epoch::EpochReport;
 use super::initial_weights::initial_networks;
 use super::kept_slopes::SlopeKeeper;
 use super::loss_terms::LossTerms;
-use super::train::{Provenance, Trained, TrainingReport};
+use super::report::{Provenance, Trained, TrainingReport};
 use super::validation::validate;
 use crate::card::ModelCard;
 use crate::error::ModelError;

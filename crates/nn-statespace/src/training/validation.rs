@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::windows::STATES;
 use crate::error::ModelError;
 use crate::kernel::{FusedRollOut, Sequence};
+use crate::signal::Signal;
 use crate::training_set::WindowSet;
-use crate::wiring::Signal;
 
 /// Windows rolled out together: work for eight threads in a few megabytes.
 const BATCH: usize = 256;

@@ -5,7 +5,7 @@ use physiology::{Compartment, States, StepInput};
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// States a row holds.
 pub(crate) const STATES: usize = 10;

@@ -5,9 +5,9 @@ use std::io::Write;
 use physiology::Compartment;
 
 use crate::error::ModelError;
+use crate::signal::Signal;
 use crate::training::Run;
 pub(super) use crate::training::windows::{INPUTS, STATES};
-use crate::wiring::Signal;
 
 /// Signals a row holds.
 pub(super) const SIGNALS: usize = STATES + INPUTS;

@@ -14,7 +14,7 @@ use super::compact_run::{CompactRun, SIGNALS, signals};
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
-use crate::wiring::Signal;
+use crate::signal::Signal;
 
 /// Values of 16 bits.
 const BINS: usize = 1 << 16;

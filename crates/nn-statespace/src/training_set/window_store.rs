@@ -10,8 +10,8 @@ use crate::error::ModelError;
 use crate::kernel::Sequence;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
+use crate::signal::Signal;
 use crate::training::{CarbStart, Run};
-use crate::wiring::Signal;
 
 /// Windows of equal length over runs in scaled units.
 ///
