@@ -5,6 +5,13 @@
 //! nothing here is used there. Who trusts the few hundred lines of this crate, and the libraries for integers, JSON,
 //! safetensors and SHA-256, need not trust the search.
 //!
+//! ```
+//! // `verify` writes certificates.json beside conformance.json; the program `check-certificates` reads it as here.
+//! let changed = br#"{"schema": "certificate/1", "model_sha256": "", "bounds": {}, "certificates": [], "sha256": "0"}"#;
+//! let refused = certificate::check(changed, b"the bytes of the model file");
+//! assert!(refused.is_err(), "the seal does not fit");
+//! ```
+//!
 //! # What is claimed
 //! A sub-network is `N(x) = b2 + sum of v_j max(0, a_j(x))`, `a_j(x) = w_j x + b_j`. With s = +1 for "decreasing" and -1 for
 //! "increasing" and the tested input k, the slope against the property where no `a_j` is 0 is the sum of

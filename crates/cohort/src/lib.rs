@@ -11,6 +11,19 @@
 //!
 //! The crate knows no model. It reads and writes paths because the tables demand files; it prints
 //! nothing.
+//!
+//! ```
+//! let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/embedded/cohort");
+//! let cohort = cohort::read_folder(folder.as_ref())?;
+//! let person = &cohort.people[0];
+//! let readings = person.record.cgm().iter().flatten().count();
+//! assert!(readings > person.record.len() / 2);
+//! let copy = tempfile::tempdir()?;
+//! let (written, format) = (copy.path().join("cohort"), cohort::RecordsFormat::Csv);
+//! cohort::write_folder(&cohort, &written, format)?;
+//! assert_eq!(cohort::read_folder(&written)?.people.len(), cohort.people.len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod error;
 mod folder;

@@ -16,7 +16,31 @@
 //! every property is proved, [`milp::solve_step`] and [`step_bracket`] ask the paper's question of a step, and [`DeepNetwork`]
 //! bounds slopes of several hidden layers as far as sound bounds reach.
 //!
-//! The crate is handed matrices; it knows no other crate of the workspace.
+//! The crate is handed matrices; of the workspace it knows the types of its file alone.
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use conformance::{
+//!     CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, Verdict, verify,
+//! };
+//!
+//! // y = -2 max(0, x) falls with x wherever it moves.
+//! let (weights, slopes) = (vec![1.0], vec![-2.0]);
+//! let network = OneHiddenLayer::new("y", vec!["x".to_owned()], weights, vec![0.0], slopes, 0.0)?;
+//! let property = Property {
+//!     network: "y".to_owned(),
+//!     input: "x".to_owned(),
+//!     direction: Direction::Decreasing,
+//!     kind: PropertyKind::Physical,
+//! };
+//! let region = Region::scaled([("x", [-1.0, 1.0])])?;
+//! let time = Duration::from_secs(1);
+//! let limits = Limits { relative_gap: 0.0, nodes: 1000, time, cross_check: CrossCheck::None };
+//! let row = verify(&network, &property, &region, &limits, &|| Duration::ZERO)?;
+//! assert_eq!((row.verdict, row.m_upper), (Verdict::Proved, 0.0));
+//! # Ok::<(), conformance::ConformanceError>(())
+//! ```
 
 mod bound;
 mod branch;

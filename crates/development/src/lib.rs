@@ -8,6 +8,17 @@
 //! - [`width_search`]: which hidden widths to try next.
 //!
 //! It is the one place, but for the command line, where the ODE and the network meet.
+//!
+//! ```
+//! use development::weeks::{check_split, simulated};
+//! use ode_sim::{DevelopmentPlan, DevelopmentSet};
+//!
+//! let set = DevelopmentSet::new(DevelopmentPlan::quick(1))?;
+//! let (facts, _rows) = simulated(&set, 0)?;
+//! assert_eq!(facts.index, 0);
+//! check_split(&set, &[facts])?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod error;
 pub mod held_out;

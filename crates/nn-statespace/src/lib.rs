@@ -6,6 +6,22 @@
 //! its physiological meaning. The crate holds the networks and their wiring, the robust scaler,
 //! the plant that rolls them out, the loss and the training loop, the weight files, and the reader
 //! of the weights that the paper's authors published.
+//!
+//! ```
+//! use nn_statespace::PopulationModel;
+//! use nn_statespace::initial_state::steady_state;
+//! use physiology::{MgPerDl, OpenLoop, Plant as _, StepInput, simulate};
+//!
+//! let model = PopulationModel::shipped()?;
+//! let held = steady_state(&model, MgPerDl(120.0))?;
+//! // Half of the basal rate for three hours: glucose rises.
+//! let basal = physiology::UnitsPerHour(0.5 * held.basal.0);
+//! let inputs = vec![StepInput { basal, ..StepInput::default() }; 36];
+//! let run = simulate(&model, held.states, &mut OpenLoop::new(&inputs), inputs.len())?;
+//! let last = run.states.last().map(|state| model.glucose(state).0);
+//! assert!(last > Some(125.0), "{last:?}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod card;
 mod error;

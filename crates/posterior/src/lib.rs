@@ -7,6 +7,20 @@
 //!
 //! Nothing here knows a plant or a filter: a downstream tool can train a posterior on statistics of its own.
 //!
+//! ```
+//! use std::collections::BTreeMap;
+//!
+//! use posterior::Posterior;
+//!
+//! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../gap/posterior/working.safetensors");
+//! let posterior = Posterior::from_bytes(&std::fs::read(file)?)?;
+//! // Of a cohort of which nothing could be read, little is known.
+//! let answer = posterior.answer(&BTreeMap::new())?;
+//! assert!((answer.total() - 1.0).abs() < 1e-5);
+//! assert!(posterior.effects().iter().any(|effect| effect == "dawn"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Research software. Not a medical device; not validated for any treatment decision.
 
 mod card;

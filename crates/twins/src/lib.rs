@@ -16,6 +16,30 @@
 //! assert_eq!(network.evaluate(&[0.5; INPUTS]), 0.0);
 //! ```
 //!
+//! A twin of one person, trained for an epoch:
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use nn_statespace::PopulationModel;
+//! use twins::{Doses, InputSet, Protocol, TrainingPlan, TwinRecipe, build_twins};
+//!
+//! let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/embedded/cohort");
+//! let mut cohort = cohort::read_folder(folder.as_ref())?;
+//! cohort.people.truncate(1);
+//! let recipe = TwinRecipe {
+//!     population: Arc::new(PopulationModel::shipped()?),
+//!     protocol: Protocol::quick(),
+//!     plan: TrainingPlan { epochs: 1, ..TrainingPlan::quick() },
+//!     inputs: InputSet::All,
+//!     doses: Doses::Population,
+//!     seed: 1,
+//! };
+//! let twins = build_twins(&cohort, &recipe, &|_| ())?;
+//! assert!(twins[0].result.is_ok());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! The crate opens no files and prints nothing; randomness comes from explicit seeds.
 
 mod cohort_training;
