@@ -8,7 +8,7 @@ use clap::Args;
 
 use cli::note;
 
-use crate::directions;
+use crate::{directions, outside};
 
 /// Formatting, lints, crate directions, documentation and tests.
 #[derive(Debug, Args)]
@@ -54,6 +54,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     for step in STATIC_STEPS {
         cargo(&root, step)?;
     }
+    note("check: a workspace outside that imports single crates");
+    outside::check(&root)?;
     if !args.only_static {
         cargo(&root, &TESTS)?;
     }

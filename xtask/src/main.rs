@@ -2,6 +2,7 @@
 
 mod check;
 mod directions;
+mod outside;
 mod same;
 
 use std::process::ExitCode;

@@ -77,7 +77,7 @@ fn cohort_of(name: &str) -> Result<Cohort, cohort::CohortError> {
 fn calibrated(person: &Person) -> Result<Calibration, GapError> {
     let config = DiagnosisConfig::working();
     let record = Observations::from_person(person)?;
-    let (population, egp) = (OdeParameters::nominal(), config.production.into());
+    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
     calibrate(&population, egp, &config.noise, &record, &config.calibration)
 }
 

@@ -116,7 +116,7 @@ fn mean(values: &[f64]) -> f64 {
 #[expect(clippy::print_stdout, reason = "an example shows its result")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = DiagnosisConfig::working();
-    let egp = config.production.into();
+    let egp = ode_sim::EgpMode::NonNegative;
     let mut noise = config.noise;
     let (mut folders, mut fixed, mut sweeps) = (Vec::new(), Vec::new(), 12usize);
     let mut without: Vec<String> = Vec::new();

@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/embedded/cohort");
     let cohort = cohort::read_folder(&folder)?;
     let config = DiagnosisConfig::working();
-    let (population, egp) = (OdeParameters::nominal(), config.production.into());
+    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
     let owned = effects::library();
     let library: Vec<&dyn effects::Effect> = owned.iter().map(AsRef::as_ref).collect();
     let mut sums = [0.0; 3];

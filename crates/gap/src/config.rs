@@ -1,6 +1,5 @@
 //! The settings of a diagnosis.
 
-use ode_sim::EgpMode;
 use serde::{Deserialize, Serialize};
 
 use crate::error::GapError;
@@ -24,8 +23,6 @@ pub struct DiagnosisConfig {
     pub localisation: LocalisationRule,
     /// Who is diagnosed.
     pub inclusion: InclusionRule,
-    /// What happens where endogenous production would turn negative.
-    pub production: Production,
     /// What is done about unrecorded doses.
     pub missing_doses: MissingDosePolicy,
     /// Evidence that an effect or a port must show.
@@ -42,7 +39,6 @@ impl DiagnosisConfig {
             free_run: FreeRunRule::working(),
             localisation: LocalisationRule::working(),
             inclusion: InclusionRule::working(),
-            production: Production::NonNegative,
             missing_doses: MissingDosePolicy::HoldBasal,
             thresholds: Thresholds::working(),
         }
@@ -97,24 +93,5 @@ impl InclusionRule {
     #[must_use]
     pub const fn working() -> Self {
         Self { fewest_days: 4, least_cgm_share: 0.5 }
-    }
-}
-
-/// What happens where insulin effect on the liver exceeds one; see [`EgpMode`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Production {
-    /// Endogenous production may turn negative, as in the authors' simulator.
-    Reproduction,
-    /// Endogenous production ends at zero.
-    NonNegative,
-}
-
-impl From<Production> for EgpMode {
-    fn from(production: Production) -> Self {
-        match production {
-            Production::Reproduction => Self::Reproduction,
-            Production::NonNegative => Self::NonNegative,
-        }
     }
 }

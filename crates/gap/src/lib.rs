@@ -66,7 +66,7 @@ pub use absorbed::absorbed;
 pub use belief::{posterior_file_without, working_posterior};
 pub use calibrated_person::CalibratedPerson;
 pub use cohort_statistics::cohort_statistics;
-pub use config::{DiagnosisConfig, InclusionRule, Production};
+pub use config::{DiagnosisConfig, InclusionRule};
 pub use contract::diagnosis;
 pub use contract::diagnosis::{Absorbed, Evidence, PersonSummary, Verdict};
 pub use course::course;

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use cohort::{Channel, Person};
-use ode_sim::OdeParameters;
+use ode_sim::{EgpMode, OdeParameters};
 use physiology::{Plant, STEPS_PER_DAY};
 
 use crate::calibrated_person::CalibratedPerson;
-use crate::config::{DiagnosisConfig, InclusionRule, Production};
+use crate::config::{DiagnosisConfig, InclusionRule};
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, BodyAlone};
@@ -145,7 +145,7 @@ pub(crate) fn analyse(
     let (excluded, analysis) = match reason.or_else(|| quality::exclusion(&quality)) {
         Some(reason) => (Some(reason), None),
         None => match plants.body_of(person).and_then(|body| {
-            let model = population(&observations, body, config.production, config.noise);
+            let model = population(&observations, body, config.noise);
             calibrated(&model, &observations, &config.calibration)
                 .and_then(|calibration| {
                     let (free_run, localisation) = (&config.free_run, &config.localisation);
@@ -213,11 +213,10 @@ fn reason_to_exclude(
 fn population(
     observations: &Observations,
     body: Option<Arc<dyn Body>>,
-    production: Production,
     noise: NoiseModel,
 ) -> AugmentedModel {
     let parameters = OdeParameters::nominal();
-    let ode = AugmentedModel::new(parameters, observations.weight, production.into(), noise);
+    let ode = AugmentedModel::new(parameters, observations.weight, EgpMode::NonNegative, noise);
     match body {
         Some(body) => ode.with_body(body),
         None => ode,

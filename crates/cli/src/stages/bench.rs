@@ -205,7 +205,7 @@ fn parts(people: &[Person]) -> Result<Vec<Part>> {
 
 fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     let config = DiagnosisConfig::working();
-    let (population, egp) = (OdeParameters::nominal(), config.production.into());
+    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
     let library = effects::library();
     let every: Vec<_> = library.iter().map(AsRef::as_ref).collect();
     let mut parts = Vec::new();

@@ -19,6 +19,7 @@ use ode_sim::{EgpMode, OdeParameters};
 use physiology::Plant as _;
 
 pub use self::rule::CalibrationRule;
+pub(crate) use self::search::PARAMETERS;
 use self::search::{Solved, solved};
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;

@@ -13,27 +13,18 @@ use super::drivers::{self, Driver};
 use super::hierarchy::Evidence;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
+use crate::filter::calibration::PARAMETERS;
 use crate::filter::calibration::{
     CalibrationRule, FACTORS, Factor, PersonalFactors, clipped_scale,
 };
 use crate::filter::kalman::Filtered;
 use crate::filter::observations::Observations;
 use crate::filter::scored::normalised;
-use crate::filter::tangent::{Direction, Parameter, filtered_along};
+use crate::filter::tangent::{Direction, filtered_along};
 use crate::filter::whitening::{Autoregression, huber_weight};
 
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
-
-/// The calibrated parameters in the order of [`Factor::ALL`].
-const PARAMETERS: [Parameter; FACTORS] = [
-    Parameter::Action,
-    Parameter::Egp0,
-    Parameter::TMaxG,
-    Parameter::TMaxI,
-    Parameter::AG,
-    Parameter::F01,
-];
 
 /// A person's parameters and how her innovations are whitened.
 #[derive(Debug, Clone)]

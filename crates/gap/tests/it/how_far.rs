@@ -45,7 +45,7 @@ fn calibrated(cohort: &Cohort) -> Vec<(Observations, Calibration)> {
             let observations = Observations::from_person(person).expect("a good record");
             let calibration = calibrate(
                 &OdeParameters::nominal(),
-                config.production.into(),
+                ode_sim::EgpMode::NonNegative,
                 &config.noise,
                 &observations,
                 &config.calibration,

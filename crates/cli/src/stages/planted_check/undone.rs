@@ -37,7 +37,7 @@ pub(super) fn gain(before: &Cohort, likelihoods: &[Option<f64>], after: &Cohort)
 fn log_likelihood(person: &Person) -> Option<f64> {
     let config = DiagnosisConfig::working();
     let record = Observations::from_person(person).ok()?;
-    let (population, egp) = (OdeParameters::nominal(), config.production.into());
+    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
     let found = calibrate(&population, egp, &config.noise, &record, &config.calibration).ok()?;
     let mut innovations = Vec::new();
     // The filter divides each innovation by its own standard deviation, which depends on the calibration.

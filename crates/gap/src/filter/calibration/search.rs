@@ -17,7 +17,7 @@ use crate::filter::tangent::{
 use crate::filter::whitening::{huber_loss, huber_weight};
 
 /// The calibrated parameters, in the order of [`Factor::ALL`](super::Factor::ALL).
-pub(super) const PARAMETERS: [Parameter; FACTORS] = [
+pub(crate) const PARAMETERS: [Parameter; FACTORS] = [
     Parameter::Action,
     Parameter::Egp0,
     Parameter::TMaxG,
