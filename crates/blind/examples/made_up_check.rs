@@ -24,11 +24,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("name the file to write")?;
     let mut worlds = Vec::new();
     for round in 0..2 {
-        for (place, effect) in EFFECTS.into_iter().enumerate() {
+        for (index, effect) in EFFECTS.into_iter().enumerate() {
             for (size, shift) in SHIFTS.into_iter().enumerate() {
-                let other = EFFECTS[(place + 1) % EFFECTS.len()];
+                let other = EFFECTS[(index + 1) % EFFECTS.len()];
                 // The small ones are missed, one in a while is confused.
-                let answer = match (size, (place + size + round) % 9) {
+                let answer = match (size, (index + size + round) % 9) {
                     (0, k) if k % 2 == 0 => none(0.7),
                     (1, 3) => unknown(effect.1),
                     (_, 5) => named(&[(other, 0.6)], &[effect.0]),
@@ -39,17 +39,17 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    for (place, effect) in EFFECTS.into_iter().enumerate() {
-        let other = EFFECTS[(place + 2) % EFFECTS.len()];
+    for (index, effect) in EFFECTS.into_iter().enumerate() {
+        let other = EFFECTS[(index + 2) % EFFECTS.len()];
         let found: &[((&str, &str), f64)] =
-            if place % 3 == 0 { &[(effect, 0.9)] } else { &[(other, 0.95), (effect, 0.85)] };
+            if index % 3 == 0 { &[(effect, 0.9)] } else { &[(other, 0.95), (effect, 0.85)] };
         worlds.push((Kind::Pair, vec![(effect, 5.0), (other, 10.0)], named(found, &[])));
         let outside = ("injection_site", effect.1);
-        let answer = if place == 4 { named(&[(effect, 0.6)], &[]) } else { unknown(effect.1) };
+        let answer = if index == 4 { named(&[(effect, 0.6)], &[]) } else { unknown(effect.1) };
         worlds.push((Kind::Outside, vec![(outside, 10.0)], answer));
     }
-    for place in 0..20 {
-        let answer = match place {
+    for index in 0..20 {
+        let answer = match index {
             7 => named(&[(EFFECTS[0], 0.55)], &[]),
             11 => Answer::failed("killed after 1800 s", 1800.0),
             _ => none(0.9),
@@ -59,8 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scored: Vec<ScoredWorld> = worlds
         .into_iter()
         .enumerate()
-        .map(|(place, (kind, effects, answer))| ScoredWorld {
-            label: label(place, kind, &effects),
+        .map(|(index, (kind, effects, answer))| ScoredWorld {
+            label: label(index, kind, &effects),
             answer,
         })
         .collect();
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn label(place: usize, kind: Kind, effects: &[((&str, &str), f64)]) -> Label {
+fn label(index: usize, kind: Kind, effects: &[((&str, &str), f64)]) -> Label {
     let effects = effects
         .iter()
         .map(|((effect, port), shift)| TrueEffect {
@@ -78,7 +78,7 @@ fn label(place: usize, kind: Kind, effects: &[((&str, &str), f64)]) -> Label {
             in_library: kind != Kind::Outside,
             amplitude: 0.2 * shift,
             target_mg_dl: *shift,
-            achieved_mg_dl: shift * (0.92 + 0.04 * (place % 5) as f64),
+            achieved_mg_dl: shift * (0.92 + 0.04 * (index % 5) as f64),
             at_limit: false,
             form: None,
         })
@@ -88,11 +88,11 @@ fn label(place: usize, kind: Kind, effects: &[((&str, &str), f64)]) -> Label {
         effects,
         nuisances: vec!["2 people without heart rate".to_owned()],
         ..Label::null(
-            &format!("world_{:04}", place + 1),
-            ["hovorka", "padova"][place % 2],
-            ["open_loop_pump", "aid"][place / 2 % 2],
-            [3, 5, 10][place % 3],
-            [7, 14, 28][place / 3 % 3],
+            &format!("world_{:04}", index + 1),
+            ["hovorka", "padova"][index % 2],
+            ["open_loop_pump", "aid"][index / 2 % 2],
+            [3, 5, 10][index % 3],
+            [7, 14, 28][index / 3 % 3],
         )
     }
 }

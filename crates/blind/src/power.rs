@@ -21,8 +21,8 @@ pub(crate) fn power(worlds: &[ScoredWorld]) -> Result<Vec<PowerRow>, BlindError>
         singles.iter().flat_map(|w| &w.label.effects).map(|e| e.effect.as_str()).collect();
     let mut rows = Vec::new();
     for effect in std::iter::once(None).chain(names.into_iter().map(Some)) {
-        for (place, from) in SHIFT_BINS.into_iter().enumerate() {
-            let to = SHIFT_BINS.get(place + 1).copied();
+        for (index, from) in SHIFT_BINS.into_iter().enumerate() {
+            let to = SHIFT_BINS.get(index + 1).copied();
             let within: Vec<&ScoredWorld> = singles
                 .iter()
                 .copied()

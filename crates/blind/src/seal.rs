@@ -53,8 +53,8 @@ pub fn verify(seal: &Seal, labels: &[OpenedLabel]) -> Result<(), BlindError> {
         let problem = "sealed, but its label is missing";
         return Err(BlindError::Unmatched { id: sealed.id.clone(), problem });
     }
-    for (place, label) in labels.iter().enumerate() {
-        match seal.worlds.get(place) {
+    for (index, label) in labels.iter().enumerate() {
+        match seal.worlds.get(index) {
             Some(sealed) if sealed.id == label.id => {
                 if sealed.sha256 != sha256(label) {
                     return Err(BlindError::Tampered { id: label.id.clone() });

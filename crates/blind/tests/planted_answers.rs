@@ -20,11 +20,11 @@ fn labels() -> Vec<Label> {
         form: None,
     };
     let mut truths = Vec::new();
-    for (place, name) in EFFECTS.into_iter().enumerate() {
+    for (index, name) in EFFECTS.into_iter().enumerate() {
         for shift in [2.5, 5.0, 10.0] {
             truths.push((Kind::Single, vec![effect(name, shift, true)]));
         }
-        let other = EFFECTS[(place + 1) % 3];
+        let other = EFFECTS[(index + 1) % 3];
         truths.push((Kind::Pair, vec![effect(name, 5.0, true), effect(other, 5.0, true)]));
         truths.push((Kind::Outside, vec![effect("fever", 10.0, false)]));
     }
@@ -32,10 +32,10 @@ fn labels() -> Vec<Label> {
     truths
         .into_iter()
         .enumerate()
-        .map(|(place, (kind, effects))| Label {
+        .map(|(index, (kind, effects))| Label {
             kind,
             effects,
-            ..Label::null(&format!("world_{:04}", place + 1), "hovorka", "aid", 5, 14)
+            ..Label::null(&format!("world_{:04}", index + 1), "hovorka", "aid", 5, 14)
         })
         .collect()
 }

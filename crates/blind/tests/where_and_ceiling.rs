@@ -52,14 +52,14 @@ fn label(id: &str, gap: Option<TrueWhere>) -> Label {
 
 /// Cells by factor, level and mean error, the largest share first, with intervals of 1 to either side.
 fn pointing_at(cells: &[(CellFactor, &str, f64)]) -> Answer {
-    let cells = cells.iter().enumerate().map(|(place, (factor, level, mean))| CellGap {
+    let cells = cells.iter().enumerate().map(|(index, (factor, level, mean))| CellGap {
         factor: *factor,
         level: (*level).to_owned(),
         mean_error_mg_dl: *mean,
         lower: mean - 1.0,
         upper: mean + 1.0,
         p_adjusted: 0.5,
-        share_of_gap: 1.0 / (place + 1) as f64,
+        share_of_gap: 1.0 / (index + 1) as f64,
         expected_mg_dl: None,
         horizon_minutes: 60,
         people: 5,

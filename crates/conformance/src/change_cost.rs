@@ -74,12 +74,12 @@ impl ChangeCost {
             let range = "at least one point is needed";
             return Err(ConformanceError::Limit { limit: "points", value: 0.0, range });
         }
-        for (place, point) in points.iter().enumerate() {
-            network.check_point(point, place)?;
+        for (index, point) in points.iter().enumerate() {
+            network.check_point(point, index)?;
         }
         let n = network.hidden() + 1;
-        let activity = Mat::from_fn(n, points.len(), |unit, place| {
-            if unit + 1 == n { 1.0 } else { network.activation(unit, &points[place]).max(0.0) }
+        let activity = Mat::from_fn(n, points.len(), |unit, index| {
+            if unit + 1 == n { 1.0 } else { network.activation(unit, &points[index]).max(0.0) }
         });
         let share = 2.0 / points.len() as f64;
         let product = &activity * activity.transpose();
@@ -106,7 +106,7 @@ impl ChangeCost {
     #[must_use]
     pub fn curvature(&self) -> Vec<f64> {
         let n = self.gradient.len();
-        (0..n * n).map(|place| self.curvature[(place / n, place % n)]).collect()
+        (0..n * n).map(|index| self.curvature[(index / n, index % n)]).collect()
     }
 
     /// The output weights and bias of least cost, of single precision, whose slope on every piece is `margin` in the right
@@ -186,7 +186,7 @@ impl ChangeCost {
             (0..=n).map(|column| column * count).collect(),
             (0..n).flat_map(|_| 0..count).collect(),
             (0..n * count)
-                .map(|place| (place % count, place / count))
+                .map(|index| (index % count, index / count))
                 .map(|(row, column)| whitened[(row, column)] / lengths[row])
                 .collect(),
         );

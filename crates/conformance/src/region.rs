@@ -206,8 +206,8 @@ impl Region {
                 let weighted = half_space.weights.iter().filter(|(_, weight)| **weight != 0.0);
                 let mut weights = vec![0.0; network.inputs().len()];
                 for (name, weight) in weighted {
-                    let place = network.inputs().iter().position(|input| input == name)?;
-                    weights[place] = *weight;
+                    let index = network.inputs().iter().position(|input| input == name)?;
+                    weights[index] = *weight;
                 }
                 Some((weights, half_space.at_most))
             })

@@ -209,9 +209,9 @@ pub fn with_slice(
     let Some(witness) = &row.witness else { return Ok(row) };
     let mut point: Vec<f64> = network.inputs().iter().map(|name| witness.point[name]).collect();
     let (first, last) = (boxed.lower()[tested], boxed.upper()[tested]);
-    let place = |k: usize| first + (last - first) * k as f64 / (points.max(2) - 1) as f64;
+    let at = |k: usize| first + (last - first) * k as f64 / (points.max(2) - 1) as f64;
     let mut input: Vec<f64> =
-        (0..points.max(2)).map(place).chain([witness.from, witness.to]).collect();
+        (0..points.max(2)).map(at).chain([witness.from, witness.to]).collect();
     input.sort_by(f64::total_cmp);
     let output = input
         .iter()

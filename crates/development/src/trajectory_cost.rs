@@ -113,9 +113,9 @@ impl TrajectoryCost {
         let diagonal = |curvature: &[f64]| curvature.iter().step_by(n + 1).sum::<f64>();
         let share = OWN_SHARE * diagonal(&sums.curvature) / diagonal(&own);
         let curvature: Vec<f64> = (0..n * n)
-            .map(|place| {
-                let (row, column) = (place / n, place % n);
-                sums.curvature[row.min(column) * n + row.max(column)] + share * own[place]
+            .map(|index| {
+                let (row, column) = (index / n, index % n);
+                sums.curvature[row.min(column) * n + row.max(column)] + share * own[index]
             })
             .collect();
         Ok(ChangeCost::new(network, sums.value, sums.gradient, &curvature)?)

@@ -148,8 +148,8 @@ mod tests {
 
     #[test]
     fn fields_are_kept_apart_and_start_neutral() {
-        for (place, field) in Field::ALL.into_iter().enumerate() {
-            assert_eq!(field as usize, place);
+        for (index, field) in Field::ALL.into_iter().enumerate() {
+            assert_eq!(field as usize, index);
             assert_eq!(Modulation::NEUTRAL[field], field.neutral());
             let mut one = Modulation::NEUTRAL;
             one[field] += 0.5;

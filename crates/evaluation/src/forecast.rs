@@ -11,10 +11,10 @@ use twins::{PersonWindows, SteadyStates, window_starts, window_starts_with};
 
 use crate::arx::{Arx, BACK, READINGS};
 use crate::error::EvaluationError;
-use crate::evaluate::EvaluationSettings;
 use crate::method::Method;
 use crate::models::{Model, PersonModels};
-use crate::person::{readings, sensor_reading};
+use crate::readings::{readings, sensor_reading};
+use crate::settings::EvaluationSettings;
 
 /// Horizons of the paper, min.
 pub const FORECAST_MINUTES: [u32; 3] = [30, 60, 120];

@@ -7,8 +7,8 @@ use nn_statespace::{DoseGains, PopulationModel};
 use ode_sim::OdePlant;
 use twins::Twin;
 
-use crate::evaluate::ode_baseline;
 use crate::method::Method;
+use crate::settings::ode_baseline;
 use crate::spread::RunError;
 
 /// A model of a person.
@@ -57,7 +57,7 @@ impl PersonModels {
     #[must_use]
     pub fn with(mut self, method: Method, model: Model) -> Self {
         match self.models.iter_mut().find(|(known, _)| *known == method) {
-            Some(place) => place.1 = model,
+            Some(entry) => entry.1 = model,
             None => self.models.push((method, model)),
         }
         self

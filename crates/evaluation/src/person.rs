@@ -1,9 +1,9 @@
 //! One person's held-out windows under every method.
 
 use cohort::{Person, Window, split_by_time};
-use nn_statespace::{GLUCOSE_RANGE, PopulationModel};
+use nn_statespace::PopulationModel;
 use ode_sim::OdePlant;
-use physiology::{MgPerDl, OpenLoop, Plant, StepInput, simulate};
+use physiology::{MgPerDl, Plant};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use stats::Outcomes;
@@ -13,11 +13,12 @@ use twins::{
 };
 
 use crate::error::EvaluationError;
-use crate::evaluate::EvaluationSettings;
 use crate::forecast::{ForecastError, forecast_errors};
 use crate::method::Method;
 use crate::models::{Model, PersonModels};
+use crate::readings::readings;
 use crate::scenario::Scenario;
+use crate::settings::EvaluationSettings;
 use crate::spread::RunError;
 
 /// One person's figures.
@@ -215,11 +216,11 @@ impl Judge<'_> {
     ) -> Result<(Vec<Runs>, usize), EvaluationError> {
         let mut not_at_rest = 0;
         let mut all = Vec::with_capacity(plants.len());
-        for (place, plant) in plants.iter().enumerate() {
+        for (index, plant) in plants.iter().enumerate() {
             let Self { person, cut, settings, .. } = *self;
             let start = settings.protocol.start;
             let found = window_starts(plant, person, &cut.inputs, steps, start, cut.mean_basal)?;
-            if place == 0 {
+            if index == 0 {
                 not_at_rest = found.not_at_rest;
             }
             all.push(self.runs(plant, &found.states, windows)?);
@@ -273,32 +274,9 @@ fn summary(
     })
 }
 
-/// What a sensor would have read of a free run, the start included.
-pub(crate) fn readings<P: Plant>(
-    plant: &P,
-    start: P::State,
-    inputs: &[StepInput],
-) -> Result<Vec<MgPerDl>, EvaluationError> {
-    let run = simulate(plant, start, &mut OpenLoop::new(inputs), inputs.len())?;
-    Ok(run.glucose(plant).into_iter().map(sensor_reading).collect())
-}
-
-/// Glucose within a sensor's range, 40 to 400 mg/dL, so that all methods are judged on what the
-/// record could have shown. A simulation has checked that it is finite.
-pub(crate) fn sensor_reading(glucose: MgPerDl) -> MgPerDl {
-    MgPerDl(glucose.0.clamp(GLUCOSE_RANGE.0.0, GLUCOSE_RANGE.1.0))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_sensor_reads_between_40_and_400() {
-        for (glucose, expected) in [(-3.0, 40.0), (40.0, 40.0), (123.4, 123.4), (512.0, 400.0)] {
-            assert_eq!(sensor_reading(MgPerDl(glucose)), MgPerDl(expected));
-        }
-    }
 
     #[test]
     fn draws_share_their_mean_course_and_average_their_outcomes() {

@@ -21,7 +21,7 @@ use twins::{
 };
 
 use crate::error::EvaluationError;
-use crate::person::{readings, sensor_reading};
+use crate::readings::{readings, sensor_reading};
 
 /// A window's readings and a free run through it, mg/dL, the start first in both.
 pub type HeldOutRun = (Vec<f64>, Vec<f64>);

@@ -8,11 +8,12 @@ use stats::{Bootstrap, Outcomes, Summary, compare_outcomes, multiplicity, paired
 use twins::PersonTwin;
 
 use crate::error::EvaluationError;
-use crate::evaluate::{Evaluation, EvaluationSettings};
+use crate::evaluate::Evaluation;
 use crate::forecast::{FORECAST_MINUTES, Forecaster};
 use crate::method::Method;
 use crate::person::{MethodResult, PersonEvaluation};
 use crate::scenario::Scenario;
+use crate::settings::EvaluationSettings;
 
 /// The table of an evaluation.
 ///

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use twins::Twin;
 
 use crate::error::EvaluationError;
-use crate::person::readings;
+use crate::readings::readings;
 
 /// Glucose that counts as the same, mg/dL: below what a sensor resolves.
 pub const TOLERANCE: f64 = 0.5;

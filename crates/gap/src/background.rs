@@ -164,9 +164,9 @@ pub(crate) fn background(
         .iter()
         .map(|i| MEAL_SHARE * glucose_dose(Grams(i.carbs.0), record.weight))
         .collect();
-    for (place, bump) in bumps(&MEAL_PEAKS).iter().enumerate() {
+    for (index, bump) in bumps(&MEAL_PEAKS).iter().enumerate() {
         all.push(BackgroundDirection {
-            which: Background::MealKernel(place),
+            which: Background::MealKernel(index),
             direction: Direction::Course(vec![(Field::Flux, filtered(&meals, bump))]),
             prior_sd: 1.0,
         });
@@ -185,9 +185,9 @@ pub(crate) fn background(
             RESCUE_SHARE * glucose_dose(Grams(taken), record.weight)
         })
         .collect();
-    for (place, bump) in bumps(&RESCUE_PEAKS).iter().enumerate() {
+    for (index, bump) in bumps(&RESCUE_PEAKS).iter().enumerate() {
         all.push(BackgroundDirection {
-            which: Background::RescueKernel(place),
+            which: Background::RescueKernel(index),
             direction: Direction::Course(vec![(Field::Flux, filtered(&treatments, bump))]),
             prior_sd: 1.0,
         });
@@ -204,9 +204,9 @@ pub(crate) fn background(
         record.inputs.iter().map(|i| i.insulin().during(STEP).0 / record.weight.0).collect();
     let mean = insulin.iter().sum::<f64>() / insulin.len().max(1) as f64;
     let insulin: Vec<f64> = insulin.iter().map(|u| -INSULIN_SHARE * (u - mean)).collect();
-    for (place, bump) in bumps(&INSULIN_PEAKS).iter().enumerate() {
+    for (index, bump) in bumps(&INSULIN_PEAKS).iter().enumerate() {
         all.push(BackgroundDirection {
-            which: Background::InsulinKernel(place),
+            which: Background::InsulinKernel(index),
             direction: Direction::Course(vec![(Field::Flux, filtered(&insulin, bump))]),
             prior_sd: 1.0,
         });

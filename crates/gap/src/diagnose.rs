@@ -365,10 +365,10 @@ fn gaps(
         |horizon: usize| u32::try_from(5 * free_run.horizons[horizon]).unwrap_or(u32::MAX);
     let shares = Shares::of(included, free_run);
     let mut gaps = Vec::new();
-    for (place, cell) in list.iter().enumerate() {
-        let Some(free) = &estimates[place] else { continue };
+    for (index, cell) in list.iter().enumerate() {
+        let Some(free) = &estimates[index] else { continue };
         let innovation =
-            (place < HORIZONS).then(|| estimates[list.len() + place]).flatten().map(|i| {
+            (index < HORIZONS).then(|| estimates[list.len() + index]).flatten().map(|i| {
                 InnovationGap {
                     mean_sd: i.mean,
                     lower: i.lower,
@@ -376,7 +376,7 @@ fn gaps(
                     p_adjusted: (2.0 * i.p_adjusted).min(1.0),
                 }
             });
-        let weight = shares.of_cell(included, place, cell.horizon);
+        let weight = shares.of_cell(included, index, cell.horizon);
         gaps.push(CellGap {
             innovation,
             ..gap(cell.factor, cell.level.clone(), free, weight, minutes(cell.horizon))
@@ -449,10 +449,10 @@ impl Shares {
         if self.mean_squares[horizon] > 0.0 { share / self.mean_squares[horizon] } else { 0.0 }
     }
 
-    fn of_cell(&self, included: &[(&str, &PersonAnalysis)], place: usize, horizon: usize) -> f64 {
+    fn of_cell(&self, included: &[(&str, &PersonAnalysis)], index: usize, horizon: usize) -> f64 {
         let share = mean_over_people(included, |a| {
             let all = HorizonSums::total(a.horizons.iter(), horizon).runs;
-            let inside: f64 = a.free_runs.iter().map(|day| day.counts[place]).sum();
+            let inside: f64 = a.free_runs.iter().map(|day| day.counts[index]).sum();
             (all > 0.0).then(|| inside / all)
         });
         self.over(share, horizon)

@@ -316,12 +316,12 @@ impl<'a> PulseProducts<'a> {
     /// of the record count for nothing.
     fn squares(&self, heights: &[f32]) -> Vec<f32> {
         let mut squares = vec![0.0; self.grams.first().map_or(0, Vec::len)];
-        for (place, height) in heights.iter().enumerate() {
-            for (distance, (other, grams)) in heights[place..].iter().zip(&self.grams).enumerate() {
+        for (index, height) in heights.iter().enumerate() {
+            for (distance, (other, grams)) in heights[index..].iter().zip(&self.grams).enumerate() {
                 let twice = if distance == 0 { 1.0 } else { 2.0 };
                 let factor = twice * height * other;
                 if factor != 0.0 {
-                    add_scaled(&mut squares, factor, grams.get(place..).unwrap_or_default());
+                    add_scaled(&mut squares, factor, grams.get(index..).unwrap_or_default());
                 }
             }
         }
@@ -367,8 +367,8 @@ impl PulseSums {
     /// The scores of pulses of these heights from each pulse on.
     fn scores(&self, heights: &[f32]) -> Vec<f32> {
         let mut scores = vec![0.0; self.scores.len()];
-        for (place, height) in heights.iter().enumerate() {
-            add_scaled(&mut scores, *height, self.scores.get(place..).unwrap_or_default());
+        for (index, height) in heights.iter().enumerate() {
+            add_scaled(&mut scores, *height, self.scores.get(index..).unwrap_or_default());
         }
         scores
     }
@@ -429,9 +429,9 @@ impl<'a> Events<'a> {
             let scores = sums.scores(&heights);
             let squares =
                 if self.known.is_some() { Vec::new() } else { products.squares(&heights) };
-            for (place, (first, known)) in self.firsts.iter().zip(&mut known).enumerate() {
+            for (index, (first, known)) in self.firsts.iter().zip(&mut known).enumerate() {
                 let information = match self.known {
-                    Some(bank) => bank.known[place][number].information,
+                    Some(bank) => bank.known[index][number].information,
                     None => {
                         let left = squares[*first] - sums.taken(*first, &heights, &mut room);
                         f64::from(left.max(0.0))

@@ -157,7 +157,7 @@ fn plain_errors(
     let doses: Vec<[f64; 2]> = record.inputs.iter().map(|input| euler.doses(input)).collect();
     let unrecorded = unrecorded(record);
     let mut horizons: Vec<(usize, usize)> =
-        rule.horizons.iter().enumerate().map(|(place, steps)| (*steps, place)).collect();
+        rule.horizons.iter().enumerate().map(|(index, steps)| (*steps, index)).collect();
     horizons.sort_unstable();
     horizons.dedup_by_key(|(steps, _)| *steps);
     horizons.retain(|(steps, _)| *steps > 0);

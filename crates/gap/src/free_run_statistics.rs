@@ -16,9 +16,9 @@ pub(crate) fn free_run_statistics<'a>(
     config: &DiagnosisConfig,
 ) -> BTreeMap<String, f64> {
     let mut found = BTreeMap::new();
-    for (place, cell) in cells(&config.free_run, &config.localisation).iter().enumerate() {
+    for (index, cell) in cells(&config.free_run, &config.localisation).iter().enumerate() {
         let biases: Vec<f64> =
-            people.clone().filter_map(|person| bias(person, place, cell.horizon)).collect();
+            people.clone().filter_map(|person| bias(person, index, cell.horizon)).collect();
         let Some((mean, sd)) = mean_and_sd(&biases) else { continue };
         let factor = match cell.factor {
             CellFactor::Horizon => "horizon",
@@ -28,9 +28,9 @@ pub(crate) fn free_run_statistics<'a>(
         found.insert(format!("free runs/{factor} {}/people differ", cell.level), sd);
     }
     let mut before: Option<Vec<f64>> = None;
-    for (place, steps) in config.free_run.horizons.iter().enumerate() {
+    for (index, steps) in config.free_run.horizons.iter().enumerate() {
         let sizes: Vec<f64> =
-            people.clone().map(|person| total(person, place).rms().max(1e-3).ln()).collect();
+            people.clone().map(|person| total(person, index).rms().max(1e-3).ln()).collect();
         let grown = match &before {
             Some(last) => sizes.iter().zip(last).map(|(now, last)| now - last).collect(),
             None => sizes.clone(),

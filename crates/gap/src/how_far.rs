@@ -205,17 +205,17 @@ pub fn how_far(
 }
 
 /// What is to be said of a driven effect.
-fn remarks(place: usize, found: &NamedEffect<'_>, subjects: &[Subject<'_>]) -> Vec<String> {
+fn remarks(index: usize, found: &NamedEffect<'_>, subjects: &[Subject<'_>]) -> Vec<String> {
     let name = found.effect.card().id.name();
     let mut remarks = Vec::new();
-    let unsignalled = subjects.iter().filter(|s| !s.drivers[place].signalled).count();
+    let unsignalled = subjects.iter().filter(|s| !s.drivers[index].signalled).count();
     if unsignalled > 0 {
         let people = subjects.len();
         remarks.push(format!(
             "{name}: the records of {unsignalled} of {people} people do not signal it"
         ));
     }
-    if subjects.iter().any(|s| s.drivers[place].reads_glucose) {
+    if subjects.iter().any(|s| s.drivers[index].reads_glucose) {
         remarks.push(format!("{name} depends on glucose: free runs drive it with their own"));
     }
     remarks
@@ -252,8 +252,8 @@ fn gathered(
 }
 
 /// A person's amplitude of an effect, mean over folds.
-fn of_person(units: &[Unit<'_>], subject: usize, place: usize) -> Option<f64> {
-    let of = |unit: &Unit<'_>| unit.after.amplitudes.get(place).copied();
+fn of_person(units: &[Unit<'_>], subject: usize, index: usize) -> Option<f64> {
+    let of = |unit: &Unit<'_>| unit.after.amplitudes.get(index).copied();
     let values: Vec<f64> =
         units.iter().filter(|unit| unit.subject == subject).filter_map(of).collect();
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
@@ -273,16 +273,16 @@ fn amplitudes(
     driven
         .iter()
         .enumerate()
-        .map(|(place, found)| {
-            let value = mean(&|fold| fold.mean[place]);
+        .map(|(index, found)| {
+            let value = mean(&|fold| fold.mean[index]);
             // Each fold trains on all blocks but one; together they use the data once.
-            let within = mean(&|fold| fold.within[place]) * (n - 1.0).max(1.0) / n;
-            let half = 1.96 * (within + mean(&|fold| fold.between[place])).sqrt();
+            let within = mean(&|fold| fold.within[index]) * (n - 1.0).max(1.0) / n;
+            let half = 1.96 * (within + mean(&|fold| fold.between[index])).sqrt();
             AmplitudeChange {
                 effect: found.effect.card().id.name().to_owned(),
-                variants: variants.iter().map(|of_fold| of_fold[place]).collect(),
+                variants: variants.iter().map(|of_fold| of_fold[index]).collect(),
                 mean: WithInterval { value, lower: (value - half).max(0.0), upper: value + half },
-                sd: mean(&|fold| fold.sd[place]),
+                sd: mean(&|fold| fold.sd[index]),
                 people: Vec::new(),
             }
         })

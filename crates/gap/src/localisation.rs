@@ -87,10 +87,10 @@ pub fn of_each_person(
     let tested: Vec<Option<Tested>> = people
         .iter()
         .enumerate()
-        .map(|(place, days)| {
+        .map(|(index, days)| {
             let sample = Sample::of(std::slice::from_ref(days), cell, rule)?;
             let mut tested = sample.tested(None, 0);
-            tested.owned_by(place);
+            tested.owned_by(index);
             Some(tested)
         })
         .collect();
@@ -259,8 +259,8 @@ mod tests {
             let cells = over_people(&people, &rule, 0.05, world);
             let shifted = cells[0].expect("everyone has errors in it");
             found += usize::from(shifted.p_adjusted <= 0.05 && shifted.lower > 0.0);
-            let holds = |(place, cell): (usize, &Option<CellEstimate>)| {
-                let truth = if place == 0 { 1.0 } else { 0.0 };
+            let holds = |(index, cell): (usize, &Option<CellEstimate>)| {
+                let truth = if index == 0 { 1.0 } else { 0.0 };
                 cell.is_some_and(|c| c.lower <= truth && truth <= c.upper)
             };
             covered += usize::from(cells.iter().enumerate().all(holds));

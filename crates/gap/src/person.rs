@@ -51,7 +51,7 @@ pub(crate) fn cells(rule: &FreeRunRule, localisation: &LocalisationRule) -> Vec<
         .horizons
         .iter()
         .enumerate()
-        .map(|(place, steps)| of(CellFactor::Horizon, &format!("{}", 5 * steps), place));
+        .map(|(index, steps)| of(CellFactor::Horizon, &format!("{}", 5 * steps), index));
     hours.chain(situations).chain(bands).chain(horizons).collect()
 }
 
@@ -303,9 +303,9 @@ fn mark_situations(
     reads_glucose: bool,
     error: f64,
 ) {
-    for (place, situation) in Situation::ALL.into_iter().enumerate() {
+    for (index, situation) in Situation::ALL.into_iter().enumerate() {
         if situation.reads_glucose() == reads_glucose && situations.holds(situation, step) {
-            day.add(SITUATIONS + place, error);
+            day.add(SITUATIONS + index, error);
         }
     }
 }

@@ -22,13 +22,12 @@ mod interleaved_cgm;
 mod interpolated_cgm;
 mod missing_channel;
 mod plausible_day;
+pub(crate) mod unusable;
 
-use cohort::{Channel, Person, Record};
-use physiology::MgPerDl;
+use cohort::{Channel, Person};
 
 pub use self::identical_people::identical_people;
-use self::interleaved_cgm::Interleaved;
-use crate::filter::observations::{Observations, Reading};
+use crate::filter::observations::Observations;
 use contract::diagnosis::{DataQualityFinding, FindingEstimate};
 
 /// What a diagnosis should do about a finding.
@@ -99,19 +98,6 @@ pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
     found
 }
 
-/// The steps whose CGM value a filter must not be fed, with what stands there instead: nothing where
-/// two sensors alternate, the line between the sensor's readings where a finger stick stands.
-pub(crate) fn unusable(record: &Record) -> Vec<(usize, Reading)> {
-    let alternating = Interleaved::find(record.cgm());
-    let hours = alternating.into_iter().flat_map(|found| found.blocks).flatten();
-    let sticks = capillary_in_cgm::find(record);
-    let lines = sticks.iter().flat_map(|stick| {
-        let between = stick.between.clone();
-        between.map(move |step| (step, Reading::Interpolated(MgPerDl(stick.line(step)))))
-    });
-    lines.chain(hours.map(|step| (step, Reading::Missing))).collect()
-}
-
 /// Why a person is to be excluded: the first finding with that consequence, in words.
 #[must_use]
 pub fn exclusion(findings: &[Finding]) -> Option<String> {
@@ -147,8 +133,8 @@ mod tests {
         let mut record = Record::new(start, 14 * STEPS_PER_DAY).expect("on the grid");
         let values = record.channel_mut(channel);
         values.fill(Some(0.0));
-        for (place, dose) in doses.iter().enumerate() {
-            values[24 * place] = Some(*dose);
+        for (index, dose) in doses.iter().enumerate() {
+            values[24 * index] = Some(*dose);
         }
         Person {
             id: "p".into(),

@@ -107,10 +107,10 @@ pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
             {
                 let (registers, rest) = S::as_mut_simd_f32s(&mut sums);
                 assert!(rest.is_empty(), "registers are no wider than the sums");
-                for (place, register) in registers.iter_mut().enumerate() {
+                for (index, register) in registers.iter_mut().enumerate() {
                     let mut sum = simd.splat_f32s(0.0);
                     for (x, y) in a.iter().zip(b) {
-                        let (x, y) = (S::as_simd_f32s(x).0[place], S::as_simd_f32s(y).0[place]);
+                        let (x, y) = (S::as_simd_f32s(x).0[index], S::as_simd_f32s(y).0[index]);
                         sum = simd.add_f32s(sum, simd.mul_f32s(x, y));
                     }
                     *register = sum;

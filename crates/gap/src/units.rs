@@ -84,9 +84,9 @@ impl PersonUnits {
                     let powers = kind.rhythms.iter().map(|(_, period)| power(&scores, *period));
                     found.rhythms.insert((units.kind, field), powers.collect());
                 }
-                for (place, values) in covariates.iter().enumerate() {
+                for (index, values) in covariates.iter().enumerate() {
                     let pairs = of_units.iter().zip(values.iter().copied());
-                    found.trends.insert((units.kind, place, field), Total::of(pairs));
+                    found.trends.insert((units.kind, index, field), Total::of(pairs));
                 }
             }
         }
@@ -103,8 +103,8 @@ impl PersonUnits {
 fn standardised(units: &[Unit], covariates: usize) -> Vec<Vec<f64>> {
     let n = units.len() as f64;
     (0..covariates)
-        .map(|place| {
-            let values = || units.iter().map(|unit| unit.covariates[place]);
+        .map(|index| {
+            let values = || units.iter().map(|unit| unit.covariates[index]);
             let mean = values().sum::<f64>() / n;
             let sd = (values().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt();
             values().map(|x| if sd > 1e-9 { (x - mean) / sd } else { 0.0 }).collect()

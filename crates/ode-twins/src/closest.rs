@@ -46,11 +46,11 @@ pub fn closest(
 ) -> Result<Closest, OdeTwinError> {
     let mut best: Option<Closest> = None;
     let (mut failed, mut last) = (0, "there is no candidate".to_owned());
-    for (place, candidate) in candidates.iter().enumerate() {
+    for (index, candidate) in candidates.iter().enumerate() {
         match windows.loss(&candidate.plant()) {
             Ok(loss) if loss.is_finite() => {
                 if best.as_ref().is_none_or(|best| loss < best.loss) {
-                    best = Some(Closest { place, loss, failed: 0 });
+                    best = Some(Closest { place: index, loss, failed: 0 });
                 }
             }
             Ok(loss) => {

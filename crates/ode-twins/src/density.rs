@@ -167,10 +167,10 @@ impl Density<'_> {
         }
         let precision = model.sigma().powi(-2);
         let by_unbounded = 1.0 - model.coefficient().powi(2);
-        for (place, window) in at.errors.iter().enumerate() {
+        for (index, window) in at.errors.iter().enumerate() {
             let white = model.whitened(window);
             for (factor, by_factor) in at.slopes.iter().enumerate() {
-                let moved = model.whitened(&by_factor[place]);
+                let moved = model.whitened(&by_factor[index]);
                 let product: f64 = white.iter().zip(&moved).map(|(w, m)| w * m).sum();
                 slopes[factor] -= precision * product;
             }

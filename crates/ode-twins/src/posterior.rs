@@ -134,10 +134,10 @@ fn normal_equations(
     let mut matrix = Mat::<f64>::identity(FACTORS, FACTORS);
     let mut right = Mat::from_fn(FACTORS, 1, |k, _| -standard[k]);
     let precision = model.sigma().powi(-2);
-    for (place, window) in at.errors.iter().enumerate() {
+    for (index, window) in at.errors.iter().enumerate() {
         let white = model.whitened(window);
         let columns: Vec<Vec<f64>> =
-            at.slopes.iter().map(|slope| model.whitened(&slope[place])).collect();
+            at.slopes.iter().map(|slope| model.whitened(&slope[index])).collect();
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         for i in 0..FACTORS {
             right[(i, 0)] -= precision * product(&columns[i], &white);

@@ -33,11 +33,11 @@ fn person(parameters: OdeParameters, wander: f64) -> Person {
         input.basal = UnitsPerHour(start.basal.0);
         let of_day = step % 288;
         let day = step / 288;
-        for (place, (at, grams)) in [(90, 45.0), (150, 70.0), (228, 60.0)].into_iter().enumerate() {
-            if of_day == at + (7 * day + place) % 11 {
+        for (index, (at, grams)) in [(90, 45.0), (150, 70.0), (228, 60.0)].into_iter().enumerate() {
+            if of_day == at + (7 * day + index) % 11 {
                 input.carbs = Grams(grams + 5.0 * (day % 4) as f64);
                 // Sometimes too much, sometimes too little.
-                let ratio = 9.0 + 2.0 * ((day + place) % 3) as f64;
+                let ratio = 9.0 + 2.0 * ((day + index) % 3) as f64;
                 input.bolus = Units(input.carbs.0 / ratio);
             }
         }

@@ -244,8 +244,8 @@ mod tests {
     #[test]
     fn slopes_are_those_of_differences() {
         let mut x = States::default();
-        for (place, compartment) in Compartment::ALL.into_iter().enumerate() {
-            x[compartment] = [11.0, 9.0, 8.0, 0.008, 0.012, 0.3, 150.0, 0.9, 0.4, 0.008][place];
+        for (index, compartment) in Compartment::ALL.into_iter().enumerate() {
+            x[compartment] = [11.0, 9.0, 8.0, 0.008, 0.012, 0.3, 150.0, 0.9, 0.4, 0.008][index];
         }
         for (name, body) in bodies() {
             let differenced = Differenced(Arc::clone(&body));

@@ -106,8 +106,8 @@ fn rank_normalised(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
         }
         let rank = 0.5 * (first + last) as f64 + 1.0;
         let score = normal.inverse_cdf((rank - 0.375) / (all.len() as f64 + 0.25));
-        for place in &order[first..=last] {
-            scores[*place] = score;
+        for index in &order[first..=last] {
+            scores[*index] = score;
         }
         first = last + 1;
     }

@@ -272,8 +272,8 @@ mod tests {
     fn slopes_are_those_of_central_differences() {
         // Every weight of an untrained network, and a last layer that lets it through.
         let mut network = ResidualNetwork::untrained(5);
-        for (place, weight) in network.layers[3].weight.iter_mut().enumerate() {
-            *weight = 0.5 - 0.1 * (place % 9) as f64;
+        for (index, weight) in network.layers[3].weight.iter_mut().enumerate() {
+            *weight = 0.5 - 0.1 * (index % 9) as f64;
         }
         let input: [f64; INPUTS] = std::array::from_fn(|k| 0.7 - 0.3 * k as f64);
         let (value, slopes) = network.evaluate_with_slopes(&input);

@@ -306,8 +306,8 @@ mod tests {
 
     #[test]
     fn amplitudes_are_kept_by_effect() {
-        for (place, effect) in Effect::ALL.into_iter().enumerate() {
-            assert_eq!(effect as usize, place);
+        for (index, effect) in Effect::ALL.into_iter().enumerate() {
+            assert_eq!(effect as usize, index);
             let amplitudes = Amplitudes::NONE.with(effect, 0.7);
             assert_eq!(amplitudes.of(effect), 0.7);
             assert_eq!(amplitudes.without(effect), Amplitudes::NONE);

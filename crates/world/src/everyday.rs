@@ -183,10 +183,10 @@ mod tests {
     fn hands_have_weights_of_their_own() {
         use std::collections::BTreeMap;
         let mut seen: BTreeMap<&str, [usize; 4]> = BTreeMap::new();
-        for (place, hand) in Generator::ALL.into_iter().enumerate() {
+        for (index, hand) in Generator::ALL.into_iter().enumerate() {
             for seed in 0..200 {
                 let noise = Everyday::sample(hand, seed, 0).sensor.noise;
-                seen.entry(noise.name()).or_default()[place] += 1;
+                seen.entry(noise.name()).or_default()[index] += 1;
             }
         }
         assert!(seen.len() >= 4, "{seen:?}");

@@ -90,8 +90,8 @@ fn check(
     let worlds = planned
         .par_iter()
         .enumerate()
-        .map(|(place, planned)| {
-            let world = planned.realise().with_context(|| format!("world {}", name(place)))?;
+        .map(|(index, planned)| {
+            let world = planned.realise().with_context(|| format!("world {}", name(index)))?;
             progress.advance("");
             Ok(world)
         })
@@ -101,13 +101,13 @@ fn check(
     let labels = worlds
         .par_iter()
         .enumerate()
-        .map(|(place, world)| label(&name(place), world))
+        .map(|(index, world)| label(&name(index), world))
         .collect::<Result<Vec<Label>>>()?;
     let closed = labels
         .iter()
         .enumerate()
-        .map(|(place, label)| {
-            Ok(OpenedLabel::new(&label.id, salt(seed, place), serde_json::to_string(label)?))
+        .map(|(index, label)| {
+            Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
         })
         .collect::<Result<Vec<_>>>()?;
     output.write_json("seal.json", &seal::seal(&closed))?;
@@ -116,8 +116,8 @@ fn check(
     let answers = worlds
         .par_iter()
         .enumerate()
-        .map(|(place, world)| {
-            let answer = answer(place, world, seed, asked, output)?;
+        .map(|(index, world)| {
+            let answer = answer(index, world, seed, asked, output)?;
             progress.advance("");
             Ok(answer)
         })
@@ -135,13 +135,13 @@ fn check(
 
 /// Writes the cohort of one world and its answer.
 fn answer(
-    place: usize,
+    index: usize,
     world: &RealisedWorld,
     seed: u64,
     asked: Asked,
     output: &OutputFolder,
 ) -> Result<Answer> {
-    let id = name(place);
+    let id = name(index);
     let cohort = world.cohort().with_context(|| format!("world {id}"))?;
     let folder = output.path().join("cohorts").join(&id);
     write_folder(&cohort, &folder, RecordsFormat::Parquet)
@@ -149,7 +149,7 @@ fn answer(
     drop(cohort);
     // Nothing that answers a world has seen the hand that made it.
     let hand = world.planned.generator.name();
-    let (answer, written) = ask(&folder, Some(hand), diagnosis_seed(seed, place), asked)?;
+    let (answer, written) = ask(&folder, Some(hand), diagnosis_seed(seed, index), asked)?;
     match written {
         Some(written) => output.write(&format!("answers/{id}.json"), &written.text)?,
         None => output.write_json(&format!("answers/{id}.json"), &answer)?,
@@ -191,8 +191,8 @@ fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
 }
 
 /// The name of a world; it tells its place in an order that was drawn.
-fn name(place: usize) -> String {
-    format!("world_{:04}", place + 1)
+fn name(index: usize) -> String {
+    format!("world_{:04}", index + 1)
 }
 
 /// The figures that were promised, a line each.
@@ -285,8 +285,8 @@ mod tests {
         // What a diagnosis is given: two files, and no word of what acts.
         let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());
         let sealed = sealed.expect("a time");
-        for place in 0..4 {
-            let folder = target.join("cohorts").join(name(place));
+        for index in 0..4 {
+            let folder = target.join("cohorts").join(name(index));
             let mut files: Vec<_> = std::fs::read_dir(&folder)
                 .expect("a cohort")
                 .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))

@@ -374,11 +374,11 @@ impl Found {
         let actual: Vec<Outcomes> = judged.iter().map(|judged| judged.actual).collect();
         let rmse = |kind: usize| -> Vec<f64> { judged.iter().map(|j| j.kinds[kind].1).collect() };
         let mut kinds = Vec::with_capacity(KINDS.len());
-        for (place, kind) in KINDS.iter().enumerate() {
-            let simulated: Vec<Outcomes> = judged.iter().map(|j| j.kinds[place].0).collect();
+        for (index, kind) in KINDS.iter().enumerate() {
+            let simulated: Vec<Outcomes> = judged.iter().map(|j| j.kinds[index].0).collect();
             kinds.push(KindRow {
                 name: kind.name,
-                rmse_5h: Summary::of(&rmse(place))?,
+                rmse_5h: Summary::of(&rmse(index))?,
                 rows: compare_outcomes(&actual, &simulated, 0.05)?,
             });
         }

@@ -114,14 +114,14 @@ fn outcomes(text: &mut String, training_days: Option<&[OutcomeRow]>, methods: &[
         let _ = write!(text, "{:<COLUMN$}", method.name);
     }
     text.push('\n');
-    for (place, row) in first.rows.iter().enumerate() {
+    for (index, row) in first.rows.iter().enumerate() {
         let actual = format!("{:.1} \u{b1} {:.1}", row.actual.mean, row.actual.sd);
         let _ = write!(text, "{:<6}{actual:<16}", row.metric.to_uppercase());
-        if let Some(row) = training_days.and_then(|rows| rows.get(place)) {
+        if let Some(row) = training_days.and_then(|rows| rows.get(index)) {
             cell(text, row);
         }
         for method in methods {
-            cell(text, &method.rows[place]);
+            cell(text, &method.rows[index]);
         }
         text.push('\n');
     }

@@ -18,21 +18,21 @@ pub(super) fn drawn_seed() -> u64 {
 }
 
 /// Streams of the master seed that belong to this stage, apart from those of the plan.
-pub(super) fn stream(seed: u64, purpose: u64, place: usize) -> ChaCha8Rng {
+pub(super) fn stream(seed: u64, purpose: u64, index: usize) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7365_616c);
-    rng.set_stream(((place as u64) << 8) | purpose);
+    rng.set_stream(((index as u64) << 8) | purpose);
     rng
 }
 
-pub(super) fn salt(seed: u64, place: usize) -> String {
+pub(super) fn salt(seed: u64, index: usize) -> String {
     let mut bytes = [0; 32];
-    stream(seed, 1, place).fill_bytes(&mut bytes);
+    stream(seed, 1, index).fill_bytes(&mut bytes);
     hexadecimal(&bytes)
 }
 
 /// The seed that a diagnosis is told: not that of its world.
-pub(super) fn diagnosis_seed(seed: u64, place: usize) -> u64 {
-    stream(seed, 2, place).next_u64() >> (u64::BITS - SEED_BITS)
+pub(super) fn diagnosis_seed(seed: u64, index: usize) -> u64 {
+    stream(seed, 2, index).next_u64() >> (u64::BITS - SEED_BITS)
 }
 
 #[cfg(test)]

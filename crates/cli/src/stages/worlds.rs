@@ -86,9 +86,9 @@ fn plan(args: &WorldsArgs) -> Result<Vec<PlannedWorld>> {
     // A plan of nulls draws seeds and dates.
     let nulls = Plan { nulls: args.count, ..Plan::check(0, 0) };
     let worlds =
-        nulls.worlds(args.seed).into_iter().enumerate().map(|(place, drawn)| PlannedWorld {
+        nulls.worlds(args.seed).into_iter().enumerate().map(|(index, drawn)| PlannedWorld {
             effects: effects.clone(),
-            generator: args.generator.unwrap_or(Generator::ALL[place % Generator::ALL.len()]),
+            generator: args.generator.unwrap_or(Generator::ALL[index % Generator::ALL.len()]),
             regime: args.regime.map_or(drawn.regime, |regime| match regime {
                 crate::cli::RegimeName::OpenLoop => Regime::OpenLoopPump,
                 crate::cli::RegimeName::ClosedLoop => Regime::Aid,

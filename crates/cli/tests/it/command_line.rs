@@ -375,9 +375,9 @@ fn column(path: &Path, name: &str) -> Vec<f64> {
     let table = fs::read_to_string(path).expect("readable");
     let mut lines = table.lines();
     let header = lines.next().expect("a header");
-    let place = header.split(',').position(|column| column == name).expect("the column");
+    let index = header.split(',').position(|column| column == name).expect("the column");
     lines
-        .map(|line| line.split(',').nth(place).expect("a cell").parse().expect("a number"))
+        .map(|line| line.split(',').nth(index).expect("a cell").parse().expect("a number"))
         .collect()
 }
 

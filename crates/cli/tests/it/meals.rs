@@ -38,10 +38,10 @@ fn the_account_closes_and_only_carbohydrate_changes() {
             .filter_map(serde_json::Value::as_u64)
             .sum();
         assert_eq!(counted, events.len() as u64);
-        for (place, (old, new)) in before.people.iter().zip(&mut after.people).enumerate() {
+        for (index, (old, new)) in before.people.iter().zip(&mut after.people).enumerate() {
             let sum =
                 |person: &cohort::Person| -> f64 { person.record.carbs().iter().flatten().sum() };
-            let row = &account["people"][place];
+            let row = &account["people"][index];
             assert_eq!(row["person_id"], old.id);
             assert_eq!(row["carbs_before_g"].as_f64(), Some(sum(old)));
             let told = row["carbs_after_g"].as_f64().expect("a number");

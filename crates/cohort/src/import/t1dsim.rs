@@ -154,7 +154,7 @@ fn start(table: &TextTable) -> Result<NaiveDateTime, CohortError> {
         }
         match disagreement {
             None => return Ok(start),
-            Some(place) => furthest = furthest.max(place),
+            Some(index) => furthest = furthest.max(index),
         }
     }
     let (row, column) = furthest;

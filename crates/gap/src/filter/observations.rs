@@ -8,7 +8,7 @@ use physiology::{
 use serde::{Deserialize, Serialize};
 
 use crate::error::GapError;
-use crate::quality;
+use crate::quality::unusable::unusable;
 
 /// Body weight assumed where it is not recorded: the mean of the virtual population of Resalat et
 /// al. 2019, 76.3 kg (SD 15.9). Calibration absorbs most of the error, since weight enters as a
@@ -161,8 +161,8 @@ impl Observations {
                 };
             }
         }
-        for (step, instead) in quality::unusable(record) {
-            readings[step] = instead;
+        for (step, instead) in unusable(record) {
+            readings[step] = instead.map_or(Reading::Missing, Reading::Interpolated);
         }
         Ok(Self {
             person: person.id.clone(),

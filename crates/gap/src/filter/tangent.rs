@@ -142,8 +142,8 @@ pub(crate) fn few_at_a_time(
     let n = record.len();
     let steps = Steps::of_run(model, record, frozen, directions)?;
     let mut rows = Vec::with_capacity(n);
-    for (place, members) in in_order(directions).chunks(LANES).enumerate() {
-        let block = Block::of(&steps, place, members, directions, n);
+    for (index, members) in in_order(directions).chunks(LANES).enumerate() {
+        let block = Block::of(&steps, index, members, directions, n);
         rows.clear();
         Pass::new(&block).over(&steps, &mut rows);
         taken(members, &rows);
@@ -188,7 +188,7 @@ pub(crate) fn filtered_with_forks(
     let blocks: Vec<Block> = order
         .chunks(LANES)
         .enumerate()
-        .map(|(place, members)| Block::of(&steps, place, members, directions, n))
+        .map(|(index, members)| Block::of(&steps, index, members, directions, n))
         .collect();
     let mut passes: Vec<(Pass<'_>, Vec<Lanes>)> =
         blocks.iter().map(|block| (Pass::new(block), Vec::with_capacity(n))).collect();
@@ -269,7 +269,7 @@ pub(crate) fn without_meals(
 /// Parameters first, as they were asked for; then courses, those of the same fields beside each other.
 fn in_order(directions: &[Direction]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..directions.len()).collect();
-    places.sort_by_key(|place| match &directions[*place] {
+    places.sort_by_key(|index| match &directions[*index] {
         Direction::Parameter(_) => Vec::new(),
         Direction::Pulses { field, .. } => vec![1, 2 + *field as usize],
         Direction::Course(fields) => {

@@ -75,16 +75,16 @@ pub(super) fn directions(
 ) -> Vec<Direction> {
     let (mut above, mut beneath) = (Vec::new(), Vec::new());
     (0..drivers.len())
-        .map(|place| {
+        .map(|index| {
             let at = |by: f64, steps: &mut Vec<Modulation>| {
                 let mut moved = amplitudes.to_vec();
-                moved[place] += by;
+                moved[index] += by;
                 steps.clear();
                 steps.resize(course.len(), Modulation::NEUTRAL);
                 add(drivers, &moved, course, |_| true, steps);
             };
             // Amplitudes are never negative.
-            let below = SPACING.min(amplitudes[place]);
+            let below = SPACING.min(amplitudes[index]);
             at(SPACING, &mut above);
             let (low, high) = if below > 0.0 {
                 at(-below, &mut beneath);

@@ -34,9 +34,9 @@ pub(super) fn fitted<'a>(
     let folds = 0..rule.folds;
     let mut units: Vec<Unit<'_>> = folds
         .clone()
-        .flat_map(|fold| subjects.iter().enumerate().map(move |(place, s)| (fold, place, s)))
+        .flat_map(|fold| subjects.iter().enumerate().map(move |(index, s)| (fold, index, s)))
         .filter(|(fold, _, subject)| subject.folds.held_out(*fold).is_some())
-        .map(|(fold, place, subject)| Unit::new(place, fold, subject))
+        .map(|(fold, index, subject)| Unit::new(index, fold, subject))
         .collect();
     let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
     let held: Vec<Option<f64>> = driven.iter().map(|found| known(&found.amplitude)).collect();
@@ -58,7 +58,7 @@ pub(super) fn fitted<'a>(
             let mut of_fold: Vec<&mut Unit<'_>> =
                 units.iter_mut().filter(|unit| unit.fold == fold).collect();
             (0..driven.len())
-                .map(|place| choose_variant(&mut of_fold, subjects, driven, place, calibration))
+                .map(|index| choose_variant(&mut of_fold, subjects, driven, index, calibration))
                 .collect()
         })
         .collect();
@@ -116,18 +116,18 @@ fn choose_variant(
     units: &mut [&mut Unit<'_>],
     subjects: &[Subject<'_>],
     driven: &[&NamedEffect<'_>],
-    place: usize,
+    index: usize,
     calibration: &CalibrationRule,
 ) -> usize {
-    let effect = driven[place].effect;
-    let given = driven[place].variant;
+    let effect = driven[index].effect;
+    let given = driven[index].variant;
     let tried = subjects.iter().map(|s| effect.variants_for(&s.course)).max().unwrap_or(1);
-    if tried < 2 || known(&driven[place].amplitude).is_some() {
+    if tried < 2 || known(&driven[index].amplitude).is_some() {
         return given;
     }
     let found: Vec<Option<(Fit, Equations)>> = units
         .par_iter_mut()
-        .map(|unit| unit.equations_of_variants(place, tried, calibration))
+        .map(|unit| unit.equations_of_variants(index, tried, calibration))
         .collect();
     let known: Vec<&Equations> = found.iter().flatten().map(|(_, equations)| equations).collect();
     let inflation = inflation(&known, tried);
@@ -150,7 +150,7 @@ fn choose_variant(
         }
     }
     for (unit, about) in units.iter_mut().zip(found) {
-        unit.set_variant(place, best.0, tried, about);
+        unit.set_variant(index, best.0, tried, about);
     }
     best.0
 }

@@ -87,9 +87,9 @@ impl<'a> Rollouts<'a> {
         covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
         let mut expected = vec![None; horizons.len()];
         let last = horizons.iter().copied().filter(|steps| *steps < states.len()).max();
-        for (place, state) in states.iter().enumerate().take(last.map_or(0, |last| last + 1)) {
+        for (index, state) in states.iter().enumerate().take(last.map_or(0, |last| last + 1)) {
             let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);
-            if horizons.contains(&place) {
+            if horizons.contains(&index) {
                 let gain = modulation[Field::SensorGain];
                 let variance = gain * gain * covariance.get(INTERSTITIAL, INTERSTITIAL)
                     + 2.0 * gain * covariance.get(INTERSTITIAL, SENSOR)
@@ -98,13 +98,13 @@ impl<'a> Rollouts<'a> {
                 let reading = self.model.reading(&state.state, modulation);
                 let error = self.absolute(reading, variance.max(0.0).sqrt());
                 for (expected, _) in
-                    expected.iter_mut().zip(horizons).filter(|(_, steps)| **steps == place)
+                    expected.iter_mut().zip(horizons).filter(|(_, steps)| **steps == index)
                 {
                     *expected = Some(error);
                 }
             }
-            if let Some(input) = inputs.get(place).filter(|_| Some(place) < last) {
-                let step = offset + place;
+            if let Some(input) = inputs.get(index).filter(|_| Some(index) < last) {
+                let step = offset + index;
                 self.onward(&mut covariance, &state.state, input, modulation, step)?;
             }
         }

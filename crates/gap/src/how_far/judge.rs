@@ -126,10 +126,10 @@ impl HeldOut<'_> {
         let runner = Runner { held_out: self, candidate, model: &model, course, known: &known };
         let starts = self.starts(&course.day, seen.start);
         let mut rollouts = floor::Rollouts::new(&model, &record, &filtered);
-        for (place, start) in starts.iter().enumerate() {
+        for (index, start) in starts.iter().enumerate() {
             let begin = &filtered.states[*start - seen.start];
             let day = days.of(course.day[*start]);
-            let takes_floor = floor == Floor::Take && place % FLOOR_EVERY == 0;
+            let takes_floor = floor == Floor::Take && index % FLOOR_EVERY == 0;
             let quick = prepared.as_ref().filter(|_| !takes_floor && !runner.feeds_back());
             let quick = quick.and_then(|p| p.readings(*start, begin, runner.steps(*start)));
             if let Some(readings) = quick {
@@ -257,8 +257,8 @@ impl Days {
     }
 
     fn of(&mut self, number: usize) -> &mut Day {
-        let place = self.0.iter().position(|(day, _)| *day == number);
-        &mut self.0[place.expect("every step of the block lies on one of its days")].1
+        let index = self.0.iter().position(|(day, _)| *day == number);
+        &mut self.0[index.expect("every step of the block lies on one of its days")].1
     }
 
     fn at(&mut self, step: usize, block: &Range<usize>) -> Option<&mut Day> {

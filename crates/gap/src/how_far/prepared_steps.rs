@@ -113,10 +113,10 @@ impl<'a> PreparedSteps<'a> {
         let mut x = filtered.body.vector().0;
         let (mut before, mut interstitial) = (glucose(x[Q1]), filtered.interstitial.0);
         let mut readings = Vec::with_capacity(steps + 1);
-        for (place, step) in on_the_way.iter().enumerate() {
+        for (index, step) in on_the_way.iter().enumerate() {
             let (gain, offset) = step.shown;
             readings.push(within_sensor_range(interstitial * gain + offset));
-            if place == steps {
+            if index == steps {
                 break;
             }
             if !step.covered {
@@ -189,8 +189,8 @@ mod tests {
             let readings = prepared.expect("prepared").readings(7, &state, STEPS);
             let plant = ModulatedPlant::new(&model, &modulations);
             let mut at = ModulatedPlant::start(7, &state);
-            for (place, reading) in readings.expect("covered").into_iter().enumerate() {
-                assert_eq!(reading, plant.reading(&at), "{field:?}, step {place}");
+            for (index, reading) in readings.expect("covered").into_iter().enumerate() {
+                assert_eq!(reading, plant.reading(&at), "{field:?}, step {index}");
                 at = plant.step(&at, &inputs[at.step]).expect("finite");
             }
         }

@@ -243,10 +243,10 @@ impl Rows {
         }
         let symmetric = |a: usize, b: usize| curvature[a.max(b) * columns + a.min(b)];
         let mut of_factors = Mat::from_fn(FACTORS, FACTORS, symmetric);
-        for (place, factor) in Factor::ALL.into_iter().enumerate() {
+        for (index, factor) in Factor::ALL.into_iter().enumerate() {
             let precision = factor.prior_sd().powi(-2);
-            of_factors[(place, place)] += precision;
-            gradient[place] += precision * fit.factors.0[place];
+            of_factors[(index, index)] += precision;
+            gradient[index] += precision * fit.factors.0[index];
         }
         let covariance =
             of_factors.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(FACTORS, FACTORS));
@@ -273,13 +273,13 @@ impl Rows {
     /// that the factors answer to.
     fn by_day(&self, effect: usize, answer: &Mat<f64>) -> f64 {
         let mut scores: Vec<(usize, f64)> = Vec::new();
-        for (place, row) in self.derivatives().enumerate() {
+        for (index, row) in self.derivatives().enumerate() {
             let carried: f64 = (0..FACTORS).map(|k| answer[(k, effect)] * row[k]).sum();
             let along = row[FACTORS + effect] - carried;
-            let score = self.weights[place] * along * self.residuals[place];
+            let score = self.weights[index] * along * self.residuals[index];
             match scores.last_mut() {
-                Some((day, sum)) if *day == self.days[place] => *sum += score,
-                _ => scores.push((self.days[place], score)),
+                Some((day, sum)) if *day == self.days[index] => *sum += score,
+                _ => scores.push((self.days[index], score)),
             }
         }
         let n = scores.len() as f64;

@@ -32,11 +32,11 @@ impl<'a> Subject<'a> {
     }
 
     /// Gives the person the drivers of the effects that have one in somebody's record.
-    pub(super) fn drive(&mut self, place: usize, driven: &[&NamedEffect<'a>]) {
+    pub(super) fn drive(&mut self, index: usize, driven: &[&NamedEffect<'a>]) {
         for found in driven {
             self.drivers.push(Driver::new(found.effect, found.variant, &self.course));
             let largest = found.effect.card().prior.largest;
-            self.starts.push(found.amplitude.of(place).clamp(0.0, largest));
+            self.starts.push(found.amplitude.of(index).clamp(0.0, largest));
         }
     }
 }

@@ -37,14 +37,14 @@ impl Summary<'_> {
     /// [`GapError::Statistics`].
     pub(super) fn horizons(&self, reconstructed: bool) -> Result<Vec<HorizonChange>, GapError> {
         let mut rows = Vec::new();
-        for (place, steps) in self.settings.free_run.horizons.iter().enumerate() {
+        for (index, steps) in self.settings.free_run.horizons.iter().enumerate() {
             let of = |pair: &Pair| {
                 // Both have the same starts.
-                [pair.before.runs[place], pair.before.sizes[place], pair.after.sizes[place]]
+                [pair.before.runs[index], pair.before.sizes[index], pair.after.sizes[index]]
             };
             let people = self.sums(of);
             let Some((means, difference)) = self.change(&people)? else { continue };
-            let (floor, share_above_floor) = self.floor(place, reconstructed)?;
+            let (floor, share_above_floor) = self.floor(index, reconstructed)?;
             rows.push(HorizonChange {
                 minutes: u32::try_from(5 * steps).unwrap_or(u32::MAX),
                 mae_before: means[0],
@@ -92,8 +92,8 @@ impl Summary<'_> {
             if windows.is_empty() {
                 continue;
             }
-            for (place, column) in columns.iter_mut().enumerate() {
-                let of_person: Vec<Outcomes> = windows.iter().map(|w| w[place]).collect();
+            for (index, column) in columns.iter_mut().enumerate() {
+                let of_person: Vec<Outcomes> = windows.iter().map(|w| w[index]).collect();
                 column.push(Outcomes::average(&of_person)?);
             }
         }
@@ -123,12 +123,12 @@ impl Summary<'_> {
         self.people
             .iter()
             .enumerate()
-            .map(|(place, (person, days))| {
+            .map(|(index, (person, days))| {
                 let of_days = |days: &[Pair], of: fn(&Pair) -> &Day| -> Vec<Option<f64>> {
                     (0..horizons).map(|horizon| mean_error(days, horizon, of)).collect()
                 };
                 let errors = |of: fn(&Pair) -> &Day| of_days(days, of);
-                let known = reconstructed.get(place);
+                let known = reconstructed.get(index);
                 let judged = |pair: &&Pair| pair.before.runs.iter().any(|runs| *runs > 0.0);
                 PersonChange {
                     person_id: person.clone(),
@@ -146,16 +146,16 @@ impl Summary<'_> {
     /// The floor at a horizon and the share of the error above it that was removed.
     fn floor(
         &self,
-        place: usize,
+        index: usize,
         reconstructed: bool,
     ) -> Result<(Option<f64>, Option<WithInterval>), GapError> {
         let (mut before, mut after, mut floors) = (Vec::new(), Vec::new(), Vec::new());
         for (_, days) in self.people {
-            let runs: f64 = days.iter().map(|pair| pair.after.floor_runs[place]).sum();
-            let sum: f64 = days.iter().map(|pair| pair.after.floors[place]).sum();
+            let runs: f64 = days.iter().map(|pair| pair.after.floor_runs[index]).sum();
+            let sum: f64 = days.iter().map(|pair| pair.after.floors[index]).sum();
             let errors =
-                mean_error(days, place, |pair| &pair.before)
-                    .zip(mean_error(days, place, |pair| &pair.after));
+                mean_error(days, index, |pair| &pair.before)
+                    .zip(mean_error(days, index, |pair| &pair.after));
             if let Some((b, a)) = errors.filter(|_| runs > 0.0) {
                 before.push(b);
                 after.push(a);

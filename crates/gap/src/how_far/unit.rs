@@ -38,7 +38,7 @@ pub(super) struct Unit<'a> {
 }
 
 impl<'a> Unit<'a> {
-    pub(super) fn new(place: usize, fold: usize, subject: &'a Subject<'a>) -> Self {
+    pub(super) fn new(index: usize, fold: usize, subject: &'a Subject<'a>) -> Self {
         let calibration = subject.input.calibration;
         let mut glucose = subject.course.glucose.clone();
         if let Some(block) = subject.folds.held_out(fold) {
@@ -51,7 +51,7 @@ impl<'a> Unit<'a> {
             scale: calibration.scale.max(1.0),
         };
         Self {
-            subject: place,
+            subject: index,
             fold,
             folds: &subject.folds,
             training: Training {
@@ -132,7 +132,7 @@ impl Unit<'_> {
     /// effects; `None` for a unit that has failed or fails at it.
     pub(super) fn equations_of_variants(
         &mut self,
-        place: usize,
+        index: usize,
         tried: usize,
         rule: &CalibrationRule,
     ) -> Option<(Fit, Equations)> {
@@ -140,12 +140,12 @@ impl Unit<'_> {
             return None;
         }
         // Some may read glucose where the variant in use does not.
-        let own = Driver { reads_glucose: true, ..self.training.drivers[place] };
+        let own = Driver { reads_glucose: true, ..self.training.drivers[index] };
         let mut drivers: Vec<Driver<'_>> =
             (0..tried).map(|variant| Driver { variant, ..own }).collect();
         let mut fit = Fit { amplitudes: vec![0.0; tried], ..self.before.clone() };
         for (other, driver) in self.training.drivers.iter().enumerate() {
-            if other != place {
+            if other != index {
                 drivers.push(*driver);
                 fit.amplitudes.push(self.after.amplitudes[other]);
             }
@@ -166,18 +166,18 @@ impl Unit<'_> {
     /// compared: `about` is what [`equations_of_variants`](Self::equations_of_variants) gave.
     pub(super) fn set_variant(
         &mut self,
-        place: usize,
+        index: usize,
         variant: usize,
         tried: usize,
         about: Option<(Fit, Equations)>,
     ) {
-        let driver = self.training.drivers[place];
+        let driver = self.training.drivers[index];
         if driver.variant != variant {
-            self.training.drivers[place] =
+            self.training.drivers[index] =
                 Driver::new(driver.effect, variant, &self.training.course());
         }
         // Where its own stands among those that were compared, with the others after them.
-        let own = |effect: usize| match effect.cmp(&place) {
+        let own = |effect: usize| match effect.cmp(&index) {
             Ordering::Less => tried + effect,
             Ordering::Equal => variant,
             Ordering::Greater => tried + effect - 1,
@@ -204,8 +204,8 @@ impl Unit<'_> {
         let course = self.training.course();
         for range in &self.training.stretches {
             let mut linear = self.linear(range, rule)?;
-            for (tally, (place, strength)) in tallies.iter_mut().zip(hidden) {
-                if let Some(form) = &subject.forms[*place] {
+            for (tally, (index, strength)) in tallies.iter_mut().zip(hidden) {
+                if let Some(form) = &subject.forms[*index] {
                     let (_, counted) = linear.reconstruct(form, *strength, range, &course)?;
                     *tally = tally.plus(counted);
                 }

@@ -87,9 +87,9 @@ impl CourseSums {
             information: Mat::zeros(PARTS, PARTS),
             scatter: Mat::zeros(PARTS, PARTS),
         };
-        for (place, (part, own)) in blocks.iter().enumerate() {
+        for (index, (part, own)) in blocks.iter().enumerate() {
             sums.score[*part] += own[DATA];
-            for (lag, (other, theirs)) in blocks[place..].iter().take(REACH).enumerate() {
+            for (lag, (other, theirs)) in blocks[index..].iter().take(REACH).enumerate() {
                 let weight = 1.0 - lag as f64 / REACH as f64;
                 let drawn = own.iter().zip(theirs).skip(DATA + 1).map(|(a, b)| a * b).sum::<f64>();
                 let pairs = [
@@ -113,8 +113,8 @@ pub(super) fn of_cohort(people: &[&[CourseSums]]) -> Vec<PortCourse> {
     OF_PORTS
         .iter()
         .enumerate()
-        .filter_map(|(place, (port, _, unit, scale))| {
-            let own: Vec<&CourseSums> = people.iter().filter_map(|p| p.get(place)).collect();
+        .filter_map(|(index, (port, _, unit, scale))| {
+            let own: Vec<&CourseSums> = people.iter().filter_map(|p| p.get(index)).collect();
             let parts = course(&own)?;
             let parts = parts.map(|(value, half)| (scale * value, scale * half));
             Some(PortCourse { port: *port, unit, parts })

@@ -150,7 +150,7 @@ fn take_out(design: &Design, information: &Mat<f64>, beside: &[Beside], lanes: &
         prior + information[(beside[row].column, beside[column].column)]
     });
     let mut scores = Mat::zeros(beside.len(), LANES);
-    for (place, direction) in beside.iter().enumerate() {
+    for (index, direction) in beside.iter().enumerate() {
         let steps = design.signatures[direction.column].iter().zip(&design.weights);
         let mut sum = [0.0; LANES];
         for ((signature, weight), row) in steps.zip(&*lanes) {
@@ -159,14 +159,14 @@ fn take_out(design: &Design, information: &Mat<f64>, beside: &[Beside], lanes: &
         }
         sum[DATA] += direction.mean * direction.sd.powi(-2);
         for (lane, value) in sum.into_iter().enumerate() {
-            scores[(place, lane)] = value;
+            scores[(index, lane)] = value;
         }
     }
     // A Gram matrix plus the precision of a proper prior.
     let Ok(factor) = system.llt(Side::Lower) else { return };
     let found = factor.solve(&scores);
-    for (place, direction) in beside.iter().enumerate() {
-        let sizes: Lanes = std::array::from_fn(|lane| found[(place, lane)] as f32);
+    for (index, direction) in beside.iter().enumerate() {
+        let sizes: Lanes = std::array::from_fn(|lane| found[(index, lane)] as f32);
         add(lanes, &design.signatures[direction.column], &sizes);
     }
 }

@@ -80,8 +80,8 @@ impl Tally {
 pub(crate) fn power(scores: &[f64], period: usize) -> f64 {
     let mean = scores.iter().sum::<f64>() / scores.len().max(1) as f64;
     let (mut along, mut across, mut squares) = (0.0, 0.0, 0.0);
-    for (place, score) in scores.iter().enumerate() {
-        let (sin, cos) = (std::f64::consts::TAU * place as f64 / period as f64).sin_cos();
+    for (index, score) in scores.iter().enumerate() {
+        let (sin, cos) = (std::f64::consts::TAU * index as f64 / period as f64).sin_cos();
         let value = score - mean;
         along += value * cos;
         across += value * sin;

@@ -170,16 +170,16 @@ impl UnitTrial<'_> {
         let (person, allowed) = (self.person, &self.allowed);
         let n = allowed.len();
         (0..FOLDS)
-            .map(|place| {
+            .map(|index| {
                 let mut joint = Joint::none(n + sums.count);
-                let whole = &person.folds[place];
+                let whole = &person.folds[index];
                 for (i, row) in allowed.iter().enumerate() {
                     joint.b[i] = whole.b[row.column];
                     for (j, column) in allowed.iter().enumerate() {
                         joint.a[(i, j)] = whole.a[(row.column, column.column)];
                     }
                 }
-                for day in fold(person.days.len(), place) {
+                for day in fold(person.days.len(), index) {
                     self.add_day(&mut joint, day, &sums.days[day], spreads);
                 }
                 joint
@@ -187,7 +187,7 @@ impl UnitTrial<'_> {
             .collect()
     }
 
-    fn add_day(&self, joint: &mut Joint, place: usize, units: &UnitDay, spreads: &Spreads) {
+    fn add_day(&self, joint: &mut Joint, index: usize, units: &UnitDay, spreads: &Spreads) {
         let n = self.allowed.len();
         let first = n + units.units.start;
         let count = units.units.len();
@@ -201,7 +201,7 @@ impl UnitTrial<'_> {
                 joint.a[(first + unit, first + other)] += units.gram[(unit, other)];
             }
         }
-        let day = &self.person.days[place];
+        let day = &self.person.days[index];
         let active = active(spreads, day.za.len());
         if active.is_empty() {
             return;
@@ -290,17 +290,17 @@ pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence
         })
         .collect();
     let mut gains = vec![0.0; trials.len()];
-    for place in 0..FOLDS {
+    for index in 0..FOLDS {
         let training: Vec<f64> = (0..GRID.len())
-            .map(|k| found.iter().flatten().map(|(_, without)| without[place][k]).sum())
+            .map(|k| found.iter().flatten().map(|(_, without)| without[index][k]).sum())
             .collect();
         let best = largest(&training);
         for ((gain, trial), found) in gains.iter_mut().zip(trials).zip(&found) {
             let days = trial.person.days.len();
-            let test = fold(days, place);
+            let test = fold(days, index);
             let Some((all, without)) = found else { continue };
             if !test.is_empty() && test.len() < days {
-                *gain += all[best] - without[place][best];
+                *gain += all[best] - without[index][best];
             }
         }
     }
@@ -360,8 +360,8 @@ mod tests {
                 *residual -= log * a;
             }
         }
-        let background = |(place, random): (usize, &RandomFactor)| {
-            let wave = |k| (0.01 * (place + 3) as f64 * k as f64).cos() as f32;
+        let background = |(index, random): (usize, &RandomFactor)| {
+            let wave = |k| (0.01 * (index + 3) as f64 * k as f64).cos() as f32;
             let column = Column::Background { which: random.background, prior_sd: 0.1 };
             (column, (0..steps).map(wave).collect())
         };

@@ -28,10 +28,10 @@ pub(super) fn longer_lags(
     if known.is_empty() || !lag::calls_for_longer(&known) {
         return Ok(());
     }
-    subjects.par_iter_mut().zip(people).enumerate().try_for_each(|(place, (subject, input))| {
+    subjects.par_iter_mut().zip(people).enumerate().try_for_each(|(index, (subject, input))| {
         let Some(lags) = &mut subject.lags else { return Ok(()) };
         let about = (!named.is_empty())
-            .then(|| conditioned(input, place, tried, named, rule))
+            .then(|| conditioned(input, index, tried, named, rule))
             .transpose()?;
         let (observations, calibration) = about
             .as_ref()
@@ -44,7 +44,7 @@ pub(super) fn longer_lags(
 /// A person's record under the effects that have been named, and the calibrated filter run on it.
 pub(super) fn conditioned(
     input: &CalibratedPerson<'_>,
-    place: usize,
+    index: usize,
     tried: &Tried<'_>,
     named: &[Named],
     rule: &CalibrationRule,
@@ -55,11 +55,11 @@ pub(super) fn conditioned(
         let effect = tried.get(named.effect);
         match effect.form(&course) {
             Some(Form::Driven) => {
-                let (amplitude, _) = named.personal[place];
-                effect.modulate(named.variants[place], amplitude, &course, &mut modulations);
+                let (amplitude, _) = named.personal[index];
+                effect.modulate(named.variants[index], amplitude, &course, &mut modulations);
             }
             Some(Form::Events(shape)) => {
-                for event in named.events.iter().filter(|event| event.person == place) {
+                for event in named.events.iter().filter(|event| event.person == index) {
                     let profile = &shape.profiles[event.profile];
                     for (modulation, add) in modulations[event.onset..].iter_mut().zip(profile) {
                         modulation[shape.field] += event.size * add;

@@ -16,7 +16,7 @@ mod tests {
     #[test]
     fn folds_hold_every_day_once() {
         for days in [1, 3, 7, 14, 30] {
-            let all: Vec<usize> = (0..FOLDS).flat_map(|place| fold(days, place)).collect();
+            let all: Vec<usize> = (0..FOLDS).flat_map(|index| fold(days, index)).collect();
             assert_eq!(all, (0..days).collect::<Vec<_>>());
         }
     }

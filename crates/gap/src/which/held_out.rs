@@ -72,15 +72,15 @@ impl Folds {
     }
 
     /// Whether a fold has days, and there are others to train on.
-    fn is_tested(&self, place: usize) -> bool {
-        let test = fold(self.days, place);
+    fn is_tested(&self, index: usize) -> bool {
+        let test = fold(self.days, index);
         !test.is_empty() && self.days > test.len()
     }
 
     /// The days of every fold but one.
     fn training(&self, without: Option<usize>) -> &Training {
         self.training[without.unwrap_or(self.tests.len())].get_or_init(|| {
-            let others = self.tests.iter().enumerate().filter(|(place, _)| Some(*place) != without);
+            let others = self.tests.iter().enumerate().filter(|(index, _)| Some(*index) != without);
             let columns = self.tests.first().map_or(0, |sums| sums.b.len());
             let mut all = Sums::none(columns);
             for (_, sums) in others {
@@ -513,9 +513,9 @@ mod tests {
     fn folds(days: usize) -> Folds {
         let truth = [0.3, -0.2, 0.8];
         let tests = (0..FOLDS)
-            .map(|place| {
+            .map(|index| {
                 let (mut a, mut b) = (Mat::<f64>::zeros(3, 3), vec![0.0; 3]);
-                for day in fold(days, place) {
+                for day in fold(days, index) {
                     for step in 0..40 {
                         let t = (40 * day + step) as f64;
                         let row = [1.0, (0.3 * t).sin(), (0.11 * t).cos().max(0.0)];
@@ -543,8 +543,8 @@ mod tests {
     #[test]
     fn a_fold_without_a_day_is_not_tested() {
         let (one, three) = (folds(1), folds(3));
-        assert!((0..FOLDS).all(|place| !one.is_tested(place)));
-        assert_eq!((0..FOLDS).filter(|place| three.is_tested(*place)).count(), 3);
+        assert!((0..FOLDS).all(|index| !one.is_tested(index)));
+        assert_eq!((0..FOLDS).filter(|index| three.is_tested(*index)).count(), 3);
     }
 
     #[test]
@@ -597,9 +597,9 @@ mod tests {
         // Two pulses a day, of which either variant knows one.
         let (days, truth) = (14, [0.9, 0.6]);
         let tests = (0..FOLDS)
-            .map(|place| {
+            .map(|index| {
                 let (mut a, mut b) = (Mat::<f64>::zeros(3, 3), vec![0.0; 3]);
-                for step in fold(days, place).flat_map(|day| 40 * day..40 * (day + 1)) {
+                for step in fold(days, index).flat_map(|day| 40 * day..40 * (day + 1)) {
                     let hour = step % 40;
                     let pulse = |from: usize| f64::from(u8::from((from..from + 8).contains(&hour)));
                     let row = [1.0, pulse(4), pulse(16)];

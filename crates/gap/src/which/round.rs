@@ -79,9 +79,9 @@ impl Round {
             .par_iter()
             .zip(before)
             .enumerate()
-            .map(|(place, (input, before))| {
+            .map(|(index, (input, before))| {
                 let about = (!named.is_empty())
-                    .then(|| conditioned(input, place, tried, named, rule))
+                    .then(|| conditioned(input, index, tried, named, rule))
                     .transpose()?;
                 let (observations, calibration) = about
                     .as_ref()

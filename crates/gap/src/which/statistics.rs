@@ -126,8 +126,8 @@ impl Person {
         let count = steps.div_ceil(STEPS_PER_DAY);
         let mut days = Vec::with_capacity(count);
         let folds = (0..FOLDS)
-            .map(|place| {
-                let of_days = fold(count, place);
+            .map(|index| {
+                let of_days = fold(count, index);
                 let end = (of_days.end * STEPS_PER_DAY).min(steps);
                 let rows = Rows::of(design, of_days.start * STEPS_PER_DAY..end);
                 let mut sums = Sums::none(columns.len());

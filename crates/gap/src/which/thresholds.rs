@@ -185,12 +185,12 @@ impl Thresholds {
         let mut kept: Vec<&Evidence> = nulls.iter().collect();
         for _ in 0..(ALARMS * nulls.len() as f64) as usize {
             let all = total(&largest(&kept, &sizes));
-            let without = |place: usize| {
+            let without = |index: usize| {
                 let mut others = kept.clone();
-                others.remove(place);
+                others.remove(index);
                 total(&largest(&others, &sizes))
             };
-            let falls: Vec<f64> = (0..kept.len()).map(|place| all - without(place)).collect();
+            let falls: Vec<f64> = (0..kept.len()).map(|index| all - without(index)).collect();
             let Some(odd) = (0..falls.len()).max_by(|a, b| falls[*a].total_cmp(&falls[*b])) else {
                 break;
             };

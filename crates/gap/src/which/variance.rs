@@ -108,9 +108,9 @@ pub(super) fn crossed(day: &Day, active: &[(Option<usize>, usize, f64)]) -> (Mat
 pub(super) fn marginal(person: &Person, spreads: &Spreads) -> Folds {
     let count = person.days.len();
     let tests = (0..FOLDS)
-        .map(|place| {
-            let mut sums = person.folds[place].clone();
-            for day in &person.days[fold(count, place)] {
+        .map(|index| {
+            let mut sums = person.folds[index].clone();
+            for day in &person.days[fold(count, index)] {
                 let active = active(spreads, day.za.len());
                 if active.is_empty() {
                     continue;
@@ -292,8 +292,8 @@ pub(super) fn estimate(people: &[&Person], fixed: &[Vec<f64>], start: Spreads) -
             for factor in 0..COUNT {
                 let here = *spreads.get_mut(scale, factor);
                 let at = GRID.iter().position(|g| *g >= here).unwrap_or(0);
-                for (place, value) in GRID.into_iter().enumerate() {
-                    if value == here || sweep > 0 && place.abs_diff(at) > 1 {
+                for (index, value) in GRID.into_iter().enumerate() {
+                    if value == here || sweep > 0 && index.abs_diff(at) > 1 {
                         continue;
                     }
                     let mut tried = spreads;

@@ -320,8 +320,8 @@ fn a_person_is_followed_and_calibrated_alike() {
     let rule = CalibrationRule::working();
     let [a, b] = [&ode, &body].map(|model| calibrated(model, &record, &rule).expect("calibrates"));
     assert!(b.converged, "{} iterations", b.iterations);
-    for (place, factor) in Factor::ALL.into_iter().enumerate() {
-        let distance = (a.factors.0[place] - b.factors.0[place]).abs() / a.sd[place];
+    for (index, factor) in Factor::ALL.into_iter().enumerate() {
+        let distance = (a.factors.0[index] - b.factors.0[index]).abs() / a.sd[index];
         // Euler delays meals by some 2 min of 40, which t_max_g takes up.
         assert!(distance < 2.0, "{factor:?}: {distance} posterior standard deviations");
     }

@@ -119,13 +119,13 @@ fn a_planted_effect_shrinks_the_error_nearly_as_far_as_the_truth_would() {
     let amplitude = found.amplitudes[0].mean;
     assert!(amplitude.lower < planted && planted < amplitude.upper, "{amplitude:?}");
     assert!(amplitude.upper - amplitude.lower < 1.5, "{amplitude:?} says little");
-    for (place, row) in found.horizons.iter().enumerate() {
+    for (index, row) in found.horizons.iter().enumerate() {
         assert!(!row.reconstructed && row.people == 8, "{row:?}");
         let change = row.mae_after - row.mae_before;
         assert!((row.difference.value - change).abs() < 1e-9, "rounding of means: {row:?}");
         assert!(row.difference.upper < 0.0, "{row:?}");
-        let (before, after) = errors(&found, place);
-        let (same, truth) = errors(&oracle, place);
+        let (before, after) = errors(&found, index);
+        let (same, truth) = errors(&oracle, index);
         assert_eq!(before, same, "the baseline knows nothing of the effect");
         let plan = stats::Bootstrap { replicates: 500, level: 0.95, seed: 3 };
         let share = shrinkage(&before, &after, &truth, 0.1, &plan).expect("eight people").share;

@@ -79,11 +79,11 @@ fn signatures_about_modulations_are_central_differences_of_the_replay() {
     signatures_agree(|n| {
         let mut steps = vec![Modulation::NEUTRAL; n];
         for (step, modulation) in steps.iter_mut().enumerate() {
-            for (place, field) in Field::ALL.into_iter().enumerate() {
+            for (index, field) in Field::ALL.into_iter().enumerate() {
                 // What they make depend on glucose is held.
                 let held = [Field::LowGlucoseProduction, Field::RenalRate, Field::RenalThreshold];
                 if !held.contains(&field) {
-                    let wave = (0.3 * step as f64 + place as f64).sin();
+                    let wave = (0.3 * step as f64 + index as f64).sin();
                     modulation[field] += 0.2 * unit(field) * (1.0 + wave);
                 }
             }
@@ -141,8 +141,8 @@ fn signatures_agree(modulations: impl Fn(usize) -> Vec<Modulation>) {
     for (field, found) in Field::ALL.into_iter().zip(&found) {
         check(&format!("{field:?}"), &frozen, found, OF_FIELDS, |by| modulated(&[field], by));
     }
-    for (place, parameter) in parameters.into_iter().enumerate() {
-        let found = &found[courses.len() + place];
+    for (index, parameter) in parameters.into_iter().enumerate() {
+        let found = &found[courses.len() + index];
         check(&format!("{parameter:?}"), &frozen, found, TOLERANCE, |by| {
             let moved = model.with_parameters(|p| parameter.raised(p, by));
             replay(&moved, &record, &frozen).expect("finite")

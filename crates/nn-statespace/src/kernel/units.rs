@@ -171,9 +171,9 @@ pub(super) fn slopes_of_weights<T: Real>(
                 (span.w1().start + unit * inputs, span.b1().start + unit, span.w2().start + unit);
             // v enters as v (w . x + b) while the unit is active.
             let mut by_v = parameters[b] * sums[b];
-            for place in row..row + inputs {
-                by_v = by_v + parameters[place] * sums[place];
-                sums[place] = step * parameters[v] * sums[place];
+            for index in row..row + inputs {
+                by_v = by_v + parameters[index] * sums[index];
+                sums[index] = step * parameters[v] * sums[index];
             }
             sums[b] = step * parameters[v] * sums[b];
             sums[v] = step * by_v;

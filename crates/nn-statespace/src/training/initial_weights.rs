@@ -86,11 +86,11 @@ mod tests {
             [(Compartment::C1, Signal::Carbs), (Compartment::C2, Signal::State(Compartment::C1))]
         {
             let inputs = wiring.inputs(compartment);
-            let place = inputs.iter().position(|s| *s == signal).expect("wired");
+            let index = inputs.iter().position(|s| *s == signal).expect("wired");
             for start in [-3.0, 0.0, 2.0] {
                 let mut point = vec![start; inputs.len()];
                 let before = networks[compartment].evaluate(&point);
-                point[place] += 5.0;
+                point[index] += 5.0;
                 assert!(networks[compartment].evaluate(&point) > before, "{compartment} {start}");
             }
         }

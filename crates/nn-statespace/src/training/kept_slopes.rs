@@ -388,10 +388,10 @@ mod tests {
             let mut gradient = vec![0.0; parameters.len()];
             let on = product.active(point, &parameters);
             product.add_penalty(&on, margin, share, &parameters, &mut gradient);
-            for (place, slope) in gradient.iter().enumerate() {
+            for (index, slope) in gradient.iter().enumerate() {
                 let moved = |by: f32| {
                     let mut parameters = parameters.clone();
-                    parameters[place] += by;
+                    parameters[index] += by;
                     parameters
                 };
                 let (above, below) = (moved(1e-3), moved(-1e-3));
@@ -411,7 +411,7 @@ mod tests {
                 // Rounding of single-precision sums over the distance.
                 assert!(
                     (difference - f64::from(*slope)).abs() < 2e-3,
-                    "{place}: {difference} {slope}"
+                    "{index}: {difference} {slope}"
                 );
                 compared += usize::from(*slope != 0.0);
             }

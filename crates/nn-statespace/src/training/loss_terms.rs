@@ -150,14 +150,14 @@ mod tests {
 
             let terms = LossTerms::<f64>::new(&config, &scaler, &minima, steps * batch);
             let mut sum = 0.0;
-            for (place, (simulated, truth)) in simulated.iter().zip(&truth).enumerate() {
-                let compartment = Compartment::ALL[place % STATES];
+            for (index, (simulated, truth)) in simulated.iter().zip(&truth).enumerate() {
+                let compartment = Compartment::ALL[index % STATES];
                 let (mut slope, mut value) = ([f64::NAN], [0.0]);
                 terms.terms(compartment, &[*simulated], &[*truth], &mut slope, &mut value);
                 sum += value[0];
                 // Rounding of a few products.
-                let error = (slope[0] - expected[place]).abs();
-                assert!(error < 1e-14, "{compartment}: {} {}", slope[0], expected[place]);
+                let error = (slope[0] - expected[index]).abs();
+                assert!(error < 1e-14, "{compartment}: {} {}", slope[0], expected[index]);
             }
             let total = total.to_scalar::<f64>().expect("a scalar");
             assert!((sum - total).abs() < 1e-12 * total, "{sum} {total}"); // rounding of sums

@@ -70,9 +70,9 @@ impl CompactRun {
     }
 
     /// The values of the signal at this place of [`signals`].
-    pub(super) fn column(&self, place: usize) -> impl Iterator<Item = f32> + '_ {
-        let (rows, first, width) = match place.checked_sub(STATES) {
-            None => (&self.states, place, STATES),
+    pub(super) fn column(&self, index: usize) -> impl Iterator<Item = f32> + '_ {
+        let (rows, first, width) = match index.checked_sub(STATES) {
+            None => (&self.states, index, STATES),
             Some(input) => (&self.inputs, input, INPUTS),
         };
         rows.iter().skip(first).step_by(width).copied()

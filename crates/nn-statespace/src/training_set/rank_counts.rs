@@ -65,9 +65,9 @@ impl CoarseCounts {
 
     /// Counts the rows of a run.
     pub fn add(&mut self, run: &CompactRun) {
-        for (place, counts) in self.counts.iter_mut().enumerate() {
+        for (index, counts) in self.counts.iter_mut().enumerate() {
             if !counts.is_empty() {
-                run.column(place).for_each(|value| counts[(ordinal(value) >> 16) as usize] += 1);
+                run.column(index).for_each(|value| counts[(ordinal(value) >> 16) as usize] += 1);
             }
         }
     }
@@ -103,9 +103,9 @@ pub struct FineCounts {
 impl FineCounts {
     /// Counts the rows of a run, which must be one of the first pass.
     pub fn add(&mut self, run: &CompactRun) {
-        for (place, sought) in self.sought.iter_mut().enumerate() {
+        for (index, sought) in self.sought.iter_mut().enumerate() {
             if !sought.bins.is_empty() {
-                run.column(place).for_each(|value| sought.count(value));
+                run.column(index).for_each(|value| sought.count(value));
             }
         }
     }
@@ -132,8 +132,8 @@ impl FineCounts {
             if !is_scaled(signal) {
                 return Ok(CentreAndScale { centre: 0.0, scale: 1.0 });
             }
-            let place = signals().position(|other| other == signal).expect("every one is listed");
-            let sought = &self.sought[place];
+            let index = signals().position(|other| other == signal).expect("every one is listed");
+            let sought = &self.sought[index];
             let missing = || ModelError::NoRows { signal };
             let quantile = |share| sought.quantile(share).ok_or_else(missing);
             let range = quantile(SHARES[2])? - quantile(SHARES[0])?;

@@ -154,8 +154,8 @@ impl WindowSet {
     /// The lowest and highest scaled value of a signal over all rows.
     #[must_use]
     pub fn bounds(&self, signal: Signal) -> (f64, f64) {
-        let place = signals().position(|other| other == signal).expect("every signal is listed");
-        self.bounds[place]
+        let index = signals().position(|other| other == signal).expect("every signal is listed");
+        self.bounds[index]
     }
 
     /// Bytes that rows and windows take.

@@ -193,20 +193,20 @@ fn gradients_agree_with_central_differences() {
             assert!((3..33).contains(&at_bound), "{at_bound} of 36 values are confined");
         }
         let mut unused = gradient.clone();
-        for place in 0..parameters.len() {
-            let weight = parameters[place];
+        for index in 0..parameters.len() {
+            let weight = parameters[index];
             let mut shifted = |by: f64| {
-                parameters[place] = weight + by;
+                parameters[index] = weight + by;
                 let value = kernel.gradient(&parameters, &sequences, &terms, &mut unused);
-                parameters[place] = weight;
+                parameters[index] = weight;
                 value.expect("fits")
             };
             let step = 1e-6;
             let difference = (shifted(step) - shifted(-step)) / (2.0 * step);
-            let slope = gradient[place];
+            let slope = gradient[index];
             // Second-order error 1e-12 times curvature, rounding 1e-16/1e-6.
             let error = (difference - slope).abs();
-            assert!(error <= 1e-6 * (1.0 + slope.abs()), "{place}: {difference} {slope}");
+            assert!(error <= 1e-6 * (1.0 + slope.abs()), "{index}: {difference} {slope}");
         }
         let moved = gradient.iter().filter(|slope| **slope != 0.0).count();
         assert!(moved > gradient.len() * 8 / 10, "{moved} of {}", gradient.len());

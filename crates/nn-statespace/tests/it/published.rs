@@ -33,12 +33,12 @@ fn table(folder: &Path) -> InitialStateTable {
 fn column(folder: &Path, file: &str, name: &str) -> Vec<f64> {
     let text = String::from_utf8(bytes(folder, file)).expect("text");
     let mut lines = text.lines();
-    let place = lines
+    let index = lines
         .next()
         .and_then(|header| header.split(',').position(|field| field == name))
         .expect("the column is there");
     lines
-        .map(|line| line.split(',').nth(place).and_then(|f| f.parse().ok()).expect("a number"))
+        .map(|line| line.split(',').nth(index).and_then(|f| f.parse().ok()).expect("a number"))
         .collect()
 }
 

@@ -104,10 +104,10 @@ fn gradients_agree_with_central_differences() {
         let set = |variable: &Var, values: Vec<f64>| {
             variable.set(&tensor(values, variable.dims())).expect("the same shape");
         };
-        for (place, slope) in gradient.iter().enumerate() {
+        for (index, slope) in gradient.iter().enumerate() {
             let shifted = |by: f64| {
                 let mut values = weights.clone();
-                values[place] += by;
+                values[index] += by;
                 set(&variable, values);
                 let value = scalar();
                 set(&variable, weights.clone());
@@ -118,7 +118,7 @@ fn gradients_agree_with_central_differences() {
             // Second-order error 1e-12 times curvature, rounding 1e-16/1e-6; a weight outside the
             // wiring has no effect at all.
             let error = (difference - slope).abs();
-            assert!(error <= 1e-6 * (1.0 + slope.abs()), "{place}: {difference} {slope}");
+            assert!(error <= 1e-6 * (1.0 + slope.abs()), "{index}: {difference} {slope}");
             compared += usize::from(*slope != 0.0);
         }
     }

@@ -73,11 +73,11 @@ fn confusion() -> Value {
     answers.extend(["none", "unknown", "failed"]);
     let (none, unknown) = (EFFECTS.len(), EFFECTS.len() + 1);
     let mut rows: Vec<Value> = Vec::new();
-    for (place, (name, half, taken_for)) in EFFECTS.into_iter().enumerate() {
+    for (index, (name, half, taken_for)) in EFFECTS.into_iter().enumerate() {
         let mut counts = vec![0; answers.len()];
         for (_, _, shift, worlds) in BINS {
             let (named, detected) = found(half, shift, worlds);
-            counts[place] += named;
+            counts[index] += named;
             counts[taken_for] += (detected - named) / 2;
             counts[unknown] += detected - named - (detected - named) / 2;
             counts[none] += worlds - detected;

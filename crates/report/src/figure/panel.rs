@@ -95,7 +95,7 @@ impl Axis {
 
     /// The same axis with its grid and without labels, for a panel beside one that has them.
     pub(super) fn unlabelled(&self) -> Self {
-        let ticks = self.ticks.iter().map(|(place, _)| (*place, String::new())).collect();
+        let ticks = self.ticks.iter().map(|(index, _)| (*index, String::new())).collect();
         Self { range: self.range, ticks }
     }
 

@@ -38,8 +38,8 @@ pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
         return Ok(None);
     }
     let stroke = |ratio: f64| {
-        let place = ratios.iter().position(|known| *known == ratio).unwrap_or(0);
-        RATIOS[place % RATIOS.len()]
+        let index = ratios.iter().position(|known| *known == ratio).unwrap_or(0);
+        RATIOS[index % RATIOS.len()]
     };
     let series = |curve: &WhatIfCurve| -> Vec<f64> {
         let all = [&curve.lower, &curve.median, &curve.upper];

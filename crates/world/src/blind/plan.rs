@@ -139,7 +139,7 @@ impl Plan {
             .into_iter()
             .chain(self.two_effects(&mut rng))
             .chain(self.outside_effects(&mut rng))
-            .chain((0..self.nulls).map(|place| (Vec::new(), place)));
+            .chain((0..self.nulls).map(|index| (Vec::new(), index)));
         let mut worlds: Vec<PlannedWorld> = truths
             .enumerate()
             .map(|(item, (effects, turn))| self.world(master_seed, item, effects, turn))
@@ -304,7 +304,7 @@ mod tests {
             .iter()
             .enumerate()
             .filter(|(_, world)| world.effects.is_empty())
-            .map(|(place, _)| place)
+            .map(|(index, _)| index)
             .collect();
         let mean = nulls.iter().sum::<usize>() as f64 / nulls.len() as f64;
         // Middle 199.5; the mean of half of 400 places drawn at random has a SD of 5.8.

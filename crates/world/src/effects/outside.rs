@@ -203,8 +203,8 @@ mod tests {
 
     #[test]
     fn effects_stand_in_their_order_and_share_no_name_with_the_library() {
-        for (place, effect) in OutsideEffect::ALL.into_iter().enumerate() {
-            assert_eq!(effect as usize, place);
+        for (index, effect) in OutsideEffect::ALL.into_iter().enumerate() {
+            assert_eq!(effect as usize, index);
             assert!(crate::Effect::ALL.iter().all(|named| named.name() != effect.name()));
         }
     }

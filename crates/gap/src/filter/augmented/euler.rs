@@ -288,9 +288,9 @@ mod tests {
                 (glucose[4], j[(Q1, C2)]), (distant[0], j[(Q2, X1)]), (distant[1], j[(Q2, X2)]),
                 (distant[2], j[(Q2, Q1)]), (distant[3] - 1.0, j[(Q2, Q2)]),
             ];
-            for (place, (found, rate)) in rates.into_iter().enumerate() {
+            for (index, (found, rate)) in rates.into_iter().enumerate() {
                 let expected = STEP.0 * rate;
-                prop_assert!((found - expected).abs() < 1e-12, "{}: {} against {}", place, found, expected);
+                prop_assert!((found - expected).abs() < 1e-12, "{}: {} against {}", index, found, expected);
             }
         }
     }

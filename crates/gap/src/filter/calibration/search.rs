@@ -289,7 +289,7 @@ fn information(
     signatures: &[Factors],
 ) -> Information {
     let mut days: Vec<Day> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
-        .map(|place| Day { place, ..Day::default() })
+        .map(|index| Day { place: index, ..Day::default() })
         .collect();
     let scale = whitening.scale;
     for (step, w) in whitened.iter().enumerate() {

@@ -28,7 +28,7 @@ pub(super) fn meals(record: &Observations) -> Vec<usize> {
     let meals: Vec<usize> =
         inputs.filter(|(_, input)| input.carbs.0 > 0.0).map(|(step, _)| step).collect();
     let count = meals.len().min(STRUCK_PER_DAY * record.len().div_ceil(physiology::STEPS_PER_DAY));
-    (0..count).map(|place| meals[place * meals.len() / count]).collect()
+    (0..count).map(|index| meals[index * meals.len() / count]).collect()
 }
 
 /// Second moment of what unlogged meals would change in the factors; 0 where no meal is logged.

@@ -30,12 +30,12 @@ impl Block {
     /// The block at `place` of the directions in their order; `n` steps of record.
     pub(super) fn of(
         steps: &Steps<'_>,
-        place: usize,
+        index: usize,
         members: &[usize],
         directions: &[Direction],
         n: usize,
     ) -> Self {
-        let parameters = steps.parameters.get(place).map(|some| (place, some.begin));
+        let parameters = steps.parameters.get(index).map(|some| (index, some.begin));
         let mut block = Self { parameters, feeding: Vec::new(), read: Vec::new() };
         for (lane, member) in members.iter().enumerate() {
             match &directions[*member] {
@@ -96,7 +96,7 @@ impl<'a> Pass<'a> {
     /// Carries the directions over the steps held, which are the next: the derivatives of their innovations
     /// are appended to `rows`.
     pub(super) fn over(&mut self, steps: &Steps<'_>, rows: &mut Vec<Lanes>) {
-        let parameters = self.block.parameters.map(|(place, _)| &steps.parameters[place]);
+        let parameters = self.block.parameters.map(|(index, _)| &steps.parameters[index]);
         pulp::Arch::new().dispatch(Passing { steps, parameters, pass: self, rows });
     }
 }
@@ -118,8 +118,8 @@ impl pulp::NullaryFnOnce for Passing<'_, '_> {
         let Self { steps, parameters, pass, rows } = self;
         let block = pass.block;
         let mut x = pass.x;
-        for (place, of) in steps.each.iter().enumerate() {
-            let step = steps.first + place;
+        for (index, of) in steps.each.iter().enumerate() {
+            let step = steps.first + index;
             let mut change = [0.0; LANES];
             for lane in 0..LANES {
                 change[lane] = -of.sensor_gain * x[INTERSTITIAL][lane] - x[SENSOR][lane];
@@ -141,7 +141,7 @@ impl pulp::NullaryFnOnce for Passing<'_, '_> {
             of.transition.carry(&mut x);
             for courses in &block.feeding {
                 let reached = reached(courses.field);
-                let slopes = &steps.fields[courses.field as usize][place * reached.len()..];
+                let slopes = &steps.fields[courses.field as usize][index * reached.len()..];
                 let course = courses.rows[step];
                 for (state, slope) in reached.iter().zip(slopes) {
                     let row = &mut x[*state];
@@ -149,7 +149,7 @@ impl pulp::NullaryFnOnce for Passing<'_, '_> {
                 }
             }
             if let Some(parameters) = parameters {
-                for (row, fed) in x.iter_mut().zip(&parameters.steps[place]) {
+                for (row, fed) in x.iter_mut().zip(&parameters.steps[index]) {
                     *row = std::array::from_fn(|lane| row[lane] + fed[lane]);
                 }
             }

@@ -121,12 +121,12 @@ fn peak<'a>(days: impl Iterator<Item = &'a [Sums; 2 * SEARCHED + 1]>) -> (usize,
         }
     }
     let shares = total.map(|sums| sums.explained());
-    let (place, share) = shares.iter().enumerate().fold((0, 0.0), |best, (place, share)| {
-        if *share > best.1 { (place, *share) } else { best }
+    let (index, share) = shares.iter().enumerate().fold((0, 0.0), |best, (index, share)| {
+        if *share > best.1 { (index, *share) } else { best }
     });
     let mut sorted = shares;
     sorted.sort_by(f64::total_cmp);
-    (place, share, sorted[SEARCHED])
+    (index, share, sorted[SEARCHED])
 }
 
 #[cfg(test)]

@@ -131,17 +131,17 @@ fn delay<'a>(days: impl Iterator<Item = &'a [f64; PLACES]>) -> f64 {
         }
     }
     let weights = [1.0, 2.0, 3.0, 2.0, 1.0];
-    let (place, _) = total
+    let (index, _) = total
         .windows(weights.len())
         .map(|near| near.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>())
         .enumerate()
         .fold(
             (0, f64::NEG_INFINITY),
-            |best, (place, height)| {
-                if height > best.1 { (place + 2, height) } else { best }
+            |best, (index, height)| {
+                if height > best.1 { (index + 2, height) } else { best }
             },
         );
-    5.0 * (f64::from(TURN + REACH) - place as f64)
+    5.0 * (f64::from(TURN + REACH) - index as f64)
 }
 
 #[cfg(test)]

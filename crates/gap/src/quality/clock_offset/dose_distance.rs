@@ -136,9 +136,9 @@ fn sum<'a>(days: impl Iterator<Item = &'a [f64; PLACES]>) -> [f64; PLACES] {
 }
 
 /// The table under a triangle of [`HALF_WIDTH`] steps on each side of a place.
-fn smoothed(table: &[f64; PLACES], place: usize) -> f64 {
-    let weight = |at: usize| (HALF_WIDTH + 1 - at.abs_diff(place)) as f64;
-    let around = place - HALF_WIDTH..=place + HALF_WIDTH;
+fn smoothed(table: &[f64; PLACES], index: usize) -> f64 {
+    let weight = |at: usize| (HALF_WIDTH + 1 - at.abs_diff(index)) as f64;
+    let around = index - HALF_WIDTH..=index + HALF_WIDTH;
     around.map(|at| table[at] * weight(at)).sum::<f64>() / ((HALF_WIDTH + 1).pow(2)) as f64
 }
 
@@ -185,8 +185,8 @@ mod tests {
         let mut carbs = vec![0.0; 10 * STEPS_PER_DAY];
         let mut bolus = carbs.clone();
         for day in 0..10 {
-            for (place, hour) in [7, 13, 19].into_iter().enumerate() {
-                let at = day * STEPS_PER_DAY + 12 * hour + (day * 7 + place * 5) % 11;
+            for (index, hour) in [7, 13, 19].into_iter().enumerate() {
+                let at = day * STEPS_PER_DAY + 12 * hour + (day * 7 + index * 5) % 11;
                 carbs[at] = 40.0;
                 bolus[at + if day >= from { distance } else { 0 }] = 4.0;
             }

@@ -118,12 +118,12 @@ impl<'a> Search<'a> {
             self.fit(0, usize::MAX);
         }
         self.drop_weak();
-        for place in 0..self.meals.len() {
-            let mut meal = self.meals[place];
+        for index in 0..self.meals.len() {
+            let mut meal = self.meals[index];
             self.explain(&meal, -1.0);
             meal.nats = self.gain(meal.step, meal.gut).1;
             self.explain(&meal, 1.0);
-            self.meals[place] = meal;
+            self.meals[index] = meal;
         }
         let after: f64 = self.residual.iter().map(|r| r * r).sum();
         Found { meals: self.meals, log_likelihood: self.log_likelihood + 0.5 * (before - after) }
@@ -220,8 +220,8 @@ impl<'a> Search<'a> {
 
     /// Fits the size of each meal of some steps once, the others given.
     fn fit(&mut self, from: usize, until: usize) {
-        for place in 0..self.meals.len() {
-            let mut meal = self.meals[place];
+        for index in 0..self.meals.len() {
+            let mut meal = self.meals[index];
             if meal.step < from || meal.step > until {
                 continue;
             }
@@ -230,14 +230,14 @@ impl<'a> Search<'a> {
             let better = better.clamp(0.0, self.settings.sizes.1);
             self.explain(&Meal { grams: better - meal.grams, ..meal }, 1.0);
             meal.grams = better;
-            self.meals[place] = meal;
+            self.meals[index] = meal;
         }
     }
 
     /// Moves each meal to the best onset about it, the others given.
     fn move_each(&mut self) {
-        for place in 0..self.meals.len() {
-            let meal = self.meals.remove(place);
+        for index in 0..self.meals.len() {
+            let meal = self.meals.remove(index);
             self.explain(&meal, -1.0);
             let (from, until) = (meal.step.saturating_sub(MOVES), meal.step + MOVES);
             let mut best = (f64::NEG_INFINITY, meal);
@@ -250,7 +250,7 @@ impl<'a> Search<'a> {
                 }
             }
             self.explain(&best.1, 1.0);
-            self.meals.insert(place, best.1);
+            self.meals.insert(index, best.1);
         }
         self.meals.sort_by_key(|meal| meal.step);
         for _ in 0..SWEEPS {
