@@ -66,7 +66,7 @@ impl Plant for ModulatedPlant<'_> {
 
     /// Plasma glucose.
     fn glucose(&self, state: &ModulatedState) -> MgPerDl {
-        self.model.plant().glucose(&state.state.body)
+        self.model.person().glucose(&state.state.body)
     }
 
     fn report(&self, state: &ModulatedState) -> States {

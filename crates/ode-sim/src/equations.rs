@@ -1,10 +1,14 @@
 //! The model equations, term by term: Eq. (1) of the paper, completed from Resalat et al. 2019.
 //!
 //! The paper leaves F01c and F_R undefined; they follow Hovorka et al. 2004 with the constants of
-//! the authors' simulator. All functions are pure and work on bare `f64` in the units named.
+//! the authors' simulator. All functions are pure and work on bare numbers in the units named.
+//!
+//! They are written once over a [`Scalar`]: with `f64` they step the plant, with [`Dual`] they give
+//! exact derivatives by states or by parameters.
 
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 
+use crate::dual::{Dual, Scalar};
 use crate::exercise::Multipliers;
 use crate::parameters::OdeParameters;
 use crate::state::{OdeMatrix, OdeVector};
@@ -41,8 +45,8 @@ pub struct Forcing {
 /// `g` glucose in mmol/L, `f_01` in mmol/kg/min.
 #[inline]
 #[must_use]
-pub fn non_insulin_uptake(g: f64, f_01: f64) -> f64 {
-    if g >= UPTAKE_SATURATION { f_01 } else { f_01 * g / UPTAKE_SATURATION }
+pub fn non_insulin_uptake<T: Scalar>(g: T, f_01: T) -> T {
+    if g >= UPTAKE_SATURATION { f_01 } else { f_01 * g / T::from(UPTAKE_SATURATION) }
 }
 
 /// Renal clearance F_R, mmol/kg/min: 0.003 (G - 9) V_G from 9 mmol/L on, 0 below.
@@ -50,8 +54,12 @@ pub fn non_insulin_uptake(g: f64, f_01: f64) -> f64 {
 /// `g` glucose in mmol/L, `v_g` in L/kg.
 #[inline]
 #[must_use]
-pub fn renal_clearance(g: f64, v_g: f64) -> f64 {
-    if g >= RENAL_THRESHOLD { RENAL_RATE * (g - RENAL_THRESHOLD) * v_g } else { 0.0 }
+pub fn renal_clearance<T: Scalar>(g: T, v_g: T) -> T {
+    if g >= RENAL_THRESHOLD {
+        T::from(RENAL_RATE) * (g - T::from(RENAL_THRESHOLD)) * v_g
+    } else {
+        T::from(0.0)
+    }
 }
 
 /// Endogenous-glucose-production term EGP0 (1 - X3) of Eq. (1g), mmol/kg/min.
@@ -59,11 +67,10 @@ pub fn renal_clearance(g: f64, v_g: f64) -> f64 {
 /// `x3` is unitless. Negative only in [`EgpMode::Reproduction`].
 #[inline]
 #[must_use]
-pub fn endogenous_production(x3: f64, egp_0: f64, mode: EgpMode) -> f64 {
+pub fn endogenous_production<T: Scalar>(x3: T, egp_0: T, mode: EgpMode) -> T {
     match mode {
-        EgpMode::Reproduction => egp_0 * (1.0 - x3),
-        EgpMode::NonNegative if x3 > 1.0 => 0.0,
-        EgpMode::NonNegative => egp_0 * (1.0 - x3),
+        EgpMode::NonNegative if x3 > 1.0 => T::from(0.0),
+        EgpMode::Reproduction | EgpMode::NonNegative => egp_0 * (T::from(1.0) - x3),
     }
 }
 
@@ -81,11 +88,17 @@ pub fn infusion(units_per_hour: f64, weight: f64) -> f64 {
 /// [`OdeState`](crate::OdeState).
 #[inline]
 #[must_use]
-pub fn derivative(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMode) -> OdeVector {
+pub fn derivative<T: Scalar>(
+    p: &OdeParameters<T>,
+    x: &OdeVector<T>,
+    forcing: &Forcing,
+    egp: EgpMode,
+) -> OdeVector<T> {
     let g = x[Q1] / p.v_g;
-    let (periphery, liver) = (forcing.exercise.on_periphery(), forcing.exercise.on_liver());
-    let mut dx = OdeVector::default();
-    dx[S1] = forcing.insulin - x[S1] / p.t_max_i; // (1a)
+    let periphery = T::from(forcing.exercise.on_periphery());
+    let liver = T::from(forcing.exercise.on_liver());
+    let mut dx = OdeVector([T::from(0.0); 10]);
+    dx[S1] = T::from(forcing.insulin) - x[S1] / p.t_max_i; // (1a)
     dx[S2] = (x[S1] - x[S2]) / p.t_max_i; // (1b)
     dx[I] = x[S2] / (p.t_max_i * p.v_i) - p.k_e * x[I]; // (1c)
     dx[X1] = p.k_a1 * (periphery * p.s_f1 * x[I] - x[X1]); // (1d)
@@ -94,7 +107,7 @@ pub fn derivative(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpM
     dx[Q1] = -x[X1] * x[Q1] - non_insulin_uptake(g, p.f_01) - renal_clearance(g, p.v_g)
         + p.k_12 * x[Q2]
         + x[C2] / p.t_max_g
-        + forcing.glucose_flux
+        + T::from(forcing.glucose_flux)
         + endogenous_production(x[X3], p.egp_0, egp); // (1g)
     dx[Q2] = x[X1] * x[Q1] - (p.k_12 + x[X2]) * x[Q2]; // (1h)
     dx[C1] = -x[C1] / p.t_max_g; // (U_G)
@@ -110,40 +123,10 @@ pub fn derivative(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpM
 #[inline]
 #[must_use]
 pub fn jacobian(p: &OdeParameters, x: &OdeVector, forcing: &Forcing, egp: EgpMode) -> OdeMatrix {
-    let g = x[Q1] / p.v_g;
-    let (periphery, liver) = (forcing.exercise.on_periphery(), forcing.exercise.on_liver());
-    let mut j = OdeMatrix::ZERO;
-    j[(S1, S1)] = -1.0 / p.t_max_i;
-    j[(S2, S1)] = 1.0 / p.t_max_i;
-    j[(S2, S2)] = -1.0 / p.t_max_i;
-    j[(I, S2)] = 1.0 / (p.t_max_i * p.v_i);
-    j[(I, I)] = -p.k_e;
-    j[(X1, I)] = p.k_a1 * periphery * p.s_f1;
-    j[(X1, X1)] = -p.k_a1;
-    j[(X2, I)] = p.k_a2 * periphery * p.s_f2;
-    j[(X2, X2)] = -p.k_a2;
-    j[(X3, I)] = p.k_a3 * liver * p.s_f3;
-    j[(X3, X3)] = -p.k_a3;
-    let uptake_slope =
-        if g >= UPTAKE_SATURATION { 0.0 } else { p.f_01 / (UPTAKE_SATURATION * p.v_g) };
-    let renal_slope = if g >= RENAL_THRESHOLD { RENAL_RATE } else { 0.0 };
-    let production_slope = match egp {
-        EgpMode::NonNegative if x[X3] > 1.0 => 0.0,
-        EgpMode::Reproduction | EgpMode::NonNegative => -p.egp_0,
-    };
-    j[(Q1, X1)] = -x[Q1];
-    j[(Q1, X3)] = production_slope;
-    j[(Q1, Q1)] = -x[X1] - uptake_slope - renal_slope;
-    j[(Q1, Q2)] = p.k_12;
-    j[(Q1, C2)] = 1.0 / p.t_max_g;
-    j[(Q2, X1)] = x[Q1];
-    j[(Q2, X2)] = -x[Q2];
-    j[(Q2, Q1)] = x[X1];
-    j[(Q2, Q2)] = -(p.k_12 + x[X2]);
-    j[(C1, C1)] = -1.0 / p.t_max_g;
-    j[(C2, C1)] = 1.0 / p.t_max_g;
-    j[(C2, C2)] = -1.0 / p.t_max_g;
-    j
+    let constants = p.map(Dual::<10>::from);
+    let variables = std::array::from_fn(|k| Dual::variable(x.0[k], k));
+    let rates = derivative(&constants, &OdeVector(variables), forcing, egp);
+    OdeMatrix(rates.0.map(|rate| rate.slopes))
 }
 
 #[cfg(test)]

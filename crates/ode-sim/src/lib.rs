@@ -21,6 +21,7 @@
 
 pub mod development_set;
 pub mod dosing;
+mod dual;
 pub mod equations;
 mod error;
 pub mod exercise;
@@ -42,6 +43,7 @@ pub mod vpp_scenario;
 
 pub use development_set::{DevelopmentPlan, DevelopmentSet};
 pub use dosing::BolusCalculator;
+pub use dual::{Dual, Scalar};
 pub use equations::EgpMode;
 pub use error::OdeError;
 pub use exercise::ExerciseMemory;

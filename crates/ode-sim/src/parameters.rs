@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::dual::Scalar;
 use crate::error::OdeError;
 
 /// Factor on the three sensitivities that turns a person without diabetes into one with T1D
@@ -12,37 +13,75 @@ pub const T1D_SENSITIVITY_FACTOR: f64 = 0.4;
 ///
 /// Values and units follow Resalat et al. 2019 (single-hormone population).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct OdeParameters {
+pub struct OdeParameters<T = f64> {
     /// Non-insulin-mediated glucose uptake F01 at 4.5 mmol/L and above, mmol/kg/min.
-    pub f_01: f64,
+    pub f_01: T,
     /// Distribution volume of glucose V_G, L/kg.
-    pub v_g: f64,
+    pub v_g: T,
     /// Transfer rate k12 from the non-accessible to the accessible glucose, 1/min.
-    pub k_12: f64,
+    pub k_12: T,
     /// Carbohydrate bioavailability A_G, unitless.
-    pub a_g: f64,
+    pub a_g: T,
     /// Time to the maximal appearance of meal glucose t_max,G, min.
-    pub t_max_g: f64,
+    pub t_max_g: T,
     /// Endogenous glucose production at zero insulin EGP0, mmol/kg/min.
-    pub egp_0: f64,
+    pub egp_0: T,
     /// Time to the maximal insulin absorption t_max,I, min.
-    pub t_max_i: f64,
+    pub t_max_i: T,
     /// Elimination rate of plasma insulin k_e, 1/min.
-    pub k_e: f64,
+    pub k_e: T,
     /// Distribution volume of insulin V_I, L/kg.
-    pub v_i: f64,
+    pub v_i: T,
     /// Deactivation rate k_a1 of the effect on distribution, 1/min.
-    pub k_a1: f64,
+    pub k_a1: T,
     /// Deactivation rate k_a2 of the effect on disposal, 1/min.
-    pub k_a2: f64,
+    pub k_a2: T,
     /// Deactivation rate k_a3 of the effect on endogenous production, 1/min.
-    pub k_a3: f64,
+    pub k_a3: T,
     /// Sensitivity S_f1 of distribution to insulin, L/mU/min.
-    pub s_f1: f64,
+    pub s_f1: T,
     /// Sensitivity S_f2 of disposal to insulin, L/mU/min.
-    pub s_f2: f64,
+    pub s_f2: T,
     /// Sensitivity S_f3 of endogenous production to insulin, L/mU.
-    pub s_f3: f64,
+    pub s_f3: T,
+}
+
+impl<T: Copy> OdeParameters<T> {
+    /// The same parameters as other numbers.
+    #[inline]
+    #[must_use]
+    pub fn map<U>(&self, to: impl Fn(T) -> U) -> OdeParameters<U> {
+        OdeParameters {
+            f_01: to(self.f_01),
+            v_g: to(self.v_g),
+            k_12: to(self.k_12),
+            a_g: to(self.a_g),
+            t_max_g: to(self.t_max_g),
+            egp_0: to(self.egp_0),
+            t_max_i: to(self.t_max_i),
+            k_e: to(self.k_e),
+            v_i: to(self.v_i),
+            k_a1: to(self.k_a1),
+            k_a2: to(self.k_a2),
+            k_a3: to(self.k_a3),
+            s_f1: to(self.s_f1),
+            s_f2: to(self.s_f2),
+            s_f3: to(self.s_f3),
+        }
+    }
+}
+
+impl<T: Scalar> OdeParameters<T> {
+    /// The same person with the three insulin sensitivities multiplied by `factor`.
+    #[must_use]
+    pub fn with_sensitivity_scaled(self, factor: T) -> Self {
+        Self {
+            s_f1: self.s_f1 * factor,
+            s_f2: self.s_f2 * factor,
+            s_f3: self.s_f3 * factor,
+            ..self
+        }
+    }
 }
 
 impl OdeParameters {
@@ -68,17 +107,6 @@ impl OdeParameters {
             s_f3: 520e-4,
         }
         .with_sensitivity_scaled(T1D_SENSITIVITY_FACTOR)
-    }
-
-    /// The same person with the three insulin sensitivities multiplied by `factor`.
-    #[must_use]
-    pub fn with_sensitivity_scaled(self, factor: f64) -> Self {
-        Self {
-            s_f1: self.s_f1 * factor,
-            s_f2: self.s_f2 * factor,
-            s_f3: self.s_f3 * factor,
-            ..self
-        }
     }
 
     /// Each parameter with its name, in the order of the fields.

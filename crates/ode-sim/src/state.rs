@@ -89,7 +89,7 @@ pub const fn slot(compartment: Compartment) -> usize {
 ///
 /// Index by name, `x[Compartment::Q1]`; the array inside follows [`Compartment::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct OdeVector(pub [f64; 10]);
+pub struct OdeVector<T = f64>(pub [T; 10]);
 
 impl OdeVector {
     /// The first compartment whose value is not finite, or `None`.
@@ -104,17 +104,17 @@ impl OdeVector {
     }
 }
 
-impl Index<Compartment> for OdeVector {
-    type Output = f64;
+impl<T> Index<Compartment> for OdeVector<T> {
+    type Output = T;
     #[inline]
-    fn index(&self, compartment: Compartment) -> &f64 {
+    fn index(&self, compartment: Compartment) -> &T {
         &self.0[slot(compartment)]
     }
 }
 
-impl IndexMut<Compartment> for OdeVector {
+impl<T> IndexMut<Compartment> for OdeVector<T> {
     #[inline]
-    fn index_mut(&mut self, compartment: Compartment) -> &mut f64 {
+    fn index_mut(&mut self, compartment: Compartment) -> &mut T {
         &mut self.0[slot(compartment)]
     }
 }

@@ -201,7 +201,7 @@ impl<'a> ModulatedNetwork<'a> {
         for compartment in Compartment::ALL {
             x[compartment] = physical[compartment];
         }
-        let v_g = self.model.plant().parameters.v_g;
+        let v_g = self.model.person().parameters.v_g;
         x[Compartment::Q1] = glucose.0 / MG_PER_DL_PER_MMOL_PER_L * v_g;
         let (template, _) = self.model.start(UnitsPerHour(0.0), glucose);
         AugmentedState { body: OdeState::default().with_vector(&x), ..template }

@@ -9,14 +9,16 @@
 //! white noise.
 
 mod euler;
+mod personal;
 mod state;
+mod stepper;
 mod transition;
 
 use std::sync::Arc;
 
 use effects::{Field, Modulation};
-use ode_sim::equations::{Forcing, RENAL_RATE, RENAL_THRESHOLD, jacobian, renal_clearance};
-use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
+use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, renal_clearance};
+use ode_sim::{EgpMode, OdeError, OdeParameters, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{
     Grams, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, NonFinite, Plant, States, StepInput,
@@ -25,7 +27,9 @@ use physiology::{
 
 use self::euler::COMPARTMENTS;
 pub(crate) use self::euler::{Euler, PlainRun};
+pub use self::personal::Personal;
 pub use self::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
+pub(crate) use self::stepper::Stepper;
 use self::transition::Surroundings;
 pub use self::transition::Transition;
 pub(crate) use self::transition::{BodySlopes, Narrow};
@@ -46,8 +50,8 @@ const GUT_SD: f64 = 0.3;
 
 /// What acts in one step under a modulation.
 pub(crate) struct Acting {
-    pub(crate) plant: OdePlant,
-    pub(crate) euler: Euler,
+    pub(crate) person: Personal,
+    pub(crate) stepper: Stepper,
     pub(crate) input: StepInput,
     pub(crate) flux: f64,
     pub(crate) lag_decay: f64,
@@ -61,14 +65,11 @@ pub(crate) fn low_depth(interstitial: MgPerDl) -> f64 {
 /// A body at 5-minute Euler steps with a flux, a lag and a sensor.
 #[derive(Debug, Clone)]
 pub struct AugmentedModel {
-    plant: OdePlant,
-    /// The plant's step.
-    euler: Euler,
-    /// The derivative of an ODE's step at the state zero: what it has in common with others.
-    resting: Transition,
-    /// The body that stands in the place of the ODE; `plant` then holds its weight and, as factors on the
-    /// nominal parameters, what is personal.
-    other: Option<Arc<OtherBody>>,
+    person: Personal,
+    stepper: Stepper,
+    /// The derivative of the ODE's step at the state zero, which most of its entries share with that at other
+    /// states; `None` for another body.
+    resting: Option<Transition>,
     noise: NoiseModel,
     flux_decay: f64,
     lag_decay: f64,
@@ -85,12 +86,11 @@ impl AugmentedModel {
         egp: EgpMode,
         noise: NoiseModel,
     ) -> Self {
-        let plant = OdePlant { parameters, weight, integrator: Integrator::ForwardEuler, egp };
+        let person = Personal { parameters, weight, egp };
         let model = Self {
-            plant,
-            euler: Euler::of(&plant),
-            resting: Transition::default(),
-            other: None,
+            person,
+            stepper: Stepper::Ode(Euler::of(&person.ode())),
+            resting: None,
             noise,
             flux_decay: noise.flux_decay(),
             lag_decay: noise.lag_decay(),
@@ -100,37 +100,33 @@ impl AugmentedModel {
         model.prepared()
     }
 
-    /// With what does not change between steps worked out.
+    /// With what does not change between steps.
     fn prepared(mut self) -> Self {
-        self.euler = Euler::of(&self.plant);
-        self.resting = self.transition(&self.euler.slopes(&[0.0; COMPARTMENTS]), self.lag_decay);
+        if let Stepper::Ode(euler) = &mut self.stepper {
+            *euler = Euler::of(&self.person.ode());
+            let slopes = euler.slopes(&[0.0; COMPARTMENTS]);
+            self.resting = Some(self.transition(&slopes, self.lag_decay));
+        }
         self
     }
 
     /// The same filter around another body.
     #[must_use]
     pub fn with_body(self, body: Arc<dyn Body>) -> Self {
-        Self { other: Some(Arc::new(OtherBody::new(body))), ..self }
+        Self { stepper: Stepper::Other(Arc::new(OtherBody::new(body))), resting: None, ..self }
     }
 
-    /// Whether the body is the ODE.
+    /// The person's parameters and weight.
     #[must_use]
-    pub fn is_ode(&self) -> bool {
-        self.other.is_none()
-    }
-
-    /// The ODE plant inside. For another body it holds the weight, the units of glucose and, as factors
-    /// on the nominal parameters, what is personal; it must not be simulated then.
-    #[must_use]
-    pub fn plant(&self) -> &OdePlant {
-        &self.plant
+    pub fn person(&self) -> &Personal {
+        &self.person
     }
 
     /// The same model of a person with other parameters.
     #[must_use]
     pub fn with_parameters(&self, change: impl Fn(&OdeParameters) -> OdeParameters) -> Self {
-        let parameters = change(&self.plant.parameters);
-        Self { plant: OdePlant { parameters, ..self.plant }, ..self.clone() }.prepared()
+        let parameters = change(&self.person.parameters);
+        Self { person: Personal { parameters, ..self.person }, ..self.clone() }.prepared()
     }
 
     /// The same model with a lag between plasma and interstitial glucose that is `factor` times as long.
@@ -143,7 +139,10 @@ impl AugmentedModel {
 
     /// The step of the body, where it is the ODE.
     pub(crate) fn euler(&self) -> Option<&Euler> {
-        self.other.is_none().then_some(&self.euler)
+        match &self.stepper {
+            Stepper::Ode(euler) => Some(euler),
+            Stepper::Other(_) => None,
+        }
     }
 
     /// Share of the distance between interstitial and plasma glucose that is left after one step.
@@ -194,12 +193,12 @@ impl AugmentedModel {
         modulation: &Modulation,
     ) -> Result<AugmentedState, OdeError> {
         if modulation.is_neutral() {
-            let body = self.advance(&self.plant, &self.euler, &state.body, input, state.flux)?;
+            let body = self.stepper.advance(&self.person, &state.body, input, state.flux)?;
             return Ok(self.around(state, body, self.lag_decay));
         }
         let acting = self.acting(state, input, modulation);
-        let Acting { plant, euler, input, flux, .. } = &acting;
-        let body = self.advance(plant, euler, &state.body, input, *flux)?;
+        let Acting { person, stepper, input, flux, .. } = &acting;
+        let body = stepper.advance(person, &state.body, input, *flux)?;
         Ok(self.around(state, body, acting.lag_decay))
     }
 
@@ -231,24 +230,27 @@ impl AugmentedModel {
         modulation: &Modulation,
         transition: &mut Transition,
     ) -> Result<AugmentedState, OdeError> {
-        if self.other.is_none() && modulation.is_neutral() && Euler::covers(&state.body, input) {
+        if let (Stepper::Ode(euler), Some(resting)) = (&self.stepper, &self.resting)
+            && modulation.is_neutral()
+            && Euler::covers(&state.body, input)
+        {
             let x = state.body.vector();
-            let following = OdeVector(self.euler.step(&x.0, self.euler.doses(input), state.flux));
+            let following = OdeVector(euler.step(&x.0, euler.doses(input), state.flux));
             if following.first_non_finite().is_none() {
-                let (glucose, distant) = self.euler.varying_slopes(&x.0);
-                *transition = self.resting;
+                let (glucose, distant) = euler.varying_slopes(&x.0);
+                *transition = *resting;
                 transition.vary(glucose, distant, self.share());
                 let body = state.body.with_vector(&following);
                 return Ok(self.around(state, body, self.lag_decay));
             }
         }
-        let (following, found) = self.linearised_anew(state, input, modulation)?;
+        let (following, found) = self.linearised_afresh(state, input, modulation)?;
         *transition = found;
         Ok(following)
     }
 
     #[inline(never)]
-    fn linearised_anew(
+    fn linearised_afresh(
         &self,
         state: &AugmentedState,
         input: &StepInput,
@@ -256,59 +258,15 @@ impl AugmentedModel {
     ) -> Result<(AugmentedState, Transition), OdeError> {
         if modulation.is_neutral() {
             let (body, slopes) =
-                self.body_linearised(&self.plant, &self.euler, &state.body, input, state.flux)?;
+                self.stepper.linearised(&self.person, &state.body, input, state.flux)?;
             let transition = self.transition(&slopes, self.lag_decay);
             return Ok((self.around(state, body, self.lag_decay), transition));
         }
-        let Acting { plant, euler, input, flux, lag_decay } = self.acting(state, input, modulation);
-        let (body, slopes) = self.body_linearised(&plant, &euler, &state.body, &input, flux)?;
+        let Acting { person, stepper, input, flux, lag_decay } =
+            self.acting(state, input, modulation);
+        let (body, slopes) = stepper.linearised(&person, &state.body, &input, flux)?;
         let transition = self.transition(&slopes, lag_decay);
         Ok((self.around(state, body, lag_decay), transition))
-    }
-
-    /// The body alone one step later; `flux` is added to dQ1/dt, mmol/kg/min. `euler` is the step of `plant`.
-    #[inline(always)]
-    fn advance(
-        &self,
-        plant: &OdePlant,
-        euler: &Euler,
-        body: &OdeState,
-        input: &StepInput,
-        flux: f64,
-    ) -> Result<OdeState, OdeError> {
-        if let Some(other) = &self.other {
-            return other.advance(plant, body, input, flux);
-        }
-        if Euler::covers(body, input) {
-            let x = OdeVector(euler.step(&body.vector().0, euler.doses(input), flux));
-            if x.first_non_finite().is_none() {
-                return Ok(body.with_vector(&x));
-            }
-        }
-        plant.advance(body, input, flux)
-    }
-
-    /// The body alone one step later and the derivative by its compartments.
-    #[inline]
-    fn body_linearised(
-        &self,
-        plant: &OdePlant,
-        euler: &Euler,
-        body: &OdeState,
-        input: &StepInput,
-        flux: f64,
-    ) -> Result<(OdeState, BodySlopes), OdeError> {
-        if let Some(other) = &self.other {
-            return other.linearised(plant, body, input, flux);
-        }
-        let following = self.advance(plant, euler, body, input, flux)?;
-        if Euler::covers(body, input) {
-            return Ok((following, euler.slopes(&body.vector().0)));
-        }
-        let exercise = body.exercise.during(input.exercise).multipliers();
-        let forcing = Forcing { exercise, ..Forcing::default() };
-        let j = jacobian(&plant.parameters, &body.vector(), &forcing, plant.egp);
-        Ok((following, BodySlopes::of_rates(&j, euler.gut_left, plant.parameters.t_max_g)))
     }
 
     /// The body's derivative with those of the flux, the lag and the sensor around it.
@@ -336,7 +294,7 @@ impl AugmentedModel {
         for (value, k) in x.0.iter_mut().zip(gain) {
             *value += k * innovation;
         }
-        x[Q1] = x[Q1].max(self.plant.q1_at(GLUCOSE_FLOOR));
+        x[Q1] = x[Q1].max(self.person.q1_at(GLUCOSE_FLOOR));
         AugmentedState {
             body: state.body.with_vector(&x),
             flux: state.flux + gain[FLUX] * innovation,
@@ -350,9 +308,9 @@ impl AugmentedModel {
     #[inline(always)]
     pub fn add_meal_noise(&self, p: &mut Covariance, input: &StepInput) {
         let cv = self.noise.carb_count_cv;
-        let sd = match &self.other {
-            None => cv * self.euler.doses(input)[1],
-            Some(other) => cv * other.meal_in_c1(&self.plant, input.carbs),
+        let sd = match &self.stepper {
+            Stepper::Ode(euler) => cv * euler.doses(input)[1],
+            Stepper::Other(body) => cv * body.meal_in_c1(&self.person, input.carbs),
         };
         p.add(slot(C1), sd * sd);
     }
@@ -366,9 +324,9 @@ impl AugmentedModel {
         following: &AugmentedState,
     ) {
         let noise = &self.noise;
-        let sd = match &self.other {
-            None => noise.insulin_cv * self.euler.doses(input)[0],
-            Some(other) => noise.insulin_cv * other.insulin_in_s1(input.insulin()),
+        let sd = match &self.stepper {
+            Stepper::Ode(euler) => noise.insulin_cv * euler.doses(input)[0],
+            Stepper::Other(body) => noise.insulin_cv * body.insulin_in_s1(input.insulin()),
         };
         p.add(slot(S1), sd.powi(2));
         let x = following.body.vector();
@@ -386,17 +344,17 @@ impl AugmentedModel {
     /// 0.3 mmol/kg in each gut compartment, about 4 g); the first hours are not scored.
     #[must_use]
     pub fn start(&self, basal: UnitsPerHour, glucose: MgPerDl) -> (AugmentedState, Covariance) {
-        let mut x = rest(&self.plant, basal, glucose);
+        let mut x = rest(&self.person, basal, glucose);
         let mut gut_sd = [GUT_SD; 2];
-        if let Some(other) = &self.other {
-            x = other.at_rest(&self.plant, x, basal);
-            gut_sd = other.gut_sd(&self.plant, GUT_SD);
+        if let Stepper::Other(body) = &self.stepper {
+            x = body.at_rest(&self.person, x, basal);
+            gut_sd = body.gut_sd(&self.person, GUT_SD);
         }
         let mut sd = [0.0; STATES];
         for compartment in [S1, S2, I, X1, X2, X3, Q2] {
             sd[slot(compartment)] = 0.3 * x[compartment].abs();
         }
-        sd[slot(Q1)] = self.plant.q1_at(MgPerDl(20.0));
+        sd[slot(Q1)] = self.person.q1_at(MgPerDl(20.0));
         [sd[slot(C1)], sd[slot(C2)]] = gut_sd;
         sd[FLUX] = self.noise.flux_sd;
         sd[INTERSTITIAL] = 20.0;
@@ -429,17 +387,17 @@ impl AugmentedModel {
 
     #[inline(always)]
     fn glucose_per_q1(&self) -> f64 {
-        MG_PER_DL_PER_MMOL_PER_L / self.plant.parameters.v_g
+        MG_PER_DL_PER_MMOL_PER_L / self.person.parameters.v_g
     }
 
-    /// Plant, input and flux of a step under a modulation.
+    /// Person, input and flux of a step under a modulation.
     pub(crate) fn acting(
         &self,
         state: &AugmentedState,
         input: &StepInput,
         modulation: &Modulation,
     ) -> Acting {
-        let p = self.plant.parameters;
+        let p = self.person.parameters;
         let depth = low_depth(state.interstitial);
         let counter = 1.0 + modulation[Field::LowGlucoseProduction] * depth;
         let parameters = OdeParameters {
@@ -467,11 +425,14 @@ impl AugmentedModel {
             * (g - RENAL_THRESHOLD - shift).max(0.0)
             * p.v_g
             - renal_clearance(g, p.v_g);
-        let plant = OdePlant { parameters, ..self.plant };
-        let euler = self.euler.modulated(&self.plant, &plant);
+        let person = Personal { parameters, ..self.person };
+        let stepper = match &self.stepper {
+            Stepper::Ode(euler) => Stepper::Ode(euler.modulated(&self.person, &person)),
+            other => other.clone(),
+        };
         Acting {
-            plant,
-            euler,
+            person,
+            stepper,
             input,
             flux: state.flux + modulation[Field::Flux] - cleared,
             lag_decay: match modulation[Field::SensorLag] {
@@ -483,7 +444,7 @@ impl AugmentedModel {
 
     #[inline(always)]
     fn around(&self, state: &AugmentedState, body: OdeState, lag_decay: f64) -> AugmentedState {
-        let plasma = 0.5 * (self.plant.glucose(&state.body).0 + self.plant.glucose(&body).0);
+        let plasma = 0.5 * (self.person.glucose(&state.body).0 + self.person.glucose(&body).0);
         let [first, second] = self.sensor_coefficients;
         AugmentedState {
             body,
@@ -496,9 +457,9 @@ impl AugmentedModel {
 }
 
 /// The ODE with insulin at rest under `basal`, glucose as given, the gut empty.
-pub(crate) fn rest(plant: &OdePlant, basal: UnitsPerHour, glucose: MgPerDl) -> OdeVector {
-    let p = &plant.parameters;
-    let infusion = ode_sim::equations::infusion(basal.0, plant.weight.0);
+pub(crate) fn rest(person: &Personal, basal: UnitsPerHour, glucose: MgPerDl) -> OdeVector {
+    let p = &person.parameters;
+    let infusion = ode_sim::equations::infusion(basal.0, person.weight.0);
     let mut x = OdeVector::default();
     x[S1] = infusion * p.t_max_i;
     x[S2] = x[S1];
@@ -506,7 +467,7 @@ pub(crate) fn rest(plant: &OdePlant, basal: UnitsPerHour, glucose: MgPerDl) -> O
     x[X1] = p.s_f1 * x[I];
     x[X2] = p.s_f2 * x[I];
     x[X3] = p.s_f3 * x[I];
-    x[Q1] = plant.q1_at(glucose);
+    x[Q1] = person.q1_at(glucose);
     x[Q2] = x[X1] * x[Q1] / (p.k_12 + x[X2]);
     x
 }
@@ -520,18 +481,18 @@ impl Plant for BodyAlone<'_> {
 
     #[inline]
     fn step(&self, state: &OdeState, input: &StepInput) -> Result<OdeState, NonFinite> {
-        self.0.advance(&self.0.plant, &self.0.euler, state, input, 0.0).map_err(not_finite)
+        self.0.stepper.advance(&self.0.person, state, input, 0.0).map_err(not_finite)
     }
 
     #[inline]
     fn glucose(&self, state: &OdeState) -> MgPerDl {
-        self.0.plant.glucose(state)
+        self.0.person.glucose(state)
     }
 
     fn report(&self, state: &OdeState) -> States {
-        match &self.0.other {
-            None => self.0.plant.report(state),
-            Some(other) => other.report(&self.0.plant, state),
+        match &self.0.stepper {
+            Stepper::Ode(_) => self.0.person.ode().report(state),
+            Stepper::Other(body) => body.report(&self.0.person, state),
         }
     }
 }
@@ -553,7 +514,7 @@ impl Plant for AugmentedModel {
     }
 
     fn glucose(&self, state: &AugmentedState) -> MgPerDl {
-        self.plant.glucose(&state.body)
+        self.person.glucose(&state.body)
     }
 
     fn report(&self, state: &AugmentedState) -> States {
@@ -598,7 +559,7 @@ mod tests {
             };
             let (following, transition) = model.linearised(&state, &input, &Modulation::NEUTRAL).expect("finite");
             prop_assert_eq!(following, model.step(&state, &input, &Modulation::NEUTRAL).expect("finite"));
-            let anew = model.linearised_anew(&state, &input, &Modulation::NEUTRAL).expect("finite");
+            let anew = model.linearised_afresh(&state, &input, &Modulation::NEUTRAL).expect("finite");
             prop_assert_eq!((following, transition), anew);
             let x = state.vector();
             for column in 0..STATES {
@@ -644,6 +605,6 @@ mod tests {
         let mut gain = [0.0; STATES];
         gain[slot(Q1)] = 1.0;
         let low = model.corrected(&start, &gain, -50.0);
-        assert!((model.plant().glucose(&low.body).0 - GLUCOSE_FLOOR.0).abs() < 1e-12);
+        assert!((model.person().glucose(&low.body).0 - GLUCOSE_FLOOR.0).abs() < 1e-12);
     }
 }

@@ -15,14 +15,14 @@ use std::sync::Arc;
 
 use ode_sim::equations::{endogenous_production, non_insulin_uptake};
 use ode_sim::gut::glucose_dose;
-use ode_sim::{EgpMode, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
+use ode_sim::{EgpMode, OdeError, OdeParameters, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{
     Compartment, Grams, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, STEP, STEPS_PER_HOUR, States, StepInput,
     Units, UnitsPerHour,
 };
 
-use crate::filter::augmented::{BodySlopes, Transition, rest};
+use crate::filter::augmented::{BodySlopes, Personal, Transition, rest};
 
 /// A body of the ten compartments that is not the ODE: a network, or a network with a person's residual.
 ///
@@ -134,7 +134,11 @@ impl OtherBody {
         let mut other =
             Self { body, nominal, c1_per_gram: 0.0, c2_per_gram: 0.0, s1_per_rate: 0.0 };
         let resting = StepInput { basal: UnitsPerHour(1.0), ..StepInput::default() };
-        let guess = OdePlant::reproduction(nominal, physiology::Kilograms(70.0));
+        let guess = Personal {
+            parameters: nominal,
+            weight: physiology::Kilograms(70.0),
+            egp: EgpMode::Reproduction,
+        };
         let start = rest(&guess, resting.basal, MgPerDl(120.0));
         let ports = other.ports(&guess);
         let mut x = other.settled(&ports, start, resting.basal);
@@ -169,26 +173,26 @@ impl OtherBody {
     /// [`OdeError::NonFinite`] with the compartment.
     pub(crate) fn advance(
         &self,
-        plant: &OdePlant,
+        person: &Personal,
         state: &OdeState,
         input: &StepInput,
         flux: f64,
     ) -> Result<OdeState, OdeError> {
         let x = state.vector();
-        let rates = self.rates(&self.ports(plant), &x, input, flux, Slopes::Skip);
+        let rates = self.rates(&self.ports(person), &x, input, flux, Slopes::Skip);
         self.after(state, &x, &rates.values).map(|(following, _)| following)
     }
 
     /// As [`advance`](Self::advance), with the derivative of the step by the compartments.
     pub(crate) fn linearised(
         &self,
-        plant: &OdePlant,
+        person: &Personal,
         state: &OdeState,
         input: &StepInput,
         flux: f64,
     ) -> Result<(OdeState, BodySlopes), OdeError> {
         let x = state.vector();
-        let rates = self.rates(&self.ports(plant), &x, input, flux, Slopes::Take);
+        let rates = self.rates(&self.ports(person), &x, input, flux, Slopes::Take);
         let (following, confined) = self.after(state, &x, &rates.values)?;
         let mut slopes = rates.slopes.of_a_step();
         if confined {
@@ -220,11 +224,11 @@ impl OtherBody {
     /// The body after a day of `basal` with glucose held as it stands in `start`; the gut empties.
     pub(crate) fn at_rest(
         &self,
-        plant: &OdePlant,
+        person: &Personal,
         start: OdeVector,
         basal: UnitsPerHour,
     ) -> OdeVector {
-        self.settled(&self.ports(plant), start, basal)
+        self.settled(&self.ports(person), start, basal)
     }
 
     fn settled(&self, ports: &Ports, start: OdeVector, basal: UnitsPerHour) -> OdeVector {
@@ -241,14 +245,14 @@ impl OtherBody {
     }
 
     /// Standard deviations of C1 and C2 where `amount` mmol/kg, absorbed share included, may be in the gut.
-    pub(crate) fn gut_sd(&self, plant: &OdePlant, amount: f64) -> [f64; 2] {
-        let per_gram = self.nominal.a_g * glucose_dose(Grams(1.0), plant.weight);
+    pub(crate) fn gut_sd(&self, person: &Personal, amount: f64) -> [f64; 2] {
+        let per_gram = self.nominal.a_g * glucose_dose(Grams(1.0), person.weight);
         [self.c1_per_gram, self.c2_per_gram].map(|gain| gain * amount / per_gram)
     }
 
     /// What C1 gains from a meal.
-    pub(crate) fn meal_in_c1(&self, plant: &OdePlant, carbs: Grams) -> f64 {
-        self.c1_per_gram * carbs.0 * plant.parameters.a_g / self.nominal.a_g
+    pub(crate) fn meal_in_c1(&self, person: &Personal, carbs: Grams) -> f64 {
+        self.c1_per_gram * carbs.0 * person.parameters.a_g / self.nominal.a_g
     }
 
     /// What S1 gains from a step of insulin, mU/kg.
@@ -257,9 +261,9 @@ impl OtherBody {
     }
 
     /// The state in reporting units; glucose as the person's volume dilutes it.
-    pub(crate) fn report(&self, plant: &OdePlant, state: &OdeState) -> States {
+    pub(crate) fn report(&self, person: &Personal, state: &OdeState) -> States {
         let mut states = self.states(&state.vector());
-        states[Q1] = state.q1 / plant.parameters.v_g * MG_PER_DL_PER_MMOL_PER_L;
+        states[Q1] = state.q1 / person.parameters.v_g * MG_PER_DL_PER_MMOL_PER_L;
         states
     }
 
@@ -276,8 +280,8 @@ impl OtherBody {
         states
     }
 
-    fn ports(&self, plant: &OdePlant) -> Ports {
-        let (p, n) = (&plant.parameters, &self.nominal);
+    fn ports(&self, person: &Personal) -> Ports {
+        let (p, n) = (&person.parameters, &self.nominal);
         Ports {
             insulin_time: p.t_max_i / n.t_max_i,
             insulin_clearance: p.k_e / n.k_e,
@@ -291,7 +295,7 @@ impl OtherBody {
             return_flow: p.k_12 / n.k_12,
             egp_0: p.egp_0 - n.egp_0,
             f_01: p.f_01 - n.f_01,
-            egp: plant.egp,
+            egp: person.egp,
             v_g: p.v_g,
         }
     }

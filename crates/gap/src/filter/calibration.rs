@@ -16,7 +16,6 @@ mod search;
 mod unlogged;
 
 use ode_sim::{EgpMode, OdeParameters};
-use physiology::Plant as _;
 
 pub use self::rule::CalibrationRule;
 pub(crate) use self::search::PARAMETERS;
@@ -66,8 +65,8 @@ impl Calibration {
     /// Filtered plasma glucose, mg/dL, one entry a step.
     #[must_use]
     pub fn glucose(&self) -> Vec<f64> {
-        let plant = self.model.plant();
-        self.filtered.states.iter().map(|s| plant.glucose(&s.body).0).collect()
+        let person = self.model.person();
+        self.filtered.states.iter().map(|s| person.glucose(&s.body).0).collect()
     }
 
     /// The same factors on the same record under other modulations: the filter is run again and its

@@ -17,7 +17,7 @@ mod step_slopes;
 mod steps;
 
 use effects::Field;
-use ode_sim::OdeParameters;
+use ode_sim::{OdeParameters, Scalar};
 
 pub(crate) use self::adjoint::course_scores;
 use self::passing::{Block, Pass};
@@ -79,7 +79,11 @@ impl Parameter {
     /// The parameters with this one's logarithm raised by `by`.
     #[must_use]
     pub fn raised(self, p: &OdeParameters, by: f64) -> OdeParameters {
-        let factor = by.exp();
+        self.times(p, by.exp())
+    }
+
+    /// The parameters with this one multiplied by a factor.
+    fn times<T: Scalar>(self, p: &OdeParameters<T>, factor: T) -> OdeParameters<T> {
         match self {
             Self::Action => p.with_sensitivity_scaled(factor),
             Self::Egp0 => OdeParameters { egp_0: p.egp_0 * factor, ..*p },

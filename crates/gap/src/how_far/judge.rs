@@ -111,7 +111,7 @@ impl HeldOut<'_> {
         let record = stretch(self.observations, &seen, &modulations);
         let filtered = filter(&model, &record)?;
         for (offset, state) in filtered.states.iter().enumerate() {
-            course.glucose[seen.start + offset] = model.plant().glucose(&state.body).0;
+            course.glucose[seen.start + offset] = model.person().glucose(&state.body).0;
         }
         let mut days = Days::new(&course.day, self.block, self.settings.free_run.horizons.len());
         self.score_innovations(&filtered, &seen, candidate.fit, &mut days);
@@ -313,7 +313,7 @@ impl Runner<'_> {
             return self.simulated(start, filtered, steps, None);
         }
         let mut course = self.course.clone();
-        let now = self.model.plant().glucose(&filtered.body).0;
+        let now = self.model.person().glucose(&filtered.body).0;
         course.glucose[start..].fill(now);
         let mut run = None;
         for _ in 0..ROUNDS {
@@ -322,7 +322,7 @@ impl Runner<'_> {
             let found = self.simulated(start, filtered, steps, Some(modulations))?;
             let mut change = 0.0f64;
             for (offset, state) in found.states.iter().enumerate() {
-                let glucose = self.model.plant().glucose(&state.state.body).0;
+                let glucose = self.model.person().glucose(&state.state.body).0;
                 let held = &mut course.glucose[start + offset];
                 change = change.max((glucose - *held).abs());
                 *held = glucose;
@@ -521,7 +521,7 @@ mod tests {
         let mut own = Course { glucose: vec![150.0; BLOCK.start], ..Course::default() };
         for offset in 0..run.states.len() - 1 {
             let step = BLOCK.start + offset;
-            own.glucose.push(model.plant().glucose(&state.body).0);
+            own.glucose.push(model.person().glucose(&state.body).0);
             let mut steps = vec![Modulation::NEUTRAL; own.glucose.len()];
             effects::Effect::modulate(&Drain, 0, 1.0, &own, &mut steps);
             state = model.step(&state, &observations.inputs[step], &steps[step]).expect("finite");

@@ -6,9 +6,9 @@ use std::ops::Range;
 
 use effects::{Field, Modulation};
 use ode_sim::{OdeVector, slot};
-use physiology::{Compartment, Plant as _, StepInput};
+use physiology::{Compartment, StepInput};
 
-use crate::filter::augmented::{AugmentedModel, AugmentedState, Euler};
+use crate::filter::augmented::{AugmentedModel, AugmentedState, Euler, Stepper};
 use crate::filter::observations::within_sensor_range;
 
 /// The steps of a stretch of a record.
@@ -68,11 +68,12 @@ impl<'a> PreparedSteps<'a> {
                     return None;
                 }
                 let acting = model.acting(&anywhere, &input, modulation);
+                let Stepper::Ode(euler) = acting.stepper else { return None };
                 if *modulation != last {
-                    prepared.bodies.push(acting.euler);
+                    prepared.bodies.push(euler);
                 }
                 (flux, lag_decay) = (modulation[Field::Flux], acting.lag_decay);
-                doses = acting.euler.doses(&acting.input);
+                doses = euler.doses(&acting.input);
             }
             last = *modulation;
             prepared.steps.push(PreparedStep {
@@ -101,14 +102,14 @@ impl<'a> PreparedSteps<'a> {
         let from = start.checked_sub(self.first)?;
         // The reading at the end belongs to the step after the last.
         let on_the_way = self.steps.get(from..=from + steps)?;
-        let plant = self.model.plant();
+        let person = self.model.person();
         if !Euler::covers(&filtered.body, &StepInput::default()) {
             return None;
         }
         let glucose = |q1: f64| {
             let mut x = OdeVector::default();
             x.0[Q1] = q1;
-            plant.glucose(&filtered.body.with_vector(&x)).0
+            person.glucose(&filtered.body.with_vector(&x)).0
         };
         let mut x = filtered.body.vector().0;
         let (mut before, mut interstitial) = (glucose(x[Q1]), filtered.interstitial.0);
@@ -140,7 +141,7 @@ const BY_GLUCOSE: [Field; 3] =
 #[cfg(test)]
 mod tests {
     use ode_sim::{EgpMode, OdeParameters};
-    use physiology::{Grams, Kilograms, MgPerDl, Units, UnitsPerHour};
+    use physiology::{Grams, Kilograms, MgPerDl, Plant as _, Units, UnitsPerHour};
 
     use super::*;
     use crate::filter::noise::NoiseModel;

@@ -7,7 +7,6 @@ use effects::{Course, Modulation};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use ode_sim::OdeParameters;
-use physiology::Plant;
 
 use super::drivers::{self, Driver};
 use super::hierarchy::Evidence;
@@ -143,7 +142,7 @@ impl Training<'_> {
                 blocks.push((members.to_vec(), rows));
             })?;
             for (glucose, state) in self.glucose[range.clone()].iter_mut().zip(&run.states) {
-                *glucose = model.plant().glucose(&state.body).0;
+                *glucose = model.person().glucose(&state.body).0;
             }
             let scored = rule.scored(self.observations, range);
             innovations[range.clone()].copy_from_slice(&normalised(&run.innovations, &scored));

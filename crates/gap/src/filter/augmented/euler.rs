@@ -9,6 +9,7 @@ use ode_sim::{EgpMode, ExerciseMemory, OdePlant, OdeState, slot};
 use physiology::Compartment;
 use physiology::{Grams, STEP, StepInput};
 
+use super::personal::Personal;
 use super::transition::BodySlopes;
 
 /// Number of compartments.
@@ -84,10 +85,10 @@ impl Euler {
 
     /// The step of a body that differs from this one's in what a modulation changes.
     #[inline]
-    pub(crate) fn modulated(&self, own: &OdePlant, changed: &OdePlant) -> Self {
+    pub(crate) fn modulated(&self, own: &Personal, changed: &Personal) -> Self {
         let (before, p, h) = (&own.parameters, &changed.parameters, STEP.0);
         if p.t_max_g != before.t_max_g {
-            return Self::of(changed);
+            return Self::of(&changed.ode());
         }
         let mut step = *self;
         if p.t_max_i != before.t_max_i {

@@ -10,11 +10,11 @@ use ode_sim::equations::{
 };
 use ode_sim::{OdeParameters, slot};
 use physiology::Compartment;
-use physiology::{MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
+use physiology::{MG_PER_DL_PER_MMOL_PER_L, STEP, StepInput};
 
 use super::Parameter;
 use crate::filter::augmented::{
-    Acting, AugmentedModel, AugmentedState, Euler, INTERSTITIAL, low_depth,
+    Acting, AugmentedModel, AugmentedState, Euler, INTERSTITIAL, Stepper, low_depth,
 };
 
 /// The derivative of some states after a step, in the order of [`changed`] or [`reached`]; 0 after their last.
@@ -90,7 +90,7 @@ pub(super) struct StepSlopes<'a> {
 
 impl<'a> StepSlopes<'a> {
     /// Of the step from `state` to `following`; `None` where a difference has to be taken, as for any body
-    /// but the ODE. `room` is for what acts under a modulation.
+    /// but the ODE. `scratch` keeps what acts under a modulation.
     #[inline(always)]
     pub(super) fn of(
         model: &'a AugmentedModel,
@@ -98,14 +98,15 @@ impl<'a> StepSlopes<'a> {
         input: &'a StepInput,
         modulation: &'a Modulation,
         following: &'a AugmentedState,
-        room: &'a mut Option<Acting>,
+        scratch: &'a mut Option<Acting>,
     ) -> Option<Self> {
         let own = model.euler().filter(|_| Euler::covers(&state.body, input))?;
         let (p, euler, carbs, lag_decay) = if modulation.is_neutral() {
-            (&model.plant().parameters, own, input.carbs, model.lag_decay())
+            (&model.person().parameters, own, input.carbs, model.lag_decay())
         } else {
-            let acting = room.insert(model.acting(state, input, modulation));
-            (&acting.plant.parameters, &acting.euler, acting.input.carbs, acting.lag_decay)
+            let acting = scratch.insert(model.acting(state, input, modulation));
+            let Stepper::Ode(euler) = &acting.stepper else { return None };
+            (&acting.person.parameters, euler, acting.input.carbs, acting.lag_decay)
         };
         Some(Self {
             model,
@@ -163,7 +164,7 @@ impl<'a> StepSlopes<'a> {
 
     /// By a field that changes the state.
     pub(super) fn by_field(&self, field: Field) -> Slope {
-        let (p, plain) = (self.p, self.model.plant());
+        let (p, plain) = (self.p, self.model.person());
         let factor = self.modulation[field];
         match field {
             Field::InsulinInput => one(STEP.0 * infusion(self.input.insulin().0, plain.weight.0)),
@@ -217,8 +218,8 @@ impl<'a> StepSlopes<'a> {
 
     /// Plasma glucose that interstitial glucose follows, mg/dL.
     fn plasma(&self) -> f64 {
-        let plant = self.model.plant();
-        0.5 * (plant.glucose(&self.state.body).0 + plant.glucose(&self.following.body).0)
+        let person = self.model.person();
+        0.5 * (person.glucose(&self.state.body).0 + person.glucose(&self.following.body).0)
     }
 
     /// Share of counter-regulation that is called up.
@@ -229,7 +230,7 @@ impl<'a> StepSlopes<'a> {
     /// Endogenous production, mmol/kg/min.
     #[inline(always)]
     fn production(&self, egp_0: f64) -> f64 {
-        endogenous_production(self.state.body.x3, egp_0, self.model.plant().egp)
+        endogenous_production(self.state.body.x3, egp_0, self.model.person().egp)
     }
 
     /// By a common factor on the three sensitivities, on X1, X2 and X3.
@@ -285,4 +286,71 @@ impl<'a> StepSlopes<'a> {
 
 fn one(value: f64) -> Slope {
     [value, 0.0, 0.0, 0.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use ode_sim::equations::{Forcing, derivative, infusion};
+    use ode_sim::{Dual, EgpMode, OdeState, OdeVector};
+    use physiology::{Grams, Kilograms, MgPerDl, Units, UnitsPerHour};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::filter::noise::NoiseModel;
+
+    const PARAMETERS: [Parameter; 12] = [
+        Parameter::Action,
+        Parameter::Egp0,
+        Parameter::TMaxG,
+        Parameter::TMaxI,
+        Parameter::AG,
+        Parameter::F01,
+        Parameter::KA1,
+        Parameter::KA2,
+        Parameter::KA3,
+        Parameter::K12,
+        Parameter::KE,
+        Parameter::VG,
+    ];
+
+    proptest! {
+        #[test]
+        fn by_parameters_they_are_the_derivatives_of_the_equations(
+            insulin in prop::array::uniform3(0.0..30.0f64), x1 in 0.0..0.05f64, x2 in 0.0..0.05f64,
+            x3 in 0.0..1.6f64, q1 in 0.2..4.0f64, q2 in 0.2..4.0f64,
+            gut in prop::array::uniform2(0.0..5.0f64), bolus in 0.0..9.0f64, flux in -0.02..0.02f64,
+        ) {
+            let (p, weight) = (OdeParameters::nominal(), Kilograms(71.0));
+            let model = AugmentedModel::new(p, weight, EgpMode::NonNegative, NoiseModel::working());
+            let [s1, s2, i] = insulin;
+            let x = [s1, s2, i, x1, x2, x3, q1, q2, gut[0], gut[1]];
+            let (start, _) = model.start(UnitsPerHour(1.0), MgPerDl(120.0));
+            let body = OdeState::default().with_vector(&OdeVector(x));
+            let state = AugmentedState { body, flux, ..start };
+            let input = StepInput {
+                basal: UnitsPerHour(1.1), bolus: Units(bolus), carbs: Grams(0.0), ..StepInput::default()
+            };
+            let following = model.step(&state, &input, &Modulation::NEUTRAL).expect("finite");
+            let mut scratch = None;
+            let known = StepSlopes::of(&model, &state, &input, &Modulation::NEUTRAL, &following, &mut scratch)
+                .expect("an Euler step");
+            let insulin = infusion(input.insulin().0, weight.0);
+            let forcing = Forcing { insulin, glucose_flux: flux, ..Forcing::default() };
+            for parameter in PARAMETERS {
+                let varied = parameter.times(&p.map(Dual::<1>::from), Dual::variable(1.0, 0));
+                let rates = derivative(&varied, &OdeVector(x.map(Dual::from)), &forcing, EgpMode::NonNegative);
+                let states = changed(parameter).iter().zip(known.by_parameter(parameter));
+                let mut found = [0.0; C1];
+                // The gut's flow is exact, and interstitial glucose is no compartment.
+                for (state, slope) in states.filter(|(state, _)| **state < C1) {
+                    found[*state] = slope;
+                }
+                for (state, found) in found.into_iter().enumerate() {
+                    let expected = STEP.0 * rates.0[state].slopes[0];
+                    prop_assert!((found - expected).abs() < 1e-12 * expected.abs().max(1.0),
+                        "{parameter:?}, state {state}: {found} against {expected}");
+                }
+            }
+        }
+    }
 }

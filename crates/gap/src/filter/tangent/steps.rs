@@ -54,12 +54,12 @@ pub(super) struct Parameters {
 }
 
 impl<'a> Steps<'a> {
-    /// None yet, with room for `room` of them.
+    /// None yet, with space for `capacity` of them.
     pub(super) fn new(
         model: &'a AugmentedModel,
         record: &'a Observations,
         directions: &[Direction],
-        room: usize,
+        capacity: usize,
     ) -> Self {
         let n = record.len();
         let mut asked: [Vec<bool>; FIELDS] = std::array::from_fn(|_| Vec::new());
@@ -89,19 +89,19 @@ impl<'a> Steps<'a> {
         let fields = std::array::from_fn(|field| {
             let reached =
                 if asked[field].is_empty() { 0 } else { reached(Field::ALL[field]).len() };
-            Vec::with_capacity(reached * room)
+            Vec::with_capacity(reached * capacity)
         });
         let parameters = asked_parameters
             .chunks(LANES)
-            .map(|some| Parameters::of(model, record, some, room))
+            .map(|some| Parameters::of(model, record, some, capacity))
             .collect();
         Self {
             model,
             record,
-            floor: model.plant().q1_at(GLUCOSE_FLOOR),
+            floor: model.person().q1_at(GLUCOSE_FLOOR),
             asked,
             first: 0,
-            each: Vec::with_capacity(room),
+            each: Vec::with_capacity(capacity),
             fields,
             parameters,
         }
@@ -180,8 +180,8 @@ impl<'a> Steps<'a> {
             scored: seen.innovation.is_some(),
             floored: seen.gain.is_some() && state.body.q1 <= self.floor,
         });
-        let mut room = None;
-        let known = StepSlopes::of(model, state, input, modulation, seen.following, &mut room);
+        let mut scratch = None;
+        let known = StepSlopes::of(model, state, input, modulation, seen.following, &mut scratch);
         for field in Field::ALL {
             let asked = &self.asked[field as usize];
             if asked.is_empty() {
@@ -225,8 +225,13 @@ impl<'a> Steps<'a> {
 }
 
 impl Parameters {
-    /// At most [`LANES`] parameters, with room for the steps.
-    fn of(model: &AugmentedModel, record: &Observations, some: &[Parameter], room: usize) -> Self {
+    /// At most [`LANES`] parameters, with space for the steps.
+    fn of(
+        model: &AugmentedModel,
+        record: &Observations,
+        some: &[Parameter],
+        capacity: usize,
+    ) -> Self {
         let mut begin = [[0.0; LANES]; STATES];
         let mut members = Vec::with_capacity(some.len());
         for (lane, parameter) in some.iter().enumerate() {
@@ -236,7 +241,7 @@ impl Parameters {
             set(&mut begin, lane, &slope(&high, &low).map(|twice| 0.5 * twice));
             members.push((*parameter, above));
         }
-        Self { members, begin, steps: Vec::with_capacity(room) }
+        Self { members, begin, steps: Vec::with_capacity(capacity) }
     }
 }
 
