@@ -1,5 +1,4 @@
-//! Writes a `blind_check.json` of made-up answers to the file that is named: something for a
-//! report to be developed against.
+//! Writes a `blind_check.json` of made-up answers to the named file, as test data for the report.
 //!
 //! `cargo run -p blind --example made_up_check -- blind_check.json`
 
@@ -27,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (index, effect) in EFFECTS.into_iter().enumerate() {
             for (size, shift) in SHIFTS.into_iter().enumerate() {
                 let other = EFFECTS[(index + 1) % EFFECTS.len()];
-                // The small ones are missed, one in a while is confused.
+                // Small ones are missed, and now and then one is confused.
                 let answer = match (size, (index + size + round) % 9) {
                     (0, k) if k % 2 == 0 => none(0.7),
                     (1, 3) => unknown(effect.1),

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::scored_world::ScoredWorld;
 
-/// Fewest worlds of an effect whose ranks say anything.
+/// Fewest worlds of an effect for which ranks are meaningful.
 const FEWEST: usize = 3;
 
 /// Ranks the worlds.
@@ -35,7 +35,7 @@ pub(crate) fn amplitude_recovery(worlds: &[ScoredWorld]) -> AmplitudeRecovery {
     }
 }
 
-/// Ranks with mean 0, ties sharing theirs, as a share of their number.
+/// Ranks with mean 0, averaged over ties, as a share of their number.
 fn centred_ranks(values: &[f64]) -> Vec<f64> {
     let n = values.len() as f64;
     values

@@ -1,4 +1,4 @@
-//! What is scored of a diagnosis.
+//! The part of a diagnosis that is scored.
 
 use contract::Diagnosis;
 use contract::blind_check::{Answer, Verdict};

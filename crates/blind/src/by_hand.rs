@@ -1,7 +1,8 @@
 //! The figures of a check by hand: by the generator of the worlds that are judged.
 //!
-//! A diagnosis that answers a world never saw the hand that made it: whatever is fitted was fitted
-//! on the other hands. So a row says what the diagnosis does on people whom nobody here has drawn.
+//! The diagnosis that answers a world never saw the hand that made it: whatever is fitted was
+//! fitted on the other hands. So a row says what the diagnosis does on people whom nobody here has
+//! drawn.
 
 use crate::localisation::where_score;
 use crate::pairs::pair_score;
@@ -51,7 +52,7 @@ fn hand_row(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<Han
     })
 }
 
-/// A row a hand, by name, and one of all hands together; nothing where there is one hand alone.
+/// A row per hand, by name, and one of all hands together; empty where there is only one hand.
 pub(crate) fn by_hand(worlds: &[ScoredWorld], seed: u64) -> Result<Vec<HandRow>, BlindError> {
     let hands: BTreeSet<&str> = worlds.iter().map(|w| w.label.generator.as_str()).collect();
     let mut rows = Vec::with_capacity(hands.len() + 1);
@@ -64,7 +65,7 @@ pub(crate) fn by_hand(worlds: &[ScoredWorld], seed: u64) -> Result<Vec<HandRow>,
     Ok(rows)
 }
 
-/// The rows as a table of text, a line a hand.
+/// The rows as a table of text, one line per hand.
 #[must_use]
 pub fn hand_table(rows: &[HandRow]) -> String {
     let mut lines = vec![

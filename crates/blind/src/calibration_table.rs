@@ -1,4 +1,4 @@
-//! The table from which thresholds are fixed: `calibration.json`, schema `calibration/2`.
+//! The table that sets the thresholds: `calibration.json`, schema `calibration/2`.
 
 use contract::Document as _;
 use contract::blind_check::{Answer, CalibrationTable, CalibrationWorld, Label};

@@ -5,7 +5,7 @@ use contract::blind_check::{BlindCheck, Ceiling, ExactCourse, Kind, Outcome, Pow
 
 use crate::error::BlindError;
 
-/// The same check with what exact courses would name beside the power.
+/// The same check, with what exact courses would name added to the power.
 ///
 /// # Errors
 /// If an interval cannot be formed.

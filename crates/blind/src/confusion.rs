@@ -14,7 +14,7 @@ pub(crate) fn confusion(worlds: &[ScoredWorld]) -> Confusion {
         .filter(|world| world.label.kind != Kind::Pair)
         .map(|world| (truth(world), answer(world)))
         .collect();
-    // An effect that is the truth somewhere has a column even if nobody answers it.
+    // An effect that is the truth of some world has a column even if no answer names it.
     let effects = cells.iter().flat_map(|(truth, answer)| [truth, answer]);
     let mut columns: BTreeMap<(u8, String), usize> = effects
         .filter(|(rank, _)| *rank == EFFECT)

@@ -9,7 +9,7 @@ pub enum BlindError {
         /// The world.
         id: String,
     },
-    /// A world was sealed and has no label, or the other way round.
+    /// A world was sealed and has no label, or the reverse.
     #[error("world {id}: {problem}")]
     Unmatched {
         /// The world.

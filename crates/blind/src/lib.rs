@@ -1,9 +1,9 @@
 //! The blind check: labels sealed by a hash, answers scored against them.
 //!
-//! Worlds with known effects are made, their labels hidden, and a diagnosis is asked for what it
-//! can find. This crate holds the two parts that keep such a check honest and that need to know
-//! neither the worlds nor the diagnosis: the [seal] under which labels lie until every answer is
-//! written, and the [score](score()) of answers against labels.
+//! Worlds with known effects are made, their labels hidden, and a diagnosis is asked what it finds.
+//! This crate holds the two parts that keep such a check honest and that need to know neither the
+//! worlds nor the diagnosis: the [seal] that protects the labels until every answer is written, and
+//! the [score](score()) of answers against labels.
 //!
 //! ```
 //! use blind::{ScoredWorld, score};
@@ -16,8 +16,8 @@
 //! # Ok::<(), blind::BlindError>(())
 //! ```
 //!
-//! Everything is counted per world. Proportions carry exact (Clopper-Pearson) and score (Wilson)
-//! intervals; figures that are no proportions carry bootstrap intervals over worlds.
+//! Everything is counted per world. Proportions have exact (Clopper-Pearson) and score (Wilson)
+//! intervals; other figures have bootstrap intervals over worlds.
 
 mod amplitude;
 mod answer;

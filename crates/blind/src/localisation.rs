@@ -1,8 +1,9 @@
-//! "Where", scored: in context and in the equations.
+//! The score of "where": in context and in the equations.
 //!
-//! *In context*: are the answer's three largest cells truly hot, more often than cells drawn at random; is
-//! their sign right; do the answer's intervals hold the truth? *In the equations*: how far down the
-//! answer's ports stands the true one? Worlds whose truth has no hot place cannot be compared and are counted.
+//! *In context*: are the answer's three largest cells truly hot, more often than cells drawn at
+//! random; is their sign right; do the answer's intervals hold the truth? *In the equations*: at
+//! which rank of the answer's ports is the true one? Worlds whose truth has no hot cell cannot be
+//! compared and are counted.
 
 use crate::share::among;
 use crate::share::share;
@@ -18,9 +19,9 @@ use crate::error::BlindError;
 use crate::scored_world::ScoredWorld;
 use crate::true_where::{HORIZONS, has_hot_place, hours_of, is_hot, mean_at};
 
-/// Cells of an answer that are looked at.
+/// Number of cells of an answer that are checked.
 const TOP: usize = 3;
-/// Factors whose cells are places.
+/// Factors whose cells say where.
 const FACTORS: [CellFactor; 4] =
     [CellFactor::Hour, CellFactor::Context, CellFactor::GlucoseBand, CellFactor::Person];
 
@@ -43,7 +44,7 @@ pub fn world_where(label: &Label, answer: &Answer) -> Option<WorldWhere> {
 /// The three largest cells after one horizon.
 #[derive(Clone, Copy)]
 struct Places {
-    /// Sign of the first that is hot; `None` where none is.
+    /// Sign of the first hot cell; `None` where none is hot.
     sign_right: Option<bool>,
     chance: Option<f64>,
 }
@@ -65,8 +66,8 @@ impl Places {
     }
 }
 
-/// Probability that of cells drawn without replacement, as many of each factor as stand among the first
-/// [`TOP`], one is hot.
+/// Probability that at least one of some cells drawn without replacement is hot. As many cells of
+/// each factor are drawn as are among the first [`TOP`].
 fn chance(cells: &[(&CellGap, bool)]) -> f64 {
     let mut none = 1.0;
     for factor in FACTORS {
@@ -83,7 +84,7 @@ fn chance(cells: &[(&CellGap, bool)]) -> f64 {
     1.0 - none
 }
 
-/// Cells of an answer that are places, largest share of the gap first.
+/// Cells of an answer that say where, largest share of the gap first.
 fn places(answer: &Answer) -> impl Iterator<Item = &CellGap> {
     let mut cells: Vec<&CellGap> =
         answer.cells.iter().filter(|c| FACTORS.contains(&c.factor)).collect();
@@ -219,11 +220,11 @@ fn equation_score(
     })
 }
 
-/// A course over the day beside the true one.
+/// A course over the day with the true one.
 struct ComparedCourse {
     /// Whether the sign is right where the truth is farthest from its mean.
     sign: bool,
-    /// Whether the interval there leaves 0 out.
+    /// Whether the interval there excludes 0.
     certain: bool,
     /// Whether the interval holds the truth, by part of the day.
     held: Vec<bool>,
@@ -264,7 +265,7 @@ mod tests {
     #[test]
     fn chance_draws_as_many_cells_of_each_factor_without_putting_them_back() {
         let (hour, context) = (cell(CellFactor::Hour, "", 1.0), cell(CellFactor::Context, "", 1.0));
-        // Two hours and a context on top; four hours of which one is hot, two contexts of which one is.
+        // Two hours and a context come first; one of four hours is hot, and one of two contexts.
         let cells = [
             (&hour, false),
             (&context, false),

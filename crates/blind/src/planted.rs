@@ -72,7 +72,7 @@ pub(crate) fn world(id: &str, kind: Kind, effects: &[&str], answer: Answer) -> S
     ScoredWorld { label: label(id, kind, effects, 5.0), answer }
 }
 
-/// A truth of `size` mg/dL from 3 to 8 h, of half of it asleep, and of nothing elsewhere.
+/// A truth of `size` mg/dL from 3 to 8 h, half of it while asleep, and of nothing elsewhere.
 pub(crate) fn morning(size: f64) -> TrueWhere {
     let cell = |factor: &str, level: String, share: f64, mean: f64| TrueCell {
         factor: factor.to_owned(),

@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use crate::error::BlindError;
 use crate::scored_world::ScoredWorld;
 
-/// Lower ends of the bins of the achieved shift, mg/dL; the last has no upper end. They part the
-/// targets 2.5, 5, 10 and 15 halfway.
+/// Lower limits of the bins of the achieved shift, mg/dL; the last has no upper limit. They are
+/// halfway between the targets 2.5, 5, 10 and 15.
 pub const SHIFT_BINS: [f64; 4] = [0.0, 3.75, 7.5, 12.5];
 
 /// Rows of all effects together, then of each effect; bins without a world have no row.

@@ -1,8 +1,8 @@
-//! Effects planted into real people's records, scored beside the record as it is.
+//! Effects planted into real people's records, scored relative to the unchanged record.
 //!
 //! Nobody knows what is missing in a real person. So an answer is compared with the answer for the
-//! unchanged record: the planted effect has to be named, or its evidence to rise; no other name may be new.
-//! Where what signals an effect was struck or moved, its evidence has to go.
+//! unchanged record: the planted effect must be named, or its evidence must rise; no other name may
+//! be new. Where the signal of an effect was removed or moved, its evidence must disappear.
 
 use crate::share::among;
 use crate::share::share;
@@ -20,7 +20,7 @@ use crate::error::BlindError;
 /// Nats by which evidence must rise to count as risen: odds of 20 to 1.
 pub const RISEN_NATS: f64 = 3.0;
 
-/// Nats that undoing a change exactly must gain for the change to count as one that can be told.
+/// Nats that undoing a change exactly must gain for the change to count as visible in the record.
 pub const TELLABLE_NATS: f64 = 6.0;
 
 /// Counts the people of a diagnosis by their calibration.
@@ -50,7 +50,8 @@ pub struct AnsweredCohort {
     pub answer: Answer,
     /// How its people were calibrated; zeros where the diagnosis failed.
     pub calibrated: CalibratedPeople,
-    /// What undoing the change exactly would gain in likelihood, nats; `None` where the readings were changed.
+    /// What undoing the change exactly would gain in likelihood, nats; `None` where the readings
+    /// were changed.
     pub undone_nats: Option<f64>,
 }
 
@@ -67,14 +68,14 @@ fn evidence_pair(effect: &str, before: &Answer, after: &Answer) -> EvidencePair 
     }
 }
 
-/// Whether it rose by [`RISEN_NATS`]; evidence below zero speaks for no size and counts as zero, so that
-/// less against an effect is not more for it.
+/// Whether it rose by [`RISEN_NATS`]. Evidence below zero counts as zero, because it supports no
+/// size: less evidence against an effect is not more for it.
 fn risen(pair: &EvidencePair) -> bool {
     let (before, after) = (pair.before.unwrap_or(0.0), pair.after.unwrap_or(0.0));
     after.max(0.0) - before.max(0.0) >= RISEN_NATS
 }
 
-/// Whether what was named is named no more.
+/// Whether a name is no longer named.
 fn gone(pair: &EvidencePair) -> bool {
     !pair.named_after
 }
@@ -130,10 +131,10 @@ fn planted_totals(what: &str, rows: &[&PlantedRow]) -> Result<PlantedTotals, Bli
     })
 }
 
-/// Scores the answers; one of `cohorts` must be the record as it is.
+/// Scores the answers; one of `cohorts` must be the unchanged record.
 ///
 /// # Errors
-/// [`BlindError::Unmatched`] without a record as it is.
+/// [`BlindError::Unmatched`] without an unchanged record.
 pub fn planted_check(seed: u64, cohorts: &[AnsweredCohort]) -> Result<PlantedCheck, BlindError> {
     let is_changed = |cohort: &&AnsweredCohort| cohort.label.planting != NOTHING;
     let as_it_is = cohorts.iter().find(|cohort| !is_changed(cohort)).ok_or_else(|| {
@@ -184,7 +185,7 @@ pub fn planted_check(seed: u64, cohorts: &[AnsweredCohort]) -> Result<PlantedChe
     })
 }
 
-/// [`PlantedLabel::planting`] of the record as it is.
+/// [`PlantedLabel::planting`] of the unchanged record.
 pub const NOTHING: &str = "none";
 
 #[cfg(test)]
@@ -231,7 +232,7 @@ mod tests {
                 cohort("sensor_lag", 12.0, &["sensor_lag", "dawn"], &[("sensor_lag", 14.0)]),
                 cohort(NOTHING, 0.0, &["dawn", "sleep_loss"], &before),
                 cohort("sensor_lag", 6.0, &["dawn", "exercise"], &[("sensor_lag", 3.9)]),
-                // Less against it is not more for it.
+                // Less evidence against it is not more for it.
                 cohort("missed_meals", 0.5, &["dawn"], &[("missed_meals", -1.0)]),
                 cohort("dawn", 1.0, &["dawn"], &[("dawn", 12.5)]),
                 cohort("sleep_struck", 1.0, &["dawn"], &[]),

@@ -1,8 +1,8 @@
-//! Whether made people look like real ones: every statistic that a diagnosis reads, side by side.
+//! Whether made people look like real ones: every statistic that a diagnosis reads, for both.
 //!
 //! A posterior predictive check (Gelman, Meng and Stern, Stat Sin 1996;6:733) with the worlds of a
-//! blind check in the place of the posterior: what is fixed on worlds in which real people are
-//! improbable says nothing of real people.
+//! blind check in place of the posterior. Figures from worlds in which real people are improbable
+//! say nothing about real people.
 
 use contract::Document as _;
 use contract::blind_check::{Group, PersonStatistics, Quantiles, Realism, StatisticRow};
@@ -17,7 +17,7 @@ use crate::text_table::aligned;
 
 /// Share of a group that lies within its central range.
 const CENTRAL: f64 = 0.95;
-/// Chance with which more real people than [`StatisticRow::allowed_outside`] lie outside if they are
+/// Probability that more real people than [`StatisticRow::allowed_outside`] lie outside if they are
 /// drawn like the made ones.
 const CHANCE: f64 = 0.05;
 
@@ -45,7 +45,7 @@ pub fn compare(people: &[PersonStatistics]) -> Result<Realism, BlindError> {
     })
 }
 
-/// The table as text: a line a statistic, those in which real people lie outside marked.
+/// The table as text: one line per statistic; those in which real people lie outside are marked.
 #[must_use]
 pub fn table(realism: &Realism) -> String {
     let header = ["statistic", "nulls: 2.5 %", "median", "97.5 %", "effects: 2.5 %", "median"];
@@ -102,7 +102,7 @@ fn row(name: &str, people: &[PersonStatistics]) -> Result<StatisticRow, BlindErr
         statistic: name.to_owned(),
         nulls,
         effects,
-        // Of few people the least and the most, not a quantile between them.
+        // For few people the minimum and the maximum, not a quantile between them.
         real: quantiles_of(Group::Real, 0.0)?.ok_or(BlindError::NobodyReal)?,
         inside: outside.len() <= allowed_outside,
         allowed_outside,
@@ -110,7 +110,7 @@ fn row(name: &str, people: &[PersonStatistics]) -> Result<StatisticRow, BlindErr
     })
 }
 
-/// How many of so many people lie outside the central range at most, but for chance.
+/// How many of so many people lie outside the central range at most by chance.
 fn by_chance(people: usize) -> usize {
     let outside = Binomial::new(1.0 - CENTRAL, people as u64).expect("a share between 0 and 1");
     outside.inverse_cdf(1.0 - CHANCE) as usize

@@ -2,7 +2,7 @@
 
 use contract::blind_check::{Answer, Label};
 
-/// A world whose label is known and whose answer is in.
+/// A world with its label and its answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScoredWorld {
     /// The truth.

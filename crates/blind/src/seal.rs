@@ -1,8 +1,8 @@
-//! Labels under seal: hashes that are published before the data, and opened after the answers.
+//! Sealed labels: hashes that are published before the data, and opened after the answers.
 //!
-//! The hash of a world covers a salt and the exact bytes of its label. The salt keeps a reader from
-//! trying out the few labels there are; the hash keeps the author from changing a label once the
-//! answer is known.
+//! The hash of a world covers a salt and the exact bytes of its label. The salt prevents a reader
+//! from trying out the few possible labels; the hash prevents the author from changing a label once
+//! the answer is known.
 //!
 //! ```
 //! use blind::seal::{seal, verify};
@@ -43,11 +43,11 @@ pub fn seal(labels: &[OpenedLabel]) -> Seal {
     Seal { schema: Seal::SCHEMA.to_owned(), hash, worlds }
 }
 
-/// Checks that these are the labels that were sealed, all of them, in their order.
+/// Checks that these are the labels that were sealed: all of them, in their order.
 ///
 /// # Errors
-/// [`BlindError::Tampered`] names the first label that is not; [`BlindError::Unmatched`] one
-/// that is missing or was never sealed.
+/// [`BlindError::Tampered`] names the first changed label; [`BlindError::Unmatched`] one that is
+/// missing or was never sealed.
 pub fn verify(seal: &Seal, labels: &[OpenedLabel]) -> Result<(), BlindError> {
     if let Some(sealed) = seal.worlds.get(labels.len()) {
         let problem = "sealed, but its label is missing";

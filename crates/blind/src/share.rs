@@ -14,7 +14,7 @@ const REPLICATES: usize = 2000;
 /// `count` of `of`.
 ///
 /// # Errors
-/// If there are more than all.
+/// If the count exceeds the total.
 pub(crate) fn share(count: usize, of: usize) -> Result<Share, BlindError> {
     let exact = proportion::clopper_pearson(count, of, LEVEL)?;
     let score = proportion::wilson(count, of, LEVEL)?;
@@ -29,7 +29,7 @@ pub(crate) fn share(count: usize, of: usize) -> Result<Share, BlindError> {
     })
 }
 
-/// How many of the items `is` holds for.
+/// For how many of the items `is` holds.
 pub(crate) fn among<T>(
     items: impl IntoIterator<Item = T>,
     is: impl Fn(&T) -> bool,
@@ -42,7 +42,7 @@ pub(crate) fn among<T>(
     share(count, of)
 }
 
-/// Ends of the bootstrap interval of a statistic over worlds; `None` below two worlds.
+/// Limits of the bootstrap interval of a statistic over worlds; `None` below two worlds.
 pub(crate) fn interval_over_worlds<W: Sync>(
     worlds: &[W],
     seed: u64,

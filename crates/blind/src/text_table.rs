@@ -1,6 +1,7 @@
 //! A table of text whose columns are aligned.
 
-/// Rows of cells as lines: the first column to the left, the others to the right, two spaces apart.
+/// Rows of cells as lines: the first column left-aligned, the others right-aligned, two spaces
+/// apart.
 pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {

@@ -2,19 +2,20 @@
 
 use contract::blind_check::{TrueCell, TrueWhere};
 
-/// Lengths of the runs over which the truth is stated, min; the third stands for whole days from midnight.
+/// Lengths of the runs over which the truth is stated, min; the third stands for whole days from
+/// midnight.
 pub const HORIZONS: [u32; 3] = [60, 300, 1440];
 
-/// How much larger than the mean absolute difference the mean of a hot cell is at least, in size.
+/// The absolute mean of a hot cell is at least this many times the mean absolute difference.
 pub const ABOVE_MEAN: f64 = 1.25;
-/// Share of the largest cell of its factor that a hot cell reaches at least; situations overlap, so that less is
-/// asked of them.
+/// A hot cell reaches at least this share of the largest cell of its factor. Situations overlap, so
+/// they have a lower limit.
 pub const OF_BEST: f64 = 0.85;
 /// The same for situations.
 pub const OF_BEST_CONTEXT: f64 = 0.7;
 /// Share of the runs below which a cell is too rare to be hot.
 pub const RARE: f64 = 0.01;
-/// Hours of the windows by which it is decided whether a world has a hot part of the day.
+/// Length in hours of the windows that decide whether a world has a hot part of the day.
 const WINDOW: usize = 3;
 
 /// Factor whose levels are hours of the clock.
@@ -22,10 +23,10 @@ const HOUR: &str = "hour";
 /// Factor whose levels overlap.
 const CONTEXT: &str = "context";
 
-/// The mean difference at a cell of an answer, mg/dL, after the horizon at an index of [`HORIZONS`]; `None`
-/// for a cell that the truth does not state.
+/// The mean difference at a cell of an answer, mg/dL, after the horizon at an index of
+/// [`HORIZONS`]; `None` for a cell that the truth does not state.
 ///
-/// A level of hours is `HH-HH`, from the first to before the second, over midnight too.
+/// A level of hours is `HH-HH`, from the first to before the second, also over midnight.
 #[must_use]
 pub fn mean_at(truth: &TrueWhere, factor: &str, level: &str, horizon: usize) -> Option<f64> {
     if factor == HOUR {
@@ -36,9 +37,10 @@ pub fn mean_at(truth: &TrueWhere, factor: &str, level: &str, horizon: usize) -> 
     *cell.mean_mg_dl.get(horizon)?
 }
 
-/// Whether a cell is hot: large against the mean absolute difference and against the largest cell of its
-/// factor ([`ABOVE_MEAN`], [`OF_BEST`], [`OF_BEST_CONTEXT`]), windows of hours against the largest of their
-/// width. `None` for a cell that the truth does not state, or that is too [rare](RARE).
+/// Whether a cell is hot: large relative to the mean absolute difference and to the largest cell of
+/// its factor ([`ABOVE_MEAN`], [`OF_BEST`], [`OF_BEST_CONTEXT`]); windows of hours are compared
+/// with the largest of their width. `None` for a cell that the truth does not state, or that is too
+/// [rare](RARE).
 #[must_use]
 pub fn is_hot(truth: &TrueWhere, factor: &str, level: &str, horizon: usize) -> Option<bool> {
     let size = mean_at(truth, factor, level, horizon)?.abs();
@@ -126,7 +128,7 @@ mod tests {
         assert_eq!(is_hot(&truth, "context", "sleep", 0), Some(true));
         assert_eq!(is_hot(&truth, "context", "sensor_late", 0), None);
         assert!(has_hot_place(&truth, 0));
-        // The same everywhere is hot nowhere.
+        // A gap that is the same everywhere is hot nowhere.
         let mut even = truth;
         for cell in &mut even.cells {
             cell.mean_mg_dl = [Some(4.0); 3];

@@ -1,4 +1,4 @@
-//! Answers that are planted get the scores that can be reckoned by hand.
+//! Planted answers get the scores that can be computed by hand.
 
 use blind::{ScoredWorld, score};
 use contract::WithInterval;
@@ -124,7 +124,7 @@ fn to_say_none_always_raises_no_alarm_and_finds_nothing() {
     assert_eq!(found[2], ("wrong_names", Some(0.0), Some(true)));
     assert_eq!(found[3], ("false_alarms", Some(0.0), Some(true)));
     assert_eq!(found[5], ("unknown_recalled", Some(0.0), Some(false)));
-    // Nothing was called unknown and no probability stated: not tested, and not met either.
+    // Nothing was called unknown and no probability was stated: not tested, and so not met.
     assert_eq!(found[6], ("right_port", None, None));
     assert_eq!(found[7], ("calibration_error", None, None));
     assert_eq!(found[8], ("pairs_f1", Some(0.0), Some(false)));

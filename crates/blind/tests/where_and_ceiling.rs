@@ -1,4 +1,4 @@
-//! "Where" and the ceiling get the scores that can be reckoned by hand.
+//! "Where" and the ceiling get the scores that can be computed by hand.
 
 use blind::{ScoredWorld, score, with_ceiling};
 use contract::WithInterval;
@@ -50,7 +50,8 @@ fn label(id: &str, gap: Option<TrueWhere>) -> Label {
     Label { kind, effects: effects.collect(), gap, ..Label::null(id, "hovorka", "aid", 5, 14) }
 }
 
-/// Cells by factor, level and mean error, the largest share first, with intervals of 1 to either side.
+/// Cells by factor, level and mean error, the largest share first, with intervals of 1 to either
+/// side.
 fn pointing_at(cells: &[(CellFactor, &str, f64)]) -> Answer {
     let cells = cells.iter().enumerate().map(|(index, (factor, level, mean))| CellGap {
         factor: *factor,
@@ -89,7 +90,7 @@ fn the_largest_cells_are_hot_where_the_truth_is() {
     let right = where_score(vec![(label("w", Some(morning())), pointing_at(&CELLS))]);
     for row in &right.context {
         assert_eq!((row.comparable.count, row.hit.count, row.sign_right.count), (1, 1, 1));
-        // Three of four hours, of which one is hot: one of them is missed in a quarter of draws.
+        // Three of four hours, of which one is hot: a quarter of the draws miss it.
         assert!((row.chance.expect("cells") - 0.75).abs() < 1e-12);
     }
     // 1.5 where the truth is 0 lies outside its interval; the others hold theirs.

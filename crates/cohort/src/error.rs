@@ -58,12 +58,12 @@ impl std::fmt::Display for Place {
 /// Every way in which reading, writing or using a cohort fails.
 #[derive(Debug, thiserror::Error)]
 pub enum CohortError {
-    /// A file that must be there is not.
+    /// A required file is missing.
     #[error("{file}: no such file; {remedy}")]
     MissingFile {
-        /// The file that was looked for.
+        /// The missing file.
         file: String,
-        /// What would mend it.
+        /// How to fix it.
         remedy: String,
     },
     /// The operating system refused.
@@ -76,7 +76,7 @@ pub enum CohortError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// A table could not be taken apart or put together.
+    /// A table could not be read or written.
     #[error("{file}: not a readable table: {reason}")]
     Table {
         /// The file at fault.
@@ -97,17 +97,17 @@ pub enum CohortError {
         file: String,
         /// The format that was asked for.
         expected: &'static str,
-        /// What was looked for in vain.
+        /// What was not found.
         reason: String,
     },
-    /// A column that must be there is not.
+    /// A required column is missing.
     #[error("{file}: no column '{column}'; found {found}")]
     MissingColumn {
         /// The file at fault.
         file: String,
-        /// The column that was looked for.
+        /// The missing column.
         column: String,
-        /// The columns that are there.
+        /// The columns of the file.
         found: String,
     },
     /// A column name occurs twice.
@@ -138,30 +138,30 @@ pub enum CohortError {
         /// What is wrong with it.
         reason: &'static str,
     },
-    /// A cell is not what its column asks for.
+    /// A cell is not what its column requires.
     #[error("{place}: '{value}' is not {expected}")]
     Cell {
         /// The cell.
         place: Place,
         /// Its text, shortened.
         value: String,
-        /// What the column asks for.
+        /// What the column requires.
         expected: &'static str,
     },
-    /// A number is outside what its column can hold.
+    /// A number is outside the range of its column.
     #[error("{place}: {value} is outside {low} to {high} {unit}; {remedy}")]
     OutOfRange {
         /// The cell.
         place: Place,
         /// The number.
         value: f64,
-        /// Smallest admitted value.
+        /// Smallest allowed value.
         low: f64,
-        /// Largest admitted value.
+        /// Largest allowed value.
         high: f64,
         /// Unit of the column.
         unit: &'static str,
-        /// What would mend it.
+        /// How to fix it.
         remedy: &'static str,
     },
     /// A person is listed twice.
@@ -218,18 +218,18 @@ pub enum CohortError {
         /// The time.
         time: NaiveDateTime,
     },
-    /// A record would reach further than any study.
+    /// A record would be longer than any study.
     #[error(
         "{place}: person '{person}' spans {days} days, more than {limit}; a time is probably wrong"
     )]
     TooLong {
-        /// The row that stretches the record.
+        /// The row that extends the record.
         place: Place,
         /// The person's identifier.
         person: String,
         /// The span it would have.
         days: i64,
-        /// The longest span admitted.
+        /// The longest allowed span.
         limit: i64,
     },
     /// Glucose that can only be mmol/L.
@@ -244,7 +244,7 @@ pub enum CohortError {
         /// Median of the column.
         median: f64,
     },
-    /// A record's grid cannot be laid.
+    /// A record's grid cannot be built.
     #[error("record of {steps} steps from {start}: {reason}")]
     Grid {
         /// First step.
@@ -254,19 +254,19 @@ pub enum CohortError {
         /// What is wrong with it.
         reason: &'static str,
     },
-    /// A step beyond the end of a record was asked for.
+    /// A step beyond the end of a record was requested.
     #[error("person '{person}': steps {start}..{end} were asked for, the record has {len}")]
     Range {
         /// The person's identifier.
         person: String,
-        /// First step asked for.
+        /// First step requested.
         start: usize,
-        /// One past the last step asked for.
+        /// One past the last step requested.
         end: usize,
         /// Steps in the record.
         len: usize,
     },
-    /// A dose is missing where the caller refused to guess.
+    /// A dose is missing and the caller refuses to guess.
     #[error(
         "person '{person}', step {step}, column {column}: not recorded; choose steps with recorded doses or say that missing doses are zero"
     )]
@@ -290,14 +290,14 @@ pub enum CohortError {
         /// The value.
         value: f64,
     },
-    /// A window or split rule cannot be carried out.
+    /// A window or split rule cannot be applied.
     #[error("{rule} of {value}: {remedy}")]
     Rule {
         /// The rule's field.
         rule: &'static str,
         /// Its value.
         value: f64,
-        /// What would mend it.
+        /// How to fix it.
         remedy: &'static str,
     },
 }

@@ -35,14 +35,14 @@ impl RecordsFormat {
     }
 }
 
-/// Reads a cohort folder strictly: whatever is wrong is an error that names file, row and column.
+/// Reads a cohort folder strictly: any fault is an error that names file, row and column.
 ///
 /// Columns beyond the documented ones are ignored. Rows absent between a person's first and last
 /// row become steps in which nothing is recorded.
 ///
 /// # Errors
-/// If a file or column is missing, a row cannot be read, a value is outside what its column can
-/// hold, rows are repeated, out of order or off the grid, or glucose is in mmol/L.
+/// If a file or column is missing, a row cannot be read, a value is outside the range of its
+/// column, rows are repeated, out of order or off the grid, or glucose is in mmol/L.
 pub fn read_folder(folder: &Path) -> Result<Cohort, CohortError> {
     let mut people = people_table::read(folder)?;
     let format = match (folder.join(RECORDS_CSV).exists(), folder.join(RECORDS_PARQUET).exists()) {
@@ -70,15 +70,15 @@ pub fn read_folder(folder: &Path) -> Result<Cohort, CohortError> {
     Ok(Cohort { people })
 }
 
-/// Writes a cohort folder, making the folder if need be. The same cohort gives the same bytes.
+/// Writes a cohort folder, and creates it if needed. The same cohort gives the same bytes.
 ///
 /// A step in which nothing is recorded gets no row, except the first and last of a person, which
 /// keep the grid's ends.
 ///
 /// # Errors
-/// If a person has no step, an identifier is unfit or repeated, a value is not finite or outside
-/// what its column can hold, the folder already holds records in the other format, or a file
-/// cannot be written.
+/// If a person has no step, an identifier is invalid or repeated, a value is not finite or outside
+/// the range of its column, the folder already holds records in the other format, or a file cannot
+/// be written.
 pub fn write_folder(
     cohort: &Cohort,
     folder: &Path,
@@ -105,7 +105,7 @@ pub fn write_folder(
     people_table::write(cohort, folder)
 }
 
-/// Writes a file under a passing name and renames it, so that it is whole or absent.
+/// Writes a file atomically: under a temporary name, which is then renamed.
 fn write_whole(
     folder: &Path,
     name: &str,
@@ -115,7 +115,7 @@ fn write_whole(
     let partial = folder.join(format!(".{name}.partial"));
     let file = std::fs::File::create(&partial).map_err(failed)?;
     if let Err(error) = write(file) {
-        // The write's own error is the one to report, whatever becomes of the partial file.
+        // The write's own error is the one to report, whatever happens to the partial file.
         drop(std::fs::remove_file(&partial));
         return Err(error);
     }

@@ -1,7 +1,7 @@
 //! Other people's formats, read into a cohort with an account of everything that was inferred,
 //! changed or left out.
 //!
-//! Each importer keeps the column names of its format to itself and converts units at one place.
+//! Each importer keeps the column names of its format to itself and converts units in one function.
 
 use std::path::Path;
 
@@ -17,7 +17,9 @@ mod t1dsim;
 
 pub use report::{ImportReport, Inference, Note, PersonImport, Totals};
 
-/// A format that can be imported.
+/// Reads a Parquet file. The table library panics on some damaged files; here that becomes an error
+/// like any other (the library's own message still goes to the panic hook). A damaged page length
+/// can still exhaust the memory inside the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImportFormat {
     /// `HUPA*.csv` of the HUPA-UCM study (doi:10.17632/3hbcscwz44.1): a file or a folder of them.
@@ -42,7 +44,7 @@ impl ImportFormat {
         }
     }
 
-    /// The format of a name, `None` for a name that is none of them.
+    /// The format of a name; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
@@ -62,7 +64,7 @@ pub struct Import {
 ///
 /// # Errors
 /// If `source` is not in the format, or a file of it cannot be read; the error names file, row and
-/// column. What can be read but looks wrong is a note or a finding of the report instead.
+/// column. What can be read but looks wrong becomes a note or a finding of the report instead.
 pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError> {
     match format {
         ImportFormat::HupaUcm => hupa_ucm::import(source),

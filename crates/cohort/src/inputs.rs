@@ -8,7 +8,7 @@ use crate::error::CohortError;
 use crate::person::Person;
 use crate::record::Channel;
 
-/// What becomes of a basal rate, bolus or meal that was not recorded.
+/// What happens to a basal rate, bolus or meal that was not recorded.
 ///
 /// A plant needs a number. There is no default, because a pump that is silent for an hour and a
 /// pump that is switched off for an hour give different glucose.
@@ -16,17 +16,18 @@ use crate::record::Channel;
 pub enum MissingDoses {
     /// A missing dose is an error that names the step and the column.
     Error,
-    /// A missing dose is taken as none given.
+    /// A missing dose counts as none given.
     Zero,
 }
 
 impl Person {
-    /// The inputs of the steps `range`, one a step.
+    /// The inputs of the steps `range`, one per step.
     ///
-    /// Basal, bolus and carbohydrate come from the record under the policy `missing`; carbohydrate
+    /// Basal, bolus and carbohydrate come from the record under the policy `missing`. Carbohydrate
     /// is a meal, never a rescue, and no exercise is inferred. The context holds heart rate over
-    /// the resting baseline (given, or estimated by [`resting_heart_rate`](Self::resting_heart_rate);
-    /// `None` where either is unknown), hour, weekend and sleep efficiency.
+    /// the resting baseline (given, or estimated by
+    /// [`resting_heart_rate`](Self::resting_heart_rate); `None` where either is unknown), hour,
+    /// weekend and sleep efficiency.
     ///
     /// # Errors
     /// If the range leaves the record, if a dose is missing under [`MissingDoses::Error`], or if a

@@ -1,13 +1,13 @@
-//! The record of a type 1 diabetes cohort: who was observed, what was given and what was read,
+//! The record of a type 1 diabetes cohort: who was observed, what was given and what was measured,
 //! on a five-minute grid.
 //!
 //! - [`Cohort`], [`Person`], [`Record`]: the data in memory, missing values marked as missing.
 //! - [`read_folder`], [`write_folder`]: the canonical folder (`people.csv` with `records.csv` or
 //!   `records.parquet`).
-//! - [`import()`]: other people's formats, with an [`ImportReport`] that closes its sums.
-//! - [`findings`], [`StraightLines`], [`MassBalance`]: what looks wrong, and what a day adds up to.
+//! - [`import()`]: other people's formats, with an [`ImportReport`] whose sums close.
+//! - [`findings`], [`StraightLines`], [`MassBalance`]: what looks wrong, and the daily totals.
 //! - [`Person::inputs`]: a person's columns as the inputs of a plant.
-//! - [`windows`], [`split_by_time`], [`split_by_person`]: what is trained on and what is held out.
+//! - [`windows`], [`split_by_time`], [`split_by_person`]: training and held-out parts.
 //!
 //! The crate knows no model. It reads and writes paths because the tables demand files; it prints
 //! nothing.

@@ -1,13 +1,13 @@
-//! What a person's record adds up to in a day, in one line that a reader can judge.
+//! The daily totals of a person's record, in one line that a reader can judge.
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::person::Person;
 use crate::record::Channel;
 
-/// Daily figures of one person. Shares are of the record's steps; amounts per day are over the
-/// steps in which that channel is recorded (288 make a day), so that a missing channel is `None`
-/// and not a small number.
+/// Daily figures of one person. Shares are of the record's steps. Amounts per day are over the
+/// steps in which that channel is recorded (288 make a day), so a missing channel is `None` and not
+/// a small number.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MassBalance {
     /// The person.

@@ -1,8 +1,8 @@
-//! A table written to Parquet piece by piece, in memory that does not grow with its length.
+//! A table written to Parquet in pieces, in memory that does not grow with its length.
 //!
-//! Whoever has more rows than memory opens a sink with names and kinds of columns and hands it one
-//! row group at a time. The same pieces give the same bytes. It knows nothing of cohorts: it is
-//! here because this crate alone speaks to the table library.
+//! For tables that are larger than memory: open a sink with names and kinds of columns, and pass it
+//! one row group at a time. The same pieces give the same bytes. It knows nothing of cohorts; it is
+//! here because only this crate uses the table library.
 
 use std::io::Write;
 
@@ -19,7 +19,7 @@ use crate::error::CohortError;
 pub enum CellKind {
     /// Signed integers of 32 bits.
     Integer,
-    /// Numbers in single precision, some perhaps unknown.
+    /// Numbers in single precision, some possibly unknown.
     Number,
     /// Words of a fixed vocabulary.
     Word,
@@ -63,7 +63,7 @@ impl Cells {
     }
 }
 
-/// A Parquet table under way.
+/// A Parquet table that is being written.
 ///
 /// ```
 /// use cohort::{CellKind, Cells, ParquetSink};
@@ -83,10 +83,10 @@ pub struct ParquetSink<W: Write> {
 }
 
 impl<W: Write> ParquetSink<W> {
-    /// Begins a table of `columns`, in their order, into `writer`. `file` names it in errors.
+    /// Begins a table of `columns`, in their order, in `writer`. `file` names it in errors.
     ///
     /// # Errors
-    /// [`CohortError::Table`] if the columns make no table.
+    /// [`CohortError::Table`] if the columns are invalid.
     pub fn new(
         file: impl Into<String>,
         writer: W,
@@ -114,11 +114,11 @@ impl<W: Write> ParquetSink<W> {
         Ok(Self { file, columns, writer, rows: 0 })
     }
 
-    /// Writes the next rows, as a row group of their own; `cells` has a vector for each column.
+    /// Writes the next rows, as one row group; `cells` has a vector for each column.
     ///
     /// # Errors
-    /// [`CohortError::Table`] if columns are too few or too many, of another kind or of different
-    /// lengths, or if the writer refuses.
+    /// [`CohortError::Table`] if there are too few or too many columns, if they are of another kind
+    /// or of different lengths, or if the writer refuses.
     pub fn write(&mut self, cells: Vec<Cells>) -> Result<(), CohortError> {
         let rows = cells.first().map_or(0, Cells::len);
         if cells.len() != self.columns.len() {
@@ -143,7 +143,8 @@ impl<W: Write> ParquetSink<W> {
         Ok(())
     }
 
-    /// Writes the end of the table, without which nobody can read it; the number of its rows.
+    /// Writes the end of the table, without which it cannot be read; returns the number of its
+    /// rows.
     ///
     /// # Errors
     /// [`CohortError::Table`] if the writer refuses.

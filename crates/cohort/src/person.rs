@@ -4,7 +4,7 @@ use physiology::{BeatsPerMinute, Kilograms};
 
 use crate::record::Record;
 
-/// People observed in one study or made by one world.
+/// People observed in one study or made in one world.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cohort {
     /// The people, in the order of `people.csv`.
@@ -21,7 +21,7 @@ pub struct Person {
     pub weight: Option<Kilograms>,
     /// How insulin is given.
     pub therapy: Therapy,
-    /// Resting heart rate; `None` where it is to be estimated from the record
+    /// Resting heart rate; `None` where it is estimated from the record
     /// ([`Person::resting_heart_rate`]), 0 where the record holds differences from the baseline.
     pub heart_rate_baseline: Option<BeatsPerMinute>,
     /// The five-minute record.
@@ -34,7 +34,7 @@ pub struct Person {
 pub enum Therapy {
     /// A pump that follows a programmed basal profile.
     OpenLoopPump,
-    /// Automated insulin delivery: the pump's rate answers to the sensor.
+    /// Automated insulin delivery: the pump's rate reacts to the sensor.
     Aid,
     /// Multiple daily injections.
     Mdi,
@@ -46,7 +46,7 @@ impl Therapy {
     /// Every therapy.
     pub const ALL: [Self; 4] = [Self::OpenLoopPump, Self::Aid, Self::Mdi, Self::Unknown];
 
-    /// The word that stands in the column `therapy`.
+    /// The word in the column `therapy`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -57,7 +57,7 @@ impl Therapy {
         }
     }
 
-    /// The therapy of a word, `None` for a word that is none of the four.
+    /// The therapy of a word; `None` for an unknown word.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|therapy| therapy.name() == name)

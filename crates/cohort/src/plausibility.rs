@@ -1,7 +1,7 @@
-//! Figures that cannot well be a person's: reported, never enforced.
+//! Figures that are unlikely for a person: reported, never enforced.
 //!
-//! The bounds are wide. What they catch is a wrong unit, a rate read as an amount, a day without a
-//! pump, a meal in milligrams; they say nothing about a person's treatment.
+//! The bounds are wide. They catch a wrong unit, a rate read as an amount, a day without a pump, or
+//! a meal in milligrams; they say nothing about a person's treatment.
 
 use chrono::{NaiveDate, NaiveDateTime};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
@@ -24,7 +24,7 @@ const ONE_DAY_INSULIN_U: (f64, f64) = (4.0, 250.0);
 const LARGEST_MEAL_G: f64 = 250.0;
 /// Largest plausible insulin in one step, U: the cap of pumps on a bolus, rounded up.
 const LARGEST_BOLUS_U: f64 = 35.0;
-/// Share of a calendar day's steps that must be recorded for the day to be judged.
+/// Share of a calendar day's steps that must be recorded before the day is judged.
 const JUDGED_SHARE: f64 = 0.9;
 
 /// An implausible figure.
@@ -39,7 +39,7 @@ pub struct Finding {
     pub date: Option<NaiveDate>,
     /// The step within the record, if the finding is about one.
     pub step: Option<usize>,
-    /// Start of that step: with the person it names the row of `records.csv`.
+    /// Start of that step: with the person it identifies the row of `records.csv`.
     #[serde(serialize_with = "as_text")]
     pub time: Option<NaiveDateTime>,
     /// What was judged.

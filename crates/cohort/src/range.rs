@@ -1,11 +1,11 @@
-//! What each column can hold at all. Wider than what is plausible: outside lies only a wrong
-//! column, unit or sign.
+//! The values that each column can hold. This is wider than what is plausible: values outside mean
+//! a wrong column, unit or sign.
 
 use crate::error::{CohortError, Place};
 use crate::record::Channel;
 
-/// Median below which a glucose column can only be mmol/L, in its own numbers: 35 mg/dL is not
-/// survived, 35 mmol/L is beyond every sensor.
+/// Below this median, in its own numbers, a glucose column can only be mmol/L: nobody survives 35
+/// mg/dL, and 35 mmol/L is beyond every sensor.
 pub(crate) const MMOL_MEDIAN: f64 = 35.0;
 
 /// A value outside its column's range.

@@ -123,13 +123,13 @@ impl Record {
         self.len == 0
     }
 
-    /// A channel's values, one a step.
+    /// A channel's values, one per step.
     #[must_use]
     pub fn channel(&self, channel: Channel) -> &[Option<f64>] {
         &self.channels[channel as usize]
     }
 
-    /// A channel's values, to be filled. Only finite values may be put here;
+    /// A channel's values, for filling. Only finite values may be stored here;
     /// [`write_folder`](crate::write_folder) and [`Person::inputs`](crate::Person::inputs) refuse
     /// others.
     pub fn channel_mut(&mut self, channel: Channel) -> &mut [Option<f64>] {
@@ -220,7 +220,7 @@ impl Record {
         usize::try_from(days).expect("step k is not before the start")
     }
 
-    /// The steps `range` as a record of its own, or `None` if the range leaves the record.
+    /// The steps `range` as a new record, or `None` if the range leaves the record.
     #[must_use]
     pub fn slice(&self, range: std::ops::Range<usize>) -> Option<Self> {
         if range.start > range.end || range.end > self.len {

@@ -1,8 +1,8 @@
-//! A person's heart rate at rest, from which the heart-rate input is measured.
+//! A person's heart rate at rest, the reference of the heart-rate input.
 //!
 //! The paper takes "the average heart rate during periods of rest, when no exercise was being
-//! performed" (section on the individual-level model). Free-living records seldom mark exercise,
-//! so rest is read off the step counter, and off the heart rate itself where there is none.
+//! performed" (section on the individual-level model). Free-living records seldom mark exercise, so
+//! rest is read from the step counter, or from the heart rate itself where there is none.
 
 use physiology::{BeatsPerMinute, STEPS_PER_DAY, STEPS_PER_HOUR};
 
@@ -15,9 +15,9 @@ use crate::split::TRAINING_DAYS;
 pub enum RestRule {
     /// The source states the baseline (0 where it gives differences from it).
     Given,
-    /// Mean over steps of five minutes in which, as in the half hour before, no step was walked.
+    /// Mean over steps of five minutes without walking, also in the half hour before.
     NoStepsForHalfAnHour,
-    /// Mean of the values at or below their median: too few steps with a step count.
+    /// Mean of the values at or below their median, used where too few steps have a step count.
     LowerHalf,
 }
 
@@ -28,19 +28,19 @@ pub struct RestingHeartRate {
     pub value: BeatsPerMinute,
     /// How rest was recognised.
     pub rule: RestRule,
-    /// Number of steps the mean was taken over; 0 where given.
+    /// Number of steps in the mean; 0 where given.
     pub steps: usize,
 }
 
 /// Fewest resting steps for the step-counter rule: one hour.
 const FEWEST_STEPS: usize = STEPS_PER_HOUR;
-/// Steps before a step that must be without walking: half an hour.
+/// Length of the time without walking before a step: half an hour.
 const STILL_BEFORE: usize = STEPS_PER_HOUR / 2;
 
 impl Person {
-    /// Heart rate at rest: the given baseline, or else an estimate from the first 14 days that
-    /// have heart rates (so that held-out days do not enter), by [`RestRule`]. `None` if no heart
-    /// rate is recorded.
+    /// Heart rate at rest: the given baseline, or else an estimate by [`RestRule`] from the first
+    /// 14 days that have heart rates (so that held-out days do not enter). `None` if no heart rate
+    /// is recorded.
     #[must_use]
     pub fn resting_heart_rate(&self) -> Option<RestingHeartRate> {
         if let Some(value) = self.heart_rate_baseline {
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn rest_is_half_an_hour_without_steps() {
-        // Walking at steps 0 to 9 and for the half hour after not yet at rest: 90; then 60.
+        // Walking at steps 0 to 9, and not yet at rest for the half hour after: 90; then 60.
         let person = person(40, |k| {
             (Some(if k < 16 { 90.0 } else { 60.0 }), Some(if k < 10 { 50.0 } else { 0.0 }))
         });

@@ -1,35 +1,37 @@
-//! How often a sensor reads, and which values of its column are its own.
+//! The interval of a sensor's readings, and which values of its column are its own.
 //!
-//! A sensor that reads every 15 min fills one step of three; sources draw straight lines over the other
-//! two or leave them empty. Its readings keep their phase until the sensor is changed. A value between
-//! two of them that lies on no line is no reading of that sensor: someone put it there.
+//! A sensor that reads every 15 min fills one step of three; sources draw straight lines over the
+//! other two or leave them empty. Its readings keep their phase until the sensor is changed. A
+//! value between two readings that is not on the line is no reading of that sensor: someone added
+//! it.
 
 use crate::straight_lines::StraightLines;
 
 /// Share of the distances between neighbouring readings that must equal the cadence.
 const REGULAR: f64 = 0.5;
-/// Readings on either side from which the phase is taken: 8 h of a sensor that reads every 15 min.
+/// Readings on either side that give the phase: 8 h of a sensor that reads every 15 min.
 const AROUND: usize = 32;
 /// Share of these that must have the phase.
 const IN_PHASE: f64 = 0.75;
-/// Longest cadence that is looked for, steps: 30 min.
+/// Longest interval that is tried, steps: 30 min.
 const LONGEST: usize = 6;
 
-/// How often a sensor reads, with its readings.
+/// A sensor's interval and its readings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SensorCadence {
     /// Steps from one reading to the next: 1 for a sensor of 5 min, 3 for one of 15 min.
     pub steps: usize,
-    /// Steps of the sensor's readings, ascending. Readings that lie on the line between their neighbours
-    /// by chance are not told from drawn values and do not count.
+    /// Steps of the sensor's readings, ascending. Readings that happen to lie on the line between
+    /// their neighbours cannot be separated from drawn values and do not count.
     pub readings: Vec<usize>,
-    /// Steps of the values that stand between two readings of the sensor, off its phase and off the
+    /// Steps of the values between two readings of the sensor that are off its phase and off the
     /// line; ascending. Always empty for a sensor that reads at every step.
     pub strangers: Vec<usize>,
 }
 
 impl SensorCadence {
-    /// Finds the cadence of a column of one value a step; `None` where readings have no regular one.
+    /// Finds the interval of a column of one value per step; `None` where readings have no regular
+    /// one.
     #[must_use]
     pub fn find(values: &[Option<f64>]) -> Option<Self> {
         let corners = StraightLines::corners(values);
@@ -57,7 +59,7 @@ impl SensorCadence {
             let between = before.is_some_and(|before| {
                 values[before].is_some() && values.get(before + steps).is_some_and(Option::is_some)
             });
-            // The end of a line that fills a gap is no stranger: the sensor reads beside one.
+            // The end of a line that fills a gap is not foreign: the sensor reads next to one.
             let beside = |other: Option<&usize>| {
                 other.is_some_and(|other| other.abs_diff(corner) <= 2 * steps)
             };
@@ -107,7 +109,7 @@ mod tests {
         let values = every_quarter_of_an_hour(200);
         let found = SensorCadence::find(&values).expect("regular");
         assert_eq!((found.steps, found.strangers.as_slice()), (3, [].as_slice()));
-        // The last value of all stands beside nothing; no line tells whether it was drawn.
+        // The last value has no neighbour after it, so no line shows whether it was drawn.
         let (_, inner) = found.readings.split_last().expect("many");
         assert!(inner.len() > 180 && inner.iter().all(|k| k % 3 == 1), "{inner:?}");
     }
@@ -125,7 +127,7 @@ mod tests {
     #[test]
     fn the_ends_of_a_filled_gap_are_no_strangers() {
         let mut values = every_quarter_of_an_hour(200);
-        // From the reading at 298 on to a value off the phase, after which the sensor reads again.
+        // From the reading at 298 to a value off the phase, after which the sensor reads again.
         let from = values[298].expect("recorded");
         for (step, value) in values.iter_mut().enumerate().take(322).skip(299) {
             *value = Some(from + (250.0 - from) * (step as f64 - 298.0) / 23.0);

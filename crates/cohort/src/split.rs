@@ -1,4 +1,4 @@
-//! What is trained on and what is held out.
+//! Training and held-out parts of a record.
 
 use std::ops::Range;
 
@@ -11,32 +11,32 @@ use crate::record::Record;
 /// Days a twin is trained on: the first two weeks (paper, section on the individual-level model).
 pub const TRAINING_DAYS: usize = 14;
 
-/// A record cut in time. Windows taken inside either range never cross the boundary.
+/// A record split in time. Windows inside either range never cross the boundary.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimeSplit {
-    /// The steps to train on.
+    /// The training steps.
     pub train: Range<usize>,
-    /// The steps held out; empty if the record is no longer than the training days.
+    /// The held-out steps; empty if the record is no longer than the training days.
     pub test: Range<usize>,
 }
 
-/// Cuts a record `days` times 24 hours after its first step.
+/// Splits a record `days` times 24 hours after its first step.
 #[must_use]
 pub fn split_by_time(record: &Record, days: usize) -> TimeSplit {
     let boundary = days.saturating_mul(STEPS_PER_DAY).min(record.len());
     TimeSplit { train: 0..boundary, test: boundary..record.len() }
 }
 
-/// People cut into two groups.
+/// People split into two groups.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PersonSplit {
-    /// Indices of the people to train on, ascending.
+    /// Indices of the training people, ascending.
     pub train: Vec<usize>,
-    /// Indices of the people held out, ascending.
+    /// Indices of the held-out people, ascending.
     pub test: Vec<usize>,
 }
 
-/// Draws `round(test_share * people)` of `people` people at random to be held out.
+/// Holds out `round(test_share * people)` of `people` people at random.
 ///
 /// # Errors
 /// If the share is not from 0 to 1.

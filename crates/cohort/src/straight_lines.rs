@@ -1,4 +1,4 @@
-//! Values that lie on a straight line because someone drew it.
+//! Values that are on a straight line because someone drew it.
 //!
 //! Sources that fill gaps linearly do not say where. Three readings of a sensor are seldom on one
 //! line to the last digit; values between two anchors always are.
@@ -8,12 +8,12 @@ use std::ops::Range;
 /// Largest second difference, relative to the values, of a line that was computed in f64 and
 /// printed with 16 digits.
 const TOLERANCE: f64 = 1e-9;
-/// Largest second difference of a line whose values were rounded, in units of their last decimal: a half for either end,
-/// twice a half for the middle.
+/// Largest second difference of a line whose values were rounded, in units of their last decimal: a
+/// half for either end, twice a half for the middle.
 const ROUNDED: f64 = 2.0;
-/// Most decimals to which a source is taken to have rounded.
+/// Most decimals to which a source is assumed to have rounded.
 const MOST_DECIMALS: i32 = 6;
-/// Fewest values strictly inside a line that count as drawn: one in the middle of three happens by
+/// Fewest values strictly inside a line that count as drawn. One in the middle of three happens by
 /// chance where a sensor reports whole mg/dL.
 const FEWEST_INSIDE: usize = 2;
 
@@ -52,8 +52,9 @@ impl StraightLines {
         Self { inside, share }
     }
 
-    /// The steps whose values lie neither on the line between their neighbours nor level with them, and
-    /// those beside a missing value: the readings of a source that draws lines between, ascending.
+    /// The readings of a source that draws lines between: the steps whose values are neither on the
+    /// line between their neighbours nor equal to them, and those next to a missing value;
+    /// ascending.
     #[must_use]
     pub fn corners(values: &[Option<f64>]) -> Vec<usize> {
         let unit = last_decimal(values);
@@ -61,7 +62,8 @@ impl StraightLines {
         recorded.filter(|k| !Self::on_line_or_level(values, *k, unit)).collect()
     }
 
-    /// `false` where one of the three values is missing. `unit` is that of the last decimal, 0 where values were not rounded.
+    /// `false` where one of the three values is missing. `unit` is that of the last decimal, 0
+    /// where values were not rounded.
     fn on_line_or_level(values: &[Option<f64>], k: usize, unit: f64) -> bool {
         match values.get(k.wrapping_sub(1)..k.saturating_add(2)) {
             Some(&[Some(before), Some(at), Some(after)]) => {
@@ -79,8 +81,8 @@ impl StraightLines {
     }
 }
 
-/// The unit of the last decimal to which the values were rounded; 0 for whole numbers, which sensors report themselves,
-/// and for values that were not rounded.
+/// The unit of the last decimal to which the values were rounded. It is 0 for values that were not
+/// rounded, and for whole numbers, because sensors report these themselves.
 fn last_decimal(values: &[Option<f64>]) -> f64 {
     let of = |decimals: i32| {
         let factor = 10f64.powi(decimals);
@@ -130,7 +132,7 @@ mod tests {
         for decimals in [2, 3, 4, 5, 9] {
             assert_eq!(lines(decimals).inside, exact.inside, "{decimals} decimals");
         }
-        // Whole numbers are what sensors report: only exact lines count.
+        // Sensors report whole numbers, so only exact lines count.
         assert!(lines(0).share < exact.share);
         assert_eq!(last_decimal(&[Some(284.400_000_000_000_03), None, Some(5.0)]), 0.1);
         assert_eq!(last_decimal(&[Some(1.0 / 3.0)]), 0.0);

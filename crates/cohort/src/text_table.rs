@@ -1,8 +1,8 @@
 //! A delimited text file as a table of text cells that know their line.
 //!
-//! Every cell is read as text first, so that a wrong one is reported with its file, line and
-//! column. Before the table library sees the bytes, one pass checks that they are UTF-8, that
-//! quotes match and that every row has as many fields as the header.
+//! Every cell is first read as text, so that an error can name its file, line and column. Before
+//! the table library sees the bytes, one pass checks that they are UTF-8, that quotes match and
+//! that every row has as many fields as the header.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -15,15 +15,15 @@ use polars::prelude::{
 
 use crate::error::{CohortError, Place};
 
-/// Longest row, bytes. The longest of any study at hand (a night's sleep stages) has 30 kB.
+/// Longest row, bytes. The longest of the known studies (a night's sleep stages) has 30 kB.
 const LONGEST_ROW: usize = 4 << 20;
-/// Longest piece of a cell that is repeated in a message, characters.
+/// Longest piece of a cell in a message, characters.
 const SHOWN: usize = 40;
 
-/// A delimited text file taken apart into text cells that know their line.
+/// A delimited text file split into text cells that know their line.
 ///
 /// Strict: bytes that are not UTF-8, an open quote, a row with another number of fields than the
-/// header or a repeated column name are errors that name file and row. Byte-order marks, either
+/// header and a repeated column name are errors that name file and row. Byte-order marks, either
 /// line end and blank lines are accepted.
 #[derive(Debug)]
 pub struct TextTable {
@@ -44,7 +44,7 @@ pub struct TextColumn<'a> {
 }
 
 impl TextTable {
-    /// Reads the file at `path`; `name` stands for it in messages.
+    /// Reads the file at `path`; messages call it `name`.
     ///
     /// # Errors
     /// [`CohortError`] with file and row if it cannot be read or is not such a table.
@@ -52,7 +52,7 @@ impl TextTable {
         Self::parse(read_bytes(path, name)?, name, separator)
     }
 
-    /// Takes bytes apart.
+    /// Parses bytes.
     pub(crate) fn parse(bytes: Vec<u8>, name: &str, separator: u8) -> Result<Self, CohortError> {
         let text = text(&bytes, name)?;
         let rows = scan(text, name, separator)?;
@@ -86,8 +86,8 @@ impl TextTable {
             body.push('\n');
         }
         let lines: Vec<u32> = rows.iter().map(|row| row.line).collect();
-        // The copy without header and blank lines is all that is still needed: large studies fit
-        // into memory once.
+        // Only the copy without header and blank lines is still needed, so large studies fit into
+        // memory once.
         drop(bytes);
         let frame = frame(body.into_bytes(), header.len(), separator, name)?;
         if frame.height() != lines.len() {
@@ -115,7 +115,7 @@ impl TextTable {
         &self.header
     }
 
-    /// The row `i`, counted from 0 below the header, as a place.
+    /// Row `i`, counted from 0 below the header, for messages.
     ///
     /// # Panics
     /// If there is no such row.
@@ -139,7 +139,7 @@ impl TextTable {
         Ok(Some(TextColumn {
             file: &self.file,
             name: &self.header[index],
-            // One chunk, so that a cell is found without a search.
+            // One chunk, so a cell is found without a search.
             cells: cells.rechunk().into_owned(),
             lines: &self.lines,
         }))
@@ -159,13 +159,13 @@ impl TextTable {
 }
 
 impl TextColumn<'_> {
-    /// The text of row `i` without surrounding blanks, `None` if that is empty.
+    /// The text of row `i` without surrounding blanks; `None` if that is empty.
     #[must_use]
     pub fn text(&self, i: usize) -> Option<&str> {
         self.cells.get(i).map(str::trim).filter(|text| !text.is_empty())
     }
 
-    /// The cell of row `i` as a place.
+    /// The cell of row `i`, for messages.
     ///
     /// # Panics
     /// If there is no such row.
@@ -195,7 +195,7 @@ impl TextColumn<'_> {
         self.number(i)?.ok_or_else(|| self.wrong(i, "a number; the cell is empty"))
     }
 
-    /// The error that this cell is not what was expected.
+    /// The error that says this cell is not what was expected.
     pub(crate) fn wrong(&self, i: usize, expected: &'static str) -> CohortError {
         CohortError::Cell {
             place: self.place(i),
@@ -216,7 +216,7 @@ pub(crate) fn read_bytes(path: &Path, name: &str) -> Result<Vec<u8>, CohortError
     })
 }
 
-/// A text of at most `limit` characters, with control characters spelled out.
+/// A text of at most `limit` characters, with control characters escaped.
 pub(crate) fn shorten(text: &str, limit: usize) -> String {
     let mut shown: String = text.chars().take(limit).flat_map(char::escape_debug).collect();
     if text.chars().nth(limit).is_some() {
@@ -246,7 +246,7 @@ fn text<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, CohortError> {
     Ok(text)
 }
 
-/// A row as it lies in the text, without its line end.
+/// A row as it is in the text, without its line end.
 struct Row {
     start: usize,
     end: usize,
@@ -254,7 +254,7 @@ struct Row {
     fields: usize,
 }
 
-/// Finds the rows. Blank lines are passed over, but counted as lines.
+/// Finds the rows. Blank lines are skipped, but counted as lines.
 fn scan(text: &str, name: &str, separator: u8) -> Result<Vec<Row>, CohortError> {
     let bytes = text.as_bytes();
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! Sequences of a few hours that models are trained and judged on.
+//! Sequences of a few hours for training and for judging models.
 
 use std::ops::Range;
 
@@ -39,12 +39,13 @@ pub struct WindowRule {
     pub doses: DoseRule,
 }
 
-/// What a window asks of basal, bolus and carbohydrate.
+/// What a window requires of basal, bolus and carbohydrate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DoseRule {
     /// Recorded (possibly as 0) in every step.
     Complete,
-    /// May be missing; the caller of [`Person::inputs`](crate::Person::inputs) says what then.
+    /// May be missing; the caller of [`Person::inputs`](crate::Person::inputs) says what happens
+    /// then.
     MayBeMissing,
 }
 
@@ -92,11 +93,11 @@ impl WindowRule {
 
 /// The windows of one person inside the steps `range`, in order of time, none crossing its ends.
 ///
-/// Starts lie `stride` apart from `range.start`; windows that break the rule's completeness are
-/// left out. `person` is the index that the windows carry.
+/// Starts are `stride` apart from `range.start`; windows that are not complete enough for the rule
+/// are left out. `person` is the index that the windows hold.
 ///
 /// # Errors
-/// If the rule cannot be carried out or the range leaves the record.
+/// If the rule cannot be applied or the range leaves the record.
 pub fn windows(
     person: usize,
     record: &Record,

@@ -4,7 +4,7 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// A part is not what its schema says.
+    /// A part does not match its schema.
     #[error(transparent)]
     Contract(#[from] contract::ContractError),
     /// A part cannot be read.
@@ -12,7 +12,7 @@ pub enum ReportError {
     Unreadable {
         /// Which file.
         file: &'static str,
-        /// What the system says.
+        /// The system's reason.
         source: std::io::Error,
     },
     /// The drawing library refused a figure.
@@ -20,7 +20,7 @@ pub enum ReportError {
     Figure {
         /// What the figure shows.
         figure: String,
-        /// What the drawing library says.
+        /// The drawing library's reason.
         message: String,
     },
 }

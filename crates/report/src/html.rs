@@ -1,7 +1,7 @@
 //! Building HTML so that nothing from data reaches the page unescaped.
 //!
-//! [`Html`] can be made only from literals of this crate ([`Html::literal`]), from escaped text, and
-//! from other [`Html`]; a string from a JSON file has no other way in.
+//! [`Html`] can be made only from literals of this crate ([`Html::literal`]), from escaped text,
+//! and from other [`Html`]. A string from a JSON file has no other way in.
 
 mod crossed;
 mod heat;
@@ -16,9 +16,9 @@ use crate::number::percent;
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Html(String);
 
-/// Text above which a cell is long, bytes.
+/// A cell with longer text is long, bytes.
 const LONG: usize = 24;
-/// Text up to which a cell is not broken, bytes.
+/// A cell with text up to this length is not broken, bytes.
 const SHORT: usize = 12;
 
 /// Alignment of a table column.
@@ -54,7 +54,7 @@ impl Html {
         self.element("p", text)
     }
 
-    /// A paragraph that says that something is not there.
+    /// A paragraph that says that something is missing.
     pub(crate) fn absent(&mut self, text: &str) -> &mut Self {
         self.literal("<p class=\"absent\">").text(text).literal("</p>\n")
     }
@@ -73,7 +73,7 @@ impl Html {
         html
     }
 
-    /// A figure with the key to its lines and a caption that says what to see.
+    /// A figure with the key to its lines and a caption that says what it shows.
     pub(crate) fn figure(&mut self, svg: &Svg, keys: &[Key], caption: &str) -> &mut Self {
         self.literal("<figure>\n");
         self.0.push_str(svg.markup());
@@ -88,8 +88,7 @@ impl Html {
         self.literal("<figcaption>").text(caption).literal("</figcaption>\n</figure>\n")
     }
 
-    /// A table that scrolls sideways where it is wider than the page. Rows marked `true` are set
-    /// in bold.
+    /// A table that scrolls sideways where it is wider than the page. Rows marked `true` are bold.
     pub(crate) fn table(
         &mut self,
         caption: &str,
@@ -136,7 +135,7 @@ impl Html {
         self.literal("</tbody>\n</table>\n</div>\n")
     }
 
-    /// Whether it is text that needs a column of some width on a phone.
+    /// Whether it is text that needs a wider column on a phone.
     fn is_long_text(&self) -> bool {
         self.0.len() > LONG && !self.0.contains('<')
     }
@@ -175,7 +174,7 @@ impl Html {
     }
 }
 
-/// Appends `text` with the five characters escaped that mean something in HTML.
+/// Appends `text` with the five special characters of HTML escaped.
 pub(crate) fn escape_into(out: &mut String, text: &str) {
     for c in text.chars() {
         match c {
@@ -189,7 +188,8 @@ pub(crate) fn escape_into(out: &mut String, text: &str) {
     }
 }
 
-/// A short stretch of a line, a patch or a marker, as the figure draws it. Numbers and colours only.
+/// A short piece of a line, a patch or a marker, as the figure draws it. It holds numbers and
+/// colours only.
 fn swatch(key: &Key) -> String {
     let Stroke { colour, dash, .. } = key.stroke;
     let colour = format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);

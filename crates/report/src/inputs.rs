@@ -29,13 +29,13 @@ pub enum Part {
     ImportReport,
     /// Days of one person, measured and simulated.
     ExampleDay,
-    /// What twins answer to meals under other doses.
+    /// What twins predict for meals under other doses.
     WhatIf,
-    /// The same of twins whose networks keep physiology's signs.
+    /// The same for twins whose networks keep physiology's signs.
     WhatIfConstrained,
     /// Ambulatory glucose profile, measured and simulated.
     Agp,
-    /// Answers of the diagnosis scored against labels that it could not see.
+    /// Answers of the diagnosis, scored against labels that it could not see.
     BlindCheck,
     /// Hashes of those labels.
     Seal,
@@ -80,7 +80,7 @@ impl Part {
     }
 }
 
-/// The parts at hand. A missing part becomes a section that says so.
+/// The available parts. A missing part becomes a section that says so.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
     /// Manifests of the stages, in the order in which they were read.
@@ -95,7 +95,7 @@ pub struct Inputs {
     pub training: Option<Training>,
     /// From `twins.json`.
     pub twins: Option<TwinsTable>,
-    /// From `import_report.json`; shown as it stands, whatever its keys.
+    /// From `import_report.json`; shown as it is, whatever its keys.
     pub import_report: Option<serde_json::Value>,
     /// From `example_day.json`.
     pub example_day: Option<ExampleDay>,
@@ -128,13 +128,13 @@ impl Inputs {
             && self.blind_check.is_none()
     }
 
-    /// Reads one part, strictly. A manifest is added to those already read; any other part replaces one
-    /// read before.
+    /// Reads one part, strictly. A manifest is added to those already read; any other part replaces
+    /// one read before.
     ///
     /// # Errors
     ///
-    /// [`ReportError::Unreadable`], and [`ReportError::Contract`] with line and column for what is not as
-    /// its schema says.
+    /// [`ReportError::Unreadable`], and [`ReportError::Contract`] with line and column where the
+    /// part does not match its schema.
     pub fn read(&mut self, part: Part, mut reader: impl Read) -> Result<(), ReportError> {
         let mut bytes = Vec::new();
         reader
@@ -159,7 +159,7 @@ impl Inputs {
     }
 }
 
-/// JSON that is shown as it stands.
+/// JSON that is shown as it is.
 fn any<T: serde::de::DeserializeOwned>(part: Part, bytes: &[u8]) -> Result<T, ContractError> {
     serde_json::from_slice(bytes)
         .map_err(|source| ContractError::Json { file: part.file_name(), source })

@@ -1,8 +1,8 @@
 //! Self-contained HTML reports from the pipeline's JSON outputs.
 //!
-//! The report is one file: no network, no script, no font of its own; its figures are SVG inside
-//! the page and its tables can be copied. The crate knows the JSON contract and nothing of the
-//! crates that compute: it takes readers and returns text, and the same inputs give the same bytes.
+//! The report is one file: no network, no script, no font of its own. Its figures are SVG inside
+//! the page and its tables can be copied. The crate knows the JSON contract and none of the crates
+//! that compute. It takes readers and returns text, and the same inputs give the same bytes.
 //!
 //! ```
 //! use report::{Inputs, Part, render};

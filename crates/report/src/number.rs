@@ -3,7 +3,7 @@
 use contract::blind_check::Share;
 use contract::{Spread, WithInterval};
 
-/// What stands where there is no number.
+/// The text where there is no number.
 pub(crate) const ABSENT: &str = "\u{2013}";
 
 /// `value` with `digits` after the point.
@@ -12,7 +12,7 @@ pub(crate) fn fixed(value: f64, digits: usize) -> String {
         return ABSENT.to_owned();
     }
     let text = format!("{:.digits$}", value.abs());
-    // "-0.0" carries no information that "0.0" lacks.
+    // "-0.0" says no more than "0.0".
     let is_zero = text.bytes().all(|b| b == b'0' || b == b'.');
     if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }
 }
@@ -42,7 +42,7 @@ pub(crate) fn significant(value: impl Into<Option<f64>>) -> String {
     }
 }
 
-/// A number with at most three digits after the point and none to spare.
+/// A number with at most three digits after the point and no trailing zeros.
 pub(crate) fn compact(value: f64) -> String {
     let text = fixed(value, 3);
     match text.contains('.') {

@@ -2,8 +2,8 @@
 //!
 //!     cargo run -p world --example everyday_figures -- [WORLDS] [SEED]
 //!
-//! To be held against the same figures of real people: glucose, its change between readings, insulin,
-//! carbohydrate and how often it is logged.
+//! Compare them with the same figures of real people: glucose, its change between readings,
+//! insulin, carbohydrate and how often it is logged.
 
 use std::error::Error;
 use std::io::Write as _;

@@ -1,5 +1,5 @@
-//! Lets bodies live the recorded days of a cohort: `OUT_DIR/cohort` and, apart from it,
-//! `OUT_DIR/info.json` with the truth and those who could not be replayed.
+//! Lets bodies live the recorded days of a cohort. Writes `OUT_DIR/cohort` and, apart from it,
+//! `OUT_DIR/info.json` with the truth and the people who could not be replayed.
 //!
 //!     cargo run -p world --example replay_cohort -- COHORT OUT_DIR [hovorka|padova|minimal|saturating] [SEED]
 #![expect(clippy::print_stdout, reason = "an example tells what it wrote")]

@@ -1,10 +1,10 @@
-//! What separates every real person from a model, whether an effect acts or not.
+//! The ways in which every real person differs from a model, whether an effect acts or not.
 //!
-//! A world without any effect is not a world that a model fits: insulin action and the gut differ
-//! from day to day ([`Variability`](crate::Variability)), sensors err
-//! ([`SensorModel`](ode_sim::SensorModel) and a gain of their own), boluses come late or not at all
-//! ([`BolusTiming`](crate::BolusTiming)), rescue carbohydrate is logged like a meal, settings are
-//! not quite right, and nobody counts carbohydrate exactly. This states the last of these.
+//! A model does not fit even a world without any effect. Insulin action and the gut differ from day
+//! to day ([`Variability`](crate::Variability)), sensors err ([`SensorModel`](ode_sim::SensorModel)
+//! and a gain of their own), boluses come late or not at all ([`BolusTiming`](crate::BolusTiming)),
+//! rescue carbohydrate is logged like a meal, settings are not quite right, and nobody counts
+//! carbohydrate exactly. This module states the last of these.
 
 use crate::behaviour::{Meal, MealKind};
 use crate::effects::MiscountForm;
@@ -19,38 +19,39 @@ pub struct Background {
 /// How carbohydrate is counted where no effect acts, and what the effect adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Counting {
-    /// With a log-normal error without bias and this coefficient of variation; the effect adds its
-    /// bias and its spread to it.
+    /// The count has a log-normal error without bias and with this coefficient of variation; the
+    /// effect adds its bias and its spread.
     Unbiased {
         /// Coefficient of variation of the count.
         cv: f64,
     },
-    /// Exactly; bias and spread are both the effect's, as [`Meal::log_counting_error`] has them.
+    /// The count is exact; bias and spread are both the effect's, as in
+    /// [`Meal::log_counting_error`].
     AllInEffect,
 }
 
-/// What an amplitude of 1 of the effect does with [`Counting::AllInEffect`].
+/// What an amplitude of 1 of the effect does under [`Counting::AllInEffect`].
 pub(crate) const SIZE_OF_ERRORS_IN_EFFECT: &str =
     "counted over eaten log-normal: 63 % below 1, mean error 21 %";
 
-/// Bias of the logarithm of a count at amplitude 1, for small meals and what is added to it for
-/// large ones: medians of -28 and -34 % (size of the design of this effect; underestimates of this
+/// Bias of the logarithm of a count at amplitude 1: for small meals, and the amount added for large
+/// ones. The medians are -28 and -34 % (size of the design of this effect; underestimates of this
 /// order are in Roversi et al., Diabetes Technol Ther 2020;22:749, and Kawamura et al., J Diabetes
 /// Investig 2015;6:280).
 const BIAS: f64 = -0.3285;
 const BIAS_OF_LARGE: f64 = -0.087;
-/// Size about which a meal becomes a large one, and the width of that passage, g.
+/// Size at which a meal becomes large, and the width of the transition, g.
 const LARGE: (f64, f64) = (65.0, 8.0);
-/// Spread of the logarithm of a count that the effect adds at amplitude 1, for a meal of 60 g; it
+/// Spread of the logarithm of a count that the effect adds at amplitude 1, for a meal of 60 g. It
 /// grows with the root of the size (assumed).
 const ADDED_SPREAD: f64 = 0.12;
 
-/// Size towards which counts go where they go to what is usual, g.
+/// Usual size, towards which counts are pulled in the form that pulls them, g.
 const USUAL: f64 = 45.0;
 
 impl Background {
-    /// Counts without bias and with a coefficient of variation of 20 %: the mean absolute error of
-    /// 20.9 % of Brazeau et al. (Diabetes Res Clin Pract 2013;99:19) holds bias and spread.
+    /// Counts without bias and with a coefficient of variation of 20 %. The mean absolute error of
+    /// 20.9 % of Brazeau et al. (Diabetes Res Clin Pract 2013;99:19) includes bias and spread.
     pub const REALISTIC: Self = Self { counting: Counting::Unbiased { cv: 0.20 } };
 
     /// Counts whose whole error is the effect's.

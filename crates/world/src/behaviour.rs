@@ -1,8 +1,8 @@
 //! What a person does, day by day: sleep, meals, exercise, alcohol, infusion sets, wearable.
 //!
-//! Each file states its distributions and where they come from. Nothing here knows of glucose: a
-//! life is drawn before the body is simulated, so that the same life can be lived by another body,
-//! under another therapy or without an effect.
+//! Each file states its distributions and their sources. Nothing here depends on glucose: a life is
+//! drawn before the body is simulated, so another body can live the same life, also under another
+//! therapy or without an effect.
 
 mod alcohol;
 mod exercise;
@@ -37,7 +37,7 @@ pub struct Life {
     pub meals: Vec<Meal>,
     /// Exercise sessions, ordered by step.
     pub sessions: Vec<Session>,
-    /// One night a day and one more for the last evening.
+    /// One night a day, and one more for the last evening.
     pub nights: Vec<Night>,
     /// Evenings with alcohol.
     pub evenings: Vec<Drinking>,
@@ -56,7 +56,7 @@ impl Life {
         Self::sample_with(habits, &Hours::REGULAR, calendar, seed, person)
     }
 
-    /// As [`Self::sample`], with hours of one's own.
+    /// As [`Self::sample`], with the person's own hours.
     #[must_use]
     pub fn sample_with(
         habits: &Habits,

@@ -1,9 +1,10 @@
-//! Worlds for a blind check: their plan, the amplitudes that reach a given shift, their nuisances.
+//! Worlds for a blind check: their plan, the amplitudes that reach a given shift, and what is
+//! missing from their records.
 //!
-//! A [`Plan`] says how many worlds of which kind; [`Plan::worlds`] draws them in an order that tells
-//! nothing. [`PlannedWorld::realise`] draws the people and finds the common factor on an effect's
-//! amplitudes at which it moves glucose as far as planned. [`RealisedWorld::cohort`] lives the days
-//! and is what a diagnosis is given; everything else is the label.
+//! A [`Plan`] says how many worlds there are of each kind; [`Plan::worlds`] draws them in an order
+//! that reveals nothing. [`PlannedWorld::realise`] draws the people and finds the common factor on
+//! an effect's amplitudes at which it moves glucose as far as planned. [`RealisedWorld::cohort`]
+//! lives the days. A diagnosis gets this cohort; everything else is the label.
 //!
 //! ```no_run
 //! use world::blind::Plan;

@@ -1,5 +1,5 @@
-//! The simulated body: the ODE with a person's parameters at one-minute resolution, and what acts
-//! on free-living people beyond it.
+//! The simulated body: the ODE with a person's parameters at one-minute resolution, and the effects
+//! that act on free-living people beyond it.
 
 use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, renal_clearance};
 use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, steady_state};
@@ -9,12 +9,12 @@ use crate::effects::{Amplitudes, Condition, Effect, ExerciseTrace, LowTrace};
 use crate::person::BodyParameters;
 use crate::warp::{Warped, Warps};
 
-/// Runge-Kutta steps within the five minutes: one a minute.
+/// Runge-Kutta steps within the five minutes: one per minute.
 const SUBSTEPS: u32 = 5;
 
 /// A body whose parameters change from step to step.
 ///
-/// The step is part of the state, so that [`physiology::simulate`] drives it like any other plant.
+/// The step is part of the state, so [`physiology::simulate`] drives it like any other plant.
 /// Exercise acts through this crate's own [`ExerciseTrace`], not through the multipliers of the
 /// ODE's authors.
 #[derive(Debug, Clone)]
@@ -30,16 +30,16 @@ pub struct Body<'a> {
 pub struct BodyState {
     /// State of the ODE.
     pub ode: OdeState,
-    /// What exercise has left.
+    /// What past exercise still does.
     pub exercise: ExerciseTrace,
-    /// How far a low has roused counter-regulation.
+    /// How far a low has activated counter-regulation.
     pub low: LowTrace,
     /// Steps done.
     pub step: usize,
 }
 
 impl<'a> Body<'a> {
-    /// A body under the course of `conditions`, one a step; after their end the body is as drawn.
+    /// A body under the course of `conditions`, one per step. After their end the body is as drawn.
     #[must_use]
     pub fn new(
         parameters: BodyParameters,
@@ -55,10 +55,10 @@ impl<'a> Body<'a> {
         Body { parameters, conditions: &[], amplitudes: Amplitudes::NONE, warped: None }
     }
 
-    /// The same body with forms of its own.
+    /// The same body with a form of its own: warped functions.
     ///
     /// # Errors
-    /// If it has no steady state at the glucose at which warps are none.
+    /// If it has no steady state at the glucose at which warps are 1.
     pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
         let warped = Warped::of(warps, &self, self.parameters.weight)?;
         Ok(Self { warped, ..self })
@@ -144,7 +144,7 @@ impl Plant for Body<'_> {
         };
         let ode = plant.advance(&state.ode, &absorbed, flux).map_err(|error| match error {
             OdeError::NonFinite { compartment } => NonFinite { compartment },
-            // Runge-Kutta steps fail in no other way; were there one, glucose is what is lost.
+            // Runge-Kutta steps fail in no other way. If they did, glucose would be what is lost.
             _ => NonFinite { compartment: physiology::Compartment::Q1 },
         })?;
         Ok(BodyState { ode, exercise, low, step: state.step + 1 })
@@ -168,7 +168,8 @@ mod tests {
         BodyParameters { model: OdeParameters::nominal(), weight: Kilograms(76.3) }
     }
 
-    /// Glucose after each step of four hours from 150 mg/dL, with a meal and its bolus at the start.
+    /// Glucose after each step of four hours from 150 mg/dL, with a meal and its bolus at the
+    /// start.
     fn course(
         condition: Condition,
         amplitudes: Amplitudes,

@@ -5,7 +5,7 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 /// A record of whole days that starts at midnight.
 ///
-/// Steps are counted from 0 at the first midnight; there is no daylight saving.
+/// Steps are counted from 0 at the first midnight. There is no daylight saving.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Calendar {
     start: NaiveDate,
@@ -69,7 +69,7 @@ impl Calendar {
         usize::try_from(step).ok().filter(|s| *s < self.steps())
     }
 
-    /// As [`Self::step_at`], but without the limits of the record.
+    /// As [`Self::step_at`], but also outside the record.
     #[must_use]
     pub fn signed_step(&self, day: usize, hour: f64) -> i64 {
         (day * STEPS_PER_DAY) as i64 + (hour * STEPS_PER_HOUR as f64).round() as i64

@@ -18,7 +18,7 @@ impl VirtualPerson {
         Life::sample_with(&self.habits, &self.everyday.hours, calendar, self.seed, self.index)
     }
 
-    /// What chance brings to a life.
+    /// The chance events of a life.
     pub(crate) fn happenings(&self, life: &Life) -> Happenings {
         let spreads = &self.everyday.spreads;
         let mut happenings = Happenings::sample_with(life, spreads, self.seed, self.index);
@@ -40,7 +40,7 @@ impl VirtualPerson {
         WornSensors::new(self.everyday.sensor, wear, sensing, rng, own)
     }
 
-    /// When sensors are worn through a life, and the stream from which their errors are drawn next.
+    /// When sensors are worn through a life, and the stream for their errors.
     pub(crate) fn wear(&self, life: &Life) -> (SensorWear, ChaCha8Rng) {
         let mut rng = stream(self.seed, self.index, Concept::Sensor);
         (SensorWear::sample(&life.calendar, &self.everyday.sensor, &mut rng), rng)

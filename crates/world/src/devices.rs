@@ -1,7 +1,7 @@
 //! The sensors that a person wears one after another.
 //!
-//! The error model of a sensor is [`ode_sim::SensorModel`]; this adds that sensors differ, are
-//! changed, and lose readings.
+//! The error model of a sensor is [`ode_sim::SensorModel`]. This module adds that sensors differ,
+//! are changed, and lose readings.
 
 use ode_sim::sensor::clamp_to_display;
 use ode_sim::{OdeError, Sensor, SensorModel};
@@ -16,22 +16,22 @@ use crate::wear::SensorWear;
 
 /// The sensors of one person, read every step.
 ///
-/// Each step takes the same number of draws whatever glucose is.
+/// Each step takes the same number of draws for any glucose.
 #[derive(Debug, Clone)]
 pub(crate) struct WornSensors {
     wear: SensorWear,
     sensing: Sensing,
     lagged: Lagged,
     rng: ChaCha8Rng,
-    /// For what the published kind does not have.
+    /// For the errors that the published kind does not have.
     own: ChaCha8Rng,
     kind: SensorKind,
     current: Option<Sensor>,
 }
 
 impl WornSensors {
-    /// Sensors of a kind worn as `wear` says, with error drawn from `rng` (what the published kind does
-    /// not have, from `own`) and what `sensing` adds to it.
+    /// Sensors of a kind, worn as `wear` says. `rng` gives the error (`own` gives the errors that
+    /// the published kind does not have), and `sensing` adds to it.
     pub(crate) fn new(
         kind: SensorKind,
         wear: SensorWear,
@@ -78,8 +78,8 @@ impl WornSensors {
         Ok((!self.wear.is_lost(step)).then_some(shown))
     }
 
-    /// A sensor with a gain of its own. One that was put in before the record keeps the drift of
-    /// its age.
+    /// A sensor with its own gain. One that was inserted before the record keeps the drift of its
+    /// age.
     fn model(&mut self, step: usize) -> SensorModel {
         let made = self.kind.model();
         let spread = self.kind.gain_spread;
@@ -93,7 +93,7 @@ impl WornSensors {
         SensorModel { gain: shifted(made.gain.map(|c| c * (1.0 + own)), age), offset, ..made }
     }
 
-    /// What a spike adds to one reading, mg/dL; mostly nothing.
+    /// What a spike adds to one reading, mg/dL; mostly 0.
     fn spike(&mut self) -> f64 {
         if self.kind.spikes_a_day <= 0.0 {
             return 0.0;
@@ -146,7 +146,7 @@ mod tests {
         let errors: Vec<f64> = flat.iter().flatten().map(|g| (g / 150.0 - 1.0).abs()).collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         assert!((0.04..0.10).contains(&mean), "{mean}");
-        // Gain and offset alone tell two courses apart: noise and losses are the same.
+        // The two courses differ by gain and offset alone: noise and losses are the same.
         let higher = read(&|_| 160.0);
         for (low, high) in flat.iter().zip(&higher) {
             assert_eq!(low.is_some(), high.is_some());

@@ -1,8 +1,8 @@
-//! What acts on free-living people beyond the equations of the plants under test.
+//! Effects that act on free-living people beyond the equations of the plants under test.
 //!
-//! Each effect stands in its own file, in a form of this crate's own: shapes here are not those
-//! that a diagnosis fits, only the names are shared. An amplitude of 1 is the size of the source
-//! that the file names; 0 switches the effect off and leaves everything else as it was.
+//! Each effect has its own file, in a form of this crate's own: the shapes here are not those that
+//! a diagnosis fits; only the names are shared. An amplitude of 1 is the size of the source that
+//! the file names. 0 switches the effect off and leaves everything else unchanged.
 
 mod alcohol;
 mod circadian_sensitivity;
@@ -86,7 +86,7 @@ pub enum Effect {
     SetFailure,
     /// More endogenous glucose in a low.
     CounterRegulation,
-    /// Kidneys that let glucose go at another concentration.
+    /// Kidneys that lose glucose from another concentration on.
     RenalThreshold,
     /// A sensor that follows later.
     SensorLag,
@@ -244,14 +244,14 @@ impl Amplitudes {
         self.outside[effect as usize]
     }
 
-    /// The same amplitudes but one.
+    /// The same amplitudes, with that of one effect changed.
     #[must_use]
     pub fn with(mut self, effect: Effect, amplitude: f64) -> Self {
         self.named[effect as usize] = amplitude;
         self
     }
 
-    /// The same amplitudes but that of an effect outside the library.
+    /// The same amplitudes, with that of one effect outside the library changed.
     #[must_use]
     pub fn with_outside(mut self, effect: OutsideEffect, amplitude: f64) -> Self {
         self.outside[effect as usize] = amplitude;

@@ -1,4 +1,4 @@
-//! The embedded cohort: six people for four weeks, small enough to lie in the repository.
+//! The embedded cohort: six people for four weeks, small enough for the repository.
 
 use chrono::NaiveDate;
 use cohort::Cohort;
@@ -12,10 +12,10 @@ use crate::therapy::Regime;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 use crate::world_info::WorldInfo;
 
-/// Seed of the cohort that lies in the repository: the first from 20,240,108 on with which every
-/// person passes every check of [`plausibility`](crate::plausibility). About one seed in fifteen
-/// does; the checks that fail most often are too little time below range and too low a CV with
-/// automated delivery.
+/// Seed of the cohort in the repository: the first from 20,240,108 on with which every person
+/// passes every check of [`plausibility`](crate::plausibility). About one seed in fifteen does. The
+/// checks that fail most often are too little time below range and too low a CV with automated
+/// delivery.
 pub const EMBEDDED_SEED: u64 = 20_240_123;
 /// Number of people in it.
 pub const EMBEDDED_PEOPLE: usize = 6;
@@ -36,7 +36,7 @@ const REGIMES: [Regime; EMBEDDED_PEOPLE] = [
 /// The people of the embedded cohort.
 ///
 /// They were made when the crate had fewer effects, in their typical forms, and one amplitude for
-/// every error in counting carbohydrate; all of that is kept.
+/// every error in counting carbohydrate. All of that is kept.
 ///
 /// # Errors
 /// As [`VirtualPerson::sample`].
@@ -65,7 +65,7 @@ pub(crate) fn embedded_calendar(index: usize) -> Calendar {
 
 /// The embedded cohort of a seed and what it was made of.
 ///
-/// The result depends on the seed alone, whatever the number of threads.
+/// The result depends on the seed alone, for any number of threads.
 ///
 /// # Errors
 /// If a body, its settings or its days cannot be made.

@@ -1,6 +1,6 @@
 //! What can go wrong in this crate.
 
-/// Errors of the making of a world.
+/// Errors in making a world.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
     /// The body's model refused a value or failed; carries the person's index.
@@ -26,7 +26,7 @@ pub enum WorldError {
         /// Highest accepted basal rate, U/h.
         highest: f64,
     },
-    /// No clinic would believe the settings that trials on the drawn body give.
+    /// Trials on the drawn body gave settings that no clinic would believe.
     #[error(
         "person {person}: trials on the drawn body give settings beyond the usual; draw another"
     )]
@@ -34,7 +34,7 @@ pub enum WorldError {
         /// Index of the person, counted from 0.
         person: usize,
     },
-    /// The simulated record could not be laid out as a cohort.
+    /// The simulated record did not make a valid cohort.
     #[error("person {person}: {source}")]
     Record {
         /// Index of the person, counted from 0.

@@ -1,10 +1,10 @@
-//! What differs from person to person, day to day, meal to meal and sensor to sensor in everybody,
+//! Differences from person to person, day to day, meal to meal and sensor to sensor in everybody,
 //! whether an effect acts or not.
 //!
-//! Each part has a narrow value, with which a person is as one of the embedded cohort, and is drawn
-//! from a wide prior for the worlds of a blind check, in nulls and effects alike. What the people of a
-//! world share (a kind of sensor, a way to keep a log, how far bodies leave their published forms) is
-//! drawn by world, the rest by person about it. `docs/worlds.md` has all ranges in one table.
+//! Each part has a narrow value, as in the embedded cohort, and a wide prior for the worlds of a
+//! blind check, in nulls and effects alike. What the people of a world share (a kind of sensor, a
+//! way to keep a log, how far bodies differ from their published forms) is drawn by world; the rest
+//! is drawn by person about it. `docs/worlds.md` has all ranges in one table.
 
 mod course;
 mod daily_pattern;
@@ -37,7 +37,7 @@ use crate::warp::Warps;
 /// The everyday variation of one person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Everyday {
-    /// How the forms of the body differ from published ones.
+    /// How the functions of the body differ from published ones.
     pub warps: Warps,
     /// How insulin action, gut and insulin absorption differ from day to day.
     pub spreads: Spreads,
@@ -55,12 +55,12 @@ pub struct Everyday {
     pub rescues: Rescues,
     /// How regular the hours of the day are.
     pub hours: Hours,
-    /// How insulin is injected, by who injects.
+    /// How insulin is injected, for people who inject.
     pub pen: Pen,
 }
 
 impl Everyday {
-    /// As the people of the embedded cohort have it.
+    /// As for the people of the embedded cohort.
     pub const NARROW: Self = Self {
         warps: Warps::NONE,
         spreads: Spreads::NARROW,
@@ -74,9 +74,9 @@ impl Everyday {
         pen: Pen::USUAL,
     };
 
-    /// Draws that of person `person` of the world with this seed, by the hand of a generator.
+    /// Draws that of person `person` of the world with this seed, for the hand of a generator.
     ///
-    /// Warps 10 to 25 % by world. The rest as the parts say.
+    /// Warps 10 to 25 % by world. The rest is described at the parts.
     #[must_use]
     pub fn sample(hand: Generator, seed: u64, person: usize) -> Self {
         let mut world = stream(seed, WORLD, Concept::Everyday);
@@ -105,11 +105,12 @@ impl Everyday {
 
 /// Draws the spreads between days: those of the world, and a person's within a quarter of them.
 ///
-/// Insulin action 3 to 20 % between days with a correlation of 0 to 0.8 from one to the next, and 2 to
-/// 12 % within days over 2 to 12 h: the insulin that closed loops gave varied by 20 to 30 % between days,
-/// food included (Ruan et al., Diabetes Care 2016;39:830), and clamps repeated on other days differ by 8
-/// to 25 % (Heinemann, Diabetes Technol Ther 2002;4:673). The gut as a whole 3 to 15 %, insulin
-/// absorption 0 to 12 % (same source: 10 to 25 % for all of it; the rest is the effect's).
+/// Insulin action 3 to 20 % between days with a correlation of 0 to 0.8 from one to the next, and 2
+/// to 12 % within days over 2 to 12 h. The insulin that closed loops gave varied by 20 to 30 %
+/// between days, food included (Ruan et al., Diabetes Care 2016;39:830), and clamps repeated on
+/// other days differ by 8 to 25 % (Heinemann, Diabetes Technol Ther 2002;4:673). The gut as a whole
+/// 3 to 15 %, insulin absorption 0 to 12 % (same source: 10 to 25 % for all of it; the rest is the
+/// effect's).
 fn spreads(world: &mut impl Rng, own: &mut impl Rng) -> Spreads {
     let (action, memory) = (world.random_range(0.03..0.20), world.random_range(0.0..0.8));
     let (within, hours) = (world.random_range(0.02..0.12), world.random_range(2.0..12.0));
@@ -126,9 +127,9 @@ fn spreads(world: &mut impl Rng, own: &mut impl Rng) -> Spreads {
 }
 
 /// Draws how a person counts carbohydrate: a coefficient of variation of 10 to 45 % by world, a
-/// person's within a fifth of it. Means of absolute errors of 15 to 30 % and single ones beyond 50 % are
-/// reported (Brazeau et al., Diabetes Res Clin Pract 2013;99:19; Roversi et al., Diabetes Technol Ther
-/// 2020;22:749).
+/// person's within a fifth of it. Means of absolute errors of 15 to 30 % and single ones beyond 50
+/// % are reported (Brazeau et al., Diabetes Res Clin Pract 2013;99:19; Roversi et al., Diabetes
+/// Technol Ther 2020;22:749).
 pub(crate) fn background(seed: u64, person: usize) -> Background {
     let shared: f64 = stream(seed, WORLD, Concept::LogHabits).random_range(0.10..0.45);
     let mut own = stream(seed, person, Concept::LogHabits);
@@ -139,10 +140,11 @@ pub(crate) fn background(seed: u64, person: usize) -> Background {
 /// Widens the habits of person `person` of the world with this seed.
 ///
 /// Late boluses 5 to 50 % and missed ones 0 to 15 % of main meals (Chase et al., Diabetes Care
-/// 2006;29:1012; Robinson et al., Diabetes Technol Ther 2021;23:395 have 12 to 27 % missed or late), snacks
-/// 0.3 to 2.5 a day, sessions 0.5 to 6 a week, alcohol on 0 to 3 evenings a week, sets changed every 2 to 4
-/// days, short nights 4 to 25 %, appetite 0.25 to 1.3 times the usual (diets from low to high in carbohydrate). A third of each
-/// range is between worlds, the rest between people.
+/// 2006;29:1012; Robinson et al., Diabetes Technol Ther 2021;23:395 have 12 to 27 % missed or
+/// late), snacks 0.3 to 2.5 a day, sessions 0.5 to 6 a week, alcohol on 0 to 3 evenings a week,
+/// sets changed every 2 to 4 days, short nights 4 to 25 %, appetite 0.25 to 1.3 times the usual
+/// (diets from low to high in carbohydrate). A third of each range is between worlds, the rest
+/// between people.
 pub(crate) fn habits(narrow: Habits, seed: u64, person: usize) -> Habits {
     let mut world = stream(seed, WORLD, Concept::WideHabits);
     let mut own = stream(seed, person, Concept::WideHabits);

@@ -6,13 +6,13 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Generator {
-    /// The ODE of Resalat et al. 2019 (after Hovorka et al. 2004) with a person's own parameters, at
-    /// one minute: [`Body`](crate::Body).
+    /// The ODE of Resalat et al. 2019 (after Hovorka et al. 2004) with a person's own parameters,
+    /// at one minute: [`Body`](crate::Body).
     Hovorka,
     /// The structure of the UVA/Padova simulator (Dalla Man et al. 2007 and 2014):
     /// [`padova::PadovaBody`](crate::padova::PadovaBody).
     Padova,
-    /// A minimal model with remote insulin, a stomach with a clock and a depot of its own:
+    /// A minimal model with remote insulin, a stomach with a clock and its own depot:
     /// [`minimal::MinimalBody`](crate::minimal::MinimalBody).
     Minimal,
     /// Saturating uptake, glucagon and two channels of insulin:
@@ -35,7 +35,7 @@ impl Generator {
         }
     }
 
-    /// The generator of a name, `None` for a word that is none.
+    /// The generator of a name; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|generator| generator.name() == name)

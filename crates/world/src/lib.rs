@@ -3,8 +3,8 @@
 //! A world draws people whose bodies differ from the nominal parameters that any twin starts from,
 //! lets them live (meals, sleep, exercise, mistakes), and records what a study would see of it. The
 //! simulated body is richer than the plants under test: its parameters change from minute to minute
-//! under a stated set of [effects](Effect). What a world does to a person is written here and is
-//! not read from a formula that a diagnosis fits.
+//! under a stated set of [effects](Effect). The effects are written here; they are not read from a
+//! formula that a diagnosis fits.
 //!
 //! ```no_run
 //! let (cohort, info) = world::embedded_cohort(world::EMBEDDED_SEED)?;

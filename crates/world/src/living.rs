@@ -14,12 +14,12 @@ use crate::logging::Logging;
 use crate::reactions::Reaction;
 use crate::therapy::{Controller, Depot, Observation, Pen, Regime, TherapySettings};
 
-/// Time constants by which pumps and people reckon insulin and carbohydrate on board.
+/// Time constants with which pumps and people compute insulin and carbohydrate on board.
 const INSULIN_TAU: Minutes = Minutes(75.0);
 const CARBS_TAU: Minutes = Minutes(45.0);
-/// Steps for which a reading is of use after it was taken: 20 min.
+/// Steps for which a reading stays usable: 20 min.
 const READING_LIVES: usize = 4;
-/// Readings that are treated, awake and (through the alarm) asleep, mg/dL.
+/// Readings below which a low is treated, awake and (through the alarm) asleep, mg/dL.
 const LOW_AWAKE: f64 = 68.0;
 const LOW_ASLEEP: f64 = 60.0;
 /// Glucose that is felt without a reading, mg/dL.
@@ -34,8 +34,8 @@ const TREATMENT_PAUSE: usize = 3;
 const HIGH: f64 = 230.0;
 const CORRECTS: f64 = 0.08;
 const CORRECTION_PAUSE: usize = 24;
-/// Reading below which something is eaten before exercise, mg/dL, how often, and how much
-/// (Riddell et al., Lancet Diabetes Endocrinol 2017;5:377 advise 10 to 20 g below 90 to 126 mg/dL).
+/// Reading below which something is eaten before exercise, mg/dL, how often, and how much (Riddell
+/// et al., Lancet Diabetes Endocrinol 2017;5:377 advise 10 to 20 g below 90 to 126 mg/dL).
 const EXERCISE_SNACK_BELOW: f64 = 126.0;
 const EXERCISE_SNACKS: f64 = 0.7;
 const EXERCISE_SNACK: Grams = Grams(15.0);
@@ -45,7 +45,8 @@ const EXERCISE_SNACK: Grams = Grams(15.0);
 pub(crate) struct Logged {
     /// Sensor reading, mg/dL; `None` if lost.
     pub(crate) cgm: Option<MgPerDl>,
-    /// Basal rate ordered; the pump delivers it in increments, less than one of them later.
+    /// Basal rate ordered. The pump delivers it in increments, with a delay of less than one of
+    /// them.
     pub(crate) basal: UnitsPerHour,
     /// Bolus delivered.
     pub(crate) bolus: Units,
@@ -93,12 +94,12 @@ pub(crate) struct Living<'a> {
     failure: Option<OdeError>,
 }
 
-/// What is injected in place of a pump's insulin.
+/// What is injected instead of a pump's insulin.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Injected {
     /// The pen.
     pub(crate) pen: Pen,
-    /// Rates at which long-acting insulin arrives, U/h, one a step.
+    /// Rates at which long-acting insulin arrives, U/h, one per step.
     pub(crate) rates: Vec<f64>,
 }
 
@@ -151,7 +152,7 @@ impl<'a> Living<'a> {
     /// What was logged, one entry a step, and the lows that were treated with slow food.
     ///
     /// # Errors
-    /// What ended the life early, if a device did.
+    /// The error that ended the life early, if a device failed.
     pub(crate) fn into_log(self) -> Result<LogAndRescues, OdeError> {
         match self.failure {
             Some(error) => Err(error),
@@ -159,7 +160,7 @@ impl<'a> Living<'a> {
         }
     }
 
-    /// The latest reading that is still of use.
+    /// The latest usable reading.
     fn reading(&self) -> Option<f64> {
         self.readings.iter().rev().find_map(|r| *r)
     }
@@ -172,7 +173,7 @@ impl<'a> Living<'a> {
         }
     }
 
-    /// What is eaten and announced of the meals of a step; boluses that are due are noted.
+    /// What is eaten and announced of the meals of a step. Boluses that are due are noted.
     fn eat(&mut self, step: usize) -> (Grams, Grams) {
         let (mut eaten, mut logged) = (Grams(0.0), Grams(0.0));
         while let Some(meal) = self.life.meals.get(self.next_meal).filter(|m| m.step <= step) {
@@ -273,7 +274,7 @@ impl Living<'_> {
             carbs_on_board: Grams(self.announced.remaining()),
             exercising: session.is_some(),
         });
-        // A thousandth of a unit an hour is as fine as pumps log.
+        // Pumps log a thousandth of a unit per hour at most.
         let basal = UnitsPerHour((order.basal.0 * 1000.0).round() / 1000.0);
         let wanted = StepInput {
             basal,

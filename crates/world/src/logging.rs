@@ -1,4 +1,4 @@
-//! What of the carbohydrate a person logs, and how they count it.
+//! How much of the carbohydrate a person logs, and how they count it.
 
 use physiology::{Grams, STEPS_PER_DAY, STEPS_PER_HOUR};
 
@@ -27,7 +27,7 @@ pub(crate) struct Logging {
 }
 
 impl Logging {
-    /// The log of a person in whom effects act with these amplitudes.
+    /// The log of a person with these amplitudes of effects.
     pub(crate) fn new(
         background: Background,
         habit: LogHabit,
@@ -45,7 +45,8 @@ impl Logging {
         }
     }
 
-    /// What is logged of a meal, in whole units of the habit; `None` if it is neither logged nor covered.
+    /// What is logged of a meal, in whole units of the habit; `None` if it is neither logged nor
+    /// covered.
     pub(crate) fn of_meal(&self, meal: &Meal) -> Option<Grams> {
         let hour = (meal.step % STEPS_PER_DAY) / STEPS_PER_HOUR;
         let weight = match self.forms.missed {
@@ -64,7 +65,8 @@ impl Logging {
         self.habit.rounded(meal.eaten.0 * error.exp())
     }
 
-    /// What must have been eaten for `other` to count it as `self` counts `meal`, but for rounding.
+    /// What must have been eaten so that `other` counts it as `self` counts `meal`, except for
+    /// rounding.
     pub(crate) fn behind_the_same_count(&self, other: &Self, meal: &Meal) -> Grams {
         Grams(meal.eaten.0 * (self.error(meal) - other.error(meal)).exp())
     }
@@ -75,7 +77,7 @@ impl Logging {
         self.background.log_counting_error(meal, form, self.own_bias, self.miscount)
     }
 
-    /// Whether carbohydrate against a low, eaten in a step with this reaction, is left out.
+    /// Whether carbohydrate against a low, eaten in a step with this reaction, is not logged.
     pub(crate) fn omits_rescue(&self, step: usize, reaction: &Reaction) -> bool {
         let hour = (step % STEPS_PER_DAY) / STEPS_PER_HOUR;
         let weight = match self.forms.unlogged {

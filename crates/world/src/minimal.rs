@@ -2,12 +2,12 @@
 //!
 //! Glucose disposal follows the minimal model (Bergman, Ider, Bowden and Cobelli, Am J Physiol
 //! 1979;236:E667) with the zero-order uptake of its labelled form (Caumo and Cobelli, Am J Physiol
-//! 1993;264:E829), and is made whole for type 1 diabetes as the identifiable virtual patient is
+//! 1993;264:E829). It is completed for type 1 diabetes as the identifiable virtual patient is
 //! (Kanderian et al., J Diabetes Sci Technol 2009;3:1047): no secretion, insulin under the skin, a
-//! gut. The liver has a remote insulin of its own and answers it by an exponential. The stomach
-//! empties by the power exponential of Elashoff et al. (Gastroenterology 1982;83:1306), each meal by
-//! its own clock; a large depot of insulin is absorbed more slowly than a small one. Written from
-//! the equations.
+//! gut. The liver has its own remote insulin, and production falls exponentially with it. The
+//! stomach empties by the power exponential of Elashoff et al. (Gastroenterology 1982;83:1306),
+//! each meal by its own clock. A large depot of insulin is absorbed more slowly than a small one.
+//! Written from the equations.
 
 mod body;
 mod equations;

@@ -10,7 +10,7 @@ use crate::error::WorldError;
 /// Basal needs that are accepted, U/h: with basal near half of the daily insulin these lie around
 /// 20 to 70 U a day (Resalat et al. 2019: mean 42.3 U).
 const BASAL_RANGE: (f64, f64) = (0.45, 1.35);
-/// Draws after which the search for an acceptable body is given up; one in two is accepted.
+/// Draws after which the search for an acceptable body ends; one in two is accepted.
 const MAX_DRAWS: usize = 200;
 /// Glucose at which the basal need of a body is judged.
 const REFERENCE_GLUCOSE: MgPerDl = MgPerDl(115.0);

@@ -113,7 +113,8 @@ impl Physique {
         }
     }
 
-    /// The same body in which `1 / factor` of the insulin does the same work.
+    /// The same body with insulin `factor` times as effective: `1 / factor` of it does the same
+    /// work.
     #[must_use]
     pub fn with_action_scaled(self, factor: f64) -> Self {
         match self {
@@ -151,8 +152,7 @@ impl Physique {
         })
     }
 
-    /// Puts the day-to-day variability that belongs to this kind of body in the place of the drawn
-    /// one.
+    /// Replaces the drawn day-to-day variability by that of this kind of body.
     pub(crate) fn vary(
         &self,
         happenings: &mut Happenings,
@@ -170,11 +170,11 @@ impl Physique {
         }
     }
 
-    /// Runs the body, with forms of its own, from a steady state at `start` under the course of
+    /// Runs the body, with its warps, from a steady state at `start` under the course of
     /// `conditions`.
     ///
     /// # Errors
-    /// If there is no such steady state or a compartment leaves the finite numbers.
+    /// If there is no such steady state or a compartment is not finite.
     pub(crate) fn run(
         &self,
         conditions: &[Condition],
@@ -204,8 +204,8 @@ impl Physique {
         }
     }
 
-    /// Glucose of runs that start in states of the course with `lived` acting and go on with `other`: one list a
-    /// restart, its first entry the glucose at its start.
+    /// Glucose of runs that start in states of the course under `lived` and continue under `other`.
+    /// One list per restart; its first entry is the glucose at its start.
     ///
     /// # Errors
     /// As [`Self::run`].
@@ -234,7 +234,7 @@ impl Physique {
         }
     }
 
-    /// The settings that trials on the undisturbed body with these forms give.
+    /// The settings that trials on the undisturbed body with these warps give.
     ///
     /// # Errors
     /// As [`TherapySettings::by_trial`].

@@ -1,12 +1,14 @@
 //! Effects planted into real people's records.
 //!
-//! Body, sensor and life are a real person's. What is changed is the log or the sensor's readings, so
-//! that what was planted is known exactly: a meal struck from the log is a missed meal, recorded insulin
-//! raised for eight hours is a set that lets less of it through, filtered readings are a slower sensor.
-//! Nobody knows what else is missing in these people; the record as it is stands beside the changed ones.
+//! Body, sensor and life are a real person's. Only the log or the sensor's readings are changed, so
+//! what was planted is known exactly. A meal removed from the log is a missed meal; recorded
+//! insulin raised for eight hours is a set that delivers less of it; filtered readings are a slower
+//! sensor. Nobody knows what else is missing in these people, so the unchanged record is kept for
+//! comparison.
 //!
-//! A [`Planting`] says what is done; [`plant`] does it to a cohort. Nothing else of a record changes. The
-//! draws follow from seed, planting and the person's index; a larger size does more of the same.
+//! A [`Planting`] says what is done; [`plant`] does it to a cohort. Nothing else of a record
+//! changes. The draws depend on seed, planting and the person's index; a larger size does more of
+//! the same.
 //!
 //! ```no_run
 //! use world::planted::{Planting, plant};
@@ -40,11 +42,11 @@ use rand_chacha::ChaCha8Rng;
 /// What is done to a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Planting {
-    /// Meals are struck from the log.
+    /// Meals are removed from the log.
     MissedMeals,
     /// Logged carbohydrate grows more slowly than what was eaten.
     CarbMiscount,
-    /// Carbohydrate logged at low glucose is struck.
+    /// Carbohydrate logged at low glucose is removed.
     UnloggedRescueCarbs,
     /// Dinners are logged before they are eaten.
     SlowMeals,
@@ -60,35 +62,35 @@ pub enum Planting {
     SensorLag,
     /// The sensor loses gain from its first day to its last.
     SensorDrift,
-    /// The sensor reads low for three quarters of an hour of a night.
+    /// The sensor reads low for three quarters of an hour in a night.
     CompressionLows,
-    /// Heart rate and steps are struck.
+    /// Heart rate and steps are removed.
     ExerciseStruck,
     /// Heart rate and steps are those of other days.
     ExerciseMoved,
-    /// Sleep is struck.
+    /// Sleep is removed.
     SleepStruck,
     /// Sleep is that of other nights.
     SleepMoved,
 }
 
-/// What a diagnosis should make of a planting.
+/// The right answer of a diagnosis to a planting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Truth {
-    /// This effect of the library is missing in the plant.
+    /// The plant lacks this effect of the library.
     Effect(&'static str),
-    /// Something is missing that no effect of the library is.
+    /// The plant lacks something that is in no library.
     OutsideTheLibrary,
-    /// These effects have lost what would show them, and the evidence for them must go.
+    /// The channel of these effects is lost, so the evidence for them must disappear.
     EvidenceLost(&'static [&'static str]),
 }
 
-/// How closely the changed record is what an effect of the name would have made.
+/// How closely the changed record matches what the effect of that name would have made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exactness {
     /// It is the effect as it is defined.
     Exact,
-    /// The change is exactly known; the effect's definition has another shape.
+    /// The change is known exactly, but the effect's definition has another shape.
     OfAnotherShape(&'static str),
 }
 
@@ -134,7 +136,7 @@ impl Planting {
         }
     }
 
-    /// What a diagnosis should make of it.
+    /// The right answer of a diagnosis.
     #[must_use]
     pub const fn truth(self) -> Truth {
         match self {
@@ -147,7 +149,8 @@ impl Planting {
         }
     }
 
-    /// The usual size, of which others are multiples, and its unit. A channel is struck or moved whole.
+    /// The usual size, of which others are multiples, and its unit. A channel is removed or moved
+    /// whole.
     #[must_use]
     pub const fn usual_size(self) -> (f64, &'static str) {
         match self {
@@ -174,7 +177,7 @@ impl Planting {
         !matches!(self.truth(), Truth::EvidenceLost(_))
     }
 
-    /// How closely the changed record is what the effect would have made.
+    /// How closely the changed record matches what the effect would have made.
     #[must_use]
     pub const fn exactness(self) -> Exactness {
         match self {
@@ -184,7 +187,7 @@ impl Planting {
         }
     }
 
-    /// Changes one record; returns how many of its entries are another value now.
+    /// Changes one record; returns how many of its entries have a new value.
     fn change(self, record: &mut Record, size: f64, rng: &mut ChaCha8Rng) -> usize {
         let before = record.clone();
         match self {
@@ -217,7 +220,7 @@ impl Planting {
 pub struct Planted {
     /// The people with their changed records.
     pub cohort: Cohort,
-    /// Entries of all records that are another value now; 0 where there was nothing to change.
+    /// Number of entries of all records with a new value; 0 where there was nothing to change.
     pub changed: usize,
 }
 
@@ -234,11 +237,11 @@ pub fn plant(cohort: &Cohort, planting: Planting, size: f64, seed: u64) -> Plant
     Planted { cohort, changed }
 }
 
-/// Keeps these streams apart from those of worlds.
+/// Separates these streams from those of worlds.
 const APART: u64 = 0x706c_616e_7465_6421;
 
-/// The stream of one person for one planting: the same for every size, so that a larger one does more of
-/// the same.
+/// The stream of one person for one planting. It is the same for every size, so that a larger size
+/// does more of the same.
 fn stream(seed: u64, planting: Planting, person: usize) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ APART);
     rng.set_stream(((person as u64) << 8) | planting as u64);

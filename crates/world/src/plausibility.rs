@@ -4,7 +4,7 @@ use cohort::Record;
 use physiology::STEPS_PER_DAY;
 use serde::Serialize;
 
-/// A figure of a record, with the range in which it is believed.
+/// A figure of a record, with its plausible range.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Check {
     /// What is measured.
@@ -13,14 +13,14 @@ pub struct Check {
     pub unit: &'static str,
     /// Its value.
     pub value: f64,
-    /// Lowest believed value.
+    /// Lowest plausible value.
     pub lowest: f64,
-    /// Highest believed value.
+    /// Highest plausible value.
     pub highest: f64,
 }
 
 impl Check {
-    /// Whether the value lies in its range; a value that is not a number does not.
+    /// Whether the value lies in its range; NaN does not.
     #[must_use]
     pub fn holds(&self) -> bool {
         (self.lowest..=self.highest).contains(&self.value)

@@ -6,8 +6,7 @@ use crate::calendar::Calendar;
 
 /// Uniform draws from 0 to 1 for one step, used or not.
 ///
-/// They are tied to the step and not taken in turn, so that a reaction that does not happen leaves
-/// the later ones as they were.
+/// Each is tied to its step. So a reaction that does not happen leaves the later ones unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reaction {
     /// Whether a low reading is treated in this step.

@@ -1,19 +1,21 @@
 //! Recorded days lived again by a body: real behaviour, doses and wear with a simulated glucose.
 //!
-//! Insulin, carbohydrate, heart rate, steps, sleep and set changes of a person stay as recorded, gaps
-//! included; the sensor readings are replaced by those of a body of either kind under exactly these
-//! inputs. Effects act on that body as in a made world, so their truth is known while everything
-//! that a diagnosis sees besides glucose is real.
+//! Insulin, carbohydrate, heart rate, steps, sleep and set changes of a person stay as recorded,
+//! gaps included. The sensor readings are replaced by those of a body of any kind under exactly
+//! these inputs. Effects act on that body as in a made world. So their truth is known, while
+//! everything else that a diagnosis sees, apart from glucose, is real.
 //!
-//! Insulin was given to another glucose than the simulated one and does not answer to it. Two things
-//! keep the body in range, both found without any effect acting: how strongly insulin acts, such
-//! that mean glucose is the recorded one, and a [restoring](ReplayedPerson::restoring) change of
-//! that action from day to day, made only on days that would leave the range. It stands for what
-//! the real person's controller answered to, and a plant sees it as day-to-day variability.
+//! Insulin was given for another glucose than the simulated one and does not react to it. Two
+//! things keep the body in range, both found without any effect. One is the strength of insulin
+//! action, such that mean glucose is the recorded one. The other is a
+//! [restoring](ReplayedPerson::restoring) change of that action from day to day, made only on days
+//! that would leave the range. It stands for what the real person's controller reacted to, and a
+//! plant sees it as day-to-day variability.
 //!
-//! Not in a record, and therefore never acting here: alcohol; what [`available`] leaves out because
-//! its channel was not recorded. Counting errors change what is eaten, not what is logged; missed
-//! meals and unlogged rescue carbohydrate are eaten beside what the record holds.
+//! Two kinds of effects are not in a record and so never act here: alcohol, and what [`available`]
+//! leaves out because its channel was not recorded. Counting errors change what is eaten, not what
+//! is logged. Missed meals and unlogged rescue carbohydrate are eaten in addition to what the
+//! record holds.
 
 mod days;
 mod doses;
@@ -112,12 +114,12 @@ pub enum NotReplayed {
     Failed(String),
 }
 
-/// The effects that can act on a person's replayed days: all but those that depend on what is not
-/// recorded.
+/// The effects that can act on a person's replayed days: all except those that depend on what is
+/// not recorded.
 ///
-/// Never alcohol. Sleep loss where sleep is recorded and a night a week is an hour short; exercise
-/// and its aftermath where heart rate shows a session a week; ageing and failing sets where set
-/// changes are recorded.
+/// Never alcohol. Sleep loss if sleep is recorded and a night a week is an hour short. Exercise and
+/// its aftermath if heart rate shows a session a week. Ageing and failing sets if set changes are
+/// recorded.
 #[must_use]
 pub fn available(original: &Person) -> Vec<Effect> {
     let life = RecordedLife::new(0, 0, original).life;
@@ -140,8 +142,8 @@ pub fn available(original: &Person) -> Vec<Effect> {
 impl ReplayedPerson {
     /// Finds a body of a generator that can live the recorded days.
     ///
-    /// The action of insulin is sought without effects first, with the restoring change, and then
-    /// once more with `amplitudes`, so that mean glucose is the recorded one within 110 to 190
+    /// The search finds the action of insulin first without effects, with the restoring change, and
+    /// then again with `amplitudes`, so that mean glucose is the recorded one within 110 to 190
     /// mg/dL.
     ///
     /// # Errors
@@ -156,8 +158,8 @@ impl ReplayedPerson {
         fit::fit(generator, seed, index, original, amplitudes)
     }
 
-    /// The same person with other amplitudes and the insulin action that brings mean glucose back
-    /// to the one sought; body and restoring change stay what they are otherwise.
+    /// The same person with other amplitudes, and with the insulin action that restores mean
+    /// glucose. Body and restoring change stay as they are.
     ///
     /// # Errors
     /// [`NotReplayed`] with the reason.
@@ -165,11 +167,11 @@ impl ReplayedPerson {
         fit::with_amplitudes(self, amplitudes)
     }
 
-    /// Lives the recorded days with the amplitudes, shapes and body at hand.
+    /// Lives the recorded days with the person's amplitudes, shapes and body.
     ///
-    /// The record of the result starts and ends with the original; its readings are whole mg/dL
+    /// The record of the result starts and ends with the original. Its readings are whole mg/dL
     /// wherever the original has one. Inputs, glucose and the record count steps from the start of
-    /// the record, the life from the midnight before it.
+    /// the record; the life counts them from the midnight before.
     ///
     /// # Errors
     /// If the body's model fails or a dose is not finite.
@@ -186,9 +188,9 @@ impl ReplayedPerson {
     }
 
     /// How far the effects that `without` switches off (or weakens) move glucose: the mean absolute
-    /// difference between the days lived with either, on the same doses and the same log.
+    /// difference between the days lived with both amplitudes, on the same doses and the same log.
     ///
-    /// Of true glucose, or of what the sensor shows if an effect on the sensor differs.
+    /// The glucose is the true one, or what the sensor shows if an effect on the sensor differs.
     ///
     /// # Errors
     /// As [`Self::live`].
@@ -214,8 +216,8 @@ impl ReplayedPerson {
         happenings
     }
 
-    /// The course of the body, the life as it was truly lived, and the steps from its start to
-    /// that of the record.
+    /// The course of the body, the life as it was truly lived, and the number of steps from the
+    /// start of the life to that of the record.
     fn course(&self, amplitudes: Amplitudes) -> Result<(Course, Life, usize), WorldError> {
         let doses = Doses::of(&self.original).map_err(|source| WorldError::Record {
             person: self.index,
@@ -269,7 +271,7 @@ pub struct Replayed {
 impl Replayed {
     /// Finds a body for everybody; person k of the cohort is person k of the world.
     ///
-    /// The result depends on the seed alone, whatever the number of threads.
+    /// The result depends on the seed alone, for any number of threads.
     #[must_use]
     pub fn fit(generator: Generator, seed: u64, cohort: &Cohort, amplitudes: Amplitudes) -> Self {
         let fitted: Vec<_> = cohort
@@ -313,7 +315,7 @@ fn sensors_differ(one: &Amplitudes, other: &Amplitudes) -> bool {
     Effect::ALL.iter().any(named) || OutsideEffect::ALL.iter().any(outside)
 }
 
-/// Mean absolute difference; 0 of none.
+/// Mean absolute difference; 0 for no values.
 fn mean_difference(one: &[MgPerDl], other: &[MgPerDl]) -> MgPerDl {
     let sum: f64 = one.iter().zip(other).map(|(a, b)| (a.0 - b.0).abs()).sum();
     MgPerDl(sum / (one.len() as f64).max(1.0))

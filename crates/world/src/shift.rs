@@ -1,8 +1,8 @@
 //! How far effects move glucose: the measured size of a gap.
 //!
-//! Closed-loop insulin and the person's reactions answer an effect and hide it. What a diagnosis
-//! can see is the effect under the insulin that was delivered and the carbohydrate that was logged,
-//! so the days are replayed without the effect under both.
+//! Closed-loop insulin and the person's reactions respond to an effect and hide it. A diagnosis can
+//! only see the effect under the insulin that was delivered and the carbohydrate that was logged.
+//! So the days are replayed without the effect under both.
 
 use physiology::{Grams, MgPerDl, OpenLoop, StepInput};
 
@@ -23,13 +23,13 @@ pub struct Counterfactual {
 }
 
 impl VirtualPerson {
-    /// The days that this person lived, again, with other amplitudes but the insulin delivered and
-    /// the carbohydrate logged in `lived`.
+    /// The days that this person lived, replayed with other amplitudes but with the insulin
+    /// delivered and the carbohydrate logged in `lived`.
     ///
-    /// What is eaten follows the log: with a smaller amplitude of [`Effect::MissedMeals`] or
-    /// [`Effect::UnloggedRescueCarbs`], carbohydrate that was left out of the log because of the
-    /// difference is not eaten; with another amplitude of [`Effect::CarbMiscount`] a meal is of the
-    /// size that would have been counted as it was.
+    /// What is eaten follows the log. With a smaller amplitude of [`Effect::MissedMeals`] or
+    /// [`Effect::UnloggedRescueCarbs`], carbohydrate that is missing from the log because of the
+    /// difference is not eaten. With another amplitude of [`Effect::CarbMiscount`] a meal has the
+    /// size that would have been counted the same.
     ///
     /// # Errors
     /// If the body's model fails.
@@ -63,7 +63,7 @@ impl VirtualPerson {
     /// How far the effects that `without` switches off (or weakens) move glucose: the mean absolute
     /// difference between the days as lived and their [counterfactual](Self::counterfactual).
     ///
-    /// Of true glucose, or of what the sensor shows if an effect on the sensor differs.
+    /// The glucose is the true one, or what the sensor shows if an effect on the sensor differs.
     ///
     /// # Errors
     /// If the body's model fails.
@@ -102,7 +102,7 @@ impl VirtualPerson {
             .map_err(|source| WorldError::Body { person: self.index, source })
     }
 
-    /// The inputs of the days, with what is eaten as `amplitudes` has it behind the same log.
+    /// The inputs of the days, with what is eaten under `amplitudes` for the same log.
     pub(crate) fn inputs_behind_the_log(
         &self,
         lived: &LivedDays,
@@ -116,9 +116,9 @@ impl VirtualPerson {
         for meal in &lived.life.meals {
             let Some(input) = inputs.get_mut(meal.step) else { continue };
             let eaten = match (kept.of_meal(meal), other.of_meal(meal)) {
-                // Of a meal that both count, the size behind the count.
+                // For a meal that both count, the size behind the count.
                 (Some(_), Some(_)) => kept.behind_the_same_count(&other, meal),
-                // Left out of the log, and the other log would hold it: there was none.
+                // Missing from the log although the other log would hold it: it was not eaten.
                 (None, Some(_)) => Grams(0.0),
                 (_, None) => meal.eaten,
             };
@@ -144,7 +144,7 @@ impl VirtualPerson {
     }
 }
 
-/// Mean absolute value; 0 of none.
+/// Mean absolute value; 0 for no values.
 fn mean_absolute(differences: impl Iterator<Item = f64>) -> MgPerDl {
     let (sum, n) = differences.fold((0.0, 0_usize), |(sum, n), d| (sum + d.abs(), n + 1));
     MgPerDl(if n == 0 { 0.0 } else { sum / n as f64 })

@@ -1,8 +1,8 @@
 //! One random stream per person and concept, derived from the seed of the world.
 //!
-//! Streams do not depend on one another: switching an effect off, changing the controller or the
-//! number of threads leaves every other draw of every person as it was. This is what lets two
-//! worlds differ in one effect and in nothing else.
+//! Streams do not depend on one another. Switching an effect off, or changing the controller or the
+//! number of threads, leaves every other draw of every person unchanged. So two worlds can differ
+//! in one effect and in nothing else.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -36,7 +36,7 @@ pub enum Concept {
     Variability = 10,
     /// Sensor noise, drift and lost readings.
     Sensor = 11,
-    /// Reactions to a low or a high reading, one set of draws a step.
+    /// Reactions to a low or a high reading, one set of draws per step.
     Reactions = 12,
     /// Forms of the effects.
     Shapes = 13,
@@ -54,7 +54,7 @@ pub enum Concept {
     ActionWithinDays = 19,
     /// Smooth changes of the functional forms of the body.
     Warps = 20,
-    /// What varies in everyday life, of the world (person [`WORLD`]) and of a person.
+    /// What varies in everyday life, for the world (person [`WORLD`]) and for a person.
     Everyday = 21,
     /// Speed and phases of meals.
     MealSpeeds = 22,
@@ -70,11 +70,11 @@ pub enum Concept {
     LogHabits = 27,
     /// Which form each effect takes in a world.
     Forms = 28,
-    /// What other forms of effects need by day or by unit.
+    /// Draws by day or by unit for other forms of effects.
     FormDraws = 29,
 }
 
-/// In place of a person: what the people of a world share.
+/// Stands for a person: what the people of a world share.
 pub const WORLD: usize = 1 << 40;
 
 /// The stream of one person for one concept.

@@ -1,5 +1,5 @@
-//! How insulin is given: settings derived from the body, a pump that
-//! follows its profile, automated delivery, and injections.
+//! How insulin is given: settings derived from the body, a pump that follows its profile, automated
+//! delivery, and injections.
 
 mod aid;
 mod depot;
@@ -35,7 +35,7 @@ impl Regime {
     #[must_use]
     pub fn controller(self, settings: &TherapySettings) -> Box<dyn Controller> {
         match self {
-            // With injections nothing decides from hour to hour; the order is not carried out.
+            // With injections nothing decides from hour to hour; this order is not carried out.
             Self::OpenLoopPump | Self::Mdi => Box::new(OpenLoopPump::new(*settings)),
             Self::Aid => Box::new(Aid::new(*settings)),
         }

@@ -1,10 +1,10 @@
-//! Where in a life an effect moves glucose: the truth behind the question "where".
+//! Where in a life an effect moves glucose: the truth for the question "where".
 //!
-//! The body is let loose without the effect from states of its run with it, under the insulin delivered
-//! and the carbohydrate logged, and the two courses are compared: after 60 and 300 min, and over whole
-//! days from their midnight. The signed difference is averaged by hour, by what the person truly did,
-//! by true glucose and by person. Means of a cohort are means over people of each person's mean, so
-//! that nobody counts more than another.
+//! The body restarts without the effect from states of its run with it, under the insulin delivered
+//! and the carbohydrate logged, and the two courses are compared: after 60 and 300 min, and over
+//! whole days from their midnight. The signed difference is averaged by hour, by what the person
+//! truly did, by true glucose and by person. Means of a cohort are means over people of each
+//! person's mean, so every person counts the same.
 
 mod differences;
 mod port_course;
@@ -27,7 +27,7 @@ pub const MINUTES: [u32; 3] = [60, 300, 1440];
 /// Names of the levels of glucose: below 70, to 180, above 180 mg/dL.
 pub const BANDS: [&str; 3] = ["<70", "70-180", ">180"];
 
-/// By what a cell of the truth is set apart.
+/// The factor that defines a cell of the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CellFactor {
     /// An hour of the clock, `00` to `23`.
@@ -56,13 +56,14 @@ impl CellFactor {
 /// The gap in one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrueCell {
-    /// By what the cell is set apart.
+    /// The factor that defines the cell.
     pub factor: CellFactor,
-    /// Which part of it this is.
+    /// Its level of the factor.
     pub level: String,
     /// Share of all runs of 60 min that lie in it.
     pub share: f64,
-    /// Mean difference, with minus without, mg/dL, by [`MINUTES`]; `None` where no run lies in the cell.
+    /// Mean difference, with minus without, mg/dL, by [`MINUTES`]; `None` where no run lies in the
+    /// cell.
     pub mean: [Option<f64>; 3],
 }
 
@@ -116,9 +117,9 @@ pub struct PersonGap {
 impl VirtualPerson {
     /// Where in the days lived the effects that `without` switches off move glucose.
     ///
-    /// A difference after 60 or 300 min belongs to the hour in the middle of its run, and to what held at
-    /// its start; one within a day to hour and situation of its own step. An effect on the
-    /// sensor adds what the sensor shows more with it than without it at that step.
+    /// A difference after 60 or 300 min belongs to the hour in the middle of its run, and to the
+    /// situation at its start. One within a day belongs to hour and situation of its own step. An
+    /// effect on the sensor adds the difference that it makes to the reading at that step.
     ///
     /// # Errors
     /// If the body's model fails.

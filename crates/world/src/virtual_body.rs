@@ -1,11 +1,11 @@
-//! What a world asks of a body beyond being a plant.
+//! What a world needs from a body beyond the plant.
 
 use ode_sim::OdeError;
 use physiology::{MgPerDl, Plant, UnitsPerHour};
 
 use crate::body::Body;
 
-/// A body that can be put at rest: the start of a life, and of the trials that find its settings.
+/// A body that has steady states: the start of a life, and of the trials that find its settings.
 pub trait VirtualBody: Plant {
     /// The state that a constant basal rate holds at a glucose concentration, and that rate.
     ///

@@ -23,8 +23,8 @@ pub(crate) const FIRST_GLUCOSE: MgPerDl = MgPerDl(140.0);
 /// A person of a world.
 ///
 /// Every part is public, so that a counterpart can be made that differs in one of them: another
-/// regime, or the same amplitudes [without](Amplitudes::without) an effect. What chance brings
-/// depends on `seed` and `index` alone and is the same for both.
+/// regime, or the same amplitudes [without](Amplitudes::without) an effect. The chance events
+/// depend on `seed` and `index` alone and are the same for both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VirtualPerson {
     /// Seed of the world.
@@ -62,7 +62,7 @@ pub struct LivedDays {
     pub glucose: Vec<MgPerDl>,
     /// What the person did.
     pub life: Life,
-    /// Steps at which a low was treated with food that takes its way as a meal does, with the amount;
+    /// Steps at which a low was treated with food that is absorbed as a meal is, with the amount;
     /// it is part of what was eaten then.
     pub slow_rescues: Vec<(usize, Grams)>,
 }
@@ -76,9 +76,9 @@ impl VirtualPerson {
         Self::sample_from(Generator::Hovorka, seed, index, regime)
     }
 
-    /// Draws person `index` of the world with this seed, with a body of either kind.
+    /// Draws person `index` of the world with this seed, with a body of any kind.
     ///
-    /// Habits, amplitudes and the errors of the settings are the same for both.
+    /// Habits, amplitudes and the errors of the settings are the same for all kinds.
     ///
     /// # Errors
     /// If no body can be drawn, or its settings cannot be found.
@@ -108,12 +108,12 @@ impl VirtualPerson {
         })
     }
 
-    /// As [`Self::sample_from`], with everyday variation, habits, counting and forms of effects from wide
-    /// priors, by the hand of the generator.
+    /// As [`Self::sample_from`], with everyday variation, habits, counting and forms of effects
+    /// from wide priors, for the hand of the generator.
     ///
     /// # Errors
-    /// As [`Self::sample_from`], and [`WorldError::NoSettings`] where trials on the body give settings beyond
-    /// the usual.
+    /// As [`Self::sample_from`], and [`WorldError::NoSettings`] where trials on the body give
+    /// settings outside the usual range.
     pub fn sample_widely(
         generator: Generator,
         seed: u64,
@@ -123,7 +123,7 @@ impl VirtualPerson {
         let narrow = Self::sample_from(generator, seed, index, regime)?;
         let everyday = Everyday::sample(generator, seed, index);
         let forms = Forms::sample(generator, &mut stream(seed, WORLD, Concept::Forms));
-        // Warps under which no clinic would believe the settings are flattened.
+        // Warps are reduced if no clinic would believe the settings they give.
         let (warps, found) = [1.0, 0.5, 0.25, 0.0]
             .into_iter()
             .find_map(|share| {
@@ -186,7 +186,7 @@ impl VirtualPerson {
         Ok(LivedDays { recorded, inputs: run.inputs, glucose, life, slow_rescues })
     }
 
-    /// What is injected over a calendar, of a person who injects.
+    /// What is injected over a calendar, for a person who injects.
     fn injected(&self, calendar: Calendar) -> Option<Injected> {
         let pen = self.everyday.pen;
         let mut rng = stream(self.seed, self.index, Concept::Injections);
@@ -207,7 +207,7 @@ impl VirtualPerson {
         let readings = self.everyday.sensor.drawn_through(log.iter().map(|l| l.cgm));
         let carbs = self.everyday.log.written(log.iter().map(|l| l.carbs));
         fill(Channel::Cgm, &|s| readings[s].map(|g| g.0.round()));
-        // Of long-acting injections no rate is known, and there is no set to change.
+        // Long-acting injections have no known rate, and there is no set to change.
         let injects = self.regime == Regime::Mdi;
         fill(Channel::Basal, &|s| (!injects).then_some(log[s].basal.0));
         fill(Channel::Bolus, &|s| Some(log[s].bolus.0));

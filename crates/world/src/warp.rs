@@ -1,9 +1,9 @@
-//! Smooth changes of the functional forms of a body, drawn by person.
+//! Smooth changes of the functions of a body, drawn by person.
 //!
-//! No published form is anybody's own. A warp multiplies what a body does by a smooth factor of the
-//! quantity on which that depends: insulin action by one of plasma insulin, production and uptake by
-//! one of glucose, emptying by one of what is in the stomach. It works on any body through its
-//! [`Condition`], and is 1 at rest, so that settings and basal needs are hardly moved.
+//! No published function is exactly anybody's own. A warp multiplies what a body does by a smooth
+//! factor of the quantity on which it depends: insulin action by one of plasma insulin, production
+//! and uptake by one of glucose, emptying by one of the stomach's content. It works on any body
+//! through its [`Condition`], and is 1 at rest, so settings and basal needs hardly change.
 
 use std::f64::consts::PI;
 
@@ -19,8 +19,8 @@ use crate::virtual_body::VirtualBody;
 const WAVES: usize = 3;
 /// Half of the range over which a warp of a logarithm varies; it is flat beyond.
 const REACH: f64 = 1.5;
-/// Steepest fall of the logarithm of a factor with that of its quantity: what the body does still
-/// grows with the quantity.
+/// Steepest fall of the logarithm of a factor with that of its quantity. So what the body does
+/// still grows with the quantity.
 const STEEPEST: f64 = 0.6;
 /// Glucose at which warps are 1, mg/dL, and the content of the stomach, g.
 pub(crate) const RESTING_GLUCOSE: MgPerDl = MgPerDl(125.0);
@@ -37,10 +37,10 @@ impl Warp {
     /// No change.
     pub const NONE: Self = Self { waves: [(0.0, 0.0); WAVES] };
 
-    /// Draws one whose spread over the range is `size` (log), a person's own in form and height.
+    /// Draws one whose spread over the range is `size` (log), with a person's own form and height.
     ///
-    /// Waves of one, two and three half-periods over the range, each of half the variance of the one
-    /// before; a steeper one than a monotone body allows is flattened as a whole.
+    /// Waves of one, two and three half-periods over the range, each of half the variance of the
+    /// one before. A warp that is steeper than a monotone body allows is flattened as a whole.
     #[must_use]
     pub fn sample(size: f64, rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut waves = [(0.0, 0.0); WAVES];
@@ -82,8 +82,8 @@ pub struct Warps {
     pub production: Warp,
     /// Of the time of the gut, by what is in the stomach.
     pub emptying: Warp,
-    /// How far insulin action saturates: at this many times the insulin at rest, beyond it, a
-    /// further unit does half; none at infinity.
+    /// Where insulin action saturates: beyond this many times the insulin at rest, a further unit
+    /// does half; none at infinity.
     pub half_action: f64,
 }
 
@@ -97,8 +97,8 @@ impl Warps {
         half_action: f64::INFINITY,
     };
 
-    /// Draws a person's warps, each with a spread of `size` (log); in four of ten people insulin
-    /// action saturates besides, half-way at 6 to 30 times the insulin at rest (55 to 120 mU/L in
+    /// Draws a person's warps, each with a spread of `size` (log). In four of ten people insulin
+    /// action also saturates, half-way at 6 to 30 times the insulin at rest (55 to 120 mU/L in
     /// clamps, Rizza et al., Am J Physiol 1981;240:E630).
     #[must_use]
     pub fn sample(size: f64, rng: &mut (impl Rng + ?Sized)) -> Self {
@@ -138,7 +138,7 @@ impl Warps {
     }
 }
 
-/// The warps of a body with what its quantities are relative to.
+/// The warps of a body with the reference values of its quantities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Warped {
     warps: Warps,
@@ -165,7 +165,7 @@ impl Warped {
         Ok(Some(Self { warps, insulin, weight }))
     }
 
-    /// A condition as the warps change it in a body whose states are these.
+    /// A condition with the warps of a body in this state.
     pub(crate) fn act(&self, condition: Condition, states: &States) -> Condition {
         let glucose = (states[Compartment::Q1].max(1.0) / RESTING_GLUCOSE.0).ln();
         let action = self.warps.log_action(states[Compartment::I] / self.insulin).exp();

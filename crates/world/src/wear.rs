@@ -10,15 +10,15 @@ use crate::everyday::SensorKind;
 /// The sensors worn through a record, and the steps without a reading.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SensorWear {
-    /// Steps at which a new sensor is put in; the first may lie before the record.
+    /// Steps at which a new sensor is inserted; the first may lie before the record.
     starts: Vec<i64>,
     /// Whether the reading of a step is lost, warm-up included.
     lost: Vec<bool>,
 }
 
 impl SensorWear {
-    /// Draws the wear of a kind of sensor: life, warm-up and stretches without signal as it has them,
-    /// changed between 8:00 and 22:00.
+    /// Draws the wear of a kind of sensor: life, warm-up and stretches without signal as it has
+    /// them, changed between 8:00 and 22:00.
     #[must_use]
     pub fn sample(calendar: &Calendar, kind: &SensorKind, rng: &mut (impl Rng + ?Sized)) -> Self {
         let steps = calendar.steps() as i64;
@@ -63,7 +63,7 @@ impl SensorWear {
         self.lost.get(step).copied().unwrap_or(false)
     }
 
-    /// Whether a sensor is put in at `step`.
+    /// Whether a sensor is inserted at `step`.
     #[must_use]
     pub fn starts_at(&self, step: usize) -> bool {
         self.starts.binary_search(&(step as i64)).is_ok()

@@ -1,4 +1,4 @@
-//! `people.csv`: a row a person.
+//! `people.csv`: one row per person.
 
 use std::collections::HashSet;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Lays the rows of a table of records on each person's grid.
+//! Puts the rows of a table of records on each person's grid.
 
 use std::collections::HashMap;
 
@@ -93,7 +93,7 @@ fn spans(
                 });
             }
             if time < previous {
-                // A repeated time is the plainer finding where rows are also out of order.
+                // A repeated time is the clearer finding where rows are also out of order.
                 let repeated = rows.binary_search_by_key(&time, |row| row.1).is_ok();
                 let (place, person) = (place(), person.to_owned());
                 return Err(if repeated {

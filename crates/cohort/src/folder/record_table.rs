@@ -1,4 +1,4 @@
-//! The table of records, as text or as Parquet, before it is laid on the grid.
+//! The table of records, as text or as Parquet, before it is put on the grid.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub(super) const PERSON_ID: &str = "person_id";
 pub(super) const TIME: &str = "time";
 const TIME_EXPECTED: &str = "a local time like 2024-03-01T08:05:00 without a zone";
 
-/// The records as they lie in the file.
+/// The records as they are in the file.
 pub(super) enum RecordTable {
     /// Text cells.
     Csv(TextTable),
@@ -81,7 +81,7 @@ impl RecordTable {
         }
     }
 
-    /// A row as a place.
+    /// A row, for messages.
     pub(super) fn place(&self, i: usize) -> Place {
         match self {
             Self::Csv(table) => table.place(i),
@@ -89,7 +89,7 @@ impl RecordTable {
         }
     }
 
-    /// A cell as a place.
+    /// A cell, for messages.
     pub(super) fn cell(&self, i: usize, column: &str) -> Place {
         Place { column: Some(column.into()), ..self.place(i) }
     }
@@ -168,8 +168,8 @@ pub(super) type NumberCells<'a> = Box<dyn Fn(usize) -> Result<Option<f64>, Cohor
 
 impl ParquetTable {
     /// Reads a Parquet file. The table library panics on some damaged files; here that is an error
-    /// like any other (the library's own message still goes to the panic hook). Damage to the length
-    /// of a page can still exhaust the memory inside the library.
+    /// like any other (the library's own message still goes to the panic hook). Damage to the
+    /// length of a page can still exhaust the memory inside the library.
     fn read(bytes: Vec<u8>) -> Result<Self, CohortError> {
         const MARK: &[u8] = b"PAR1";
         let damaged = |reason: &str| CohortError::Table {

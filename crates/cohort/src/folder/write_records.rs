@@ -63,7 +63,8 @@ pub(super) fn check(cohort: &Cohort) -> Result<(), CohortError> {
     Ok(())
 }
 
-/// Writes the records, a table a person at a time for CSV so that memory stays bounded.
+/// Writes the records. For CSV it writes one person's table at a time, so that memory stays
+/// bounded.
 pub(super) fn write(
     cohort: &Cohort,
     folder: &Path,

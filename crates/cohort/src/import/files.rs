@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::CohortError;
 
-/// The files of a source that is one file, or a folder in which files whose names satisfy `wanted`
-/// are taken, in order of their names. The second part of each is the name for messages.
+/// The files of a source: one file, or the files of a folder whose names satisfy `wanted`, in order
+/// of their names. The second part of each is the name for messages.
 pub(super) fn files(
     source: &Path,
     expected: &'static str,

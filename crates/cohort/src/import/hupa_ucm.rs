@@ -1,9 +1,9 @@
 //! `HUPA*.csv` of the HUPA-UCM study (doi:10.17632/3hbcscwz44.1).
 //!
-//! A file a person, `;`-separated, on a five-minute grid whose gaps the authors filled: glucose and
-//! heart rate linearly, doses with 0. Basal insulin is U per 5 minutes; carbohydrate is in servings
-//! of 10 g or in grams, and doses are 0/1 flags, by person (see `hupa_units`). Values that were
-//! drawn are kept and counted; amounts that are flags become missing.
+//! One file per person, `;`-separated, on a five-minute grid whose gaps the authors filled: glucose
+//! and heart rate linearly, doses with 0. Basal insulin is U per 5 minutes. By person, carbohydrate
+//! is in servings of 10 g or in grams, and some doses are 0/1 flags (see `hupa_units`). Values that
+//! were drawn are kept and counted; amounts that are flags become missing.
 
 use std::path::Path;
 
@@ -33,8 +33,8 @@ const BOLUS: &str = "bolus_volume_delivered";
 const CARBS: &str = "carb_input";
 /// The lowest value the sensor reports, mg/dL.
 const FLOOR: f64 = 40.0;
-/// Inner steps of a straight line that is longer than the sensor's 15 minutes: half an hour or
-/// more between readings.
+/// Inner steps of a straight line that is longer than the sensor's 15 minutes: half an hour or more
+/// between readings.
 const LONG_LINE: usize = 5;
 /// Share of a day's steps whose basal repeats the day before in a programmed profile.
 const PROFILE_SHARE: f64 = 0.5;
@@ -44,8 +44,8 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     let files = files(source, FORMAT, "HUPA*.csv", |name| {
         name.starts_with("HUPA") && name.ends_with(".csv")
     })?;
-    // Collected before the first error is taken, so that it is the first file's at any number of
-    // threads.
+    // Collected before the first error is taken, so the error is that of the first file for any
+    // number of threads.
     let people: Vec<_> =
         files.par_iter().map(|(path, name)| person(&TextTable::read(path, name, b';')?)).collect();
     let people = people.into_iter().collect::<Result<_, _>>()?;
@@ -86,7 +86,7 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
     Ok(Imported { person, totals, inferences, notes })
 }
 
-/// The grid that the rows lie on.
+/// The grid of the rows.
 struct Grid {
     start: chrono::NaiveDateTime,
     len: usize,
@@ -147,7 +147,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// A column's numbers in the source's unit, one a row, each checked for `channel`.
+    /// A column's numbers in the source's unit, one per row, each checked for `channel`.
     fn column(&self, name: &str, channel: Channel) -> Result<Vec<Option<f64>>, CohortError> {
         let column = self.table.column(name)?;
         (0..self.table.height())
@@ -225,7 +225,7 @@ impl Reader<'_> {
         self.note(column, what, long);
     }
 
-    /// Infers how far apart the sensor's own readings are from the commonest line between them.
+    /// Infers the interval of the sensor's own readings from the commonest line between them.
     fn reading_interval(&mut self) {
         let lines = StraightLines::find(self.record.cgm());
         let mut counts = std::collections::BTreeMap::new();
@@ -297,7 +297,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Closes the sum of a dose column, which is kept whole or, without a factor, left out whole.
+    /// Closes the sum of a dose column. The column is kept whole or, without a factor, left out
+    /// whole.
     fn account(
         &mut self,
         column: &str,

@@ -2,17 +2,17 @@
 
 use physiology::STEPS_PER_DAY;
 
-/// Fewest entries from which equal values are taken for a flag.
+/// Fewest entries from which equal values count as a flag.
 const FEWEST_FOR_FLAG: usize = 10;
-/// A meal above this is no meal, g.
+/// Above this an entry cannot be a meal, g.
 const LARGEST_MEAL_G: f64 = 300.0;
 /// Grams in a serving ("ración").
 pub(super) const GRAMS_PER_SERVING: f64 = 10.0;
-/// Carbohydrate to bolus insulin in the middle of what people use, g/U.
+/// Typical ratio of carbohydrate to bolus insulin, g/U.
 const TYPICAL_GRAMS_PER_UNIT: f64 = 10.0;
-/// Median below which an entry without any bolus to compare with is a serving.
+/// Below this median, entries without any bolus for comparison are servings.
 const MEDIAN_OF_SERVINGS: f64 = 15.0;
-/// Basal insulin a day that a pump may give, U.
+/// Basal insulin per day that a pump may give, U.
 const BASAL_U_DAY: (f64, f64) = (4.0, 100.0);
 
 /// Meaning of the column of carbohydrate.
@@ -65,7 +65,7 @@ pub(super) fn bolus_unit(values: &[Option<f64>]) -> (BolusUnit, String) {
     }
 }
 
-/// What the carbohydrate is, with the evidence. `bolus` are units, or nothing to compare with.
+/// What the carbohydrate is, with the evidence. `bolus` is in units, or empty.
 pub(super) fn carb_unit(
     values: &[Option<f64>],
     bolus: Option<&[Option<f64>]>,
@@ -126,7 +126,7 @@ mod tests {
     fn carbohydrate_is_told_apart() {
         let boluses = some(&[6.0; 12]);
         for (carbs, bolus, unit) in [
-            // A meal of 1030 g is none.
+            // A meal of 1030 g does not exist.
             (some(&[55.0, 0.0, 103.0]), Some(&boluses), CarbUnit::Grams),
             // 72 U for 60 g would be 0.8 g/U; 8.3 g/U for servings.
             (some(&[2.0, 3.5, 7.5, 13.0, 34.0 / 2.0, 17.0]), Some(&boluses), CarbUnit::Servings),

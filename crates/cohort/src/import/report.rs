@@ -5,14 +5,14 @@ use crate::mass_balance::MassBalance;
 use crate::person::{Cohort, Person, Therapy};
 use crate::plausibility::{Finding, findings};
 
-/// Everything a reader must know to trust an imported cohort.
+/// Everything that a reader must know to trust an imported cohort.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ImportReport {
     /// Name of the format.
     pub format: &'static str,
     /// What "per day" means in `people`.
     pub days_are: &'static str,
-    /// An entry a person, in the cohort's order.
+    /// One entry per person, in the cohort's order.
     pub people: Vec<PersonImport>,
     /// Units and meanings that were inferred, with the evidence.
     pub inferences: Vec<Inference>,
@@ -31,7 +31,7 @@ pub struct PersonImport {
     pub therapy: Therapy,
     /// Amounts in the source, in the record, and left out.
     pub totals: Vec<Totals>,
-    /// Implausible figures; nothing was changed because of them.
+    /// Implausible figures; they changed nothing.
     pub findings: Vec<Finding>,
 }
 
@@ -60,7 +60,7 @@ pub struct Inference {
     pub place: Place,
     /// What was concluded.
     pub conclusion: String,
-    /// The figures it rests on.
+    /// The figures that support it.
     pub evidence: String,
 }
 
@@ -79,14 +79,14 @@ pub struct Note {
 }
 
 impl ImportReport {
-    /// The daily figures, a line a person.
+    /// The daily figures, one line per person.
     pub fn lines(&self) -> impl Iterator<Item = &str> {
         self.people.iter().map(|person| person.line.as_str())
     }
 }
 
 impl Totals {
-    /// Whether the account closes to rounding: 1e-9 of the source's amount.
+    /// Whether the account closes, within rounding: 1e-9 of the source's amount.
     #[must_use]
     pub fn closes(&self) -> bool {
         (self.source - self.record - self.left_out).abs() <= 1e-9 * self.source.abs().max(1.0)
@@ -116,7 +116,7 @@ pub(super) struct Imported {
     pub(super) notes: Notes,
 }
 
-/// Notes of one person, the same thing counted rather than repeated.
+/// Notes of one person; the same note is counted, not repeated.
 #[derive(Default)]
 pub(super) struct Notes {
     notes: Vec<Note>,
@@ -151,7 +151,7 @@ impl Notes {
     }
 }
 
-/// Puts people and their accounts together.
+/// Combines people and their accounts.
 pub(super) fn assemble(
     format: &'static str,
     days_are: &'static str,

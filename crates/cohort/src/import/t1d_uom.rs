@@ -1,10 +1,10 @@
-//! The T1D-UOM study (doi:10.5281/zenodo.15169263): folders of irregular events, a file a person
-//! and kind.
+//! The T1D-UOM study (doi:10.5281/zenodo.15169263): folders of irregular events, one file per
+//! person and kind.
 //!
-//! Glucose is in mmol/L, times are `DD/MM/YYYY HH:MM`, some files begin with a byte-order mark.
-//! The record of a person is the span in which glucose and insulin are both recorded; what lies
-//! outside is counted in the notes, and its doses in the totals. Heart rate is not imported: the
-//! study's five-minute heart rate (`UoM*sleep*.csv`) has no times that can be aligned.
+//! Glucose is in mmol/L, times are `DD/MM/YYYY HH:MM`, some files begin with a byte-order mark. The
+//! record of a person is the span in which glucose and insulin are both recorded. The notes count
+//! what lies outside; the totals include its doses. Heart rate is not imported: the study's
+//! five-minute heart rate (`UoM*sleep*.csv`) has no times that can be aligned.
 
 use std::path::{Path, PathBuf};
 
@@ -33,8 +33,8 @@ const SLEEP: &str = "Sleep Data";
 
 /// Reads the study's folder.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
-    // Collected before the first error is taken, so that it is the first person's at any number of
-    // threads.
+    // Collected before the first error is taken, so the error is that of the first person for any
+    // number of threads.
     let people: Vec<_> = people(source)?.par_iter().map(|id| person(source, id)).collect();
     let people = people.into_iter().collect::<Result<_, _>>()?;
     let days_are = "the span in which glucose and insulin are both recorded";
@@ -99,7 +99,7 @@ impl Account<'_> {
 
 fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
     let mut account = Account { id, notes: Notes::default(), inferences: Vec::new() };
-    // The name for messages carries the sub-folder.
+    // The name for messages includes the sub-folder.
     let table = |folder: &str, file: String| -> Result<Option<TextTable>, CohortError> {
         let path: PathBuf = source.join(folder).join(&file);
         if !path.exists() {
@@ -169,7 +169,7 @@ fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
     Ok(Imported { person, totals, inferences, notes })
 }
 
-/// Names the heart-rate files that are left alone.
+/// Names the heart-rate files that are ignored.
 fn refuse_heart_rate(source: &Path, account: &mut Account<'_>) -> Result<(), CohortError> {
     let folder = source.join(SLEEP);
     if !folder.is_dir() {
@@ -200,7 +200,7 @@ impl Span {
         usize::try_from(self.end - self.first).unwrap_or(0)
     }
 
-    /// The step of the record, `None` outside.
+    /// The step of the record; `None` outside.
     fn index(&self, step: i64) -> Option<usize> {
         (self.first..self.end).contains(&step).then(|| usize::try_from(step - self.first).ok())?
     }
@@ -224,7 +224,8 @@ fn span(
     account: &mut Account<'_>,
 ) -> Result<Span, CohortError> {
     let cgm = readings.span();
-    // Where the pump's rates are recorded its boluses are too; without rates the boluses tell.
+    // Where the pump's rates are recorded, so are its boluses. Without rates the boluses define the
+    // span.
     let insulin = basal.and_then(insulin::Basal::span).or_else(|| bolus?.span());
     let span = match insulin {
         Some(insulin) => {

@@ -1,8 +1,8 @@
 //! The example day of T1DSim_AI (github.com/mosqueralopez/T1DSim_AI), `example_subject*.csv`.
 //!
-//! Rows are five minutes apart and carry the hour of the day and a weekend flag, but no date. A
-//! date is chosen that agrees with both: the first week of 2024, Monday for working days. The
-//! insulin rate (U/h) includes boluses and stays one rate. Heart rate is given relative to the
+//! Rows are five minutes apart and have the hour of the day and a weekend flag, but no date. The
+//! importer chooses a date that agrees with both: the first week of 2024, Monday for working days.
+//! The insulin rate (U/h) includes boluses and stays one rate. Heart rate is relative to the
 //! baseline, so the person's baseline is 0.
 
 use std::path::Path;
@@ -86,7 +86,7 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
             median,
         });
     }
-    // Zero, not missing, where the rate is recorded: the rate already holds the boluses.
+    // Zero, not missing, where the rate is recorded: the rate already includes the boluses.
     let recorded: Vec<bool> = record.basal().iter().map(Option::is_some).collect();
     for (bolus, recorded) in record.channel_mut(Channel::Bolus).iter_mut().zip(recorded) {
         *bolus = recorded.then_some(0.0);
@@ -129,7 +129,7 @@ fn start(table: &TextTable) -> Result<NaiveDateTime, CohortError> {
         rows.push((hour, whole(&weekends, i, 1, "0 or 1")? == 1));
     }
     let first_hour = rows.first().map_or(0, |row| row.0);
-    // Rows before the hour first changes tell the minute; without a change the hour begins.
+    // Rows before the hour first changes give the minute; without a change the hour begins.
     let before_change = rows.iter().position(|row| row.0 != first_hour).unwrap_or(STEPS_PER_HOUR);
     let minute = 60_u32.saturating_sub(5 * u32::try_from(before_change).unwrap_or(12)) % 60;
 

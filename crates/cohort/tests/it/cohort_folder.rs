@@ -1,4 +1,4 @@
-//! The canonical folder: what is written is read back, and what is wrong is said with its place.
+//! The canonical folder: what is written is read back, and an error says where it is.
 
 use std::fs;
 use std::path::Path;
@@ -130,7 +130,7 @@ fn missing_files_and_columns_are_named() {
 fn small_cohort() -> Cohort {
     let start = "2024-03-01T08:00:00".parse().expect("a literal time");
     let mut record = Record::new(start, 6).expect("on the grid");
-    // Numbers that only seventeen digits tell apart from their neighbours.
+    // Numbers that differ from their neighbours in the seventeenth digit only.
     record.channel_mut(Channel::Cgm)[1] = Some(0.1 + 0.2 + 100.0);
     record.channel_mut(Channel::Basal)[1] = Some(4.0920000000000005);
     record.channel_mut(Channel::Basal)[3] = Some(1e-7);
@@ -206,7 +206,7 @@ fn cohorts_that_could_not_be_read_back_are_not_written() {
     assert!(error.to_string().contains("it already holds records.csv"), "{error}");
 }
 
-/// A number of a channel: whatever `f64` there is within the column's range.
+/// A number of a channel: any `f64` within the column's range.
 fn cell(channel: Channel) -> impl Strategy<Value = Option<f64>> {
     let high = match channel {
         Channel::SleepEfficiency | Channel::SetChange => 1.0,

@@ -207,8 +207,8 @@ proptest! {
     })]
 
     /// The reader of Parquet belongs to the table library and panics on some damage, which becomes
-    /// an error. The seed is fixed: damage to the length of a page can make the library ask for
-    /// more memory than there is, which no caller can catch.
+    /// an error. The seed is fixed: a damaged page length can make the library request more memory
+    /// than there is, which no caller can catch.
     #[test]
     fn damaged_parquet(changes in prop::collection::vec(mangle(), 1..4)) {
         let start = "2024-03-01T08:00:00".parse().expect("a literal time");

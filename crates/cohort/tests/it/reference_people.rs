@@ -49,7 +49,7 @@ fn hupa_ucm() {
     let Some(path) = reference_data::find("hupa_ucm", "hupa_ucm") else { return };
     let started = std::time::Instant::now();
     let import = read(ImportFormat::HupaUcm, &path);
-    // 0.1 s on two cores; the bound leaves room for a slow machine, not for a quadratic reader.
+    // 0.1 s on two cores; the bound allows for a slow machine, not for a quadratic reader.
     assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
     check(
         &import,
@@ -127,7 +127,7 @@ fn t1d_uom() {
         let nightly = 24.0 * hours(0, 24);
         assert!(asleep.contains(&nightly), "{id}: {nightly} h");
     }
-    // Someone can be trained on and held out.
+    // Nobody is both trained on and held out.
     let (index, person) = import.cohort.find("2301").expect("the person is there");
     let split = split_by_time(&person.record, cohort::TRAINING_DAYS);
     let train = windows(index, &person.record, split.train, &WindowRule::TRAINING);

@@ -1,4 +1,4 @@
-//! The T1D-UOM importer on a small made-up folder whose every number is worked out by hand.
+//! The T1D-UOM importer on a small made-up folder, with every number computed by hand.
 
 use std::fs;
 use std::path::Path;
@@ -175,7 +175,7 @@ fn injections_alone_are_mdi_without_a_basal_rate() {
     let person = &import.cohort.people[0];
     assert_eq!(person.therapy, Therapy::Mdi);
     assert!(person.record.basal().iter().all(Option::is_none));
-    // Boluses from 08:06 on tell where insulin is recorded.
+    // Where insulin is recorded, boluses from 08:06 on define the span.
     assert_eq!(person.record.start().to_string(), "2024-03-01 08:05:00");
     assert_eq!(person.record.bolus()[0], Some(2.0));
     let basal = &import.report.people[0].totals[0];

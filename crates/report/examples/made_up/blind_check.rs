@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-/// Effects with the shift at which half are found, mg/dL, and the one that they are taken for.
+/// Effects with the shift at which half are found, mg/dL, and the effect that each is confused
+/// with.
 const EFFECTS: [(&str, f64, usize); 14] = [
     ("alcohol", 7.0, 2),
     ("carb_miscount", 6.0, 9),
@@ -27,7 +28,7 @@ const BINS: [(f64, Option<f64>, f64, usize); 4] = [
     (12.5, None, 15.3, 4),
 ];
 
-/// `count` of `of` with an interval that is about right.
+/// `count` of `of` with an approximate interval.
 fn share(count: usize, of: usize) -> Value {
     let (k, n) = (count as f64, of as f64);
     // Agresti and Coull (1998).

@@ -1,9 +1,9 @@
-//! Keys that the made-up JSON leaves out, so that it is what a schema asks for.
+//! Adds the keys that the made-up JSON leaves out, so that it matches its schema.
 
 use report::Part;
 use serde_json::{Value, json};
 
-/// Adds every key that is not there.
+/// Adds every missing key.
 fn fill(value: &mut Value, defaults: Value) {
     let (Some(map), Value::Object(defaults)) = (value.as_object_mut(), defaults) else { return };
     for (key, default) in defaults {
@@ -11,7 +11,7 @@ fn fill(value: &mut Value, defaults: Value) {
     }
 }
 
-/// Adds every key that is not there to each entry of the list at `pointer`.
+/// Adds every missing key to each entry of the list at `pointer`.
 fn fill_each(value: &mut Value, pointer: &str, defaults: &Value) {
     let entries = value.pointer_mut(pointer).and_then(Value::as_array_mut);
     for entry in entries.into_iter().flatten() {
@@ -36,7 +36,7 @@ fn fill_shares(value: &mut Value) {
     }
 }
 
-/// The part with every key that its schema asks for.
+/// The part with every key of its schema.
 pub(crate) fn completed(part: Part, mut value: Value) -> Value {
     match part {
         Part::Manifest => fill(&mut value, json!({"outputs": []})),

@@ -18,7 +18,7 @@ const TRIED: [(&str, f64, f64); 12] = [
     ("unknown", 6.2, 0.01),
 ];
 
-/// Ports: name, gain, probability, what cannot be told from it.
+/// Ports: name, gain, probability, what cannot be separated from it.
 const PORTS: [(&str, f64, f64, &[&str]); 9] = [
     ("egp", 30.0, 0.62, &["glucose_flux"]),
     ("glucose_flux", 28.8, 0.31, &["egp"]),

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-/// Answers of the twelve twins, of which those in `out` are out of order.
+/// Answers of the twelve twins; those in `out` are out of order.
 pub(super) fn what_if(out: &[&str]) -> Value {
     let minutes: Vec<f64> = (0..=60).map(|k| f64::from(k) * 5.0).collect();
     let curve = |carbs: f64, ratio: f64| {
@@ -13,7 +13,7 @@ pub(super) fn what_if(out: &[&str]) -> Value {
             120.0 + share * (rise - fall)
         };
         let course = |share: f64| -> Vec<f64> { minutes.iter().map(|m| at(*m, share)).collect() };
-        // Below the start the smaller share is the higher glucose.
+        // Below the start the smaller share gives the higher glucose.
         let (one, other) = (course(0.8), course(1.25));
         let pick = |of: fn(f64, f64) -> f64| -> Vec<f64> {
             one.iter().zip(&other).map(|(a, b)| of(*a, *b)).collect()

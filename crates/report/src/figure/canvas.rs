@@ -1,7 +1,7 @@
 //! A blank SVG and the few marks that the figures need, in canvas units.
 //!
-//! The canvas is 1,000 units wide whatever the page; letters are 30 units high, which is 11 pixels
-//! on a 400-pixel phone.
+//! The canvas is 1,000 units wide for any page. Letters are 30 units high, which is 11 pixels on a
+//! 400-pixel phone.
 
 use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
@@ -17,7 +17,7 @@ use crate::html::escape_into;
 
 /// Width of every figure, canvas units.
 pub(super) const WIDTH: i32 = 1000;
-/// Height of letters as the drawing library counts it (it divides by 1.24).
+/// Height of letters in the drawing library's measure (it divides by 1.24).
 const LETTER: f64 = 37.0;
 /// Half the size of a marker.
 const MARK: i32 = 11;
@@ -36,13 +36,13 @@ impl Svg {
     }
 }
 
-/// Where the marks go.
+/// The canvas for the marks.
 pub(super) struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Shift>,
     name: &'a str,
 }
 
-/// Draws a figure of `height` canvas units; `label` says to a screen reader what it shows.
+/// Draws a figure of `height` canvas units; `label` describes it for a screen reader.
 pub(super) fn draw(
     label: &str,
     height: i32,
@@ -57,7 +57,7 @@ pub(super) fn draw(
         marks(&canvas)?;
         canvas.accept(canvas.area.present())?;
     }
-    // The backend fixes width and height in pixels; a page that must fit a phone needs neither.
+    // The backend fixes width and height in pixels; a page that must fit a phone must not.
     let body = drawn.split_once('>').map_or("", |(_, body)| body);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" \
@@ -145,7 +145,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// Black text; `anchor` says which point of the text lies at the place.
+    /// Black text; `anchor` says which point of the text is at the given point.
     pub(super) fn text(&self, text: &str, at: At, anchor: (HPos, VPos)) -> Result<(), ReportError> {
         let style = TextStyle::from((FontFamily::SansSerif, LETTER))
             .color(&BLACK)

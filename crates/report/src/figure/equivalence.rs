@@ -12,12 +12,12 @@ use crate::ReportError;
 /// Height that one method takes within an outcome, canvas units, and with many methods.
 const LANE: i32 = 34;
 const NARROW_LANE: i32 = 27;
-/// So many methods are many.
+/// From this number of methods on there are many.
 const MANY: usize = 5;
-/// Intervals reach at most so many margins; longer ones are cut with a mark in the caption.
+/// Intervals reach at most this many margins; longer ones are cut and marked in the caption.
 pub(crate) const REACH: f64 = 4.0;
 
-/// Draws one group an outcome and one line a method, or `None` where there is nothing to draw.
+/// Draws one group per outcome and one line per method, or `None` where there is nothing to draw.
 pub(crate) fn equivalence(methods: &[MethodRows]) -> Result<Option<Drawn>, ReportError> {
     let mut metrics: Vec<&str> = Vec::new();
     for row in methods.iter().flat_map(|method| &method.rows) {
@@ -44,7 +44,7 @@ pub(crate) fn equivalence(methods: &[MethodRows]) -> Result<Option<Drawn>, Repor
         x: Axis::over(ends.into_iter().chain([-1.5, 1.5]), 6),
         y: Axis::bare(0.0, lanes * metrics.len() as f64),
     };
-    // Where the colours begin anew the markers go on by one, so that no two methods look the same.
+    // When the colours repeat, the markers move on by one, so no two methods look the same.
     let style = |index: usize| {
         let (round, place) = (index / COLOURS.len(), index % COLOURS.len());
         (solid(COLOURS[place], 5), Marker::CYCLE[(place + round) % Marker::CYCLE.len()])

@@ -6,8 +6,8 @@ use super::palette::{BLUE, GREY, Key, Marker, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
 
-/// Draws one point a person, or `None` without a point. Titles are those of the figure, of the
-/// horizontal and of the vertical axis.
+/// Draws one point per person, or `None` without a point. The titles are of the figure, of the
+/// horizontal axis and of the vertical axis.
 pub(crate) fn error_pairs(
     titles: [&str; 3],
     points: &[(f64, f64)],

@@ -21,7 +21,7 @@ const INSULIN: Stroke = solid(BLUE, 4);
 /// Heart rate.
 const HEART_RATE: Stroke = solid(VERMILLION, 3);
 
-/// Whether the days go on so long that single hours have no room.
+/// Whether there are too many days to show single hours.
 fn is_long(from: f64, to: f64) -> bool {
     to - from > 30.0
 }
@@ -123,7 +123,7 @@ fn doses(
     let mut free_from = i32::MIN;
     for (hour, grams) in hours.iter().zip(&day.carbs_g).filter(|(_, grams)| **grams > 0.0) {
         let (x, _) = panel.at(*hour, panel.y.range.0);
-        // Divided first: the product of a large number would leave the finite ones.
+        // Divided first: the product of a large number would overflow.
         let height = f64::from(panel.bottom - panel.top) * 0.3 * (grams / most);
         let end = panel.top + height.round() as i32;
         canvas.rectangle((x - half, panel.top), (x + half, end), ORANGE, 1.0)?;

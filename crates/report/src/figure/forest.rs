@@ -1,4 +1,4 @@
-//! Estimates with their intervals, a line each, around zero or another place.
+//! Estimates with their intervals, one line each, around zero or another reference.
 
 use contract::WithInterval;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -11,7 +11,7 @@ use crate::ReportError;
 
 /// Height of a row, canvas units.
 const ROW: i32 = 52;
-/// Longest label that the margin has room for, characters.
+/// Longest label that fits in the margin, characters.
 const LABEL: usize = 22;
 
 /// One line of the figure.
@@ -20,19 +20,19 @@ pub(crate) struct ForestRow {
     pub(crate) label: String,
     /// Estimate and interval, in the unit of the figure.
     pub(crate) value: WithInterval,
-    /// Whether it stands out from zero.
+    /// Whether it differs clearly from zero.
     pub(crate) stands_out: bool,
 }
 
-/// What the rows of a figure are read against.
+/// The reference of the rows of a figure.
 pub(crate) struct ForestFrame<'a> {
     /// Name of the figure.
     pub(crate) label: &'a str,
     /// Title of the axis, with its unit.
     pub(crate) axis: &'a str,
-    /// Places to compare with; the first is the one that rows stand out from.
+    /// References for comparison; rows stand out from the first.
     pub(crate) references: &'a [(f64, &'a str)],
-    /// Key of rows that stand out and of those that do not.
+    /// Key for rows that stand out and for those that do not.
     pub(crate) keys: [&'a str; 2],
 }
 

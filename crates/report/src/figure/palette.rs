@@ -1,8 +1,8 @@
 //! Colours, line styles and markers.
 //!
-//! Colours are Okabe and Ito's (2008), which the three common kinds of colour blindness tell
-//! apart; every line also has its own dash pattern and every marker its own shape, so that
-//! nothing is lost in greyscale.
+//! The colours are Okabe and Ito's (2008), which people with the three common kinds of colour
+//! blindness can distinguish. Every line also has its own dash pattern and every marker its own
+//! shape, so nothing is lost in greyscale.
 
 use plotters::style::RGBColor;
 
@@ -77,7 +77,7 @@ pub(crate) enum Marker {
 }
 
 impl Marker {
-    /// Markers in the order in which methods take them.
+    /// Markers in the order in which methods get them.
     pub(crate) const CYCLE: [Self; 6] =
         [Self::Disc, Self::Triangle, Self::Square, Self::Diamond, Self::Ring, Self::Cross];
 
@@ -98,10 +98,10 @@ impl Marker {
     }
 }
 
-/// Colours in the order in which methods take them.
+/// Colours in the order in which methods get them.
 pub(crate) const COLOURS: [RGBColor; 6] = [BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY];
 
-/// One entry of a figure's key, set as HTML so that it wraps on a phone.
+/// One entry of a figure's key, written as HTML so that it wraps on a phone.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Key {
     /// What it stands for.

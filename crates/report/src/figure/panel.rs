@@ -13,13 +13,13 @@ use crate::number::fixed;
 pub(super) struct Axis {
     /// Lower and upper end.
     pub(super) range: (f64, f64),
-    /// Places with their labels.
+    /// Ticks with their labels.
     pub(super) ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
-    /// An axis over `values` with about `wanted` ticks at round numbers. The ends lie on ticks, so
-    /// that nothing is drawn outside; without a finite value it runs from 0 to 1.
+    /// An axis over `values` with about `wanted` ticks at round numbers. The ends are ticks, so
+    /// nothing is drawn outside; without a finite value it runs from 0 to 1.
     pub(super) fn over(values: impl IntoIterator<Item = f64>, wanted: usize) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.into_iter().filter(|v| v.is_finite()) {
@@ -50,7 +50,7 @@ impl Axis {
         let first = (from / step).ceil() as i64;
         let last = (to / step).floor() as i64;
         let ticks = (first..=last).map(|k| k as f64 * step).map(|hour| {
-            // The end of the axis is 24:00; only where the axis goes on it is another day's 00:00.
+            // The end of the axis is 24:00; only if the axis continues is it the next day's 00:00.
             let shown = if hour == 24.0 && to < 36.0 { 24 } else { (hour as i64).rem_euclid(24) };
             (hour, format!("{shown:02}:00"))
         });
@@ -58,7 +58,7 @@ impl Axis {
         Self { range: (from, if to > from { to } else { from + 1.0 }), ticks }
     }
 
-    /// Powers of ten over positive `values`; places are logarithms.
+    /// Powers of ten over positive `values`; positions are logarithms.
     pub(super) fn decades(values: impl IntoIterator<Item = f64>) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.into_iter().filter(|v| v.is_finite() && *v > 0.0) {
@@ -74,7 +74,7 @@ impl Axis {
             for factor in [1.0, 2.0, 5.0] {
                 let value: f64 = factor * 10_f64.powi(decade);
                 let place = value.log10();
-                // With many decades only the powers themselves have room.
+                // With many decades only the powers themselves fit.
                 if place <= f64::from(last) + 1e-9 && (factor == 1.0 || last - first <= 2) {
                     let digits = usize::try_from(-decade).unwrap_or(0);
                     ticks.push((place, fixed(value, digits)));
@@ -104,7 +104,7 @@ impl Axis {
         Self { range: (low, high), ticks: Vec::new() }
     }
 
-    /// Share of the axis at which a value lies.
+    /// Position of a value as a share of the axis.
     fn share(&self, value: f64) -> f64 {
         (value - self.range.0) / (self.range.1 - self.range.0)
     }
@@ -141,8 +141,8 @@ impl Panel {
         (self.left + across.round() as i32, self.top + down.round() as i32)
     }
 
-    /// Grid, labels and titles. The vertical axis has its title above, level, where a phone can
-    /// show it; an empty title of the horizontal axis leaves its labels out as well.
+    /// Grid, labels and titles. The vertical axis has its title above, horizontal, where a phone
+    /// can show it. An empty title of the horizontal axis also removes its labels.
     pub(super) fn frame(
         &self,
         canvas: &Canvas<'_>,
@@ -182,7 +182,7 @@ impl Panel {
         Ok(())
     }
 
-    /// A line, broken where a value is missing; a value alone becomes a short stroke.
+    /// A line, broken where a value is missing; a single value becomes a short stroke.
     pub(super) fn line(
         &self,
         canvas: &Canvas<'_>,

@@ -1,4 +1,4 @@
-//! What is lacking at a place in the model through the day.
+//! What the model lacks at a port through the day.
 
 use super::Drawn;
 use super::canvas::{WIDTH, draw};
@@ -7,7 +7,7 @@ use super::panel::{Axis, Panel};
 use crate::ReportError;
 use contract::diagnosis::CoursePart;
 
-/// Draws a course, or `None` where no part of it can be placed on the clock.
+/// Draws a course, or `None` where no part of it has a time of day.
 pub(crate) fn port_course(
     parts: &[CoursePart],
     label: &str,

@@ -7,8 +7,8 @@ use super::panel::{Axis, Panel};
 use crate::ReportError;
 use contract::blind_check::{PowerRow, Share};
 
-/// One line of the figure: its name, what it counts, stroke, marker, and how far it is moved
-/// aside so that intervals do not cover each other.
+/// One line of the figure: its name, what it counts, stroke, marker, and its offset, so that
+/// intervals do not cover each other.
 type Line = (&'static str, fn(&PowerRow) -> &Share, Stroke, Marker, i32);
 
 const LINES: [Line; 3] = [
@@ -47,7 +47,7 @@ pub(crate) fn power(rows: &[&PowerRow]) -> Result<Option<Drawn>, ReportError> {
     Ok(Some((svg, keys.to_vec())))
 }
 
-/// Where a row stands on the axis.
+/// Position of a row on the axis.
 fn place(row: &PowerRow) -> f64 {
     row.mean_shift_mg_dl
 }

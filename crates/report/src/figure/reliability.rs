@@ -7,7 +7,7 @@ use super::panel::{Axis, Panel};
 use crate::ReportError;
 use contract::blind_check::ReliabilityBin;
 
-/// Draws one point a bin, or `None` without one.
+/// Draws one point per bin, or `None` without one.
 pub(crate) fn reliability(bins: &[ReliabilityBin]) -> Result<Option<Drawn>, ReportError> {
     let points: Vec<_> = bins
         .iter()

@@ -1,4 +1,4 @@
-//! The model in a sketch, with the places where an effect can enter shaded by their probability.
+//! The model in a sketch, with the ports where an effect can enter shaded by their probability.
 
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -7,13 +7,13 @@ use super::canvas::{At, Canvas, WIDTH, draw};
 use super::palette::{BLACK, BLUE, GREY, Key, SHADE, VERMILLION, solid};
 use crate::ReportError;
 
-/// One place and how probable it is that something is missing there.
+/// One port and the probability that something is missing there.
 pub(crate) struct PortShade<'a> {
     /// Its key in the files.
     pub(crate) port: &'a str,
     /// Probability; `None` where it was not assessed.
     pub(crate) probability: Option<f64>,
-    /// What the sketch says below its name.
+    /// The text below its name in the sketch.
     pub(crate) says: String,
     /// Whether it has a frame.
     pub(crate) framed: bool,
@@ -39,7 +39,7 @@ const PARTS: [(&str, Lane, i32); 8] = [
 /// Height of a part.
 const PART: i32 = 56;
 
-/// Places where an effect can enter: key, name in the sketch, column, top.
+/// Ports: key, name in the sketch, column, top.
 const PORTS: [(&str, &str, Lane, i32); 9] = [
     ("insulin_input", "insulin available", LEFT, 106),
     ("insulin_absorption", "insulin absorption", LEFT, 310),
@@ -54,7 +54,7 @@ const PORTS: [(&str, &str, Lane, i32); 9] = [
 /// Height of a port.
 const PORT: i32 = 88;
 
-/// What flows into what; the last point of each has an arrowhead.
+/// The flows; the last point of each has an arrowhead.
 const FLOWS: [&[At]; 16] = [
     &[(155, 76), (155, 106)],
     &[(155, 194), (155, 224)],
@@ -105,7 +105,7 @@ pub(crate) fn schematic(
     Ok((svg, keys))
 }
 
-/// Frame of the most probable places.
+/// Frame of the most probable ports.
 const FRAME: super::Stroke = solid(VERMILLION, 7);
 
 /// Opacity of a shade; black letters stay legible on the darkest.

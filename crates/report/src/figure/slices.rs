@@ -1,4 +1,4 @@
-//! Where networks move against physiology: their outputs along the tested input.
+//! Where networks violate physiology: their outputs along the tested input.
 
 use contract::conformance::{Direction, Row, Slice};
 use plotters::style::text_anchor::{HPos, VPos};
@@ -9,7 +9,7 @@ use super::palette::{BLUE, Key, Marker, VERMILLION, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
 
-/// Panels beside each other.
+/// Panels in a row.
 const COLUMNS: i32 = 2;
 /// Height of a panel with its titles, canvas units.
 const HEIGHT: i32 = 330;

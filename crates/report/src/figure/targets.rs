@@ -1,4 +1,4 @@
-//! What was promised against what was measured, a line each.
+//! What was promised and what was measured, one line each.
 
 use contract::blind_check::{Bound, Target};
 use plotters::style::text_anchor::{HPos, VPos};

@@ -11,7 +11,7 @@ use super::panel::{Axis, Panel};
 use crate::ReportError;
 use crate::number::compact;
 
-/// Panels beside each other.
+/// Panels in a row.
 const COLUMNS: usize = 3;
 /// Edges of the outer panels, and the gap between two.
 const LEFT: i32 = 90;
@@ -21,7 +21,7 @@ const GAP: i32 = 30;
 const HEIGHT: i32 = 550;
 /// Opacity of the quartiles.
 const VEIL: f64 = 0.22;
-/// How the ratios look, from the lowest on.
+/// Strokes of the ratios, from the lowest on.
 const RATIOS: [Stroke; 4] = [
     solid(BLUE, 6),
     dashed(VERMILLION, 6, 26, 9),
@@ -67,7 +67,7 @@ pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
             let (from, to) = (panel.at(0.0, 180.0), panel.at(0.0, 70.0));
             canvas.rectangle((panel.left, from.1), (panel.right, to.1), SHADE, 1.0)?;
             panel.frame(canvas, "Minutes", if column == 0 { "Glucose (mg/dL)" } else { "" })?;
-            // Under the frame's title, which only the first panel of a row has.
+            // Below the frame's title, which only the first panel of a row has.
             let title = format!("{} g", compact(*carbs));
             let middle = (panel.left + panel.right) / 2;
             canvas.text(&title, (middle, panel.top - 50), (HPos::Center, VPos::Bottom))?;

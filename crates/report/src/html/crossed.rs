@@ -1,8 +1,9 @@
-//! Tables with a row a quantity and a column a method, each cell a value with a line beneath.
+//! Tables with one row per quantity and one column per method; each cell is a value with a line
+//! beneath.
 
 use super::Html;
 
-/// A table of values with what is said of each beneath.
+/// A table of values with notes beneath each.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Crossed {
     /// What the rows are.
@@ -18,7 +19,7 @@ pub(crate) struct Crossed {
 pub(crate) struct CrossedRow {
     /// Its name.
     pub(crate) name: String,
-    /// What is said of it beneath, or nothing.
+    /// Its note beneath, or nothing.
     pub(crate) note: String,
     /// Its cells.
     pub(crate) cells: Vec<CrossedCell>,
@@ -31,13 +32,13 @@ pub(crate) struct CrossedCell {
     pub(crate) value: String,
     /// Lines beneath.
     pub(crate) notes: Vec<String>,
-    /// Whether it stands out: bold, on a ground of its own.
+    /// Whether it stands out: bold, with a background colour.
     pub(crate) marked: bool,
 }
 
 impl Html {
-    /// A crossed table; it scrolls sideways where it is wider than the page, the names of its rows
-    /// staying in view.
+    /// A crossed table. It scrolls sideways where it is wider than the page, and the names of its
+    /// rows stay in view.
     pub(crate) fn crossed(&mut self, caption: &str, table: &Crossed) -> &mut Self {
         self.literal("<div class=\"scroll across\" tabindex=\"0\">\n<table class=\"crossed\">\n");
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
@@ -62,7 +63,7 @@ impl Html {
         self.literal("</tbody>\n</table>\n</div>\n")
     }
 
-    /// A small line beneath a value. The blank before it parts the two where styles are lost.
+    /// A small line beneath a value. The space before it separates the two where styles are lost.
     fn beneath(&mut self, note: &str) -> &mut Self {
         if !note.is_empty() {
             self.literal(" <span class=\"beneath\">").text(note).literal("</span>");

@@ -18,13 +18,13 @@ pub(crate) struct Heat {
 pub(crate) struct HeatCell {
     /// What it says.
     pub(crate) text: String,
-    /// From −1 to 1: the darker the farther from 0, in another colour on each side.
+    /// From −1 to 1: the farther from 0 the darker, in a different colour on each side.
     pub(crate) shade: f64,
     /// Whether it has a frame.
     pub(crate) framed: bool,
 }
 
-/// Longest name of a column that is written level, characters.
+/// Longest name of a column that is written horizontally, characters.
 const LEVEL: usize = 10;
 /// Classes of the shades on the positive side, from none.
 const POSITIVE: [&str; 6] = ["", " p1", " p2", " p3", " p4", " p5"];
@@ -32,7 +32,8 @@ const POSITIVE: [&str; 6] = ["", " p1", " p2", " p3", " p4", " p5"];
 const NEGATIVE: [&str; 6] = ["", " m1", " m2", " m3", " m4", " m5"];
 
 impl Html {
-    /// A heat map, with upright column names where one is long; it scrolls sideways where it is wider than the page.
+    /// A heat map, with vertical column names where one is long. It scrolls sideways where it is
+    /// wider than the page.
     pub(crate) fn heat(&mut self, caption: &str, heat: &Heat) -> &mut Self {
         self.literal("<div class=\"scroll\" tabindex=\"0\">\n<table class=\"heat\">\n");
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");

@@ -1,4 +1,4 @@
-//! What people's residual networks have already taken in of the gap.
+//! What people's residual networks have already absorbed of the gap.
 
 use super::words::{effect, list};
 use crate::html::{Column, Html};

@@ -1,4 +1,4 @@
-//! Any JSON as tables, for what the report does not know by name.
+//! Any JSON as tables, for parts that the report does not know by name.
 
 use serde_json::Value;
 
@@ -9,7 +9,7 @@ use crate::number::{ABSENT, count};
 /// Rows of one table that are shown.
 const SHOWN: usize = 100;
 
-/// Any JSON as tables: plain values in one, each list of objects in its own.
+/// Any JSON as tables: plain values in one table, each list of objects in its own.
 pub(super) fn json(html: &mut Html, caption: &str, value: &Value) {
     let Value::Object(object) = value else {
         html.table(caption, &[("Value", Column::Text)], &[(false, vec![scalar(value)])]);

@@ -18,7 +18,7 @@ pub(super) use worlds::body as worlds;
 use crate::Inputs;
 use crate::html::Html;
 
-/// The check, or a piece of page that says that there is none.
+/// The check, or a paragraph that says that there is none.
 fn check(inputs: &Inputs) -> Result<&BlindCheck, Html> {
     inputs.blind_check.as_ref().ok_or_else(|| {
         let mut html = Html::default();

@@ -15,7 +15,8 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.paragraph("The checks of the diagnosis found nothing doubtful.");
         }
         Some(diagnosis) => {
-            // The same finding in several people is one row; one with an estimate is a person's own.
+            // The same finding in several people is one row; a finding with an estimate has a row
+            // per person.
             let mut rows: Vec<(Vec<String>, String, String, String)> = Vec::new();
             for finding in &diagnosis.data_quality {
                 let (check, words) = (plain(&finding.check), finding.finding.clone());

@@ -178,7 +178,7 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
         }
     }
     if names.len() == diagnosis.power.len() {
-        // One shift an effect: a map by shift would be a diagonal.
+        // One shift per effect: a map by shift would be a diagonal.
         let mut rows: Vec<&DetectionPower> = diagnosis.power.iter().collect();
         rows.sort_by(|a, b| a.shift_mg_dl.total_cmp(&b.shift_mg_dl));
         let rows: Vec<(bool, Vec<String>)> = rows

@@ -10,7 +10,7 @@ use crate::number::{ABSENT, fixed, interval, optional, percent};
 use crate::{Inputs, ReportError};
 use contract::diagnosis::{HorizonChange, HowFar};
 
-/// What marks a figure that rests on events inferred from the readings that are to be predicted.
+/// Marks a figure that depends on events inferred from the very readings to be predicted.
 const RECONSTRUCTED: &str = " (reconstructed)";
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {

@@ -83,7 +83,7 @@ pub(super) fn body(html: &mut Html, report: &Value) {
     html.literal("</details>\n");
 }
 
-/// A table of texts, if there is a row; the last columns fall away where every row lacks them.
+/// A table of texts, if there is a row; last columns that are empty in every row are dropped.
 fn table(html: &mut Html, caption: &str, columns: &[&str], mut rows: Vec<Vec<String>>) {
     if rows.is_empty() {
         return;

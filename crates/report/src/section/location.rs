@@ -1,4 +1,4 @@
-//! Where the gap lies: a figure a factor, one table, and the error by horizon.
+//! Where the gap lies: one figure per factor, one table, and the error by horizon.
 
 use super::verdict::LEVEL;
 use super::words::plain;

@@ -63,7 +63,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     Ok(html)
 }
 
-/// What stands in a column: a method, or the training days in the place of one.
+/// The content of a column: a method, or the training days in place of one.
 struct Judged<'a> {
     label: &'a str,
     rows: &'a [OutcomeRow],
@@ -76,7 +76,7 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// Every method over all windows, behind what the training days themselves tell.
+/// Every method over all windows, after the result of the training days themselves.
 fn overall(html: &mut Html, outcomes: &OutcomesTable) {
     let mut all = Vec::with_capacity(outcomes.methods.len() + 1);
     if !outcomes.training_days.is_empty() {
@@ -96,7 +96,7 @@ fn methods(html: &mut Html, what: &str, methods: &[MethodRows]) {
     table(html, what, &judged);
 }
 
-/// Methods over the same windows: one table across, and folded the differences of each method.
+/// Methods over the same windows: one crossed table, and the differences of each method, folded.
 fn table(html: &mut Html, what: &str, methods: &[Judged<'_>]) {
     let Some(table) = crossed(methods) else { return };
     let rows = || methods.iter().flat_map(|method| method.rows);
@@ -164,7 +164,7 @@ fn differences(html: &mut Html, method: &Judged<'_>) {
     );
 }
 
-/// Forecast errors: methods down, horizons across.
+/// Forecast errors: one row per method, one column per horizon.
 fn forecast(html: &mut Html, outcomes: &OutcomesTable) {
     if outcomes.forecast.is_empty() {
         html.absent("No forecast was evaluated.");
@@ -232,12 +232,12 @@ fn comparisons(html: &mut Html, outcomes: &OutcomesTable) {
     }
 }
 
-/// What stands in the caption of a table of comparisons, which leaves a phone room for the rest.
+/// The caption of a table of comparisons, which leaves space for the rest on a phone.
 fn shared(row: &Comparison) -> (&str, &str, &str) {
     (&row.first, &row.quantity, &row.unit)
 }
 
-/// Name of a method for people, or its key where it is not among the methods.
+/// Readable name of a method, or its key if it is not among the methods.
 fn label(outcomes: &OutcomesTable, name: &str) -> String {
     let mut judged = outcomes.methods.iter().chain(&outcomes.ablation);
     let known = judged.find(|method| method.name == name);

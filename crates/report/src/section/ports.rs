@@ -1,4 +1,4 @@
-//! At which place in the model something is missing.
+//! At which port of the model something is missing.
 
 use super::words::{list, port, sentence};
 use crate::figure::{PortShade, port_course, schematic};
@@ -71,10 +71,10 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     Ok(html)
 }
 
-/// Places whose course is drawn.
+/// Ports whose course is drawn.
 const DRAWN: usize = 3;
 
-/// What is lacking through the day at the places that the verdict is about.
+/// What is missing through the day at the ports that the verdict names.
 fn courses(html: &mut Html, diagnosis: &Diagnosis, framed: &[&str]) -> Result<(), ReportError> {
     let mut own: Vec<&PortEvidence> =
         diagnosis.ports.iter().filter(|p| framed.contains(&p.port.as_str())).collect();
@@ -110,7 +110,7 @@ fn courses(html: &mut Html, diagnosis: &Diagnosis, framed: &[&str]) -> Result<()
     Ok(())
 }
 
-/// What a course at a place is a course of.
+/// The quantity of a course at a port.
 fn course_of(key: &str) -> String {
     match key {
         "insulin_absorption" => "the time that insulin takes to be absorbed".to_owned(),
@@ -119,7 +119,7 @@ fn course_of(key: &str) -> String {
     }
 }
 
-/// Places that the verdict is about.
+/// Ports that the verdict names.
 fn framed(diagnosis: &Diagnosis) -> Vec<&str> {
     match diagnosis.verdict {
         Verdict::Effect => diagnosis.effects.iter().map(|e| e.port.as_str()).collect(),
@@ -132,7 +132,7 @@ fn framed(diagnosis: &Diagnosis) -> Vec<&str> {
     }
 }
 
-/// One shade a place: its strongest evidence, or that an effect was found where none was assessed.
+/// One shade per port: its strongest evidence, or that an effect was found where none was assessed.
 fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>> {
     let found = |port: &str| diagnosis.effects.iter().any(|effect| effect.port == port);
     let mut names: Vec<&str> = Vec::new();
@@ -158,12 +158,12 @@ fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>
         .collect()
 }
 
-/// The place with the strongest evidence.
+/// The port with the strongest evidence.
 pub(super) fn best(diagnosis: &Diagnosis) -> Option<&PortEvidence> {
     diagnosis.ports.iter().max_by(|a, b| order(a).total_cmp(&order(b)))
 }
 
-/// By which places are put in order.
+/// The order of ports.
 fn order(port: &PortEvidence) -> f64 {
     port.probability
 }

@@ -1,4 +1,4 @@
-//! The answer in sentences, before anything else.
+//! The answer in sentences, before everything else.
 
 use super::words::{ahead, effect, list, number, port, situation};
 use crate::Inputs;
@@ -11,7 +11,7 @@ use contract::diagnosis::{
 use contract::outcomes::MethodRows;
 use contract::{BlindCheck, Conformance, Diagnosis, OutcomesTable, WhatIf};
 
-/// Family-wise level at which a situation is named in the verdict.
+/// Family-wise level at which the verdict names a situation.
 pub(super) const LEVEL: f64 = 0.05;
 
 /// Power from which an effect counts as one that would have been found.
@@ -110,7 +110,7 @@ fn found(effects: &[FoundEffect]) -> String {
     }
 }
 
-/// Why a name is to be doubted.
+/// Why a name is doubtful.
 fn questioned(found: &FoundEffect) -> Option<String> {
     (!found.questioned.is_empty()).then(|| {
         let name = effect(&found.effect);
@@ -118,7 +118,7 @@ fn questioned(found: &FoundEffect) -> Option<String> {
     })
 }
 
-/// Where something is missing that has no name.
+/// The verdict where something without a name is missing.
 fn missing(diagnosis: &Diagnosis) -> String {
     let what = match &diagnosis.posterior {
         Some(said) => believed_missing(diagnosis, said),
@@ -134,7 +134,7 @@ fn missing(diagnosis: &Diagnosis) -> String {
     format!("{what} Most probably it concerns {}{apart}.", places.join(" or "))
 }
 
-/// That something is missing, and what is most probable although it is not probable enough.
+/// That something is missing, and what is most probable although not probable enough.
 fn believed_missing(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
     let probability = percent(said.something);
     let candidates = diagnosis.candidates.iter().filter(|candidate| candidate.effect != "none");
@@ -155,7 +155,8 @@ fn believed_missing(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
     )
 }
 
-/// From which shift on effects would have been found, and which would not have been at any.
+/// From which shift on effects would have been found, and which effects would not have been found
+/// at any.
 fn would_have_been_found(diagnosis: &Diagnosis) -> Option<String> {
     let mut names: Vec<&str> = Vec::new();
     for row in &diagnosis.power {
@@ -188,7 +189,7 @@ fn would_have_been_found(diagnosis: &Diagnosis) -> Option<String> {
     (!both.is_empty()).then(|| both.join(" "))
 }
 
-/// The least shift from which on every larger one that was tried has the power.
+/// The smallest shift from which every tested larger one has the power.
 fn least_found(diagnosis: &Diagnosis, name: &str) -> Option<f64> {
     let mut rows: Vec<(f64, f64)> = diagnosis
         .power
@@ -200,8 +201,8 @@ fn least_found(diagnosis: &Diagnosis, name: &str) -> Option<f64> {
     rows.iter().take_while(|(_, power)| *power >= POWER).last().map(|(shift, _)| *shift)
 }
 
-/// What the effects do to the error, at the longest horizon at which it changes for certain, or
-/// at the longest.
+/// What the effects do to the error, at the longest horizon with a certain change, or at the
+/// longest of all.
 fn shrinks(diagnosis: &Diagnosis) -> Option<String> {
     // A reconstruction is no prediction.
     let predicted = || diagnosis.how_far.horizons.iter().filter(|h| !h.reconstructed);
@@ -260,7 +261,7 @@ fn blind_check(check: &BlindCheck) -> Vec<String> {
     paragraphs
 }
 
-/// Ends of the interval of a share, in brackets, if they are there.
+/// The limits of a share's interval, in brackets, if there are any.
 fn interval_of_share(lower: Option<f64>, upper: Option<f64>) -> String {
     let (Some(lower), Some(upper)) = (lower, upper) else {
         return String::new();
@@ -283,8 +284,8 @@ fn worst(diagnosis: &Diagnosis) -> Option<&CellGap> {
 
 /// One gap in words.
 fn gap(cell: &CellGap) -> String {
-    // The step-down p can be small where the single-step interval still reaches across zero, so the
-    // ends keep their signs, seen in the direction of the error.
+    // The step-down p can be small while the single-step interval still includes zero, so the
+    // limits keep their signs, in the direction of the error.
     let (direction, size, lower, upper) = if cell.mean_error_mg_dl > 0.0 {
         ("under", cell.mean_error_mg_dl, cell.lower, cell.upper)
     } else {
@@ -324,7 +325,7 @@ fn equivalence(outcomes: &OutcomesTable, method: &MethodRows) -> String {
     );
     let hopeless = method.rows.iter().filter(|row| row.cannot_be_shown());
     let hopeless: Vec<String> = hopeless.map(|row| row.metric.to_uppercase()).collect();
-    // What these leave, and what a person's own earlier days do not show either.
+    // What these leave out, and what a person's own earlier days do not show either.
     let floor = outcomes.training_days.iter().filter(|row| !row.equivalent);
     let floor: Vec<String> = floor.map(|row| row.metric.to_uppercase()).collect();
     let floor: Vec<String> = open

@@ -1,4 +1,4 @@
-//! What twins answer to meals under other doses, and which of them answer in order.
+//! What twins predict for meals under other doses, and which of them keep the order.
 
 use super::words::list;
 use crate::html::{Column, Html};
@@ -58,7 +58,7 @@ fn caption(answers: &WhatIf, of: &str) -> String {
     )
 }
 
-/// Glucose that counts as the same in the check of the order, mg/dL: below what a sensor resolves.
+/// Glucose difference that the check of the order ignores, mg/dL: below what a sensor resolves.
 const SAME: f64 = 0.5;
 
 /// For how many twins the order holds, and where it does not for the others.

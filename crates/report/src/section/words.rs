@@ -1,4 +1,4 @@
-//! Names of factors, levels and effects as people say them.
+//! Readable names of factors, levels and effects.
 
 use contract::blind_check::Outcome;
 
@@ -64,7 +64,7 @@ pub(super) fn effect(key: &str) -> String {
     words.to_owned()
 }
 
-/// An effect as short as a heading of a column must be.
+/// An effect, short enough for a column heading.
 pub(super) fn short_effect(key: &str) -> String {
     match key.strip_prefix("outside:") {
         Some(name) => format!("({})", plain(name)),
@@ -72,7 +72,7 @@ pub(super) fn short_effect(key: &str) -> String {
     }
 }
 
-/// A place in the model in words; one that this version does not know keeps its key.
+/// A port of the model in words; one that this version does not know keeps its key.
 pub(super) fn port(key: &str) -> String {
     let words = match key {
         "insulin_input" => "the share of the delivered insulin that becomes available",
@@ -117,7 +117,7 @@ pub(super) const fn outcome(outcome: Outcome) -> &'static str {
     }
 }
 
-/// A length of time ahead: minutes below two hours, hours above.
+/// A time ahead: minutes below two hours, hours above.
 pub(super) fn ahead(minutes: u32) -> String {
     match minutes {
         120.. if minutes.is_multiple_of(60) => format!("{} h", minutes / 60),
@@ -125,7 +125,7 @@ pub(super) fn ahead(minutes: u32) -> String {
     }
 }
 
-/// A small number as sentences begin: `One`, `Two`, then digits.
+/// A small number at the start of a sentence: `One`, `Two`, then digits.
 pub(super) fn number(n: usize) -> String {
     match n {
         1 => "One".to_owned(),

@@ -1,5 +1,5 @@
-//! The page in a browser: nothing in the console, figures as wide as the page, no scrolling sideways
-//! on a phone. Runs where `chromium` is on the path.
+//! The page in a browser: nothing in the console, figures as wide as the page, no scrolling
+//! sideways on a phone. Runs where `chromium` is on the path.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::made_up;
 use crate::reading::page;
 
 const BROWSER: &str = "chromium";
-/// Longer than any start of a browser.
+/// Longer than any browser needs to start.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What the browser found on a page, in the words of `FRAME`.
@@ -43,7 +43,7 @@ fn seen(folder: &Path, width: u32, html: &str) -> String {
     fs::read_to_string(folder.join("seen.html")).expect("what was seen")
 }
 
-/// A page that shows the report in a frame of a width and says what it measures there.
+/// A page that shows the report in a frame of a given width and prints its measurements.
 const FRAME: &str = "<!DOCTYPE html><body><iframe id=\"frame\" src=\"report.html\" \
     style=\"width:WIDTHpx;height:800px;border:0\"></iframe><p id=\"found\"></p><script>
 document.getElementById('frame').onload = () => {

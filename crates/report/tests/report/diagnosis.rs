@@ -27,7 +27,7 @@ fn every_verdict_has_its_words() {
     let places = |like: Value| json!([{"port": "egp", "gain_nats": 12.0, "probability": 0.8, "confusable_with": like}]);
     let strong = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.95});
     let weak = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.5});
-    /// Verdict, what is changed, and the sentence expected.
+    /// Verdict, what is changed, and the expected sentence.
     type Case<'a> = (&'a str, &'a [(&'a str, Value)], &'a str);
     let cases: &[Case<'_>] = &[
         (
@@ -55,7 +55,7 @@ fn every_verdict_has_its_words() {
         ),
         (
             "none",
-            // What is found at 5 but not at 10 is found from nowhere below 15.
+            // Found at 5 but not at 10 means: found from no shift below 15.
             &[("/power", json!([strong(5.0), weak(10.0), strong(15.0)]))],
             "by at least 15 mg/dL",
         ),
@@ -236,7 +236,7 @@ fn the_sketch_has_every_place_and_its_table_says_the_same() {
     assert!(section.contains(
         "<tr class=\"bold\"><td class=\"wide\">A glucose flux that the model does not have"
     ));
-    // A place that was not assessed is said to be so, in the sketch alone.
+    // Only the sketch says that a port was not assessed.
     let html = diagnosis_page("unknown", &[("/ports", json!([{"port": "sensor"}]))]);
     assert_eq!(html.matches("not assessed").count(), 8);
 }
@@ -244,16 +244,17 @@ fn the_sketch_has_every_place_and_its_table_says_the_same() {
 #[test]
 fn a_frame_marks_what_the_verdict_is_about() {
     let frames = |html: &str| html.matches("stroke=\"#D55E00\" stroke-width=\"7\"").count();
-    // The most probable place and the one that cannot be told from it; where effects enter; nothing.
+    // The most probable port and the one that cannot be separated from it; where effects enter;
+    // nothing.
     for (verdict, count) in [("unknown", 2), ("effect", 2), ("none", 0)] {
         let html = diagnosis_page(verdict, &[]);
         let (_, sketch) = html.split_once("<section id=\"ports\">").expect("a section");
         assert_eq!(frames(sketch), count, "{verdict}");
     }
-    // An effect was found at a place for which no evidence is told.
+    // An effect was found at a port without stated evidence.
     let html = diagnosis_page("effect", &[("/ports", json!([{"port": "sensor"}]))]);
     assert_eq!(html.matches(">\nfound\n</text>").count(), 2);
-    // The stronger of two entries of one place counts.
+    // The stronger of two entries of one port counts.
     let twice = json!([{"port": "sensor", "gain_nats": 1.0, "probability": 0.2},
         {"port": "sensor", "gain_nats": 9.0, "probability": 0.7}]);
     let html = diagnosis_page("unknown", &[("/ports", twice)]);

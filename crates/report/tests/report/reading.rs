@@ -1,4 +1,4 @@
-//! Reading made-up JSON and checking what every page must be.
+//! Reading made-up JSON and checking what holds for every page.
 
 use report::{DISCLAIMER, Inputs, Part, render};
 use serde_json::Value;
@@ -57,8 +57,8 @@ pub(crate) fn with(
     parts
 }
 
-/// Checks what every page must be: sections in order, balanced tags, no address, no script, no
-/// text of a number that is none, the disclaimer.
+/// Checks what holds for every page: sections in order, balanced tags, no address, no script, no
+/// "NaN", the disclaimer.
 pub(crate) fn check_structure(html: &str) {
     assert!(html.starts_with("<!DOCTYPE html>\n<html lang=\"en\">"));
     let places: Vec<usize> =

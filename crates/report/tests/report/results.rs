@@ -11,14 +11,14 @@ use crate::reading::{check_structure, page, section, with};
 fn outcomes_stand_down_and_methods_across() {
     let html = page(&made_up::parts());
     let outcomes = section(&html, "outcomes");
-    // All windows, the ablation, and the two scenarios with people enough.
+    // All windows, the ablation, and the two scenarios with enough people.
     assert_eq!(outcomes.matches("class=\"crossed\"").count(), 4);
     assert_eq!(outcomes.matches("<details>").count(), 4);
     for words in [
         "<th scope=\"col\" class=\"number\">Actual</th><th scope=\"col\" class=\"number\">Digital \
          twin</th>",
         "<td class=\"number marked\">69.4 \u{b1} 17.8 <span class=\"beneath\">p &lt;0.001 \u{2713}</span></td>",
-        // Out of its margin although people enough could have shown it in, and the opposite.
+        // Outside its margin although enough people could have shown it inside, and the opposite.
         "<td class=\"number\">2.90 \u{b1} 3.85 <span class=\"beneath\">p = 0.370</span></td>",
         "<td class=\"number\">2.35 \u{b1} 3.85 <span class=\"beneath\">p = 0.370 \u{2020}</span></td>",
         "<th scope=\"col\" class=\"number\">Actual</th><th scope=\"col\" class=\"number\">Training \
@@ -70,7 +70,8 @@ fn too_few_people_are_told_in_the_verdict() {
     let few = with(made_up::parts(), Part::Outcomes, "/methods/0/rows/2/p_unbiased", json!(0.2));
     assert!(page(&few).contains(words));
 
-    // TBR leaves its margin although people enough could have shown it in; nor do training days show it.
+    // TBR leaves its margin although enough people could have shown it inside; training days do not
+    // show it either.
     let words = "For TBR the sensor on the training days does not show it either.";
     let open = with(made_up::parts(), Part::Outcomes, "/methods/0/rows/2/equivalent", json!(false));
     assert!(!page(&open).contains(words));
@@ -91,7 +92,7 @@ fn several_days_have_their_times_in_ranges() {
     ] {
         assert!(days.contains(words), "{words}");
     }
-    // Half days are labelled, and the end of a day is the next one's beginning.
+    // Half days are labelled, and the end of a day is the start of the next.
     assert_eq!(days.matches(">\n12:00\n</text>").count(), 3);
     assert!(!days.contains(">\n24:00\n</text>"));
 }

@@ -16,10 +16,9 @@ pub struct Drinking {
     pub dose: f64,
 }
 
-/// Draws the evenings with alcohol: Friday and Saturday as much more often than other days
-/// as the hours say (three times in regular ones), at
-/// 20:00 to 22:00, 0.5 to 1.3 times the 0.75 g/kg of Turner et al. (Diabetes Care 2001;24:1888).
-/// The weekly pattern is assumed.
+/// Draws the evenings with alcohol. They are more frequent on Friday and Saturday by the factor in
+/// the hours (three in regular ones). They are at 20:00 to 22:00, with 0.5 to 1.3 times the 0.75
+/// g/kg of Turner et al. (Diabetes Care 2001;24:1888). The weekly pattern is assumed.
 #[must_use]
 pub(super) fn evenings(
     habits: &Habits,

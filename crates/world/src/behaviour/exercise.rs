@@ -32,9 +32,9 @@ impl Session {
 
 /// Draws the sessions, at most one a day.
 ///
-/// Each day holds one with a seventh of the weekly rate (a little more at weekends). Half of the
-/// weekday sessions follow work (17:30, SD 0.8 h), the others lie around noon; weekend ones are at
-/// 10:30 (SD 1.2 h), after waking. Length log-normal with median 42 min, 20 to 100 min (T1DEXI
+/// Each day has a session with a seventh of the weekly rate (a little more at weekends). Half of
+/// the weekday sessions follow work (17:30, SD 0.8 h), the others are around noon; weekend ones are
+/// at 10:30 (SD 1.2 h), after waking. Length log-normal with median 42 min, 20 to 100 min (T1DEXI
 /// sessions were about 30 min of structured exercise plus what people added, Riddell et al.,
 /// Diabetes Care 2023;46:704). Intensity in % of VO2max: walking 40, cycling 58, running 65 (SD 6;
 /// ACSM's moderate to vigorous range). Active muscle share 0.35 to 0.6.

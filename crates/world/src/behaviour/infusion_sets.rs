@@ -13,8 +13,8 @@ pub struct InfusionSets {
 }
 
 impl InfusionSets {
-    /// Draws changes at the person's interval (SD half a day), at 8:00 to 21:00; the set worn at
-    /// the start was put in before the record.
+    /// Draws changes at the person's interval (SD half a day), at 8:00 to 21:00. The set worn at
+    /// the start was inserted before the record.
     #[must_use]
     pub fn sample(habits: &Habits, calendar: &Calendar, rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut day = -rng.random_range(0.0..habits.set_change_days);
@@ -31,13 +31,13 @@ impl InfusionSets {
         Self { changes }
     }
 
-    /// Sets of which the changes are known, in their order; none if nothing is known of them.
+    /// Sets with known changes, in order; none if no change is known.
     #[must_use]
     pub(crate) fn recorded(changes: Vec<i64>) -> Self {
         Self { changes }
     }
 
-    /// Steps of the changes in their order; the first ones may lie before the record.
+    /// Steps of the changes in order; the first ones may lie before the record.
     #[must_use]
     pub fn changes(&self) -> &[i64] {
         &self.changes

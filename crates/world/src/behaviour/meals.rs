@@ -44,11 +44,11 @@ pub struct Meal {
     pub kind: MealKind,
     /// What is truly eaten.
     pub eaten: Grams,
-    /// Logarithm of counted over eaten with the bias and spread of one study; an amplitude scales
-    /// it in a [background](crate::Counting::AllInEffect) that knows no other error.
+    /// Logarithm of counted over eaten with the bias and spread of one study. An amplitude scales
+    /// it in a [background](crate::Counting::AllInEffect) that has no other error.
     pub log_counting_error: f64,
-    /// Standard normal draws, within two standard deviations, of the counting error that is always
-    /// there and of the spread that an effect adds.
+    /// Standard normal draws, cut at two standard deviations: of the counting error that is always
+    /// there, and of the spread that an effect adds.
     pub counting_draw: f64,
     /// See [`Self::counting_draw`].
     pub second_counting_draw: f64,
@@ -61,8 +61,8 @@ pub struct Meal {
 }
 
 impl Meal {
-    /// A further uniform draw from 0 to 1: the digits of [`Self::logging_draw`] from the fourth on are as
-    /// good as new.
+    /// A further uniform draw from 0 to 1: the digits of [`Self::logging_draw`] from the fourth on
+    /// are independent of the first three.
     #[must_use]
     pub fn spare_draw(&self) -> f64 {
         (1000.0 * self.logging_draw).fract()
@@ -71,18 +71,18 @@ impl Meal {
 
 /// Draws the meals of all days, ordered by step, at most one a step.
 ///
-/// Families of the sizes as Camerlingo et al. fitted them to 4,874 days of 32 people (J Diabetes
-/// Sci Technol 2021;15:346: gamma for breakfast and snacks, log-normal for lunch, a heavy-tailed
-/// family for dinner); medians near 45, 62, 73 and 16 g and coefficients of variation near a third
-/// are chosen so that days hold 100 to 300 g. Times: breakfast 0.7 h (SD 0.3) after waking, lunch
-/// 12:40, dinner 18:50 (SD 0.5 h; an hour later at weekends), snacks uniform from 2 h after waking
-/// to 22:00. One breakfast in twelve and one lunch in thirty are skipped.
+/// The families of the sizes are those that Camerlingo et al. fitted to 4,874 days of 32 people (J
+/// Diabetes Sci Technol 2021;15:346: gamma for breakfast and snacks, log-normal for lunch, a
+/// heavy-tailed family for dinner). Medians near 45, 62, 73 and 16 g and coefficients of variation
+/// near a third are chosen so that days hold 100 to 300 g. Times: breakfast 0.7 h (SD 0.3) after
+/// waking, lunch 12:40, dinner 18:50 (SD 0.5 h; an hour later at weekends), snacks uniform from 2 h
+/// after waking to 22:00. One breakfast in twelve and one lunch in thirty are skipped.
 ///
-/// Counting error: log ratio N(-0.085, 0.26), falling by 0.08 per doubling of the meal, so that 63
-/// % are underestimated and the mean absolute error is about 21 % (Brazeau et al., Diabetes Res
-/// Clin Pract 2013;99:19), larger meals more (Roversi et al., Diabetes Technol Ther 2020;22:749).
-/// Bolus: late ones 10 to 45 min (paper, section on scenarios), missed ones by habit; a snack's
-/// bolus is missed three times as often as a main meal's.
+/// Counting error: log ratio N(-0.085, 0.26), falling by 0.08 per doubling of the meal. So 63 % are
+/// underestimated and the mean absolute error is about 21 % (Brazeau et al., Diabetes Res Clin
+/// Pract 2013;99:19), and larger for larger meals (Roversi et al., Diabetes Technol Ther
+/// 2020;22:749). Bolus: late ones 10 to 45 min (paper, section on scenarios), missed ones by habit.
+/// A snack's bolus is missed three times as often as a main meal's.
 #[must_use]
 pub(super) fn meals(
     habits: &Habits,
@@ -125,7 +125,7 @@ pub(super) fn meals(
     meals
 }
 
-/// Draws the second counting errors, from a stream of their own.
+/// Draws the second counting errors from a separate stream.
 pub(super) fn count_again(meals: &mut [Meal], rng: &mut (impl Rng + ?Sized)) {
     for meal in meals {
         meal.second_counting_draw = standard_normal(rng).clamp(-2.0, 2.0);
@@ -133,7 +133,8 @@ pub(super) fn count_again(meals: &mut [Meal], rng: &mut (impl Rng + ?Sized)) {
 }
 
 impl MealKind {
-    /// Probability that the meal is left out by a person who leaves out this share of breakfasts and lunches.
+    /// Probability that a person leaves out the meal, given their share of breakfasts and lunches
+    /// left out.
     fn skip_probability(self, left_out: f64) -> f64 {
         match self {
             Self::Breakfast => left_out.max(1.0 / 12.0),
@@ -163,7 +164,7 @@ impl Sizes {
     }
 }
 
-/// Everything about a meal but its step; every draw is made whatever the outcome.
+/// Everything about a meal except its step; every draw is made whatever the outcome.
 fn draw_meal(
     habits: &Habits,
     kind: MealKind,

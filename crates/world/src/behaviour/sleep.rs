@@ -29,13 +29,13 @@ impl Night {
     }
 }
 
-/// Draws one night for each day of the calendar and one more for its last evening.
+/// Draws one night for each day of the calendar, and one more for its last evening.
 ///
-/// Bed and wake times vary by 0.5 h and 0.35 h (SD) times the irregularity of the hours; on free days (the nights to Saturday and
-/// Sunday) people go to bed 0.7 h later and rise 1.3 h later (social jetlag of about an hour,
-/// Wittmann et al., Chronobiol Int 2006;23:497). A night is short with the person's probability:
-/// 2 to 3.5 h later to bed with the same alarm. An evening with alcohol (`late_evenings`, by the
-/// day on which it begins) delays bed by 0.8 h (assumed).
+/// Bed and wake times vary by 0.5 h and 0.35 h (SD) times the irregularity of the hours. On free
+/// days (the nights to Saturday and Sunday) people go to bed 0.7 h later and rise 1.3 h later
+/// (social jetlag of about an hour, Wittmann et al., Chronobiol Int 2006;23:497). A night is short
+/// with the person's probability: 2 to 3.5 h later to bed with the same alarm. An evening with
+/// alcohol (`late_evenings`, by the day on which it begins) delays bed by 0.8 h (assumed).
 #[must_use]
 pub(super) fn nights(
     habits: &Habits,
@@ -77,8 +77,8 @@ pub(super) fn nights(
 
 /// Share of each step asleep, 0 to 1: 0 awake, below 1 where the person lay awake for a while.
 ///
-/// Awakenings are a two-state chain with a mean length of 10 min, entered at the rate that gives
-/// the habit's sleep efficiency over the night.
+/// Awakenings are a two-state chain with a mean length of 10 min. It is entered at the rate that
+/// gives the habit's sleep efficiency over the night.
 #[must_use]
 pub(super) fn efficiency(
     habits: &Habits,

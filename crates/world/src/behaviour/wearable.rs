@@ -18,11 +18,11 @@ pub struct Wearable {
 
 /// Draws both channels from one course of activity.
 ///
-/// At rest the heart beats with a day-night rhythm of 5/min, 2/min above the resting value on
-/// average (lowest near 4:00) and 5/min less asleep (Degaute et al., Hypertension 1991;18:199, of
+/// At rest the heart rate has a day-night rhythm of 5/min, is 2/min above the resting value on
+/// average (lowest near 4:00) and 5/min lower asleep (Degaute et al., Hypertension 1991;18:199, of
 /// the order of). Everyday activity comes in bouts and raises it by up to 25/min. In exercise the
 /// share of the heart-rate reserve equals that of VO2max (Swain and Leutholtz, Med Sci Sports Exerc
-/// 1997;29:410), reached with a time constant of a step, and it recovers over about 15 min. Cadence
+/// 1997;29:410), reached with a time constant of a step; recovery takes about 15 min. Cadence
 /// 110/min for walking and 160/min for running (Tudor-Locke et al., Int J Behav Nutr Phys Act
 /// 2011;8:79). Noise is autoregressive. The device is off for about an hour on two days in three
 /// and for one whole night in fifteen (assumed).
@@ -45,7 +45,7 @@ pub(super) fn wearable(
         let awake = 1.0 - asleep.get(step).copied().unwrap_or(0.0);
         let session = sessions.iter().find(|s| s.covers(step));
 
-        // Everyday bouts: begun once in 40 min, over after 15 min on average.
+        // Everyday bouts begin once in 40 min and last 15 min on average.
         bout = match (awake < 0.5, bout > 0.0) {
             (true, _) => 0.0,
             (false, true) if chance < 1.0 / 3.0 => 0.0,

@@ -1,9 +1,9 @@
 //! The factor on an effect's amplitudes at which it moves glucose as far as planned.
 
-/// Most evaluations of a search; each is a few simulated weeks.
+/// Largest number of evaluations of a search; each is a few simulated weeks.
 pub const MOST_EVALUATIONS: usize = 6;
-/// A search ends at a shift from the target on to this share above it: a world that is planned at
-/// 5 mg/dL moves glucose by at least that.
+/// A search ends at a shift from the target to this share above it. So a world that is planned at 5
+/// mg/dL moves glucose by at least that.
 const ABOVE: f64 = 0.06;
 /// Smallest factor that is tried.
 const SMALLEST: f64 = 1.0 / 64.0;
@@ -11,7 +11,7 @@ const SMALLEST: f64 = 1.0 / 64.0;
 /// Where a search ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reached {
-    /// The factor, the best of those that were tried.
+    /// The best factor of those tried.
     pub factor: f64,
     /// The shift it gives, in the unit of the target.
     pub shift: f64,
@@ -22,9 +22,9 @@ pub struct Reached {
 /// Finds a factor from 1/64 to `largest` whose shift lies from `target` to 6 % above it, in at most
 /// [`MOST_EVALUATIONS`] evaluations; otherwise the nearest that was tried.
 ///
-/// The shift grows about in proportion to the factor where it is small, so the search goes by
-/// secants of the logarithms, kept within a bracket. `shift_of` gives `None` where a body fails; the
-/// search then looks below.
+/// For small factors the shift grows about in proportion to the factor, so the search uses secants
+/// of the logarithms, kept within a bracket. `shift_of` gives `None` where a body fails; the search
+/// then looks below.
 pub fn search(target: f64, largest: f64, mut shift_of: impl FnMut(f64) -> Option<f64>) -> Reached {
     let aim = target * (1.0 + 0.5 * ABOVE);
     let mut below: Option<(f64, f64)> = None; // largest factor known to fall short, with its shift
@@ -64,13 +64,13 @@ fn next(
 ) -> f64 {
     let proportional = |(factor, shift): (f64, f64)| factor * aim / shift.max(0.02 * aim);
     match (below, above) {
-        // Somewhat further than in proportion: most effects saturate.
+        // A little further than in proportion, because most effects saturate.
         (Some(below), None) => (1.1 * proportional(below)).min(largest),
         (None, Some((factor, Some(shift)))) => proportional((factor, shift)).max(SMALLEST),
         (None, Some((factor, None))) => (0.5 * factor).max(SMALLEST),
         (Some((low, shift_low)), Some((high, Some(shift_high)))) if shift_low > 0.0 => {
             let share = (aim / shift_low).ln() / (shift_high / shift_low).ln();
-            // Not too near an end, or the bracket would not shrink.
+            // Not too near an end, because then the bracket would not shrink.
             let share = if share.is_finite() { share.clamp(0.08, 0.92) } else { 0.5 };
             low * (high / low).powf(share)
         }

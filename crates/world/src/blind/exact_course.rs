@@ -1,7 +1,7 @@
-//! The exact course of an effect: what its world alone knows.
+//! The exact course of an effect, which only its world knows.
 //!
-//! A diagnosis that had this course as its template would lose nothing by the form of its library. What it
-//! still could not name is lost to the noise, to the background and to the rate of false alarms.
+//! A diagnosis with this course as its template would lose nothing by the form of its library. What
+//! it still could not name is lost to the noise, to the background and to the rate of false alarms.
 
 use cohort::{Cohort, Person};
 use physiology::STEP;
@@ -13,14 +13,17 @@ use crate::effects::Amplitudes;
 use crate::error::WorldError;
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
-/// What the sensors show more with an effect than without it, under the insulin delivered and the carbohydrate logged.
+/// The difference that an effect makes to the sensors, under the insulin delivered and the
+/// carbohydrate logged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactCourse {
     /// The effect.
     pub effect: PlannedEffect,
-    /// Whether it acts in the world; otherwise the course is what it would add at its published size.
+    /// Whether it acts in the world. Otherwise the course is what it would add at its published
+    /// size.
     pub acts: bool,
-    /// A list a person, an entry a step of their record, mg/dL; `None` where the reading is lost.
+    /// A list per person with an entry per step of their record, mg/dL; `None` where the reading is
+    /// lost.
     pub people: Vec<Vec<Option<f64>>>,
 }
 
@@ -35,10 +38,11 @@ impl ExactCourse {
 }
 
 impl RealisedWorld {
-    /// The exact course of every effect that acts, each in the presence of the others, and of those of
-    /// `idle` that do not act.
+    /// The exact course of every effect that acts, each in the presence of the others, and of those
+    /// of `idle` that do not act.
     ///
-    /// `cohort` is what [`cohort`](Self::cohort) made of this world: courses lie along its records.
+    /// `cohort` is the result of [`cohort`](Self::cohort) for this world: courses run along its
+    /// records.
     ///
     /// # Errors
     /// If a body fails.
@@ -72,7 +76,8 @@ impl RealisedWorld {
 }
 
 impl VirtualPerson {
-    /// `sign` times what the sensor shows of the days as lived over what it would show with other amplitudes.
+    /// `sign` times the difference in what the sensor shows: the days as lived minus the days with
+    /// other amplitudes.
     fn shown_by(
         &self,
         lived: &LivedDays,
@@ -86,7 +91,7 @@ impl VirtualPerson {
     }
 }
 
-/// The part of a course that lies along a record of some of the days.
+/// The part of a course along a record that covers some of the days.
 fn along(course: &[Option<f64>], lived: &LivedDays, recorded: &Person) -> Vec<Option<f64>> {
     let late = recorded.record.start() - lived.life.calendar.time(0);
     let first = (late.num_minutes() as f64 / STEP.0) as usize;

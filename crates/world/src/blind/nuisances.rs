@@ -1,4 +1,4 @@
-//! What is missing from a record, whatever acts.
+//! What is missing from a record, independently of the effects.
 
 use cohort::{Channel, Cohort, Person};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
@@ -8,8 +8,8 @@ use super::streams::{Purpose, stream};
 
 /// Parts of the record that are missing.
 ///
-/// They are drawn with the plan, without regard to what acts, and are taken away after the days
-/// were lived.
+/// They are drawn with the plan, independently of the effects, and are removed after the days were
+/// lived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Nuisances {
     /// People without heart rate and steps.
@@ -23,8 +23,9 @@ pub struct Nuisances {
 }
 
 impl Nuisances {
-    /// Draws them for a world of so many people: a third of them at most lack heart rate, in half
-    /// of the worlds; gaps in half; uneven days in a third; unlogged set changes in half.
+    /// Draws them for a world of so many people. In half of the worlds people lack heart rate, a
+    /// third of the people at most; gaps in half; uneven days in a third; unlogged set changes in
+    /// half.
     pub(super) fn sample(people: usize, rng: &mut (impl Rng + ?Sized)) -> Self {
         let (some, up_to) = (rng.random_bool(0.5), rng.random_range(1..=(people / 3).max(1)));
         Self {
@@ -56,7 +57,7 @@ impl Nuisances {
         words
     }
 
-    /// Takes the parts away from a cohort of the world with this seed.
+    /// Removes the parts from a cohort of the world with this seed.
     pub(super) fn take_from(&self, cohort: &mut Cohort, seed: u64) {
         let count = cohort.people.len();
         let first = stream(seed, Purpose::Nuisances, 0).random_range(0..count.max(1));
@@ -99,7 +100,7 @@ fn tear(person: &mut Person, rng: &mut impl Rng) {
     }
 }
 
-/// Takes up to a quarter of the days away, at the start or at the end.
+/// Removes up to a quarter of the days, at the start or at the end.
 fn shorten(person: &mut Person, rng: &mut impl Rng) {
     let days = person.record.len() / STEPS_PER_DAY;
     let (lost, at_the_start) = (rng.random_range(0..=days / 4), rng.random_bool(0.5));

@@ -1,4 +1,4 @@
-//! Which worlds there are.
+//! Which worlds a plan holds.
 
 use chrono::{NaiveDate, TimeDelta};
 use rand::seq::SliceRandom as _;
@@ -11,10 +11,10 @@ use crate::effects::{Effect, OutsideEffect};
 use crate::generator::Generator;
 use crate::therapy::Regime;
 
-/// Mean absolute shifts of glucose that single effects are to cause, mg/dL.
+/// Mean absolute shifts of glucose that single effects shall cause, mg/dL.
 pub const SHIFTS: [f64; 4] = [2.5, 5.0, 10.0, 15.0];
-/// Shifts of each of two effects, and of effects outside the library: those that can be expected
-/// to be found.
+/// Shifts of each of two effects, and of effects outside the library: those that a diagnosis can be
+/// expected to find.
 const LARGER_SHIFTS: [f64; 3] = [5.0, 10.0, 15.0];
 /// Share of worlds whose people inject.
 const INJECTIONS: f64 = 0.2;
@@ -22,28 +22,28 @@ const INJECTIONS: f64 = 0.2;
 pub const PEOPLE: [usize; 3] = [3, 5, 10];
 /// Numbers of days.
 pub const DAYS: [usize; 3] = [7, 14, 28];
-/// Keeps the seeds of calibration worlds apart from those of a check.
+/// Separates the seeds of calibration worlds from those of a check.
 const CALIBRATION: u64 = 0x6361_6c69_6272_6174;
-/// Keeps the seeds of the worlds that a posterior is trained on apart from both.
+/// Separates the seeds of the worlds that train a posterior from both.
 const TRAINING: u64 = 0x7472_6169_6e69_6e67;
 /// Days on which a record may begin: two years from 2023 on.
 const FIRST_DAYS: i64 = 730;
 
-/// What a plan's worlds are for. The same seed gives other worlds in another role.
+/// The purpose of a plan's worlds. The same seed gives other worlds for another purpose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// A diagnosis is tested on them.
     Check,
-    /// Thresholds are fixed on them.
+    /// They set the thresholds.
     Calibration,
-    /// A posterior is trained on them.
+    /// They train a posterior.
     Training,
 }
 
 /// How many worlds of which kind.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
-    /// What they are for.
+    /// Their purpose.
     pub role: Role,
     /// Worlds with one effect of the library.
     pub singles: usize,
@@ -53,7 +53,7 @@ pub struct Plan {
     pub outside: usize,
     /// Worlds without an effect.
     pub nulls: usize,
-    /// Generators, taken in turns.
+    /// Generators, used in turn.
     pub generators: Vec<Generator>,
 }
 
@@ -62,7 +62,7 @@ pub struct Plan {
 pub struct PlannedWorld {
     /// Seed of its people.
     pub seed: u64,
-    /// What acts, with the mean absolute shift of glucose that it is to cause, mg/dL.
+    /// What acts, with the mean absolute shift of glucose that it shall cause, mg/dL.
     pub effects: Vec<(PlannedEffect, f64)>,
     /// Which bodies.
     pub generator: Generator,
@@ -91,8 +91,8 @@ pub enum Variation {
 
 impl Plan {
     /// A check of `worlds` worlds in which something acts, in the proportions 40 : 15 : 15 of one
-    /// effect, two effects and effects outside the library, and `nulls` in which nothing does; all
-    /// generators in turns.
+    /// effect, two effects and effects outside the library, and `nulls` in which nothing does. All
+    /// generators are used in turn.
     #[must_use]
     pub fn check(worlds: usize, nulls: usize) -> Self {
         // Rounded; of three worlds each kind gets one.
@@ -108,7 +108,7 @@ impl Plan {
         }
     }
 
-    /// As [`Self::check`], from one generator: worlds on which thresholds are fixed, to be tested
+    /// As [`Self::check`], from one generator: worlds on which thresholds are set that are tested
     /// on the others.
     #[must_use]
     pub fn calibration(worlds: usize, nulls: usize, generator: Generator) -> Self {
@@ -116,13 +116,13 @@ impl Plan {
         Self { role, generators: vec![generator], ..Self::check(worlds, nulls) }
     }
 
-    /// As [`Self::check`]: worlds of all generators that a posterior is trained on.
+    /// As [`Self::check`]: worlds of all generators that train a posterior.
     #[must_use]
     pub fn training(worlds: usize, nulls: usize) -> Self {
         Self { role: Role::Training, ..Self::check(worlds, nulls) }
     }
 
-    /// Draws the worlds, in an order that tells nothing of what acts.
+    /// Draws the worlds, in an order that does not reveal what acts.
     ///
     /// Single effects are balanced over the library, and within an effect over shifts and
     /// generators; the rest is drawn.
@@ -148,7 +148,7 @@ impl Plan {
         worlds
     }
 
-    /// What is drawn of world `item` whatever acts in it.
+    /// What is drawn for world `item` whatever acts in it.
     fn world(
         &self,
         master_seed: u64,
@@ -162,7 +162,7 @@ impl Plan {
         let injects = stream(master_seed, Purpose::Injections, item).random_bool(INJECTIONS);
         let regime = if injects && !needs_a_set(&effects) { Regime::Mdi } else { regime };
         PlannedWorld {
-            // 53 bits: a number that every reader of JSON holds exactly.
+            // 53 bits: every reader of JSON represents such a number exactly.
             seed: rng.random::<u64>() >> 11,
             effects,
             generator: turned(&self.generators, turn),
@@ -175,8 +175,8 @@ impl Plan {
         }
     }
 
-    /// Passes through the library, each effect with another shift in each pass, and with another
-    /// generator when a shift comes again.
+    /// Passes through the library. In each pass an effect gets another shift, and when a shift
+    /// recurs, another generator.
     fn single_effects(&self, rng: &mut impl Rng) -> Vec<Truth> {
         let mut order = Effect::ALL;
         order.shuffle(rng);
@@ -215,7 +215,7 @@ impl Plan {
     }
 }
 
-/// What acts, with a number by which the generator is chosen in turn.
+/// What acts, with a number that selects the generator.
 type Truth = (Vec<(PlannedEffect, f64)>, usize);
 
 /// Whether one of the effects acts through infusion sets.
@@ -307,7 +307,7 @@ mod tests {
             .map(|(index, _)| index)
             .collect();
         let mean = nulls.iter().sum::<usize>() as f64 / nulls.len() as f64;
-        // Middle 199.5; the mean of half of 400 places drawn at random has a SD of 5.8.
+        // Middle 199.5; the mean of half of 400 positions drawn at random has a SD of 5.8.
         assert!((mean - 199.5).abs() < 20.0, "{mean}");
     }
 }

@@ -19,7 +19,7 @@ impl PlannedEffect {
         named.chain(OutsideEffect::ALL.into_iter().map(Self::Outside))
     }
 
-    /// The effect of a name, `None` for a word that is none.
+    /// The effect of a name; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::all().find(|effect| effect.name() == name)
@@ -49,8 +49,8 @@ impl PlannedEffect {
         matches!(self, Self::Named(_))
     }
 
-    /// Largest mean amplitude that a world may use: six times the published size,
-    /// and less where the effect is a share that is complete before that.
+    /// Largest mean amplitude that a world may use: six times the published size, and less where
+    /// the effect is a share that reaches its limit before that.
     #[must_use]
     pub const fn largest_amplitude(self) -> f64 {
         match self {
@@ -60,7 +60,7 @@ impl PlannedEffect {
         }
     }
 
-    /// The form that it takes in a world with these people, in words; `None` outside the library.
+    /// Its form in a world with these people, in words; `None` outside the library.
     #[must_use]
     pub fn form(self, people: &[VirtualPerson]) -> Option<&'static str> {
         match (self, people.first()) {

@@ -15,25 +15,25 @@ use crate::virtual_person::VirtualPerson;
 
 /// Spread of the logarithm of amplitudes between people (assumed; as for the named effects).
 const SPREAD: f64 = 0.25;
-/// Worlds drawn in place of one whose bodies fail, or in which an effect finds no occasion.
+/// Number of other worlds drawn when the bodies of one fail, or an effect finds no occasion in it.
 const ATTEMPTS: u64 = 8;
-/// Shift below which an effect has not found an occasion, mg/dL: no body drank, fell ill, or wore a
-/// set that failed.
+/// Below this shift an effect has found no occasion, mg/dL: nobody drank, fell ill, or wore a set
+/// that failed.
 const NO_OCCASION: f64 = 0.25;
 
 /// A world that can be lived.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RealisedWorld {
-    /// What was planned; the seed is that of the people, another one if those of the planned seed
+    /// The plan. The seed is that of the people; it is another one if those of the planned seed
     /// could not be drawn or gave an effect no occasion.
     pub planned: PlannedWorld,
     /// The people.
     pub people: Vec<VirtualPerson>,
-    /// What acts, and how far it goes.
+    /// What acts, and how far it moves glucose.
     pub effects: Vec<RealisedEffect>,
 }
 
-/// An effect with what was reached.
+/// An effect with the values that were reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RealisedEffect {
     /// The effect.
@@ -44,9 +44,9 @@ pub struct RealisedEffect {
     pub target: f64,
     /// Mean absolute shift of glucose over all people when it acts alone, mg/dL.
     pub achieved: f64,
-    /// Whether the largest amplitude that is allowed falls short of the target.
+    /// Whether the largest allowed amplitude falls short of the target.
     pub at_limit: bool,
-    /// The form it takes in this world, in words; of effects of the library.
+    /// Its form in this world, in words; for effects of the library.
     pub form: Option<&'static str>,
 }
 
@@ -60,7 +60,7 @@ impl PlannedWorld {
     /// Draws the people and finds the amplitudes.
     ///
     /// # Errors
-    /// If no body can be drawn or lived in, from this seed and from a few others.
+    /// If no body can be drawn or simulated, from this seed and from a few others.
     pub fn realise(&self) -> Result<RealisedWorld, WorldError> {
         let mut attempt = 0_u64;
         loop {
@@ -144,7 +144,7 @@ fn reach(
 }
 
 impl RealisedWorld {
-    /// Lives the days: what a diagnosis is given.
+    /// Lives the days: the cohort that a diagnosis gets.
     ///
     /// # Errors
     /// If a body fails under several effects together.
@@ -206,7 +206,7 @@ mod tests {
         let dawn = PlannedEffect::Named(Effect::Dawn);
         let world = planned(vec![(dawn, 10.0)]).realise().expect("a world");
         let [found] = world.effects[..] else { panic!("one effect: {:?}", world.effects) };
-        // What the search ends at, with all three people.
+        // The end of the search, with all three people.
         assert!((10.0..=10.6).contains(&found.achieved), "{found:?}");
         let person = &world.people[0];
         let lived = person.live(world.planned.calendar()).expect("a week");

@@ -1,4 +1,4 @@
-//! Random streams of a plan, apart from those of the people.
+//! Random streams of a plan, separate from those of the people.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 pub(super) enum Purpose {
     /// Which worlds there are.
     Plan = 0,
-    /// The order in which they stand.
+    /// Their order.
     Order = 1,
     /// Which person lacks which part of the record.
     Nuisances = 2,
@@ -18,7 +18,7 @@ pub(super) enum Purpose {
     Injections = 4,
 }
 
-/// Keeps these streams apart from the people's, which are drawn from the seed as it is.
+/// Separates these streams from the people's, which are drawn from the seed itself.
 const APART: u64 = 0x626c_696e_6420_3031;
 
 /// The stream of one item for one purpose.

@@ -9,19 +9,19 @@ use crate::error::WorldError;
 use crate::true_gap::{PersonGap, PortCourse, TrueGap};
 use crate::virtual_person::{LivedDays, VirtualPerson};
 
-/// The truth behind "where".
+/// The truth for the question "where".
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrueWhere {
-    /// The gap that all effects of the world leave together.
+    /// The gap that all effects of the world cause together.
     pub gap: TrueGap,
-    /// What each effect does at its port, the other being there.
+    /// What each effect does at its port in the presence of the others.
     pub courses: Vec<PortCourse>,
 }
 
 impl RealisedWorld {
     /// Where the effects act; `None` in a world without any.
     ///
-    /// Everything is measured on the days as lived, before nuisances take parts of the record away.
+    /// Everything is measured on the days as lived, before any part of the record is removed.
     ///
     /// # Errors
     /// If a body fails.

@@ -6,10 +6,10 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::forms::CircadianForm;
 
-/// Fall of the action at its lowest hour, as a share of its height: day patterns of insulin
-/// sensitivity of 1, 0.8, 0.9 and 1 from 0, 4, 11 and 17 h have been put into simulators
-/// (Visentin et al., Diabetes Technol Ther 2015;17:1), after triple-tracer meals in which no
-/// pattern held for everybody (Hinshaw et al., Diabetes 2013;62:2223).
+/// Fall of the action at its lowest hour, as a share of its height. Simulators use day patterns of
+/// insulin sensitivity of 1, 0.8, 0.9 and 1 from 0, 4, 11 and 17 h (Visentin et al., Diabetes
+/// Technol Ther 2015;17:1), after triple-tracer meals in which no pattern held for everybody
+/// (Hinshaw et al., Diabetes 2013;62:2223).
 const DEPTH: f64 = 0.22;
 
 /// When and how long one person's insulin acts less.

@@ -6,7 +6,7 @@ use rand::{Rng, RngExt};
 use super::forms::CompressionForm;
 use crate::behaviour::{Life, standard_normal};
 
-/// Candidates in each night; each comes about with [`CHANCE`] times the amplitude.
+/// Candidates in each night; each occurs with [`CHANCE`] times the amplitude.
 const CANDIDATES: usize = 3;
 /// Chance of a candidate at amplitude 1: an event on three nights in ten (assumed).
 const CHANCE: f64 = 0.1;
@@ -19,10 +19,10 @@ const MINUTES: (f64, f64, f64) = (45.0, 30.0, 70.0);
 const FALL_TIME: f64 = 6.0;
 const REBOUND_TIME: f64 = 8.0;
 
-/// Pressure on the sensor that would come about in a night.
+/// Pressure on the sensor that would occur in a night.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compression {
-    /// Uniform draw from 0 to 1: it comes about if this lies below its chance.
+    /// Uniform draw from 0 to 1: it occurs if this lies below its chance.
     pub draw: f64,
     /// First step.
     pub from: usize,
@@ -52,7 +52,7 @@ pub(super) fn sample(life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<Compress
     drawn
 }
 
-/// Lowers `offset` (mg/dL, one value a step) by the events that come about.
+/// Lowers `offset` (mg/dL, one value per step) by the events that occur.
 pub(super) fn act(
     form: CompressionForm,
     offset: &mut [f64],

@@ -15,8 +15,8 @@ use crate::behaviour::{Habits, Life, Meal};
 
 /// What acts on the body through one step.
 ///
-/// Every body applies all of it. Most fields are multipliers, 1 for the body as drawn; a body calls
-/// [`at_glucose`](Self::at_glucose) first, which settles what depends on its own glucose.
+/// Every body applies all of it. Most fields are multipliers, 1 for the body as drawn. A body calls
+/// [`at_glucose`](Self::at_glucose) first, which sets the fields that depend on its own glucose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
     /// On endogenous glucose production.
@@ -39,13 +39,13 @@ pub struct Condition {
     pub uptake: f64,
     /// Glucose that enters the accessible compartment besides meals and production, mmol/kg/min.
     pub glucose_flux: f64,
-    /// Rise of the production, as a share, while counter-regulation is fully roused.
+    /// Rise of the production, as a share, while counter-regulation is fully active.
     pub low_response: f64,
     /// Time constant of counter-regulation.
     pub low_response_time: Minutes,
     /// Form of counter-regulation.
     pub low_form: LowForm,
-    /// Exercise as working muscle feels it, where that is not the exercise itself.
+    /// Exercise as working muscle feels it, where it differs from the exercise itself.
     pub felt: Option<Exercise>,
     /// Change of the logarithm of the gut time for each 100 mg/dL of glucose above 140 mg/dL.
     pub gut_time_per_glucose: f64,
@@ -71,14 +71,14 @@ impl Condition {
         gut_time_per_glucose: 0.0,
     };
 
-    /// Exercise as working muscle feels it, of an input's.
+    /// Exercise as working muscle feels it, for that of an input.
     #[must_use]
     pub fn felt(&self, exercise: Option<Exercise>) -> Option<Exercise> {
         self.felt.or(exercise)
     }
 
-    /// The condition of a body whose glucose is `glucose` and whose counter-regulation stands at
-    /// `low`: production and gut time hold what depends on these, and nothing else does.
+    /// The condition of a body whose glucose is `glucose` and whose counter-regulation is `low`.
+    /// Only production and gut time depend on these.
     #[must_use]
     pub fn at_glucose(&self, glucose: MgPerDl, low: &LowTrace) -> Self {
         let excess = ((glucose.0 - 140.0) / 100.0).clamp(0.0, 2.0);

@@ -4,7 +4,7 @@ use physiology::{MgPerDl, Minutes, STEP};
 
 use super::forms::LowForm;
 
-/// Glucose below which counter-regulation begins and at which it is fully roused, mg/dL: adrenaline
+/// Glucose below which counter-regulation begins and at which it is fully active, mg/dL: adrenaline
 /// is released from about 68 mg/dL on (Schwartz et al., J Clin Invest 1987;79:777) and near its
 /// height 20 mg/dL lower.
 const BEGINS: f64 = 70.0;
@@ -19,15 +19,15 @@ pub(super) fn response(own: f64, amplitude: f64) -> f64 {
     amplitude * own
 }
 
-/// How far a low has roused counter-regulation; it follows glucose with a lag.
+/// How far a low has activated counter-regulation; it follows glucose with a lag.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LowTrace {
     level: f64,
 }
 
 impl LowTrace {
-    /// The trace one step later, with `glucose` held through the step and a time constant `time`, in
-    /// this form.
+    /// The trace one step later, with `glucose` held through the step and a time constant `time`,
+    /// in this form.
     #[must_use]
     pub fn after_step(self, glucose: MgPerDl, form: LowForm, time: Minutes) -> Self {
         let (begins, full) = match form {

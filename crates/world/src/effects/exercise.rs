@@ -17,16 +17,16 @@ const HARD: f64 = 70.0;
 const SENSITIVITY: f64 = 0.30;
 /// Effort times minutes of that session.
 const SESSION: f64 = 22.5;
-/// Time constants of the rise and of the fading of the higher action, min.
+/// Time constants of the rise and of the decay of the higher action, min.
 const RISE_TIME: f64 = 90.0;
 const FADE_TIME: f64 = 480.0;
 
-/// What past and present exercise acts on the body with.
+/// What past and present exercise does to the body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ExerciseTrace {
     /// Excess uptake relative to effort 1, after its lag.
     uptake: f64,
-    /// Work done that has not yet turned into higher action, sessions.
+    /// Work done that has not yet become higher action, sessions.
     fresh: f64,
     /// Work done that has, sessions.
     settled: f64,

@@ -1,16 +1,16 @@
-//! What working muscle feels of exercise, and when insulin acts more after it, in other forms than the
-//! typical ones.
+//! Other forms of exercise: when working muscle feels it, and when insulin acts more after it.
 
 use physiology::{Exercise, STEPS_PER_HOUR};
 
 use super::forms::{AfterExerciseForm, ExerciseForm};
 use crate::behaviour::{Life, Session};
 
-/// Rise of insulin action after 45 min at an effort of 0.5, as a share (as in the bodies: 20 to 50 %,
-/// McMahon et al., J Clin Endocrinol Metab 2007;92:963), and the effort times minutes of that session.
+/// Rise of insulin action after 45 min at an effort of 0.5, as a share (as in the bodies: 20 to 50
+/// %, McMahon et al., J Clin Endocrinol Metab 2007;92:963), and the effort times minutes of that
+/// session.
 const SENSITIVITY: f64 = 0.30;
 const SESSION: f64 = 22.5;
-/// Steps for which exercise lingers, and after which it is felt where it is felt late.
+/// Steps for which exercise persists, and after which it is felt where it is felt late.
 const LINGERS: usize = STEPS_PER_HOUR;
 const LATE: usize = 3;
 
@@ -45,8 +45,8 @@ pub(super) fn felt(form: ExerciseForm, life: &Life, step: usize) -> Option<Exerc
     }
 }
 
-/// Factors on insulin action after the sessions of a life, one a step, in forms that the bodies do not
-/// bring along.
+/// Factors on insulin action after the sessions of a life, one per step, in forms that the bodies
+/// do not have themselves.
 #[must_use]
 pub(super) fn after(form: AfterExerciseForm, life: &Life, amplitude: f64) -> Vec<f64> {
     let steps = life.calendar.steps();

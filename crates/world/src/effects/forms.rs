@@ -1,10 +1,10 @@
-//! The idea that a world has of each effect.
+//! The forms that effects take in a world.
 //!
-//! An effect has a name, a port and a size; how it runs differs between studies and between people who
-//! describe it. Each world draws one form of each effect, which its people share; what is individual
-//! about it is in [`Shapes`](super::Shapes). The first form of each effect is the typical one. Forms are
-//! scaled such that an amplitude of 1 is of about the same size in all; a blind check finds the amplitude
-//! that moves glucose as far as planned in any case.
+//! An effect has a name, a port and a size. Its course differs between studies and between people
+//! who describe it. Each world draws one form of each effect, which its people share;
+//! [`Shapes`](super::Shapes) holds what is individual. The first form of each effect is the typical
+//! one. Forms are scaled so that an amplitude of 1 has about the same size in all. A blind check
+//! finds the amplitude that moves glucose as far as planned in any case.
 
 use rand::{Rng, RngExt};
 
@@ -22,7 +22,7 @@ macro_rules! forms {
             /// Every form, the typical one first.
             pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
 
-            /// The form in words, as labels have it.
+            /// The form in words, for labels.
             #[must_use]
             pub const fn words(self) -> &'static str {
                 match self { $(Self::$variant => $word,)+ }
@@ -36,7 +36,7 @@ forms! {
     DawnForm {
         /// A bump about waking.
         AboutWaking: "a bump about waking",
-        /// By the clock, whatever the waking (Perriello et al., Diabetologia 1991;34:21).
+        /// At fixed hours, independent of waking (Perriello et al., Diabetologia 1991;34:21).
         Plateau: "a plateau from 3 to 9 o'clock",
         /// Rising from the night on, over soon after waking.
         Ramp: "a ramp from 2 o'clock to waking",
@@ -45,7 +45,7 @@ forms! {
     }
 }
 forms! {
-    /// What of a session working muscle feels.
+    /// What working muscle feels of a session.
     ExerciseForm {
         /// The session.
         Held: "as long as the session",
@@ -69,7 +69,7 @@ forms! {
     }
 }
 forms! {
-    /// How a short night tells.
+    /// How a short night acts.
     SleepLossForm {
         /// By hours missed, until the next night.
         NextDay: "by hours missed, all day",
@@ -95,7 +95,7 @@ forms! {
     }
 }
 forms! {
-    /// When alcohol tells.
+    /// When alcohol acts.
     AlcoholForm {
         /// From 2 to 12 h.
         Night: "from 2 to 12 h after",
@@ -121,7 +121,7 @@ forms! {
     }
 }
 forms! {
-    /// By what insulin is absorbed faster or slower.
+    /// The unit over which insulin is absorbed faster or slower.
     AbsorptionForm {
         /// Days.
         ByDay: "by day",
@@ -322,11 +322,11 @@ impl Forms {
         compression: CompressionForm::Sharp,
     };
 
-    /// Draws the forms of a world by the hand of a generator.
+    /// Draws the forms of a world for the hand of a generator.
     ///
-    /// A hand knows the typical form (35 %), one that is mostly its own (45 %) and, where an effect has
-    /// four, a third (20 %); one form of four it never draws. Which is which is counted on from effect to
-    /// effect, so that no hand is near another in all of them.
+    /// A hand uses the typical form (35 %), one that it prefers (45 %) and, where an effect has
+    /// four, a third (20 %); one form of four it never draws. The choice rotates from effect to
+    /// effect, so no two hands are alike in all of them.
     #[must_use]
     pub fn sample(hand: Generator, rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut index = |effect: Effect, count: usize| {
@@ -366,8 +366,8 @@ impl Forms {
         }
     }
 
-    /// The amplitudes with which effects act in a body: those that act through its conditions alone in
-    /// these forms are off there.
+    /// The amplitudes with which effects act in a body. Those that in these forms act through its
+    /// conditions alone are off there.
     #[must_use]
     pub(crate) fn in_body(&self, amplitudes: Amplitudes) -> Amplitudes {
         match self.after_exercise {

@@ -1,4 +1,4 @@
-//! What chance brings to a person's days, whether an effect makes use of it or not.
+//! The chance events of a person's days, whether an effect uses them or not.
 
 use physiology::STEPS_PER_DAY;
 
@@ -15,8 +15,8 @@ use crate::stream::{Concept, stream};
 
 /// Everything that is drawn for the effects of one person's days.
 ///
-/// It is drawn from streams of its own before any amplitude is looked at, so that worlds with and
-/// without an effect share it.
+/// They are drawn from separate streams before any amplitude is read, so worlds with and without an
+/// effect share them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Happenings {
     /// Day-to-day variability.
@@ -29,8 +29,8 @@ pub struct Happenings {
     pub drifts: Vec<Drift>,
     /// Events of the effects outside the library.
     pub outside: Events,
-    /// Logarithms of the time of insulin absorption at amplitude 1 where it goes by site, and where it
-    /// wanders over half days, one a step.
+    /// Logarithms of the time of insulin absorption at amplitude 1 in the forms by site and
+    /// wandering over half days, one per step.
     pub absorption_by_site: Vec<f64>,
     /// See [`Self::absorption_by_site`].
     pub absorption_wandering: Vec<f64>,
@@ -45,7 +45,7 @@ impl Happenings {
         Self::sample_with(life, &Spreads::NARROW, seed, person)
     }
 
-    /// As [`Self::sample`], with spreads between days of one's own.
+    /// As [`Self::sample`], with given spreads between days.
     #[must_use]
     pub fn sample_with(life: &Life, spreads: &Spreads, seed: u64, person: usize) -> Self {
         let rng = |concept| stream(seed, person, concept);
@@ -54,7 +54,7 @@ impl Happenings {
             spreads.insulin_time_between_days,
             &mut rng(Concept::FormDraws),
         );
-        // Sensors are changed at most once a day, and one was put in before the record.
+        // Sensors are changed at most once a day, and one was inserted before the record.
         let sensors = life.calendar.steps() / STEPS_PER_DAY + 2;
         Self {
             variability: Variability::sample_with(

@@ -1,4 +1,4 @@
-//! Insulin is absorbed faster at some times than at others, in forms that do not go by day.
+//! Insulin is absorbed faster at some times than at others, in forms whose unit is not the day.
 
 use physiology::STEPS_PER_HOUR;
 use rand::Rng;
@@ -7,11 +7,12 @@ use crate::behaviour::{Life, standard_normal};
 
 /// Correlation time of the wandering form, h.
 const HOURS: f64 = 12.0;
-/// Change of the logarithm of the time over three days of wear: insulin from sites of three days peaked
-/// in about two thirds of the time (Clausen et al., Diabetes Technol Ther 2009;11:575, of the order).
+/// Change of the logarithm of the time over three days of wear: insulin from sites of three days
+/// peaked in about two thirds of the time (Clausen et al., Diabetes Technol Ther 2009;11:575, of
+/// the order).
 const OVER_THREE_DAYS: f64 = -0.40;
 
-/// Draws the logarithms by site and wandering, one a step, each with this spread.
+/// Draws the logarithms by site and wandering, one per step, each with this spread.
 #[must_use]
 pub(super) fn sample(
     life: &Life,

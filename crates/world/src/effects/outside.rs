@@ -1,6 +1,6 @@
-//! Effects that no library of a diagnosis names: what it should call unknown, at the right port.
+//! Effects that no library of a diagnosis names. It should call them unknown, at the right port.
 //!
-//! As with the named effects, each has a file with its size at amplitude 1 and the source of that.
+//! As for the named effects, each has a file with its size at amplitude 1 and its source.
 
 mod caffeine;
 mod event;
@@ -37,7 +37,7 @@ pub enum OutsideEffect {
     LateProtein,
     /// Insulin acts less on the liver in the night after fat evenings.
     FattyEvenings,
-    /// Infusion sites of hardened tissue from which less insulin arrives.
+    /// A drug that sensors read as glucose.
     HardenedSites,
     /// A drug that sensors take for glucose.
     Paracetamol,
@@ -227,7 +227,7 @@ mod tests {
                 (Port::GlucoseFlux, c.glucose_flux != drawn.glucose_flux),
             ];
             for (port, moves) in moved {
-                // A lower action of insulin everywhere is called by its larger part.
+                // A lower action of insulin everywhere is named after its larger part.
                 let with_liver =
                     effect.port() == Port::InsulinAction && port == Port::InsulinActionLiver;
                 assert!(moves == (port == effect.port()) || with_liver, "{}", effect.name());

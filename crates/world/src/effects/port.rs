@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// A place in the body or the measurement, under the name that the diagnosis uses.
+/// Where in the body or the measurement an effect acts, by the name that the diagnosis uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Port {
@@ -20,7 +20,7 @@ pub enum Port {
     GutAbsorption,
     /// Carbohydrate of a logged meal.
     CarbAmount,
-    /// Glucose that enters or leaves the accessible compartment by another way.
+    /// Glucose that enters or leaves the accessible compartment in another way.
     GlucoseFlux,
     /// The sensor.
     Sensor,

@@ -1,4 +1,4 @@
-//! The kidneys let glucose go at another concentration, and faster or slower, than the model has it.
+//! The kidneys lose glucose from another concentration on, and faster or slower, than in the model.
 
 /// Change of slope and threshold at amplitude 1, as a logarithm: 30 %. In 23 people with type 1
 /// diabetes the threshold lay between 6.0 and 14.3 mmol/L, and the rise of glucose that a given
@@ -17,7 +17,7 @@ pub struct Kidneys {
 /// Factor on the glucose above which the kidneys clear glucose.
 #[must_use]
 pub(super) fn threshold_factor(kidneys: &Kidneys, amplitude: f64) -> f64 {
-    // Never into the range in which everybody would lose glucose.
+    // Never in the range in which everybody would lose glucose.
     (amplitude * CHANGE * kidneys.threshold).clamp(-0.6, 0.9).exp()
 }
 

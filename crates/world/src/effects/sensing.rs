@@ -1,4 +1,4 @@
-//! What acts on the readings beyond the sensor's own model.
+//! Effects on the readings beyond the sensor's own model.
 
 use physiology::Minutes;
 
@@ -14,7 +14,7 @@ use crate::wear::SensorWear;
 /// What is added to the sensors of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensing {
-    /// Lag in front of the sensor.
+    /// Lag before the sensor.
     pub lag: Minutes,
     /// Its form.
     pub lag_form: LagForm,
@@ -25,7 +25,7 @@ pub struct Sensing {
 }
 
 impl Sensing {
-    /// Sensors as their model has them.
+    /// Sensors as their model describes them.
     #[must_use]
     pub fn undisturbed() -> Self {
         let lag_form = LagForm::FirstOrder;

@@ -6,19 +6,19 @@ use super::forms::DriftForm;
 use crate::behaviour::standard_normal;
 
 /// Loss of gain late in the life of a sensor at amplitude 1, as a share, and its spread between
-/// sensors: the gains of the sensors behind the G5 and G6 error models scatter by about this around
-/// their means (Vettoretti et al., Sensors 2019;19:5320, of the order of); that the loss is the
-/// rule is assumed.
+/// sensors. The gains of the sensors behind the G5 and G6 error models scatter by about this around
+/// their means (Vettoretti et al., Sensors 2019;19:5320, of the order of). That every sensor tends
+/// to lose gain is assumed.
 const LOSS: (f64, f64) = (0.08, 0.035);
 /// Days over which the loss sets in.
 const DAYS: f64 = 4.0;
 /// Spread of the offset between sensors after ten days, mg/dL; assumed.
 const OFFSET: f64 = 5.0;
 
-/// How one sensor would drift beyond the mean of its make.
+/// How one sensor would drift beyond the mean of its kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
-    /// Loss of gain in the end, as a share.
+    /// Final loss of gain, as a share.
     pub loss: f64,
     /// Offset after ten days, mg/dL.
     pub offset: f64,

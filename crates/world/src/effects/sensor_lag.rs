@@ -12,26 +12,26 @@ pub(super) fn lag(own: Minutes, amplitude: f64) -> Minutes {
     Minutes(amplitude * own.0)
 }
 
-/// A lag in front of a sensor.
+/// A lag before a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Lagged {
     form: LagForm,
     lag: Minutes,
-    /// Of a first-order lag: glucose when last passed, and its level behind the lag.
+    /// For a first-order lag: the last glucose, and its level behind the lag.
     behind: Option<(f64, f64)>,
-    /// Of the other forms: glucose as it was passed.
+    /// For the other forms: past glucose.
     passed: Vec<f64>,
 }
 
 impl Lagged {
-    /// A lag that has not yet seen glucose.
+    /// A lag that has not yet read glucose.
     #[must_use]
     pub(crate) fn new(form: LagForm, lag: Minutes) -> Self {
         Self { form, lag, behind: None, passed: Vec::new() }
     }
 
-    /// Glucose as it arrives five minutes after the last call, if glucose has gone straight from
-    /// its last value to `glucose`; without a lag that is glucose itself.
+    /// Delayed glucose five minutes after the last call, if glucose has moved on a straight line
+    /// from its last value to `glucose`. Without a lag it is glucose itself.
     pub(crate) fn pass(&mut self, glucose: MgPerDl) -> MgPerDl {
         if self.lag.0 <= 0.0 {
             return glucose;
@@ -43,7 +43,7 @@ impl Lagged {
             LagForm::FirstOrder => self.first_order(glucose),
             LagForm::Delay => MgPerDl(self.at(self.lag.0)),
             LagForm::MovingMean => {
-                // Over twice the lag, so that the mean age of what it holds is the lag.
+                // Over twice the lag, so that the mean age of its values is the lag.
                 let points = (4.0 * self.lag.0 / STEP.0).ceil().max(1.0);
                 let ages = (0..=points as usize).map(|k| 2.0 * self.lag.0 * k as f64 / points);
                 MgPerDl(ages.map(|age| self.at(age)).sum::<f64>() / (points + 1.0))
@@ -51,7 +51,7 @@ impl Lagged {
         }
     }
 
-    /// Glucose so many minutes ago, on the line from one value to the next; the first before it.
+    /// Glucose so many minutes ago, interpolated between values; the first value before it.
     fn at(&self, minutes: f64) -> f64 {
         let last = self.passed.len().saturating_sub(1) as f64;
         let place = (last - minutes / STEP.0).max(0.0);

@@ -11,7 +11,7 @@ use crate::behaviour::Life;
 /// Ther 2014;16:15).
 const SHARE: f64 = 0.033;
 
-/// What would happen to one set, were it among those that fail.
+/// What would happen to one set if it failed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetFailure {
     /// Uniform draw from 0 to 1: the set fails if this lies below the share of failing sets.
@@ -28,8 +28,8 @@ pub struct SetFailure {
 
 /// Draws what would happen to each set that is changed within the record.
 ///
-/// A failure is what makes the person change the set: it begins 4 to 14 h before the change (not
-/// before the set is in place) and leaves 0 to 30 % of the insulin.
+/// A failure is the reason for changing the set. It begins 4 to 14 h before the change (not before
+/// the set is inserted) and leaves 0 to 30 % of the insulin.
 #[must_use]
 pub(super) fn sample(life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<SetFailure> {
     let changes = life.sets.changes();

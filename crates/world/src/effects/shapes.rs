@@ -1,4 +1,4 @@
-//! What is individual about the form of an effect, besides its size.
+//! What is individual about the form of an effect, apart from its size.
 
 use physiology::Minutes;
 use rand::{Rng, RngExt};
@@ -10,11 +10,11 @@ use crate::behaviour::standard_normal;
 
 /// The forms that effects take in one person.
 ///
-/// Amplitudes scale an effect; these say when it comes, how long it lasts and which way it goes.
-/// They do nothing to a person in whom the effect is off.
+/// Amplitudes scale an effect. These fields say when it comes, how long it lasts and in which
+/// direction it acts. They have no effect in a person in whom the effect is off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shapes {
-    /// Hours by which the dawn rise comes later than the usual waking would have it.
+    /// Hours by which the dawn rise comes later than usual for this waking time.
     pub dawn_shift: f64,
     /// Hours of the day at which insulin acts less.
     pub circadian: CircadianPattern,
@@ -30,7 +30,7 @@ pub struct Shapes {
     pub sensor_lag: Minutes,
     /// Bias of carbohydrate counting relative to the published one.
     pub counting_bias: f64,
-    /// The idea of each effect, which the people of a world share.
+    /// The form of each effect, which the people of a world share.
     pub forms: Forms,
 }
 
@@ -63,11 +63,11 @@ impl Shapes {
     /// Draws what is individual about one person's forms; the forms are the typical ones.
     ///
     /// Dawn: SD 0.8 h. Action by clock: three in four have their trough in the morning (7:30, SD
-    /// 1.5 h), the others in the evening (19:00, SD 2 h). Sets age from 0.6 to 1.8 days on.
+    /// 1.5 h), the others in the evening (19:00, SD 2 h). Sets age from day 0.6 to 1.8 on.
     /// Counter-regulation 50 to 100 % with a lag of 10 to 20 min. Four in five kidneys have a
-    /// higher threshold and a lower rate than the model, the others the reverse, both by 0.7 to
-    /// 1.3 times the published change (shares assumed). Sensor lag 4.5 to 9.5 min. Counting bias SD
-    /// 20 %.
+    /// higher threshold and a lower rate than the model, the others the reverse, both by 0.7 to 1.3
+    /// times the published change (shares assumed). Sensor lag 4.5 to 9.5 min. Counting bias SD 20
+    /// %.
     #[must_use]
     pub fn sample(rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut normal = |sd: f64| (sd * standard_normal(rng)).clamp(-2.0 * sd, 2.0 * sd);

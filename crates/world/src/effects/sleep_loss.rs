@@ -11,8 +11,8 @@ const MOST_HOURS: f64 = 5.0;
 
 /// Factor on the action of insulin in the periphery (not in the liver) on the day after `night`.
 ///
-/// An hour less than usual is within everyday variation and costs nothing. `before` are the two nights
-/// that came earlier, `hours_awake` the time since waking.
+/// An hour less than usual is within everyday variation and has no effect. `before` are the two
+/// nights before, `hours_awake` the time since waking.
 #[must_use]
 pub(super) fn action_factor(
     form: SleepLossForm,

@@ -9,7 +9,7 @@ use crate::behaviour::Meal;
 /// protein delay and flatten the rise (Wolpert et al., Diabetes Care 2013;36:810); 0.4 to 0.6 is of
 /// that order.
 const LENGTHENING: f64 = 0.5;
-/// Hours for which a rich meal rules the gut.
+/// Hours for which a rich meal determines the gut.
 const HOURS: f64 = 6.0;
 /// Share of meals that are fatty where any can be; assumed.
 const FATTY_SHARE: f64 = 0.3;

@@ -7,8 +7,8 @@ use crate::behaviour::standard_normal;
 use crate::calendar::Calendar;
 
 /// Day-to-day spread of insulin action (log): the insulin that closed loops gave varied by 20 to 30
-/// % between days (Ruan et al., Diabetes Care 2016;39:830), of which food and behaviour are the
-/// larger part.
+/// % between days (Ruan et al., Diabetes Care 2016;39:830), most of it because of food and
+/// behaviour.
 const ACTION_BETWEEN_DAYS: f64 = 0.12;
 /// Within-day spread of insulin action (log) and its correlation time, h; assumed.
 const ACTION_WITHIN_DAYS: (f64, f64) = (0.10, 5.0);
@@ -17,7 +17,7 @@ const ACTION_WITHIN_DAYS: (f64, f64) = (0.10, 5.0);
 const INSULIN_TIME_BETWEEN_DAYS: f64 = 0.15;
 /// Day-to-day spread of the time of meal absorption (log); assumed.
 const GUT_TIME_BETWEEN_DAYS: f64 = 0.12;
-/// Hour of the day about which one day's values pass into the next's.
+/// Hour of the day around which one day's values change to the next's.
 const CHANGE_HOUR: f64 = 3.0;
 
 /// Spreads of one person's days, each that of a logarithm.
@@ -87,7 +87,7 @@ impl Variability {
             *value += drift;
             drift = keep * drift + innovation * standard_normal(rng);
         }
-        // Draws of their own, after all others.
+        // Draws from a separate part of the stream, after all others.
         let insulin_time_always = if spreads.insulin_time_always > 0.0 {
             by_day(calendar, spreads.insulin_time_always, 0.0, rng)
         } else {
@@ -97,7 +97,8 @@ impl Variability {
     }
 }
 
-/// One normal value a day, correlated with that of the day before, passed from day to day within the two hours about [`CHANGE_HOUR`].
+/// One normal value a day, correlated with that of the day before, changing from day to day within
+/// the two hours about [`CHANGE_HOUR`].
 fn by_day(
     calendar: &Calendar,
     spread: f64,

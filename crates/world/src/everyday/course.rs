@@ -4,7 +4,7 @@ use super::Everyday;
 use crate::behaviour::Life;
 use crate::stream::{Concept, stream};
 
-/// Logarithms of factors, one a step; all empty where nothing varies.
+/// Logarithms of factors, one per step; all empty where nothing varies.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EverydayCourse {
     action: Vec<f64>,

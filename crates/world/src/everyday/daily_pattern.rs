@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use rand::{Rng, RngExt};
 
-/// Logarithms of factors by the clock: height and hour of the top of a wave of 24 h and one of 12 h.
+/// Logarithms of factors by the clock: amplitude and peak hour of a wave of 24 h and one of 12 h.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DailyPattern {
     /// Of insulin action.
@@ -17,9 +17,9 @@ impl DailyPattern {
     /// None.
     pub const NONE: Self = Self { action: [(0.0, 0.0); 2], production: [(0.0, 0.0); 2] };
 
-    /// Draws one: heights of 0 to 6 % (24 h) and 0 to 3 % (12 h) of action, half of that of production,
-    /// at any hour. Patterns of 20 % are put into simulators as an effect (Visentin et al., Diabetes
-    /// Technol Ther 2015;17:1); nobody is free of any.
+    /// Draws one: amplitudes of 0 to 6 % (24 h) and 0 to 3 % (12 h) of action, half of that of
+    /// production, with any peak hour. As an effect, simulators use patterns of 20 % (Visentin et
+    /// al., Diabetes Technol Ther 2015;17:1); nobody is free of any pattern.
     #[must_use]
     pub fn sample(rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut waves = |most: f64| {

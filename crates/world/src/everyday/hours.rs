@@ -9,15 +9,15 @@ use crate::calendar::Calendar;
 pub struct Hours {
     /// Factor on the spread of the times of bed, waking, meals and exercise between days.
     pub irregularity: f64,
-    /// Work that moves whole days.
+    /// Work that shifts whole days.
     pub shift: Shift,
-    /// Probability that a breakfast or a lunch is left out; a dinner is in a quarter of the cases.
+    /// Probability that a breakfast or a lunch is left out; for a dinner it is a quarter of this.
     pub meals_left_out: f64,
     /// How much more often alcohol is drunk on a Friday or Saturday than on another evening.
     pub weekend_drinking: f64,
 }
 
-/// Work that moves whole days.
+/// Work that shifts whole days.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shift {
     /// None.
@@ -40,12 +40,12 @@ impl Hours {
     pub const REGULAR: Self =
         Self { irregularity: 1.0, shift: Shift::None, meals_left_out: 0.0, weekend_drinking: 3.0 };
 
-    /// Draws them: spreads of 0.6 to 2.5 times the regular ones (SDs of sleep timing of 0.5 to 2 h between
-    /// nights, Bei et al., Sleep Med Rev 2016;28:108); one person in ten lives 1.5 to 4 h later than
-    /// others, one in ten works in shifts that rotate every 2 to 7 days by 6 to 9 h (a fifth of workers
-    /// do shift work, Kecklund and Axelsson, BMJ 2016;355:i5210); alcohol on Fridays and Saturdays as
-    /// often as on other days to five times that; 0 to 60 % of breakfasts and lunches left out (people in two open
-    /// studies log one to six meals a day).
+    /// Draws them. Spreads are 0.6 to 2.5 times the regular ones (SDs of sleep timing of 0.5 to 2 h
+    /// between nights, Bei et al., Sleep Med Rev 2016;28:108). One person in ten lives 1.5 to 4 h
+    /// later than others; one in ten works in shifts that rotate every 2 to 7 days by 6 to 9 h (a
+    /// fifth of workers do shift work, Kecklund and Axelsson, BMJ 2016;355:i5210). Alcohol on
+    /// Fridays and Saturdays is as frequent as on other days to five times that. 0 to 60 % of
+    /// breakfasts and lunches are left out (people in two open studies log one to six meals a day).
     #[must_use]
     pub(super) fn sample(own: &mut impl Rng) -> Self {
         let (irregularity, kind) = (own.random_range(0.6..2.5), own.random::<f64>());

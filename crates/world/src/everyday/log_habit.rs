@@ -5,11 +5,11 @@ use rand::{Rng, RngExt};
 
 use crate::generator::Generator;
 
-/// How one person writes down what they eat.
+/// How one person logs what they eat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogHabit {
-    /// Steps to which the time of an entry is rounded: 1 for the minute, 3 and 6 for a quarter and half
-    /// of an hour.
+    /// Steps to which the time of an entry is rounded: 1 for the minute, 3 and 6 for a quarter and
+    /// half of an hour.
     pub steps: usize,
     /// Amounts are whole multiples of this, g.
     pub grams: f64,
@@ -19,9 +19,9 @@ impl LogHabit {
     /// To the step and the gram.
     pub const EXACT: Self = Self { steps: 1, grams: 1.0 };
 
-    /// Draws it: by world how many people round, by person how. Apps stamp entries to the minute; diaries
-    /// and memories hold quarters and halves of hours; amounts in HUPA-UCM are rations of 10 g and halves of
-    /// them in most people.
+    /// Draws it: whether people round is drawn by world, how they round by person. Apps stamp
+    /// entries to the minute; diaries and memories hold quarters and halves of hours. Amounts in
+    /// HUPA-UCM are rations of 10 g and halves of them in most people.
     #[must_use]
     pub(super) fn sample(hand: Generator, world: &mut impl Rng, own: &mut impl Rng) -> Self {
         let (times, amounts) = (world.random::<f64>(), world.random::<f64>());
@@ -50,14 +50,14 @@ impl LogHabit {
         Self { steps, grams }
     }
 
-    /// An amount as it is written, at least one unit of it.
+    /// An amount as it is logged, at least one unit.
     #[must_use]
     pub fn rounded(&self, grams: f64) -> Grams {
         Grams((grams / self.grams).round().max(1.0) * self.grams)
     }
 
-    /// The entries of a log, one a step, under the times at which they are written; entries that meet are
-    /// added.
+    /// The entries of a log, one per step, under the times at which they are logged; entries at the
+    /// same step are added.
     #[must_use]
     pub fn written(&self, entries: impl ExactSizeIterator<Item = Grams>) -> Vec<Grams> {
         let steps = entries.len();
@@ -70,7 +70,7 @@ impl LogHabit {
         log
     }
 
-    /// The step under which an entry of `step` is written, of a record of `steps` steps.
+    /// The step under which an entry of `step` is logged, in a record of `steps` steps.
     #[must_use]
     pub fn written_at(&self, step: usize, steps: usize) -> usize {
         let unit = self.steps.max(1);

@@ -1,11 +1,11 @@
-//! How meals differ in speed from each other, and in course.
+//! How meals differ from each other in speed and course.
 
 use physiology::{Grams, STEPS_PER_HOUR};
 use rand::{Rng, RngExt};
 
 use crate::behaviour::{Life, standard_normal};
 
-/// Hours for which a meal rules the gut, if no other follows.
+/// Hours for which a meal determines the gut, if no other follows.
 const HOURS: f64 = 6.0;
 /// Smaller ones are eaten on top of the meal before.
 const LEAST: Grams = Grams(15.0);
@@ -17,7 +17,7 @@ const STALL: f64 = 1.2;
 pub struct MealPace {
     /// Logarithm of the factor on the gut's time at all meals of the person.
     pub level: f64,
-    /// Spread of the logarithm of a meal's time of absorption about its kind's.
+    /// Spread of the logarithm of a meal's time of absorption within its kind.
     pub spread: f64,
     /// Share of meals that come in two phases: the gut stalls for an hour after the first.
     pub two_phase_share: f64,
@@ -27,12 +27,13 @@ impl MealPace {
     /// All alike.
     pub const NONE: Self = Self { level: 0.0, spread: 0.0, two_phase_share: 0.0 };
 
-    /// Draws them: the person's gut 0.5 to 2.2 times as slow as the body's (log SD 0.35: half-times of gastric emptying
-    /// differ about twofold between people, and with diabetes it is often delayed; Bharucha et al., Endocr Rev
-    /// 2019;40:1318); speeds 10 to 45 % apart by world, a person's within a fifth of it (times to the peak of
-    /// appearance differ by about a third within a person: fat, fibre and what is drunk with it; Lodefalk et
-    /// al., Diabetes Care 2008;31:1899; Gingras et al., Diabetes Obes Metab 2018;20:245); two phases in 0
-    /// to 40 % of meals of half of the worlds (biphasic appearance of mixed meals, Elleri et al.,
+    /// Draws them. The person's gut is 0.5 to 2.2 times as slow as the body's (log SD 0.35:
+    /// half-times of gastric emptying differ about twofold between people, and with diabetes it is
+    /// often delayed; Bharucha et al., Endocr Rev 2019;40:1318). Speeds differ by 10 to 45 % by
+    /// world, a person's within a fifth of it (times to the peak of appearance differ by about a
+    /// third within a person: fat, fibre and what is drunk with it; Lodefalk et al., Diabetes Care
+    /// 2008;31:1899; Gingras et al., Diabetes Obes Metab 2018;20:245). Two phases occur in 0 to 40
+    /// % of meals of half of the worlds (biphasic appearance of mixed meals, Elleri et al.,
     /// Diabetologia 2013;56:1909; the share is assumed).
     #[must_use]
     pub(super) fn sample(world: &mut impl Rng, own: &mut impl Rng) -> Self {

@@ -22,7 +22,7 @@ pub enum Noise {
     Second,
     /// A weak process of order one with spikes of single readings.
     Spiky,
-    /// A process of order one, read every 15 min and drawn through in between.
+    /// A process of order one, read every 15 min and interpolated in between.
     Quarterly,
 }
 
@@ -39,7 +39,7 @@ impl Noise {
         }
     }
 
-    /// Families of a hand with their weights: each misses some, and each has one of its own emphasis.
+    /// Families of a hand with their weights. Each hand lacks some, and each prefers another.
     const fn weights(hand: Generator) -> [(Self, f64); 3] {
         match hand {
             Generator::Hovorka => {
@@ -63,9 +63,9 @@ pub struct SensorKind {
     pub scale: f64,
     /// Interstitial lag, min.
     pub lag: Minutes,
-    /// Spread of the gain between sensors, as a share: with drift and noise 5 % gives absolute differences
-    /// near the 9 to 10 % that factory-calibrated sensors show (Wadwa et al., Diabetes Technol Ther
-    /// 2018;20:395).
+    /// Spread of the gain between sensors, as a share. With drift and noise, 5 % gives absolute
+    /// differences near the 9 to 10 % that factory-calibrated sensors show (Wadwa et al., Diabetes
+    /// Technol Ther 2018;20:395).
     pub gain_spread: f64,
     /// Spread of the offset between sensors, mg/dL.
     pub offset_spread: f64,
@@ -98,11 +98,12 @@ impl SensorKind {
 
     /// Draws the kind of a world, and a person's within it.
     ///
-    /// Family by the weights of the hand; worn 7, 10 or 14 days (G5, G6, Libre; a warm-up of 1 or 2 h); gains
-    /// 2 to 8 % and offsets 0 to 6 mg/dL apart (mean absolute differences of 8 to 13 % between makes, Freckmann
-    /// et al., J Diabetes Sci Technol 2019;13:575); lag 5 to 11 min (Basu et al., Diabetes 2013;62:4083);
-    /// noise 0.6 to 1.4 times the family's; lost stretches every 0.7 to 6 days of 20 to 90 min on average;
-    /// 0.3 to 3 spikes a day where there are any (assumed).
+    /// Family by the weights of the hand; worn 7, 10 or 14 days (G5, G6, Libre; a warm-up of 1 or 2
+    /// h); gains 2 to 8 % and offsets 0 to 6 mg/dL apart (mean absolute differences of 8 to 13 %
+    /// between makes, Freckmann et al., J Diabetes Sci Technol 2019;13:575); lag 5 to 11 min (Basu
+    /// et al., Diabetes 2013;62:4083); noise 0.6 to 1.4 times the family's; lost stretches every
+    /// 0.7 to 6 days of 20 to 90 min on average; 0.3 to 3 spikes a day where there are any
+    /// (assumed).
     #[must_use]
     pub(super) fn sample(hand: Generator, world: &mut impl Rng, own: &mut impl Rng) -> Self {
         let mut draw = world.random::<f64>();
@@ -137,8 +138,8 @@ impl SensorKind {
         }
     }
 
-    /// The readings as a record on five-minute steps holds them: where a sensor reads every 15 min, values
-    /// in between lie on the line from one to the next, if both are there.
+    /// The readings as a record on five-minute steps holds them. Where a sensor reads every 15 min,
+    /// values in between lie on the line from one to the next, if both are there.
     #[must_use]
     pub fn drawn_through(
         &self,
@@ -160,12 +161,13 @@ impl SensorKind {
             .collect()
     }
 
-    /// The model of such a sensor, without the gain and offset of the one that is worn.
+    /// The model of such a sensor, without the gain and offset of the single sensor.
     ///
-    /// Families beside the published: a SD of 5 mg/dL and a correlation of 0.94 from reading to reading
-    /// (AR(1)), 6 mg/dL with 0.97 and a second coefficient of -0.35 (AR(2)), both of the order of the
-    /// published processes (Facchinetti et al., IEEE Trans Biomed Eng 2014;61:620); 3 mg/dL with 0.85 beside
-    /// spikes; 6 mg/dL with 0.95 for readings every 15 min. Gain and offset do not drift in them.
+    /// Families besides the published one: a SD of 5 mg/dL and a correlation of 0.94 from reading
+    /// to reading (AR(1)), 6 mg/dL with 0.97 and a second coefficient of -0.35 (AR(2)), both of the
+    /// order of the published processes (Facchinetti et al., IEEE Trans Biomed Eng 2014;61:620); 3
+    /// mg/dL with 0.85 and spikes; 6 mg/dL with 0.95 for readings every 15 min. Gain and offset do
+    /// not drift in them.
     #[must_use]
     pub(crate) fn model(&self) -> SensorModel {
         let published = SensorModel::dexcom_g6();

@@ -19,8 +19,8 @@ impl Sites {
     pub const ALIKE: Self = Self { amount: 0.0, time: 0.0 };
 
     /// Draws them by world, a person's within a quarter: amounts 1 to 8 %, times 2 to 15 % apart
-    /// (within-person variation of absorption of 10 to 25 %, most of it between sites: Heinemann, Diabetes
-    /// Technol Ther 2002;4:673; Gradel et al., J Diabetes Res 2018;2018:1205121).
+    /// (within-person variation of absorption of 10 to 25 %, most of it between sites: Heinemann,
+    /// Diabetes Technol Ther 2002;4:673; Gradel et al., J Diabetes Res 2018;2018:1205121).
     #[must_use]
     pub(super) fn sample(world: &mut impl Rng, own: &mut impl Rng) -> Self {
         let (amount, time) = (world.random_range(0.01..0.08), world.random_range(0.02..0.15));
@@ -30,7 +30,8 @@ impl Sites {
 
     /// Adds the logarithms of the factors on amount and time, one a step, for the sites of a life.
     ///
-    /// Every site is that of one infusion set; who injects moves to another part of the body as often.
+    /// Every site is that of one infusion set. A person who injects changes to another part of the
+    /// body as often.
     pub(super) fn add(
         &self,
         amount: &mut [f64],

@@ -1,4 +1,4 @@
-//! The minimal body as a plant, with what acts on it.
+//! The minimal body as a plant, with the effects that act on it.
 
 use ode_sim::OdeError;
 use physiology::{
@@ -16,7 +16,7 @@ use crate::effects::{Amplitudes, Condition, Effect, LowTrace};
 use crate::virtual_body::VirtualBody;
 use crate::warp::{Warped, Warps};
 
-/// Runge-Kutta steps within the five minutes: one a minute.
+/// Runge-Kutta steps within the five minutes: one per minute.
 const SUBSTEPS: usize = 5;
 /// Mass of one millimole of glucose, mg.
 const MG_PER_MMOL: f64 = 1000.0 * GRAMS_PER_MMOL_GLUCOSE;
@@ -39,16 +39,16 @@ pub struct MinimalBodyState {
     pub compartments: MinimalState,
     /// The meals in the stomach.
     pub stomach: Stomach,
-    /// What exercise has left.
+    /// What past exercise still does.
     pub work: WorkDone,
-    /// How far a low has roused counter-regulation.
+    /// How far a low has activated counter-regulation.
     pub low: LowTrace,
     /// Steps done.
     pub step: usize,
 }
 
 impl<'a> MinimalBody<'a> {
-    /// A body under the course of `conditions`, one a step; after their end the body is as drawn.
+    /// A body under the course of `conditions`, one per step. After their end the body is as drawn.
     #[must_use]
     pub fn new(
         parameters: MinimalParameters,
@@ -64,10 +64,10 @@ impl<'a> MinimalBody<'a> {
         MinimalBody { parameters, conditions: &[], amplitudes: Amplitudes::NONE, warped: None }
     }
 
-    /// The same body with forms of its own.
+    /// The same body with warped functions.
     ///
     /// # Errors
-    /// If it has no steady state at the glucose at which warps are none.
+    /// If it has no steady state at the glucose at which warps are 1.
     pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
         let warped = Warped::of(warps, &self, self.parameters.weight)?;
         Ok(Self { warped, ..self })
@@ -81,7 +81,7 @@ impl<'a> MinimalBody<'a> {
         }
     }
 
-    /// What acts through one step, but for what leaves the stomach.
+    /// What acts through one step, except what leaves the stomach.
     fn forcing(&self, condition: &Condition, work: &WorkDone, insulin: UnitsPerHour) -> Forcing {
         let after = self.amplitudes.of(Effect::PostExerciseSensitivity);
         Forcing {
@@ -131,7 +131,7 @@ impl Plant for MinimalBody<'_> {
         let mut x = state.compartments;
         let h = STEP.0 / SUBSTEPS as f64;
         for _ in 0..SUBSTEPS {
-            // The stomach is passed exactly; its outflow is held through the minute.
+            // The stomach is solved exactly; its outflow is held through the minute.
             forcing.emptied = stomach.pass(h, p.t_half * condition.gut_time, p.beta) / h;
             x = runge_kutta_4(p, &x, &forcing, h);
         }
@@ -149,9 +149,9 @@ impl Plant for MinimalBody<'_> {
         MgPerDl(state.compartments.glucose)
     }
 
-    /// The compartments nearest in meaning: S1 and S2 the insulin under the skin, X2 the clearance
-    /// that insulin causes, X3 the share of P_0 that it withholds, C1 what is in the stomach, C2 the
-    /// rate of appearance. There is no X1 and no Q2.
+    /// The compartments with the nearest meaning: S1 and S2 are the insulin under the skin, X2 the
+    /// clearance that insulin causes, X3 the share of P_0 that it suppresses, C1 the content of the
+    /// stomach, C2 the rate of appearance. There is no X1 and no Q2.
     fn report(&self, state: &MinimalBodyState) -> States {
         let (p, x) = (&self.parameters, &state.compartments);
         let per_kg = 1.0 / (p.weight.0 * MG_PER_MMOL);

@@ -6,9 +6,9 @@
 use super::parameters::MinimalParameters;
 use super::state::MinimalState;
 
-/// Glucose over which the zero-order uptake dies away as glucose vanishes, mg/dL.
+/// Scale of glucose below which the zero-order uptake vanishes, mg/dL.
 const SCARCE: f64 = 20.0;
-/// Width over which the kidneys begin to let glucose go, mg/dL (splay).
+/// Width over which the kidneys begin to lose glucose, mg/dL (splay).
 const SPLAY: f64 = 15.0;
 /// Milliunits of one unit.
 const MILLI: f64 = 1000.0;
@@ -20,7 +20,7 @@ pub(super) struct Forcing {
     pub(super) insulin: f64,
     /// Carbohydrate that leaves the stomach, mg/min.
     pub(super) emptied: f64,
-    /// Glucose that enters plasma beside meals and production, mg/kg/min.
+    /// Glucose that enters plasma besides meals and production, mg/kg/min.
     pub(super) glucose_flux: f64,
     /// Glucose that working muscle takes up, mg/kg/min.
     pub(super) work: f64,
@@ -98,7 +98,7 @@ pub(super) fn derivative(
     let (loosened, taken) = (depot * p.k_h * s.bound, depot * absorbed(p, s.free));
     let appearing = p.k_abs / forcing.gut_time * s.intestine;
     let renal = excretion(p.k_r * forcing.renal_slope, p.g_r * forcing.renal_threshold, s.glucose);
-    // Work takes less where there is little.
+    // Work takes less at low glucose.
     let work = forcing.work * (s.glucose / 80.0).min(1.0);
     let net = forcing.production * production(p, s.y)
         + p.f * appearing / p.weight.0

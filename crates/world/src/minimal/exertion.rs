@@ -1,20 +1,20 @@
 //! What exercise does to the minimal body.
 //!
-//! The place is that of Roy and Parker (J Diabetes Sci Technol 2007;1:338), who extended the minimal
-//! model by it: uptake by muscle and release by the liver follow the intensity with their own rates,
-//! as fluxes beside those of insulin. There the intensity is that above rest in per cent of VO2max,
-//! as here.
+//! It acts at the same points as in Roy and Parker (J Diabetes Sci Technol 2007;1:338), who
+//! extended the minimal model by it: uptake by muscle and release by the liver follow the intensity
+//! with their own rates, as fluxes besides those of insulin. There the intensity is that above rest
+//! in per cent of VO2max, as here.
 
 use physiology::{Exercise, STEP};
 
-/// Uptake at full intensity once it is reached, mg/kg/min: a third more than a_3/a_4 of Roy and
-/// Parker, with which glucose falls by 40 to 60 mg/dL in 45 min at half of it (Riddell et al., Lancet
+/// Uptake at full intensity in steady state, mg/kg/min: a third more than a_3/a_4 of Roy and
+/// Parker. With it glucose falls by 40 to 60 mg/dL in 45 min at half of it (Riddell et al., Lancet
 /// Diabetes Endocrinol 2017;5:377).
 const UPTAKE: f64 = 6.0;
 /// Rate of the uptake a_4, 1/min.
 const UPTAKE_RATE: f64 = 0.0485;
 /// Release at full intensity as a share of the uptake, and its rate a_2, 1/min. In the original it
-/// is seven tenths; insulin under the skin does not fall in exercise and holds it back.
+/// is seven tenths. Insulin under the skin does not fall in exercise and suppresses it.
 const RELEASE: f64 = 0.15;
 const RELEASE_RATE: f64 = 0.056;
 /// Largest rise of the insulin sensitivity of disposal, and the work (intensity times minutes) at
@@ -22,10 +22,10 @@ const RELEASE_RATE: f64 = 0.056;
 /// Metab 2007;92:963).
 const SENSITIVITY: f64 = 0.60;
 const HALF_WORK: f64 = 24.0;
-/// Minutes in which half of the work is forgotten, by a course that begins slowly.
+/// Minutes after which half of the work is forgotten; the decay begins slowly.
 const FORGETTING: f64 = 420.0;
 
-/// What past and present exercise acts on the body with.
+/// What past and present exercise does to the body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WorkDone {
     /// Uptake relative to that at full intensity.
@@ -54,7 +54,7 @@ impl WorkDone {
         }
     }
 
-    /// Glucose that leaves plasma for muscle less what the liver releases for it, mg/kg/min.
+    /// Glucose that leaves plasma for muscle minus what the liver releases for it, mg/kg/min.
     #[must_use]
     pub fn net_uptake(&self, amplitude: f64) -> f64 {
         amplitude * UPTAKE * (self.uptake - RELEASE * self.release)

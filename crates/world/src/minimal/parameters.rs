@@ -54,13 +54,14 @@ impl MinimalParameters {
     /// The nominal adult with type 1 diabetes.
     ///
     /// V_G, p_2 and the size of S_I are those of minimal models (Bergman et al. 1979; in type 1
-    /// diabetes S_I 7e-4 and GEZI 2e-3 per min, of the order, Kanderian et al. 2009); R_d0 1 mg/kg/min
-    /// (Caumo and Cobelli 1993). Production 2 mg/kg/min at basal insulin, halved by 22 mU/L (Rizza et
-    /// al., Am J Physiol 1981;240:E630 have 29). Insulin clearance 17 mL/kg/min, single molecules
-    /// after 25 min and absorption over 50 min: plasma insulin peaks an hour after a bolus (Heinemann
-    /// and Muchmore, J Diabetes Sci Technol 2012;6:728). Half of a solid meal leaves the stomach in
-    /// 55 min with beta 1.35 (carbohydrate leads the meal, whose half-time is 70 to 100 min; Elashoff
-    /// et al. 1982). Threshold 190 mg/dL, clearance above it 0.45 dL/min, a third of the filtration.
+    /// diabetes S_I 7e-4 and GEZI 2e-3 per min, of the order, Kanderian et al. 2009); R_d0 1
+    /// mg/kg/min (Caumo and Cobelli 1993). Production 2 mg/kg/min at basal insulin, halved by 22
+    /// mU/L (Rizza et al., Am J Physiol 1981;240:E630 have 29). Insulin clearance 17 mL/kg/min,
+    /// single molecules after 25 min and absorption over 50 min: plasma insulin peaks an hour after
+    /// a bolus (Heinemann and Muchmore, J Diabetes Sci Technol 2012;6:728). Half of a solid meal
+    /// leaves the stomach in 55 min with beta 1.35 (carbohydrate leads the meal, whose half-time is
+    /// 70 to 100 min; Elashoff et al. 1982). Threshold 190 mg/dL, clearance above it 0.45 dL/min, a
+    /// third of the filtration.
     #[must_use]
     pub fn nominal() -> Self {
         Self {
@@ -122,9 +123,10 @@ impl MinimalParameters {
         }
     }
 
-    /// The same body in which `1 / factor` of the insulin does the same work.
+    /// The same body with insulin `factor` times as effective: `1 / factor` of it does the same
+    /// work.
     ///
-    /// Both sensitivities change; that a large depot is absorbed more slowly stays.
+    /// Both sensitivities change. A large depot is still absorbed more slowly.
     #[must_use]
     pub fn with_action_scaled(self, factor: f64) -> Self {
         Self { s_i: self.s_i * factor, s_l: self.s_l * factor, ..self }

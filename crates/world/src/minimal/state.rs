@@ -9,11 +9,11 @@ pub struct MinimalState {
     pub glucose: f64,
     /// Remote insulin X, the clearance of glucose that it causes, 1/min.
     pub x: f64,
-    /// Remote insulin of the liver Y, by which production has fallen as a logarithm, unitless.
+    /// Remote insulin of the liver Y, the fall of production as a logarithm, unitless.
     pub y: f64,
     /// Insulin in plasma I, mU/L.
     pub insulin: f64,
-    /// Insulin under the skin that is not yet single molecules, U.
+    /// Insulin under the skin that is not yet monomeric, U.
     pub bound: f64,
     /// Insulin under the skin that can be absorbed, U.
     pub free: f64,
@@ -22,7 +22,7 @@ pub struct MinimalState {
 }
 
 impl MinimalState {
-    /// The compartments with the reporting compartment to which a fault in them is counted.
+    /// The compartments, each with the reporting compartment for a fault in it.
     pub(crate) fn entries(&self) -> [(Compartment, f64); 7] {
         [
             (Compartment::Q1, self.glucose),

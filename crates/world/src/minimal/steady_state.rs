@@ -1,4 +1,4 @@
-//! The basal rate and the state that hold a glucose concentration for ever.
+//! The basal rate and the state that hold a glucose concentration.
 
 use ode_sim::OdeError;
 use physiology::{MgPerDl, UnitsPerHour};
@@ -14,13 +14,13 @@ const MOST_INSULIN: f64 = 600.0;
 
 /// The steady state at a glucose concentration, with its basal rate.
 ///
-/// Production falls and disposal rises with insulin, so the plasma insulin that balances them is
-/// found by bisection; everything else follows from it in closed form.
+/// Production falls and disposal rises with insulin, so bisection finds the plasma insulin that
+/// balances them. Everything else follows from it in closed form.
 ///
 /// # Errors
-/// [`OdeError::Argument`] for a glucose that cannot be, [`OdeError::Parameter`] for a parameter that
+/// [`OdeError::Argument`] for an impossible glucose, [`OdeError::Parameter`] for a parameter that
 /// is not positive, [`OdeError::NoBasal`] where disposal exceeds production without insulin, and
-/// [`OdeError::SteadyState`] where 600 mU/L or what can be absorbed do not hold it.
+/// [`OdeError::SteadyState`] where neither 600 mU/L nor the largest possible absorption holds it.
 pub(super) fn at_glucose(
     p: &MinimalParameters,
     glucose: MgPerDl,
@@ -47,12 +47,12 @@ pub(super) fn at_glucose(
         return Err(unheld(surplus(MOST_INSULIN)));
     }
     let (mut low, mut high) = (0.0, MOST_INSULIN);
-    // The interval reaches the spacing of the numbers after some sixty halvings.
+    // After some sixty halvings the interval reaches the spacing of the numbers.
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
         if surplus(middle) > 0.0 { low = middle } else { high = middle }
     }
-    // U/min: what is cleared is what is absorbed.
+    // U/min: clearance equals absorption.
     let infusion = p.clearance * high * p.weight.0 / 1000.0;
     if infusion >= 0.9 * p.k_a * p.d_50 {
         return Err(unheld(surplus(high)));

@@ -1,6 +1,6 @@
 //! A stomach in which each meal empties by its own clock.
 
-/// Meals that are kept apart; beyond, the two that were eaten first become one.
+/// Number of meals that are kept apart; beyond it, the two oldest become one.
 const PORTIONS: usize = 6;
 
 /// What is left of one meal.
@@ -15,7 +15,7 @@ pub struct Portion {
 }
 
 impl Portion {
-    /// Share of what is left that leaves while the clock goes on by `half_times`.
+    /// Share of the rest that leaves while the clock advances by `half_times`.
     ///
     /// 1 - 2^((a)^beta - (a + da)^beta), from the retention 2^(-a^beta) of Elashoff et al. 1982.
     #[must_use]
@@ -40,7 +40,7 @@ impl Stomach {
         if self.count == PORTIONS {
             let (old, next) = (self.portions[0], self.portions[1]);
             let both = old.left + next.left;
-            // The clock of the larger part; nothing is lost.
+            // The clock of the larger part; no carbohydrate is lost.
             let kept = if old.left > next.left { old } else { next };
             self.portions[0] = Portion { left: both, ..kept };
             self.portions.copy_within(2.., 1);
@@ -60,7 +60,7 @@ impl Stomach {
             portion.age += half_times;
             emptied += gone;
         }
-        // A portion of less than a milligram goes with the next step.
+        // A portion of less than a milligram leaves with the next step.
         if self.count > 0 && self.portions[0].left < 1.0 {
             emptied += self.portions[0].left;
             self.portions.copy_within(1.., 0);

@@ -1,4 +1,4 @@
-//! The Padova body as a plant, with what acts on it.
+//! The Padova body as a plant, with the effects that act on it.
 
 use ode_sim::OdeError;
 use physiology::{
@@ -15,7 +15,7 @@ use crate::effects::{Amplitudes, Condition, Effect, LowTrace};
 use crate::virtual_body::VirtualBody;
 use crate::warp::{Warped, Warps};
 
-/// Runge-Kutta steps within the five minutes: one a minute.
+/// Runge-Kutta steps within the five minutes: one per minute.
 const SUBSTEPS: usize = 5;
 /// Mass of one millimole of glucose, mg.
 const MG_PER_MMOL: f64 = 1000.0 * GRAMS_PER_MMOL_GLUCOSE;
@@ -24,7 +24,7 @@ const PMOL_PER_MILLIUNIT: f64 = PMOL_PER_UNIT / 1000.0;
 
 /// A body of the UVA/Padova kind whose parameters change from step to step.
 ///
-/// Carbohydrate eaten enters the stomach as solid food at the start of a step; fast carbohydrate
+/// Carbohydrate eaten enters the stomach as solid food at the start of a step. Fast carbohydrate
 /// against a low enters it ground, at once, whenever it was eaten.
 #[derive(Debug, Clone)]
 pub struct PadovaBody<'a> {
@@ -39,18 +39,18 @@ pub struct PadovaBody<'a> {
 pub struct PadovaBodyState {
     /// The twelve compartments.
     pub compartments: PadovaState,
-    /// Carbohydrate of the last meal with what was then left in the stomach, mg.
+    /// Carbohydrate of the last meal plus the content of the stomach at that time, mg.
     pub meal: f64,
-    /// What exercise has left.
+    /// What past exercise still does.
     pub exertion: Exertion,
-    /// How far a low has roused counter-regulation.
+    /// How far a low has activated counter-regulation.
     pub low: LowTrace,
     /// Steps done.
     pub step: usize,
 }
 
 impl<'a> PadovaBody<'a> {
-    /// A body under the course of `conditions`, one a step; after their end the body is as drawn.
+    /// A body under the course of `conditions`, one per step. After their end the body is as drawn.
     #[must_use]
     pub fn new(
         parameters: PadovaParameters,
@@ -71,10 +71,10 @@ impl<'a> PadovaBody<'a> {
         }
     }
 
-    /// The same body with forms of its own.
+    /// The same body with warped functions.
     ///
     /// # Errors
-    /// If it has no steady state at the glucose at which warps are none.
+    /// If it has no steady state at the glucose at which warps are 1.
     pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
         let warped = Warped::of(warps, &self, self.body.p.weight)?;
         Ok(Self { warped, ..self })
@@ -88,7 +88,7 @@ impl<'a> PadovaBody<'a> {
         }
     }
 
-    /// What acts through one step on a body that was fed `meal` mg last.
+    /// What acts through one step on a body whose last meal was `meal` mg.
     fn forcing(
         &self,
         condition: &Condition,
@@ -159,9 +159,9 @@ impl Plant for PadovaBody<'_> {
         MgPerDl(state.compartments.g_p / self.body.p.v_g)
     }
 
-    /// The compartments nearest in meaning: S1, S2 and I in mU; X2 is the rate at which insulin
-    /// beyond basal clears tissue glucose, X3 the share of k_p1 that insulin withholds, C1 what is
-    /// in the stomach, C2 the rate of appearance. There is no X1.
+    /// The compartments with the nearest meaning: S1, S2 and I in mU; X2 is the rate at which
+    /// insulin beyond basal clears tissue glucose, X3 the share of k_p1 that insulin suppresses, C1
+    /// the content of the stomach, C2 the rate of appearance. There is no X1.
     fn report(&self, state: &PadovaBodyState) -> States {
         let (p, x) = (&self.body.p, &state.compartments);
         let per_kg = 1.0 / (p.weight.0 * MG_PER_MMOL);
@@ -242,7 +242,7 @@ mod tests {
         let (_, basal) = body.at_rest(MgPerDl(120.0)).expect("a steady state");
         assert!((0.6..1.2).contains(&basal.0), "{basal}");
         let (state, _) = body.at_rest(MgPerDl(120.0)).expect("a steady state");
-        // At basal glucose the state is the one that the parameters define.
+        // At basal glucose the parameters define the state.
         assert!((state.compartments.x).abs() < 1e-6);
         assert!((state.compartments.g_t - PadovaParameters::nominal().g_tb()).abs() < 1e-6);
         assert!(matches!(body.at_rest(MgPerDl(900.0)), Err(OdeError::NoBasal { .. })));

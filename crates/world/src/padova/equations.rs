@@ -9,7 +9,8 @@ use super::state::PadovaState;
 /// Glucose below which the risk of S2013 grows no further, mg/dL.
 const RISK_FLOOR: f64 = 60.0;
 
-/// Parameters with what follows from them, so that it is not reckoned anew at every moment.
+/// Parameters with the values derived from them, so that these are not computed again at every
+/// step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Prepared {
     pub(super) p: PadovaParameters,
@@ -30,9 +31,9 @@ impl Prepared {
 pub(super) struct Forcing {
     /// Insulin infusion under the skin, pmol/kg/min.
     pub(super) insulin: f64,
-    /// Carbohydrate of the last meal with what was then left in the stomach D, mg.
+    /// Carbohydrate of the last meal plus the content of the stomach at that time D, mg.
     pub(super) meal: f64,
-    /// Glucose flux into plasma beside meals and production, mg/kg/min.
+    /// Glucose flux into plasma besides meals and production, mg/kg/min.
     pub(super) glucose_flux: f64,
     /// Factor on production.
     pub(super) production: f64,
@@ -70,7 +71,8 @@ impl Forcing {
     };
 }
 
-/// Rate of gastric emptying k_empt, 1/min, with `q_sto` mg in the stomach after a meal of `meal` mg.
+/// Rate of gastric emptying k_empt, 1/min, with `q_sto` mg in the stomach after a meal of `meal`
+/// mg.
 ///
 /// k_min + (k_max - k_min)/2 (tanh(alpha (q - b D)) - tanh(beta (q - d D)) + 2) with alpha = 5/(2 D
 /// (1 - b)) and beta = 5/(2 D d) (Dalla Man et al. 2006 and 2007); k_max without a meal.
@@ -94,9 +96,9 @@ pub(super) fn production(body: &Prepared, g_p: f64, x_l: f64) -> f64 {
 
 /// Insulin-dependent uptake U_id, mg/kg/min: V_m G_t/(K_m0 + G_t).
 ///
-/// V_m = capacity V_m0 + V_mx X (1 + r_1 risk), never negative; the risk of S2013 is 10 (ln(G)^r_2 -
-/// ln(G_b)^r_2)^2 below basal glucose, 0 above it, and does not grow below 60 mg/dL. `glucose` in
-/// mg/dL, `g_t` in mg/kg, `x` in pmol/L.
+/// V_m = capacity V_m0 + V_mx X (1 + r_1 risk), never negative; the risk of S2013 is 10
+/// (ln(G)^r_2 - ln(G_b)^r_2)^2 below basal glucose, 0 above it, and does not grow below 60 mg/dL.
+/// `glucose` in mg/dL, `g_t` in mg/kg, `x` in pmol/L.
 #[must_use]
 pub(super) fn uptake(body: &Prepared, glucose: f64, g_t: f64, x: f64, capacity: f64) -> f64 {
     let p = &body.p;
@@ -118,7 +120,7 @@ pub(super) fn excretion(k_e1: f64, k_e2: f64, g_p: f64) -> f64 {
 
 /// Uptake by brain and red cells, mg/kg/min: F_cns, in proportion to glucose below 60 mg/dL.
 ///
-/// The publication has it constant, with which glucose could turn negative. `glucose` in mg/dL.
+/// The publication has it constant, so glucose could become negative. `glucose` in mg/dL.
 #[must_use]
 pub(super) fn brain_uptake(p: &PadovaParameters, glucose: f64) -> f64 {
     p.f_cns * (glucose / RISK_FLOOR).clamp(0.0, 1.0)

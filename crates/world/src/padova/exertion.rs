@@ -1,8 +1,9 @@
 //! What exercise does to the Padova body.
 //!
-//! The place is that of Dalla Man et al. (J Diabetes Sci Technol 2009;3:56, their third model): the
-//! capacity of uptake in the tissues, and the insulin that acts on it. There the drive is heart rate;
-//! here it is the effort that heart rate stands for. The courses in time are this crate's own.
+//! It acts at the same points as in Dalla Man et al. (J Diabetes Sci Technol 2009;3:56, their third
+//! model): the capacity of uptake in the tissues, and the insulin that acts on it. There heart rate
+//! is the input; here it is the effort that heart rate stands for. The courses in time are this
+//! crate's own.
 
 use physiology::{Exercise, STEP};
 
@@ -21,13 +22,13 @@ const RELEASE: f64 = 1.2;
 /// Endocrinol Metab 2007;92:963).
 const SENSITIVITY: f64 = 0.45;
 const WORK: f64 = 22.5;
-/// Time constant with which the work is forgotten, min: 10 h (600 min in Dalla Man et al. 2009).
+/// Time constant of the decay of the work, min: 10 h (600 min in Dalla Man et al. 2009).
 const MEMORY: f64 = 600.0;
 
-/// What past and present exercise acts on the body with.
+/// What past and present exercise does to the body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Exertion {
-    /// Effort that tissue perfusion has followed, 0 to 1.
+    /// Effort as tissue perfusion has followed it, 0 to 1.
     perfusion: f64,
     /// Release from the liver relative to that at full effort, 0 to 1.
     release: f64,

@@ -1,8 +1,8 @@
 //! How insulin action changes within and between the days of a Padova body.
 //!
-//! The T1D simulator gives each meal of the day a sensitivity of its own (Visentin et al., J
-//! Diabetes Sci Technol 2018;12:273). Here each third of each day has one, drawn anew, so that there
-//! is no pattern by the clock: such a pattern is an effect, not chance.
+//! The T1D simulator gives each meal of the day its own sensitivity (Visentin et al., J Diabetes
+//! Sci Technol 2018;12:273). Here each third of each day has one, drawn independently, so there is
+//! no pattern by the clock: such a pattern is an effect, not chance.
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rand::{Rng, RngExt};
@@ -11,13 +11,13 @@ use crate::behaviour::standard_normal;
 use crate::calendar::Calendar;
 use crate::effects::Spreads;
 
-/// Spread (log) of the action of a day, and of a third of a day about it; assumed, such that their
-/// sum is that of the other generator.
+/// Spread (log) of the action of a day, and of a third of a day about it. They are assumed so that
+/// their sum is that of the other generator.
 const BETWEEN_DAYS: f64 = 0.14;
 const WITHIN_DAYS: f64 = 0.14;
 /// Thirds of a day.
 const PARTS: usize = 3;
-/// Width over which one part passes into the next, steps.
+/// Width of the transition from one part to the next, steps.
 const PASSAGE: f64 = 2.0 * STEPS_PER_HOUR as f64;
 
 /// Logarithm of the factor on insulin action, per step.

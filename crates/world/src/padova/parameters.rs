@@ -186,8 +186,8 @@ impl PadovaParameters {
         (self.egp_b - self.f_cns) * (self.k_m0 + g_tb) / g_tb
     }
 
-    /// The same body in which `1 / factor` of the insulin does the same work, on uptake and
-    /// production.
+    /// The same body with insulin `factor` times as effective on uptake and production:
+    /// `1 / factor` of it does the same work.
     #[must_use]
     pub fn with_action_scaled(self, factor: f64) -> Self {
         Self { v_mx: self.v_mx * factor, k_p3: self.k_p3 * factor, i_b: self.i_b / factor, ..self }

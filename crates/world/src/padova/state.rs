@@ -32,7 +32,7 @@ pub struct PadovaState {
 }
 
 impl PadovaState {
-    /// The compartments with the reporting compartment to which a fault in them is counted.
+    /// The compartments, each with the reporting compartment for a fault in it.
     pub(crate) fn entries(&self) -> [(Compartment, f64); 12] {
         [
             (Compartment::Q1, self.g_p),

@@ -1,4 +1,4 @@
-//! The basal rate and the state that hold a glucose concentration for ever.
+//! The basal rate and the state that hold a glucose concentration.
 
 use ode_sim::OdeError;
 use physiology::{MgPerDl, UnitsPerHour};
@@ -13,16 +13,16 @@ use super::state::PadovaState;
 pub(crate) const PMOL_PER_UNIT: f64 = 6000.0;
 /// Highest plasma insulin that is considered, pmol/L.
 const MOST_INSULIN: f64 = 4000.0;
-/// Largest net glucose flux at which a state counts as standing still, mg/kg/min.
+/// Largest net glucose flux of a state that counts as steady, mg/kg/min.
 const TOLERANCE: f64 = 1e-9;
 
 /// The steady state at a glucose concentration, with its basal rate.
 ///
-/// Production falls and uptake rises with insulin, so the plasma insulin that balances them is
-/// found by bisection; everything else follows from it in closed form.
+/// Production falls and uptake rises with insulin, so bisection finds the plasma insulin that
+/// balances them. Everything else follows from it in closed form.
 ///
 /// # Errors
-/// [`OdeError::Argument`] for a glucose that cannot be, [`OdeError::NoBasal`] where uptake exceeds
+/// [`OdeError::Argument`] for an impossible glucose, [`OdeError::NoBasal`] where uptake exceeds
 /// production without insulin, and [`OdeError::SteadyState`] where 4,000 pmol/L do not hold it.
 pub(super) fn at_glucose(
     body: &Prepared,
@@ -47,7 +47,7 @@ pub(super) fn at_glucose(
         let residual = surplus(high);
         return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 0 });
     }
-    // The interval reaches the spacing of the numbers after some sixty halvings.
+    // After some sixty halvings the interval reaches the spacing of the numbers.
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
         if surplus(middle) > 0.0 { low = middle } else { high = middle }
@@ -59,7 +59,8 @@ pub(super) fn at_glucose(
     Ok(held_by(p, glucose.0, high, g_t))
 }
 
-/// Net glucose flux (mg/kg/min) with plasma insulin held at `insulin`, and the G_t that goes with it.
+/// Net glucose flux (mg/kg/min) with plasma insulin held at `insulin`, and the G_t that goes with
+/// it.
 fn net(body: &Prepared, glucose: f64, insulin: f64) -> (f64, f64) {
     let p = &body.p;
     let g_p = glucose * p.v_g;

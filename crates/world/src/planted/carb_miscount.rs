@@ -1,8 +1,8 @@
 //! Large meals counted as smaller than they are: logged = k eaten^(1 / (1 + size)).
 //!
-//! Counts err more the larger the meal (Brazeau et al. 2013: 20.9 % on average, large meals
-//! underestimated). `k` keeps the mean of the log, so that no common factor on
-//! carbohydrate makes up for it.
+//! Counts err more for larger meals (Brazeau et al. 2013: 20.9 % on average, large meals
+//! underestimated). `k` keeps the mean of the log, so that no common factor on carbohydrate
+//! corrects it.
 
 use cohort::{Channel, Record};
 

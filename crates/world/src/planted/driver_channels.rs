@@ -1,7 +1,7 @@
-//! Channels that signal a driver, struck or taken from other days.
+//! Channels that signal a driver, removed or taken from other days.
 //!
-//! The reverse of planting: what the channel shows is no longer what the body did, so that an effect whose
-//! evidence it carried must lose it.
+//! The reverse of planting: the channel no longer shows what the body did, so an effect whose
+//! evidence came from it must lose it.
 
 use cohort::{Channel, Record};
 use physiology::STEPS_PER_DAY;
@@ -18,8 +18,8 @@ pub(super) fn strike(record: &mut Record, channels: &[Channel]) {
     }
 }
 
-/// Moves the channels by half of the record's whole days, the end to the beginning: hours of the clock
-/// stay, days are others, and channels that are moved together stay together.
+/// Moves the channels by half of the record's whole days, the end to the beginning. Hours of the
+/// clock stay, days change, and channels that are moved together stay together.
 pub(super) fn move_days(record: &mut Record, channels: &[Channel]) {
     let days = record.len() / STEPS_PER_DAY;
     let whole = days * STEPS_PER_DAY;

@@ -1,7 +1,8 @@
 //! Insulin that is absorbed faster on some days than on others: recorded insulin moved by day.
 //!
-//! Each day's insulin acts `N(0, size)` minutes later than recorded; the record moves the other way. The
-//! delay is exact. Absorption that varies has another time constant, whose mean delay this is.
+//! Each day's insulin acts `N(0, size)` minutes later than recorded; the record moves the other
+//! way. The delay is exact. Real variation of absorption changes a time constant, of which this is
+//! the mean delay.
 
 use cohort::{Channel, Record};
 use physiology::STEPS_PER_DAY;
@@ -26,7 +27,7 @@ pub(super) fn plant(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
     for (k, rate) in record.channel_mut(Channel::Basal).iter_mut().enumerate() {
         let day = k / STEPS_PER_DAY;
         let last = ((day + 1) * STEPS_PER_DAY).min(old.len()) - 1;
-        // Within the day: at its ends the rate goes on as it is.
+        // Within the day: at its ends the rate continues unchanged.
         let from = k.saturating_add_signed(earlier[day]).clamp(day * STEPS_PER_DAY, last);
         *rate = rate.and(old[from]).or(*rate);
     }

@@ -1,12 +1,13 @@
 //! Boluses given later than recorded: every other bolus moved earlier in the log.
 //!
-//! No effect of a plant: a habit of logging. A diagnosis may call it unknown, or name insulin's clock.
+//! This is a habit of logging, not an effect of a plant. A diagnosis may call it unknown, or name
+//! insulin's clock.
 
 use cohort::{Channel, Record};
 
 use super::meals::move_earlier;
 
-/// Least bolus that is moved, U: micro-boluses are a controller's and are logged by it.
+/// Least bolus that is moved, U: a controller gives micro-boluses and logs them itself.
 const LEAST: f64 = 0.5;
 
 /// Moves every other bolus by `size` minutes, rounded to steps.

@@ -14,7 +14,7 @@ pub(super) fn logged(record: &Record, least: f64) -> Vec<(usize, f64)> {
         .collect()
 }
 
-/// Strikes what is logged at some steps: they say "nothing" then, as any other step does.
+/// Removes what is logged at some steps: they then say "nothing", as any other step does.
 pub(super) fn strike(record: &mut Record, steps: impl IntoIterator<Item = usize>) {
     let carbs = record.channel_mut(Channel::Carbs);
     for step in steps {
@@ -22,9 +22,9 @@ pub(super) fn strike(record: &mut Record, steps: impl IntoIterator<Item = usize>
     }
 }
 
-/// Moves the recorded doses of a channel that `which` holds for from their step to `earlier` steps before,
-/// where they add to what is recorded. A dose whose new step lies before the record, or where the
-/// channel is not recorded, stays.
+/// Moves recorded doses of a channel, those for which `which` holds, `earlier` steps back. There
+/// they add to what is recorded. A dose stays if its new step lies before the record, or if the
+/// channel is not recorded there.
 pub(super) fn move_earlier(
     record: &mut Record,
     channel: Channel,

@@ -1,4 +1,4 @@
-//! Meals that were eaten and not logged: entries struck from the log.
+//! Meals that were eaten and not logged: entries removed from the log.
 
 use cohort::Record;
 use physiology::STEPS_PER_DAY;
@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::meals::{LEAST_MEAL, logged, strike};
 
-/// Strikes `size` meals a day, at most every other one. Their boluses stay.
+/// Removes `size` meals a day, at most every other one. Their boluses stay.
 pub(super) fn plant(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
     let mut meals: Vec<usize> = logged(record, LEAST_MEAL).into_iter().map(|meal| meal.0).collect();
     meals.shuffle(rng);

@@ -4,14 +4,14 @@ use cohort::{Channel, Record, SensorCadence, StraightLines};
 
 /// Lowest and highest reading of a sensor, mg/dL.
 const RANGE: (f64, f64) = (40.0, 400.0);
-/// Share of values inside drawn lines from which a source is taken to have drawn them. Sensors that report
-/// whole mg/dL every five minutes put a few per cent on lines by chance.
+/// Share of values on drawn lines from which a source is assumed to have drawn them. Sensors that
+/// report whole mg/dL every five minutes put a few per cent on lines by chance.
 const DRAWN: f64 = 0.2;
 
 /// Gives every reading of the sensor the value `new(step, reading)`, kept in the sensor's range.
 ///
-/// Where the source drew lines between readings, they are drawn again between the new ones. Finger-stick
-/// readings that stand between two readings stay as they are: no sensor made them.
+/// Where the source drew lines between readings, they are drawn again between the new ones.
+/// Finger-stick readings between two readings stay as they are: no sensor made them.
 pub(super) fn rewrite(record: &mut Record, new: impl Fn(usize, f64) -> f64) {
     let old = record.cgm().to_vec();
     let within = |k: usize, reading: f64| new(k, reading).clamp(RANGE.0, RANGE.1);

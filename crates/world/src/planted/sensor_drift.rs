@@ -1,4 +1,5 @@
-//! Sensors that lose gain: a share `size` from the first of ten days to the last, 1 in the middle.
+//! Sensors that lose gain: a share `size` from the first of ten days to the last, with gain 1 in
+//! the middle.
 
 use cohort::Record;
 use physiology::STEPS_PER_DAY;
@@ -10,7 +11,7 @@ use super::sensor_column::rewrite;
 /// Days that a sensor is worn.
 const WORN: f64 = 10.0;
 
-/// Scales the readings; the day of the first sensor at the start is drawn.
+/// Scales the readings; the age of the first sensor at the start is drawn.
 pub(super) fn plant(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
     let phase = rng.random_range(0.0..WORN);
     rewrite(record, |k, reading| {

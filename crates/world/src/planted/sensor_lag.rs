@@ -7,8 +7,8 @@ use super::sensor_column::rewrite;
 /// Minutes of a step.
 const STEP: f64 = 5.0;
 
-/// Delays the readings by a first-order lag of `size` minutes, anew after every gap. The filter runs over the
-/// whole column: over lines that the source drew, too.
+/// Delays the readings by a first-order lag of `size` minutes, which starts again after every gap.
+/// The filter runs over the whole column, including the lines that the source drew.
 pub(super) fn plant(record: &mut Record, size: f64) {
     if size <= 0.0 {
         return;

@@ -1,4 +1,4 @@
-//! Infusion sets that age: beyond the first day of a set a share `size` a day of the insulin is lost.
+//! Infusion sets that age: after its first day a set loses a share `size` of the insulin per day.
 
 use cohort::Record;
 use physiology::STEPS_PER_DAY;

@@ -12,7 +12,7 @@ const ARRIVES: f64 = 0.4;
 /// How long nobody notices, steps: 8 h.
 const LASTS: usize = 96;
 
-/// Each day begins a failure with probability `size`, at any time.
+/// Each day, a failure begins with probability `size`, at any time.
 pub(super) fn plant(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
     let mut share = vec![1.0; record.len()];
     for day in 0..record.len() / STEPS_PER_DAY {

@@ -1,8 +1,8 @@
 //! Dinners that reach the blood later than logged: the log moved earlier.
 //!
-//! The body's answer to a dinner then begins `size` minutes later than the log says. A slow meal of the
-//! literature rises later *and* more slowly: the time at which half has arrived is right, the shape is
-//! that of the person's usual meal.
+//! The body's response to a dinner then begins `size` minutes later than the log says. A slow meal
+//! of the literature rises later *and* more slowly: here the time at which half has arrived is
+//! right, but the shape is that of the person's usual meal.
 
 use cohort::{Channel, Record};
 

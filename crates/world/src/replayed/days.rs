@@ -1,4 +1,4 @@
-//! The recorded days of a person, ready for a body to live them.
+//! The recorded days of a person, ready to be lived by a body.
 
 use physiology::MgPerDl;
 
@@ -14,7 +14,7 @@ use crate::reactions::{Reaction, reactions};
 use crate::stream::{Concept, stream};
 use crate::warp::Warps;
 
-/// Everything about the recorded days of a person under given amplitudes but the body.
+/// Everything about the recorded days of a person under given amplitudes, except the body.
 pub(super) struct Days<'a> {
     person: usize,
     pub(super) offset: usize,

@@ -13,8 +13,8 @@ pub(super) struct Doses {
 }
 
 impl Doses {
-    /// The doses of a person. A basal rate that was not recorded is the median of those of its hour
-    /// of the day; a bolus or meal that was not recorded was not given.
+    /// The doses of a person. A missing basal rate is replaced by the median of its hour of the
+    /// day; a missing bolus or meal counts as not given.
     pub(super) fn of(person: &Person) -> Result<Self, CohortError> {
         let record = &person.record;
         let mut inputs = person.inputs(0..record.len(), MissingDoses::Zero)?;

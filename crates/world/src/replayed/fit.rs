@@ -27,8 +27,8 @@ const TARGETS: (f64, f64) = (110.0, 190.0);
 /// sought, mg/dL.
 const WITHIN: f64 = 0.97;
 const OFF_TARGET: f64 = 15.0;
-/// Fall of mean glucose with the logarithm of insulin action, mg/dL, of the order that bodies of
-/// either kind have; the searches step by it.
+/// Fall of mean glucose with the logarithm of insulin action, mg/dL, of the order for all kinds of
+/// bodies. The searches use it for their steps.
 pub(super) const SLOPE: f64 = 200.0;
 /// Simulations of a search, those at its end that change the mean alone, and the further ones with
 /// effects.
@@ -38,7 +38,7 @@ const ROUNDS_WITH_EFFECTS: usize = 3;
 /// Bodies that are tried.
 const BODIES: usize = 4;
 
-/// Glucose at the start, mg/dL: the first reading, within what bodies can rest at.
+/// Glucose at the start, mg/dL: the first reading, clamped to where bodies have a steady state.
 pub(super) fn first_glucose(person: &Person) -> f64 {
     person.record.cgm().iter().flatten().next().copied().unwrap_or(140.0).clamp(90.0, 160.0)
 }
@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The drawn body with the insulin action that the record asks for, and its restoring change.
+    /// The drawn body with the insulin action that the record needs, and its restoring change.
     fn run(&self, drawn: Physique) -> Result<(Physique, Vec<f64>), NotReplayed> {
         let mut toward = Toward::new(self.first_scale(drawn)?);
         let mut restoring = vec![0.0; self.days];
@@ -166,7 +166,7 @@ impl<'a> Search<'a> {
         Ok((body, restoring))
     }
 
-    /// A found body with the insulin action that brings the mean back while effects act.
+    /// A found body with the insulin action that restores the mean while effects act.
     fn adjusted(
         &self,
         acting: &Days<'_>,
@@ -210,7 +210,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Mean of values taken within what a sensor shows, so that one runaway day does not rule it.
+/// Mean of values clamped to a sensor's range, so that one extreme day does not dominate it.
 pub(super) fn mean(glucose: &[f64]) -> f64 {
     glucose.iter().map(|g| g.clamp(40.0, 400.0)).sum::<f64>() / glucose.len() as f64
 }

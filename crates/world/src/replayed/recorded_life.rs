@@ -1,4 +1,4 @@
-//! What a record tells of a person's days, in the form in which worlds draw them.
+//! What a record says about a person's days, in the form in which worlds draw them.
 
 use chrono::Timelike;
 use cohort::Person;
@@ -15,20 +15,20 @@ use crate::calendar::Calendar;
 use crate::effects::Shapes;
 use crate::stream::{Concept, stream};
 
-/// Share of the heart-rate reserve from which on, held for [`SHORTEST`] steps, a person exercises,
-/// per cent: light to moderate intensity begins at 30 and 40 (ACSM).
+/// Share of the heart-rate reserve that counts as exercise if held for [`SHORTEST`] steps, per
+/// cent: light to moderate intensity begins at 30 and 40 (ACSM).
 const EXERCISING: f64 = 35.0;
 const SHORTEST: usize = 3;
-/// Highest heart rate assumed, 1/min (208 - 0.7 age at 35 years, Tanaka et al. 2001), and the reserve
-/// where the record holds differences from rest.
+/// Highest heart rate assumed, 1/min (208 - 0.7 age at 35 years, Tanaka et al. 2001), and the
+/// reserve where the record holds differences from rest.
 const HIGHEST_RATE: f64 = 183.0;
 const RESERVE: f64 = 115.0;
-/// Hours about midnight within which a night is sought, its shortest length, and the longest
+/// Hours about midnight within which a night is searched, its shortest length, and the longest
 /// awakening within it, steps.
 const NIGHT: (f64, f64) = (-6.0, 14.0);
 const SHORTEST_NIGHT: usize = 3 * STEPS_PER_HOUR;
 const AWAKENING: usize = STEPS_PER_HOUR;
-/// Meals a day that may be eaten beside the record, and how often each is at amplitude 1: about
+/// Meals a day that may be eaten besides the record, and how often each is at amplitude 1: about
 /// 0.25 a day of 20 to 50 g, as in the made worlds.
 const UNLOGGED_A_DAY: usize = 2;
 const UNLOGGED_SHARE: f64 = 0.13;
@@ -42,7 +42,7 @@ pub(super) struct RecordedLife {
     pub(super) habits: Habits,
     /// Steps from that midnight to the start of the record.
     pub(super) offset: usize,
-    /// Meals that may be eaten beside the record, with the amplitude from which on they are.
+    /// Meals that may be eaten besides the record, each with the amplitude from which on it is.
     pub(super) unlogged: Vec<(usize, Grams, f64)>,
 }
 
@@ -107,7 +107,7 @@ pub(super) fn eaten(life: &mut Life, background: &Background, shapes: &Shapes, a
     }
 }
 
-/// The nights of the calendar and whether any was recorded; habits take their times over.
+/// The nights of the calendar and whether any was recorded; habits take their times from them.
 ///
 /// A night is the longest stretch of sleep between 18:00 and 14:00, with awakenings of up to an
 /// hour. A night that was not recorded is an ordinary one.
@@ -254,7 +254,7 @@ fn meals(calendar: &Calendar, logged: &[Option<f64>], rng: &mut (impl Rng + ?Siz
         .collect()
 }
 
-/// What may be eaten beside the record: awake, at least an hour from anything logged.
+/// What may be eaten besides the record: awake, at least an hour from anything logged.
 fn unlogged(
     calendar: &Calendar,
     nights: &[Night],

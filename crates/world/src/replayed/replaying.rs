@@ -9,19 +9,19 @@ use super::recorded_life::RecordedLife;
 use crate::behaviour::Life;
 use crate::effects::{Amplitudes, Effect};
 
-/// Glucose at which rescue carbohydrate that no record holds may be eaten, how likely it is in a
-/// step, and the steps between two such treatments, as in the made worlds.
+/// Glucose at which unrecorded rescue carbohydrate may be eaten, its probability per step, and the
+/// steps between two such treatments, as in the made worlds.
 const LOW: f64 = 66.0;
 const TREATS: f64 = 0.2;
 const PAUSE: usize = 3;
 /// Share of treatments that are not logged at amplitude 1; the logged ones are in the record.
 const UNLOGGED: f64 = 0.5;
 
-/// Carbohydrate that is eaten beside treatments, g, by step of the calendar.
+/// Carbohydrate that is eaten besides treatments, g, by step of the calendar.
 pub(super) struct Eaten(BTreeMap<usize, f64>);
 
 impl Eaten {
-    /// The meals of a `life` that holds what was eaten, and what is eaten beside the record.
+    /// The meals of a `life` that holds what was eaten, and what is eaten besides the record.
     pub(super) fn new(recorded: &RecordedLife, life: &Life, amplitudes: &Amplitudes) -> Self {
         let mut eaten = BTreeMap::new();
         for meal in &life.meals {
@@ -37,7 +37,7 @@ impl Eaten {
     }
 }
 
-/// The doses of a record, with what is eaten in truth.
+/// The doses of a record, with what is truly eaten.
 pub(super) struct Replaying<'a> {
     days: &'a Days<'a>,
     unlogged: f64,

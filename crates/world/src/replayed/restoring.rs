@@ -7,7 +7,7 @@ use crate::effects::Condition;
 
 /// Hour of the day about which one day's restoring change passes into the next's, steps.
 const CHANGE: usize = 3 * STEPS_PER_HOUR;
-/// Largest restoring change (log), and the largest spread between days that is believed.
+/// Largest restoring change (log), and the largest plausible spread between days.
 const LARGEST_CHANGE: f64 = 0.9;
 pub(super) const LARGEST_SPREAD: f64 = 0.45;
 /// Range in which a day's mean and its 5th and 95th percentiles shall lie, mg/dL.
@@ -35,8 +35,8 @@ pub(super) fn restore(conditions: &mut [Condition], offset: usize, restoring: &[
     }
 }
 
-/// Moves the action of the days that leave the range in the course `glucose` of a record that starts
-/// at `offset`, mg/dL. Lows are mended before highs.
+/// Moves the action of the days that leave the range in the course `glucose` of a record that
+/// starts at `offset`, mg/dL. Lows are corrected before highs.
 pub(super) fn mend(restoring: &mut [f64], glucose: &[f64], offset: usize) {
     for (day, change) in restoring.iter_mut().enumerate() {
         let from = (day * STEPS_PER_DAY + CHANGE).saturating_sub(offset);

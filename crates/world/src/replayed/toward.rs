@@ -4,10 +4,10 @@ use super::fit::SLOPE;
 
 /// Range of the fall of mean glucose with the logarithm of insulin action, mg/dL.
 const SLOPES: (f64, f64) = (80.0, 500.0);
-/// Logarithms of the factor on insulin action between which it is sought.
+/// Limits of the search for the logarithm of the factor on insulin action.
 const SCALES: (f64, f64) = (-1.6, 1.6);
 
-/// A secant search for the log action, with the slope kept within what bodies have.
+/// A secant search for the log action, with the slope kept within the range of bodies.
 pub(super) struct Toward {
     /// Logarithm of the factor on insulin action to be tried next.
     pub(super) scale: f64,

@@ -1,4 +1,4 @@
-//! The saturating body as a plant, with what acts on it.
+//! The saturating body as a plant, with the effects that act on it.
 
 use ode_sim::OdeError;
 use physiology::{
@@ -15,12 +15,12 @@ use crate::effects::{Amplitudes, Condition, Effect, LowTrace};
 use crate::virtual_body::VirtualBody;
 use crate::warp::{Warped, Warps};
 
-/// Runge-Kutta steps within the five minutes: one a minute.
+/// Runge-Kutta steps within the five minutes: one per minute.
 const SUBSTEPS: usize = 5;
 
 /// A saturating body whose parameters change from step to step.
 ///
-/// Fast carbohydrate against a low passes the stomach by.
+/// Fast carbohydrate against a low bypasses the stomach.
 #[derive(Debug, Clone)]
 pub struct SaturatingBody<'a> {
     parameters: SaturatingParameters,
@@ -34,16 +34,16 @@ pub struct SaturatingBody<'a> {
 pub struct SaturatingBodyState {
     /// The twelve compartments.
     pub compartments: SaturatingState,
-    /// What exercise has left.
+    /// What past exercise still does.
     pub glycogen: SpentGlycogen,
-    /// How far a low has roused counter-regulation.
+    /// How far a low has activated counter-regulation.
     pub low: LowTrace,
     /// Steps done.
     pub step: usize,
 }
 
 impl<'a> SaturatingBody<'a> {
-    /// A body under the course of `conditions`, one a step; after their end the body is as drawn.
+    /// A body under the course of `conditions`, one per step. After their end the body is as drawn.
     #[must_use]
     pub fn new(
         parameters: SaturatingParameters,
@@ -59,10 +59,10 @@ impl<'a> SaturatingBody<'a> {
         SaturatingBody { parameters, conditions: &[], amplitudes: Amplitudes::NONE, warped: None }
     }
 
-    /// The same body with forms of its own.
+    /// The same body with warped functions.
     ///
     /// # Errors
-    /// If it has no steady state at the glucose at which warps are none.
+    /// If it has no steady state at the glucose at which warps are 1.
     pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
         let warped = Warped::of(warps, &self, self.parameters.weight)?;
         Ok(Self { warped, ..self })
@@ -142,10 +142,10 @@ impl Plant for SaturatingBody<'_> {
         MmolPerL(state.compartments.plasma).into()
     }
 
-    /// The compartments nearest in meaning: S1 both channels' first places, S2 the second of the slow
-    /// one, X2 the rate at which muscle clears its glucose, X3 the share of the production without
-    /// insulin that it withholds, C1 what is in the stomach, C2 the rate of appearance. There is no
-    /// X1.
+    /// The compartments with the nearest meaning: S1 is the first compartments of both channels, S2
+    /// the second of the slow one, X2 the rate at which muscle clears its glucose, X3 the share of
+    /// the production without insulin that insulin suppresses, C1 the content of the stomach, C2
+    /// the rate of appearance. There is no X1.
     fn report(&self, state: &SaturatingBodyState) -> States {
         let (p, x) = (&self.parameters, &state.compartments);
         let per_kg = 1.0 / p.weight.0;

@@ -1,14 +1,14 @@
 //! The equations of the saturating body, term by term.
 //!
-//! Pure functions on bare `f64`; glucose in mmol/L and mmol/kg/min, insulin in mU and mU/L, glucagon
-//! in pg/mL, carbohydrate in g, time in min.
+//! Pure functions on bare `f64`; glucose in mmol/L and mmol/kg/min, insulin in mU and mU/L,
+//! glucagon in pg/mL, carbohydrate in g, time in min.
 
 use physiology::GRAMS_PER_MMOL_GLUCOSE;
 
 use super::parameters::SaturatingParameters;
 use super::state::SaturatingState;
 
-/// Glucose about which glucagon answers a low, and the width of that answer, mmol/L.
+/// Glucose about which glucagon reacts to a low, and the width of that reaction, mmol/L.
 const LOW: (f64, f64) = (3.6, 0.35);
 /// Glucose over which the kidneys begin to lose it, as a share of the threshold (splay).
 const SPLAY: f64 = 0.25;
@@ -18,7 +18,7 @@ const SPLAY: f64 = 0.25;
 pub(super) struct Forcing {
     /// Insulin that arrives under the skin, mU/min.
     pub(super) insulin: f64,
-    /// Glucose that enters plasma beside meals and production, mmol/kg/min.
+    /// Glucose that enters plasma besides meals and production, mmol/kg/min.
     pub(super) glucose_flux: f64,
     /// Capacity of muscle that work adds, mmol/kg/min.
     pub(super) work: f64,
@@ -58,13 +58,13 @@ impl Forcing {
     };
 }
 
-/// What a carrier of this capacity and half-saturation moves of a substance.
+/// Flux of a substance through a carrier of this capacity and half-saturation.
 fn carried(capacity: f64, half: f64, substance: f64) -> f64 {
     capacity * substance / (half + substance)
 }
 
-/// Endogenous production, mmol/kg/min: what is made new and what glucagon frees from glycogen, the
-/// latter held back by insulin: G_ng + E_max C/(C_50 + C) / (1 + (y/y_50)^h).
+/// Endogenous production, mmol/kg/min: gluconeogenesis, and release from glycogen by glucagon,
+/// which insulin suppresses: G_ng + E_max C/(C_50 + C) / (1 + (y/y_50)^h).
 #[must_use]
 pub(super) fn production(p: &SaturatingParameters, at_liver: f64, glucagon: f64) -> f64 {
     let held_back = 1.0 + (at_liver / p.y_50).powf(p.y_h);
@@ -84,8 +84,9 @@ pub(super) fn brain(p: &SaturatingParameters, plasma: f64) -> f64 {
     carried(p.v_b, p.k_b, plasma)
 }
 
-/// Renal excretion, mmol/kg/min: what is filtered beyond a capacity to take it back that sets in
-/// smoothly: k_r (d + sqrt(d^2 + s^2))/2 with d = G - G_r and s a quarter of G_r, less its value at 0.
+/// Renal excretion, mmol/kg/min: the filtered glucose beyond a capacity of reabsorption that sets
+/// in smoothly: k_r (d + sqrt(d^2 + s^2))/2 with d = G - G_r and s a quarter of G_r, less its value
+/// at 0.
 #[must_use]
 pub(super) fn excretion(k_r: f64, threshold: f64, plasma: f64) -> f64 {
     let splay = SPLAY * threshold;
@@ -96,7 +97,7 @@ pub(super) fn excretion(k_r: f64, threshold: f64, plasma: f64) -> f64 {
     k_r * (beyond(plasma) - beyond(0.0))
 }
 
-/// Level to which glucagon tends, pg/mL: held back by insulin, raised by a low.
+/// Level to which glucagon tends, pg/mL: lowered by insulin, raised by a low.
 #[must_use]
 pub(super) fn glucagon_wanted(p: &SaturatingParameters, plasma: f64, insulin: f64) -> f64 {
     let (middle, width) = LOW;

@@ -1,14 +1,14 @@
 //! What exercise does to the saturating body.
 //!
-//! Contraction brings carriers to the surface of muscle as insulin does, beside it (Richter and
-//! Hargreaves, Physiol Rev 2013;93:993), so work adds to the capacity of uptake. It spends glycogen, and
-//! muscle takes up more under insulin until that is refilled, which takes a day; the debt, not the
-//! clock, is what is remembered.
+//! Contraction brings carriers to the surface of muscle as insulin does, independently of it
+//! (Richter and Hargreaves, Physiol Rev 2013;93:993). So work adds to the capacity of uptake. It
+//! spends glycogen, and muscle takes up more under insulin until the glycogen is refilled, which
+//! takes a day. The state is this debt, not the time since exercise.
 
 use physiology::{Exercise, STEP};
 
-/// Capacity that full effort adds, mmol/kg/min: with half of it for 45 min glucose falls by 40 to 60
-/// mg/dL (Riddell et al., Lancet Diabetes Endocrinol 2017;5:377).
+/// Capacity that full effort adds, mmol/kg/min: with half of it for 45 min glucose falls by 40 to
+/// 60 mg/dL (Riddell et al., Lancet Diabetes Endocrinol 2017;5:377).
 const CAPACITY: f64 = 0.062;
 /// Time constants with which carriers come and go, min.
 const COME: f64 = 8.0;
@@ -17,16 +17,16 @@ const GO: f64 = 30.0;
 const HARD: f64 = 70.0;
 const RELEASE: f64 = 1.0;
 /// Largest rise of insulin's action on muscle, and its debt of glycogen, in units of effort times
-/// minutes, at half of it: 28 % after 45 min at half effort (McMahon et al., J Clin Endocrinol Metab
-/// 2007;92:963).
+/// minutes, at half of it: 28 % after 45 min at half effort (McMahon et al., J Clin Endocrinol
+/// Metab 2007;92:963).
 const SENSITIVITY: f64 = 0.70;
 const HALF_DEBT: f64 = 34.0;
-/// Largest rate at which glycogen is refilled, effort times minutes per minute, and the debt at which
-/// it is half of that: the first half of a session's debt takes about five hours.
+/// Largest rate at which glycogen is refilled, effort times minutes per minute, and the debt at
+/// which it is half of that: the first half of a session's debt takes about five hours.
 const REFILL: f64 = 0.08;
 const HALF_REFILL: f64 = 15.0;
 
-/// What past and present exercise acts on the body with.
+/// What past and present exercise does to the body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SpentGlycogen {
     /// Carriers at the surface relative to full effort.

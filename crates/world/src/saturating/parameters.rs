@@ -32,13 +32,13 @@ pub struct SaturatingParameters {
     pub e_max: f64,
     /// Glucagon that frees half of it C_50, pg/mL.
     pub c_50: f64,
-    /// Insulin that holds half of it back y_50, mU/L.
+    /// Insulin that suppresses half of it y_50, mU/L.
     pub y_50: f64,
     /// Steepness of that h, unitless.
     pub y_h: f64,
-    /// Rate of insulin's way to muscle k_x, 1/min.
+    /// Rate of insulin's action on muscle k_x, 1/min.
     pub k_x: f64,
-    /// Rate of insulin's way to the liver k_y, 1/min.
+    /// Rate of insulin's action on the liver k_y, 1/min.
     pub k_y: f64,
     /// Glucagon without insulin n_0, pg/mL.
     pub n_0: f64,
@@ -83,15 +83,16 @@ pub struct SaturatingParameters {
 impl SaturatingParameters {
     /// The nominal adult with type 1 diabetes.
     ///
-    /// Insulin under the skin after Wilinska et al. 2005 (67 % on the slow channel, 0.011 and 0.021 per
-    /// min; loss of at most 1.93 mU/min half-saturated by 62.6 mU): 62 %, 0.014 and 0.023, chosen within
-    /// their ranges so that covered meals peak within two hours. Carriers: the brain 1.1 mg/kg/min with K 1
-    /// mmol/L, muscle K_m 2.2 mmol/L (GLUT3 and GLUT4, 1 to 7, of the order), capacity of muscle half-raised
-    /// by 70 mU/L and production half-suppressed by less than 29 mU/L (Rizza et al. 1981: 55 to 120 and 29).
-    /// Production: Wendt et al. 2017 (gluconeogenesis 6 umol/kg/min, release 56 umol/kg/min at most, C_50
-    /// 436 pg/mL). Glucagon of 60 pg/mL with a half-time of 6 min; a low raises it by 20 % where healthy
-    /// people treble it (blunted, Cryer, N Engl J Med 2013;369:362). Stomach: 0.8 g/min of the carbohydrate
-    /// of a mixed meal of 75 g at first, less later (2 to 4 kcal/min). Threshold 10.5 mmol/L.
+    /// Insulin under the skin after Wilinska et al. 2005 (67 % on the slow channel, 0.011 and 0.021
+    /// per min; loss of at most 1.93 mU/min half-saturated by 62.6 mU): 62 %, 0.014 and 0.023,
+    /// chosen within their ranges so that covered meals peak within two hours. Carriers: the brain
+    /// 1.1 mg/kg/min with K 1 mmol/L, muscle K_m 2.2 mmol/L (GLUT3 and GLUT4, 1 to 7, of the
+    /// order), capacity of muscle half-raised by 70 mU/L and production half-suppressed by less
+    /// than 29 mU/L (Rizza et al. 1981: 55 to 120 and 29). Production: Wendt et al. 2017
+    /// (gluconeogenesis 6 umol/kg/min, release 56 umol/kg/min at most, C_50 436 pg/mL). Glucagon of
+    /// 60 pg/mL with a half-time of 6 min; a low raises it by 20 % where healthy people treble it
+    /// (blunted, Cryer, N Engl J Med 2013;369:362). Stomach: 0.8 g/min of the carbohydrate of a
+    /// mixed meal of 75 g at first, less later (2 to 4 kcal/min). Threshold 10.5 mmol/L.
     #[must_use]
     pub fn nominal() -> Self {
         Self {
@@ -177,8 +178,8 @@ impl SaturatingParameters {
         }
     }
 
-    /// The same body in which `1 / factor` of the plasma insulin does the same work on muscle, liver
-    /// and glucagon.
+    /// The same body with plasma insulin `factor` times as effective on muscle, liver and glucagon:
+    /// `1 / factor` of it does the same work.
     #[must_use]
     pub fn with_action_scaled(self, factor: f64) -> Self {
         Self { x_50: self.x_50 / factor, y_50: self.y_50 / factor, n_i: self.n_i / factor, ..self }

@@ -7,7 +7,7 @@ use physiology::Compartment;
 pub struct SaturatingState {
     /// Glucose in plasma, mmol/L.
     pub plasma: f64,
-    /// Glucose in the fluid about the cells of muscle, mmol/L.
+    /// Glucose in the fluid around the muscle cells, mmol/L.
     pub muscle: f64,
     /// Insulin in plasma I, mU/L.
     pub insulin: f64,
@@ -17,9 +17,9 @@ pub struct SaturatingState {
     pub at_liver: f64,
     /// Glucagon in plasma, pg/mL.
     pub glucagon: f64,
-    /// Insulin in the first place of the slow channel Q_1a, mU.
+    /// Insulin in the first compartment of the slow channel Q_1a, mU.
     pub slow: f64,
-    /// Insulin in the second place of the slow channel Q_2, mU.
+    /// Insulin in the second compartment of the slow channel Q_2, mU.
     pub slow_next: f64,
     /// Insulin in the fast channel Q_1b, mU.
     pub fast: f64,
@@ -32,7 +32,7 @@ pub struct SaturatingState {
 }
 
 impl SaturatingState {
-    /// The compartments with the reporting compartment to which a fault in them is counted.
+    /// The compartments, each with the reporting compartment for a fault in it.
     pub(crate) fn entries(&self) -> [(Compartment, f64); 12] {
         [
             (Compartment::Q1, self.plasma),

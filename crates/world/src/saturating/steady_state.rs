@@ -1,4 +1,4 @@
-//! The basal rate and the state that hold a glucose concentration for ever.
+//! The basal rate and the state that hold a glucose concentration.
 
 use ode_sim::OdeError;
 use physiology::{MgPerDl, MmolPerL, UnitsPerHour};
@@ -16,11 +16,11 @@ const MOST_INFUSION: f64 = 20_000.0;
 
 /// The steady state at a glucose concentration, with its basal rate.
 ///
-/// Net glucose falls with plasma insulin and plasma insulin rises with the infusion, so each is found
-/// by bisection of the one that goes with it.
+/// Net glucose falls with plasma insulin, and plasma insulin rises with the infusion. So each is
+/// found by bisection.
 ///
 /// # Errors
-/// [`OdeError::Argument`] for a glucose that cannot be, [`OdeError::Parameter`] for a parameter that
+/// [`OdeError::Argument`] for an impossible glucose, [`OdeError::Parameter`] for a parameter that
 /// is not positive, [`OdeError::NoBasal`] where glucose falls even without insulin, and
 /// [`OdeError::SteadyState`] where 600 mU/L do not hold it.
 pub(super) fn at_glucose(
@@ -70,7 +70,8 @@ pub(super) fn at_glucose(
     Ok((state, UnitsPerHour(60.0 * infusion / 1000.0)))
 }
 
-/// Where a falling function of 0 to `most` is 0; the interval reaches the spacing of the numbers.
+/// The zero of a falling function between 0 and `most`; the interval shrinks to the spacing of the
+/// numbers.
 fn falling(of: impl Fn(f64) -> f64, most: f64) -> f64 {
     let (mut low, mut high) = (0.0, most);
     for _ in 0..80 {
@@ -80,12 +81,12 @@ fn falling(of: impl Fn(f64) -> f64, most: f64) -> f64 {
     high
 }
 
-/// Glucose about the muscle, mmol/L, at which as much arrives as is taken up.
+/// Glucose around the muscle, mmol/L, at which arrival equals uptake.
 fn muscle_at(p: &SaturatingParameters, plasma: f64, insulin: f64) -> f64 {
     falling(|m| p.transport * (plasma - m) - uptake(p, m, insulin, 0.0), plasma)
 }
 
-/// Insulin in the first places of both channels at an infusion of mU/min, mU.
+/// Insulin in the first compartments of both channels at an infusion of mU/min, mU.
 fn depots(p: &SaturatingParameters, infusion: f64) -> (f64, f64) {
     let held = |rate: f64, arriving: f64| {
         falling(|amount| arriving - rate * amount - lost(p, amount), arriving / rate)

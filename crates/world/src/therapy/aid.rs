@@ -8,7 +8,7 @@ use super::{Controller, Observation, Order};
 
 /// Minutes ahead for which glucose is extrapolated.
 const HORIZON: f64 = 30.0;
-/// Glucose that the controller steers to, and in exercise.
+/// Target glucose of the controller, and in exercise.
 const TARGET: MgPerDl = MgPerDl(110.0);
 const EXERCISE_TARGET: MgPerDl = MgPerDl(140.0);
 /// Predicted glucose below which basal insulin stops.
@@ -23,8 +23,8 @@ const MOST_ON_BOARD: f64 = 3.0;
 const CORRECT_ABOVE: MgPerDl = MgPerDl(180.0);
 const CORRECTED_SHARE: f64 = 0.4;
 
-/// A controller of the kind that commercial systems use: the need is the distance of predicted
-/// glucose from the target over ISF, plus what announced meals still ask for, less what is on
+/// A controller like those of commercial systems. The need is the distance of predicted glucose
+/// from the target divided by ISF, plus the remaining need of announced meals, minus the insulin on
 /// board.
 #[derive(Debug, Clone)]
 pub struct Aid {

@@ -1,8 +1,8 @@
-//! What is still to act of doses given earlier.
+//! The part of earlier doses that has still to act.
 
 use physiology::{Minutes, STEP};
 
-/// Amounts that pass through two equal compartments, as pumps reckon insulin and carbohydrate on
+/// Amounts that pass through two equal compartments, as pumps compute insulin and carbohydrate on
 /// board: after a time t the share (1 + t/tau) exp(-t/tau) remains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Depot {

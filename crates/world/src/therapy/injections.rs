@@ -38,11 +38,11 @@ impl Pen {
         forgotten: 0.0,
     };
 
-    /// Draws one person's: one in three injects twice; in the morning or the evening; insulin that acts for
-    /// 18 h to more than two days (dissolving over 2 to 6 h, absorbed over 8 to 18 h, 20 to 30 h in a
-    /// quarter of people: Heise and Pieber, Diabetes Obes Metab 2007;9:648; Heise et al., Diabetes Obes Metab
-    /// 2012;14:859), half units in half of the people, 85 to 115 % of the basal need, 0 to 6 % of injections
-    /// forgotten (assumed).
+    /// Draws one person's. One in three injects twice; in the morning or the evening. The insulin
+    /// acts for 18 h to more than two days (dissolving over 2 to 6 h, absorbed over 8 to 18 h, 20
+    /// to 30 h in a quarter of people: Heise and Pieber, Diabetes Obes Metab 2007;9:648; Heise et
+    /// al., Diabetes Obes Metab 2012;14:859). Half of the people dial half units; they inject 85 to
+    /// 115 % of the basal need and forget 0 to 6 % of injections (assumed).
     #[must_use]
     pub fn sample(rng: &mut (impl Rng + ?Sized)) -> Self {
         let (twice, evening) = (rng.random_bool(1.0 / 3.0), rng.random_bool(0.6));
@@ -63,7 +63,8 @@ impl Pen {
         }
     }
 
-    /// The rates at which long-acting insulin arrives under the skin over a calendar, U/h, one a step.
+    /// The rates at which long-acting insulin arrives under the skin over a calendar, U/h, one a
+    /// step.
     ///
     /// Doses are whole units; they are injected within about half an hour of their hour.
     #[must_use]

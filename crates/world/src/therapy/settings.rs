@@ -1,4 +1,4 @@
-//! Therapy settings: found on the body by trial, then spoilt a little, as in a clinic.
+//! Therapy settings: found on the body by trial, then given small errors, as in a clinic.
 
 use ode_sim::dosing::Correction;
 use ode_sim::{BolusCalculator, OdeError};
@@ -16,7 +16,7 @@ use crate::virtual_body::VirtualBody;
 const TARGET: MgPerDl = MgPerDl(125.0);
 /// Steps of a trial: six hours.
 const TRIAL: usize = 72;
-/// Least ISF that is believed, mg/dL per U.
+/// Least plausible ISF, mg/dL per U.
 pub(crate) const LEAST_FALL: f64 = 12.0;
 /// Meal of the trial that finds ICR.
 const TRIAL_MEAL: Grams = Grams(50.0);
@@ -35,11 +35,11 @@ pub struct TherapySettings {
 }
 
 impl TherapySettings {
-    /// The settings that trials on a body give; hand it an undisturbed one.
+    /// The settings that trials on a body give; pass an undisturbed body.
     ///
     /// Basal: the rate that holds 125 mg/dL. ISF: the fall within six hours after 1 U given at a
-    /// steady 180 mg/dL. ICR: the ratio with which a meal of 50 g ends at its start after six
-    /// hours.
+    /// steady 180 mg/dL. ICR: the ratio with which glucose is back at its start six hours after a
+    /// meal of 50 g.
     ///
     /// # Errors
     /// If the body has no steady state at these values or its simulation fails.
@@ -70,10 +70,10 @@ impl TherapySettings {
         (4.0..=30.0).contains(&self.icr.0) && (LEAST_FALL..=120.0).contains(&self.isf)
     }
 
-    /// The settings that a person really uses: those found by trial, each in error.
+    /// The settings that a person really uses: those found by trial, each with an error.
     ///
     /// Log errors: basal 0.08, ICR 0.15, ISF 0.15 (assumed). The profile is raised by 5 to 20 %
-    /// from 3 to 8 h against the dawn, and by none to a tenth lowered from 22 to 2 h, whatever the
+    /// from 3 to 8 h against the dawn, and lowered by 0 to 10 % from 22 to 2 h, whatever the
     /// person's own need is.
     #[must_use]
     pub fn in_use(self, rng: &mut (impl Rng + ?Sized)) -> Self {

@@ -12,7 +12,8 @@ use crate::virtual_person::{FIRST_GLUCOSE, LivedDays, VirtualPerson};
 const EVERY: usize = 6;
 /// Of so many starts, one goes on to the longer horizon.
 const LONG_EVERY: usize = 4;
-/// Steps before the first start: 12 h, in which the steady state of the beginning is left behind.
+/// Steps before the first start: 12 h, after which the steady state of the beginning no longer
+/// matters.
 const BURN_IN: usize = STEPS_PER_DAY / 2;
 
 /// The difference at the end of one run.
@@ -102,8 +103,8 @@ fn restarts(steps: usize) -> Vec<Restart> {
     runs.chain(days).map(|run| Restart { steps: run.steps.min(steps - run.start), ..run }).collect()
 }
 
-/// What the sensor shows more of the same glucose with the effects than without them, mg/dL; `None` where a reading
-/// that would tell is lost.
+/// The difference that the effects make to the sensor at the same glucose, mg/dL; `None` where a
+/// needed reading is lost.
 fn shown(
     person: &VirtualPerson,
     lived: &LivedDays,

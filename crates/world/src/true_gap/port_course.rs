@@ -14,12 +14,12 @@ pub enum CourseUnit {
     Factor,
     /// Glucose that enters the accessible compartment, mmol/kg/min.
     Flux,
-    /// Carbohydrate that is eaten and that the log does not hold, g/h.
+    /// Carbohydrate that is eaten but not in the log, g/h.
     Carbohydrate,
     /// Change of the readings, mg/dL.
     Reading,
-    /// Change of glucose over runs of an hour, mg/dL/min: for effects that each kind of body takes at the
-    /// port in a form of its own.
+    /// Change of glucose over runs of an hour, mg/dL/min: for effects that each kind of body has at
+    /// the port in its own form.
     GlucoseRate,
 }
 
@@ -143,7 +143,7 @@ fn of_person(
     })
 }
 
-/// What a condition says about a port: a factor, or the flux.
+/// The value of a condition at a port: a factor, or the flux.
 fn at_port(port: Port, condition: &Condition) -> f64 {
     match port {
         Port::InsulinInput => condition.bioavailability,
@@ -153,7 +153,7 @@ fn at_port(port: Port, condition: &Condition) -> f64 {
         Port::Egp => condition.production,
         Port::GutAbsorption => condition.gut_time,
         Port::GlucoseFlux => condition.glucose_flux,
-        // Not of the body: readings and logs have courses of their own.
+        // Not of the body: readings and logs have their own courses.
         Port::CarbAmount | Port::Sensor => 0.0,
     }
 }

@@ -1,6 +1,6 @@
-//! What truly holds at each step of a life, under the names of the exchange format.
+//! The true situations at each step of a life, by the names of the exchange format.
 //!
-//! A diagnosis reads the same situations from a record and may take one for another; this reads them
+//! A diagnosis reads the same situations from a record and may confuse them; this module reads them
 //! from the life itself.
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
@@ -40,7 +40,7 @@ pub enum Situation {
 
 /// Smallest meal that counts, g.
 const MEAL: f64 = 15.0;
-/// Share of its life after which a sensor is late.
+/// Share of its life after which a sensor counts as late.
 const LATE: f64 = 2.0 / 3.0;
 /// Hours of a night below which it is short.
 const SHORT_NIGHT: f64 = 6.0;

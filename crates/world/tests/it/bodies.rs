@@ -127,8 +127,8 @@ fn exercise_acts_through_its_two_effects_alone() {
 
 #[test]
 fn every_gram_and_every_unit_arrives() {
-    // What a body takes up of a gram and a unit, by the area that it moves: linear enough at these sizes
-    // that twice of both moves twice as much.
+    // What a body takes up of a gram and a unit, by the area that it moves. At these sizes it is
+    // linear enough that twice of both moves twice as much.
     let area = |course: &[f64]| course.iter().map(|g| g - 130.0).sum::<f64>();
     for ((body, one), (_, two)) in plain(meal(4.0), 288).iter().zip(&plain(meal(8.0), 288)) {
         let ratio = area(two) / area(one);

@@ -1,4 +1,4 @@
-//! The same seed makes the same world, whatever the number of threads.
+//! The same seed makes the same world, for any number of threads.
 
 use world::{EMBEDDED_PEOPLE, EMBEDDED_SEED, embedded_cohort};
 

@@ -1,4 +1,4 @@
-//! Each effect moves glucose its own way and by its amplitude, and nothing else with it.
+//! Each effect moves glucose in its own way and by its amplitude, and changes nothing else.
 
 use chrono::NaiveDate;
 use physiology::STEPS_PER_DAY;
@@ -83,7 +83,7 @@ fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
 #[test]
 fn shifts_grow_with_the_amplitude_from_nothing() {
     for generator in Generator::ALL {
-        // So many that some of their lows are treated without being logged.
+        // So many people that some of their lows are treated without being logged.
         let people = so_many(5, generator);
         Switch::all().collect::<Vec<_>>().into_par_iter().for_each(|switch| {
             let shifts = [0.0, 0.5, 1.0, 2.0].map(|amplitude| {
@@ -245,8 +245,8 @@ fn worlds_with_and_without_an_effect_share_every_chance() {
         let (a, b) = (&lived.recorded.record, &null.recorded.record);
         assert!(a.heart_rate() == b.heart_rate() && a.set_change() == b.set_change());
         assert!(a.cgm().iter().zip(b.cgm()).all(|(x, y)| x.is_some() == y.is_some()));
-        // What the sensor adds is the same noise: the two readings differ by what the effect does
-        // to glucose and to the sensor, and the counterfactual of the one is fed by the other.
+        // The sensor adds the same noise, so the two readings differ by what the effect does to
+        // glucose and to the sensor. The counterfactual of the one is the input of the other.
         let replayed = person.counterfactual(&null, &Amplitudes::NONE).expect("finite");
         assert!(replayed.glucose == null.glucose);
         let shown = replayed.sensed.iter().zip(b.cgm());
@@ -267,7 +267,7 @@ fn counting_errs_without_bias_in_a_null_world_and_low_with_the_effect() {
             let lived = live(&person);
             let logged = lived.recorded.record.carbs();
             for meal in lived.life.meals.iter().filter(|m| m.eaten.0 > 25.0) {
-                // Alone in its step: nothing eaten against a low or before exercise.
+                // Alone in its step: nothing was eaten against a low or before exercise.
                 let alone = lived.inputs[meal.step].carbs == meal.eaten
                     && lived.inputs[meal.step].rescue.amount.0 == 0.0;
                 if alone && (meal.eaten.0 > 80.0) == large {

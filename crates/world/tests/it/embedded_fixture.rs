@@ -1,7 +1,7 @@
 //! The cohort in the repository is the one that this crate makes.
 //!
 //! Mathematical functions differ in their last digit between platforms, and a body under a
-//! controller carries that on; the comparison holds where the fixture was made.
+//! controller amplifies that. The comparison holds where the fixture was made.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What is planted into a record, and what is left as it was.
+//! What is planted into a record, and what stays unchanged.
 
 use std::path::Path;
 
@@ -80,7 +80,7 @@ fn a_seed_says_what_is_planted() {
         {
             assert_ne!(with(7), with(8), "{planting:?}");
         }
-        // One person more changes nothing in those before.
+        // One more person changes nothing in those before.
         let fewer = Cohort { people: cohort.people[..2].to_vec() };
         let alone = plant(&fewer, planting, size(planting, 1.0), 7).cohort;
         assert_eq!(alone.people, with(7).cohort.people[..2], "{planting:?}");
@@ -106,7 +106,7 @@ fn a_size_of_nothing_changes_nothing_and_a_larger_one_changes_more() {
         let (none, small, large) = (distance(0.0), distance(1.0), distance(2.0));
         // Rounding of a scaled or moved number.
         assert!(none < 1e-6, "{planting:?}: {none}");
-        // A dose that is moved twice as far is the same dose; how far, another test tells.
+        // A dose that is moved twice as far is the same dose; another test checks how far.
         let moves = matches!(planting, Planting::SlowMeals | Planting::LateBoluses);
         if planting != Planting::UnloggedRescueCarbs {
             let more = large > small || moves;

@@ -1,4 +1,4 @@
-//! Where effects move glucose is where they act.
+//! Effects move glucose where they act.
 
 use chrono::NaiveDate;
 use physiology::MgPerDl;
@@ -51,7 +51,7 @@ fn dawn_raises_glucose_in_the_morning() {
         let hottest: usize = hours[0].0.parse().expect("an hour");
         assert!((3..10).contains(&hottest), "{}: {hours:?}", generator.name());
         assert!(hours[0].1 > 0.0, "{hours:?}");
-        // In the afternoon the production is as drawn: runs from the same state stay together.
+        // In the afternoon the production is as drawn, so runs from the same state stay together.
         let afternoon = gap.cell(CellFactor::Hour, "16").and_then(|cell| cell.mean[0]);
         let afternoon = afternoon.expect("runs of every hour");
         assert!(afternoon.abs() < 0.1 * hours[0].1, "{afternoon} {hours:?}");
@@ -82,7 +82,7 @@ fn a_meal_that_nobody_logged_is_a_gap_after_meals() {
     let gap = gap(&person, &days, Amplitudes::NONE);
     let after_meal = gap.cell(CellFactor::Context, "after_meal").expect("a level");
     let (hour, five) = (after_meal.mean[0].expect("meals"), after_meal.mean[1].expect("meals"));
-    // The meal is in the state of the start already: what is still to come is the later meal.
+    // The meal is already in the state at the start; the later meal is still to come.
     assert!(five > 0.0 && hour < five, "{hour} {five}");
     assert!(gap.mean[2] > gap.mean[1] && gap.mean[1] > gap.mean[0]);
 }
@@ -151,7 +151,7 @@ fn exact_courses_lie_along_the_records() {
         courses.iter().map(|c| (c.effect, c.acts)).collect::<Vec<_>>(),
         [(dawn, true), (ageing, false)]
     );
-    // The shift that was searched for, but for the sensor's gain and the readings that are lost.
+    // The shift that was searched for, except for the sensor's gain and lost readings.
     assert!((8.0..13.0).contains(&courses[0].size()), "{}", courses[0].size());
     assert!(courses[1].size() > 0.5);
     let whole = courses[0].people[0].clone();
@@ -160,7 +160,8 @@ fn exact_courses_lie_along_the_records() {
     person.record = person.record.slice(288..1440).expect("days of the record");
     let part = world.exact_courses(&cohort, &[]).expect("courses").swap_remove(0);
     assert_eq!(part.people[0], whole[288..1440]);
-    // A reading less its course is the reading of a life without the effect, but for rounding and the display.
+    // A reading minus its course is the reading of a life without the effect, except for rounding
+    // and the display.
     let without = VirtualPerson { amplitudes: Amplitudes::NONE, ..world.people[0].clone() };
     assert_ne!(without, world.people[0]);
     let lived = world.people[0].live(world.planned.calendar()).expect("a week");

@@ -1,4 +1,4 @@
-//! The generators: all live like people, and none can take another's place.
+//! The generators: all live like people, and none can replace another.
 
 use chrono::NaiveDate;
 use ode_sim::{EgpMode, Integrator, OdeParameters, OdePlant, steady_state};
@@ -39,9 +39,8 @@ fn every_generator_makes_plausible_cohorts() {
         for (mean, (low, high)) in means.iter().zip(bounds) {
             assert!((low..=high).contains(mean), "{generator:?}: {means:?}");
         }
-        // Of 140 checks of single people one in five may fail: the ranges are those of four in
-        // five observed people, and automated delivery keeps many below the CV and the lows asked
-        // for.
+        // Of 140 checks of single people one in five may fail. The ranges are those of four in five
+        // observed people, and automated delivery keeps many below the required CV and lows.
         assert!(failures.len() <= 28, "{generator:?}: {failures:?}");
     }
 }
@@ -229,7 +228,7 @@ fn every_effect_acts_on_a_body_of(generator: Generator) {
         VirtualPerson::sample_from(generator, 17, 3, Regime::OpenLoopPump).expect("drawn");
     person.amplitudes = Amplitudes::NONE;
     let off = person.live(calendar(14)).expect("two weeks");
-    // Insulin that does not answer to the sensor, so that the effect alone is seen.
+    // Insulin that does not react to the sensor, so that the effect alone is seen.
     for effect in [
         Effect::Dawn,
         Effect::Exercise,

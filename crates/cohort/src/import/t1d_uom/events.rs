@@ -26,7 +26,7 @@ pub(super) struct Events {
     pub(super) untimed: f64,
 }
 
-/// What a row says about its time.
+/// The time in a row.
 pub(super) enum Stamp {
     At(NaiveDateTime),
     /// A date alone.
@@ -122,7 +122,7 @@ impl Events {
         Some(Span { first: step_of(first.time), end: step_of(last.time) + 1 })
     }
 
-    /// Adds the amounts into their steps; a step without one within the events' span holds 0.
+    /// Adds the amounts to their steps; a step without one within the events' span holds 0.
     pub(super) fn place(
         &self,
         span: &Span,

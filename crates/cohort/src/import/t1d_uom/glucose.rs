@@ -55,8 +55,8 @@ impl Readings {
         }
     }
 
-    /// Puts each reading at the nearest step; of several the nearest in time stays, at equal
-    /// distance the first of the file.
+    /// Puts each reading at the nearest step. Of several readings the nearest in time stays; at
+    /// equal distance the first of the file.
     pub(super) fn place(&self, span: &Span, record: &mut Record, account: &mut Account<'_>) {
         let cells = record.channel_mut(Channel::Cgm);
         let mut best: Vec<Option<i64>> = vec![None; cells.len()];

@@ -1,9 +1,9 @@
 //! `Insulin Data`: pump rates, long-acting injections and boluses.
 //!
-//! Basal rows of kind `R` are U/h from their time until the next one; a step holds the mean over
-//! its five minutes, so that amounts are kept exactly. Rows of kind `L` are injections of
-//! long-acting insulin, which no basal rate describes without a model of their absorption: they
-//! are left out and counted, and a person who has only those is on `mdi` with the basal missing.
+//! Basal rows of kind `R` are U/h from their time until the next one. A step holds the mean over
+//! its five minutes, so amounts are kept exactly. Rows of kind `L` are injections of long-acting
+//! insulin, which no basal rate describes without a model of their absorption. They are left out
+//! and counted. A person who has only those is on `mdi` with the basal missing.
 
 use chrono::{NaiveDateTime, TimeDelta};
 use physiology::STEPS_PER_DAY;
@@ -20,15 +20,16 @@ use crate::text_table::TextTable;
 const TIME: &str = "basal_ts";
 const DOSE: &str = "basal_dose";
 const KIND: &str = "insulin_kind";
-/// A programmed rate changes or is confirmed at least once a day; beyond, the pump is silent.
+/// A programmed rate changes or is confirmed at least once a day; after that the pump counts as
+/// silent.
 const HOLD: TimeDelta = TimeDelta::hours(24);
-/// Rate changes a day from which a controller, not a person, sets them.
+/// From this number of rate changes a day, a controller sets them, not a person.
 const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
 
 /// Pump rates and injections of one person.
 pub(super) struct Basal {
     file: String,
-    /// Rate changes, U/h, in order, one a time.
+    /// Rate changes, U/h, in order, one per time.
     rates: Vec<Event>,
     /// Long-acting injections, U.
     injections: Vec<Event>,
@@ -163,7 +164,7 @@ impl Basal {
         }
     }
 
-    /// The therapy that the rows speak for.
+    /// The therapy that the rows indicate.
     pub(super) fn therapy(&self, account: &mut Account<'_>) -> Therapy {
         let place = Place::column(&self.file, KIND);
         let injections = self.injections.len();
@@ -186,7 +187,7 @@ impl Basal {
     }
 }
 
-/// Boluses of 0 where the pump's rates are missing become missing too; where rates are recorded, a
+/// Where the pump's rates are missing, boluses of 0 become missing too. Where rates are recorded, a
 /// step without a bolus had none, also before the first bolus and after the last.
 pub(super) fn silence_between(record: &mut Record, has_rates: bool) {
     if !has_rates || record.basal().iter().all(Option::is_none) {

@@ -79,7 +79,7 @@ pub(super) fn sleep(
     let (durations, offsets) = (table.column("duration_in_sec")?, table.column(OFFSET)?);
     let awake = table.column("awake_s")?;
     let (mut sessions, mut begin_with_a_stage) = (0, 0);
-    // Seconds asleep and in a session, a step.
+    // Seconds asleep and in a session, per step.
     let mut seconds = vec![(0_i64, 0_i64); span.len()];
     let mut used_offsets: BTreeMap<i64, usize> = BTreeMap::new();
     for i in 0..table.height() {
@@ -91,7 +91,7 @@ pub(super) fn sleep(
             .ok_or_else(|| starts.wrong(i, "a time in UTC like 31/12/2023 22:05"))?;
         let offset = whole(&offsets, i)?;
         *used_offsets.entry(offset).or_default() += 1;
-        // The duration is the time asleep; the session also holds the time awake.
+        // The duration is the time asleep; the session also includes the time awake.
         let duration = whole(&durations, i)? + whole(&awake, i)?;
         if !(0..=LONGEST_SESSION).contains(&duration) {
             return Err(durations.wrong(i, "seconds of one sleep, at most 86400"));

@@ -133,7 +133,7 @@ const fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Hashes, so that nobody need take the labels on trust.
+/// Hashes, so that nobody has to trust the labels.
 fn sealed(html: &mut Html, seal: &Seal) {
     let mut table = Html::default();
     let rows: Vec<(bool, Vec<String>)> = seal

@@ -14,7 +14,7 @@ pub(super) fn body(html: &mut Html, how_far: &HowFar) -> Result<(), ReportError>
         return Ok(());
     }
     let at = |errors: &[Option<f64>], place: usize| errors.get(place).copied().flatten();
-    // The horizon that is shown is the one with the surest change; ties go to the first.
+    // The horizon shown is the one with the clearest change; ties go to the first.
     let surest = (0..horizons.len()).min_by(|a, b| {
         let of = |place: usize| horizons[place].difference.upper;
         of(*a).total_cmp(&of(*b))

@@ -1,4 +1,4 @@
-//! Outcomes down, methods across, as the paper has its tables.
+//! Outcomes in rows, methods in columns, as in the paper's tables.
 
 use contract::outcomes::OutcomeRow;
 
@@ -6,9 +6,9 @@ use super::Judged;
 use crate::html::{Crossed, CrossedCell, CrossedRow};
 use crate::number::{ABSENT, compact, p_value, spread};
 
-/// Beside p where equivalence is concluded.
+/// Mark beside p where equivalence is concluded.
 pub(super) const EQUIVALENT: &str = "\u{2713}";
-/// Beside p where so few people cannot show equivalence.
+/// Mark beside p where so few people cannot show equivalence.
 pub(super) const TOO_FEW: &str = "\u{2020}";
 
 /// The table of some methods over the same windows, or `None` without a method.

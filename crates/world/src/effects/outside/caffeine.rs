@@ -13,11 +13,12 @@ const FALL: f64 = 0.27;
 /// Share of the days that begin with coffee (assumed).
 const SHARE: f64 = 0.9;
 /// Hours in which it acts, half-lives of 3 to 7 h after a peak within the first hour (Blanchard &
-/// Sawers, Eur J Clin Pharmacol 1983;24:93), and those in which it sets in or fades.
+/// Sawers, Eur J Clin Pharmacol 1983;24:93), and hours of its onset and decay.
 const HOURS: (f64, f64) = (5.0, 8.0);
 const EDGE: f64 = 1.0;
 
-/// From a quarter to three quarters of an hour after waking, on nine days in ten. Every draw is made.
+/// From a quarter to three quarters of an hour after waking, on nine days in ten. Every draw is
+/// made.
 pub(super) fn events(life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<Event> {
     life.nights
         .iter()

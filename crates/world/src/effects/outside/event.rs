@@ -5,14 +5,14 @@ use rand::{Rng, RngExt};
 
 use crate::behaviour::Life;
 
-/// A stretch that sets in and fades over its edges.
+/// A stretch with gradual onset and decay at its edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// First step; negative when that was before the record.
     pub from: i64,
     /// Length, h, edges included.
     pub hours: f64,
-    /// Time in which it sets in, and in which it fades, h.
+    /// Time of its onset, and of its decay, h.
     pub edge: f64,
     /// Size relative to the published one.
     pub size: f64,

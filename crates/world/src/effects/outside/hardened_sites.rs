@@ -13,7 +13,7 @@ const LOSS: f64 = 0.25;
 /// Share of sets at such sites (assumed).
 const SHARE: f64 = 0.3;
 
-/// As long as such a set is worn.
+/// For as long as such a set is worn.
 pub(super) fn events(life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<Event> {
     let changes = life.sets.changes();
     let end = life.calendar.steps() as i64;

@@ -7,8 +7,8 @@ use super::event::Event;
 use crate::behaviour::Life;
 
 /// Fall of the action, as a logarithm: 35 %. Acute infections with fever lowered the glucose that
-/// insulin disposes of by half (Yki-Jarvinen et al., J Clin Endocrinol Metab 1989;69:317); these are
-/// milder ones.
+/// insulin disposes of by half (Yki-Jarvinen et al., J Clin Endocrinol Metab 1989;69:317); these
+/// are milder ones.
 const FALL: f64 = 0.43;
 /// Days of which one begins an illness; high, so that short records hold one.
 const DAYS: f64 = 14.0;

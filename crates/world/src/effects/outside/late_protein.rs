@@ -7,8 +7,8 @@ use super::super::Condition;
 use super::event::Event;
 use crate::behaviour::{Life, MealKind};
 
-/// Glucose made of it, mmol/kg/min: over four hours this comes to 15 to 20 g in an adult. Protein of
-/// 75 g beside a meal raised glucose from 150 to 300 min after it, by 5 mmol/L on average
+/// Glucose made of it, mmol/kg/min: over four hours this comes to 15 to 20 g in an adult. Protein
+/// of 75 g beside a meal raised glucose from 150 to 300 min after it, by 5 mmol/L on average
 /// (Paterson et al., Diabet Med 2017;34:851); these dinners hold about half of that.
 const FLUX: f64 = 0.006;
 /// Share of the dinners that are rich in protein (assumed).

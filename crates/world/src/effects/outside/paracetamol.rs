@@ -1,4 +1,4 @@
-//! Paracetamol, which some sensors take for glucose.
+//! Paracetamol, which some sensors read as glucose.
 
 use rand::Rng;
 
