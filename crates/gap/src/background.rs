@@ -9,7 +9,7 @@ use effects::{Allowance, Field};
 use ode_sim::gut::glucose_dose;
 use physiology::{Grams, STEP, STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use crate::filter::calibration::Factor;
+use crate::filter::calibration::{FACTORS, Factor, PARAMETERS};
 use crate::filter::observations::Observations;
 use crate::filter::tangent::{Direction, Parameter};
 
@@ -74,19 +74,13 @@ impl Background {
     }
 }
 
-/// Parameters of the calibration, in its order, with half the spread of its prior: what is left to
-/// move once a person is calibrated.
-const CALIBRATED: [(Parameter, f64); 6] = [
-    (Parameter::Action, 0.15),
-    (Parameter::Egp0, 0.075),
-    (Parameter::TMaxG, 0.125),
-    (Parameter::TMaxI, 0.10),
-    (Parameter::AG, 0.10),
-    (Parameter::F01, 0.075),
-];
+/// Half the spread of the prior of each calibrated parameter, in their order: what is left to move once a person is
+/// calibrated.
+const LEFT_SD: [f64; FACTORS] = [0.15, 0.075, 0.125, 0.10, 0.10, 0.075];
+
 /// The factor of the calibration that a parameter is.
 pub(crate) fn calibrated_factor(parameter: Parameter) -> Option<Factor> {
-    let index = CALIBRATED.iter().position(|(calibrated, _)| *calibrated == parameter)?;
+    let index = PARAMETERS.iter().position(|calibrated| *calibrated == parameter)?;
     Factor::ALL.get(index).copied()
 }
 
@@ -149,7 +143,7 @@ pub(crate) fn background(
     glucose: &[f64],
 ) -> Vec<BackgroundDirection> {
     let mut all = Vec::new();
-    for (parameter, prior_sd) in CALIBRATED.into_iter().chain(STRUCTURE) {
+    for (parameter, prior_sd) in PARAMETERS.into_iter().zip(LEFT_SD).chain(STRUCTURE) {
         let which = Background::Parameter(parameter);
         let direction = Direction::Parameter(parameter);
         all.push(BackgroundDirection { which, direction, prior_sd });

@@ -130,7 +130,8 @@ pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<
             }
             Some(Form::Events(shape)) => events.push((id, shape)),
             Some(Form::Random { field, unit, log_sd }) => {
-                random.push(units(id, field, log_sd, &unit_steps(unit, &course)));
+                let units = unit_steps(unit, 0..course.len(), &course);
+                random.push(UnitLanes { effect: id, field, log_sd, lanes: in_lanes(&units) });
             }
         }
     }
@@ -264,10 +265,14 @@ fn driven(
     Direction::Course(changed.into_iter().map(change).collect())
 }
 
-/// Steps of each unit: a calendar day, or a meal on record.
-fn unit_steps(unit: RandomUnit, course: &Course) -> Vec<Range<usize>> {
+/// Steps of each unit within some steps: a calendar day, or a meal on record.
+pub(crate) fn unit_steps(
+    unit: RandomUnit,
+    within: Range<usize>,
+    course: &Course,
+) -> Vec<Range<usize>> {
     let mut units: Vec<Range<usize>> = Vec::new();
-    for step in 0..course.len() {
+    for step in within {
         match (unit, units.last_mut()) {
             (RandomUnit::Day, Some(day)) if course.day[day.start] == course.day[step] => {
                 day.end = step + 1;
@@ -286,18 +291,33 @@ fn unit_reach(unit: &Range<usize>) -> usize {
     (2 * unit.len()).max(unit.len() + ANSWER)
 }
 
-fn units(effect: EffectId, field: Field, log_sd: f64, units: &[Range<usize>]) -> UnitLanes {
+/// The direction of each answer, whose steps are given by ascending start: answers that do not meet share one.
+pub(crate) fn packed(answers: impl Iterator<Item = Range<usize>>) -> Vec<usize> {
+    let mut ends: Vec<usize> = Vec::new();
+    answers
+        .map(|steps| {
+            let free = ends.iter().position(|end| *end <= steps.start);
+            let lane = free.unwrap_or(ends.len());
+            match ends.get_mut(lane) {
+                Some(end) => *end = steps.end,
+                None => ends.push(steps.end),
+            }
+            lane
+        })
+        .collect()
+}
+
+/// Units by the direction that they share.
+fn in_lanes(units: &[Range<usize>]) -> Vec<Vec<Range<usize>>> {
     let mut lanes: Vec<Vec<Range<usize>>> = Vec::new();
-    for unit in units {
-        let free = lanes.iter_mut().find(|lane| {
-            lane.last().is_none_or(|last| last.start + unit_reach(last) <= unit.start)
-        });
-        match free {
-            Some(lane) => lane.push(unit.clone()),
-            None => lanes.push(vec![unit.clone()]),
+    let answers = units.iter().map(|unit| unit.start..unit.start + unit_reach(unit));
+    for (lane, unit) in packed(answers).into_iter().zip(units.iter().cloned()) {
+        if lane == lanes.len() {
+            lanes.push(Vec::new());
         }
+        lanes[lane].push(unit);
     }
-    UnitLanes { effect, field, log_sd, lanes }
+    lanes
 }
 
 /// The slope along the logarithm of the factor of each unit, which is the factor that is there.

@@ -18,7 +18,7 @@ use crate::expected_gap::share_out;
 use crate::filter::plants::{Ode, Plants};
 use crate::free_run::FreeRunRule;
 use crate::free_run_statistics::free_run_statistics;
-use crate::how_far::{Amplitude, HowFarRule, NamedEffect, Settings, how_far};
+use crate::how_far::{HowFarRule, NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::one_person::on_one;
 use crate::person::{
@@ -317,7 +317,7 @@ fn held_out_change(
             Some(NamedEffect {
                 effect: library.iter().find(|effect| effect.card().id == id)?.as_ref(),
                 variant: commonest(&named.variants),
-                amplitude: Amplitude::OfPeople(named.personal.iter().map(|p| p.0).collect()),
+                amplitudes: named.personal.iter().map(|p| p.0).collect(),
             })
         })
         .collect();

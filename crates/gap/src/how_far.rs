@@ -55,36 +55,15 @@ pub struct NamedEffect<'a> {
     pub effect: &'a dyn Effect,
     /// Its variant on the whole record; each fold chooses anew, on its training days.
     pub variant: usize,
-    /// Its amplitude: where the fits on training days start, for hidden events and random factors their
-    /// strength.
-    pub amplitude: Amplitude,
+    /// Its amplitude, one value a person in their order; 1 is the published size. The fits on training days start
+    /// there; hidden events and random factors have that strength.
+    pub amplitudes: Vec<f64>,
 }
 
-/// How strong an effect was found to be; 1 is the published size.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Amplitude {
-    /// One value a person, in their order.
-    OfPeople(Vec<f64>),
-    /// The same distribution for everybody.
-    Population {
-        /// Mean.
-        mean: f64,
-        /// Standard deviation between people.
-        sd: f64,
-    },
-    /// Known, the same for everybody, and not fitted: what an oracle would use where the truth is an effect
-    /// of the library. The variant is kept as well.
-    Known(f64),
-}
-
-impl Amplitude {
+impl NamedEffect<'_> {
     /// The amplitude of one person.
-    #[must_use]
-    pub fn of(&self, person: usize) -> f64 {
-        match self {
-            Self::OfPeople(values) => values.get(person).copied().unwrap_or(0.0),
-            Self::Population { mean, .. } | Self::Known(mean) => *mean,
-        }
+    fn amplitude(&self, person: usize) -> f64 {
+        self.amplitudes.get(person).copied().unwrap_or(0.0)
     }
 }
 

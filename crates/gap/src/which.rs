@@ -20,6 +20,8 @@ mod lag;
 mod naming;
 mod ports;
 mod round;
+#[cfg(test)]
+mod sample;
 mod scores;
 mod statistics;
 mod subject;

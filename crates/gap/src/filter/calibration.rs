@@ -18,15 +18,15 @@ mod unlogged;
 use ode_sim::{EgpMode, OdeParameters};
 
 pub use self::rule::CalibrationRule;
-pub(crate) use self::search::PARAMETERS;
 use self::search::{Solved, solved};
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Filtered, Innovation, filter};
 use crate::filter::noise::NoiseModel;
 use crate::filter::observations::Observations;
-use crate::filter::scored::normalised;
-use crate::filter::whitening::{Autoregression, HUBER_THRESHOLD, robust_scale};
+use crate::filter::scored::{Whitening, clipped_scale, normalised};
+use crate::filter::tangent::{Direction, Parameter};
+use crate::filter::whitening::Autoregression;
 
 pub use ode_sim::personal::{FACTORS, Factor, PersonalFactors};
 
@@ -90,6 +90,29 @@ impl Calibration {
     }
 }
 
+/// The calibrated parameters, in the order of [`Factor::ALL`].
+pub(crate) const PARAMETERS: [Parameter; FACTORS] = [
+    Parameter::Action,
+    Parameter::Egp0,
+    Parameter::TMaxG,
+    Parameter::TMaxI,
+    Parameter::AG,
+    Parameter::F01,
+];
+
+/// The calibrated parameters as directions.
+pub(crate) fn directions() -> [Direction; FACTORS] {
+    PARAMETERS.map(Direction::Parameter)
+}
+
+/// Derivative of what is whitened at a step that has both of the entries before it; `signatures` are those of normalised
+/// innovations.
+fn whitened_signature(by: &Autoregression, signatures: &[Factors], step: usize) -> Factors {
+    let (now, before) = (&signatures[step], &signatures[step - by.spacing]);
+    let earlier = &signatures[step - 2 * by.spacing];
+    std::array::from_fn(|k| by.left(now[k], before[k], earlier[k]))
+}
+
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
 /// A move of the log factors.
@@ -127,29 +150,6 @@ impl<'a> Setting<'a> {
     /// In units of their standard deviations; `None` where not scored.
     fn normalised(&self, innovations: &[Option<Innovation>]) -> Vec<Option<f64>> {
         normalised(innovations, &self.scored)
-    }
-}
-
-/// A whitening of normalised innovations.
-struct Whitening {
-    autoregression: Autoregression,
-    scale: f64,
-}
-
-impl Whitening {
-    fn fitted(z: &[Option<f64>]) -> Self {
-        let autoregression = Autoregression::fitted(z);
-        // Readings smoother than the noise model (interpolated ones) are not trusted more for that.
-        let scale = clipped_scale(&autoregression.whitened(z)).max(1.0);
-        Self { autoregression, scale }
-    }
-
-    /// Derivative of what is whitened at a step that has both of the entries before it.
-    fn signature(&self, signatures: &[Factors], step: usize) -> Factors {
-        let Autoregression { a1, a2, spacing } = self.autoregression;
-        let (now, before) = (&signatures[step], &signatures[step - spacing]);
-        let earlier = &signatures[step - 2 * spacing];
-        std::array::from_fn(|k| now[k] - a1 * before[k] - a2 * earlier[k])
     }
 }
 
@@ -211,25 +211,10 @@ struct Run {
 impl Run {
     fn of(filtered: Filtered, setting: &Setting<'_>) -> Self {
         let z = setting.normalised(&filtered.innovations);
-        let autoregression = Autoregression::fitted(&z);
-        let whitened = autoregression.whitened(&z);
-        let scale = clipped_scale(&whitened);
-        let whitened = whitened.iter().map(|w| w.map(|w| w / scale)).collect();
+        let (Whitening { autoregression, scale }, left) = Whitening::fitted(&z, clipped_scale);
+        let whitened = left.iter().map(|w| w.map(|w| w / scale)).collect();
         Self { filtered, autoregression, whitened, scale }
     }
-}
-
-/// Standard deviation with values clipped at Huber's threshold, so that wild readings do not
-/// inflate it; 1 where nothing is scored.
-pub(crate) fn clipped_scale(whitened: &[Option<f64>]) -> f64 {
-    let robust = robust_scale(whitened);
-    let limit = HUBER_THRESHOLD * robust;
-    let (mut sum, mut n) = (0.0, 0.0);
-    for w in whitened.iter().flatten() {
-        sum += w.clamp(-limit, limit).powi(2);
-        n += 1.0;
-    }
-    if sum > 0.0 { f64::sqrt(sum / n) } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -54,11 +54,16 @@ impl Autoregression {
         (0..z.len()).map(|k| self.whitened_at(z, k)).collect()
     }
 
+    /// What is left of an entry, given the two before it.
+    pub(crate) fn left(&self, now: f64, before: f64, earlier: f64) -> f64 {
+        now - self.a1 * before - self.a2 * earlier
+    }
+
     /// One entry of [`whitened`](Self::whitened).
     pub(crate) fn whitened_at(&self, z: &[Option<f64>], k: usize) -> Option<f64> {
         let earlier =
             |entries: usize| k.checked_sub(entries * self.spacing).and_then(|earlier| z[earlier]);
-        Some(z[k]? - self.a1 * earlier(1)? - self.a2 * earlier(2)?)
+        Some(self.left(z[k]?, earlier(1)?, earlier(2)?))
     }
 }
 

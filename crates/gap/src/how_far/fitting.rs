@@ -4,12 +4,12 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
+use super::NamedEffect;
 use super::hierarchy::{Hierarchy, empirical_bayes};
 use super::refit::{Equations, Fit};
 use super::settings::Settings;
 use super::subject::Subject;
 use super::unit::Unit;
-use super::{Amplitude, NamedEffect};
 use crate::filter::calibration::CalibrationRule;
 
 /// What training days gave.
@@ -39,15 +39,7 @@ pub(super) fn fitted<'a>(
         .map(|(fold, index, subject)| Unit::new(index, fold, subject))
         .collect();
     let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
-    let held: Vec<Option<f64>> = driven.iter().map(|found| known(&found.amplitude)).collect();
-    units.par_iter_mut().for_each(|unit| {
-        for _ in 0..rule.iterations {
-            if unit.failed.is_some() || unit.iterate_before(calibration) {
-                break;
-            }
-        }
-        unit.start_after();
-    });
+    units.par_iter_mut().for_each(|unit| unit.fit_before(rule.iterations, calibration));
     let mut hierarchies: Vec<Hierarchy> = Vec::new();
     if driven.is_empty() {
         return Fitted { units, hierarchies, variants: Vec::new() };
@@ -75,10 +67,8 @@ pub(super) fn fitted<'a>(
                 continue;
             }
             let inflation = inflation(&known, priors.len());
-            let evidence: Vec<_> =
-                known.iter().map(|e| e.evidence(&inflation).given(&held)).collect();
-            let mut hierarchy = empirical_bayes(&evidence, &priors);
-            hierarchy.hold(&held);
+            let evidence: Vec<_> = known.iter().map(|e| e.evidence(&inflation)).collect();
+            let hierarchy = empirical_bayes(&evidence, &priors);
             for (member, amplitudes) in members.iter().zip(&hierarchy.people) {
                 units[*member].move_after(amplitudes.clone(), calibration);
             }
@@ -86,14 +76,6 @@ pub(super) fn fitted<'a>(
         }
     }
     Fitted { units, hierarchies, variants }
-}
-
-/// An amplitude that is not fitted.
-fn known(amplitude: &Amplitude) -> Option<f64> {
-    match amplitude {
-        Amplitude::Known(value) => Some(*value),
-        _ => None,
-    }
 }
 
 /// By how much the information on each amplitude is overstated because steps of a day are not independent:
@@ -122,7 +104,7 @@ fn choose_variant(
     let effect = driven[index].effect;
     let given = driven[index].variant;
     let tried = subjects.iter().map(|s| effect.variants_for(&s.course)).max().unwrap_or(1);
-    if tried < 2 || known(&driven[index].amplitude).is_some() {
+    if tried < 2 {
         return given;
     }
     let found: Vec<Option<(Fit, Equations)>> = units

@@ -17,22 +17,6 @@ pub(super) struct Evidence {
     pub(super) weighted: Vec<f64>,
 }
 
-impl Evidence {
-    /// What is left to say where some amplitudes are known.
-    pub(super) fn given(mut self, known: &[Option<f64>]) -> Self {
-        for (effect, value) in known.iter().enumerate() {
-            let Some(value) = value else { continue };
-            for (other, weighted) in self.weighted.iter_mut().enumerate() {
-                *weighted -= self.information[(other, effect)] * value;
-                self.information[(other, effect)] = 0.0;
-                self.information[(effect, other)] = 0.0;
-            }
-            self.weighted[effect] = 0.0;
-        }
-        self
-    }
-}
-
 /// Amplitudes of the cohort.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Hierarchy {
@@ -117,20 +101,6 @@ pub(super) fn empirical_bayes(evidence: &[Evidence], priors: &[Prior]) -> Hierar
     let within =
         mean_variance.iter().zip(&between).map(|(all, between)| (all - between).max(0.0)).collect();
     Hierarchy { mean, sd: variance.iter().map(|v| v.sqrt()).collect(), within, between, people }
-}
-
-impl Hierarchy {
-    /// Puts known amplitudes in.
-    pub(super) fn hold(&mut self, known: &[Option<f64>]) {
-        for (effect, value) in known.iter().enumerate() {
-            let Some(value) = value else { continue };
-            self.mean[effect] = *value;
-            for zero in [&mut self.sd, &mut self.within, &mut self.between] {
-                zero[effect] = 0.0;
-            }
-            self.people.iter_mut().for_each(|person| person[effect] = *value);
-        }
-    }
 }
 
 /// Covariance of a person's amplitudes given the spread between people.
@@ -264,19 +234,5 @@ mod tests {
         let found = empirical_bayes(&people, &[PRIOR]);
         // Five standard errors of 0.22 / sqrt(50).
         assert!(found.mean[0] < 0.16, "{:?}", found.mean);
-    }
-
-    #[test]
-    fn a_known_amplitude_is_kept_and_the_other_found_given_it() {
-        let information = Mat::from_fn(2, 2, |r, c| if r == c { 1e4 } else { 5e3 });
-        // Amplitudes 2 and 0.5.
-        let weighted = vec![1e4 * 2.0 + 5e3 * 0.5, 5e3 * 2.0 + 1e4 * 0.5];
-        let known = [Some(2.0), None];
-        let people = vec![Evidence { information, weighted }.given(&known); 3];
-        let mut found = empirical_bayes(&people, &[PRIOR, PRIOR]);
-        found.hold(&known);
-        assert_eq!((found.mean[0], found.people[1][0], found.sd[0]), (2.0, 2.0, 0.0));
-        // The prior of the mean is worth a millionth of the data.
-        assert!((found.mean[1] - 0.5).abs() < 1e-3, "{found:?}");
     }
 }

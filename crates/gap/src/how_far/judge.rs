@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use effects::{Course, Modulation};
-use physiology::{MgPerDl, Plant, STEPS_PER_DAY, SimulationError};
+use physiology::{MgPerDl, OpenLoop, STEPS_PER_DAY, simulate};
 use stats::Outcomes;
 
 use super::drivers::{self, Driver};
@@ -190,15 +190,17 @@ impl HeldOut<'_> {
         days: &mut Days,
     ) {
         let scored = self.settings.calibration.scored(self.observations, seen);
-        let whitened = fit.autoregression.whitened(&normalised(&filtered.innovations, &scored));
-        for (offset, value) in whitened.iter().enumerate() {
+        let normalised = normalised(&filtered.innovations, &scored);
+        let standardised = fit.whitening.standardised(&normalised);
+        for (offset, value) in standardised.iter().enumerate() {
             let step = seen.start + offset;
             let (Some(value), Some(innovation)) = (value, filtered.innovations[offset]) else {
                 continue;
             };
             if let Some(day) = days.at(step, self.block) {
-                let spread = fit.scale * (std::f64::consts::TAU * innovation.variance).sqrt();
-                day.log_likelihood -= huber_loss(value / fit.scale, 1.0) + spread.ln();
+                let spread =
+                    fit.whitening.scale * (std::f64::consts::TAU * innovation.variance).sqrt();
+                day.log_likelihood -= huber_loss(*value, 1.0) + spread.ln();
                 day.innovations += 1.0;
             }
         }
@@ -350,17 +352,14 @@ impl Runner<'_> {
     ) -> Result<Run, GapError> {
         let observations = self.held_out.observations;
         let plant = ModulatedPlant::new(self.model, own.as_deref().unwrap_or(self.known));
-        let mut states = Vec::with_capacity(steps + 1);
-        let mut state = ModulatedPlant::start(start, filtered);
-        for (step, input) in observations.inputs[start..].iter().take(steps).enumerate() {
-            states.push(state);
-            state = plant.step(&state, input).map_err(|error| GapError::FreeRun {
+        let mut inputs = OpenLoop::new(&observations.inputs[start..]);
+        let states = simulate(&plant, ModulatedPlant::start(start, filtered), &mut inputs, steps)
+            .map_err(|source| GapError::FreeRun {
                 person: observations.person.clone(),
                 start,
-                source: SimulationError::NonFinite { compartment: error.compartment, step },
-            })?;
-        }
-        states.push(state);
+                source,
+            })?
+            .states;
         let readings = states.iter().map(|state| plant.reading(state)).collect();
         Ok(Run { states, readings, own })
     }
@@ -374,7 +373,6 @@ mod tests {
     use super::*;
     use crate::course::course;
     use crate::filter::calibration::{CalibrationRule, PersonalFactors};
-    use crate::filter::whitening::Autoregression;
     use crate::free_run::FreeRunRule;
     use crate::localisation::LocalisationRule;
 
@@ -392,8 +390,7 @@ mod tests {
         let fit = Fit {
             factors: PersonalFactors::default(),
             amplitudes: vec![1.0],
-            autoregression: Autoregression::WHITE,
-            scale: 1.0,
+            whitening: sample::UNWHITENED,
         };
         let free_run = FreeRunRule { horizons: HORIZONS.to_vec(), ..FreeRunRule::working() };
         let settings = Settings {
@@ -488,8 +485,7 @@ mod tests {
         let fit = Fit {
             factors: PersonalFactors::default(),
             amplitudes: vec![1.0],
-            autoregression: Autoregression::WHITE,
-            scale: 1.0,
+            whitening: sample::UNWHITENED,
         };
         let settings = Settings {
             calibration: &CalibrationRule::working(),

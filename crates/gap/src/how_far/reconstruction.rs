@@ -15,11 +15,13 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::hidden::{Change, Hidden};
 use super::refit::{Fit, model, stretch};
+use crate::design::{packed, unit_steps};
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::calibration::CalibrationRule;
-use crate::filter::kalman::{Filtered, filter};
+use crate::filter::kalman::{Filtered, Innovation, filter};
 use crate::filter::observations::Observations;
+use crate::filter::scored::normalised;
 use crate::filter::tangent::{Direction, signatures};
 use crate::filter::whitening::huber_weight;
 use crate::log_sum::{log_sum, raised};
@@ -116,68 +118,50 @@ impl<'a> Linear<'a> {
         let record = stretch(observations, range, modulations);
         let filtered = filter(&model, &record)?;
         let scored = rule.scored(observations, range);
-        let mut linear = Self {
+        let residuals = fit.whitening.standardised(&normalised(&filtered.innovations, &scored));
+        Ok(Self {
             range: range.clone(),
             fit,
             model,
             record,
             filtered,
-            residuals: Vec::new(),
-            weights: Vec::new(),
+            weights: residuals.iter().map(|w| w.map_or(0.0, |w| huber_weight(w, 1.0))).collect(),
+            residuals: residuals.into_iter().map(|w| w.unwrap_or(0.0)).collect(),
             scored,
-        };
-        let values: Vec<f64> =
-            linear.filtered.innovations.iter().map(|i| i.map_or(0.0, |i| i.value)).collect();
-        let whitened = linear.whitened(&values);
-        linear.weights = whitened.iter().map(|w| w.map_or(0.0, |w| huber_weight(w, 1.0))).collect();
-        linear.residuals = whitened.into_iter().map(|w| w.unwrap_or(0.0)).collect();
-        Ok(linear)
+        })
     }
 
     /// Changes of the innovations, mg/dL, in units of whitened ones; `None` where not scored.
     fn whitened(&self, values: &[f64]) -> Vec<Option<f64>> {
-        let z: Vec<Option<f64>> = values
-            .iter()
-            .zip(&self.filtered.innovations)
-            .zip(&self.scored)
-            .map(|((value, innovation), scored)| {
-                innovation.filter(|_| *scored).map(|i| value / i.variance.sqrt())
-            })
-            .collect();
-        let whitened = self.fit.autoregression.whitened(&z);
-        whitened.into_iter().map(|w| w.map(|w| w / self.fit.scale)).collect()
+        let change = |(own, value): (&Option<Innovation>, &f64)| {
+            own.map(|own| Innovation { value: *value, ..own })
+        };
+        let changes: Vec<_> = self.filtered.innovations.iter().zip(values).map(change).collect();
+        self.fit.whitening.standardised(&normalised(&changes, &self.scored))
     }
 
     /// Answers to changes of one field; changes whose answers do not meet share a pass.
-    fn answers(&self, field: Field, changes: Vec<Pulse>) -> Result<Vec<Answer>, GapError> {
+    fn answers(&self, field: Field, changes: &[Pulse]) -> Result<Vec<Answer>, GapError> {
         let n = self.range.len();
-        let mut lanes: Vec<(usize, Vec<f64>)> = Vec::new();
-        let mut placed = Vec::new();
-        for change in changes {
-            let reach = change.start..(change.start + change.course.len() + ANSWER).min(n);
-            let free = lanes.iter().position(|(until, _)| *until <= reach.start);
-            let lane = free.unwrap_or_else(|| {
-                lanes.push((0, vec![0.0; n]));
-                lanes.len() - 1
-            });
-            lanes[lane].0 = reach.end;
-            for (value, add) in lanes[lane].1[change.start..].iter_mut().zip(&change.course) {
+        let reach =
+            |change: &Pulse| change.start..(change.start + change.course.len() + ANSWER).min(n);
+        let lanes = packed(changes.iter().map(reach));
+        let mut courses = vec![vec![0.0; n]; lanes.iter().max().map_or(0, |last| last + 1)];
+        for (lane, change) in lanes.iter().zip(changes) {
+            for (value, add) in courses[*lane][change.start..].iter_mut().zip(&change.course) {
                 *value += add;
             }
-            placed.push((lane, reach));
         }
         let directions: Vec<Direction> =
-            lanes.into_iter().map(|(_, course)| Direction::Course(vec![(field, course)])).collect();
+            courses.into_iter().map(|course| Direction::Course(vec![(field, course)])).collect();
         let raw = signatures(&self.model, &self.record, &self.filtered, &directions)?;
         let whitened: Vec<Vec<Option<f64>>> =
             raw.iter().map(|values| self.whitened(values)).collect();
-        Ok(placed
-            .into_iter()
-            .map(|(lane, reach)| Answer {
-                start: reach.start,
-                values: whitened[lane][reach].iter().map(|w| w.unwrap_or(0.0)).collect(),
-            })
-            .collect())
+        let answer = |(lane, change): (&usize, &Pulse)| Answer {
+            start: change.start,
+            values: whitened[*lane][reach(change)].iter().map(|w| w.unwrap_or(0.0)).collect(),
+        };
+        Ok(lanes.iter().zip(changes).map(answer).collect())
     }
 
     /// Weighted square of an answer, and minus its weighted product with the residuals.
@@ -238,14 +222,14 @@ impl<'a> Linear<'a> {
         if onsets.is_empty() || strength.amplitude <= 0.0 {
             return Ok((hidden, tally));
         }
-        let pulses = onsets
+        let pulses: Vec<Pulse> = onsets
             .iter()
             .map(|onset| Pulse {
                 start: onset - self.range.start,
                 course: shape.profiles[0].clone(),
             })
             .collect();
-        let answers = self.answers(shape.field, pulses)?;
+        let answers = self.answers(shape.field, &pulses)?;
         let chance = (strength.per_day * days / onsets.len() as f64).clamp(1e-6, 0.5);
         let prior_odds = (chance / (1.0 - chance)).ln();
         let usual: f64 = shape.sizes.iter().map(|(size, weight)| size * weight).sum();
@@ -288,14 +272,14 @@ impl<'a> Linear<'a> {
         within: &Range<usize>,
         course: &Course,
     ) -> Result<(Hidden, Tally), GapError> {
-        let units = units(unit, within, course);
+        let units = unit_steps(unit, within.clone(), course);
         let days = within.len() as f64 / STEPS_PER_DAY as f64;
         let mut tally = Tally { days, ..Tally::default() };
         let mut hidden = Hidden::default();
         if units.is_empty() || sd <= 0.0 {
             return Ok((hidden, tally));
         }
-        let pulses = units
+        let pulses: Vec<Pulse> = units
             .iter()
             .map(|steps| Pulse {
                 start: steps.start - self.range.start,
@@ -306,7 +290,7 @@ impl<'a> Linear<'a> {
                     .collect(),
             })
             .collect();
-        let answers = self.answers(field, pulses)?;
+        let answers = self.answers(field, &pulses)?;
         let n = units.len();
         let mut precision = Mat::<f64>::zeros(n, n);
         let mut right = Mat::<f64>::zeros(n, 1);
@@ -382,26 +366,5 @@ impl Event {
         let total: f64 = weights.iter().sum();
         let size = sizes.iter().zip(&weights).map(|(size, w)| size * w).sum::<f64>() / total;
         Self { log_odds: log_sum(&logs), size, taken: false }
-    }
-}
-
-/// Steps of each unit that lies in a range: calendar days, or steps in which a meal is logged.
-fn units(unit: RandomUnit, within: &Range<usize>, course: &Course) -> Vec<Range<usize>> {
-    match unit {
-        RandomUnit::Meal => within
-            .clone()
-            .filter(|step| course.carbs[*step] > 0.0)
-            .map(|step| step..step + 1)
-            .collect(),
-        RandomUnit::Day => {
-            let mut days: Vec<Range<usize>> = Vec::new();
-            for step in within.clone() {
-                match days.last_mut() {
-                    Some(day) if course.day[day.start] == course.day[step] => day.end = step + 1,
-                    _ => days.push(step..step + 1),
-                }
-            }
-            days
-        }
     }
 }

@@ -12,15 +12,12 @@ use super::drivers::{self, Driver};
 use super::hierarchy::Evidence;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
-use crate::filter::calibration::PARAMETERS;
-use crate::filter::calibration::{
-    CalibrationRule, FACTORS, Factor, PersonalFactors, clipped_scale,
-};
+use crate::filter::calibration::{self, CalibrationRule, FACTORS, Factor, PersonalFactors};
 use crate::filter::kalman::Filtered;
 use crate::filter::observations::Observations;
-use crate::filter::scored::normalised;
+use crate::filter::scored::{Whitening, cautious_scale, normalised};
 use crate::filter::tangent::{Direction, filtered_along};
-use crate::filter::whitening::{Autoregression, huber_weight};
+use crate::filter::whitening::huber_weight;
 
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
@@ -31,9 +28,8 @@ pub(super) struct Fit {
     pub(super) factors: PersonalFactors,
     /// One entry an effect.
     pub(super) amplitudes: Vec<f64>,
-    pub(super) autoregression: Autoregression,
-    /// Standard deviation of whitened innovations, at least 1.
-    pub(super) scale: f64,
+    /// Its scale is at least 1.
+    pub(super) whitening: Whitening,
 }
 
 /// The training days of a person in one fold.
@@ -134,8 +130,7 @@ impl Training<'_> {
         let mut run = Filtered::with_capacity(steps);
         for range in &self.stretches {
             let record = stretch(self.observations, range, &modulations);
-            let mut directions: Vec<Direction> =
-                PARAMETERS.into_iter().map(Direction::Parameter).collect();
+            let mut directions = calibration::directions().to_vec();
             directions.extend(slopes.iter().map(|slope| part(slope, range)));
             let mut blocks = Vec::new();
             filtered_along(&model, &record, &directions, &mut run, |members, rows| {
@@ -157,11 +152,9 @@ impl Training<'_> {
                 }
             }
         }
-        fit.autoregression = Autoregression::fitted(&innovations);
-        let residuals = fit.autoregression.whitened(&innovations);
-        // Readings smoother than the noise model are not trusted more for that.
-        fit.scale = clipped_scale(&residuals).max(1.0);
-        let rows = Rows::of(&residuals, &derivatives, fit, &self.whole.day);
+        let (whitening, residuals) = Whitening::fitted(&innovations, cautious_scale);
+        fit.whitening = whitening;
+        let rows = Rows::of(&residuals, &derivatives, whitening, &self.whole.day);
         rows.equations(fit, effects)
             .ok_or_else(|| GapError::Singular { person: self.observations.person.clone() })
     }
@@ -189,9 +182,10 @@ struct Rows {
 
 impl Rows {
     /// `residuals` are whitened, an entry a step; `derivatives` are not, and hold a row a step.
-    fn of(residuals: &[Option<f64>], derivatives: &[f64], fit: &Fit, days: &[usize]) -> Self {
+    fn of(residuals: &[Option<f64>], derivatives: &[f64], by: Whitening, days: &[usize]) -> Self {
         let columns = derivatives.len() / residuals.len().max(1);
-        let Autoregression { a1, a2, spacing } = fit.autoregression;
+        let Whitening { autoregression, scale } = by;
+        let spacing = autoregression.spacing;
         let mut rows = Self {
             residuals: Vec::new(),
             weights: Vec::new(),
@@ -201,8 +195,8 @@ impl Rows {
         };
         for (step, residual) in residuals.iter().enumerate() {
             let Some(residual) = residual else { continue };
-            rows.residuals.push(residual / fit.scale);
-            rows.weights.push(huber_weight(*residual, fit.scale));
+            rows.residuals.push(residual / scale);
+            rows.weights.push(huber_weight(*residual, scale));
             rows.days.push(days[step]);
             // What is whitened has both of the entries before it.
             let at = |step: usize| &derivatives[step * columns..][..columns];
@@ -212,7 +206,7 @@ impl Rows {
             for ((entry, before), earlier) in
                 entries.zip(at(step - spacing)).zip(at(step - 2 * spacing))
             {
-                *entry = (*entry - a1 * before - a2 * earlier) / fit.scale;
+                *entry = autoregression.left(*entry, *before, *earlier) / scale;
             }
         }
         rows
@@ -392,8 +386,7 @@ mod tests {
             let mut fit = Fit {
                 factors: PersonalFactors::default(),
                 amplitudes: vec![0.5],
-                autoregression: Autoregression::WHITE,
-                scale: 1.0,
+                whitening: sample::UNWHITENED,
             };
             let rule = CalibrationRule::working();
             let mut found = Vec::new();
@@ -431,8 +424,7 @@ mod tests {
             let mut fit = Fit {
                 factors: PersonalFactors::default(),
                 amplitudes,
-                autoregression: Autoregression::WHITE,
-                scale: 1.0,
+                whitening: sample::UNWHITENED,
             };
             let rule = CalibrationRule::working();
             training.equations(&mut fit, &rule).expect("solves")

@@ -6,6 +6,12 @@ use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::noise::NoiseModel;
+use crate::filter::scored::Whitening;
+use crate::filter::whitening::Autoregression;
+
+/// A whitening that changes nothing.
+pub(super) const UNWHITENED: Whitening =
+    Whitening { autoregression: Autoregression::WHITE, scale: 1.0 };
 
 /// The working filter with the nominal parameters.
 pub(super) fn model(weight: Kilograms) -> AugmentedModel {

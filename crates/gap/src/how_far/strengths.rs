@@ -23,8 +23,8 @@ pub(super) fn strengths(
         .iter()
         .filter_map(|place| {
             let people = subjects.len() as f64;
-            let amplitude = &found[*place].amplitude;
-            let mean = (0..subjects.len()).map(|i| amplitude.of(i)).sum::<f64>() / people;
+            let mean =
+                (0..subjects.len()).map(|i| found[*place].amplitude(i)).sum::<f64>() / people;
             Some((*place, reconstruction::published(form_of(*place)?, mean)?))
         })
         .collect();

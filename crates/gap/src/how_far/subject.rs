@@ -36,7 +36,7 @@ impl<'a> Subject<'a> {
         for found in driven {
             self.drivers.push(Driver::new(found.effect, found.variant, &self.course));
             let largest = found.effect.card().prior.largest;
-            self.starts.push(found.amplitude.of(index).clamp(0.0, largest));
+            self.starts.push(found.amplitude(index).clamp(0.0, largest));
         }
     }
 }

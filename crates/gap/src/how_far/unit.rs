@@ -14,6 +14,7 @@ use super::subject::Subject;
 use super::summary::Pair;
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
+use crate::filter::scored::Whitening;
 
 /// Glucose that drivers see on days held out while the others train, mg/dL: nothing happens at it.
 const UNKNOWN: f64 = 120.0;
@@ -26,15 +27,30 @@ pub(super) struct Unit<'a> {
     pub(super) training: Training<'a>,
     pub(super) before: Fit,
     pub(super) after: Fit,
-    /// The last equations of the fit with effects, and the fit at which they were taken.
-    about: Option<(Fit, Equations)>,
-    /// Length of the latest step of each fit, in posterior standard deviations.
-    lengths: [Option<f64>; 2],
-    /// Whether the fit with effects has not moved since they were taken.
-    fresh: bool,
-    /// Whether the fit with effects lies so near to where they were taken that they still hold.
-    settled: bool,
-    pub(super) failed: Option<GapError>,
+    /// Length of the latest step of the fit with effects, in posterior standard deviations.
+    length: Option<f64>,
+    state: State,
+}
+
+/// How far the fits of a unit are.
+enum State {
+    /// The fit with effects has no equations yet.
+    Started,
+    /// Its equations, the fit at which they were taken, and where it lies from there.
+    Taken(Fit, Box<Equations>, Lies),
+    /// A fit is impossible.
+    Failed(GapError),
+}
+
+/// Where the fit with effects lies from the one at which its equations were taken.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lies {
+    /// It has not moved.
+    There,
+    /// So near that the equations still hold.
+    Near,
+    /// So far that they have to be taken again.
+    Away,
 }
 
 impl<'a> Unit<'a> {
@@ -47,8 +63,10 @@ impl<'a> Unit<'a> {
         let fit = Fit {
             factors: calibration.factors,
             amplitudes: Vec::new(),
-            autoregression: calibration.autoregression,
-            scale: calibration.scale.max(1.0),
+            whitening: Whitening {
+                autoregression: calibration.autoregression,
+                scale: calibration.scale.max(1.0),
+            },
         };
         Self {
             subject: index,
@@ -64,67 +82,65 @@ impl<'a> Unit<'a> {
             },
             after: Fit { amplitudes: subject.starts.clone(), ..fit.clone() },
             before: fit,
-            about: None,
-            lengths: [None; 2],
-            fresh: false,
-            settled: false,
-            failed: None,
+            length: None,
+            state: State::Started,
         }
     }
 }
 
 impl Unit<'_> {
-    /// The fit with effects starts where the one without them came to.
-    pub(super) fn start_after(&mut self) {
+    /// Fits without effects, in at most so many iterations. It ends where another iteration is expected to move the fit
+    /// by less than the calibration's tolerance; the fit with effects starts there.
+    pub(super) fn fit_before(&mut self, iterations: usize, rule: &CalibrationRule) {
+        let mut latest = None;
+        for _ in 0..iterations {
+            match self.training.equations(&mut self.before, rule) {
+                Ok(equations) => {
+                    let length = equations.step(&mut self.before, Vec::new(), rule.bound);
+                    if settles(&mut latest, length, rule.tolerance) {
+                        break;
+                    }
+                }
+                Err(error) => {
+                    self.state = State::Failed(error);
+                    break;
+                }
+            }
+        }
         let amplitudes = std::mem::take(&mut self.after.amplitudes);
         self.after = Fit { amplitudes, ..self.before.clone() };
     }
 
-    /// One iteration of the fit without effects; whether another is expected to move it by less than the
-    /// calibration's tolerance.
-    pub(super) fn iterate_before(&mut self, rule: &CalibrationRule) -> bool {
-        match self.training.equations(&mut self.before, rule) {
-            Ok(equations) => {
-                let length = equations.step(&mut self.before, Vec::new(), rule.bound);
-                settles(&mut self.lengths[0], length, rule.tolerance)
-            }
-            Err(error) => {
-                self.failed = Some(error);
-                true
-            }
-        }
-    }
-
-    /// Takes the equations of the fit with effects anew, unless those at hand still hold.
+    /// Takes the equations of the fit with effects again, unless those at hand still hold.
     pub(super) fn take_equations(&mut self, rule: &CalibrationRule) {
-        if self.failed.is_some() || self.settled || self.fresh {
-            return;
-        }
-        match self.training.equations(&mut self.after, rule) {
-            Ok(equations) => self.about = Some((self.after.clone(), equations)),
-            Err(error) => {
-                self.about = None;
-                self.failed = Some(error);
-            }
+        if matches!(self.state, State::Started | State::Taken(_, _, Lies::Away)) {
+            self.state = match self.training.equations(&mut self.after, rule) {
+                Ok(equations) => State::Taken(self.after.clone(), Box::new(equations), Lies::There),
+                Err(error) => State::Failed(error),
+            };
         }
     }
 
     /// The equations of the fit with effects; `None` for a unit that has failed.
     pub(super) fn equations(&self) -> Option<&Equations> {
-        self.about.as_ref().map(|(_, equations)| equations)
+        match &self.state {
+            State::Taken(_, equations, _) => Some(equations),
+            State::Started | State::Failed(_) => None,
+        }
     }
 
     /// Moves the fit with effects to where its equations lead at these amplitudes.
     pub(super) fn move_after(&mut self, amplitudes: Vec<f64>, rule: &CalibrationRule) {
+        let State::Taken(at, equations, lies) = &mut self.state else { return };
         if self.training.drivers.iter().all(|driver| !driver.signalled) {
             // Nothing acts: it stays the fit without effects.
             self.after.amplitudes = amplitudes;
-            self.settled = true;
-        } else if let Some((at, equations)) = &self.about {
+            *lies = Lies::Near;
+        } else {
             self.after = at.clone();
-            self.fresh = false;
             let length = equations.step(&mut self.after, amplitudes, rule.bound);
-            self.settled |= settles(&mut self.lengths[1], length, rule.tolerance);
+            let near = settles(&mut self.length, length, rule.tolerance) || *lies == Lies::Near;
+            *lies = if near { Lies::Near } else { Lies::Away };
         }
     }
 
@@ -136,7 +152,7 @@ impl Unit<'_> {
         tried: usize,
         rule: &CalibrationRule,
     ) -> Option<(Fit, Equations)> {
-        if self.failed.is_some() {
+        if matches!(self.state, State::Failed(_)) {
             return None;
         }
         // Some may read glucose where the variant in use does not.
@@ -185,8 +201,7 @@ impl Unit<'_> {
         if let Some((mut fit, equations)) = about.filter(|_| variant < tried) {
             let kept: Vec<usize> = (0..self.training.drivers.len()).map(own).collect();
             fit.amplitudes = kept.iter().map(|column| fit.amplitudes[*column]).collect();
-            self.about = Some((fit, equations.restricted(&kept)));
-            self.fresh = true;
+            self.state = State::Taken(fit, Box::new(equations.restricted(&kept)), Lies::There);
         }
     }
 
@@ -234,7 +249,7 @@ impl Unit<'_> {
         strengths: &[Vec<Strength>],
         settings: Settings<'_>,
     ) -> Result<Judged, GapError> {
-        if let Some(error) = &self.failed {
+        if let State::Failed(error) = &self.state {
             return Err(error.clone());
         }
         let mut judged =

@@ -6,7 +6,7 @@
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::folds::{FOLDS, fold};
+use super::folds::{FOLDS, inside, outside};
 use crate::design::EventBank;
 use crate::log_sum::{log_sum, log_with_probability};
 
@@ -106,23 +106,14 @@ fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
         .collect();
     let mut out = vec![0.0; people.len()];
     for index in 0..FOLDS {
-        let test = |days: usize| fold(days, index);
         let trained = |place: usize| -> f64 {
-            gains
-                .iter()
-                .zip(days)
-                .map(|(person, days)| {
-                    let test = test(*days);
-                    let all: f64 = person[place].iter().sum();
-                    all - person[place][test].iter().sum::<f64>()
-                })
-                .sum()
+            gains.iter().map(|person| outside(&person[place], index)).sum()
         };
         let scores: Vec<f64> = (0..FREQUENCIES.len()).map(trained).collect();
         let best = (0..scores.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
         let Some(best) = best.filter(|best| scores[*best] > 0.0) else { continue };
-        for ((sum, person), days) in out.iter_mut().zip(&gains).zip(days) {
-            *sum += person[best][test(*days)].iter().sum::<f64>();
+        for (sum, person) in out.iter_mut().zip(&gains) {
+            *sum += inside(&person[best], index);
         }
     }
     out

@@ -10,13 +10,13 @@
 use effects::Modulation;
 use effects::{Course, Effect, Field};
 
-use super::folds::{FOLDS, fold};
+use super::folds::{FOLDS, inside, outside};
 use crate::error::GapError;
 use crate::filter::calibration::{Calibration, CalibrationRule};
 use crate::filter::kalman::innovations;
 use crate::filter::observations::Observations;
-use crate::filter::scored::normalised;
-use crate::filter::whitening::{Autoregression, huber_loss, robust_scale};
+use crate::filter::scored::{Whitening, normalised};
+use crate::filter::whitening::{huber_loss, robust_scale};
 use crate::log_sum::raised;
 
 /// Amplitudes in the order in which they are run: 8 and 10 min, then 6, 12, 16, 22 and 32 min.
@@ -47,8 +47,12 @@ pub(super) fn rest() -> &'static [f64] {
 
 /// Whether a cohort likes the first longer lag better than the usual one next to it.
 pub(super) fn calls_for_longer(people: &[&Likelihoods]) -> bool {
-    let of = |place: usize| -> f64 { people.iter().map(|p| p[place].iter().sum::<f64>()).sum() };
-    of(USUAL[0]) < of(LONGER[0])
+    total(people, USUAL[0]) < total(people, LONGER[0])
+}
+
+/// Log likelihood of all days of everybody at an amplitude.
+fn total(people: &[&Likelihoods], amplitude: usize) -> f64 {
+    people.iter().map(|person| person[amplitude].iter().sum::<f64>()).sum()
 }
 
 /// The answer.
@@ -93,11 +97,10 @@ pub(super) fn likelihoods(
             let model = calibration.model.with_lag(one[0][Field::SensorLag]);
             innovations(&model, observations, steps)?
         };
-        let z = normalised(&all, &scored);
-        let whitened = Autoregression::fitted(&z).whitened(&z);
-        let scale = robust_scale(&whitened).max(f64::MIN_POSITIVE);
+        let spread = |left: &[Option<f64>]| robust_scale(left).max(f64::MIN_POSITIVE);
+        let (Whitening { scale, .. }, left) = Whitening::fitted(&normalised(&all, &scored), spread);
         let mut days = vec![0.0; steps.div_ceil(physiology::STEPS_PER_DAY)];
-        for (step, (w, innovation)) in whitened.iter().zip(&all).enumerate() {
+        for (step, (w, innovation)) in left.iter().zip(&all).enumerate() {
             if let (Some(w), Some(innovation)) = (w, innovation) {
                 days[step / physiology::STEPS_PER_DAY] -=
                     0.5 * innovation.variance.ln() + scale.ln() + huber_loss(w / scale, 1.0);
@@ -110,36 +113,30 @@ pub(super) fn likelihoods(
 
 /// Held-out evidence for a longer lag than usual, none where the cohort does not call for one. One entry a person.
 pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
-    let total = |amplitude: usize, test: Option<usize>| -> f64 {
-        let of_person = |days: &Vec<f64>| -> f64 {
-            let test = test.map_or(0..0, |place| fold(days.len(), place));
-            days.iter().sum::<f64>() - days[test].iter().sum::<f64>()
-        };
-        people.iter().map(|person| of_person(&person[amplitude])).sum()
-    };
     let known = people.iter().map(|person| person.len()).min().unwrap_or(0);
     if !calls_for_longer(people) || known < AMPLITUDES.len() {
         let none = vec![0.0; people.len()];
         let nobody = vec![(0.0, LEAST_ERROR); people.len()];
         return LagEvidence { gains: none, mean: (0.0, LEAST_ERROR), personal: nobody };
     }
-    let best = |among: &[usize], test: Option<usize>| -> usize {
-        let of = |place: &&usize| total(**place, test);
-        among.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied().unwrap_or(0)
-    };
     let mut gains = vec![0.0; people.len()];
-    for place in 0..FOLDS {
-        let (usual, long) = (best(&USUAL, Some(place)), best(&LONGER, Some(place)));
-        if total(long, Some(place)) <= total(usual, Some(place)) {
+    for index in 0..FOLDS {
+        let trained = |amplitude: usize| -> f64 {
+            people.iter().map(|person| outside(&person[amplitude], index)).sum()
+        };
+        let best = |among: &[usize]| -> usize {
+            let of = |a: &&usize, b: &&usize| trained(**a).total_cmp(&trained(**b));
+            among.iter().max_by(of).copied().unwrap_or(0)
+        };
+        let (usual, long) = (best(&USUAL), best(&LONGER));
+        if trained(long) <= trained(usual) {
             continue;
         }
         for (gain, person) in gains.iter_mut().zip(people) {
-            let test = fold(person[usual].len(), place);
-            let of = |amplitude: usize| person[amplitude][test.clone()].iter().sum::<f64>();
-            *gain += of(long) - of(usual);
+            *gain += inside(&person[long], index) - inside(&person[usual], index);
         }
     }
-    let totals: Vec<f64> = LONGER.map(|amplitude| total(amplitude, None)).to_vec();
+    let totals: Vec<f64> = LONGER.map(|amplitude| total(people, amplitude)).to_vec();
     let (mean, spread) = moments(&totals);
     let personal = people
         .iter()

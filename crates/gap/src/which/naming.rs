@@ -149,3 +149,124 @@ impl Round {
         ports
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use effects::{EventShape, Field};
+
+    use super::super::by_unit::UnitEvidence;
+    use super::super::events::Found;
+    use super::super::sample::{self, COLUMNS, DAWN, EXERCISE, week, with_tried};
+    use super::super::{Threshold, ThresholdStep};
+    use super::*;
+    use crate::design::EventBank;
+
+    const NAMES: [&str; 3] = ["dawn", "exercise", "renal_threshold"];
+
+    fn candidate(effect: EffectId, excess: f64) -> Candidate {
+        Candidate { effect, gain: excess + 4.0, excess }
+    }
+
+    #[test]
+    fn a_rival_that_clears_its_threshold_by_nearly_as_much_is_confusable() {
+        let round = Round::estimated(vec![week(0, 0.0), week(0, 0.0)], Vec::new());
+        let random = UnitEvidence { gains: vec![5.0, 4.0], spread: (0.36, 0.09) };
+        let score =
+            Score { effect: EffectId::INSULIN_ABSORPTION, evidence: ScoreOf::Random(random, 0.18) };
+        let near = candidate(EffectId::DAWN, 5.0 - 0.9 * RIVAL);
+        let far = candidate(EffectId::EXERCISE, 5.0 - 1.1 * RIVAL);
+        let none = candidate(EffectId::RENAL_THRESHOLD, 0.0);
+        let all = [candidate(EffectId::INSULIN_ABSORPTION, 5.0), near, far, none];
+        let named = with_tried(&NAMES, |tried| round.named(&score, &all[0], &all, tried));
+        assert_eq!(named.confusable, [EffectId::DAWN]);
+        assert_eq!(named.gains, [5.0, 4.0]);
+        // A spread of 0.36 where 0.18 was published.
+        assert_eq!((named.amplitude, &named.personal[..]), ((2.0, 0.5), &[(2.0, 0.5); 2][..]));
+        // What is named is not tried again.
+        let scored = |named: &[Named]| -> Vec<EffectId> {
+            let scores = with_tried(&["dawn", "insulin_absorption"], |t| round.scores(t, named));
+            scores.iter().map(|score| score.effect).collect()
+        };
+        assert_eq!(scored(&[]), [EffectId::DAWN, EffectId::INSULIN_ABSORPTION]);
+        assert_eq!(scored(&[named]), [EffectId::DAWN]);
+    }
+
+    fn named_of(round: &Round, score: &Score) -> Named {
+        let best = candidate(score.effect, 1.0);
+        with_tried(&NAMES, |tried| round.named(score, &best, &[], tried))
+    }
+
+    #[test]
+    fn the_frequency_is_what_events_add_up_to_over_what_was_published() {
+        let shape = EventShape {
+            field: Field::ExtraCarbs,
+            profiles: vec![vec![30.0]],
+            onsets: Vec::new(),
+            per_day: 0.5,
+            sizes: vec![(1.0, 1.0)],
+        };
+        let effect = EffectId::MISSED_MEALS;
+        let mut people = vec![week(0, 0.0), week(0, 0.0)];
+        let (onsets, known) = (Vec::new(), Vec::new());
+        people[0].events.push(EventBank { effect, shape, onsets, known });
+        let round = Round::estimated(people, Vec::new());
+        let event =
+            |onset, size, probability| Found { person: 0, onset, profile: 0, size, probability };
+        let found = vec![event(10, 2.0, 1.0), event(500, 4.0, 0.5)];
+        let evidence = EventEvidence { gains: vec![6.0, 0.0], found };
+        // Two and half of four where 3.5 a week are usual; of both people 7.
+        let (all, error) = round.frequency(effect, &evidence, 0..2);
+        assert!((all - 4.0 / 7.0).abs() < 1e-12 && (error - 3.0 / 7.0).abs() < 1e-12);
+        let score = Score { effect, evidence: ScoreOf::Events(evidence) };
+        let named = named_of(&round, &score);
+        assert_eq!(named.amplitude, (all, error));
+        assert!((named.personal[0].0 - 4.0 / 3.5).abs() < 1e-12);
+        assert_eq!(named.personal[1].0.to_bits(), 0.0f64.to_bits(), "not minus zero");
+        assert_eq!(named.events.iter().map(|e| e.onset).collect::<Vec<_>>(), [10, 500]);
+    }
+
+    #[test]
+    fn effects_whose_signatures_correlate_cannot_be_separated() {
+        // Exercise does what dawn does and `own` in steps of its own: a correlation of 1 / sqrt(1 + own^2).
+        for (own, expected) in [(0.7, true), (0.8, false)] {
+            let mut design = sample::design(sample::only(DAWN[0], 1.0), &[0.0; 7]);
+            for (step, value) in design.signatures[EXERCISE].iter_mut().enumerate() {
+                *value = match step % COLUMNS {
+                    column if column == DAWN[0] => 1.0,
+                    EXERCISE => own,
+                    _ => 0.0,
+                };
+            }
+            let round = Round::estimated(vec![sample::subject(design)], Vec::new());
+            let same = with_tried(&NAMES, |tried| {
+                let scores = round.scores(tried, &[]);
+                let dawn = scores.iter().find(|score| score.effect == EffectId::DAWN);
+                round.same(dawn.expect("scored"), &tried.ids())
+            });
+            assert_eq!(same == [EffectId::EXERCISE], expected, "{own}: {same:?}");
+        }
+    }
+
+    #[test]
+    fn ports_come_in_the_order_of_what_they_exceed_their_thresholds_by() {
+        let mut round = Round::estimated(Vec::new(), Vec::new());
+        round.estimated.day[1].beyond_usual = 27.0;
+        round.estimated.block[2].beyond_usual = 29.0;
+        let threshold =
+            |nats| Threshold { steps: vec![ThresholdStep { person_days: 100.0, nats }] };
+        let best = ports::threshold_name(effects::Port::GutAbsorption, true);
+        let thresholds = Thresholds {
+            source: String::new(),
+            by_name: BTreeMap::from([(best, threshold(28.0))]),
+            other: threshold(25.0),
+            temperature: 1.0,
+        };
+        let found = round.ports(&thresholds, 50.0);
+        let first = |k: usize| (found[k].port, found[k].excess, found[k].within_days);
+        assert_eq!(first(0), (effects::Port::Egp, 2.0, false));
+        assert_eq!(first(1), (effects::Port::GutAbsorption, 1.0, true));
+        assert!(found[2..].iter().all(|port| port.excess == -25.0));
+    }
+}

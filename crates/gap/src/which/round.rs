@@ -270,3 +270,58 @@ pub(super) fn none() -> Estimated {
         block: [zero; statistics::RANDOM.len()],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample::{
+        A_DAY, CLOCK, COLUMNS, DAWN, PRIOR_SD, RENAL, design, only, subject, week,
+    };
+    use super::*;
+
+    fn card(name: &str) -> Card {
+        effects::find(name).expect("in the library").card()
+    }
+
+    #[test]
+    fn the_background_and_one_variant_of_each_guard_are_allowed_for_but_never_the_effect_itself() {
+        let guards = vec![(EffectId::RENAL_THRESHOLD, 0.5), (EffectId::DAWN, 0.3)];
+        let round = Round::estimated(vec![week(0, 0.0)], guards);
+        let allowed = |tested: Option<&str>| -> Vec<usize> {
+            let card = tested.map(card);
+            round.allowed(0, card.as_ref()).iter().map(|allowed| allowed.column).collect()
+        };
+        let background: Vec<usize> = (0..=CLOCK).collect();
+        assert_eq!(allowed(None), [&background[..], &[DAWN[0], RENAL]].concat());
+        assert_eq!(allowed(Some("renal_threshold")), [&background[..], &[DAWN[0]]].concat());
+        // Dawn is a pattern of the clock.
+        assert_eq!(allowed(Some("dawn")), [&background[..CLOCK], &[RENAL]].concat());
+        let sds: Vec<f64> = round.allowed(0, None).iter().map(|allowed| allowed.sd).collect();
+        assert_eq!(sds[CLOCK..], [PRIOR_SD, 0.3, 0.5]);
+    }
+
+    #[test]
+    fn a_constant_direction_is_shrunk_by_its_prior() {
+        let subjects = vec![week(CLOCK, 0.4), week(CLOCK, 0.8)];
+        let of = |subject: &Subject| variance::marginal(&subject.statistics, &none().spreads);
+        let marginal = subjects.iter().map(of).collect();
+        let round = Round { subjects, marginal, estimated: none(), guards: Vec::new() };
+        let n = (7 * A_DAY) as f64;
+        for (person, amplitude) in [0.4, 0.8].into_iter().enumerate() {
+            let expected = only(CLOCK, n * amplitude / (n + PRIOR_SD.powi(-2)));
+            for (found, expected) in round.constant(person).into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-12, "{found} {expected}"); // rounding
+            }
+        }
+    }
+
+    #[test]
+    fn a_cohort_of_nobody_has_no_spread_and_one_day_is_no_evidence() {
+        let nobody = Round::estimated(Vec::new(), Vec::new());
+        assert!(nobody.estimated.spreads.day.iter().all(|spread| *spread == 0.0));
+        assert!(nobody.trials(&card("dawn")).is_empty());
+        let day = subject(design(only(DAWN[0], 1.0), &[0.0]));
+        let round = Round::estimated(vec![day], Vec::new());
+        assert_eq!(held_out::held_out(&round.trials(&card("dawn"))).gains, [0.0]);
+        assert_eq!(round.constant(0).len(), COLUMNS);
+    }
+}

@@ -71,3 +71,71 @@ impl Round {
         Some(ScoreOf::Random(by_unit::score(&trials, &spreads), bank.log_sd))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample::{
+        A_DAY, DAWN, EXERCISE, INSULIN_TIME, design, only, subject, week, with_tried,
+    };
+    use super::super::subject::Subject;
+    use super::*;
+
+    const NAMES: [&str; 3] = ["dawn", "exercise", "insulin_absorption"];
+
+    fn scores(people: Vec<Subject>) -> Vec<Score> {
+        with_tried(&NAMES, |tried| Round::estimated(people, Vec::new()).scores(tried, &[]))
+    }
+
+    #[test]
+    fn a_planted_effect_scores_what_its_design_says() {
+        for scale in [1.0, 2.0] {
+            let found = scores([0.3, 0.5].map(|size| week(DAWN[1], scale * size)).into());
+            let ScoreOf::Driven(dawn) = &found[0].evidence else { panic!("dawn is driven") };
+            // Every step of the column says 1 about the amplitude; rounding.
+            let n = (7 * A_DAY) as f64;
+            assert!((dawn.information.information - 2.0 * n).abs() < 1e-9);
+            assert!((dawn.information.score - scale * (0.3 + 0.5) * n).abs() < 1e-9);
+            assert_eq!(dawn.variants, [1, 1]);
+            assert!(found[0].gain() > 4.0 && found[0].gain() > found[1].gain());
+        }
+    }
+
+    #[test]
+    fn the_order_of_people_changes_nothing() {
+        let people = || vec![week(DAWN[0], 0.4), week(EXERCISE, 0.7), week(DAWN[0], 0.9)];
+        let mut other = people();
+        other.reverse();
+        for (one, other) in scores(people()).iter().zip(scores(other)) {
+            for (a, b) in one.gains().iter().zip(other.gains().iter().rev()) {
+                assert!((a - b).abs() < 1e-9, "{}: {a} {b}", one.effect); // rounding of sums
+            }
+        }
+    }
+
+    #[test]
+    fn a_factor_of_every_day_is_scored_without_its_like_in_the_background() {
+        let by_day = [0.5, -0.4, 0.3, -0.5, 0.4, -0.2, 0.1];
+        let varied = || vec![subject(design(only(0, 0.0), &by_day))];
+        let of = |round: &Round| match round.random(EffectId::INSULIN_ABSORPTION) {
+            Some(ScoreOf::Random(found, log_sd)) => (found.gains[0], found.spread.0, log_sd),
+            _ => panic!("a bank of units is there"),
+        };
+        let mut round = Round::estimated(varied(), Vec::new());
+        round.estimated.spreads.day = [0.0; statistics::RANDOM.len()];
+        let (gain, spread, log_sd) = of(&round);
+        // Root mean square 0.37; a spread of seven numbers has a relative error of a quarter.
+        assert!(gain > 1.0 && (spread - 0.37).abs() < 0.1 && log_sd == 0.18, "{gain} {spread}");
+        round.estimated.spreads.day[INSULIN_TIME] = 0.3;
+        assert_eq!(of(&round), (gain, spread, log_sd));
+        let even = Round::estimated(vec![week(0, 0.0)], Vec::new());
+        assert!(of(&even).0 <= 0.0 && of(&even).1 < 0.5 * spread);
+    }
+
+    #[test]
+    fn nobody_and_what_no_record_can_show_have_no_score() {
+        assert!(scores(Vec::new()).is_empty());
+        let round = Round::estimated(vec![week(DAWN[0], 0.4)], Vec::new());
+        let names = ["set_ageing", "missed_meals", "slow_meals"];
+        assert!(with_tried(&names, |tried| round.scores(tried, &[]).is_empty()));
+    }
+}

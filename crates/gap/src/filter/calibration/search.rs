@@ -6,25 +6,16 @@ use super::equations::NormalEquations;
 use super::information::{Day, Information};
 use super::unlogged::{meals, unlogged};
 use super::{
-    CalibrationRule, FACTORS, Factor, Factors, PersonalFactors, Setting, Square, Whitening,
+    CalibrationRule, Factor, Factors, PersonalFactors, Setting, Square, directions,
+    whitened_signature,
 };
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Filtered, Innovation, filter, replayed};
-use crate::filter::tangent::{
-    Direction, Fork, Lanes, Parameter, few_at_a_time, filtered_with_forks,
-};
+use crate::filter::scored::{Whitening, cautious_scale};
+use crate::filter::tangent::{Fork, Lanes, few_at_a_time, filtered_with_forks};
 use crate::filter::whitening::{huber_loss, huber_weight};
 
-/// The calibrated parameters, in the order of [`Factor::ALL`](super::Factor::ALL).
-pub(crate) const PARAMETERS: [Parameter; FACTORS] = [
-    Parameter::Action,
-    Parameter::Egp0,
-    Parameter::TMaxG,
-    Parameter::TMaxI,
-    Parameter::AG,
-    Parameter::F01,
-];
 /// Iterations in which the dependence of days follows the factors; later ones descend one loss.
 const FOLLOWED: usize = 4;
 /// The step, posterior standard deviations, with which the first descent ends.
@@ -45,7 +36,8 @@ impl Held {
     }
 
     fn by(setting: &Setting<'_>, filtered: Filtered) -> Self {
-        let whitening = Whitening::fitted(&setting.normalised(&filtered.innovations));
+        let z = setting.normalised(&filtered.innovations);
+        let (whitening, _) = Whitening::fitted(&z, cautious_scale);
         Self { filtered, whitening }
     }
 }
@@ -64,7 +56,7 @@ impl Point {
     fn at(setting: &Setting<'_>, held: &Held, factors: PersonalFactors) -> Result<Self, GapError> {
         let model = setting.model(&factors);
         let run = replayed(&model, setting.record, &held.filtered)?;
-        let directions = PARAMETERS.map(Direction::Parameter);
+        let directions = directions();
         let mut signatures: Vec<Factors> = Vec::new();
         few_at_a_time(&model, setting.record, &run, &directions, |_, rows| {
             signatures = scaled(&run.innovations, rows).collect();
@@ -115,7 +107,7 @@ pub(super) struct Own {
 impl Own {
     fn of(setting: &Setting<'_>, factors: PersonalFactors) -> Result<Self, GapError> {
         let model = setting.model(&factors);
-        let directions = PARAMETERS.map(Direction::Parameter);
+        let directions = directions();
         let mut filtered = Filtered::with_capacity(setting.record.len());
         let mut rows = Vec::new();
         let forks = filtered_with_forks(
@@ -295,7 +287,7 @@ fn information(
     for (step, w) in whitened.iter().enumerate() {
         // What is whitened has both of the entries before it.
         let Some(w) = w else { continue };
-        let signature = whitening.signature(signatures, step);
+        let signature = whitened_signature(&whitening.autoregression, signatures, step);
         days[step / STEPS_PER_DAY].add(huber_weight(*w, scale) * scale.powi(-2), *w, &signature);
     }
     Information::of(days)

@@ -7,10 +7,11 @@ use std::ops::Range;
 
 use super::equations::NormalEquations;
 use super::information::Day;
-use super::search::{Own, PARAMETERS, scaled};
-use super::{Factors, Setting, Square, Whitening};
+use super::search::{Own, scaled};
+use super::{Factors, Setting, Square, directions, whitened_signature};
 use crate::filter::observations::Observations;
-use crate::filter::tangent::{Direction, without_meals};
+use crate::filter::scored::{Whitening, normalised};
+use crate::filter::tangent::without_meals;
 use crate::filter::whitening::huber_weight;
 
 /// Meals a day that are eaten and not logged: 0.2 to 1 a day, Burdick et al., Pediatrics 2004;113:e221; Samadi et al.,
@@ -49,7 +50,7 @@ pub(super) fn unlogged(
     left: &Factors,
 ) -> Square {
     let Own { model, held, point, forks } = own;
-    let directions = PARAMETERS.map(Direction::Parameter);
+    let directions = directions();
     let whitening = &held.whitening;
     let (mut z, mut signatures) = (point.z.clone(), point.signatures.clone());
     let mut moves = Vec::with_capacity(forks.len());
@@ -60,9 +61,8 @@ pub(super) fn unlogged(
         let all = window.start..tail.min(z.len());
         let mut change = Day::default();
         add(&mut change, whitening, &z, &signatures, all.clone(), -1.0);
-        for (k, innovation) in window.clone().zip(found.innovations) {
-            z[k] = innovation.filter(|_| setting.scored[k]).map(|i| i.normalised());
-        }
+        let scored = &setting.scored[window.clone()];
+        z[window.clone()].copy_from_slice(&normalised(found.innovations, scored));
         for (k, row) in window.clone().zip(scaled(found.innovations, found.rows)) {
             signatures[k] = row;
         }
@@ -94,7 +94,7 @@ fn add(
     for step in steps {
         let Some(w) = whitening.autoregression.whitened_at(z, step) else { continue };
         let weight = sign * huber_weight(w, scale) * scale.powi(-2);
-        day.add(weight, w, &whitening.signature(signatures, step));
+        day.add(weight, w, &whitened_signature(&whitening.autoregression, signatures, step));
     }
 }
 
