@@ -1,16 +1,24 @@
 //! What was typed: the commands and their options.
 //!
-//! Each command's `run` lives in `stages`; this file only describes the words.
+//! This file only describes the words; what they mean to a stage says `settings`.
 
 mod evidence;
-pub(crate) mod initial;
 mod posterior;
 mod realism;
-pub(crate) mod stage;
+mod words;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use pipeline::Profile;
+use pipeline::stages::import::ImportFormat;
+use pipeline::stages::import_model::ModelFormat;
+use pipeline::stages::pipeline::Stage;
+use pipeline::stages::reconcile::{DetectorName, Rule};
+use pipeline::stages::replay::Initial;
+use pipeline::stages::train::TrainingPreset;
+use pipeline::stages::verify::MilpForm;
+use pipeline::stages::worlds::{Generator, RegimeName};
 
 pub(crate) use evidence::EvidenceArgs;
 pub(crate) use posterior::TrainPosteriorArgs;
@@ -180,21 +188,11 @@ pub(crate) enum Command {
     Bench(BenchArgs),
 }
 
-/// How much to compute.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Profile {
-    /// Minutes on two cores.
-    Quick,
-    /// The paper's widths, schedules and simulated days; hours, of which `train` takes a quarter of one.
-    Paper,
-}
-
 /// Options of `pipeline`.
 #[derive(Debug, Args)]
 pub(crate) struct PipelineArgs {
     /// How much to compute.
-    #[arg(long, value_enum, default_value = "quick")]
+    #[arg(long, value_parser = words::profile(), default_value = "quick")]
     pub profile: Profile,
     /// Cohort folder [default: the embedded cohort].
     #[arg(long, value_name = "DIR")]
@@ -207,8 +205,8 @@ pub(crate) struct PipelineArgs {
     #[arg(long, value_name = "FILE")]
     pub patients: Option<PathBuf>,
     /// Compute this stage and all after it anew.
-    #[arg(long, value_name = "STAGE")]
-    pub from: Option<stage::Stage>,
+    #[arg(long, value_parser = words::stage(), value_name = "STAGE")]
+    pub from: Option<Stage>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/pipeline")]
     pub out: PathBuf,
@@ -217,24 +215,12 @@ pub(crate) struct PipelineArgs {
     pub seed: u64,
 }
 
-/// A study's format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum CohortFormat {
-    /// HUPA-UCM diabetes dataset: a folder of `HUPA*.csv`, or one of them.
-    HupaUcm,
-    /// T1D-UOM: the folder with `Glucose Data`, `Insulin Data` and the others.
-    T1dUom,
-    /// The example day of T1DSim_AI: one CSV.
-    T1dsim,
-}
-
 /// Options of `import`.
 #[derive(Debug, Args)]
 pub(crate) struct ImportArgs {
     /// Format of the source.
-    #[arg(long, value_enum, value_name = "FORMAT")]
-    pub from: CohortFormat,
+    #[arg(long, value_parser = words::cohort_format(), value_name = "FORMAT")]
+    pub from: ImportFormat,
     /// The study's folder or file.
     pub source: PathBuf,
     /// Output folder.
@@ -272,7 +258,7 @@ pub(crate) struct SimulateArgs {
 #[derive(Debug, Args)]
 pub(crate) struct DevelopmentSetArgs {
     /// How many days: quick 420, paper 323,400 (two minutes, 3 GB).
-    #[arg(long, value_enum, default_value = "quick", hide_possible_values = true)]
+    #[arg(long, value_parser = words::profile(), default_value = "quick", hide_possible_values = true)]
     pub profile: Profile,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/development-set")]
@@ -282,29 +268,14 @@ pub(crate) struct DevelopmentSetArgs {
     pub seed: u64,
 }
 
-/// How the population network is trained.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum TrainingPreset {
-    /// Ours: short roll-outs come first, gradients are limited, the best epoch is kept, and slopes keep the
-    /// signs of physiology.
-    Working,
-    /// Ours, with slopes as they come.
-    Unconstrained,
-    /// As the paper says.
-    Paper,
-    /// As the published code does: glucose is also confined to 40-400 mg/dL after every step.
-    AuthorsCode,
-}
-
 /// Options of `train`.
 #[derive(Debug, Args)]
 pub(crate) struct TrainArgs {
     /// How much to compute: the network's widths and the simulated days.
-    #[arg(long, value_enum, default_value = "quick")]
+    #[arg(long, value_parser = words::profile(), default_value = "quick")]
     pub profile: Profile,
     /// How the network is trained.
-    #[arg(long, value_enum, default_value = "working")]
+    #[arg(long, value_parser = words::training_preset(), default_value = "working")]
     pub preset: TrainingPreset,
     /// End after so many epochs without a lower error on the validation windows, and keep the best
     /// epoch's weights [default: all epochs].
@@ -318,19 +289,11 @@ pub(crate) struct TrainArgs {
     pub seed: u64,
 }
 
-/// A published model's format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum ModelFormat {
-    /// T1DSim_AI: a folder with the population's `.pt` and scalers, or with a twin's.
-    T1dsim,
-}
-
 /// Options of `import-model`.
 #[derive(Debug, Args)]
 pub(crate) struct ImportModelArgs {
     /// Format of the source.
-    #[arg(long, value_enum, value_name = "FORMAT")]
+    #[arg(long, value_parser = words::model_format(), value_name = "FORMAT")]
     pub from: ModelFormat,
     /// Folder of the published files.
     pub folder: PathBuf,
@@ -366,7 +329,7 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "DELTA")]
     pub delta: Option<f64>,
     /// Programme that HiGHS solves beside the certified search, for networks of up to four inputs.
-    #[arg(long, value_enum, default_value = "gradient")]
+    #[arg(long, value_parser = words::milp_form(), default_value = "gradient")]
     pub milp: MilpForm,
     /// Time limit of one row, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
@@ -382,20 +345,6 @@ pub(crate) struct VerifyArgs {
     pub seed: u64,
 }
 
-/// Programmes of the paper's question.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum MilpForm {
-    /// The largest slope.
-    Gradient,
-    /// The largest movement over a step, in one copy of the network.
-    Difference,
-    /// The same in two copies, as in the paper; slow.
-    TwoCopies,
-    /// None.
-    None,
-}
-
 /// Options of `twin`.
 #[derive(Debug, Args)]
 pub(crate) struct TwinArgs {
@@ -406,7 +355,7 @@ pub(crate) struct TwinArgs {
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// How much to compute.
-    #[arg(long, value_enum, default_value = "quick")]
+    #[arg(long, value_parser = words::profile(), default_value = "quick")]
     pub profile: Profile,
     /// Also train twins that see other personal inputs (the paper's ablation), and twins whose
     /// network keeps physiology's signs.
@@ -444,7 +393,7 @@ pub(crate) struct BaselinesArgs {
     #[arg(long, value_name = "FILE")]
     pub patients: Option<PathBuf>,
     /// How much to compute.
-    #[arg(long, value_enum, default_value = "quick")]
+    #[arg(long, value_parser = words::profile(), default_value = "quick")]
     pub profile: Profile,
     /// Days from the start of each record that train; 14 if not given.
     #[arg(long, value_name = "N")]
@@ -470,31 +419,11 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "FILE")]
     pub twin: Option<PathBuf>,
     /// `steady-state`, or `table:FILE` with scaled states by glucose.
-    #[arg(long, value_name = "START", default_value = "steady-state")]
-    pub initial: initial::Initial,
+    #[arg(long, value_parser = words::initial, value_name = "START", default_value = "steady-state")]
+    pub initial: Initial,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/replay")]
     pub out: PathBuf,
-}
-
-/// How meals are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum DetectorName {
-    /// The published rate-of-rise detector; it estimates no sizes.
-    Grid,
-    /// A matched filter behind a Kalman filter on the ODE plant.
-    Plant,
-}
-
-/// How a log and the meals found become one log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum RuleName {
-    /// The paper's: reports near a detection and a bolus are replaced, unsupported ones discarded.
-    Published,
-    /// Every report stays; meals found where nothing is logged are added.
-    Additive,
 }
 
 /// Options of `reconcile`.
@@ -504,11 +433,11 @@ pub(crate) struct ReconcileArgs {
     #[arg(long, value_name = "DIR")]
     pub cohort: PathBuf,
     /// How meals are found.
-    #[arg(long, value_enum, value_name = "DETECTOR", default_value = "plant")]
+    #[arg(long, value_parser = words::detector(), value_name = "DETECTOR", default_value = "plant")]
     pub detector: DetectorName,
     /// How they and the log become one log.
-    #[arg(long, value_enum, value_name = "RULE", default_value = "published")]
-    pub rule: RuleName,
+    #[arg(long, value_parser = words::rule(), value_name = "RULE", default_value = "published")]
+    pub rule: Rule,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/reconcile")]
     pub out: PathBuf,
@@ -544,7 +473,7 @@ pub(crate) struct EffectTwinsArgs {
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// How much to compute.
-    #[arg(long, value_enum, default_value = "quick")]
+    #[arg(long, value_parser = words::profile(), default_value = "quick")]
     pub profile: Profile,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/effect-twins")]
@@ -581,16 +510,6 @@ pub(crate) struct DiagnoseArgs {
     pub posterior: Option<PathBuf>,
 }
 
-/// How basal insulin is decided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum RegimeName {
-    /// A pump that follows its programme.
-    OpenLoop,
-    /// Automated insulin delivery.
-    ClosedLoop,
-}
-
 /// Options of `blind-check`.
 #[derive(Debug, Args)]
 pub(crate) struct BlindCheckArgs {
@@ -606,8 +525,8 @@ pub(crate) struct BlindCheckArgs {
     pub full: bool,
     /// Worlds of one generator on which to fix thresholds: writes calibration.json in place of a
     /// score.
-    #[arg(long, value_name = "GENERATOR", value_parser = generator, hide = true)]
-    pub calibrate: Option<world::Generator>,
+    #[arg(long, value_name = "GENERATOR", value_parser = words::generator, hide = true)]
+    pub calibrate: Option<Generator>,
     /// In place of worlds: effects planted into the records of this cohort of real people.
     #[arg(long, value_name = "COHORT", conflicts_with_all = ["worlds", "nulls", "full", "calibrate"])]
     pub planted: Option<PathBuf>,
@@ -632,10 +551,10 @@ pub(crate) struct WorldsArgs {
     #[arg(long, value_name = "MG_DL", default_value_t = 5.0)]
     pub shift: f64,
     /// Generator of the bodies: `hovorka`, `padova`, `minimal` or `saturating` [default: all in turns].
-    #[arg(long, value_name = "NAME", value_parser = generator)]
-    pub generator: Option<world::Generator>,
+    #[arg(long, value_name = "NAME", value_parser = words::generator)]
+    pub generator: Option<Generator>,
     /// How basal insulin is decided [default: drawn].
-    #[arg(long, value_enum, value_name = "REGIME")]
+    #[arg(long, value_parser = words::regime(), value_name = "REGIME")]
     pub regime: Option<RegimeName>,
     /// People in each world.
     #[arg(long, value_name = "N", default_value_t = 5)]
@@ -662,12 +581,6 @@ pub(crate) struct WorldsArgs {
     /// Seed of the worlds.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-}
-
-fn generator(name: &str) -> Result<world::Generator, String> {
-    world::Generator::from_name(name).ok_or_else(|| {
-        format!("expected one of {}", world::Generator::ALL.map(world::Generator::name).join(", "))
-    })
 }
 
 /// Options of `report`.
@@ -709,7 +622,7 @@ pub(crate) struct TrajectoriesArgs {
 #[derive(Debug, Args)]
 pub(crate) struct WidthsArgs {
     /// How much each training computes.
-    #[arg(long, value_enum, default_value = "quick")]
+    #[arg(long, value_parser = words::profile(), default_value = "quick")]
     pub profile: Profile,
     /// Trainings that explore the range of widths.
     #[arg(long, value_name = "N", default_value_t = 12)]
@@ -738,7 +651,7 @@ pub(crate) struct HeldOutArgs {
     #[arg(long, value_name = "FILE")]
     pub beside: Option<PathBuf>,
     /// The development set whose test subset is used: that of `train` with this profile and seed.
-    #[arg(long, value_enum, default_value = "quick")]
+    #[arg(long, value_parser = words::profile(), default_value = "quick")]
     pub profile: Profile,
     /// Seed of the development set.
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -749,8 +662,7 @@ pub(crate) struct HeldOutArgs {
 }
 
 /// What `bench` times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum BenchSubject {
     /// The diagnosis of virtual people.
     Diagnosis,

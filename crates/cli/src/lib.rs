@@ -1,51 +1,30 @@
 //! The command line: every command from a study's files to the report.
 //!
 //! The binary `t1d-twins` of this crate is what a user installs (`cargo install --path crates/cli`); `cargo xtask`
-//! hands everything but `check` to the same [`run`]. This is the only crate that opens files for the user.
+//! hands everything but `check` and `same` to the same [`run`]. What was typed becomes the settings of a stage of `pipeline`.
 
-mod asked;
-mod checkpoint;
-mod children;
 mod cli;
-mod diagnosed;
-mod inputs;
-mod interrupt;
-mod labels;
-mod manifest;
-mod models;
-mod output;
-mod paper_conformance;
-mod progress;
-mod stages;
-mod subnetworks;
-mod training_data;
+mod settings;
 
 use std::process::ExitCode;
-use std::sync::OnceLock;
 
 use anyhow::{Context as _, Result};
 use clap::{CommandFactory as _, FromArgMatches as _};
 
-use cli::{BenchSubject, Command, CommandLine};
-pub use progress::note;
+pub use pipeline::note;
+use pipeline::stages;
+
+use cli::{BenchArgs, BenchSubject, BlindCheckArgs, Command, CommandLine, VerifyArgs};
 
 /// Most threads that can be asked for; more would only wait for each other.
 const MOST_THREADS: usize = 1024;
 /// What the examples of the help call the program.
 const EXAMPLES: &str = "cargo xtask";
 
-/// What the program is called, for help and manifests.
-static PROGRAM: OnceLock<&'static str> = OnceLock::new();
-
-/// The name under which the program was started.
-pub(crate) fn program() -> &'static str {
-    PROGRAM.get().copied().unwrap_or(EXAMPLES)
-}
-
 /// Every command with its options; `program` is the name in help, examples and manifests.
 #[must_use]
 pub fn commands(program: &'static str) -> clap::Command {
-    let program = *PROGRAM.get_or_init(|| program);
+    let program = pipeline::call_program(program);
     let renamed = |command: clap::Command| {
         let help = command.get_after_help().map(|help| help.to_string().replace(EXAMPLES, program));
         match help {
@@ -71,7 +50,7 @@ pub fn ended(result: Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            progress::say(&format!("error: {error:#}"));
+            pipeline::say(&format!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }
@@ -91,7 +70,7 @@ fn quiet_caught_panics() {
 
 fn perform(line: CommandLine) -> Result<()> {
     if line.quiet {
-        progress::be_quiet();
+        pipeline::be_quiet();
     }
     if let Some(threads) = line.threads {
         anyhow::ensure!(
@@ -104,40 +83,63 @@ fn perform(line: CommandLine) -> Result<()> {
             .context("cannot start the threads")?;
     }
     match line.command {
-        Command::Pipeline(args) => stages::pipeline::run(&args),
-        Command::Import(args) => stages::import::run(&args),
-        Command::Simulate(args) => stages::simulate::run(&args),
-        Command::DevelopmentSet(args) => stages::development_set::run(&args),
-        Command::Train(args) => stages::train::run(&args),
-        Command::ImportModel(args) => stages::import_model::run(&args),
-        Command::Verify(args) => stages::verify::run(&args),
-        Command::Twin(args) => stages::twin::run(&args),
-        Command::Baselines(args) => stages::baselines::run(&args),
-        Command::Replay(args) => stages::replay::run(&args),
-        Command::Reconcile(args) => stages::reconcile::run(&args),
-        Command::Evaluate(args) => stages::evaluate::run(&args),
-        Command::Diagnose(args) => stages::diagnose::run(&args),
-        Command::EffectTwins(args) => stages::effect_twins::run(&args),
-        Command::BlindCheck(args) => stages::blind_check::run(&args),
-        Command::Evidence(args) => stages::evidence::run(&args),
-        Command::TrainPosterior(args) => stages::train_posterior::run(&args),
-        Command::Realism(args) => stages::realism::run(&args),
-        Command::Worlds(args) => stages::worlds::run(&args),
-        Command::Report(args) => stages::report::run(&args),
-        Command::SteadyState(args) => stages::steady_state::run(&args),
-        Command::HeldOut(args) => stages::held_out::run(&args),
-        Command::Widths(args) => stages::widths::run(&args),
-        Command::Trajectories(args) => stages::trajectories::run(&args),
-        Command::Bench(args) => match args.what {
-            BenchSubject::Diagnosis => stages::bench::run(&args),
-            BenchSubject::TrainingStep => stages::training_step::run(&args),
-            BenchSubject::Twins => stages::twin_speed::run(&args),
-            BenchSubject::Meals => stages::meals_bench::run(&args),
-        },
+        Command::Pipeline(args) => stages::pipeline::run(&args.into()),
+        Command::Import(args) => stages::import::run(&args.into()),
+        Command::Simulate(args) => stages::simulate::run(&args.into()),
+        Command::DevelopmentSet(args) => stages::development_set::run(&args.into()),
+        Command::Train(args) => stages::train::run(&args.into()),
+        Command::ImportModel(args) => stages::import_model::run(&args.into()),
+        Command::Verify(args) => verify(args),
+        Command::Twin(args) => stages::twin::run(&args.into()),
+        Command::Baselines(args) => stages::baselines::run(&args.into()),
+        Command::Replay(args) => stages::replay::run(&args.into()),
+        Command::Reconcile(args) => stages::reconcile::run(&args.into()),
+        Command::Evaluate(args) => stages::evaluate::run(&args.into()),
+        Command::Diagnose(args) => stages::diagnose::run(&args.into()),
+        Command::EffectTwins(args) => stages::effect_twins::run(&args.into()),
+        Command::BlindCheck(args) => blind_check(args),
+        Command::Evidence(args) => stages::evidence::run(&args.into()),
+        Command::TrainPosterior(args) => stages::train_posterior::run(&args.into()),
+        Command::Realism(args) => stages::realism::run(&args.into()),
+        Command::Worlds(args) => stages::worlds::run(&args.into()),
+        Command::Report(args) => stages::report::run(&args.into()),
+        Command::SteadyState(args) => stages::steady_state::run(&args.into()),
+        Command::HeldOut(args) => stages::held_out::run(&args.into()),
+        Command::Widths(args) => stages::widths::run(&args.into()),
+        Command::Trajectories(args) => stages::trajectories::run(&args.into()),
+        Command::Bench(args) => bench(args),
     }
 }
 
-/// The folder of the workspace's `Cargo.toml` when this program was built.
-pub(crate) fn workspace_root() -> std::path::PathBuf {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+/// A person's twin is verified otherwise than a population network.
+fn verify(args: VerifyArgs) -> Result<()> {
+    let (Some(twin), Some(cohort)) = (args.twin.clone(), args.cohort.clone()) else {
+        return stages::verify::run(&args.into());
+    };
+    let VerifyArgs { model, limit, out, seed, .. } = args;
+    let settings = stages::verify_twin::Settings { model, twin, cohort, limit, out, seed };
+    stages::verify_twin::run(&settings)
+}
+
+/// Effects planted into real records are checked otherwise than those of worlds.
+fn blind_check(args: BlindCheckArgs) -> Result<()> {
+    let Some(cohort) = args.planted.clone() else {
+        return stages::blind_check::run(&args.into());
+    };
+    let BlindCheckArgs { sizes, out, seed, .. } = args;
+    stages::planted_check::run(&stages::planted_check::Settings { cohort, sizes, out, seed })
+}
+
+fn bench(args: BenchArgs) -> Result<()> {
+    let BenchArgs { what, people, days, effect, amplitude, out, seed } = args;
+    match what {
+        BenchSubject::Diagnosis => {
+            let settings =
+                bench::diagnosis::Settings { people, days, effect, amplitude, out, seed };
+            bench::diagnosis::run(&settings)
+        }
+        BenchSubject::TrainingStep => bench::training_step::run(&out, seed),
+        BenchSubject::Twins => bench::twin_speed::run(&out, seed),
+        BenchSubject::Meals => bench::meal_detection::run(&out, seed),
+    }
 }

@@ -220,6 +220,13 @@ impl Record {
         usize::try_from(days).expect("step k is not before the start")
     }
 
+    /// Steps with a basal rate, a bolus or carbohydrate that was not recorded.
+    #[must_use]
+    pub fn steps_without_doses(&self) -> usize {
+        let doses = [self.basal(), self.bolus(), self.carbs()];
+        (0..self.len).filter(|k| doses.iter().any(|dose| dose[*k].is_none())).count()
+    }
+
     /// The steps `range` as a new record, or `None` if the range leaves the record.
     #[must_use]
     pub fn slice(&self, range: std::ops::Range<usize>) -> Option<Self> {

@@ -73,7 +73,7 @@ pub use error::ConformanceError;
 pub use network::OneHiddenLayer;
 pub use property::{Property, paper_properties};
 pub use prove::{AcceptedClaim, Proofs, prove};
-pub use recorded::{SlopeBound, Summand, bounds_of_sum, verify_recorded};
+pub use recorded::{SlopeBound, Summand, bounds_of_sum, extremes, verify_recorded};
 pub use region::{BoxRegion, HalfSpace, Region, Scaling, Signal};
 pub use repair::{RepairRule, Repaired, repair};
 pub use share::{share_of_points, share_of_region};

@@ -37,6 +37,22 @@ pub struct SlopeBound {
     pub seconds: f64,
 }
 
+/// Least and greatest value of each input over points of a record: the box that they span.
+#[must_use]
+pub fn extremes<'a>(points: impl Iterator<Item = &'a [f64]>) -> (Vec<f64>, Vec<f64>) {
+    let (mut lower, mut upper) = (Vec::new(), Vec::new());
+    for point in points {
+        if lower.is_empty() {
+            (lower, upper) = (point.to_vec(), point.to_vec());
+        }
+        for ((lower, upper), x) in lower.iter_mut().zip(&mut upper).zip(point) {
+            *lower = f64::min(*lower, *x);
+            *upper = f64::max(*upper, *x);
+        }
+    }
+    (lower, upper)
+}
+
 /// Bounds on the slope of a residual network and of its sum with a network of which a bound is known. Weights that keep
 /// their signs prove what boxes leave open by their rounding.
 #[must_use]

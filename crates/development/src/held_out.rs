@@ -5,13 +5,17 @@ use std::collections::BTreeMap;
 use nn_statespace::PopulationModel;
 use nn_statespace::training::{GroupErrors, WindowGroup};
 use ode_sim::DevelopmentSet;
-use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Week};
+use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Subset, Week};
 use physiology::{Compartment, MgPerDl, Plant as _, States, StepInput};
+use rayon::prelude::*;
 use stats::{Outcome, OutcomeEquivalence, Outcomes, Summary, compare_outcomes};
 
 use crate::error::DevelopmentError;
+use crate::trajectory_cost::{WEEKS, drawn_weeks};
 use crate::weeks::WINDOW;
 
+/// Weeks that are scored before their sums are added up: sums do not depend on threads, memory not on the weeks.
+const AT_ONCE: usize = 256;
 /// Level of the one-sided tests.
 const ALPHA: f64 = 0.05;
 /// The risk indices need a logarithm: glucose is counted as at least this, mg/dL.
@@ -64,6 +68,60 @@ pub struct Told {
     pub windows_broken: usize,
     /// Samples below 1 mg/dL, which count as 1.
     pub samples_below_1_mg_dl: usize,
+}
+
+/// The ODE and each model on all weeks of the test subset, and on those of them that are combinations; `scored` is told
+/// of each week.
+///
+/// # Errors
+/// Those of [`score`].
+pub fn score_all(
+    set: &DevelopmentSet,
+    models: &[PopulationModel],
+    scored: &(dyn Fn() + Sync),
+) -> Result<[Vec<Scored>; 2], DevelopmentError> {
+    let none = || vec![Scored::default(); models.len() + 1];
+    let [mut all, mut combinations] = [none(), none()];
+    for first in (0..set.len()).step_by(AT_ONCE) {
+        let weeks: Vec<_> = (first..set.len().min(first + AT_ONCE))
+            .into_par_iter()
+            .map(|index| {
+                let week = set.week(index)?;
+                scored();
+                let mine = week.subset == Subset::Test;
+                mine.then(|| Ok((is_combination(&week), score(set, &week, models)?))).transpose()
+            })
+            .collect::<Result<_, DevelopmentError>>()?;
+        for (combination, scored) in weeks.into_iter().flatten() {
+            add(&mut all, &scored);
+            if combination {
+                add(&mut combinations, &scored);
+            }
+        }
+    }
+    Ok([all, combinations])
+}
+
+/// Balanced errors of models on drawn weeks of the test subset, mg/dL.
+///
+/// # Errors
+/// Those of [`score`].
+pub fn balanced_errors(
+    set: &DevelopmentSet,
+    models: &[PopulationModel],
+    seed: u64,
+) -> Result<Vec<f64>, DevelopmentError> {
+    let mut sums = vec![Scored::default(); models.len() + 1];
+    for week in drawn_weeks(set, Subset::Test, WEEKS, seed)? {
+        add(&mut sums, &score(set, &week, models)?);
+    }
+    Ok(sums[1..].iter().map(Scored::balanced_error).collect())
+}
+
+fn add(sums: &mut [Scored], more: &[Scored]) {
+    for (sum, more) in sums.iter_mut().zip(more) {
+        *sum = std::mem::take(sum).plus(more);
+    }
 }
 
 /// A week's windows under the ODE and under each model.

@@ -3,11 +3,13 @@
 use nn_statespace::{PopulationModel, Signal};
 use ode_sim::development_set::Subset;
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
-use physiology::{Compartment, Plant as _, States, StepInput};
+use physiology::{Compartment, Plant as _, STEP, States, StepInput};
 
 use crate::error::DevelopmentError;
 use crate::trajectory_cost::drawn_weeks;
 
+/// Smallest changes of an input that a step is long (paper).
+const SMALLEST_CHANGES: f64 = 10.0;
 /// Weeks of training days that are simulated.
 const WEEKS: usize = 20;
 
@@ -46,10 +48,23 @@ impl SimulatedSteps {
             .collect()
     }
 
+    /// The paper's step of an input, scaled as the model does it: ten times the smallest change.
+    #[must_use]
+    pub fn paper_step(&self, model: &PopulationModel, input: Signal) -> Option<f64> {
+        let change = self.smallest_change(input)?;
+        Some(SMALLEST_CHANGES * change / model.scaler().of(input).scale)
+    }
+
+    /// The smallest change of a signal over the length of a step, physical units per minute.
+    #[must_use]
+    pub fn smallest_rate(&self, signal: Signal) -> Option<f64> {
+        Some(self.smallest_change(signal)? / STEP.0)
+    }
+
     /// The smallest change of a signal between two steps that single precision tells from none at the signal's largest value,
     /// in its physical unit: the paper's "minimum change possible". Without that floor it would be whatever is left of
     /// an exponential after days.
-    pub fn smallest_change(&self, signal: Signal) -> Option<f64> {
+    fn smallest_change(&self, signal: Signal) -> Option<f64> {
         let value = |(states, input): &(States, StepInput)| match signal {
             Signal::State(state) => states[state],
             Signal::Insulin => input.insulin().0,

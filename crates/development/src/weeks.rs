@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nn_statespace::training::Run;
 use nn_statespace::training_set::CompactRun;
 use ode_sim::DevelopmentSet;
-use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Subset, TimeShares, Week};
+use ode_sim::development_set::{DAYS_PER_WEEK, Origin, STEPS_PER_WEEK, Subset, TimeShares, Week};
 use physiology::{MgPerDl, Plant as _};
 use sha2::{Digest as _, Sha256};
 
@@ -41,6 +41,21 @@ pub struct WeekFacts {
     pub shares: TimeShares,
     /// SHA-256 of place, subset, meal days and rows.
     digest: [u8; 32],
+}
+
+/// Windows of a week whose starts are `stride` steps apart.
+#[must_use]
+pub const fn windows_per_week(stride: usize) -> usize {
+    (STEPS_PER_WEEK - WINDOW) / stride + 1
+}
+
+/// Mean shares of the time in ranges of glucose; 0 where there is no week.
+#[must_use]
+pub fn mean_shares(weeks: &[&WeekFacts]) -> TimeShares {
+    let mean = |share: fn(&TimeShares) -> f64| {
+        weeks.iter().map(|week| share(&week.shares)).sum::<f64>() / weeks.len().max(1) as f64
+    };
+    TimeShares { below_70: mean(|s| s.below_70), above_250: mean(|s| s.above_250) }
 }
 
 /// Simulates week `index` of the set.

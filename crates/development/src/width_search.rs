@@ -4,12 +4,15 @@
 
 use egobox_ego::{Cstr, EgorServiceFactory};
 use ndarray::Array2;
+use nn_statespace::training::{Provenance, TrainingConfig, train};
+use nn_statespace::{PerCompartment, Widths};
 use rand::seq::SliceRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::error::DevelopmentError;
+use crate::training_data::TrainingData;
 
 /// Networks.
 pub const NETWORKS: usize = 10;
@@ -66,6 +69,28 @@ pub fn next_widths(
         widths[place] = rng.random_range(RANGE.0..=RANGE.1);
     }
     Ok(widths)
+}
+
+/// The lowest balanced error of a training with these widths, mg/dL; `None` if it broke off.
+#[must_use]
+pub fn error_of(
+    widths: &[usize; NETWORKS],
+    config: &TrainingConfig,
+    data: &TrainingData,
+) -> Option<f64> {
+    let widths = Widths::new(PerCompartment::from_fn(|c| widths[c as usize])).ok()?;
+    let provenance = Provenance { origin: String::new(), training_data_sha256: None };
+    let trained =
+        train(config, &widths, &data.training, &data.validation, provenance, |_| {}).ok()?;
+    let errors = trained.report.epochs.iter().map(|epoch| epoch.validation.balanced());
+    errors.filter(|error| error.is_finite()).min_by(f64::total_cmp)
+}
+
+/// The trial with the lowest error; `None` if every training broke off.
+#[must_use]
+pub fn best(trials: &[Trial]) -> Option<&Trial> {
+    let errors = trials.iter().filter_map(|trial| Some((trial, trial.error?)));
+    errors.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(trial, _)| trial)
 }
 
 fn rounded(log2: f64) -> usize {

@@ -7,6 +7,7 @@
 //!
 //! - [`evaluate()`]: five-hour windows under every [`Method`], [outcomes](outcomes_table) with equivalence
 //!   tests, [scenarios](Scenario), forecasts beside [autoregression](Forecaster);
+//! - [`example_day()`], [`glucose_profile()`]: courses to be drawn, measured and simulated;
 //! - [`what_if()`]: meals under several doses, and whether each twin answers in the right order.
 //!
 //! Every method runs freely from a window's first reading; what it is judged on is what a sensor
@@ -24,7 +25,9 @@
 mod arx;
 mod error;
 mod evaluate;
+mod example_day;
 mod forecast;
+mod glucose_profile;
 mod method;
 mod models;
 mod person;
@@ -37,7 +40,9 @@ mod what_if;
 
 pub use error::EvaluationError;
 pub use evaluate::{Evaluation, evaluate};
+pub use example_day::example_day;
 pub use forecast::{FORECAST_MINUTES, ForecastError, Forecaster};
+pub use glucose_profile::glucose_profile;
 pub use method::Method;
 pub use models::{Model, PersonModels};
 pub use person::{MethodResult, PersonEvaluation, ScenarioEvaluation};

@@ -9,6 +9,8 @@
 //! forecasts of weather are set right): errors do not know of counter-regulation, of food against lows, or of
 //! a best guess that is at its extremes too often. Both are learned on days that did not train the twin.
 
+use std::collections::BTreeMap;
+
 use cohort::Person;
 use nn_statespace::PopulationModel;
 use physiology::{MgPerDl, STEPS_PER_HOUR};
@@ -22,6 +24,9 @@ use twins::{
 
 use crate::error::EvaluationError;
 use crate::readings::{readings, sensor_reading};
+
+/// Fewest windows on held-out days from which a person's own errors are told: a day of hourly starts.
+const LEAST_RUNS: usize = 24;
 
 /// A window's readings and a free run through it, mg/dL, the start first in both.
 pub type HeldOutRun = (Vec<f64>, Vec<f64>);
@@ -76,6 +81,21 @@ pub struct RunError {
 }
 
 impl RunError {
+    /// The errors of each of `people` by their own runs; somebody with too few gets the errors of all. `None` where no run is
+    /// longer than an hour.
+    pub fn by_person<'a>(
+        people: impl IntoIterator<Item = &'a str>,
+        runs: &BTreeMap<&str, Vec<HeldOutRun>>,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<BTreeMap<&'a str, Self>> {
+        let usual = Self::fit(runs.values().flatten(), rng)?;
+        let mut of = |id: &str| {
+            let own = runs.get(id).filter(|runs| runs.len() >= LEAST_RUNS);
+            own.and_then(|runs| Self::fit(runs, rng)).unwrap_or_else(|| usual.clone())
+        };
+        Some(people.into_iter().map(|id| (id, of(id))).collect())
+    }
+
     /// Fits the errors of some runs, which should be of days that did not train the twin. Both courses
     /// of a pair are of one length and start with the same glucose, mg/dL: measured, then simulated.
     /// `None` where no run is longer than an hour.

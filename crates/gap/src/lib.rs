@@ -59,6 +59,7 @@ pub mod quality;
 mod questioned;
 mod single;
 mod track_record;
+pub mod undone;
 mod units;
 pub mod which;
 

@@ -18,6 +18,12 @@ pub enum PlantsError {
         /// What it sees.
         signal: Signal,
     },
+    /// A window, a start or a training that cannot be.
+    #[error(transparent)]
+    Twin(#[from] twins::TwinError),
+    /// Outcomes or errors of a window.
+    #[error(transparent)]
+    Stats(#[from] stats::StatsError),
     /// A step of a window under an effect fails.
     #[error("step {step} of a window under the effect")]
     Step {

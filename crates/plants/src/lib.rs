@@ -1,7 +1,8 @@
 //! What can stand in place of the ODE: the population network and a person's twin.
 //!
 //! [`NetworkBody`] and [`TwinBody`] are bodies inside the diagnosis' filter. [`ModulatedNetwork`] is the population network
-//! under the modulations of effects, which makes a named effect an input of twins (decision 0024).
+//! under the modulations of effects, which makes a named effect an input of twins (decision 0024); [`effect_twins`] judges
+//! such twins beside others.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -20,6 +21,7 @@
 //! ```
 
 mod bodies;
+pub mod effect_twins;
 mod error;
 mod modulated_network;
 

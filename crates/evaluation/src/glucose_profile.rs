@@ -1,0 +1,74 @@
+//! The ambulatory glucose profile of the held-out windows, measured and simulated by the twins.
+
+use std::collections::BTreeMap;
+
+use chrono::Timelike as _;
+use cohort::Cohort;
+use contract::agp::Percentiles;
+use contract::{Document as _, GlucoseProfile};
+use nn_statespace::PopulationModel;
+use physiology::STEPS_PER_DAY;
+use stats::Profile;
+use twins::{PersonWindows, Protocol, Twin};
+
+use crate::error::EvaluationError;
+use crate::evaluate::Evaluation;
+use crate::example_day::{glucose, starts};
+use crate::method::Method;
+
+/// Slots of the day: half hours.
+const SLOTS: usize = 48;
+
+/// The profile over everybody who was judged: the same windows and steps for both curves.
+///
+/// # Errors
+/// Somebody who is not in the cohort or has no twin, and a run that cannot be.
+pub fn glucose_profile(
+    cohort: &Cohort,
+    twins: &BTreeMap<String, Twin>,
+    population: &PopulationModel,
+    evaluation: &Evaluation,
+    protocol: &Protocol,
+) -> Result<GlucoseProfile, EvaluationError> {
+    let mut observed = Vec::new();
+    let mut simulated = Vec::new();
+    let mut windows = 0;
+    for judged in &evaluation.people {
+        let id = || judged.person_id.clone();
+        let found = cohort.find(&judged.person_id);
+        let (index, person) = found.ok_or_else(|| EvaluationError::NotInCohort { person: id() })?;
+        let method = Method::Twin.name();
+        let twin = twins.get(&judged.person_id);
+        let twin = twin.ok_or_else(|| EvaluationError::MissingModel { person: id(), method })?;
+        let cut = PersonWindows::new(index, person, protocol)?;
+        let steps: Vec<usize> = cut.test.iter().map(|window| window.start).collect();
+        let starts = starts(population, person, &cut, protocol, &steps)?;
+        for (window, start) in cut.test.iter().zip(starts) {
+            let range = window.range();
+            let course = glucose(twin, start, &cut.inputs[range.clone()])?;
+            windows += 1;
+            // The start is the reading itself and shows nothing about the twin.
+            for (step, simulated_glucose) in range.zip(course).skip(1) {
+                let Some(reading) = person.record.cgm()[step] else { continue };
+                let time = person.record.time(step);
+                let step_of_day = time.num_seconds_from_midnight() as usize / 300;
+                let slot = step_of_day * SLOTS / STEPS_PER_DAY;
+                observed.push((slot, reading));
+                simulated.push((slot, simulated_glucose));
+            }
+        }
+    }
+    Ok(GlucoseProfile {
+        schema: GlucoseProfile::SCHEMA.to_owned(),
+        person_id: "cohort".to_owned(),
+        hour: (0..SLOTS).map(|slot| (slot as f64 + 0.5) * 24.0 / SLOTS as f64).collect(),
+        observed: percentiles(observed)?,
+        twin: percentiles(simulated)?,
+        windows,
+    })
+}
+
+fn percentiles(samples: Vec<(usize, f64)>) -> Result<Percentiles, EvaluationError> {
+    let Profile { p05, p25, p50, p75, p95 } = Profile::of(samples, SLOTS)?;
+    Ok(Percentiles { p05, p25, p50, p75, p95 })
+}

@@ -1,0 +1,50 @@
+//! The stages from a study's files to the report: each takes settings, calls the crates, and writes one folder that is
+//! complete or absent, with a manifest of what it was made from.
+//!
+//! A stage is a module of [`stages`] with its `Settings` and its `run`. This crate opens files for the user and tells of
+//! progress; it knows no command line.
+//!
+//! ```
+//! use pipeline::Manifest;
+//! use pipeline::stages::reconcile::{DetectorName, Rule, Settings, run};
+//!
+//! pipeline::be_quiet();
+//! let cohort = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/embedded/cohort");
+//! let folder = tempfile::tempdir()?;
+//! let out = folder.path().join("reconciled");
+//! let (detector, rule) = (DetectorName::Grid, Rule::Additive);
+//! run(&Settings { cohort: cohort.into(), detector, rule, out: out.clone() })?;
+//! let manifest = Manifest::read(&out).expect("a finished folder has one");
+//! assert_eq!(manifest.stage, "reconcile");
+//! assert!(manifest.outputs.iter().any(|file| file.path == "records.parquet"));
+//! # anyhow::Ok(())
+//! ```
+
+mod asked;
+mod checkpoint;
+mod children;
+mod diagnosed;
+mod inputs;
+mod interrupt;
+mod labels;
+mod manifest;
+mod models;
+mod output;
+mod paper_conformance;
+mod profile;
+mod progress;
+pub mod stages;
+mod subnetworks;
+mod training_data;
+pub mod usage;
+
+pub use manifest::{Manifest, call_program};
+pub use output::OutputFolder;
+pub use profile::Profile;
+pub use progress::{Progress, be_quiet, note, say};
+
+/// The folder of the workspace's `Cargo.toml` when this program was built.
+#[must_use]
+pub fn workspace_root() -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}

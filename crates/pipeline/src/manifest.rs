@@ -1,0 +1,207 @@
+//! What a run was: written beside every output, and what resumption compares.
+
+use std::fs;
+use std::io::Read as _;
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use anyhow::{Context as _, Result};
+use contract::{Document as _, FileHash};
+use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+
+/// The report's file name in an output folder.
+pub(crate) const REPORT: &str = "report.html";
+/// The manifest's file name in an output folder.
+pub(crate) const FILE: &str = "manifest.json";
+
+/// What the program is called, for manifests.
+static PROGRAM: OnceLock<&'static str> = OnceLock::new();
+
+/// Says what manifests call the program, unless it was said before; returns what they do.
+pub fn call_program(name: &'static str) -> &'static str {
+    PROGRAM.get_or_init(|| name)
+}
+
+/// The manifest of a folder that is written or was.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Manifest(contract::Manifest);
+
+impl Deref for Manifest {
+    type Target = contract::Manifest;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl Manifest {
+    /// A manifest without inputs.
+    #[must_use]
+    pub fn new(stage: &str, config: serde_json::Value, seed: Option<u64>) -> Self {
+        Self(contract::Manifest {
+            schema: contract::Manifest::SCHEMA.to_owned(),
+            stage: stage.to_owned(),
+            command: command_line(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            config,
+            seed,
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+        })
+    }
+
+    /// Adds a file, or every file of a folder in the order of their names.
+    pub fn with_input(mut self, path: &Path) -> Result<Self> {
+        let mut files = Vec::new();
+        collect(path, &mut files)?;
+        for file in files {
+            let sha256 = hash_file(&file)?;
+            self.0.inputs.push(FileHash { path: slashed(&file), sha256 });
+        }
+        Ok(self)
+    }
+
+    /// The manifest with the hashes of every file in `folder`, which is about to be finished.
+    pub(crate) fn with_outputs_in(mut self, folder: &Path) -> Result<Self> {
+        let mut files = Vec::new();
+        collect(folder, &mut files)?;
+        self.0.outputs = files
+            .iter()
+            .map(|file| {
+                let path = slashed(file.strip_prefix(folder).unwrap_or(file));
+                Ok(FileHash { path, sha256: hash_file(file)? })
+            })
+            .collect::<Result<_>>()?;
+        Ok(self)
+    }
+
+    /// Files in `folder` that this manifest does not name, the manifest itself left out.
+    pub(crate) fn strangers_in(&self, folder: &Path) -> Result<Vec<String>> {
+        let mut files = Vec::new();
+        collect(folder, &mut files)?;
+        let names = files.iter().map(|file| slashed(file.strip_prefix(folder).unwrap_or(file)));
+        Ok(names.filter(|name| !self.outputs.iter().any(|known| known.path == *name)).collect())
+    }
+
+    /// Whether every output is there with the bytes that were written.
+    pub(crate) fn outputs_intact_in(&self, folder: &Path) -> bool {
+        // The command `report` may have drawn the report anew.
+        let kept = self.outputs.iter().filter(|o| o.path != REPORT);
+        kept.into_iter().all(|output| {
+            hash_file(&folder.join(&output.path)).is_ok_and(|found| found == output.sha256)
+        })
+    }
+
+    /// The first input that lies within `folder`, if any.
+    pub(crate) fn input_within(&self, folder: &Path) -> Option<&str> {
+        let folder = folder.canonicalize().ok()?;
+        let inside =
+            |path: &str| Path::new(path).canonicalize().is_ok_and(|path| path.starts_with(&folder));
+        self.inputs.iter().map(|input| input.path.as_str()).find(|path| inside(path))
+    }
+
+    /// Whether a folder written with `self` would hold what one written with `other` holds.
+    ///
+    /// Paths and the command line may differ; what was computed and from which bytes may not.
+    pub(crate) fn same_work(&self, other: &Self) -> bool {
+        let hashes = |m: &Self| m.inputs.iter().map(|i| i.sha256.clone()).collect::<Vec<_>>();
+        self.schema == other.schema
+            && self.stage == other.stage
+            && self.version == other.version
+            && self.config == other.config
+            && self.seed == other.seed
+            && hashes(self) == hashes(other)
+    }
+
+    /// The manifest in `folder`, or `None` if there is none that can be read.
+    #[must_use]
+    pub fn read(folder: &Path) -> Option<Self> {
+        contract::read(&fs::read(folder.join(FILE)).ok()?).ok().map(Self)
+    }
+}
+
+fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+    if path.is_dir() {
+        let mut entries = fs::read_dir(path)
+            .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
+            .with_context(|| format!("cannot read the folder '{}'", path.display()))?;
+        entries.sort();
+        for entry in entries {
+            // A manifest names the command line as typed, which is not part of the work.
+            if entry.file_name().is_none_or(|name| name != FILE) {
+                collect(&entry, files)?;
+            }
+        }
+    } else {
+        files.push(path.to_path_buf());
+    }
+    Ok(())
+}
+
+/// SHA-256 of a file's bytes, hexadecimal.
+pub(crate) fn hash_file(path: &Path) -> Result<String> {
+    let mut file =
+        fs::File::open(path).with_context(|| format!("cannot open '{}'", path.display()))?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let read =
+            file.read(&mut buffer).with_context(|| format!("cannot read '{}'", path.display()))?;
+        if read == 0 {
+            break;
+        }
+        hasher.update(&buffer[..read]);
+    }
+    Ok(hexadecimal(&hasher.finalize()))
+}
+
+/// Bytes as lower-case hexadecimal digits.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn slashed(path: &Path) -> String {
+    path.to_string_lossy().replace('\\', "/")
+}
+
+fn command_line() -> String {
+    let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
+    std::iter::once(PROGRAM.get().copied().unwrap_or("cargo xtask").to_owned())
+        .chain(arguments)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hash_of_a_known_text() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let file = folder.path().join("abc");
+        fs::write(&file, "abc").expect("writable");
+        // FIPS 180-4, example of SHA-256.
+        assert_eq!(
+            hash_file(&file).expect("readable"),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+    }
+
+    #[test]
+    fn changed_bytes_are_other_work_and_a_moved_folder_is_not() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let make = |name: &str, text: &str| {
+            let file = folder.path().join(name);
+            fs::write(&file, text).expect("writable");
+            Manifest::new("x", serde_json::json!({"a": 1}), Some(1))
+                .with_input(&file)
+                .expect("readable")
+        };
+        assert!(make("one", "text").same_work(&make("two", "text")));
+        assert!(!make("one", "text").same_work(&make("one", "other")));
+    }
+}

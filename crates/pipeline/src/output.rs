@@ -1,0 +1,261 @@
+//! Output folders that are complete or absent.
+//!
+//! A command writes into a hidden sibling of the folder it was asked for and renames it at the end.
+//! An error, a full disk or Ctrl-C leaves the asked-for folder as it was.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, bail};
+use serde::Serialize;
+
+use crate::manifest::{self, Manifest};
+
+/// A folder under construction.
+#[derive(Debug)]
+pub struct OutputFolder {
+    target: PathBuf,
+    building: tempfile::TempDir,
+    manifest: Manifest,
+}
+
+/// How the names of folders under construction begin; the number of the process follows.
+const BUILDING: &str = ".building-";
+
+impl OutputFolder {
+    /// Begins the folder `target` for the run that `manifest` describes.
+    ///
+    /// # Errors
+    /// If `target` is a file, holds an input of the run, or holds anything but the output of the
+    /// same command (it is not replaced), or if its parent cannot be written.
+    pub fn begin(target: &Path, manifest: Manifest) -> Result<Self> {
+        check_replaceable(target, &manifest)?;
+        let parent = match target.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        fs::create_dir_all(&parent)
+            .with_context(|| format!("cannot make the folder '{}'", parent.display()))?;
+        sweep(&parent);
+        let building = crate::interrupt::make_removable(|| {
+            tempfile::Builder::new()
+                .prefix(&format!("{BUILDING}{}-", std::process::id()))
+                .permissions(everyones(0o777))
+                .tempdir_in(&parent)
+        })
+        .with_context(|| format!("cannot write in '{}'", parent.display()))?;
+        Ok(Self { target: target.to_path_buf(), building, manifest })
+    }
+
+    /// The manifest of the run, outputs not yet listed.
+    pub(crate) fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// The folder in which to write.
+    pub fn path(&self) -> &Path {
+        crate::interrupt::wait_if_interrupted();
+        self.building.path()
+    }
+
+    /// Writes `bytes` as `name`.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.path().join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)
+                .with_context(|| format!("cannot make the folder '{}'", parent.display()))?;
+        }
+        let mut file = fs::File::create(&path).with_context(|| format!("cannot write '{name}'"))?;
+        file.write_all(bytes)
+            .and_then(|()| file.sync_all())
+            .with_context(|| format!("cannot write '{name}' (is the disk full?)"))
+    }
+
+    /// Writes `value` as readable JSON.
+    pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(value)
+            .with_context(|| format!("cannot express '{name}' as JSON"))?;
+        text.push('\n');
+        self.write(name, text.as_bytes())
+    }
+
+    /// Adds the manifest and puts the folder in its place.
+    pub fn finish(self) -> Result<PathBuf> {
+        let manifest = self.manifest.clone().with_outputs_in(self.path())?;
+        self.write_json(manifest::FILE, &manifest)?;
+        if self.target.is_dir() {
+            fs::remove_dir_all(&self.target)
+                .with_context(|| format!("cannot replace '{}'", self.target.display()))?;
+        }
+        let built = self.building.keep();
+        fs::rename(&built, &self.target)
+            .with_context(|| format!("cannot put '{}' in its place", self.target.display()))?;
+        crate::interrupt::forget(&built);
+        Ok(self.target)
+    }
+}
+
+/// Permissions of which the user's mask takes away what it will; temporary files are otherwise for
+/// their owner's eyes only, which results are not.
+fn everyones(mode: u32) -> fs::Permissions {
+    std::os::unix::fs::PermissionsExt::from_mode(mode)
+}
+
+/// Writes a file beside finished folders so that it is there whole or not at all.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut whole = tempfile::Builder::new()
+        .permissions(everyones(0o666))
+        .tempfile_in(folder)
+        .with_context(|| format!("cannot write in '{}'", folder.display()))?;
+    whole
+        .write_all(bytes)
+        .with_context(|| format!("cannot write '{}' (is the disk full?)", path.display()))?;
+    whole.persist(path).with_context(|| format!("cannot write '{}'", path.display()))?;
+    Ok(())
+}
+
+/// Refuses a target whose replacement would lose something.
+fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
+    if target.is_file() {
+        bail!("'{}' is a file; give --out a folder", target.display());
+    }
+    if !target.is_dir() {
+        return Ok(());
+    }
+    if let Some(input) = manifest.input_within(target) {
+        bail!(
+            "'{}' holds '{input}', an input of this run, and would be replaced; give another --out",
+            target.display()
+        );
+    }
+    let mut entries = fs::read_dir(target)
+        .with_context(|| format!("cannot read the folder '{}'", target.display()))?;
+    if entries.next().is_none() {
+        return Ok(());
+    }
+    let strangers = match Manifest::read(target) {
+        Some(before) if before.stage == manifest.stage => {
+            let mut strangers = before.strangers_in(target)?;
+            // The command `report` adds its file to folders that are finished.
+            strangers.retain(|name| name != manifest::REPORT);
+            strangers
+        }
+        Some(before) => bail!(
+            "'{}' is the output of '{}'; give --out an empty or new folder",
+            target.display(),
+            before.stage
+        ),
+        None => vec!["no manifest of this program".to_owned()],
+    };
+    if let Some(first) = strangers.first() {
+        bail!(
+            "'{}' holds files that this program did not write ({first}); give --out an empty or new \
+             folder",
+            target.display()
+        );
+    }
+    Ok(())
+}
+
+/// Removes what a killed run left in `parent`. Best effort: another run may be at work beside us.
+fn sweep(parent: &Path) {
+    let Ok(entries) = fs::read_dir(parent) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let process = name
+            .to_str()
+            .and_then(|name| name.strip_prefix(BUILDING))
+            .and_then(|rest| rest.split('-').next())
+            .and_then(|number| number.parse::<u32>().ok());
+        let dead = process.is_some_and(|id| {
+            Path::new("/proc").is_dir() && !Path::new(&format!("/proc/{id}")).exists()
+        });
+        if dead {
+            let _ = fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn manifest() -> Manifest {
+        Manifest::new("test", serde_json::json!({}), None)
+    }
+
+    #[test]
+    fn the_folder_appears_only_when_finished() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        let target = parent.path().join("result");
+        let output = OutputFolder::begin(&target, manifest()).expect("new folder");
+        output.write("deep/a.txt", b"a").expect("writable");
+        assert!(!target.exists());
+        output.finish().expect("renamed");
+        assert_eq!(fs::read(target.join("deep/a.txt")).expect("file"), b"a");
+        assert!(target.join(manifest::FILE).is_file());
+        let mode = fs::metadata(&target).expect("a folder").permissions();
+        let plain = parent.path().join("plain");
+        fs::create_dir(&plain).expect("writable");
+        assert_eq!(mode, fs::metadata(&plain).expect("a folder").permissions());
+        fs::remove_dir(&plain).expect("empty");
+        assert_eq!(fs::read_dir(parent.path()).expect("folder").count(), 1);
+    }
+
+    #[test]
+    fn an_abandoned_folder_leaves_the_old_one_and_no_trace() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        let target = parent.path().join("result");
+        let output = OutputFolder::begin(&target, manifest()).expect("new folder");
+        output.write("a.txt", b"old").expect("writable");
+        output.finish().expect("renamed");
+        let abandoned = OutputFolder::begin(&target, manifest()).expect("ours");
+        abandoned.write("a.txt", b"new").expect("writable");
+        drop(abandoned);
+        assert_eq!(fs::read(target.join("a.txt")).expect("file"), b"old");
+        assert_eq!(fs::read_dir(parent.path()).expect("folder").count(), 1);
+    }
+
+    #[test]
+    fn nothing_is_lost_in_a_folder_that_was_ours() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        let target = parent.path().join("result");
+        let output = OutputFolder::begin(&target, manifest()).expect("new folder");
+        output.write("a.txt", b"ours").expect("writable");
+        output.finish().expect("renamed");
+
+        let other = Manifest::new("other", serde_json::json!({}), None);
+        let error = OutputFolder::begin(&target, other).expect_err("another command's");
+        assert!(error.to_string().contains("output of 'test'"), "{error}");
+
+        let input = Manifest::new("test", serde_json::json!({}), None)
+            .with_input(&target.join("a.txt"))
+            .expect("readable");
+        let error = OutputFolder::begin(&target, input).expect_err("an input");
+        assert!(error.to_string().contains("an input of this run"), "{error}");
+
+        fs::write(target.join("notes.txt"), "mine").expect("writable");
+        let error = OutputFolder::begin(&target, manifest()).expect_err("a stranger's file");
+        assert!(error.to_string().contains("notes.txt"), "{error}");
+    }
+
+    #[test]
+    fn what_a_killed_run_left_is_swept_away() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        // Process numbers end below 2^22 on Linux.
+        let stale = parent.path().join(".building-4194999-abc");
+        fs::create_dir(&stale).expect("writable");
+        OutputFolder::begin(&parent.path().join("result"), manifest()).expect("new folder");
+        assert!(!stale.exists());
+    }
+
+    #[test]
+    fn a_strangers_folder_is_not_replaced() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        fs::write(parent.path().join("thesis.txt"), "years of work").expect("writable");
+        let error = OutputFolder::begin(parent.path(), manifest()).expect_err("not ours");
+        assert!(error.to_string().contains("did not write"), "{error}");
+    }
+}

@@ -1,0 +1,160 @@
+//! `baselines`: the ODE model fitted to each person in four ways.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use ode_twins::{Candidate, FitRecipe, OdeFits, Sampling, SensitivitySearch, fit_person};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use twins::PersonWindows;
+
+use crate::manifest::Manifest;
+use crate::models::read_population;
+use crate::output::OutputFolder;
+use crate::profile::Profile;
+use crate::progress::Progress;
+use crate::stages::simulate::read_patients;
+use crate::stages::twin::{self, read_cohort};
+
+/// Settings of `baselines`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Cohort folder.
+    pub cohort: PathBuf,
+    /// Population model; its scaling of glucose enters the loss.
+    pub model: PathBuf,
+    /// The virtual patients of whom the closest is taken, in the columns of the published population;
+    /// 99 of our own where it is not given.
+    pub patients: Option<PathBuf>,
+    /// How much to compute.
+    pub profile: Profile,
+    /// Days from the start of each record that train; 14 if not given.
+    pub training_days: Option<usize>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the search and of the sampler.
+    pub seed: u64,
+}
+
+/// The fits.
+pub(crate) const FILE: &str = "baselines.json";
+/// Members of our own virtual population, as many as the published one has, and its seed.
+const OWN_PATIENTS: u64 = 99;
+const OWN_SEED: u64 = 2019;
+
+/// `baselines.json`.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Baselines {
+    schema: String,
+    /// Where the virtual patients came from, in words, and how many there are.
+    pub(crate) candidates: String,
+    /// One entry a person who was fitted.
+    pub(crate) people: Vec<OdeFits>,
+}
+
+/// The manifest of a run with these arguments.
+pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
+    let (protocol, _) = twin::protocol(args.profile, args.training_days);
+    let config = serde_json::json!({
+        "profile": args.profile,
+        "training_days": protocol.training_days,
+        "published_patients": args.patients.is_some(),
+    });
+    let manifest = Manifest::new("baselines", config, Some(args.seed))
+        .with_input(&args.cohort)?
+        .with_input(&args.model)?;
+    match &args.patients {
+        Some(path) => manifest.with_input(path),
+        None => Ok(manifest),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let manifest = manifest(args)?;
+    let cohort = read_cohort(&args.cohort)?;
+    let population = read_population(&args.model)?;
+    let (protocol, plan) = twin::protocol(args.profile, args.training_days);
+    let (search, sampling, posterior_stride) = match args.profile {
+        Profile::Quick => (SensitivitySearch::quick(), Sampling::quick(), 2),
+        Profile::Paper => (SensitivitySearch::paper(), Sampling::paper(), 1),
+    };
+    let (described, candidates) = candidates(args)?;
+    let recipe = FitRecipe {
+        protocol,
+        loss: plan.loss,
+        candidates,
+        search,
+        sampling,
+        posterior_stride,
+        seed: args.seed,
+    };
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let progress = Progress::begin("baselines", cohort.people.len());
+    let people: Vec<Option<OdeFits>> = cohort
+        .people
+        .par_iter()
+        .enumerate()
+        .map(|(index, person)| {
+            let of_person = || format!("person '{}'", person.id);
+            let cut = PersonWindows::new(index, person, &protocol).with_context(of_person)?;
+            let fits = match cut.excluded {
+                Some(_) => None,
+                None => Some(
+                    fit_person(index, person, &cut, &population, &recipe)
+                        .with_context(of_person)?,
+                ),
+            };
+            progress.advance(&person.id);
+            Ok(fits)
+        })
+        .collect::<Result<_>>()?;
+    let people: Vec<OdeFits> = people.into_iter().flatten().collect();
+    let worst = people.iter().map(|fits| fits.posterior.diagnostics.r_hat).fold(1.0, f64::max);
+    let fitted = people.len();
+    let schema = "baselines/1".to_owned();
+    output.write_json(FILE, &Baselines { schema, candidates: described, people })?;
+    let place = output.finish()?;
+    progress.finish(&format!(
+        "{fitted} people fitted, {} left out, largest R-hat {worst:.2}, {}",
+        cohort.people.len() - fitted,
+        place.join(FILE).display()
+    ));
+    Ok(())
+}
+
+/// The virtual patients, and in words where they came from.
+fn candidates(args: &Settings) -> Result<(String, Vec<Candidate>)> {
+    match &args.patients {
+        Some(path) => {
+            let candidates: Vec<Candidate> = read_patients(path)?
+                .into_iter()
+                .map(|(id, patient)| Candidate {
+                    id,
+                    parameters: patient.parameters,
+                    weight: patient.weight,
+                })
+                .collect();
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+            let name = name.unwrap_or_default();
+            Ok((format!("{} virtual patients of {name}", candidates.len()), candidates))
+        }
+        None => {
+            let drawn = ode_sim::population(OWN_SEED, OWN_PATIENTS)
+                .context("drawing the virtual population")?;
+            let candidates = drawn
+                .into_iter()
+                .map(|person| Candidate {
+                    id: person.index.to_string(),
+                    parameters: person.parameters,
+                    weight: person.weight,
+                })
+                .collect();
+            let described = format!(
+                "{OWN_PATIENTS} virtual people drawn from the published distributions (not the \
+                 published 99)"
+            );
+            Ok((described, candidates))
+        }
+    }
+}

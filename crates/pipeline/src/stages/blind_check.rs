@@ -1,0 +1,325 @@
+//! `blind-check`: a diagnosis is asked for what it cannot know, and scored.
+//!
+//! Worlds are drawn and their labels sealed: the hashes are on disk before the first cohort. Each
+//! cohort is then diagnosed by another process that is given a copy of its folder and nothing else.
+//! Only when every answer is written are the labels opened, compared with the seal, and scored.
+
+mod ceiling;
+mod tables;
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result, ensure};
+use blind::{ScoredWorld, calibration_table, seal};
+use cohort::{RecordsFormat, write_folder};
+use contract::blind_check::{Answer, BlindCheck, Bound, Label, OpenedLabel, Seal};
+use gap::Thresholds;
+use rayon::prelude::*;
+use world::Generator;
+use world::blind::{Plan, PlannedWorld, RealisedWorld};
+
+use crate::asked::{Asked, ask};
+use crate::labels::label;
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::report;
+use crate::stages::sealed::{diagnosis_seed, drawn_seed, salt};
+
+/// Settings of `blind-check`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Worlds with one effect, two effects, or one outside the library; 28 if not
+    /// given, 252 if `full`.
+    pub worlds: Option<usize>,
+    /// Worlds without an effect; 12 if not given, 150 if `full`.
+    pub nulls: Option<usize>,
+    /// As many worlds as it takes to test every target.
+    pub full: bool,
+    /// Worlds of one generator on which to fix thresholds: writes calibration.json in place of a
+    /// score.
+    pub calibrate: Option<Generator>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the worlds; a fresh one, which is said, if not given.
+    pub seed: Option<u64>,
+}
+
+/// Worlds with an effect and without, of a check that takes minutes.
+const QUICK: (usize, usize) = (28, 12);
+/// The same of a whole check: each effect meets each shift twice, from two of the four hands, and no
+/// more than six false alarms keep their upper limit below 8 %.
+const FULL: (usize, usize) = (252, 150);
+/// Labels with the answers to their worlds, in the order of the check.
+type Answered = Vec<(Label, Answer)>;
+
+/// Most worlds of one check.
+const MOST_WORLDS: usize = 10_000;
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let (with_effects, without) = if args.full { FULL } else { QUICK };
+    let worlds = args.worlds.unwrap_or(with_effects);
+    let nulls = args.nulls.unwrap_or(without);
+    let asked = worlds.saturating_add(nulls);
+    ensure!((1..=MOST_WORLDS).contains(&asked), "{asked} worlds; from 1 to {MOST_WORLDS} can be");
+    let seed = args.seed.unwrap_or_else(drawn_seed);
+    note(format!("blind-check: {asked} worlds from --seed {seed}"));
+    let plan = match args.calibrate {
+        Some(generator) => Plan::calibration(worlds, nulls, generator),
+        None => Plan::check(worlds, nulls),
+    };
+    let config = serde_json::json!({
+        "worlds": worlds,
+        "nulls": nulls,
+        "calibrate": args.calibrate.map(world::Generator::name),
+    });
+    let output = OutputFolder::begin(&args.out, Manifest::new("blind-check", config, Some(seed)))?;
+    let (answered, worlds) = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
+    if let Some(generator) = args.calibrate {
+        output.write_json("thresholds.json", &fitted(generator, seed, &answered, &output)?)?;
+        output.write_json("calibration.json", &calibration_table(seed, answered))?;
+        let place = output.finish()?;
+        note(format!("blind-check: {}", place.join("calibration.json").display()));
+        return Ok(());
+    }
+    let scored = score(seed, answered)?;
+    let scored = blind::with_ceiling(scored, ceiling::exact_courses(&worlds)?)?;
+    output.write_json("blind_check.json", &scored)?;
+    output.write("tables.txt", tables::tables(&scored).join("\n").as_bytes())?;
+    report::write_into(output.path(), output.manifest())?;
+    let place = output.finish()?;
+    say(&scored);
+    note(format!("blind-check: {}", place.join("report.html").display()));
+    Ok(())
+}
+
+/// Seals the labels of the worlds, asks for an answer to each, and opens the labels. Returns both, and the worlds.
+///
+/// Writes `seal.json` before anything else, `cohorts/` and `answers/`, and at the end `labels.json`.
+fn check(
+    planned: Vec<PlannedWorld>,
+    seed: u64,
+    asked: Asked,
+    output: &OutputFolder,
+) -> Result<(Answered, Vec<RealisedWorld>)> {
+    let progress = Progress::begin("worlds", planned.len());
+    let worlds = planned
+        .par_iter()
+        .enumerate()
+        .map(|(index, planned)| {
+            let world = planned.realise().with_context(|| format!("world {}", name(index)))?;
+            progress.advance("");
+            Ok(world)
+        })
+        .collect::<Result<Vec<RealisedWorld>>>()?;
+    progress.finish(&format!("{} drawn", worlds.len()));
+
+    let labels = worlds
+        .par_iter()
+        .enumerate()
+        .map(|(index, world)| label(&name(index), world))
+        .collect::<Result<Vec<Label>>>()?;
+    let closed = labels
+        .iter()
+        .enumerate()
+        .map(|(index, label)| {
+            Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    output.write_json("seal.json", &seal::seal(&closed))?;
+
+    let progress = Progress::begin("diagnoses", worlds.len());
+    let answers = worlds
+        .par_iter()
+        .enumerate()
+        .map(|(index, world)| {
+            let answer = answer(index, world, seed, asked, output)?;
+            progress.advance("");
+            Ok(answer)
+        })
+        .collect::<Result<Vec<Answer>>>()?;
+    progress.finish(&format!("{} answers", answers.len()));
+
+    // The seal as it lies on the disk, not as we remember it.
+    let sealed =
+        std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?;
+    let sealed: Seal = contract::read(&sealed).context("reading seal.json again")?;
+    seal::verify(&sealed, &closed).context("opening the labels")?;
+    output.write_json("labels.json", &closed)?;
+    Ok((labels.into_iter().zip(answers).collect(), worlds))
+}
+
+/// Writes the cohort of one world and its answer.
+fn answer(
+    index: usize,
+    world: &RealisedWorld,
+    seed: u64,
+    asked: Asked,
+    output: &OutputFolder,
+) -> Result<Answer> {
+    let id = name(index);
+    let cohort = world.cohort().with_context(|| format!("world {id}"))?;
+    let folder = output.path().join("cohorts").join(&id);
+    write_folder(&cohort, &folder, RecordsFormat::Parquet)
+        .with_context(|| format!("world {id}"))?;
+    drop(cohort);
+    // Nothing that answers a world has seen the hand that made it.
+    let hand = world.planned.generator.name();
+    let (answer, written) = ask(&folder, Some(hand), diagnosis_seed(seed, index), asked)?;
+    match written {
+        Some(written) => output.write(&format!("answers/{id}.json"), &written.text)?,
+        None => output.write_json(&format!("answers/{id}.json"), &answer)?,
+    }
+    Ok(answer)
+}
+
+/// Thresholds that no world without an effect reaches, from the answers in `output`.
+fn fitted(
+    generator: Generator,
+    seed: u64,
+    answered: &[(Label, Answer)],
+    output: &OutputFolder,
+) -> Result<Thresholds> {
+    let mut nulls = Vec::new();
+    for (label, answer) in answered {
+        if label.effects.is_empty() && answer.failure.is_none() {
+            let file = output.path().join("answers").join(format!("{}.json", label.id));
+            let text =
+                std::fs::read(&file).with_context(|| format!("reading '{}'", file.display()))?;
+            let diagnosis: contract::Diagnosis =
+                contract::read(&text).with_context(|| format!("'{}'", file.display()))?;
+            nulls.push(diagnosis.evidence);
+        }
+    }
+    let source = format!(
+        "{} worlds of {} without an effect, blind-check --calibrate {} --seed {seed}",
+        nulls.len(),
+        generator.name(),
+        generator.name(),
+    );
+    Ok(Thresholds::fit(&source, &nulls))
+}
+
+fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
+    let worlds: Vec<ScoredWorld> =
+        answered.into_iter().map(|(label, answer)| ScoredWorld { label, answer }).collect();
+    blind::score(seed, &worlds).context("scoring the answers")
+}
+
+/// The name of a world; it tells its place in an order that was drawn.
+fn name(index: usize) -> String {
+    format!("world_{:04}", index + 1)
+}
+
+/// The figures that were promised, a line each.
+fn say(check: &BlindCheck) {
+    for target in &check.targets {
+        let sign = match target.bound {
+            Bound::AtLeast => "at least",
+            Bound::AtMost => "at most",
+        };
+        let percent = |x: f64| format!("{:.1} %", 100.0 * x);
+        let value = target.value.map_or_else(|| "not tested".to_owned(), percent);
+        let ends = match (target.lower, target.upper) {
+            (Some(lower), Some(upper)) => format!(" ({} to {})", percent(lower), percent(upper)),
+            _ => String::new(),
+        };
+        let met = match target.met {
+            Some(true) => "",
+            Some(false) => ": FALLS SHORT",
+            None => "",
+        };
+        let limit = percent(target.target);
+        note(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
+    }
+    tables::tables(check).into_iter().for_each(note);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use world::blind::PlannedEffect;
+    use world::{Effect, OutsideEffect};
+
+    /// Four small worlds: none, one effect, two, and one outside the library.
+    fn planned() -> Vec<PlannedWorld> {
+        let named = |effect| (PlannedEffect::Named(effect), 10.0);
+        let truths = [
+            vec![named(Effect::Dawn)],
+            Vec::new(),
+            vec![(PlannedEffect::Outside(OutsideEffect::Stress), 10.0)],
+            vec![named(Effect::SetAgeing), named(Effect::SlowMeals)],
+        ];
+        let drawn = Plan { nulls: 4, ..Plan::check(0, 0) }.worlds(1);
+        let worlds = drawn.into_iter().zip(truths).map(|(drawn, effects)| PlannedWorld {
+            effects,
+            generator: Generator::Hovorka,
+            people: 3,
+            days: 7,
+            ..drawn
+        });
+        worlds.collect()
+    }
+
+    #[test]
+    fn answers_are_given_on_sealed_worlds_and_scored() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let target = parent.path().join("check");
+        let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
+        let output = OutputFolder::begin(&target, manifest).expect("new");
+        let (answered, worlds) =
+            check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
+        let courses = ceiling::exact_courses(&worlds).expect("courses");
+        let scored = score(1, answered).expect("countable");
+        let scored = blind::with_ceiling(scored, courses).expect("countable");
+        let target = output.finish().expect("renamed");
+
+        assert_eq!(scored.worlds.len(), 4);
+        assert_eq!(scored.failed.count, 0, "{:?}", scored.worlds);
+        assert_eq!(
+            (scored.false_alarms.of, scored.pairs.worlds, scored.unknown.recalled.of),
+            (1, 1, 1)
+        );
+        // Dawn has a morning; the pair and the effect outside the library have a truth of "where" too.
+        let found = scored.localisation.as_ref().expect("a score");
+        assert_eq!(found.context.iter().map(|c| c.comparable.of).collect::<Vec<_>>(), [3, 3, 3]);
+        let found = scored.ceiling.as_ref().expect("a score");
+        assert_eq!((found.named.of, found.false_alarms.of > 0), (1, true));
+        assert!(
+            tables::tables(&scored).iter().any(|line| line.contains("course at the true port"))
+        );
+        let read = |name: &str| std::fs::read(target.join(name)).expect("written");
+        let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
+        let mut labels: Vec<OpenedLabel> =
+            serde_json::from_slice(&read("labels.json")).expect("labels");
+        seal::verify(&sealed, &labels).expect("as sealed");
+        let truth: Label = serde_json::from_str(&labels[0].label).expect("a label");
+        assert_eq!((truth.id.as_str(), truth.has("dawn")), ("world_0001", true));
+        labels[0].label = labels[0].label.replace("dawn", "alcohol");
+        assert!(seal::verify(&sealed, &labels).is_err());
+
+        // What a diagnosis is given: two files, and no word of what acts.
+        let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());
+        let sealed = sealed.expect("a time");
+        for index in 0..4 {
+            let folder = target.join("cohorts").join(name(index));
+            let mut files: Vec<_> = std::fs::read_dir(&folder)
+                .expect("a cohort")
+                .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
+                .collect();
+            files.sort();
+            assert_eq!(files, ["people.csv", "records.parquet"]);
+            for file in files {
+                let bytes = std::fs::read(folder.join(&file)).expect("a file");
+                for effect in PlannedEffect::all() {
+                    let word = effect.name().as_bytes();
+                    // The schema names a channel after what changes sets, and no effect.
+                    assert!(!bytes.windows(word.len()).any(|w| w == word), "{}", effect.name());
+                }
+                let written = std::fs::metadata(folder.join(&file)).and_then(|m| m.modified());
+                assert!(sealed <= written.expect("a time"), "a cohort before the seal");
+            }
+        }
+    }
+}

@@ -1,0 +1,481 @@
+//! `development-set`: the simulated weeks on which the population network is trained, as Parquet.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use anyhow::{Context as _, Result};
+use cohort::{CellKind, Cells, ParquetSink};
+use nn_statespace::training_set::{CoarseCounts, CompactRun, FineCounts};
+use nn_statespace::{Scaler, Signal};
+use ode_sim::development_set::{Origin, STEPS_PER_WEEK, Subset};
+use ode_sim::{DevelopmentPlan, DevelopmentSet};
+use physiology::{Compartment, STEP};
+use rayon::prelude::*;
+
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::profile::Profile;
+use crate::progress::{Progress, note};
+use crate::usage::peak_mib;
+use development::weeks::{
+    TRAINING_STRIDE, WINDOW, WeekFacts, check_split, data_hash, mean_shares, simulated,
+    windows_per_week,
+};
+
+/// Settings of `development-set`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// How many days: quick 420, paper 323,400 (two minutes, 3 GB).
+    pub profile: Profile,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of meals, starts and doses.
+    pub seed: u64,
+}
+
+/// Weeks in a file: half a million rows, 15 MB.
+const WEEKS_PER_FILE: usize = 256;
+/// Weeks in a row group: what a thread holds at a time.
+const WEEKS_PER_GROUP: usize = 64;
+/// Signals of a row with the names of their columns and their units.
+const SIGNALS: [(Signal, &str, &str); 12] = [
+    state(Compartment::S1),
+    state(Compartment::S2),
+    state(Compartment::I),
+    state(Compartment::X1),
+    state(Compartment::X2),
+    state(Compartment::X3),
+    state(Compartment::Q1),
+    state(Compartment::Q2),
+    state(Compartment::C1),
+    state(Compartment::C2),
+    (Signal::Insulin, "insulin_u_h", "U/h"),
+    (Signal::Carbs, "carbs_g", "g in the step"),
+];
+
+const fn state(compartment: Compartment) -> (Signal, &'static str, &'static str) {
+    (Signal::State(compartment), compartment.name(), compartment.unit())
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let plan = match args.profile {
+        Profile::Quick => DevelopmentPlan::quick(args.seed),
+        Profile::Paper => DevelopmentPlan::paper(args.seed),
+    };
+    let began = Instant::now();
+    let set = DevelopmentSet::new(plan).context("the development set")?;
+    let manifest = Manifest::new("development-set", config(&set), Some(args.seed));
+    let output = OutputFolder::begin(&args.out, manifest)?;
+
+    let (weeks, coarse) = write_rows(&set, &output)?;
+    check_split(&set, &weeks)?;
+    let hash = data_hash(&weeks);
+    let scaler = fit_scaler(&set, &weeks, &coarse)?;
+
+    output.write("weeks.csv", weeks_table(&weeks).as_bytes())?;
+    output.write("meal_days.csv", meal_days_table(&set).as_bytes())?;
+    output.write_json("scaler.json", &scaler_json(&scaler, &weeks, &hash))?;
+    output.write_json("development-set.json", &summary(&set, &weeks, &hash))?;
+    let place = output.finish()?;
+
+    note(scaler_text(&scaler));
+    note(weeks_text(&weeks));
+    let seconds = began.elapsed().as_secs_f64();
+    note(format!(
+        "development-set: {} days, {} rows, data {}, {seconds:.1} s, peak {:.0} MiB, {}",
+        set.plan().days(),
+        weeks.len() * (STEPS_PER_WEEK + 1),
+        &hash[..16],
+        peak_mib().unwrap_or(f64::NAN),
+        place.display()
+    ));
+    Ok(())
+}
+
+fn config(set: &DevelopmentSet) -> serde_json::Value {
+    let plan = set.plan();
+    serde_json::json!({
+        "meal_days": plan.meal_days,
+        "meal_weeks": plan.meal_weeks,
+        "starts_per_week": plan.starts_per_week,
+        "delays_min": plan.delays.iter().map(|d| *d as f64 * STEP.0).collect::<Vec<_>>(),
+        "dose_factors": plan.dose_factors,
+        "additional_weeks": plan.additional_weeks,
+        "production": format!("{:?}", plan.egp),
+        "weeks_per_file": WEEKS_PER_FILE,
+        "weeks_per_row_group": WEEKS_PER_GROUP,
+    })
+}
+
+/// The files' weeks, in order.
+fn files(set: &DevelopmentSet) -> Vec<Range<usize>> {
+    let starts = (0..set.len()).step_by(WEEKS_PER_FILE);
+    starts.map(|first| first..set.len().min(first + WEEKS_PER_FILE)).collect()
+}
+
+fn file_name(week: usize) -> String {
+    format!("rows/{:04}.parquet", week / WEEKS_PER_FILE)
+}
+
+/// Writes every row, a file on each thread at a time; what is left are facts of the weeks, in order,
+/// and the first count of the training rows.
+fn write_rows(
+    set: &DevelopmentSet,
+    output: &OutputFolder,
+) -> Result<(Vec<WeekFacts>, CoarseCounts)> {
+    std::fs::create_dir(output.path().join("rows")).context("cannot make the folder of rows")?;
+    let counts = Mutex::new(CoarseCounts::new());
+    let progress = Progress::begin("weeks", set.len());
+    let written = files(set)
+        .into_par_iter()
+        .map(|range| {
+            let (facts, own) = write_file(set, output, range, &progress)?;
+            counts.lock().unwrap_or_else(PoisonError::into_inner).merge(&own);
+            Ok(facts)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    progress.finish(&format!("{} files of simulated weeks", written.len()));
+    let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok((written.concat(), counts))
+}
+
+fn write_file(
+    set: &DevelopmentSet,
+    output: &OutputFolder,
+    range: Range<usize>,
+    progress: &Progress,
+) -> Result<(Vec<WeekFacts>, CoarseCounts)> {
+    let name = file_name(range.start);
+    let problem = || format!("cannot write '{name}' (is the disk full?)");
+    let file = File::create(output.path().join(&name)).with_context(problem)?;
+    let mut file = BufWriter::new(file);
+    let mut columns = vec![("week", CellKind::Integer), ("step", CellKind::Integer)];
+    columns.push(("subset", CellKind::Word));
+    columns.extend(SIGNALS.map(|(_, name, _)| (name, CellKind::Number)));
+    let mut sink = ParquetSink::new(&name, &mut file, &columns).with_context(problem)?;
+
+    let mut counts = CoarseCounts::new();
+    let mut weeks = Vec::with_capacity(range.len());
+    for first in range.clone().step_by(WEEKS_PER_GROUP) {
+        let mut group = RowGroup::default();
+        for index in first..range.end.min(first + WEEKS_PER_GROUP) {
+            let (facts, rows) = simulated(set, index)?;
+            if facts.subset == Subset::Train {
+                counts.add(&rows);
+            }
+            group.add(&facts, &rows)?;
+            weeks.push(facts);
+            progress.advance("simulated");
+        }
+        sink.write(group.into_cells()).with_context(problem)?;
+    }
+    sink.finish().with_context(problem)?;
+    file.flush().and_then(|()| file.get_ref().sync_all()).with_context(problem)?;
+    Ok((weeks, counts))
+}
+
+/// Rows of some weeks, by column.
+#[derive(Default)]
+struct RowGroup {
+    week: Vec<i32>,
+    step: Vec<i32>,
+    subset: Vec<&'static str>,
+    signals: [Vec<Option<f32>>; SIGNALS.len()],
+}
+
+impl RowGroup {
+    /// A row for every state: the last of a week has no inputs.
+    fn add(&mut self, facts: &WeekFacts, rows: &CompactRun) -> Result<()> {
+        let (week, last) = (i32::try_from(facts.index)?, i32::try_from(rows.steps())?);
+        self.week.extend(std::iter::repeat_n(week, rows.steps() + 1));
+        self.step.extend(0..=last);
+        self.subset.extend(std::iter::repeat_n(facts.subset.name(), rows.steps() + 1));
+        for ((signal, ..), column) in SIGNALS.iter().zip(&mut self.signals) {
+            column.extend(rows.values(*signal).map(Some));
+            column.resize(self.week.len(), None);
+        }
+        Ok(())
+    }
+
+    fn into_cells(self) -> Vec<Cells> {
+        let mut cells = vec![Cells::Integers(self.week), Cells::Integers(self.step)];
+        cells.push(Cells::Words(self.subset));
+        cells.extend(self.signals.map(Cells::Numbers));
+        cells
+    }
+}
+
+/// The second count of the training rows, which are simulated again: cheaper than to keep or to read
+/// them.
+fn fit_scaler(set: &DevelopmentSet, weeks: &[WeekFacts], coarse: &CoarseCounts) -> Result<Scaler> {
+    let training: Vec<usize> =
+        weeks.iter().filter(|week| week.subset == Subset::Train).map(|week| week.index).collect();
+    let empty = coarse.narrow().context("the scaler")?;
+    let counts: Mutex<FineCounts> = Mutex::new(empty.clone());
+    let progress = Progress::begin("scaler", training.len());
+    training.par_chunks(WEEKS_PER_FILE).try_for_each(|indices| {
+        let mut own = empty.clone();
+        for index in indices {
+            own.add(&simulated(set, *index)?.1);
+            progress.advance("counted");
+        }
+        counts.lock().unwrap_or_else(PoisonError::into_inner).merge(&own);
+        anyhow::Ok(())
+    })?;
+    progress.finish("medians and quartiles of the training rows");
+    let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
+    counts.scaler().context("the scaler")
+}
+
+const fn origin_name(origin: Origin) -> &'static str {
+    match origin {
+        Origin::Combination => "combination",
+        Origin::AdditionalLow => "additional_low",
+        Origin::AdditionalHigh => "additional_high",
+    }
+}
+
+fn weeks_table(weeks: &[WeekFacts]) -> String {
+    let mut text = String::from(
+        "week,subset,origin,initial_glucose_mg_dl,bolus_delay_min,dose_factor,\
+         mean_basal_factor,extra_bolus_u,meal_day_1,meal_day_2,\
+         meal_day_3,meal_day_4,meal_day_5,meal_day_6,meal_day_7,share_below_70,share_above_250,file\n",
+    );
+    for week in weeks {
+        let _ = write!(
+            text,
+            "{},{},{},{},{},{},{},{}",
+            week.index,
+            week.subset.name(),
+            origin_name(week.origin),
+            week.initial_glucose.0,
+            week.delay as f64 * STEP.0,
+            week.dose_factor,
+            week.basal_factor,
+            week.extra_boluses,
+        );
+        for day in week.meal_days {
+            let _ = write!(text, ",{day}");
+        }
+        let shares = week.shares;
+        let _ =
+            writeln!(text, ",{},{},{}", shares.below_70, shares.above_250, file_name(week.index));
+    }
+    text
+}
+
+fn meal_days_table(set: &DevelopmentSet) -> String {
+    let mut text = String::from("meal_day,subset,minute,carbs_g\n");
+    for subset in Subset::ALL {
+        for place in set.pool_of(subset) {
+            for meal in set.pool()[place].meals() {
+                let minute = meal.step as f64 * STEP.0;
+                let _ = writeln!(text, "{place},{},{minute},{}", subset.name(), meal.carbs.0);
+            }
+        }
+    }
+    text
+}
+
+fn scaler_json(scaler: &Scaler, weeks: &[WeekFacts], hash: &str) -> serde_json::Value {
+    let training = weeks.iter().filter(|week| week.subset == Subset::Train).count();
+    let signals: serde_json::Map<String, serde_json::Value> = SIGNALS
+        .into_iter()
+        .map(|(signal, _, unit)| {
+            let pair = scaler.of(signal);
+            let value =
+                serde_json::json!({ "centre": pair.centre, "scale": pair.scale, "unit": unit });
+            (signal.name().to_owned(), value)
+        })
+        .collect();
+    serde_json::json!({
+        "schema": "scaler/1",
+        "centre_is": "median",
+        "scale_is": "interquartile range, 1 where that is 0; C1 is not scaled",
+        "training_rows": training * (STEPS_PER_WEEK + 1),
+        "data_sha256": hash,
+        "signals": signals,
+    })
+}
+
+fn summary(set: &DevelopmentSet, weeks: &[WeekFacts], hash: &str) -> serde_json::Value {
+    let subsets: serde_json::Map<String, serde_json::Value> = Subset::ALL
+        .into_iter()
+        .map(|subset| {
+            let own: Vec<_> = weeks.iter().filter(|week| week.subset == subset).collect();
+            let of = |origin| own.iter().filter(|week| week.origin == origin).count();
+            let shares = mean_shares(&own);
+            let value = serde_json::json!({
+                "weeks": own.len(),
+                "combinations": of(Origin::Combination),
+                "additional_low": of(Origin::AdditionalLow),
+                "additional_high": of(Origin::AdditionalHigh),
+                "meal_days": set.pool_of(subset).len(),
+                "share_below_70": shares.below_70,
+                "share_above_250": shares.above_250,
+                "windows_apart": own.len() * windows_per_week(WINDOW),
+                "windows_overlapping": own.len() * windows_per_week(TRAINING_STRIDE),
+            });
+            (subset.name().to_owned(), value)
+        })
+        .collect();
+    let columns: Vec<_> = SIGNALS
+        .into_iter()
+        .map(|(_, name, unit)| serde_json::json!({ "name": name, "unit": unit }))
+        .collect();
+    serde_json::json!({
+        "schema": "development-set/1",
+        "days": set.plan().days(),
+        "weeks": weeks.len(),
+        "rows": weeks.len() * (STEPS_PER_WEEK + 1),
+        "step_minutes": STEP.0,
+        "window_steps": WINDOW,
+        "files": files(set).len(),
+        "columns": columns,
+        "subsets": subsets,
+        "meal_days_in_two_subsets": 0,
+        "data_sha256": hash,
+    })
+}
+
+fn scaler_text(scaler: &Scaler) -> String {
+    let mut text = String::from("Scaler of the training rows:   centre (median)   scale (IQR)");
+    for (signal, _, unit) in SIGNALS {
+        let pair = scaler.of(signal);
+        let _ = write!(
+            text,
+            "\n  {:<10} {unit:<14} {:>18.6e} {:>13.6e}",
+            signal.name(),
+            pair.centre,
+            pair.scale
+        );
+    }
+    text
+}
+
+fn weeks_text(weeks: &[WeekFacts]) -> String {
+    let mut text = String::from("No daily meal scenario lies in two subsets:");
+    for subset in Subset::ALL {
+        let own = weeks.iter().filter(|week| week.subset == subset);
+        let (mut count, mut low, mut high) = (0, 0, 0);
+        for week in own {
+            count += 1;
+            low += usize::from(week.origin == Origin::AdditionalLow);
+            high += usize::from(week.origin == Origin::AdditionalHigh);
+        }
+        let _ = write!(
+            text,
+            "\n  {:<10} {count:>6} weeks, {low} of them added as low and {high} as high",
+            subset.name()
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nn_statespace::training::Run;
+    use physiology::{Plant as _, States};
+    use std::path::Path;
+
+    fn written(seed: u64, threads: usize, out: &Path) -> Manifest {
+        let args = Settings { profile: Profile::Quick, seed, out: out.to_path_buf() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| run(&args)).expect("written");
+        Manifest::read(out).expect("a manifest")
+    }
+
+    #[test]
+    fn bytes_follow_the_seed_and_not_the_threads() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let one = written(1, 1, &folder.path().join("one"));
+        let three = written(1, 3, &folder.path().join("three"));
+        assert_eq!(one.outputs, three.outputs);
+        let names: Vec<_> = one.outputs.iter().map(|output| output.path.as_str()).collect();
+        let expected = [
+            "development-set.json",
+            "meal_days.csv",
+            "rows/0000.parquet",
+            "scaler.json",
+            "weeks.csv",
+        ];
+        assert_eq!(names, expected);
+        let other = written(2, 2, &folder.path().join("other"));
+        assert!(one.outputs.iter().zip(&other.outputs).all(|(a, b)| a.sha256 != b.sha256));
+    }
+
+    #[test]
+    fn the_scaler_is_that_of_all_training_rows_at_once() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let out = folder.path().join("set");
+        written(3, 2, &out);
+        let text = std::fs::read(out.join("scaler.json")).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+
+        let set = DevelopmentSet::new(DevelopmentPlan::quick(3)).expect("a plan");
+        let weeks = set.simulate(0..set.len()).expect("weeks");
+        let single = |x: f64| f64::from(x as f32);
+        let rounded: Vec<(Vec<States>, _)> = weeks
+            .iter()
+            .filter(|(week, _)| week.subset == Subset::Train)
+            .map(|(_, run)| {
+                let mut states: Vec<States> =
+                    run.states.iter().map(|x| set.plant().report(x)).collect();
+                for compartment in Compartment::ALL {
+                    states.iter_mut().for_each(|x| x[compartment] = single(x[compartment]));
+                }
+                (states, &run.inputs)
+            })
+            .collect();
+        let runs: Vec<Run<'_>> =
+            rounded.iter().map(|(states, inputs)| Run { states, inputs }).collect();
+        let expected = Scaler::fit(&runs).expect("finite");
+        for compartment in Compartment::ALL {
+            let pair = expected.of(Signal::State(compartment));
+            let found = &json["signals"][compartment.name()];
+            assert_eq!(found["centre"].as_f64(), Some(pair.centre), "{compartment}");
+            assert_eq!(found["scale"].as_f64(), Some(pair.scale), "{compartment}");
+        }
+        // The rate of the basal, which was not rounded here.
+        let (basal, found) = (expected.of(Signal::Insulin), &json["signals"]["u_insulin"]);
+        assert_eq!(found["centre"].as_f64(), Some(single(basal.centre)));
+        assert_eq!(found["scale"].as_f64(), Some(basal.scale));
+    }
+
+    #[test]
+    fn tables_name_every_week_and_its_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let out = folder.path().join("set");
+        written(1, 2, &out);
+        let table = std::fs::read_to_string(out.join("weeks.csv")).expect("written");
+        let mut rows = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let header = rows.next().expect("a header");
+        let set = DevelopmentSet::new(DevelopmentPlan::quick(1)).expect("a plan");
+        let mut count = 0;
+        for (row, index) in rows.zip(0..) {
+            let week = set.week(index).expect("a week");
+            let cell = |name| row[header.iter().position(|h| *h == name).expect("a column")];
+            assert_eq!(cell("week"), index.to_string());
+            assert_eq!(cell("subset"), week.subset.name());
+            assert_eq!(cell("dose_factor").parse(), Ok(week.dose_factor));
+            assert_eq!(cell("initial_glucose_mg_dl").parse(), Ok(week.initial_glucose.0));
+            assert_eq!(cell("meal_day_7"), week.meal_days[6].to_string());
+            let share = |name| cell(name).parse::<f64>().expect("a number");
+            match week.origin {
+                Origin::AdditionalLow => assert!(share("share_below_70") > 0.2),
+                Origin::AdditionalHigh => assert!(share("share_above_250") > 0.4),
+                Origin::Combination => assert_eq!(cell("origin"), "combination"),
+            }
+            assert!(out.join(cell("file")).is_file());
+            count += 1;
+        }
+        assert_eq!(count, set.len());
+    }
+}

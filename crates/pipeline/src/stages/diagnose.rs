@@ -1,0 +1,131 @@
+//! `diagnose`: where a plant misses a cohort, which effect it lacks, how far adding it goes.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use cohort::Cohort;
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
+use posterior::Posterior;
+
+use crate::diagnosed::{Diagnosed, ODE};
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::Progress;
+use crate::stages::report;
+use crate::stages::twin::read_cohort;
+
+/// Settings of `diagnose`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Cohort folder.
+    pub cohort: PathBuf,
+    /// The plant to diagnose: `ode`, the file of a population model or of a person's twin, or an output
+    /// folder of the command twin.
+    pub model: String,
+    /// The population model that twins were trained on, if it does not lie beside them.
+    pub population: Option<PathBuf>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+    /// Thresholds of the evidence, as `blind-check --calibrate` writes them, in place of those in use.
+    pub thresholds: Option<PathBuf>,
+    /// A posterior, as `train-posterior` writes it, in place of that in use.
+    pub posterior: Option<PathBuf>,
+}
+
+/// The manifest of a run with these arguments.
+pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
+    let manifest = Manifest::new("diagnose", serde_json::to_value(config(args)?)?, Some(args.seed));
+    let mut manifest = manifest.with_input(&args.cohort)?;
+    let model = Some(Path::new(&args.model)).filter(|_| args.model != ODE);
+    for path in model.into_iter().chain(args.population.as_deref()) {
+        manifest = manifest.with_input(path)?;
+    }
+    Ok(manifest)
+}
+
+/// The settings in use, with the thresholds that were asked for.
+fn config(args: &Settings) -> Result<DiagnosisConfig> {
+    let mut working = DiagnosisConfig::working();
+    if args.model != ODE {
+        working.thresholds = working.thresholds.for_other_plants();
+    }
+    let Some(file) = &args.thresholds else { return Ok(working) };
+    let text = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
+    let thresholds = serde_json::from_slice(&text)
+        .with_context(|| format!("'{}' does not hold thresholds", file.display()))?;
+    Ok(DiagnosisConfig { thresholds, ..working })
+}
+
+/// Reads a posterior.
+fn posterior(file: &Path) -> Result<Posterior> {
+    let bytes = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
+    Posterior::from_bytes(&bytes).with_context(|| format!("'{}'", file.display()))
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let model = Diagnosed::read(&args.model, args.population.as_deref())?;
+    let manifest = manifest(args)?;
+    let judged = model.judged_on(&read_cohort(&args.cohort)?)?;
+    let without = model.without_residuals();
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let runs = 1 + usize::from(without.is_some());
+    let progress = Progress::begin("diagnose", runs * judged.cohort.people.len());
+    let (library, config) = (effects::library(), config(args)?);
+    let posterior = args.posterior.as_deref().map(posterior).transpose()?;
+    let run = |cohort: &Cohort, plants: &dyn Plants| {
+        let advance = |_, _| progress.advance("people");
+        let diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);
+        let diagnoser = match (&posterior, &args.thresholds) {
+            (Some(posterior), _) => diagnoser.posterior(posterior),
+            (None, Some(_)) => diagnoser.by_thresholds(),
+            (None, None) => diagnoser,
+        };
+        diagnoser.run(cohort, args.seed).context("the diagnosis")
+    };
+    let mut diagnosis = run(&judged.cohort, judged.plants.as_ref())?;
+    diagnosis.notes.extend(judged.notes);
+    if let Some(network) = &without {
+        let same = included(&judged.cohort, &diagnosis);
+        diagnosis.absorbed = gap::absorbed(&run(&same, network)?, &diagnosis);
+        if diagnosis.absorbed.is_none() {
+            diagnosis.notes.push(
+                "Not everybody could be diagnosed without the residual, so that nothing is said of what \
+                 it absorbed."
+                    .to_owned(),
+            );
+        }
+    }
+    output.write_json("diagnosis.json", &diagnosis)?;
+    let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
+    report::write_into(output.path(), output.manifest())?;
+    let place = output.finish()?;
+    progress.finish(&format!(
+        "{} people, {excluded} excluded, {}, {}",
+        diagnosis.people.len(),
+        verdict(&diagnosis),
+        place.join("report.html").display()
+    ));
+    Ok(())
+}
+
+/// The people who were diagnosed.
+fn included(cohort: &Cohort, diagnosis: &Diagnosis) -> Cohort {
+    let people = cohort.people.iter().zip(&diagnosis.people);
+    let included = people.filter(|(_, summary)| summary.excluded.is_none());
+    Cohort { people: included.map(|(person, _)| person.clone()).collect() }
+}
+
+/// The answer in a few words.
+fn verdict(diagnosis: &Diagnosis) -> String {
+    match diagnosis.verdict {
+        Verdict::None => "no effect found".to_owned(),
+        Verdict::Unknown => "something unknown is missing".to_owned(),
+        Verdict::Effect => {
+            let names: Vec<&str> = diagnosis.effects.iter().map(|e| e.effect.as_str()).collect();
+            format!("found: {}", names.join(", "))
+        }
+    }
+}

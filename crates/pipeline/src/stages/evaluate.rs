@@ -1,0 +1,256 @@
+//! `evaluate`: twins and baselines against held-out days.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result, bail};
+use cohort::Cohort;
+use evaluation::{
+    EvaluationSettings, Method, Model, PersonModels, evaluate, example_day, glucose_profile,
+    outcomes_table, paper_plan, what_if,
+};
+use nn_statespace::PopulationModel;
+use twins::Twin;
+
+use crate::manifest::Manifest;
+use crate::models::{read_bytes, read_population};
+use crate::output::OutputFolder;
+use crate::profile::Profile;
+use crate::progress::{Progress, note};
+use crate::stages::baselines::{self, Baselines};
+use crate::stages::twin::{read_cohort, spread_in, twins_in, variants_in};
+use crate::stages::{paper_tables, train, twin};
+
+/// Settings of `evaluate`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Cohort folder.
+    pub cohort: PathBuf,
+    /// Output folder of `twin`.
+    pub twins: PathBuf,
+    /// Output folder of `baselines`.
+    pub baselines: Option<PathBuf>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the bootstrap.
+    pub seed: u64,
+}
+
+/// Fewest people over whom an equivalence test is defined.
+const FEWEST_PEOPLE: usize = 2;
+
+/// The tables as text, within the output folder.
+pub(crate) const TEXT: &str = "tables.txt";
+
+/// The manifest of a run with these arguments.
+pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
+    let (profile, training_days) = trained_with(&args.twins)?;
+    let config = serde_json::json!({ "profile": profile, "training_days": training_days });
+    let manifest = Manifest::new("evaluate", config, Some(args.seed))
+        .with_input(&args.cohort)?
+        .with_input(&args.twins)?;
+    match &args.baselines {
+        Some(folder) => manifest.with_input(folder),
+        None => Ok(manifest),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let manifest = manifest(args)?;
+    let cohort = read_cohort(&args.cohort)?;
+    note_other_records(&args.twins, &manifest);
+    let people = People::read(args, &cohort)?;
+    let (profile, training_days) = trained_with(&args.twins)?;
+    let (protocol, _) = twin::protocol(profile, training_days);
+    let settings = EvaluationSettings::paper(protocol, args.seed);
+
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let progress = Progress::begin("evaluate", 1);
+    let evaluation = evaluate(&cohort, &people.models, &people.population, &settings)
+        .context("the evaluation")?;
+    let judged = evaluation.people.len();
+    for excluded in &evaluation.exclusions {
+        note(format!("evaluate: {} left out: {}", excluded.person_id, excluded.reason));
+    }
+    if judged < FEWEST_PEOPLE {
+        note(format!(
+            "evaluate: {judged} judged; tests over people need {FEWEST_PEOPLE}, so that there are no \
+             outcomes"
+        ));
+        output.write_json("exclusions.json", &evaluation.exclusions)?;
+    } else {
+        let table = outcomes_table(&cohort_name(&args.cohort), &evaluation, &settings)?;
+        output.write_json("outcomes.json", &table)?;
+        let profile =
+            glucose_profile(&cohort, &people.twins, &people.population, &evaluation, &protocol)
+                .context("the glucose profile")?;
+        output.write_json("agp.json", &profile)?;
+        let twins: Vec<(&str, &Twin)> =
+            people.twins.iter().map(|(id, twin)| (id.as_str(), twin)).collect();
+        let mut answers = what_if(&twins, &paper_plan()).context("the what-if runs")?;
+        answers.order.sort_by(|a, b| a.person_id.cmp(&b.person_id));
+        output.write_json("what_if.json", &answers)?;
+        let constrained = people.constrained();
+        let constrained = if constrained.is_empty() {
+            None
+        } else {
+            let answers = what_if(&constrained, &paper_plan())
+                .context("the what-if runs of twins that keep signs")?;
+            output.write_json("what_if_constrained.json", &answers)?;
+            Some(answers)
+        };
+        let text = paper_tables::text(
+            &table,
+            people.candidates.as_deref(),
+            &answers,
+            constrained.as_ref(),
+        );
+        output.write(TEXT, text.as_bytes())?;
+        note(text);
+    }
+    let day = example_day(
+        &cohort,
+        &people.twins,
+        &people.population,
+        &people.models,
+        &evaluation,
+        &protocol,
+    )
+    .context("the example days")?;
+    if let Some(day) = day {
+        output.write_json("example_day.json", &day)?;
+    }
+    progress.advance("people");
+    let place = output.finish()?;
+    progress.finish(&format!(
+        "{judged} people judged, {} left out, {}",
+        evaluation.exclusions.len(),
+        place.display()
+    ));
+    Ok(())
+}
+
+/// Everything that stands for the people of a cohort.
+struct People {
+    population: Arc<PopulationModel>,
+    twins: BTreeMap<String, Twin>,
+    models: BTreeMap<String, PersonModels>,
+    /// Of whom the closest was taken, in words.
+    candidates: Option<String>,
+}
+
+impl People {
+    fn read(args: &Settings, cohort: &Cohort) -> Result<Self> {
+        let folder = &args.twins;
+        let population =
+            Arc::new(read_population(&folder.join(train::MODEL)).with_context(|| {
+                format!("'{}' is not an output folder of the command twin", folder.display())
+            })?);
+        let twins = twins_in(&folder.join(twin::TWINS), &population)?;
+        let mut models = BTreeMap::new();
+        for (id, twin) in &twins {
+            if let Some((_, person)) = cohort.find(id) {
+                models.insert(id.clone(), PersonModels::new(person, twin.clone()));
+            }
+        }
+        let mut candidates = None;
+        if let Some(folder) = &args.baselines {
+            let fits = read_baselines(folder)?;
+            candidates = Some(fits.candidates);
+            for fits in fits.people {
+                add(&mut models, &fits.person_id, |models| {
+                    let posterior = fits.posterior_plants();
+                    models
+                        .with(Method::Closest, Model::Ode(fits.closest.plant()))
+                        .with(
+                            Method::BayesianOptimisation,
+                            Model::Ode(fits.bayesian_optimisation.plant()),
+                        )
+                        .with(
+                            Method::MaximumAPosteriori,
+                            Model::Ode(fits.maximum_a_posteriori.plant()),
+                        )
+                        .with(Method::Posterior, Model::Draws(posterior))
+                });
+            }
+        }
+        for (method, twins) in variants_in(folder, &population)? {
+            for (id, twin) in twins {
+                add(&mut models, &id, |models| models.with(method, Model::Twin(twin)));
+            }
+        }
+        for (twin, error) in spread_in(folder, &population)? {
+            let id = twin.card.person_id.clone();
+            add(&mut models, &id, |models| {
+                models.with(Method::SpreadTwin, Model::Spread(twin, error))
+            });
+        }
+        Ok(Self { population, twins, models, candidates })
+    }
+
+    /// Twins that keep physiology's signs, by person.
+    fn constrained(&self) -> Vec<(&str, &Twin)> {
+        let people = self.models.iter();
+        people
+            .filter_map(|(id, models)| match models.of(Method::ConstrainedTwin) {
+                Some(Model::Twin(twin)) => Some((id.as_str(), twin)),
+                _ => None,
+            })
+            .collect()
+    }
+}
+
+fn add(
+    models: &mut BTreeMap<String, PersonModels>,
+    id: &str,
+    more: impl FnOnce(PersonModels) -> PersonModels,
+) {
+    if let Some(known) = models.remove(id) {
+        models.insert(id.to_owned(), more(known));
+    }
+}
+
+/// The fits in an output folder of `baselines`.
+fn read_baselines(folder: &Path) -> Result<Baselines> {
+    let path = folder.join(baselines::FILE);
+    serde_json::from_slice(&read_bytes(&path)?)
+        .with_context(|| format!("'{}' is not what the command baselines writes", path.display()))
+}
+
+/// Says so if the twins were trained on other records: held-out days may not be held out then.
+fn note_other_records(twins: &Path, manifest: &Manifest) {
+    let Some(trained) = Manifest::read(twins) else { return };
+    let records = |path: &str| path.ends_with("records.csv") || path.ends_with("records.parquet");
+    let known = |hash: &str| trained.inputs.iter().any(|input| input.sha256 == hash);
+    if manifest.inputs.iter().any(|input| records(&input.path) && !known(&input.sha256)) {
+        note(
+            "evaluate: the twins were trained on other records than these; days that are held out \
+             here may have trained them",
+        );
+    }
+}
+
+/// The folder's name, or its parent's where the folder is just called "cohort".
+fn cohort_name(folder: &Path) -> String {
+    let named = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    match named(folder) {
+        Some(name) if name == "cohort" => folder.parent().and_then(named).unwrap_or(name),
+        Some(name) => name,
+        None => folder.display().to_string(),
+    }
+}
+
+/// The profile and the days with which the twins were trained, so that held-out days stay held out.
+fn trained_with(folder: &Path) -> Result<(Profile, Option<usize>)> {
+    let Some(manifest) = Manifest::read(folder) else {
+        bail!("'{}' has no manifest; give an output folder of the command twin", folder.display());
+    };
+    let days = manifest.config["training_days"].as_u64().and_then(|n| usize::try_from(n).ok());
+    match manifest.config["profile"].as_str() {
+        Some("quick") if manifest.stage == "twin" => Ok((Profile::Quick, days)),
+        Some("paper") if manifest.stage == "twin" => Ok((Profile::Paper, days)),
+        _ => bail!("'{}' is the output of '{}', not of twin", folder.display(), manifest.stage),
+    }
+}

@@ -1,0 +1,179 @@
+//! `held-out`: outcomes and errors of population networks on days that none was trained on, beside the ODE.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use nn_statespace::PopulationModel;
+use ode_sim::{DevelopmentPlan, DevelopmentSet};
+use stats::Outcome;
+
+use crate::manifest::Manifest;
+use crate::models::read_population;
+use crate::output::OutputFolder;
+use crate::profile::Profile;
+use crate::progress::{Progress, note};
+use development::held_out::{Told, score_all};
+
+/// Settings of `held-out`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Population model.
+    pub model: PathBuf,
+    /// Another population model, on the same windows.
+    pub beside: Option<PathBuf>,
+    /// The development set whose test subset is used: that of `train` with this profile and seed.
+    pub profile: Profile,
+    /// Seed of the development set.
+    pub seed: u64,
+    /// Output folder.
+    pub out: PathBuf,
+}
+
+/// What the paper prints for its network and the ODE on its own held-out days, mean and SD.
+const PAPER: [[(f64, f64); 2]; 6] = [
+    [(72.9, 35.2), (74.1, 34.1)],
+    [(23.1, 36.3), (22.3, 35.3)],
+    [(4.0, 8.2), (3.6, 6.8)],
+    [(1.5, 1.7), (1.4, 1.5)],
+    [(4.2, 6.2), (4.1, 6.0)],
+    [(132.6, 48.2), (132.8, 46.8)],
+];
+
+/// The tables as text, within the output folder.
+pub(crate) const TEXT: &str = "held-out.txt";
+
+fn plan(args: &Settings) -> DevelopmentPlan {
+    match args.profile {
+        Profile::Quick => DevelopmentPlan::quick(args.seed),
+        Profile::Paper => DevelopmentPlan::paper(args.seed),
+    }
+}
+
+fn paths(args: &Settings) -> Vec<&Path> {
+    std::iter::once(args.model.as_path()).chain(args.beside.as_deref()).collect()
+}
+
+/// The manifest of a run with these arguments.
+pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
+    let config = serde_json::json!({ "simulated_weeks": plan(args).weeks() });
+    let manifest = Manifest::new("held-out", config, Some(args.seed));
+    paths(args).into_iter().try_fold(manifest, Manifest::with_input)
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let (plan, paths) = (plan(args), paths(args));
+    let manifest = manifest(args)?;
+    let models: Vec<PopulationModel> =
+        paths.iter().map(|path| read_population(path)).collect::<Result<_>>()?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
+
+    let set = DevelopmentSet::new(plan).context("the development set")?;
+    let progress = Progress::begin("held-out", set.len());
+    let [all, combinations] = score_all(&set, &models, &|| progress.advance("weeks"))?;
+    let mut text = String::new();
+    let mut parts = serde_json::Map::new();
+    for (key, title, scored) in [
+        ("all", "All held-out weeks", &all),
+        ("combinations", "Without the additional weeks", &combinations),
+    ] {
+        let told: Vec<Told> =
+            scored[1..].iter().map(|model| model.told(&scored[0])).collect::<Result<_, _>>()?;
+        write_part(&mut text, title, &paths, &told);
+        let models: Vec<_> = paths
+            .iter()
+            .zip(&told)
+            .map(|(path, told)| serde_json::json!({ "model": name(path), "told": told }))
+            .collect();
+        parts.insert(key.to_owned(), models.into());
+    }
+    let hashes: Vec<_> = models.iter().map(|model| &model.card().training_data_sha256).collect();
+    output.write_json(
+        "held-out.json",
+        &serde_json::json!({
+            "schema": "held_out/1",
+            "window_minutes": 300,
+            "groups": ["in_range", "low", "other"],
+            "unit_of_equivalence": "meal week",
+            "training_data_sha256": hashes,
+            "parts": parts,
+        }),
+    )?;
+    output.write(TEXT, text.as_bytes())?;
+    let place = output.finish()?;
+    note(text);
+    note(format!("held-out: {}", place.join("held-out.json").display()));
+    Ok(())
+}
+
+/// A file's name with its folder's, which tells models apart.
+fn name(path: &Path) -> String {
+    let last: Vec<_> = path.iter().rev().take(2).collect();
+    last.into_iter().rev().collect::<std::path::PathBuf>().display().to_string()
+}
+
+fn write_part(text: &mut String, title: &str, paths: &[&Path], told: &[Told]) {
+    let Some(first) = told.first() else { return };
+    let [in_range, low, other] = first.errors.windows;
+    let _ = writeln!(
+        text,
+        "{title}: {in_range} windows of 5 h in range, {low} low, {other} other\n\n\
+         RMSE of glucose, mg/dL{:<24}in range       low     other  balanced   balanced, fasting starts",
+        ""
+    );
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    for (path, told) in paths.iter().zip(told) {
+        let [in_range, low, other] = told.errors.rmse_mg_dl.map(number);
+        let (all, fasting) = (told.errors.balanced(), told.errors_fasting.balanced());
+        let _ = writeln!(
+            text,
+            "  {:<43}{in_range:>9} {low:>9} {other:>9} {all:>9.2} {fasting:>10.2}",
+            name(path)
+        );
+    }
+    for (path, told) in paths.iter().zip(told) {
+        let _ = writeln!(
+            text,
+            "\nOutcomes of {}, mean (SD) over windows; equivalence over {} meal weeks\n  \
+             {:<5} {:>17} {:>17}   {:>28}  {:>8}   in the paper: ODE, network",
+            name(path),
+            told.equivalence.first().map_or(0, |row| row.actual.n),
+            "",
+            "ODE",
+            "network",
+            "difference (90 % interval)",
+            "p"
+        );
+        let both =
+            |of: &stats::Summary| format!("{:.2} ({:.2})", of.mean, of.sd.unwrap_or(f64::NAN));
+        for (((outcome, (ode, model)), row), [theirs, network]) in
+            Outcome::ALL.into_iter().zip(&told.windows).zip(&told.equivalence).zip(PAPER)
+        {
+            let _ = writeln!(
+                text,
+                "  {:<5} {:>17} {:>17}   {:>8.3} ({:>7.3} to {:>7.3})  {:>8.1e} {}  {} ({}), {} ({})",
+                outcome.name(),
+                both(ode),
+                both(model),
+                row.difference.value,
+                row.difference.lower,
+                row.difference.upper,
+                row.p,
+                if row.equivalent { "equivalent" } else { "NOT equiv." },
+                theirs.0,
+                theirs.1,
+                network.0,
+                network.1,
+            );
+        }
+        if told.windows_broken + told.samples_below_1_mg_dl > 0 {
+            let _ = writeln!(
+                text,
+                "  {} windows left the finite numbers and are not counted; {} samples below 1 mg/dL count as 1",
+                told.windows_broken, told.samples_below_1_mg_dl
+            );
+        }
+    }
+    text.push('\n');
+}

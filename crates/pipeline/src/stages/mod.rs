@@ -1,0 +1,31 @@
+//! One file a command. Each reads what it is given, calls the crates, and writes one folder.
+
+pub mod baselines;
+pub mod blind_check;
+pub mod development_set;
+pub mod diagnose;
+pub mod effect_twins;
+pub mod evaluate;
+pub mod evidence;
+pub mod held_out;
+pub mod import;
+pub mod import_model;
+pub(crate) mod paper_tables;
+pub mod pipeline;
+pub mod planted_check;
+pub mod realism;
+pub mod reconcile;
+pub(crate) mod repair;
+pub mod replay;
+pub mod report;
+pub(crate) mod sealed;
+pub mod simulate;
+pub mod steady_state;
+pub mod train;
+pub mod train_posterior;
+pub mod trajectories;
+pub mod twin;
+pub mod verify;
+pub mod verify_twin;
+pub mod widths;
+pub mod worlds;

@@ -1,0 +1,385 @@
+//! `blind-check --planted COHORT`: effects planted into real people's records, each cohort diagnosed apart.
+//!
+//! The labels are sealed before the first cohort is written. Cohorts stand under neutral names in a drawn
+//! order, the record as it is among them; each is diagnosed by another process that is given a copy of its
+//! folder. Only when every answer is written are the labels opened, compared with the seal, and scored.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result, ensure};
+use blind::{AnsweredCohort, NOTHING, seal};
+use cohort::{Cohort, RecordsFormat, read_folder, write_folder};
+use contract::blind_check::{
+    CalibratedPeople, OpenedLabel, PlantedCheck, PlantedLabel, PlantedTotals, Seal, Share, Verdict,
+};
+use gap::undone;
+use rand::seq::SliceRandom as _;
+use rayon::prelude::*;
+use world::planted::{Exactness, Planting, Truth, plant};
+
+use super::sealed::{diagnosis_seed, drawn_seed, salt, stream};
+use crate::asked::{Asked, ask};
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+
+/// Settings of a check of effects that are planted into real records.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Cohort of real people.
+    pub cohort: PathBuf,
+    /// Multiples of each effect's usual size; 1 and 2 if there are none.
+    pub sizes: Vec<f64>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of what is planted; a fresh one, which is said, if not given.
+    pub seed: Option<u64>,
+}
+
+/// Multiples of each planting's usual size, unless others are asked for.
+const TIMES: [f64; 2] = [1.0, 2.0];
+/// Largest multiple: four meals in five, a gain that is gone in ten days.
+const MOST_TIMES: f64 = 5.0;
+
+/// What is planted into one cohort; `None` is the record as it is.
+type What = Option<(Planting, f64)>;
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let folder = args.cohort.as_path();
+    let seed = args.seed.unwrap_or_else(drawn_seed);
+    let times = if args.sizes.is_empty() { TIMES.to_vec() } else { args.sizes.clone() };
+    for times in &times {
+        let can_be = *times > 0.0 && *times <= MOST_TIMES;
+        ensure!(
+            can_be,
+            "--sizes {times}: a multiple of the usual size, above 0 and up to {MOST_TIMES}"
+        );
+    }
+    let cohort = read_folder(folder).with_context(|| format!("reading '{}'", folder.display()))?;
+    note(format!("blind-check: planted into {} people with --seed {seed}", cohort.people.len()));
+    let config = serde_json::json!({ "planted": folder, "sizes": times });
+    let manifest = Manifest::new("blind-check", config, Some(seed)).with_input(folder)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let answered = check(&cohort, &plantings(&times), seed, Asked::AnotherProcess, &output)?;
+    let scored = blind::planted_check(seed, &answered).context("scoring the answers")?;
+    output.write_json("planted.json", &scored)?;
+    let table = table(&scored);
+    output.write("planted.md", table.as_bytes())?;
+    let place = output.finish()?;
+    note(table);
+    note(format!("blind-check: {}", place.join("planted.json").display()));
+    Ok(())
+}
+
+/// The record as it is, and every planting at every size.
+fn plantings(times: &[f64]) -> Vec<What> {
+    let of = |planting: Planting| {
+        let times = if planting.has_sizes() { times } else { &TIMES[..1] };
+        times.iter().map(move |times| Some((planting, times * planting.usual_size().0)))
+    };
+    std::iter::once(None).chain(Planting::ALL.into_iter().flat_map(of)).collect()
+}
+
+/// Seals, writes, asks, opens. Writes `seal.json` first, then `cohorts/` and `answers/`, and `labels.json` at
+/// the end.
+fn check(
+    cohort: &Cohort,
+    plantings: &[What],
+    seed: u64,
+    asked: Asked,
+    output: &OutputFolder,
+) -> Result<Vec<AnsweredCohort>> {
+    let mut order: Vec<(What, usize)> = plantings
+        .par_iter()
+        .map(|what| {
+            (*what, what.map_or(0, |(planting, size)| plant(cohort, planting, size, seed).changed))
+        })
+        .collect();
+    order.retain(|(what, changed)| match what {
+        Some((planting, _)) if *changed == 0 => {
+            note(format!("  {}: nothing in these records that it could change", planting.name()));
+            false
+        }
+        _ => true,
+    });
+    order.shuffle(&mut stream(seed, 3, 0));
+    let labels: Vec<PlantedLabel> = order
+        .iter()
+        .enumerate()
+        .map(|(index, (what, changed))| label(name(index), *what, *changed))
+        .collect();
+    let closed = labels
+        .iter()
+        .enumerate()
+        .map(|(index, label)| {
+            Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    output.write_json("seal.json", &seal::seal(&closed))?;
+
+    let likelihoods = undone::log_likelihoods(cohort);
+    let progress = Progress::begin("diagnoses", labels.len());
+    let answered = labels
+        .into_par_iter()
+        .enumerate()
+        .map(|(index, label)| {
+            let what = order[index].0;
+            let undone_nats = what.and_then(|(planting, size)| {
+                let planted = plant(cohort, planting, size, seed).cohort;
+                undone::gain(cohort, &likelihoods, &planted)
+            });
+            let mut answered = answer(cohort, what, label, (seed, index), asked, output)?;
+            answered.undone_nats = undone_nats;
+            progress.advance("");
+            Ok(answered)
+        })
+        .collect::<Result<Vec<AnsweredCohort>>>()?;
+    progress.finish(&format!("{} answers", answered.len()));
+
+    // The seal as it lies on the disk, not as we remember it.
+    let sealed =
+        std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?;
+    let sealed: Seal = contract::read(&sealed).context("reading seal.json again")?;
+    seal::verify(&sealed, &closed).context("opening the labels")?;
+    output.write_json("labels.json", &closed)?;
+    Ok(answered)
+}
+
+/// Writes one cohort and its answer.
+fn answer(
+    cohort: &Cohort,
+    what: What,
+    label: PlantedLabel,
+    (seed, index): (u64, usize),
+    asked: Asked,
+    output: &OutputFolder,
+) -> Result<AnsweredCohort> {
+    let id = &label.id;
+    let folder = output.path().join("cohorts").join(id);
+    match what {
+        None => write_folder(cohort, &folder, RecordsFormat::Parquet),
+        Some((planting, size)) => {
+            let planted = plant(cohort, planting, size, seed).cohort;
+            write_folder(&planted, &folder, RecordsFormat::Parquet)
+        }
+    }
+    .with_context(|| format!("cohort {id}"))?;
+    let (answer, written) = ask(&folder, None, diagnosis_seed(seed, index), asked)?;
+    let calibrated = match written {
+        Some(written) => {
+            output.write(&format!("answers/{id}.json"), &written.text)?;
+            written.calibrated
+        }
+        None => {
+            output.write_json(&format!("answers/{id}.json"), &answer)?;
+            CalibratedPeople::default()
+        }
+    };
+    Ok(AnsweredCohort { label, answer, calibrated, undone_nats: None })
+}
+
+fn label(id: String, what: What, changed: usize) -> PlantedLabel {
+    let Some((planting, size)) = what else {
+        return PlantedLabel {
+            id,
+            planting: NOTHING.to_owned(),
+            effect: None,
+            evidence_lost: Vec::new(),
+            size: 0.0,
+            unit: String::new(),
+            inexact: String::new(),
+            changed,
+        };
+    };
+    let (effect, lost) = match planting.truth() {
+        Truth::Effect(name) => (Some(name.to_owned()), Vec::new()),
+        Truth::OutsideTheLibrary => (None, Vec::new()),
+        Truth::EvidenceLost(names) => (None, names.iter().map(|name| (*name).to_owned()).collect()),
+    };
+    PlantedLabel {
+        id,
+        planting: planting.name().to_owned(),
+        effect,
+        evidence_lost: lost,
+        size,
+        unit: planting.usual_size().1.to_owned(),
+        inexact: match planting.exactness() {
+            Exactness::Exact => String::new(),
+            Exactness::OfAnotherShape(how) => how.to_owned(),
+        },
+        changed,
+    }
+}
+
+fn name(index: usize) -> String {
+    format!("cohort_{:04}", index + 1)
+}
+
+/// The check in a table of Markdown.
+fn table(check: &PlantedCheck) -> String {
+    let mut text = String::from(
+        "| planted | size | entries changed | undone, nats | named | evidence, nats | up by 3 | new names | ill calibrated |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+    );
+    let people =
+        |calibrated: &CalibratedPeople| format!("{} of {}", calibrated.ill, calibrated.people);
+    let said = |verdict: Verdict, named: &[String]| match (verdict, named) {
+        (Verdict::None, _) => "none".to_owned(),
+        (Verdict::Unknown, _) => "unknown".to_owned(),
+        (Verdict::Failed, _) => "failed".to_owned(),
+        (Verdict::Effect, named) => named.join(", "),
+    };
+    let named: Vec<String> =
+        check.as_it_is.found.iter().map(|found| found.effect.clone()).collect();
+    let mut line = |cells: [String; 9]| {
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    };
+    line([
+        "nothing".to_owned(),
+        String::new(),
+        "0".to_owned(),
+        String::new(),
+        said(check.as_it_is.verdict, &named),
+        String::new(),
+        String::new(),
+        String::new(),
+        people(&check.calibrated_as_it_is),
+    ]);
+    for row in &check.cohorts {
+        let nats = |nats: Option<f64>| nats.map_or_else(|| "-".to_owned(), |x| format!("{x:.1}"));
+        let evidence = row.evidence.iter().map(|pair| {
+            let which =
+                if row.evidence.len() > 1 { format!("{} ", pair.effect) } else { String::new() };
+            format!("{which}{} to {}", nats(pair.before), nats(pair.after))
+        });
+        line([
+            row.label.planting.clone(),
+            format!("{} {}", short(row.label.size), row.label.unit),
+            row.label.changed.to_string(),
+            nats(row.undone_nats),
+            said(row.verdict, &row.named),
+            evidence.collect::<Vec<_>>().join("; "),
+            if row.risen { "yes" } else { "" }.to_owned(),
+            row.strangers.join(", "),
+            people(&row.calibrated),
+        ]);
+    }
+    text.push_str(
+        "\n| | named | named, not so before | or in its set | up by 3 nats | another name anew | undone, 6 nats |\n\
+         |---|---|---|---|---|---|---|\n",
+    );
+    let totals = [&check.all].into_iter().chain(&check.by_size).chain(&check.by_effect);
+    for totals in totals {
+        let PlantedTotals { what, named, named_anew, named_or_in_set, risen, strangers, tellable } =
+            totals;
+        let shares = [named, named_anew, named_or_in_set, risen, strangers, tellable].map(share);
+        let _ = writeln!(text, "| {what} | {} |", shares.join(" | "));
+    }
+    let _ = write!(
+        text,
+        "\nAnother name anew, whatever was planted or struck: {}\n\
+         Evidence gone with what signals it: {}\n\
+         People whose calibration ends at a bound or does not converge: {}; as it is {}\n\
+         Failed: {}",
+        share(&check.strangers),
+        share(&check.evidence_gone),
+        share(&check.ill_calibrated),
+        people(&check.calibrated_as_it_is),
+        share(&check.failed),
+    );
+    text
+}
+
+/// A number without digits that say nothing.
+fn short(size: f64) -> String {
+    format!("{size:.3}").trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn share(share: &Share) -> String {
+    match share.value {
+        None => "not tested".to_owned(),
+        Some(_) => format!(
+            "{} of {} ({:.0} to {:.0} %)",
+            share.count,
+            share.of,
+            100.0 * share.lower,
+            100.0 * share.upper
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cohort::Person;
+
+    /// Five days of two people of the embedded cohort.
+    fn few() -> Cohort {
+        let folder = crate::workspace_root().join("fixtures/embedded/cohort");
+        let people = read_folder(&folder).expect("the embedded cohort reads").people;
+        let days = |person: Person| {
+            let record = person.record.slice(0..5 * 288).expect("inside the record");
+            Person { record, ..person }
+        };
+        Cohort { people: people.into_iter().take(2).map(days).collect() }
+    }
+
+    #[test]
+    fn planted_cohorts_are_sealed_answered_and_scored() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let target = parent.path().join("check");
+        let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
+        let output = OutputFolder::begin(&target, manifest).expect("new");
+        let asked = [
+            None,
+            Some((Planting::MissedMeals, 1.0)),
+            Some((Planting::SensorDrift, 0.2)),
+            Some((Planting::SleepStruck, 1.0)),
+            // Nobody logs the carbohydrate of a low with a share of nothing.
+            Some((Planting::UnloggedRescueCarbs, 0.0)),
+        ];
+        let answered = check(&few(), &asked, 1, Asked::ThisProcess, &output).expect("answered");
+        let scored = blind::planted_check(1, &answered).expect("countable");
+        let target = output.finish().expect("renamed");
+
+        assert_eq!((answered.len(), scored.cohorts.len()), (4, 3));
+        assert_eq!((scored.failed.count, scored.all.named.of), (0, 2));
+        assert!(answered.iter().all(|cohort| cohort.calibrated.people == 2));
+        let read = |name: &str| std::fs::read(target.join(name)).expect("written");
+        let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
+        let mut labels: Vec<OpenedLabel> =
+            serde_json::from_slice(&read("labels.json")).expect("labels");
+        seal::verify(&sealed, &labels).expect("as sealed");
+        labels[0].label.push(' ');
+        assert!(seal::verify(&sealed, &labels).is_err());
+
+        // Neutral names, no word of what was planted, and the seal before the first cohort.
+        let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());
+        let sealed = sealed.expect("a time");
+        for index in 0..4 {
+            let folder = target.join("cohorts").join(name(index));
+            for file in ["people.csv", "records.parquet"] {
+                let bytes = std::fs::read(folder.join(file)).expect("a file");
+                for planting in Planting::ALL {
+                    let word = planting.name().as_bytes();
+                    assert!(!bytes.windows(word.len()).any(|w| w == word), "{}", planting.name());
+                }
+                let written = std::fs::metadata(folder.join(file)).and_then(|m| m.modified());
+                assert!(sealed <= written.expect("a time"), "a cohort before the seal");
+            }
+        }
+        let table = table(&scored);
+        assert!(table.contains("| missed_meals | 1 meals a day |"), "{table}");
+    }
+
+    #[test]
+    fn every_planting_comes_at_every_size_and_channels_once() {
+        let listed = plantings(&[0.5, 1.0, 3.0]);
+        let sized = Planting::ALL.into_iter().filter(|planting| planting.has_sizes()).count();
+        assert_eq!(listed.len(), 1 + 3 * sized + (Planting::ALL.len() - sized));
+        assert!(listed.contains(&Some((Planting::SensorLag, 18.0))));
+        assert_eq!((short(0.1 * 2.0), short(30.0)), ("0.2".to_owned(), "30".to_owned()));
+    }
+}

@@ -1,0 +1,154 @@
+//! `realism`: every statistic that the diagnosis reads, in made worlds and in real people.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result, ensure};
+use blind::realism;
+use cohort::{Cohort, Person};
+use contract::blind_check::{Group, PersonStatistics};
+use effects::Effect;
+use gap::{DiagnosisConfig, person_statistics};
+use rayon::prelude::*;
+use world::blind::{Plan, PlannedWorld};
+
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::twin::read_cohort;
+
+/// Settings of `realism`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Cohorts of real people.
+    pub cohort: Vec<PathBuf>,
+    /// Worlds in which something is missing.
+    pub worlds: usize,
+    /// Worlds in which nothing is missing.
+    pub nulls: usize,
+    /// People in each world.
+    pub people: usize,
+    /// Days of each person; of longer records those with the most readings.
+    pub days: usize,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the worlds.
+    pub seed: u64,
+}
+
+/// Most worlds of one table.
+const MOST_WORLDS: usize = 10_000;
+/// Fewest and most days of a person.
+const DAYS: std::ops::RangeInclusive<usize> = 4..=366;
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    for (name, value) in [("--worlds", args.worlds), ("--nulls", args.nulls)] {
+        ensure!(
+            (1..=MOST_WORLDS).contains(&value),
+            "{name} {value} must be from 1 to {MOST_WORLDS}"
+        );
+    }
+    ensure!(
+        DAYS.contains(&args.days),
+        "--days {} must be from {} to {}",
+        args.days,
+        DAYS.start(),
+        DAYS.end()
+    );
+    ensure!(args.people >= 1, "--people must be at least 1");
+    let settings = serde_json::json!({
+        "worlds": args.worlds,
+        "nulls": args.nulls,
+        "people": args.people,
+        "days": args.days,
+    });
+    let mut manifest = Manifest::new("realism", settings, Some(args.seed));
+    let mut people = Vec::new();
+    for folder in &args.cohort {
+        manifest = manifest.with_input(folder)?;
+        let study = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
+        people
+            .extend(read_cohort(folder)?.people.into_iter().map(|person| (study.clone(), person)));
+    }
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
+    let read = Reader { effects: &library, config: &config, days: args.days };
+
+    let mut found = Vec::new();
+    for (study, person) in &people {
+        let (statistics, excluded) = read.statistics(Group::Real, study, person)?;
+        if let Some(reason) = excluded {
+            note(format!("realism: {}: the record alone, {reason}", person.id));
+        }
+        found.push(statistics);
+    }
+    let planned = Plan::check(args.worlds, args.nulls).worlds(args.seed);
+    let progress = Progress::begin("worlds", planned.len());
+    let made = planned
+        .into_par_iter()
+        .enumerate()
+        .map(|(index, planned)| {
+            let planned = PlannedWorld { people: args.people, days: args.days, ..planned };
+            let found = of_world(&read, &planned).with_context(|| format!("world {}", index + 1));
+            progress.advance("");
+            found
+        })
+        .collect::<Result<Vec<_>>>()?;
+    progress.finish(&format!("{} worlds read", made.len()));
+    found.extend(made.into_iter().flatten());
+
+    let realism = realism::compare(&found)?;
+    let table = realism::table(&realism);
+    output.write_json("realism.json", &realism)?;
+    output.write_json("people.json", &found)?;
+    output.write("realism.txt", table.as_bytes())?;
+    let place = output.finish()?;
+    for line in table.lines() {
+        note(line);
+    }
+    note(format!(
+        "realism: in {} of {} statistics no more real people lie outside the central 95 % of both kinds of worlds \
+         than by chance, in {} nobody does; {} of {} values lie inside; {}",
+        realism.inside,
+        realism.statistics.len(),
+        realism.all_inside,
+        realism.values_inside,
+        realism.values,
+        place.join("realism.json").display()
+    ));
+    Ok(())
+}
+
+/// Reads people as the diagnosis would.
+struct Reader<'a> {
+    effects: &'a [Box<dyn Effect>],
+    config: &'a DiagnosisConfig,
+    days: usize,
+}
+
+impl Reader<'_> {
+    /// The statistics of a person, and why she is not diagnosed if that is so.
+    fn statistics(
+        &self,
+        group: Group,
+        hand: &str,
+        person: &Person,
+    ) -> Result<(PersonStatistics, Option<String>)> {
+        let person = person.best_days(self.days);
+        let found = person_statistics(&person, self.effects, self.config)?;
+        let statistics = PersonStatistics {
+            group,
+            hand: hand.to_owned(),
+            person_id: person.id,
+            values: found.values,
+        };
+        Ok((statistics, found.excluded))
+    }
+}
+
+fn of_world(read: &Reader<'_>, planned: &PlannedWorld) -> Result<Vec<PersonStatistics>> {
+    let group = if planned.effects.is_empty() { Group::Null } else { Group::Effect };
+    let Cohort { people } = planned.realise()?.cohort()?;
+    let hand = planned.generator.name();
+    people.iter().map(|person| Ok(read.statistics(group, hand, person)?.0)).collect()
+}

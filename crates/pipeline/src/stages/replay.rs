@@ -1,0 +1,119 @@
+//! `replay`: a cohort's record through a model, freely from the first reading.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result, bail};
+use cohort::MissingDoses;
+use nn_statespace::import::FILE_ORDER;
+use nn_statespace::initial_state::InitialStateTable;
+use twins::{ReplayRow, ReplayStart, replay};
+
+use crate::manifest::Manifest;
+use crate::models::{read_population, read_twin};
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::steady_state::read_table;
+use crate::stages::twin::read_cohort;
+
+/// Where a replay starts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Initial {
+    /// The model's own steady state at the first reading.
+    SteadyState,
+    /// The row of a published table of scaled states by glucose.
+    Table(PathBuf),
+}
+
+/// Settings of `replay`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Cohort folder.
+    pub cohort: PathBuf,
+    /// Population model.
+    pub model: PathBuf,
+    /// A twin of that population model.
+    pub twin: Option<PathBuf>,
+    /// Where it starts.
+    pub initial: Initial,
+    /// Output folder.
+    pub out: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let initial = match &args.initial {
+        Initial::SteadyState => "steady-state",
+        Initial::Table(_) => "table",
+    };
+    let config = serde_json::json!({ "initial": initial, "missing_doses": "zero" });
+    let mut manifest =
+        Manifest::new("replay", config, None).with_input(&args.cohort)?.with_input(&args.model)?;
+    let cohort = read_cohort(&args.cohort)?;
+    let population = Arc::new(read_population(&args.model)?);
+    let twin = match &args.twin {
+        None => None,
+        Some(path) => {
+            manifest = manifest.with_input(path)?;
+            Some(read_twin(path, Arc::clone(&population))?)
+        }
+    };
+    let table: Option<InitialStateTable> = match &args.initial {
+        Initial::SteadyState => None,
+        Initial::Table(path) => {
+            manifest = manifest.with_input(path)?;
+            Some(read_table(path)?)
+        }
+    };
+    if let (Some(twin), [_, _, ..]) = (&twin, cohort.people.as_slice()) {
+        note(format!(
+            "replay: the twin of person {} is used for all {} people",
+            twin.card.person_id,
+            cohort.people.len()
+        ));
+    }
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let progress = Progress::begin("replay", cohort.people.len());
+    let mut text = String::from("person_id,time,step");
+    for compartment in FILE_ORDER {
+        write!(text, ",{compartment}").expect("writing to a String cannot fail");
+    }
+    text.push('\n');
+    let start = table.as_ref().map_or(ReplayStart::SteadyState, ReplayStart::Table);
+    let missing: usize =
+        cohort.people.iter().map(|person| person.record.steps_without_doses()).sum();
+    if missing > 0 {
+        note(format!(
+            "replay: {missing} steps have a basal rate, bolus or meal that was not recorded; it is \
+             taken as none given"
+        ));
+    }
+    for person in &cohort.people {
+        if person.id.contains([',', '"', '\n']) {
+            bail!("person '{}' cannot stand in a CSV file; rename them", person.id);
+        }
+        let rows = match &twin {
+            Some(twin) => replay(person, twin, &population, start, MissingDoses::Zero),
+            None => replay(person, &*population, &population, start, MissingDoses::Zero),
+        }
+        .with_context(|| format!("person {}", person.id))?;
+        for row in &rows {
+            write_row(&mut text, &person.id, row);
+        }
+        progress.advance(&person.id);
+    }
+    output.write("traces.csv", text.as_bytes())?;
+    let place = output.finish()?;
+    progress.finish(&place.join("traces.csv").display().to_string());
+    Ok(())
+}
+
+fn write_row(text: &mut String, person: &str, row: &ReplayRow) {
+    write!(text, "{person},{},{}", row.time.format("%Y-%m-%dT%H:%M:%S"), row.step)
+        .expect("writing to a String cannot fail");
+    for compartment in FILE_ORDER {
+        write!(text, ",{}", row.states[compartment]).expect("writing to a String cannot fail");
+    }
+    text.push('\n');
+}

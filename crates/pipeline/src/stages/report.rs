@@ -1,0 +1,91 @@
+//! `report`: one HTML file from whatever an output folder holds.
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, bail};
+use report::{Inputs, Part, render};
+
+use crate::manifest::{Manifest, REPORT};
+use crate::output::write_whole;
+use crate::progress::note;
+
+/// Settings of `report`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// An output folder of any command.
+    pub folder: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let folder = &args.folder;
+    if !folder.is_dir() {
+        bail!("there is no folder '{}'", folder.display());
+    }
+    let inputs = gather(folder)?;
+    let html = render(&inputs).context("rendering the report")?;
+    let path = folder.join(REPORT);
+    write_whole(&path, html.as_bytes())?;
+    note(format!("report: {}", path.display()));
+    Ok(())
+}
+
+/// Writes the report of a folder that is being built, with the manifest it will get.
+pub(crate) fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
+    let mut inputs = gather_parts(folder)?;
+    let text = serde_json::to_vec(manifest)?;
+    inputs.read(Part::Manifest, text.as_slice())?;
+    let html = render(&inputs).context("rendering the report")?;
+    let path = folder.join(REPORT);
+    fs::write(&path, html).with_context(|| format!("cannot write '{}'", path.display()))
+}
+
+/// Everything a report shows that `folder` and its stage folders hold.
+///
+/// # Errors
+/// If there is nothing, or a file does not hold what its name says.
+pub(crate) fn gather(folder: &Path) -> Result<Inputs> {
+    let inputs = gather_parts(folder)?;
+    if inputs.is_empty() {
+        let shown = |part: &Part| !matches!(part, Part::Manifest | Part::Seal);
+        let parts = Part::ALL.into_iter().filter(shown);
+        let names: Vec<&str> = parts.map(Part::file_name).collect();
+        let what = Manifest::read(folder)
+            .map_or_else(String::new, |manifest| format!("the output of {}, ", manifest.stage));
+        bail!(
+            "'{}', {what}holds nothing that a report shows: none of {}",
+            folder.display(),
+            names.join(", ")
+        );
+    }
+    Ok(inputs)
+}
+
+fn gather_parts(folder: &Path) -> Result<Inputs> {
+    let mut folders: Vec<PathBuf> = fs::read_dir(folder)
+        .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
+        .with_context(|| format!("cannot read the folder '{}'", folder.display()))?;
+    // Hidden folders are unfinished outputs.
+    folders.retain(|path| {
+        path.is_dir()
+            && path.file_name().is_some_and(|name| !name.to_string_lossy().starts_with('.'))
+    });
+    folders.sort();
+    folders.insert(0, folder.to_path_buf());
+    let mut inputs = Inputs::default();
+    for folder in &folders {
+        for part in Part::ALL {
+            let path = folder.join(part.file_name());
+            if path.is_file() {
+                let file = File::open(&path)
+                    .with_context(|| format!("cannot open '{}'", path.display()))?;
+                inputs
+                    .read(part, BufReader::new(file))
+                    .with_context(|| format!("'{}'", path.display()))?;
+            }
+        }
+    }
+    Ok(inputs)
+}

@@ -1,0 +1,238 @@
+//! `simulate`: virtual patients of the ODE model through the authors' test scenario.
+//!
+//! Reads the layout of the published virtual patient population and writes one row a patient,
+//! scenario and step.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, bail};
+use ode_sim::vpp_scenario::{Meal, Row, START_GLUCOSE, Scenario, VirtualPatient, trace};
+use ode_sim::{OdeParameters, OdeState, OdeVector};
+use physiology::{Compartment, Grams, Kilograms, STEPS_PER_DAY, Units};
+use rayon::prelude::*;
+
+use crate::inputs::Table;
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+
+/// Settings of `simulate`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Parameters of the patients, a row each.
+    pub patients: PathBuf,
+    /// Meals: step and grams.
+    pub meals: PathBuf,
+    /// Initial states, a row a patient; the steady state at 160 mg/dL if not given.
+    pub initial: Option<PathBuf>,
+    /// Days to simulate.
+    pub days: usize,
+    /// One scenario by name; both if not given.
+    pub scenario: Option<String>,
+    /// Output folder.
+    pub out: PathBuf,
+}
+
+/// Most days of a trace: ten years, beyond which memory runs out before anyone reads it.
+const MOST_DAYS: usize = 3650;
+/// Largest plausible meal, g; a larger one is said.
+const LARGE_MEAL: f64 = 250.0;
+/// Columns of `traces.csv`.
+const HEADER: &str = "patient,scenario,step,bg_mg_dl,insulin_u_h,q1,q2,s1,s2,i,x1,x2,x3";
+/// The eight states of a trace, in the order of its columns.
+const STATES: [(&str, Compartment); 8] = [
+    ("q1", Compartment::Q1),
+    ("q2", Compartment::Q2),
+    ("s1", Compartment::S1),
+    ("s2", Compartment::S2),
+    ("i", Compartment::I),
+    ("x1", Compartment::X1),
+    ("x2", Compartment::X2),
+    ("x3", Compartment::X3),
+];
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let scenarios = match &args.scenario {
+        None => Scenario::ALL.to_vec(),
+        Some(name) => match Scenario::from_name(name) {
+            Some(scenario) => vec![scenario],
+            None => bail!(
+                "there is no scenario '{name}'; the scenarios are {}",
+                Scenario::ALL.map(Scenario::name).join(" and ")
+            ),
+        },
+    };
+    if !(1..=MOST_DAYS).contains(&args.days) {
+        bail!("--days {} must be from 1 to {MOST_DAYS}", args.days);
+    }
+    let patients = read_patients(&args.patients)?;
+    let meals = read_meals(&args.meals, args.days * STEPS_PER_DAY)?;
+    let initial = args.initial.as_deref().map(read_initial_states).transpose()?;
+
+    let config = serde_json::json!({
+        "scenarios": scenarios.iter().map(|s| s.name()).collect::<Vec<_>>(),
+        "days": args.days,
+        "initial": if initial.is_some() { "table" } else { "steady state" },
+        "start_glucose_mg_dl": START_GLUCOSE.0,
+    });
+    let mut manifest = Manifest::new("simulate", config, None)
+        .with_input(&args.patients)?
+        .with_input(&args.meals)?;
+    if let Some(path) = &args.initial {
+        manifest = manifest.with_input(path)?;
+    }
+    let output = OutputFolder::begin(&args.out, manifest)?;
+
+    let jobs: Vec<(&(String, VirtualPatient), Scenario)> =
+        scenarios.iter().flat_map(|s| patients.iter().map(move |p| (p, *s))).collect();
+    let progress = Progress::begin("simulate", jobs.len());
+    let traces = jobs
+        .par_iter()
+        .map(|((name, patient), scenario)| {
+            let start = match &initial {
+                Some(table) => start_of(table, name)?,
+                None => patient.initial_state().with_context(|| format!("patient {name}"))?,
+            };
+            let rows = trace(patient, &meals, start, *scenario, args.days)
+                .with_context(|| format!("patient {name}, scenario {scenario}"))?;
+            progress.advance(name);
+            Ok(written(name, *scenario, &rows))
+        })
+        .collect::<Result<Vec<String>>>()?;
+    let mut text = format!("{HEADER}\n");
+    traces.iter().for_each(|t| text.push_str(t));
+    output.write("traces.csv", text.as_bytes())?;
+    let place = output.finish()?;
+    progress.finish(&format!(
+        "{} patients, {} scenarios, {} days in {}",
+        patients.len(),
+        scenarios.len(),
+        args.days,
+        place.join("traces.csv").display()
+    ));
+    Ok(())
+}
+
+fn written(patient: &str, scenario: Scenario, rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let x = row.state.vector();
+        // The shortest text that reads back exactly: a comparison with rounded traces is then
+        // limited by their rounding alone.
+        write!(text, "{patient},{scenario},{},{},{}", row.step, row.glucose.0, row.insulin.0)
+            .expect("writing to a String cannot fail");
+        for (_, compartment) in STATES {
+            write!(text, ",{}", x[compartment]).expect("writing to a String cannot fail");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+pub(crate) fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {
+    let table = Table::read(path)?;
+    let mut patients: Vec<(String, VirtualPatient)> = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let number = |column| table.number(column, row);
+        let positive = |column| {
+            let value = number(column)?;
+            if value <= 0.0 {
+                bail!("{}: {value} must be positive", table.place(column, row));
+            }
+            Ok(value)
+        };
+        let name = table.text("patient", row)?;
+        if name.contains([',', '"', '\n', '\r']) {
+            bail!(
+                "{}: the name '{name}' cannot stand in a CSV file; rename the patient",
+                table.place("patient", row)
+            );
+        }
+        if patients.iter().any(|(known, _)| *known == name) {
+            bail!("{}: '{name}' stands there twice", table.place("patient", row));
+        }
+        let parameters = OdeParameters {
+            f_01: number("f01c_mmol_kg_min")?,
+            v_g: number("vg_l_kg")?,
+            k_12: number("k12_per_min")?,
+            a_g: number("ag")?,
+            t_max_g: number("tmax_g_min")?,
+            egp_0: number("egp0_mmol_kg_min")?,
+            t_max_i: number("tmax_i_min")?,
+            k_e: number("ke_per_min")?,
+            v_i: number("vi_l_kg")?,
+            k_a1: number("ka1_per_min")?,
+            k_a2: number("ka2_per_min")?,
+            k_a3: number("ka3_per_min")?,
+            s_f1: number("sf1")?,
+            s_f2: number("sf2")?,
+            s_f3: number("sf3")?,
+        }
+        .validated()
+        .with_context(|| format!("'{}', row {}, patient {name}", path.display(), row + 2))?;
+        let patient = VirtualPatient {
+            parameters,
+            weight: Kilograms(positive("weight_kg")?),
+            total_daily_insulin: Units(positive("tdir_u")?),
+        };
+        patients.push((name, patient));
+    }
+    Ok(patients)
+}
+
+fn read_meals(path: &Path, last_step: usize) -> Result<Vec<Meal>> {
+    let table = Table::read(path)?;
+    (0..table.rows())
+        .map(|row| {
+            let grams = table.number("carbs_g", row)?;
+            if grams < 0.0 {
+                bail!("{}: a meal of {grams} g", table.place("carbs_g", row));
+            }
+            if grams > LARGE_MEAL {
+                note(format!(
+                    "{}: a meal of {grams} g; check the unit",
+                    table.place("carbs_g", row)
+                ));
+            }
+            let step = table.whole("step", row)?;
+            if step > last_step {
+                note(format!(
+                    "{}: the meal lies after the last step, {last_step}, and is not eaten",
+                    table.place("step", row)
+                ));
+            }
+            Ok(Meal { step, carbs: Grams(grams) })
+        })
+        .collect()
+}
+
+fn read_initial_states(path: &Path) -> Result<Vec<(String, OdeState)>> {
+    let table = Table::read(path)?;
+    let mut starts: Vec<(String, OdeState)> = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let mut x = OdeVector::default();
+        for (column, compartment) in STATES {
+            let value = table.number(column, row)?;
+            if value < 0.0 {
+                bail!("{}: {value} must not be negative", table.place(column, row));
+            }
+            x[compartment] = value;
+        }
+        let name = table.text("patient", row)?;
+        if starts.iter().any(|(known, _)| *known == name) {
+            bail!("{}: '{name}' has two rows", table.place("patient", row));
+        }
+        starts.push((name, OdeState::default().with_vector(&x)));
+    }
+    Ok(starts)
+}
+
+fn start_of(table: &[(String, OdeState)], patient: &str) -> Result<OdeState> {
+    table
+        .iter()
+        .find(|(name, _)| name == patient)
+        .map(|(_, state)| *state)
+        .with_context(|| format!("the initial states have no row for patient {patient}"))
+}

@@ -1,0 +1,142 @@
+//! `steady-state`: where a model stands still, over glucose, beside a published table.
+//!
+//! The authors' table of initial states is not a steady state: its latent C1 is 1.36 in every row,
+//! which the model digests like a meal. This command shows the residual of both, and the meal.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use nn_statespace::PopulationModel;
+use nn_statespace::initial_state::{
+    InitialStateTable, StartCheck, SteadyStateOutcome, check_start, steady_state,
+};
+use physiology::{Compartment, MgPerDl};
+
+use crate::manifest::Manifest;
+use crate::models::read_population;
+use crate::output::OutputFolder;
+use crate::progress::note;
+
+/// Settings of `steady-state`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Population model.
+    pub model: PathBuf,
+    /// A table of scaled initial states by glucose to compare with.
+    pub compare: Option<PathBuf>,
+    /// Output folder.
+    pub out: PathBuf,
+}
+
+/// Glucose values of the table, mg/dL.
+const GLUCOSE: [f64; 9] = [60.0, 80.0, 100.0, 115.0, 128.0, 140.0, 160.0, 200.0, 250.0];
+
+/// One row of the comparison.
+#[derive(Debug, serde::Serialize)]
+struct Row {
+    glucose_mg_dl: f64,
+    found: bool,
+    basal_u_h: f64,
+    residual: f64,
+    c1: f64,
+    published: Option<Published>,
+}
+
+/// What a published row amounts to.
+#[derive(Debug, serde::Serialize)]
+struct Published {
+    /// Largest rate of change at the best constant basal rate, scaled units per minute.
+    residual: f64,
+    c1: f64,
+    /// Meal that would put as much glucose into the blood over a day as the excess of C1 does, g.
+    phantom_carbs_g: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let mut manifest =
+        Manifest::new("steady-state", serde_json::json!({ "glucose_mg_dl": GLUCOSE }), None)
+            .with_input(&args.model)?;
+    let model = read_population(&args.model)?;
+    let table = match &args.compare {
+        None => None,
+        Some(path) => {
+            manifest = manifest.with_input(path)?;
+            Some(read_table(path)?)
+        }
+    };
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let rows = GLUCOSE
+        .iter()
+        .map(|glucose| row(&model, MgPerDl(*glucose), table.as_ref()))
+        .collect::<Result<Vec<Row>>>()?;
+    let text = text(&rows);
+    output.write_json(
+        "steady_state.json",
+        &serde_json::json!({ "schema": "steady_state/1", "rows": rows }),
+    )?;
+    output.write("steady_state.txt", text.as_bytes())?;
+    let place = output.finish()?;
+    note(text);
+    note(format!("steady-state: {}", place.join("steady_state.json").display()));
+    Ok(())
+}
+
+/// A published table of initial states.
+pub(crate) fn read_table(path: &Path) -> Result<InitialStateTable> {
+    let file = File::open(path).with_context(|| format!("cannot open '{}'", path.display()))?;
+    InitialStateTable::read(file)
+        .with_context(|| format!("the table of initial states '{}'", path.display()))
+}
+
+fn row(
+    model: &PopulationModel,
+    glucose: MgPerDl,
+    table: Option<&InitialStateTable>,
+) -> Result<Row> {
+    let own = steady_state(model, glucose)?;
+    let published = match table {
+        None => None,
+        Some(table) => {
+            let StartCheck { residual, c1, phantom_carbs } =
+                check_start(model, &own, table.row(glucose)?)?;
+            Some(Published { residual, c1, phantom_carbs_g: phantom_carbs.0 })
+        }
+    };
+    Ok(Row {
+        glucose_mg_dl: glucose.0,
+        found: own.outcome == SteadyStateOutcome::Found,
+        basal_u_h: own.basal.0,
+        residual: own.residual,
+        c1: own.states[Compartment::C1],
+        published,
+    })
+}
+
+fn text(rows: &[Row]) -> String {
+    let mut text = format!(
+        "{:>8} {:>9} {:>10} {:>8} | {:>10} {:>8} {:>14}\n",
+        "mg/dL", "basal", "residual", "C1", "published", "C1", "phantom carbs"
+    );
+    for row in rows {
+        write!(
+            text,
+            "{:>8.0} {:>5.3} U/h {:>10.1e} {:>8.4} |",
+            row.glucose_mg_dl, row.basal_u_h, row.residual, row.c1
+        )
+        .expect("writing to a String cannot fail");
+        if let Some(published) = &row.published {
+            write!(
+                text,
+                " {:>10.1e} {:>8.4} {:>12.2} g",
+                published.residual, published.c1, published.phantom_carbs_g
+            )
+            .expect("writing to a String cannot fail");
+        }
+        text.push_str(if row.found { "\n" } else { "  no physical steady state\n" });
+    }
+    text.push_str("Residuals: largest rate of change, scaled units per minute.\n");
+    text
+}

@@ -1,0 +1,246 @@
+//! `train`: the population network from simulated days of the ODE.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Context as _, Result};
+use contract::training::Epoch;
+use contract::{Document as _, Training};
+use nn_statespace::training::{
+    Advance, EarlyStop, EpochReport, KeptWeights, Provenance, Trained, TrainingConfig, TrainingRun,
+    WindowSet,
+};
+use nn_statespace::{Signal, Widths};
+use ode_sim::DevelopmentPlan;
+use physiology::{Compartment, STEP};
+
+use crate::checkpoint::CheckpointFile;
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::profile::Profile;
+use crate::progress::{Progress, note};
+use crate::training_data;
+use development::TrainingData;
+use development::weeks::{TRAINING_STRIDE, WINDOW};
+
+/// How the population network is trained.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrainingPreset {
+    /// Ours: short roll-outs come first, gradients are limited, the best epoch is kept, and slopes keep the
+    /// signs of physiology.
+    Working,
+    /// Ours, with slopes as they come.
+    Unconstrained,
+    /// As the paper says.
+    Paper,
+    /// As the published code does: glucose is also confined to 40-400 mg/dL after every step.
+    AuthorsCode,
+}
+
+/// Settings of `train`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// How much to compute: the network's widths and the simulated days.
+    pub profile: Profile,
+    /// How the network is trained.
+    pub preset: TrainingPreset,
+    /// End after so many epochs without a lower error on the validation windows, and keep the best
+    /// epoch's weights; all epochs if not given.
+    pub patience: Option<usize>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the simulated days, the initial weights and the order of the batches.
+    pub seed: u64,
+}
+
+/// The model's file name in an output folder.
+pub(crate) const MODEL: &str = "population.safetensors";
+/// The range of the training data, as a region that `verify` reads.
+pub(crate) const REGION: &str = "region.json";
+
+/// Updates between two checkpoints: seconds of work.
+const CHECKPOINT_EVERY: usize = 2000;
+/// What a profile trains, and on what.
+#[derive(Debug, Clone)]
+struct Recipe {
+    plan: DevelopmentPlan,
+    widths: Widths,
+    config: TrainingConfig,
+}
+
+impl Recipe {
+    fn new(args: &Settings) -> Self {
+        let seed = args.seed;
+        let mut recipe = match args.profile {
+            Profile::Quick => Self {
+                plan: DevelopmentPlan::quick(seed),
+                widths: Widths::quick(),
+                config: TrainingConfig::quick(seed),
+            },
+            Profile::Paper => Self {
+                plan: DevelopmentPlan::paper(seed),
+                widths: Widths::paper(),
+                config: TrainingConfig::working(seed),
+            },
+        };
+        match args.preset {
+            TrainingPreset::Working => {}
+            TrainingPreset::Unconstrained => recipe.config = TrainingConfig::unconstrained(seed),
+            TrainingPreset::Paper => recipe.config = TrainingConfig::paper(seed),
+            TrainingPreset::AuthorsCode => recipe.config = TrainingConfig::authors_code(seed),
+        }
+        if let Some(epochs) = args.patience {
+            recipe.config.stop = EarlyStop::Patience(epochs);
+            recipe.config.keep = KeptWeights::LowestValidationError;
+        }
+        recipe
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let widths: BTreeMap<&str, usize> =
+            Compartment::ALL.into_iter().map(|c| (c.name(), self.widths.of(c))).collect();
+        serde_json::json!({
+            "simulated_weeks": self.plan.weeks(),
+            "simulated_days": self.plan.days(),
+            "widths": widths,
+            "window_minutes": WINDOW as f64 * STEP.0,
+            "training_stride_minutes": TRAINING_STRIDE as f64 * STEP.0,
+            "training": self.config,
+        })
+    }
+}
+
+/// The manifest of a run with these arguments.
+pub(crate) fn manifest(args: &Settings) -> Manifest {
+    Manifest::new("train", Recipe::new(args).json(), Some(args.seed))
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let began = Instant::now();
+    let recipe = Recipe::new(args);
+    let manifest = manifest(args);
+    let output = OutputFolder::begin(&args.out, manifest)?;
+
+    let TrainingData { training, validation, sha256: hash } =
+        training_data::simulated(&recipe.plan)?;
+    let range = training_range(&training);
+
+    let provenance = Provenance {
+        origin: format!(
+            "trained on {} simulated days of the ODE with population parameters",
+            recipe.plan.days()
+        ),
+        training_data_sha256: Some(hash.clone()),
+    };
+    let checkpoint = CheckpointFile::beside(&args.out);
+    let (run, progress) = trained(&recipe, &training, &validation, &checkpoint)
+        .context("training the population network")?;
+    let Trained { model, report } = run.finish(provenance)?;
+
+    output.write(MODEL, &model.to_safetensors())?;
+    output.write_json(REGION, &range)?;
+    output.write_json(
+        Training::FILE,
+        &Training {
+            config: serde_json::to_value(&report.config)?,
+            data: contract::training::TrainingData {
+                hash,
+                simulated_days: recipe.plan.days(),
+                windows_train: report.training_windows,
+                windows_validation: report.validation_windows,
+            },
+            epochs: report.epochs.iter().map(epoch).collect(),
+            kept_epoch: report.kept_epoch,
+            model: MODEL.to_owned(),
+            schema: Training::SCHEMA.to_owned(),
+            seconds: began.elapsed().as_secs_f64(),
+            seed: args.seed,
+            validation_loss_is: "balanced glucose error over the paper's three groups, mg/dL"
+                .to_owned(),
+        },
+    )?;
+    let kept = &report.epochs[report.kept_epoch].validation;
+    let place = output.finish()?;
+    checkpoint.remove();
+    progress.finish(&format!(
+        "balanced validation error {:.1} mg/dL (in range, low, other: {}), {}",
+        kept.balanced(),
+        kept.rmse_mg_dl
+            .iter()
+            .map(|rmse| rmse.map_or("none".to_owned(), |rmse| format!("{rmse:.1}")))
+            .collect::<Vec<_>>()
+            .join(", "),
+        place.join(MODEL).display()
+    ));
+    Ok(())
+}
+
+fn epoch(report: &EpochReport) -> Epoch {
+    Epoch {
+        epoch: report.epoch,
+        learning_rate: report.learning_rate,
+        steps: report.steps,
+        train_loss: report.training_loss,
+        validation_loss: report.validation.balanced(),
+        validation_rmse_by_group_mg_dl: report.validation.rmse_mg_dl,
+    }
+}
+
+/// The run with all its epochs done, from its checkpoint if there is one.
+fn trained<'a>(
+    recipe: &Recipe,
+    training: &'a WindowSet,
+    validation: &'a WindowSet,
+    checkpoint: &CheckpointFile,
+) -> Result<(TrainingRun<'a>, Progress)> {
+    let Recipe { config, widths, .. } = recipe;
+    let resumed = checkpoint.read().and_then(|bytes| {
+        let place = checkpoint.path().display();
+        match TrainingRun::resume(&bytes, config, widths, training, validation) {
+            Ok(run) => {
+                note(format!("train: goes on from '{place}' after {} updates", run.updates()));
+                Some(run)
+            }
+            Err(error) => {
+                note(format!("train: '{place}' is not used: {error}"));
+                None
+            }
+        }
+    });
+    let mut run = match resumed {
+        Some(run) => run,
+        None => TrainingRun::begin(config, widths, training, validation)?,
+    };
+    let progress = Progress::begin("train", config.stages.iter().map(|stage| stage.epochs).sum());
+    for _ in run.epochs() {
+        progress.advance("resumed");
+    }
+    loop {
+        match run.advance()? {
+            Advance::Batch => {}
+            Advance::Epoch(epoch) => progress.advance(&format!(
+                "loss {:.4}, validation {:.1} mg/dL",
+                epoch.training_loss,
+                epoch.validation.balanced()
+            )),
+            Advance::Finished => return Ok((run, progress)),
+        }
+        if run.updates().is_multiple_of(CHECKPOINT_EVERY) {
+            checkpoint.write(&run.checkpoint())?;
+        }
+    }
+}
+
+/// Lowest and highest scaled value of each signal over the training rows: the training region of
+/// the conformance rows.
+fn training_range(training: &WindowSet) -> serde_json::Value {
+    let states = Compartment::ALL.into_iter().map(Signal::State);
+    let bounds: BTreeMap<&str, (f64, f64)> = states
+        .chain([Signal::Insulin, Signal::Carbs])
+        .map(|signal| (signal.name(), training.bounds(signal)))
+        .collect();
+    serde_json::json!({ "unit": "scaled", "bounds": bounds })
+}

@@ -1,0 +1,127 @@
+//! `train-posterior`: the posterior in use, and one for each hand that has not seen it.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, ensure};
+use candle_core::Device;
+use contract::blind_check::Label;
+use effects::Effect;
+use posterior::{Posterior, Table, Training, Truth, train};
+
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+
+/// Settings of `train-posterior`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Tables of `evidence`.
+    pub table: Vec<PathBuf>,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the networks.
+    pub seed: u64,
+}
+
+/// Statistics that follow how a calibration states its uncertainty, not what a record holds.
+const NOT_READ: &str = "calibration/SD of ";
+/// Factor of the cells that belong to one cohort alone.
+const PERSON: &str = "person";
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let library = effects::library();
+    let mut manifest = Manifest::new("train-posterior", serde_json::json!({}), Some(args.seed));
+    let mut table = Table::default();
+    for folder in &args.table {
+        manifest = manifest.with_input(folder)?;
+        let part = read(folder, &library).with_context(|| format!("'{}'", folder.display()))?;
+        table.append(part)?;
+    }
+    let hands: BTreeSet<String> = table.truths.iter().map(|truth| truth.hand.clone()).collect();
+    ensure!(hands.len() > 1, "worlds of one hand; leave one out of two or more");
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let progress = Progress::begin("posteriors", hands.len() + 1);
+    for left_out in hands.iter().map(Some).chain([None]) {
+        let seen = table.rows_where(|truth| Some(&truth.hand) != left_out);
+        let trained = trained(&seen, &library, args.seed)?;
+        let name = left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"));
+        output.write(&format!("{name}.safetensors"), &trained.bytes()?)?;
+        output.write_json(&format!("{name}.json"), trained.card())?;
+        progress.advance(&name);
+    }
+    progress.finish(&format!("trained on {} worlds", table.len()));
+    let place = output.finish()?;
+    note(format!("train-posterior: {}", place.display()));
+    Ok(())
+}
+
+/// A posterior over the effects of the library.
+fn trained(table: &Table, library: &[Box<dyn Effect>], seed: u64) -> Result<Posterior> {
+    let cards = || library.iter().map(|effect| effect.card());
+    let names: Vec<String> = cards().map(|card| card.id.name().to_owned()).collect();
+    let ports: BTreeSet<String> = cards().map(|card| card.port.name().to_owned()).collect();
+    let ports: Vec<String> = ports.into_iter().collect();
+    let source = format!("train-posterior --seed {seed}");
+    Ok(train(table, &names, &ports, &Training::working(seed), &source)?)
+}
+
+/// Reads a table of `evidence`.
+fn read(folder: &Path, library: &[Box<dyn Effect>]) -> Result<Table> {
+    let json = |name: &str| {
+        std::fs::read(folder.join(name)).with_context(|| format!("cannot read '{name}'"))
+    };
+    let names: Vec<String> = serde_json::from_slice(&json("names.json")?)?;
+    let labels: Vec<Label> = serde_json::from_slice(&json("labels.json")?)?;
+    let file = folder.join("statistics.safetensors");
+    let tensors = candle_core::safetensors::load(&file, &Device::Cpu)
+        .with_context(|| format!("cannot read '{}'", file.display()))?;
+    let statistics = tensors.get("statistics").context("it holds no `statistics`")?;
+    ensure!(
+        statistics.dims() == [labels.len(), names.len()],
+        "statistics of shape {:?} beside {} labels and {} names",
+        statistics.dims(),
+        labels.len(),
+        names.len()
+    );
+    let values = statistics.flatten_all()?.to_vec1::<f32>()?;
+    let kept: Vec<usize> =
+        (0..names.len()).filter(|index| !names[*index].starts_with(NOT_READ)).collect();
+    let values = values
+        .chunks(names.len().max(1))
+        .flat_map(|row| kept.iter().map(|index| row[*index]).collect::<Vec<f32>>())
+        .collect();
+    let names = kept.into_iter().map(|index| names[index].clone()).collect();
+    let truths = labels.iter().map(|label| truth(label, library)).collect::<Result<_>>()?;
+    Ok(Table { names, values, truths })
+}
+
+/// What is true of a world, in the words of a posterior.
+fn truth(label: &Label, library: &[Box<dyn Effect>]) -> Result<Truth> {
+    let mut truth = Truth { hand: label.generator.clone(), ..Truth::default() };
+    for effect in &label.effects {
+        match &effect.port {
+            Some(port) => truth.ports.push(port.clone()),
+            None => {
+                let own = library.iter().map(|known| known.card());
+                let card = own.into_iter().find(|card| card.id.name() == effect.effect);
+                let card =
+                    card.with_context(|| format!("world {} has `{}`", label.id, effect.effect))?;
+                truth.ports.push(card.port.name().to_owned());
+                truth.effects.push(effect.effect.clone());
+            }
+        }
+        truth.unknown |= !effect.in_library;
+    }
+    if let Some(gap) = &label.gap {
+        for cell in gap.cells.iter().filter(|cell| cell.factor != PERSON) {
+            for (minutes, mean) in blind::HORIZONS.iter().zip(cell.mean_mg_dl) {
+                if let Some(mean) = mean {
+                    truth.gaps.insert(format!("{minutes}/{}/{}", cell.factor, cell.level), mean);
+                }
+            }
+        }
+    }
+    Ok(truth)
+}

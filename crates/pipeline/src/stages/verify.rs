@@ -1,0 +1,309 @@
+//! `verify`: the conformance of a population network over a box.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, bail, ensure};
+use conformance::milp::{Form, MilpLimits, solve_step};
+use conformance::{
+    ConformanceError, CrossCheck, Limits, Property, PropertyKind, Region, Row, Scaling, Signal,
+    Verdict, paper_properties, share_of_points, share_of_region, step_bracket, verify,
+    with_physical, with_slice,
+};
+use contract::conformance::Share;
+use contract::{Conformance, Document as _};
+use nn_statespace::{PopulationModel, Signal as NetworkSignal};
+use physiology::Compartment;
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+
+use crate::manifest::Manifest;
+use crate::models::read_population;
+use crate::output::OutputFolder;
+use crate::paper_conformance::{beside_the_paper, summary as by_network};
+use crate::progress::{Progress, note};
+use crate::stages::repair::repaired;
+use crate::stages::train;
+use crate::subnetworks::{network, proved};
+use development::SimulatedSteps;
+
+/// Programmes of the paper's question.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MilpForm {
+    /// The largest slope.
+    Gradient,
+    /// The largest movement over a step, in one copy of the network.
+    Difference,
+    /// The same in two copies, as in the paper; slow.
+    TwoCopies,
+    /// None.
+    None,
+}
+
+/// Settings of `verify`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Population model.
+    pub model: PathBuf,
+    /// Box over which to verify; the range of the model's training data if not given.
+    pub region: Option<PathBuf>,
+    /// Widen every interval of the box at both ends by this share of its length: the paper's generalisation region.
+    pub widen: f64,
+    /// Longest step for the paper's z, scaled; ten times the smallest change of the input between simulated steps if
+    /// not given.
+    pub delta: Option<f64>,
+    /// Programme that HiGHS solves beside the certified search, for networks of up to four inputs.
+    pub milp: MilpForm,
+    /// Time limit of one row, s.
+    pub limit: f64,
+    /// Change the model as little as it takes to have every physical property, and verify what comes out.
+    pub repair: bool,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the sampled share of the box.
+    pub seed: u64,
+}
+
+/// Relative gap at which a row counts as solved: of networks of at most [`MILP_INPUTS`] inputs, and of larger ones,
+/// where the last digits would take most of the time.
+const RELATIVE_GAP: f64 = 1e-9;
+const RELATIVE_GAP_OF_LARGE: f64 = 1e-2;
+/// Longest time limit of a row, s: a week.
+const LONGEST_LIMIT: f64 = 604_800.0;
+/// Points at which the violating share of the box is sampled.
+const SHARE_POINTS: usize = 100_000;
+/// Places of the slice through a counterexample.
+const SLICE_POINTS: usize = 121;
+/// Networks up to this many inputs are also solved as a MILP.
+const MILP_INPUTS: usize = 4;
+
+/// The region that is used: the one asked for, or the one that training wrote beside the model.
+fn region_path(args: &Settings) -> Result<PathBuf> {
+    if let Some(path) = &args.region {
+        return Ok(path.clone());
+    }
+    let beside = args.model.with_file_name(train::REGION);
+    if beside.is_file() {
+        return Ok(beside);
+    }
+    bail!(
+        "there is no {} beside '{}'; give the box with --region",
+        train::REGION,
+        args.model.display()
+    )
+}
+
+/// The tables as text, within the output folder.
+pub(crate) const TEXT: &str = "conformance.txt";
+
+/// The manifest of a run with these arguments.
+pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
+    let config = serde_json::json!({
+        "limit_seconds": args.limit,
+        "relative_gap": RELATIVE_GAP,
+        "relative_gap_of_large_networks": RELATIVE_GAP_OF_LARGE,
+        "share_points": SHARE_POINTS,
+        "milp_up_to_inputs": MILP_INPUTS,
+        "milp": args.milp,
+        "widen": args.widen,
+        "delta": args.delta,
+        "repair": args.repair,
+    });
+    Manifest::new("verify", config, Some(args.seed))
+        .with_input(&args.model)?
+        .with_input(&region_path(args)?)
+}
+
+/// Refuses a time limit of a row, s, that no search can keep.
+pub(crate) fn check_limit(limit: f64) -> Result<()> {
+    let can_be = limit > 0.0 && limit <= LONGEST_LIMIT;
+    ensure!(can_be, "--limit {limit} must be above 0 and at most {LONGEST_LIMIT} s");
+    Ok(())
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    check_limit(args.limit)?;
+    let manifest = manifest(args)?;
+    let mut model = read_population(&args.model)?;
+    let region = read_region(&region_path(args)?, &model)?.widened(args.widen)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    if args.repair {
+        let limit = Duration::from_secs_f64(args.limit);
+        model = repaired(&model, &region, limit, args.seed, &output)?;
+        // The region goes with the model, as training leaves it.
+        let bounds = std::fs::read(region_path(args)?).context("the region")?;
+        output.write(train::REGION, &bounds)?;
+    }
+
+    let steps = SimulatedSteps::new(args.seed)?;
+    let clock = Instant::now();
+    let properties = paper_properties();
+    let progress = Progress::begin("verify", properties.len());
+    let mut rows = Vec::with_capacity(properties.len());
+    for property in &properties {
+        let row = verify_row(&model, property, &region, &steps, args, &|| clock.elapsed())
+            .with_context(|| format!("network {}, input {}", property.network, property.input))?;
+        progress.advance(&format!("{} against {}", property.network, property.input));
+        rows.push(row);
+    }
+    let bytes = if args.repair {
+        model.to_safetensors()
+    } else {
+        std::fs::read(&args.model)
+            .with_context(|| format!("cannot read '{}'", args.model.display()))?
+    };
+    let mut took = Duration::ZERO;
+    let proofs = proved(&mut rows, &properties, &model, &bytes, &region, &mut took)?;
+    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+    let summary = format!(
+        "{} proved ({} certificates checked in {:.1} s), {} violated, {} undecided of {} rows",
+        count(Verdict::Proved),
+        proofs.accepted,
+        took.as_secs_f64(),
+        count(Verdict::Violated),
+        count(Verdict::Undecided),
+        rows.len()
+    );
+    let table = format!(
+        "{}\n{}\n{}",
+        table(&rows),
+        by_network(&rows),
+        beside_the_paper(&rows, args.widen > 0.0)
+    );
+    let schema = Conformance::SCHEMA.to_owned();
+    output.write_json(Conformance::FILE, &Conformance { rows, schema })?;
+    output.write(TEXT, table.as_bytes())?;
+    output.write("certificates.json", &proofs.file)?;
+    let place = output.finish()?;
+    note(table);
+    progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
+    Ok(())
+}
+
+fn verify_row(
+    model: &PopulationModel,
+    property: &Property,
+    region: &Region,
+    steps: &SimulatedSteps,
+    args: &Settings,
+    clock: &(dyn Fn() -> Duration + Sync),
+) -> Result<Row> {
+    let compartment = Compartment::from_name(&property.network)
+        .with_context(|| format!("there is no network '{}'", property.network))?;
+    let network = network(model, compartment)?;
+    let time = Duration::from_secs_f64(args.limit);
+    let small = network.inputs().len() <= MILP_INPUTS;
+    let relative_gap = if small { RELATIVE_GAP } else { RELATIVE_GAP_OF_LARGE };
+    let milp = MilpLimits { time, relative_gap: RELATIVE_GAP };
+    let cross_check = if small && args.milp == MilpForm::Gradient {
+        CrossCheck::Milp(milp)
+    } else {
+        CrossCheck::None
+    };
+    let limits = Limits { relative_gap, nodes: u64::MAX, time, cross_check };
+    let mut row = verify(&network, property, region, &limits, clock)?;
+    let input = NetworkSignal::from_name(&property.input)
+        .with_context(|| format!("there is no signal '{}'", property.input))?;
+    let delta = args.delta.or_else(|| steps.paper_step(model, input));
+    if let Some(delta) = delta {
+        row.step = Some(step_bracket(&network, property, region, &row, delta)?);
+        let form = match args.milp {
+            MilpForm::Difference => Some(Form::Difference),
+            MilpForm::TwoCopies => Some(Form::TwoCopies),
+            MilpForm::Gradient | MilpForm::None => None,
+        };
+        if let Some(form) = form.filter(|_| small) {
+            row.milp_step =
+                Some(solve_step(&network, property, region, delta, form, &milp, clock)?);
+        }
+    }
+    let output = NetworkSignal::State(compartment);
+    row.smallest_change = steps.smallest_rate(output);
+    let seen = steps.seen_by(model, compartment);
+    row.share_of_points =
+        Some(share_of_points(&network, property, seen.iter().map(Vec::as_slice))?);
+    let signals = signals(model);
+    let scaling = |name: &str| {
+        signals.iter().find(|signal| signal.name == name).and_then(|signal| signal.scaling)
+    };
+    if let (Some(output), Some(input)) = (scaling(&property.network), scaling(&property.input)) {
+        row = with_physical(row, output, input)?;
+    }
+    if row.verdict == Verdict::Violated && row.kind == PropertyKind::Physical {
+        row = with_slice(row, &network, region, SLICE_POINTS)?;
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(args.seed);
+    row.share_of_region = match share_of_region(&network, property, region, SHARE_POINTS, &mut rng)
+    {
+        Ok(share) => Some(share),
+        // A polytope too thin for a single draw has no share that could be told.
+        Err(ConformanceError::Limit { limit: "points", .. }) => None,
+        Err(error) => return Err(error.into()),
+    };
+    Ok(row)
+}
+
+/// Every signal of the model with its scaling.
+fn signals(model: &PopulationModel) -> Vec<Signal> {
+    let states = Compartment::ALL.into_iter().map(NetworkSignal::State);
+    states
+        .chain([NetworkSignal::Insulin, NetworkSignal::Carbs])
+        .map(|signal| {
+            let constants = model.scaler().of(signal);
+            Signal {
+                name: signal.name().to_owned(),
+                scaling: Some(Scaling { centre: constants.centre, scale: constants.scale }),
+            }
+        })
+        .collect()
+}
+
+fn read_region(path: &Path, model: &PopulationModel) -> Result<Region> {
+    let file = std::fs::File::open(path)
+        .with_context(|| format!("cannot open the region '{}'", path.display()))?;
+    Region::from_json(file, &signals(model))
+        .with_context(|| format!("the region '{}'", path.display()))
+}
+
+/// The rows as text.
+fn table(rows: &[Row]) -> String {
+    use std::fmt::Write as _;
+    let mut text = format!(
+        "{:<4} {:<10} {:<11} {:<10} {:>14} {:>14} {:>9} {:>9}  {}\n",
+        "net",
+        "input",
+        "property",
+        "verdict",
+        "M at least",
+        "M at most",
+        "of box",
+        "of steps",
+        "seconds"
+    );
+    for row in rows {
+        let share = |share: &Option<Share>| {
+            share.as_ref().map_or("-".to_owned(), |s| format!("{:.3}%", 100.0 * s.value))
+        };
+        writeln!(
+            text,
+            "{:<4} {:<10} {:<11} {:<10} {:>14.7} {:>14.7} {:>9} {:>9}  {:.2}{}",
+            row.network,
+            row.input,
+            format!("{:?}", row.property).to_lowercase(),
+            format!("{:?}", row.verdict).to_lowercase(),
+            row.m_lower,
+            row.m_upper,
+            share(&row.share_of_region),
+            share(&row.share_of_points),
+            row.seconds,
+            match row.kind {
+                PropertyKind::Physical => "",
+                PropertyKind::OppositeInformational => "  (opposite sign, informational)",
+            }
+        )
+        .expect("writing to a String cannot fail");
+    }
+    text
+}

@@ -1,0 +1,259 @@
+//! `verify --twin`: in which direction a person's twin moves with insulin action and with glucose, over the person's own box.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result};
+use cohort::{MissingDoses, Person};
+use conformance::{
+    CrossCheck, DeepLimits, DeepNetwork, Direction, Grounds, Limits, Property, PropertyKind,
+    Region, Row, SlopeBound, Stop, Summand, Verdict, bounds_of_sum, extremes, verify,
+    verify_recorded,
+};
+use contract::{Conformance, Document as _};
+use nn_statespace::{PopulationModel, ScaledStates};
+use physiology::{Compartment, StepInput};
+use twins::{INPUT_NAMES, ReplayStart, Twin, replay};
+
+use crate::manifest::Manifest;
+use crate::models::{read_population, read_twin};
+use crate::output::OutputFolder;
+use crate::progress::{Progress, note};
+use crate::stages::twin::read_cohort;
+use crate::stages::verify::check_limit;
+use crate::subnetworks::{network, proved};
+
+/// Settings of `verify` on a person's twin.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Population model that the twin belongs to.
+    pub model: PathBuf,
+    /// The twin.
+    pub twin: PathBuf,
+    /// The cohort with that person's record.
+    pub cohort: PathBuf,
+    /// Time limit of one row, s.
+    pub limit: f64,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed, for the manifest alone: nothing is sampled.
+    pub seed: u64,
+}
+
+/// What dQ1/dt has to do with these states: insulin action lowers glucose, and glucose comes down faster where there is more
+/// of it.
+const ASKED: [&str; 3] = ["X1", "X3", "Q1"];
+/// Boxes that are bounded for a row; a number, not a time, so that the same bound comes out on every machine.
+const BOXES: u64 = 20_000;
+/// Steps of the record at which slopes are looked for.
+const STEPS: usize = 4000;
+/// A step of the record: what the residual network sees, what the population's network of Q1 sees.
+struct Seen {
+    residual: Vec<f64>,
+    population: Vec<f64>,
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    check_limit(args.limit)?;
+    let (path, folder) = (&args.twin, &args.cohort);
+    let config = serde_json::json!({ "limit_seconds": args.limit, "boxes": BOXES, "steps": STEPS });
+    let manifest = Manifest::new("verify", config, Some(args.seed))
+        .with_input(&args.model)?
+        .with_input(path)?
+        .with_input(folder)?;
+    let population = Arc::new(read_population(&args.model)?);
+    let twin = read_twin(path, population)?;
+    let cohort = read_cohort(folder)?;
+    let id = &twin.card.person_id;
+    let person = cohort.people.iter().find(|person| person.id == *id).with_context(|| {
+        format!("the cohort '{}' has no person '{id}', whose twin this is", folder.display())
+    })?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    // Doses reach a twin's networks with its own gains.
+    let population = &twin.population;
+    let steps = steps_of(person, &twin)?;
+    let deep = |matrices: Vec<(Vec<f64>, Vec<f64>)>, names: Vec<String>| {
+        DeepNetwork::new(names, matrices).context("the twin's networks")
+    };
+    let residual = deep(
+        twin.residual.matrices().to_vec(),
+        INPUT_NAMES.iter().map(|name| (*name).to_owned()).collect(),
+    )?;
+    let glucose = network(population, Compartment::Q1)?;
+    let rows = (0..glucose.hidden()).flat_map(|unit| glucose.input_weights(unit).to_vec());
+    let shallow = deep(
+        vec![
+            (rows.collect(), glucose.hidden_biases().to_vec()),
+            (glucose.output_weights().to_vec(), vec![glucose.output_bias()]),
+        ],
+        glucose.inputs().to_vec(),
+    )?;
+    let (lower, upper) = extremes(steps.iter().map(|seen| seen.residual.as_slice()));
+    let bounds = INPUT_NAMES.iter().zip(lower.iter().zip(&upper));
+    let region = Region::scaled(bounds.map(|(name, (l, u))| (*name, [*l, *u])))?;
+
+    let points = |of: fn(&Seen) -> &Vec<f64>| steps.iter().map(|seen| of(seen).clone()).collect();
+    let seen: Vec<Vec<f64>> = points(|seen| &seen.residual);
+    let beside: Vec<Vec<f64>> = points(|seen| &seen.population);
+    let own = Summand { network: &residual, points: &seen };
+    let other = Summand { network: &shallow, points: &beside };
+    let clock = Instant::now();
+    let limit = Duration::from_secs_f64(args.limit);
+    let progress = Progress::begin("verify", ASKED.len());
+    let bytes = std::fs::read(&args.model)
+        .with_context(|| format!("cannot read '{}'", args.model.display()))?;
+    let mut found: Vec<Row> = Vec::new();
+    for input in ASKED {
+        let began = clock.elapsed();
+        let property = Property {
+            network: Compartment::Q1.name().to_owned(),
+            input: input.to_owned(),
+            direction: Direction::Decreasing,
+            kind: PropertyKind::Physical,
+        };
+        let still = Limits {
+            relative_gap: 1e-2,
+            nodes: u64::MAX,
+            time: limit,
+            cross_check: CrossCheck::None,
+        };
+        let mut of_population =
+            [verify(&glucose, &property, &region, &still, &|| clock.elapsed())?];
+        let properties = std::slice::from_ref(&property);
+        let mut took = Duration::ZERO;
+        proved(&mut of_population, properties, population, &bytes, &region, &mut took)?;
+        let [of_population] = of_population;
+        // For the twin the residual may rise by what the population falls.
+        let enough = (-of_population.m_upper).min(0.0);
+        let limits = DeepLimits { enough, nodes: BOXES, time: limit };
+        let of_residual = residual.largest_slope(
+            input,
+            Direction::Decreasing,
+            (&lower, &upper),
+            &limits,
+            &|| clock.elapsed(),
+        )?;
+        let seconds = clock.elapsed().saturating_sub(began).as_secs_f64();
+        let keeps = twin.residual.keeps_signs();
+        let (residual_upper, sum) =
+            bounds_of_sum(of_residual.m_upper, of_population.m_upper, keeps);
+        let bound = |m_upper: f64, proved: bool| SlopeBound {
+            m_upper,
+            proved,
+            nodes: of_residual.nodes,
+            stop: if of_residual.nodes < BOXES { Stop::Gap } else { Stop::Nodes },
+            seconds,
+        };
+        let certified = of_population.grounds == Some(Grounds::Certificate);
+        let index = INPUT_NAMES.iter().position(|name| *name == input);
+        let end = upper[index.context("an input of the residual")?];
+        for row in [
+            verify_recorded("residual", input, &[own], end, bound(residual_upper, keeps))?,
+            verify_recorded("twin", input, &[own, other], end, bound(sum, keeps && certified))?,
+        ] {
+            found.push(Row { person_id: Some(id.clone()), ..row });
+        }
+        progress.advance(&format!("dQ1/dt by {input}"));
+    }
+    let table = table(&found);
+    let count = |verdict| found.iter().filter(|row| row.verdict == verdict).count();
+    let summary = format!(
+        "{} proved, {} violated, {} undecided of {} rows",
+        count(Verdict::Proved),
+        count(Verdict::Violated),
+        count(Verdict::Undecided),
+        found.len()
+    );
+    let schema = Conformance::SCHEMA.to_owned();
+    output.write_json(Conformance::FILE, &Conformance { rows: found, schema })?;
+    output.write_json(
+        "region.json",
+        &serde_json::json!({
+            "unit": "scaled",
+            "bounds": region.iter().collect::<std::collections::BTreeMap<_, _>>(),
+        }),
+    )?;
+    output.write("conformance.txt", table.as_bytes())?;
+    let place = output.finish()?;
+    note(table);
+    progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
+    Ok(())
+}
+
+/// The person's record along the population model, glucose as the sensor read it where it did (as in training).
+fn steps_of(person: &Person, twin: &Twin) -> Result<Vec<Seen>> {
+    let population: &PopulationModel = &twin.population;
+    let start = ReplayStart::SteadyState;
+    let rows = replay(person, population, population, start, MissingDoses::Zero)
+        .with_context(|| format!("person {}", person.id))?;
+    let first = person.record.len() - rows.len();
+    let inputs = person
+        .inputs(first..person.record.len(), MissingDoses::Zero)
+        .with_context(|| format!("person {}", person.id))?;
+    let scaler = population.scaler();
+    let stride = rows.len().div_ceil(STEPS).max(1);
+    Ok(rows
+        .iter()
+        .zip(&inputs)
+        .enumerate()
+        .step_by(stride)
+        .map(|(step, (row, input))| {
+            let mut states = row.states;
+            if let Some(reading) = person.record.cgm()[first + step] {
+                states[Compartment::Q1] = reading;
+            }
+            seen(twin, population, &scaler.scale(&states), input)
+        })
+        .collect())
+}
+
+fn seen(
+    twin: &Twin,
+    population: &PopulationModel,
+    state: &ScaledStates,
+    input: &StepInput,
+) -> Seen {
+    Seen {
+        residual: twin.residual_inputs(state, input).to_vec(),
+        population: population.seen_by(
+            Compartment::Q1,
+            state,
+            population.scaler().scale_input(input),
+        ),
+    }
+}
+
+fn table(rows: &[Row]) -> String {
+    use std::fmt::Write as _;
+    let mut text = format!(
+        "{:<9} {:<6} {:<11} {:<10} {:>14} {:>14} {:>9} {:>9}  {}\n",
+        "network",
+        "input",
+        "property",
+        "verdict",
+        "M at least",
+        "M at most",
+        "of steps",
+        "boxes",
+        "seconds"
+    );
+    for row in rows {
+        writeln!(
+            text,
+            "{:<9} {:<6} {:<11} {:<10} {:>14.7} {:>14.7} {:>8.3}% {:>9}  {:.1}",
+            row.network,
+            row.input,
+            "decreasing",
+            format!("{:?}", row.verdict).to_lowercase(),
+            row.m_lower,
+            row.m_upper,
+            100.0 * row.share_of_steps.unwrap_or(f64::NAN),
+            row.nodes,
+            row.seconds,
+        )
+        .expect("writing to a String cannot fail");
+    }
+    text
+}

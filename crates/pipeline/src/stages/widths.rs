@@ -1,0 +1,174 @@
+//! `widths`: hidden widths of the ten networks by Bayesian optimisation of the balanced error.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result, bail};
+use nn_statespace::training::TrainingConfig;
+use ode_sim::DevelopmentPlan;
+use physiology::Compartment;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::checkpoint::CheckpointFile;
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::profile::Profile;
+use crate::progress::{Progress, note};
+use crate::training_data;
+use development::width_search::{NETWORKS, Trial, best, error_of, next_widths};
+
+/// Settings of `widths`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// How much each training computes.
+    pub profile: Profile,
+    /// Trainings that explore the range of widths.
+    pub explore: usize,
+    /// Trainings of widths that the trials before them propose.
+    pub exploit: usize,
+    /// Trainings side by side while exploring; each takes some megabytes beside the common data.
+    pub at_once: usize,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of simulated days, initial weights and proposals.
+    pub seed: u64,
+}
+
+/// What a search trains, and on what.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Search {
+    simulated_weeks: usize,
+    training: TrainingConfig,
+    explore: usize,
+    seed: u64,
+}
+
+/// A search that was ended.
+#[derive(Debug, Serialize, Deserialize)]
+struct Ended {
+    settings: Search,
+    trials: Vec<Trial>,
+}
+
+fn plan(args: &Settings) -> DevelopmentPlan {
+    match args.profile {
+        Profile::Quick => DevelopmentPlan::quick(args.seed),
+        // A fiftieth of the paper's 46,200 weeks: a hundred trainings on all of them would take a day.
+        Profile::Paper => DevelopmentPlan {
+            meal_weeks: 10,
+            starts_per_week: 2,
+            additional_weeks: 324,
+            ..DevelopmentPlan::paper(args.seed)
+        },
+    }
+}
+
+fn config(args: &Settings) -> TrainingConfig {
+    match args.profile {
+        Profile::Quick => TrainingConfig::quick(args.seed),
+        Profile::Paper => TrainingConfig::working(args.seed),
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    if args.explore < 2 || args.at_once == 0 {
+        bail!(
+            "--explore {} must be at least 2 and --at-once {} at least 1",
+            args.explore,
+            args.at_once
+        );
+    }
+    let plan = plan(args);
+    let settings = Search {
+        simulated_weeks: plan.weeks(),
+        training: config(args),
+        explore: args.explore,
+        seed: args.seed,
+    };
+    let manifest = Manifest::new("widths", serde_json::to_value(&settings)?, Some(args.seed));
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let checkpoint = CheckpointFile::beside(&args.out);
+    let mut trials = resumed(&checkpoint, &settings);
+
+    let data = training_data::simulated(&plan)?;
+    let total = args.explore + args.exploit;
+    let progress = Progress::begin("widths", total);
+    for _ in &trials {
+        progress.advance("resumed");
+    }
+    while trials.len() < total {
+        // What explores does not depend on the trials before it.
+        let left = args.explore.saturating_sub(trials.len());
+        let count = left.min(args.at_once).max(1);
+        let proposed: Vec<[usize; NETWORKS]> = (0..count)
+            .map(|ahead| {
+                let mut known = trials.clone();
+                known.extend((0..ahead).map(|_| Trial { widths: [0; NETWORKS], error: None }));
+                next_widths(&known, args.explore, args.seed)
+            })
+            .collect::<Result<_, _>>()?;
+        let found: Vec<Trial> = proposed
+            .into_par_iter()
+            .map(|widths| Trial { widths, error: error_of(&widths, &settings.training, &data) })
+            .collect();
+        for trial in found {
+            progress
+                .advance(&trial.error.map_or("broke off".to_owned(), |e| format!("{e:.2} mg/dL")));
+            trials.push(trial);
+        }
+        let ended = Ended { settings: settings.clone(), trials: trials.clone() };
+        checkpoint.write(&serde_json::to_vec(&ended)?)?;
+    }
+    let best = best(&trials).context("every training broke off")?;
+    output.write_json(
+        "widths.json",
+        &serde_json::json!({
+            "schema": "widths/1",
+            "best": { "widths": named(&best.widths), "balanced_error_mg_dl": best.error },
+            "trials": trials,
+            "networks": Compartment::ALL.map(Compartment::name),
+            "explore": args.explore,
+            "data_sha256": data.sha256,
+            "config": settings,
+        }),
+    )?;
+    let mut widths = String::new();
+    for (name, width) in named(&best.widths) {
+        let _ = write!(widths, "{name} {width} ");
+    }
+    let error = best.error.unwrap_or(f64::NAN);
+    let place = output.finish()?;
+    checkpoint.remove();
+    progress.finish(&format!(
+        "{widths}with a balanced error of {error:.2} mg/dL, {}",
+        place.join("widths.json").display()
+    ));
+    Ok(())
+}
+
+/// The trials of a search that was ended, if it is this one.
+fn resumed(checkpoint: &CheckpointFile, settings: &Search) -> Vec<Trial> {
+    let Some(bytes) = checkpoint.read() else { return Vec::new() };
+    let place = checkpoint.path().display();
+    match serde_json::from_slice::<Ended>(&bytes) {
+        Ok(ended) if ended.settings == *settings => {
+            note(format!("widths: goes on from '{place}' after {} trials", ended.trials.len()));
+            ended.trials
+        }
+        Ok(_) => {
+            note(format!("widths: '{place}' is not used: it is of another search"));
+            Vec::new()
+        }
+        Err(error) => {
+            note(format!("widths: '{place}' is not used: {error}"));
+            Vec::new()
+        }
+    }
+}
+
+fn named(widths: &[usize; NETWORKS]) -> BTreeMap<&'static str, usize> {
+    Compartment::ALL.into_iter().map(|c| (c.name(), widths[c as usize])).collect()
+}

@@ -1,0 +1,174 @@
+//! `worlds`: cohorts with known effects, with their labels beside them.
+//!
+//! For experiments and for tuning: nothing here is blind.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result, bail, ensure};
+use cohort::{RecordsFormat, write_folder};
+use rayon::prelude::*;
+pub use world::Generator;
+use world::Regime;
+use world::blind::{Nuisances, Plan, PlannedEffect, PlannedWorld};
+
+use crate::labels::label;
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::Progress;
+
+/// How basal insulin is decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RegimeName {
+    /// A pump that follows its programme.
+    OpenLoop,
+    /// Automated insulin delivery.
+    ClosedLoop,
+}
+
+/// Settings of `worlds`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// What acts: an effect, two of them joined by `+`, or `none`.
+    pub effect: String,
+    /// Mean absolute shift of glucose that each effect is to cause, mg/dL.
+    pub shift: f64,
+    /// Generator of the bodies; all in turns if not given.
+    pub generator: Option<Generator>,
+    /// How basal insulin is decided; drawn if not given.
+    pub regime: Option<RegimeName>,
+    /// People in each world.
+    pub people: usize,
+    /// Days of each.
+    pub days: usize,
+    /// Missing heart rates, gaps, uneven days and unlogged set changes as in a blind check.
+    pub nuisances: bool,
+    /// Worlds.
+    pub count: usize,
+    /// In place of one effect: this many worlds with effects, mixed as in a blind check.
+    pub mixture: Option<usize>,
+    /// With `mixture`: worlds without an effect.
+    pub nulls: usize,
+    /// Output folder.
+    pub out: PathBuf,
+    /// Seed of the worlds.
+    pub seed: u64,
+}
+
+/// Most worlds of one run.
+const MOST_WORLDS: usize = 10_000;
+/// Most people and days of a world.
+const MOST_PEOPLE: usize = 1_000;
+const MOST_DAYS: usize = 366;
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let planned = plan(args)?;
+    let config = serde_json::json!({
+        "effect": args.effect,
+        "shift_mg_dl": args.shift,
+        "generator": args.generator.map(Generator::name),
+        "regime": args.regime,
+        "people": args.people,
+        "days": args.days,
+        "nuisances": args.nuisances,
+        "mixture": args.mixture,
+        "nulls": args.nulls,
+        "count": args.count,
+    });
+    let manifest = Manifest::new("worlds", config, Some(args.seed));
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    let progress = Progress::begin("worlds", planned.len());
+    let labels = planned
+        .par_iter()
+        .enumerate()
+        .map(|(place, planned)| {
+            let id = format!("{:03}", place + 1);
+            let world = planned.realise().with_context(|| format!("world {id}"))?;
+            let cohort = world.cohort().with_context(|| format!("world {id}"))?;
+            let folder = output.path().join(&id).join("cohort");
+            write_folder(&cohort, &folder, RecordsFormat::Parquet)
+                .with_context(|| format!("world {id}"))?;
+            let label = label(&id, &world)?;
+            output.write_json(&format!("{id}/label.json"), &label)?;
+            progress.advance(&id);
+            Ok(label)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    output.write_json("labels.json", &labels)?;
+    let place = output.finish()?;
+    progress.finish(&format!("{} worlds in {}", labels.len(), place.display()));
+    Ok(())
+}
+
+/// The worlds that were asked for.
+fn plan(args: &Settings) -> Result<Vec<PlannedWorld>> {
+    ensure!((0.1..=100.0).contains(&args.shift), "--shift {} must be from 0.1 to 100", args.shift);
+    for (name, value, most) in [
+        ("--count", args.count, MOST_WORLDS),
+        ("--people", args.people, MOST_PEOPLE),
+        ("--days", args.days, MOST_DAYS),
+    ] {
+        ensure!((1..=most).contains(&value), "{name} {value} must be from 1 to {most}");
+    }
+    if let Some(worlds) = args.mixture {
+        let asked = worlds.saturating_add(args.nulls);
+        ensure!(
+            (1..=MOST_WORLDS).contains(&asked),
+            "{asked} worlds; from 1 to {MOST_WORLDS} can be"
+        );
+        let plan = match args.generator {
+            Some(generator) => Plan::calibration(worlds, args.nulls, generator),
+            None => Plan::check(worlds, args.nulls),
+        };
+        return Ok(plan.worlds(args.seed));
+    }
+    let effects = effects(&args.effect, args.shift)?;
+    // A plan of nulls draws seeds and dates.
+    let nulls = Plan { nulls: args.count, ..Plan::check(0, 0) };
+    let worlds =
+        nulls.worlds(args.seed).into_iter().enumerate().map(|(index, drawn)| PlannedWorld {
+            effects: effects.clone(),
+            generator: args.generator.unwrap_or(Generator::ALL[index % Generator::ALL.len()]),
+            regime: args.regime.map_or(drawn.regime, |regime| match regime {
+                RegimeName::OpenLoop => Regime::OpenLoopPump,
+                RegimeName::ClosedLoop => Regime::Aid,
+            }),
+            people: args.people,
+            days: args.days,
+            nuisances: if args.nuisances { drawn.nuisances } else { Nuisances::default() },
+            ..drawn
+        });
+    Ok(worlds.collect())
+}
+
+/// The effects of `NAME`, `NAME+NAME` or `none`.
+fn effects(names: &str, shift: f64) -> Result<Vec<(PlannedEffect, f64)>> {
+    if names == "none" {
+        return Ok(Vec::new());
+    }
+    names
+        .split('+')
+        .map(|name| match PlannedEffect::from_name(name) {
+            Some(effect) => Ok((effect, shift)),
+            None => {
+                let known: Vec<&str> = PlannedEffect::all().map(PlannedEffect::name).collect();
+                bail!("there is no effect '{name}'; give none or one of {}", known.join(", "))
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_are_named_alone_and_together() {
+        assert_eq!(effects("none", 5.0).expect("known"), []);
+        let two = effects("dawn+illness", 5.0).expect("known");
+        assert_eq!(two.iter().map(|(e, _)| e.name()).collect::<Vec<_>>(), ["dawn", "illness"]);
+        let error = effects("dusk", 5.0).expect_err("unknown").to_string();
+        assert!(error.contains("'dusk'") && error.contains("compression_lows"), "{error}");
+    }
+}
