@@ -248,7 +248,7 @@ mod tests {
         #[test]
         fn it_is_the_step_of_the_plant(
             insulin in prop::array::uniform3(0.0..30.0f64), x1 in 0.0..0.05f64, x2 in 0.0..0.05f64,
-            x3 in 0.0..1.6f64, q1 in 1.0..60.0f64, q2 in 0.5..40.0f64,
+            x3 in 0.0..1.6f64, q1 in 0.2..4.0f64, q2 in 0.2..4.0f64,
             gut in prop::array::uniform2(0.0..5.0f64), carbs in 0.0..90.0f64, bolus in 0.0..9.0f64,
             flux in -0.02..0.02f64, times in prop::array::uniform2(0.5..2.0f64), clamped: bool,
         ) {
