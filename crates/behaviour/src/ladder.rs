@@ -1,8 +1,10 @@
 //! Ladders of doses, run freely and compared rung by rung.
 
+use contract::Document as _;
+use contract::trajectories::{Check, Finding, Rung, Trajectories, WorstCase};
 use physiology::{Grams, MgPerDl, Plant, STEP, STEPS_PER_DAY, StepInput, Units, UnitsPerHour};
 
-use crate::report::{BehaviourError, BehaviourReport, Check, Finding, Rung, WorstCase};
+use crate::error::BehaviourError;
 
 /// A model at rest.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,8 +81,9 @@ pub fn check<P: Plant, R: Plant>(
     model: &Subject<'_, P>,
     reference: &Subject<'_, R>,
     rule: &CheckRule,
-) -> Result<BehaviourReport, BehaviourError> {
-    let mut report = BehaviourReport {
+) -> Result<Trajectories, BehaviourError> {
+    let mut report = Trajectories {
+        schema: Trajectories::SCHEMA.to_owned(),
         passed: true,
         findings: Vec::new(),
         rungs: Vec::new(),

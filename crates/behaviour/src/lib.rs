@@ -31,8 +31,9 @@
 //! # Ok::<(), behaviour::BehaviourError>(())
 //! ```
 
+mod error;
 mod ladder;
-mod report;
 
+pub use contract::trajectories::{Check, Finding, Rung, Trajectories, WorstCase};
+pub use error::BehaviourError;
 pub use ladder::{CheckRule, Rest, Subject, check};
-pub use report::{BehaviourError, BehaviourReport, Check, Finding, Rung, WorstCase};

@@ -1,6 +1,6 @@
 //! Models with one wrong answer each: the check for it fails, and only that.
 
-use behaviour::{BehaviourError, BehaviourReport, Check, CheckRule, Rest, Subject, check};
+use behaviour::{BehaviourError, Check, CheckRule, Rest, Subject, Trajectories, check};
 use ode_sim::{OdeParameters, OdePlant, OdeState, steady_state};
 use physiology::{Kilograms, MgPerDl, NonFinite, Plant, States, StepInput, Units, UnitsPerHour};
 
@@ -36,7 +36,7 @@ fn rest(glucose: MgPerDl) -> Result<Rest<OdeState>, String> {
     Ok(Rest { state: found.state, basal: found.basal, is_steady: true })
 }
 
-fn checked(tamper: fn(&mut StepInput)) -> BehaviourReport {
+fn checked(tamper: fn(&mut StepInput)) -> Trajectories {
     let plant = OdePlant::reproduction(OdeParameters::nominal(), WEIGHT);
     let ode = Subject { plant: &plant, rest: &rest };
     let tampered = Tampered { plant, tamper };
@@ -44,7 +44,7 @@ fn checked(tamper: fn(&mut StepInput)) -> BehaviourReport {
     check(&model, &ode, &CheckRule::working()).expect("runs")
 }
 
-fn failed(report: &BehaviourReport) -> Vec<Check> {
+fn failed(report: &Trajectories) -> Vec<Check> {
     report.findings.iter().filter(|f| !f.passed).map(|f| f.check).collect()
 }
 

@@ -1,7 +1,6 @@
 //! Split trees that a checker can follow without the search that found them.
 
-use contract::conformance::Direction;
-use serde::Serialize;
+use contract::certificates::{Certificate, TreeNode};
 
 use crate::bound::{Bounded, Search};
 use crate::error::ConformanceError;
@@ -9,43 +8,6 @@ use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::Region;
 use crate::share::slope_sum;
-
-/// A proof that a slope against a property is at most `claim` over a box; `certificate` checks it, the format is
-/// described there.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Certificate {
-    /// Output name of the network.
-    pub network: String,
-    /// The tested input.
-    pub input: String,
-    /// The direction asked for.
-    pub property: Direction,
-    /// Upper bound, scaled output per minute per scaled input.
-    pub claim: f64,
-    /// Neurons that share a hyperplane, in groups of two or more; the first gives its side.
-    pub together: Vec<Vec<usize>>,
-    /// The tree in the order node, lower half, upper half.
-    pub tree: Vec<TreeNode>,
-}
-
-/// A node of a certificate's tree.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum TreeNode {
-    /// A box that is halved.
-    Split {
-        /// The input across which.
-        split: String,
-        /// The value at which, scaled.
-        at: f64,
-    },
-    /// A box whose bound is at most the claim.
-    Leaf {
-        /// Pairs of neurons, each the first of its group, whose hopes exclude each other, and the input whose weight vanishes
-        /// in the combination that shows it.
-        apart: Vec<(usize, usize, String)>,
-    },
-}
 
 /// The certificate that a slope against `property` is at most `claim`, in at most so many nodes; `None` if the search's own
 /// splits do not show it in as many.

@@ -71,9 +71,9 @@ pub enum ConformanceError {
     /// `region.json` is not JSON of the expected form.
     #[error(
         "region: not of the form {{\"unit\": \"scaled\" or \"physical\", \"bounds\": {{name: [lo, \
-         hi]}}}}"
+         hi]}}}}: {0}"
     )]
-    RegionForm(#[source] serde_json::Error),
+    RegionForm(contract::ContractError),
     /// The region could not be read.
     #[error("region: not readable")]
     RegionRead(#[source] std::io::Error),

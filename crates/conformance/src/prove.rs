@@ -1,11 +1,11 @@
 //! From bounds to proofs: a certificate for each row whose bound is not above 0, checked by another program.
 
-use std::collections::BTreeMap;
-
+use contract::certificates::{Certificate, Certificates};
 use contract::conformance::{Grounds, Row, Verdict};
+use contract::{Document as _, RegionFile};
 use sha2::{Digest as _, Sha256};
 
-use crate::certificate::{Certificate, certify};
+use crate::certificate::certify;
 use crate::error::ConformanceError;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
@@ -59,7 +59,7 @@ pub fn prove(
             None => (row.verdict, row.grounds) = (Verdict::Undecided, None),
         }
     }
-    let file = sealed(&found, model, region);
+    let file = sealed(found, model, region);
     let accepted = check(&file).map_err(|reason| ConformanceError::Rejected { reason })?;
     for row in rows.iter_mut().filter(|row| row.grounds == Some(Grounds::Bound)) {
         let is_accepted = accepted.iter().any(|claim| {
@@ -74,17 +74,18 @@ pub fn prove(
     Ok(Proofs { file, accepted: accepted.len() })
 }
 
-fn sealed(certificates: &[Certificate], model: &[u8], region: &Region) -> Vec<u8> {
-    let mut file = serde_json::json!({
-        "schema": "certificate/1",
-        "model_sha256": hexadecimal(&Sha256::digest(model)),
-        "half_spaces": region.half_spaces(),
-        "bounds": region.iter().collect::<BTreeMap<_, _>>(),
-        "certificates": certificates,
-    });
-    let bytes = |file: &serde_json::Value| file.to_string().into_bytes();
-    let seal = hexadecimal(&Sha256::digest(bytes(&file)));
-    file["sha256"] = seal.into();
+fn sealed(certificates: Vec<Certificate>, model: &[u8], region: &Region) -> Vec<u8> {
+    let RegionFile { bounds, half_spaces, .. } = region.file();
+    let mut file = Certificates {
+        bounds,
+        certificates,
+        half_spaces,
+        model_sha256: hexadecimal(&Sha256::digest(model)),
+        schema: Certificates::SCHEMA.to_owned(),
+        sha256: String::new(),
+    };
+    let bytes = |file: &Certificates| serde_json::to_vec(file).expect("numbers, names and lists");
+    file.sha256 = hexadecimal(&Sha256::digest(bytes(&file)));
     bytes(&file)
 }
 

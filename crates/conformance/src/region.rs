@@ -6,11 +6,9 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::io::Read;
 
-use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use contract::region::{HalfSpace, RegionFile, Unit};
 
 use crate::error::ConformanceError;
 use crate::exact::Dyadic;
@@ -52,16 +50,6 @@ pub struct Region {
     half_spaces: Vec<HalfSpace>,
 }
 
-/// The points at which a weighted sum of signals is at most a number, scaled units.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct HalfSpace {
-    /// Weight of each signal; those that are not named have none.
-    pub weights: BTreeMap<String, f64>,
-    /// The largest value of the sum.
-    pub at_most: f64,
-}
-
 /// The part of a [`Region`] that one network sees: bounds in the order of its inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoxRegion {
@@ -95,11 +83,11 @@ impl Region {
     /// # Errors
     /// The `Region...` variants of [`ConformanceError`], and [`ConformanceError::Scaling`].
     pub fn from_json(mut source: impl Read, signals: &[Signal]) -> Result<Self, ConformanceError> {
-        let mut text = String::new();
-        source.read_to_string(&mut text).map_err(ConformanceError::RegionRead)?;
-        let file: RegionFile = serde_json::from_str(&text).map_err(ConformanceError::RegionForm)?;
+        let mut bytes = Vec::new();
+        source.read_to_end(&mut bytes).map_err(ConformanceError::RegionRead)?;
+        let file: RegionFile = contract::read(&bytes).map_err(ConformanceError::RegionForm)?;
         let mut region = Self { bounds: BTreeMap::new(), half_spaces: Vec::new() };
-        for (name, interval) in file.bounds.0 {
+        for (name, interval) in file.bounds {
             let signal = signals.iter().find(|signal| signal.name == name).ok_or_else(|| {
                 ConformanceError::RegionUnknown {
                     signal: name.clone(),
@@ -116,7 +104,7 @@ impl Region {
         for half_space in file.half_spaces {
             let half_space = match file.unit {
                 Unit::Scaled => half_space,
-                Unit::Physical => half_space.to_scaled(signals, &region)?,
+                Unit::Physical => half_space_to_scaled(&half_space, signals, &region)?,
             };
             region = region.within(half_space.weights, half_space.at_most)?;
         }
@@ -148,6 +136,16 @@ impl Region {
         }
         self.half_spaces.push(HalfSpace { weights, at_most });
         Ok(self)
+    }
+
+    /// The region as `region.json`, scaled units.
+    #[must_use]
+    pub fn file(&self) -> RegionFile {
+        RegionFile {
+            bounds: self.bounds.clone(),
+            half_spaces: self.half_spaces.clone(),
+            unit: Unit::Scaled,
+        }
     }
 
     /// The half-spaces, in the order in which they were named.
@@ -324,65 +322,26 @@ fn to_scaled(signal: &Signal, [lower, upper]: [f64; 2]) -> Result<[f64; 2], Conf
     Ok([down, up])
 }
 
-impl HalfSpace {
-    /// From physical units: `sum of w (centre + scale x)`, the bound rounded outwards.
-    fn to_scaled(&self, signals: &[Signal], region: &Region) -> Result<Self, ConformanceError> {
-        let (mut at_most, mut size) = (self.at_most, self.at_most.abs());
-        let mut weights = BTreeMap::new();
-        for (name, weight) in &self.weights {
-            let scaling =
-                signals.iter().find(|signal| signal.name == *name).and_then(|s| s.scaling);
-            let Some(Scaling { centre, scale }) = scaling else {
-                return Err(ConformanceError::RegionNoScaling { signal: name.clone() });
-            };
-            let reach = region.bounds(name).map_or(0.0, |[l, u]| l.abs().max(u.abs()));
-            at_most -= weight * centre;
-            size += (weight * centre).abs() + (weight * scale).abs() * reach;
-            weights.insert(name.clone(), weight * scale);
-        }
-        let slack = 4.0 * (self.weights.len() as f64 + 2.0) * f64::EPSILON * size;
-        Ok(Self { weights, at_most: at_most + slack })
+/// From physical units: `sum of w (centre + scale x)`, the bound rounded outwards.
+fn half_space_to_scaled(
+    from: &HalfSpace,
+    signals: &[Signal],
+    region: &Region,
+) -> Result<HalfSpace, ConformanceError> {
+    let (mut at_most, mut size) = (from.at_most, from.at_most.abs());
+    let mut weights = BTreeMap::new();
+    for (name, weight) in &from.weights {
+        let scaling = signals.iter().find(|signal| signal.name == *name).and_then(|s| s.scaling);
+        let Some(Scaling { centre, scale }) = scaling else {
+            return Err(ConformanceError::RegionNoScaling { signal: name.clone() });
+        };
+        let reach = region.bounds(name).map_or(0.0, |[l, u]| l.abs().max(u.abs()));
+        at_most -= weight * centre;
+        size += (weight * centre).abs() + (weight * scale).abs() * reach;
+        weights.insert(name.clone(), weight * scale);
     }
-}
-
-#[derive(Deserialize)]
-struct RegionFile {
-    unit: Unit,
-    bounds: Bounds,
-    #[serde(default)]
-    half_spaces: Vec<HalfSpace>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Unit {
-    Scaled,
-    Physical,
-}
-
-/// The entries of `bounds` as written, so that a repeated name can be refused.
-struct Bounds(Vec<(String, [f64; 2])>);
-
-impl<'de> Deserialize<'de> for Bounds {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entries;
-        impl<'de> Visitor<'de> for Entries {
-            type Value = Bounds;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("an object of [lower, upper] pairs")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Bounds, A::Error> {
-                let mut entries = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    entries.push(entry);
-                }
-                Ok(Bounds(entries))
-            }
-        }
-        deserializer.deserialize_map(Entries)
-    }
+    let slack = 4.0 * (from.weights.len() as f64 + 2.0) * f64::EPSILON * size;
+    Ok(HalfSpace { weights, at_most: at_most + slack })
 }
 
 #[cfg(test)]
@@ -421,6 +380,7 @@ mod tests {
             (r#"{"unit": "scaled", "bounds": {"Q9": [0, 1]}}"#, "unknown signal 'Q9'"),
             (r#"{"unit": "scaled", "bounds": {"Q1": [2, 1]}}"#, "above its upper bound"),
             (r#"{"unit": "scaled", "bounds": {"Q1": [0, 1], "Q1": [0, 2]}}"#, "bounded twice"),
+            (r#"{"unit": "scaled", "bounds": {}, "bound": {}}"#, "unknown field `bound`"),
             (r#"{"unit": "physical", "bounds": {"X1": [0, 1]}}"#, "scaling is unknown"),
             (r#"{"unit": "mg", "bounds": {}}"#, "not of the form"),
             (r#"{"unit": "scaled", "bounds": {"Q1": [0]}}"#, "not of the form"),

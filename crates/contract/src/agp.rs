@@ -45,10 +45,6 @@ impl Document for GlucoseProfile {
     const FILE: &'static str = "agp.json";
     const SCHEMA: &'static str = "agp/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self) -> Result<(), ContractError> {
         [&self.observed, &self.twin].into_iter().try_for_each(|of| {
             let series = [

@@ -13,17 +13,17 @@ mod seal;
 pub use answer::{Answer, Outcome, Verdict};
 pub use calibration::{CalibrationTable, CalibrationWorld};
 pub use ceiling::{Ceiling, ExactCourse};
-pub use label::{Kind, Label, PortCourse, TrueCell, TrueEffect, TrueWhere};
+pub use label::{Kind, Label, Labels, PortCourse, TrueCell, TrueEffect, TrueWhere};
 pub use places::{ContextScore, CoverageScore, EquationScore, WhereScore, WorldWhere};
 pub use planted::{
     CalibratedPeople, EvidencePair, PlantedCheck, PlantedLabel, PlantedRow, PlantedTotals,
 };
-pub use realism::{Group, PersonStatistics, Quantiles, Realism, StatisticRow};
+pub use realism::{Group, People, PersonStatistics, Quantiles, Realism, StatisticRow};
 pub use scores::{
     AmplitudeRecovery, Bound, Confusion, ConfusionRow, HandRow, PairScore, PowerRow, Reliability,
     ReliabilityBin, Share, Target,
 };
-pub use seal::{OpenedLabel, Seal, SealedWorld};
+pub use seal::{OpenedLabel, OpenedLabels, Seal, SealedWorld};
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};

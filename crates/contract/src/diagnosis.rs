@@ -76,10 +76,6 @@ pub struct Diagnosis<C = serde_json::Value> {
 impl<C: Serialize + DeserializeOwned> Document for Diagnosis<C> {
     const FILE: &'static str = "diagnosis.json";
     const SCHEMA: &'static str = "diagnosis/2";
-
-    fn schema(&self) -> &str {
-        &self.schema
-    }
 }
 
 /// The answer of a diagnosis.

@@ -80,10 +80,6 @@ impl Document for ExampleDay {
     const FILE: &'static str = "example_day.json";
     const SCHEMA: &'static str = "example-day/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self) -> Result<(), ContractError> {
         let closest = self.closest.as_ref().map(|series| ("closest", series.len()));
         let series = [

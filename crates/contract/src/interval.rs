@@ -13,6 +13,19 @@ pub struct Spread {
     pub sd: f64,
 }
 
+/// Number, mean and standard deviation of values.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Summary {
+    /// Number of values.
+    pub n: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Sample standard deviation; null for a single value.
+    pub sd: Option<f64>,
+}
+
 /// A number with the ends of its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -3,9 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::document::documents;
-use crate::{Spread, WithInterval};
+use crate::{Spread, Summary, WithInterval};
 
-documents! { OutcomesTable: "outcomes.json", "outcomes/1"; }
+documents! {
+    OutcomesTable: "outcomes.json", "outcomes/1";
+    Exclusions: "exclusions.json", "";
+}
 
 /// `outcomes.json`: the six outcomes of every method, and forecast errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,6 +69,11 @@ pub struct ExclusionRow {
     /// Why.
     pub reason: String,
 }
+
+/// People left out of an evaluation that judges too few for a test: in place of the outcomes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct Exclusions(pub Vec<ExclusionRow>);
 
 /// One method against the sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,6 +137,29 @@ pub struct OutcomeRow {
     /// The p that the same scatter between people would give without any bias: where it is above the
     /// level, so few people cannot show equivalence.
     pub p_unbiased: f64,
+}
+
+/// One outcome of one method against the real ones: the paper's table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Equivalence {
+    /// `tir`, `tar`, `tbr`, `lbgi`, `hbgi` or `mg`.
+    pub metric: String,
+    /// Its unit; empty where dimensionless.
+    pub unit: String,
+    /// Equivalence margin in that unit.
+    pub margin: f64,
+    /// Of the real outcome, in that unit.
+    pub actual: Summary,
+    /// Of the simulated outcome, in that unit.
+    pub simulated: Summary,
+    /// Simulated minus actual with the interval of the two one-sided t-tests.
+    pub difference: WithInterval,
+    /// The larger p of the two one-sided tests.
+    pub p: f64,
+    /// Whether p is below the level.
+    pub equivalent: bool,
 }
 
 /// A figure of the twin against the same figure of another method, compared within people.

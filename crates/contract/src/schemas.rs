@@ -8,10 +8,16 @@ use std::path::{Path, PathBuf};
 use schemars::{JsonSchema, schema_for};
 use serde_json::{Map, Value};
 
-use crate::blind_check::{BlindCheck, CalibrationTable, PlantedCheck, Realism, Seal};
+use crate::bench::{DiagnosisBench, MealsBench, TrainingStepBench, TwinsBench};
+use crate::blind_check::{
+    BlindCheck, CalibrationTable, Label, Labels, OpenedLabels, People, PlantedCheck, Realism, Seal,
+};
+use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
+use crate::posterior::{PosteriorCard, StatisticNames};
 use crate::{
-    Conformance, Diagnosis, Document, ExampleDay, GlucoseProfile, Manifest, OutcomesTable,
-    Training, TwinsTable, WhatIf,
+    Baselines, Certificates, Conformance, Diagnosis, Document, EffectTwins, ExampleDay, Exclusions,
+    GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile, Repair,
+    RunErrors, SteadyStates, Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
 };
 
 /// What follows this line in `docs/outputs.md` is made from the types.
@@ -25,6 +31,24 @@ struct Described {
     schema: Value,
 }
 
+impl Described {
+    /// The name of its schema's file: the schema name, or the type's for a file that has none.
+    fn stem(&self) -> String {
+        if !self.name.is_empty() {
+            return self.name.replace('/', "-");
+        }
+        let title = self.schema["title"].as_str().unwrap_or_default();
+        let dashed: String = title
+            .char_indices()
+            .map(|(place, letter)| match letter {
+                capital if capital.is_uppercase() && place > 0 => format!("-{capital}"),
+                other => other.to_string(),
+            })
+            .collect();
+        dashed.to_lowercase()
+    }
+}
+
 fn described<T: Document + JsonSchema>() -> Described {
     Described { file: T::FILE, name: T::SCHEMA, schema: schema_for!(T).to_value() }
 }
@@ -32,19 +56,44 @@ fn described<T: Document + JsonSchema>() -> Described {
 fn all() -> Vec<Described> {
     vec![
         described::<Manifest>(),
+        described::<ImportReport>(),
+        described::<DevelopmentSetSummary>(),
+        described::<ScalerSummary>(),
+        described::<WidthSearch>(),
         described::<Training>(),
+        described::<RegionFile>(),
         described::<Conformance>(),
+        described::<Certificates>(),
+        described::<Repair>(),
+        described::<HeldOut>(),
+        described::<SteadyStates>(),
+        described::<Trajectories>(),
         described::<TwinsTable>(),
+        described::<RunErrors>(),
+        described::<Baselines>(),
         described::<OutcomesTable>(),
+        described::<Exclusions>(),
         described::<GlucoseProfile>(),
         described::<WhatIf>(),
         described::<ExampleDay>(),
         described::<Diagnosis>(),
+        described::<EffectTwins>(),
+        described::<Meals>(),
         described::<BlindCheck>(),
         described::<Seal>(),
+        described::<OpenedLabels>(),
+        described::<Label>(),
+        described::<Labels>(),
         described::<CalibrationTable>(),
         described::<PlantedCheck>(),
         described::<Realism>(),
+        described::<People>(),
+        described::<StatisticNames>(),
+        described::<PosteriorCard>(),
+        described::<DiagnosisBench>(),
+        described::<MealsBench>(),
+        described::<TrainingStepBench>(),
+        described::<TwinsBench>(),
     ]
 }
 
@@ -70,7 +119,7 @@ fn agrees(path: &Path, expected: &str) {
 #[test]
 fn schemas_are_those_of_the_types() {
     for document in all() {
-        let name = document.name.replace('/', "-");
+        let name = document.stem();
         let text = serde_json::to_string_pretty(&document.schema).expect("JSON") + "\n";
         agrees(&docs().join("schemas").join(format!("{name}.schema.json")), &text);
     }
@@ -83,14 +132,18 @@ fn the_page_of_outputs_lists_every_key() {
     let (written, _) = page.split_once(MARK).expect("the mark of docs/outputs.md");
     let mut text = format!("{written}{MARK}");
     for document in all() {
-        let name = document.name.replace('/', "-");
         let what = sentence(&document.schema);
+        let schema = match document.name {
+            "" => "Schema".to_owned(),
+            name => format!("Schema `{name}`"),
+        };
         let _ = write!(
             text,
-            "\n## `{}`\n\n{what} Schema `{}`: `docs/schemas/{name}.schema.json`.\n\n| key | type | meaning |\n|---|---|---|\n",
-            document.file, document.name
+            "\n## `{}`\n\n{what} {schema}: `docs/schemas/{}.schema.json`.\n\n| key | type | meaning |\n|---|---|---|\n",
+            document.file,
+            document.stem()
         );
-        rows(&mut text, &document.schema, &document.schema, "", &mut BTreeMap::new());
+        text += &table(&document.schema);
     }
     agrees(&path, &text);
 }
@@ -98,12 +151,21 @@ fn the_page_of_outputs_lists_every_key() {
 #[test]
 fn every_key_is_described() {
     for document in all() {
-        let mut text = String::new();
-        rows(&mut text, &document.schema, &document.schema, "", &mut BTreeMap::new());
-        for line in text.lines() {
+        for line in table(&document.schema).lines() {
             assert!(!line.ends_with("|  |"), "{}: no meaning: {line}", document.file);
         }
     }
+}
+
+/// The rows of a document: its keys, or those of what it lists.
+fn table(schema: &Value) -> String {
+    let mut text = String::new();
+    let (words, within) = kind(schema, schema);
+    match within {
+        Some((object, path)) => rows(&mut text, schema, object, path, &mut BTreeMap::new()),
+        None => text = format!("| `[]` | {words} | {} |\n", sentence(schema)),
+    }
+    text
 }
 
 /// A row for each key of an object, and for those of the objects within; an object that was listed before is

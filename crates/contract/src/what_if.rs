@@ -81,10 +81,6 @@ impl Document for WhatIf {
     const FILE: &'static str = "what_if.json";
     const SCHEMA: &'static str = "what-if/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self) -> Result<(), ContractError> {
         self.curves.iter().try_for_each(|curve| {
             let series = [

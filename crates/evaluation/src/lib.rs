@@ -48,6 +48,6 @@ pub use models::{Model, PersonModels};
 pub use person::{MethodResult, PersonEvaluation, ScenarioEvaluation};
 pub use scenario::Scenario;
 pub use settings::{AVERAGE_WEIGHT, EvaluationSettings, ode_baseline};
-pub use spread::{HeldOutRun, QuantileMap, RunError, held_out_runs};
+pub use spread::{HeldOutRun, drawn_course, held_out_runs, run_error, run_errors_by_person};
 pub use tables::{outcomes_table, twins_table};
 pub use what_if::{TOLERANCE, paper_plan, what_if};

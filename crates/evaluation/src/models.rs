@@ -9,7 +9,6 @@ use twins::Twin;
 
 use crate::method::Method;
 use crate::settings::ode_baseline;
-use crate::spread::RunError;
 
 /// A model of a person.
 #[derive(Debug, Clone)]

@@ -19,7 +19,7 @@ use crate::models::{Model, PersonModels};
 use crate::readings::readings;
 use crate::scenario::Scenario;
 use crate::settings::EvaluationSettings;
-use crate::spread::RunError;
+use crate::spread::drawn_course;
 
 /// One person's figures.
 #[derive(Debug, Clone)]
@@ -204,7 +204,9 @@ impl Judge<'_> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.settings.bootstrap.seed);
         // Streams by person; those of the bootstrap are its own.
         rng.set_stream(self.cut.test.first().map_or(0, |window| window.person as u64));
-        (0..COURSES).map(|_| runs.iter().map(|run| error.draw(run, &mut rng)).collect()).collect()
+        (0..COURSES)
+            .map(|_| runs.iter().map(|run| drawn_course(error, run, &mut rng)).collect())
+            .collect()
     }
 
     /// Runs of each plant, and how many starts of the first are not at rest.

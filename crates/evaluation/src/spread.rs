@@ -12,12 +12,12 @@
 use std::collections::BTreeMap;
 
 use cohort::Person;
+use contract::run_errors::{QuantileMap, RunError, RunErrors};
 use nn_statespace::PopulationModel;
 use physiology::{MgPerDl, STEPS_PER_HOUR};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use serde::{Deserialize, Serialize};
 use twins::{
     PersonWindows, Protocol, SteadyStates, Twin, inputs_within, measured, window_starts_with,
 };
@@ -69,148 +69,128 @@ const LEVELS: usize = 250;
 /// Courses drawn around each run to learn a map.
 const COURSES_OF_MAP: usize = 4;
 
-/// The error of free runs of one person's twin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RunError {
-    /// Share of the error of the logarithm of glucose that is left after half an hour.
-    pub left: f64,
-    /// Standard deviation of what half an hour adds.
-    pub added: f64,
-    /// From glucose that is drawn with such errors to what is measured as often.
-    pub map: QuantileMap,
+/// The errors of each of `people` by their own runs; somebody with too few gets the errors of all.
+/// `None` where no run is longer than an hour.
+pub fn run_errors_by_person<'a>(
+    people: impl IntoIterator<Item = &'a str>,
+    runs: &BTreeMap<&str, Vec<HeldOutRun>>,
+    rng: &mut ChaCha8Rng,
+) -> Option<RunErrors> {
+    let usual = run_error(runs.values().flatten(), rng)?;
+    let mut of = |id: &str| {
+        let own = runs.get(id).filter(|runs| runs.len() >= LEAST_RUNS);
+        own.and_then(|runs| run_error(runs, rng)).unwrap_or_else(|| usual.clone())
+    };
+    Some(RunErrors(people.into_iter().map(|id| (id.to_owned(), of(id))).collect()))
 }
 
-impl RunError {
-    /// The errors of each of `people` by their own runs; somebody with too few gets the errors of all. `None` where no run is
-    /// longer than an hour.
-    pub fn by_person<'a>(
-        people: impl IntoIterator<Item = &'a str>,
-        runs: &BTreeMap<&str, Vec<HeldOutRun>>,
-        rng: &mut ChaCha8Rng,
-    ) -> Option<BTreeMap<&'a str, Self>> {
-        let usual = Self::fit(runs.values().flatten(), rng)?;
-        let mut of = |id: &str| {
-            let own = runs.get(id).filter(|runs| runs.len() >= LEAST_RUNS);
-            own.and_then(|runs| Self::fit(runs, rng)).unwrap_or_else(|| usual.clone())
-        };
-        Some(people.into_iter().map(|id| (id, of(id))).collect())
+/// Fits the errors of some runs, which should be of days that did not train the twin. Both courses
+/// of a pair are of one length and start with the same glucose, mg/dL: measured, then simulated.
+/// `None` where no run is longer than an hour.
+#[must_use]
+pub fn run_error<'a>(
+    runs: impl IntoIterator<Item = &'a HeldOutRun>,
+    rng: &mut ChaCha8Rng,
+) -> Option<RunError> {
+    let runs: Vec<&HeldOutRun> =
+        runs.into_iter().filter(|(measured, _)| measured.len() > SETTING_IN).collect();
+    let (mut xx, mut xy) = (0.0, 0.0);
+    let mut pairs = Vec::new();
+    for (measured, simulated) in &runs {
+        let nodes = measured.iter().zip(simulated).step_by(SPACING);
+        let errors: Vec<f64> = nodes.map(|(m, s)| (read(*m) / read(*s)).ln()).collect();
+        pairs.extend(errors.windows(2).map(|pair| (pair[0], pair[1])));
     }
+    if pairs.is_empty() {
+        return None;
+    }
+    for (before, now) in &pairs {
+        xx += before * before;
+        xy += before * now;
+    }
+    let left = if xx > 0.0 { (xy / xx).clamp(0.0, MOST_LEFT) } else { 0.0 };
+    let squares: f64 = pairs.iter().map(|(before, now)| (now - left * before).powi(2)).sum();
+    let added = (squares / pairs.len() as f64).sqrt();
+    let mut fit = RunError { left, added, map: QuantileMap::default() };
+    let (mut drawn, mut seen) = (Vec::new(), Vec::new());
+    for (measured, simulated) in runs {
+        seen.extend(measured[SETTING_IN..].iter().map(|glucose| read(*glucose)));
+        let run: Vec<MgPerDl> = simulated.iter().map(|glucose| MgPerDl(*glucose)).collect();
+        for _ in 0..COURSES_OF_MAP {
+            drawn.extend(
+                drawn_course(&fit, &run, rng)[SETTING_IN..].iter().map(|glucose| glucose.0),
+            );
+        }
+    }
+    fit.map = map_between(drawn, seen);
+    Some(fit)
+}
 
-    /// Fits the errors of some runs, which should be of days that did not train the twin. Both courses
-    /// of a pair are of one length and start with the same glucose, mg/dL: measured, then simulated.
-    /// `None` where no run is longer than an hour.
-    #[must_use]
-    pub fn fit<'a>(
-        runs: impl IntoIterator<Item = &'a HeldOutRun>,
-        rng: &mut ChaCha8Rng,
-    ) -> Option<Self> {
-        let runs: Vec<&HeldOutRun> =
-            runs.into_iter().filter(|(measured, _)| measured.len() > SETTING_IN).collect();
-        let (mut xx, mut xy) = (0.0, 0.0);
-        let mut pairs = Vec::new();
-        for (measured, simulated) in &runs {
-            let nodes = measured.iter().zip(simulated).step_by(SPACING);
-            let errors: Vec<f64> = nodes.map(|(m, s)| (read(*m) / read(*s)).ln()).collect();
-            pairs.extend(errors.windows(2).map(|pair| (pair[0], pair[1])));
-        }
-        if pairs.is_empty() {
-            return None;
-        }
-        for (before, now) in &pairs {
-            xx += before * before;
-            xy += before * now;
-        }
-        let left = if xx > 0.0 { (xy / xx).clamp(0.0, MOST_LEFT) } else { 0.0 };
-        let squares: f64 = pairs.iter().map(|(before, now)| (now - left * before).powi(2)).sum();
-        let added = (squares / pairs.len() as f64).sqrt();
-        let mut fit = Self { left, added, map: QuantileMap::default() };
-        let (mut drawn, mut seen) = (Vec::new(), Vec::new());
-        for (measured, simulated) in runs {
-            seen.extend(measured[SETTING_IN..].iter().map(|glucose| read(*glucose)));
-            let run: Vec<MgPerDl> = simulated.iter().map(|glucose| MgPerDl(*glucose)).collect();
-            for _ in 0..COURSES_OF_MAP {
-                drawn.extend(fit.draw(&run, rng)[SETTING_IN..].iter().map(|glucose| glucose.0));
-            }
-        }
-        fit.map = QuantileMap::between(drawn, seen);
-        Some(fit)
+/// One course around a run: what a sensor could have read.
+#[must_use]
+pub fn drawn_course(of: &RunError, run: &[MgPerDl], rng: &mut ChaCha8Rng) -> Vec<MgPerDl> {
+    let (mut error, mut variance) = (0.0, 0.0);
+    let mut nodes = vec![(0.0, 0.0)];
+    while (nodes.len() - 1) * SPACING < run.len() {
+        let drawn: f64 = rng.sample(StandardNormal);
+        error = of.left * error + of.added * drawn;
+        variance = of.left.powi(2) * variance + of.added.powi(2);
+        nodes.push((error, variance));
     }
-
-    /// One course around a run: what a sensor could have read.
-    #[must_use]
-    pub fn draw(&self, run: &[MgPerDl], rng: &mut ChaCha8Rng) -> Vec<MgPerDl> {
-        let (mut error, mut variance) = (0.0, 0.0);
-        let mut nodes = vec![(0.0, 0.0)];
-        while (nodes.len() - 1) * SPACING < run.len() {
-            let drawn: f64 = rng.sample(StandardNormal);
-            error = self.left * error + self.added * drawn;
-            variance = self.left.powi(2) * variance + self.added.powi(2);
-            nodes.push((error, variance));
-        }
-        run.iter()
-            .enumerate()
-            .map(|(step, glucose)| {
-                let (node, share) = (step / SPACING, (step % SPACING) as f64 / SPACING as f64);
-                let between = |a: f64, b: f64| a + share * (b - a);
-                let (before, after) = (nodes[node], nodes[(node + 1).min(nodes.len() - 1)]);
-                let error = between(before.0, after.0);
-                // The mean of a lognormal factor is taken out.
-                let shift = 0.5 * between(before.1, after.1);
-                let drawn = read(read(glucose.0) * (error - shift).exp());
-                let share = (step as f64 / SETTING_IN as f64).min(1.0);
-                sensor_reading(MgPerDl(drawn + share * self.map.shift(drawn)))
-            })
-            .collect()
-    }
+    run.iter()
+        .enumerate()
+        .map(|(step, glucose)| {
+            let (node, share) = (step / SPACING, (step % SPACING) as f64 / SPACING as f64);
+            let between = |a: f64, b: f64| a + share * (b - a);
+            let (before, after) = (nodes[node], nodes[(node + 1).min(nodes.len() - 1)]);
+            let error = between(before.0, after.0);
+            // The mean of a lognormal factor is taken out.
+            let shift = 0.5 * between(before.1, after.1);
+            let drawn = read(read(glucose.0) * (error - shift).exp());
+            let share = (step as f64 / SETTING_IN as f64).min(1.0);
+            sensor_reading(MgPerDl(drawn + share * moved_by(&of.map, drawn)))
+        })
+        .collect()
 }
 
 fn read(glucose: f64) -> f64 {
     sensor_reading(MgPerDl(glucose)).0
 }
 
-/// A map of glucose that takes one distribution to another; the default changes nothing.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct QuantileMap {
-    /// Quantiles of what is mapped, rising, and of what it is mapped to, mg/dL.
-    knots: Vec<(f64, f64)>,
-}
-
-impl QuantileMap {
-    /// From the distribution of some values to that of others, neither of them empty.
-    fn between(mut from: Vec<f64>, mut to: Vec<f64>) -> Self {
-        from.sort_by(f64::total_cmp);
-        to.sort_by(f64::total_cmp);
-        let mut knots: Vec<(f64, f64)> = Vec::with_capacity(LEVELS);
-        let mut same = 0.0;
-        for level in 0..LEVELS {
-            let level = (level as f64 + 0.5) / LEVELS as f64;
-            let (from, to) = (quantile(&from, level), quantile(&to, level));
-            match knots.last_mut() {
-                // Where many values are one, as at the ends of a sensor's range, they go to the mean.
-                Some((last, mean)) if from <= *last => {
-                    same += 1.0;
-                    *mean += (to - *mean) / same;
-                }
-                _ => {
-                    same = 1.0;
-                    knots.push((from, to));
-                }
+/// The map from the distribution of some values to that of others, neither of them empty.
+fn map_between(mut from: Vec<f64>, mut to: Vec<f64>) -> QuantileMap {
+    from.sort_by(f64::total_cmp);
+    to.sort_by(f64::total_cmp);
+    let mut knots: Vec<(f64, f64)> = Vec::with_capacity(LEVELS);
+    let mut same = 0.0;
+    for level in 0..LEVELS {
+        let level = (level as f64 + 0.5) / LEVELS as f64;
+        let (from, to) = (quantile(&from, level), quantile(&to, level));
+        match knots.last_mut() {
+            // Where many values are one, as at the ends of a sensor's range, they go to the mean.
+            Some((last, mean)) if from <= *last => {
+                same += 1.0;
+                *mean += (to - *mean) / same;
+            }
+            _ => {
+                same = 1.0;
+                knots.push((from, to));
             }
         }
-        Self { knots }
     }
+    QuantileMap { knots }
+}
 
-    /// By how much the map moves a value; beyond its knots by as much as at the nearest.
-    fn shift(&self, value: f64) -> f64 {
-        let after = self.knots.partition_point(|(from, _)| *from < value);
-        let shift = |knot: &(f64, f64)| knot.1 - knot.0;
-        match (after.checked_sub(1).and_then(|k| self.knots.get(k)), self.knots.get(after)) {
-            (None, None) => 0.0,
-            (Some(knot), None) | (None, Some(knot)) => shift(knot),
-            (Some(low), Some(high)) => {
-                let share = (value - low.0) / (high.0 - low.0);
-                shift(low) + share * (shift(high) - shift(low))
-            }
+/// By how much the map moves a value; beyond its knots by as much as at the nearest.
+fn moved_by(map: &QuantileMap, value: f64) -> f64 {
+    let after = map.knots.partition_point(|(from, _)| *from < value);
+    let shift = |knot: &(f64, f64)| knot.1 - knot.0;
+    match (after.checked_sub(1).and_then(|k| map.knots.get(k)), map.knots.get(after)) {
+        (None, None) => 0.0,
+        (Some(knot), None) | (None, Some(knot)) => shift(knot),
+        (Some(low), Some(high)) => {
+            let share = (value - low.0) / (high.0 - low.0);
+            shift(low) + share * (shift(high) - shift(low))
         }
     }
 }
@@ -241,7 +221,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut draws = |error: &RunError| -> Vec<Vec<f64>> {
             (0..800)
-                .map(|_| error.draw(&run, &mut rng).into_iter().map(|g| g.0).collect())
+                .map(|_| drawn_course(error, &run, &mut rng).into_iter().map(|g| g.0).collect())
                 .collect()
         };
         let drawn = draws(&truth);
@@ -249,7 +229,7 @@ mod tests {
         let pairs: Vec<HeldOutRun> =
             drawn.iter().map(|course| (course.clone(), flat.clone())).collect();
         let mut other = ChaCha8Rng::seed_from_u64(4);
-        let found = RunError::fit(&pairs, &mut other).expect("runs");
+        let found = run_error(&pairs, &mut other).expect("runs");
         // 8,000 half hours; the mean that is taken out shows as a small drift.
         assert!((found.left - 0.8).abs() < 0.03, "{found:?}");
         assert!((found.added - 0.15).abs() < 0.01, "{found:?}");
@@ -264,7 +244,7 @@ mod tests {
             assert!((one - other).abs() < 0.02, "{level}: {one} {other}");
         }
         let short = (vec![100.0; 5], vec![100.0; 5]);
-        assert_eq!(RunError::fit(&[short], &mut other), None);
+        assert_eq!(run_error(&[short], &mut other), None);
     }
 
     #[test]
@@ -274,16 +254,18 @@ mod tests {
         let run = vec![MgPerDl(110.0); 61];
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let measured: Vec<Vec<f64>> = (0..400)
-            .map(|_| truth.draw(&run, &mut rng).into_iter().map(|g| g.0.max(65.0)).collect())
+            .map(|_| {
+                drawn_course(&truth, &run, &mut rng).into_iter().map(|g| g.0.max(65.0)).collect()
+            })
             .collect();
         let flat = vec![110.0; 61];
         let pairs: Vec<HeldOutRun> =
             measured.iter().map(|course| (course.clone(), flat.clone())).collect();
-        let found = RunError::fit(&pairs, &mut rng).expect("runs");
+        let found = run_error(&pairs, &mut rng).expect("runs");
         let bare = RunError { map: QuantileMap::default(), ..found.clone() };
         let mut draws = |error: &RunError| -> Vec<Vec<f64>> {
             (0..400)
-                .map(|_| error.draw(&run, &mut rng).into_iter().map(|g| g.0).collect())
+                .map(|_| drawn_course(error, &run, &mut rng).into_iter().map(|g| g.0).collect())
                 .collect()
         };
         let (mapped, unmapped) = (draws(&found), draws(&bare));
@@ -295,11 +277,10 @@ mod tests {
 
     #[test]
     fn a_map_rises_and_ties_go_to_their_mean() {
-        let map =
-            QuantileMap::between(vec![40.0, 40.0, 40.0, 100.0], vec![50.0, 60.0, 70.0, 120.0]);
+        let map = map_between(vec![40.0, 40.0, 40.0, 100.0], vec![50.0, 60.0, 70.0, 120.0]);
         assert!(map.knots.windows(2).all(|k| k[0].0 < k[1].0 && k[0].1 <= k[1].1), "{map:?}");
-        assert!((map.shift(40.0) - 20.0).abs() < 1.0, "{}", map.shift(40.0));
-        assert!((map.shift(30.0) - map.shift(40.0)).abs() < 1e-12);
-        assert!((map.shift(400.0) - 20.0).abs() < 1.0, "{}", map.shift(400.0));
+        assert!((moved_by(&map, 40.0) - 20.0).abs() < 1.0, "{}", moved_by(&map, 40.0));
+        assert!((moved_by(&map, 30.0) - moved_by(&map, 40.0)).abs() < 1e-12);
+        assert!((moved_by(&map, 400.0) - 20.0).abs() < 1.0, "{}", moved_by(&map, 400.0));
     }
 }

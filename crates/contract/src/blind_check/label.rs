@@ -2,6 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::document::documents;
+
+documents! {
+    Label: "label.json", "";
+    Labels: "labels.json", "";
+}
+
 /// What kind of truth a world holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -44,6 +51,11 @@ pub struct Label {
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     pub gap: Option<TrueWhere>,
 }
+
+/// Labels of worlds that are not under seal, in the order of the worlds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct Labels(pub Vec<Label>);
 
 /// An effect that acts in a world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

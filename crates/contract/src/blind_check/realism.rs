@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::documents;
 
-documents! { Realism: "realism.json", "realism/1"; }
+documents! {
+    Realism: "realism.json", "realism/1";
+    People: "people.json", "";
+}
 
 /// Where a person comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -35,6 +38,11 @@ pub struct PersonStatistics {
     /// Statistics by name; what cannot be computed of this record is absent.
     pub values: BTreeMap<String, f64>,
 }
+
+/// The statistics of everybody, real people first.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct People(pub Vec<PersonStatistics>);
 
 /// Quantiles of one statistic in one group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

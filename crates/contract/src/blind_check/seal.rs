@@ -4,7 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::documents;
 
-documents! { Seal: "seal.json", "seal/1"; }
+documents! {
+    Seal: "seal.json", "seal/1";
+    OpenedLabels: "labels.json", "";
+}
 
 /// Hashes of all labels of a check: `seal.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,6 +45,11 @@ pub struct OpenedLabel {
     /// The label as JSON, byte by byte as it was hashed.
     pub label: String,
 }
+
+/// The labels of a check, opened when every answer is written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct OpenedLabels(pub Vec<OpenedLabel>);
 
 impl OpenedLabel {
     /// A label to be sealed.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
-use behaviour::{BehaviourReport, Check, CheckRule, Rest, Subject, check};
+use behaviour::{Check, CheckRule, Rest, Subject, Trajectories, check};
+use contract::Document as _;
 use nn_statespace::initial_state::{SteadyStateOutcome, steady_state};
 use nn_statespace::{PopulationModel, ScaledStates};
 use ode_sim::{OdeParameters, OdePlant};
@@ -51,16 +52,7 @@ pub fn run(args: &Settings) -> Result<()> {
     }?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let text = text(&report);
-    output.write_json(
-        "trajectories.json",
-        &serde_json::json!({
-            "schema": "trajectories/1",
-            "passed": report.passed,
-            "findings": report.findings,
-            "rungs": report.rungs,
-            "starts_not_at_rest": report.starts_not_at_rest,
-        }),
-    )?;
+    output.write_json(Trajectories::FILE, &report)?;
     output.write("trajectories.txt", text.as_bytes())?;
     let place = output.finish()?;
     note(text);
@@ -68,14 +60,14 @@ pub fn run(args: &Settings) -> Result<()> {
     note(format!(
         "trajectories: {count} of {} checks passed, {}",
         report.findings.len(),
-        place.join("trajectories.json").display()
+        place.join(Trajectories::FILE).display()
     ));
     Ok(())
 }
 
 /// A network, with or without a person's residual, beside the nominal ODE. A twin starts where its population
 /// network rests.
-fn checked<P>(plant: &P, population: &PopulationModel, rule: &CheckRule) -> Result<BehaviourReport>
+fn checked<P>(plant: &P, population: &PopulationModel, rule: &CheckRule) -> Result<Trajectories>
 where
     P: physiology::Plant<State = ScaledStates>,
 {
@@ -107,7 +99,7 @@ fn name(check: Check) -> (&'static str, &'static str) {
     }
 }
 
-fn text(report: &BehaviourReport) -> String {
+fn text(report: &Trajectories) -> String {
     let mut text = String::from("Trajectories beside the ODE's, mg/dL:");
     for finding in &report.findings {
         let (asked, unit) = name(finding.check);

@@ -1,0 +1,154 @@
+//! `import_report.json`: what was found and done on import.
+
+use serde::{Deserialize, Serialize};
+
+use crate::document::documents;
+
+documents! { ImportReport: "import_report.json", ""; }
+
+/// Everything a reader must know to trust a cohort. What only an importer knows is absent where a cohort folder is
+/// read as it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ImportReport {
+    /// Name of the format.
+    pub format: String,
+    /// What "per day" means in `people`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub days_are: Option<String>,
+    /// One entry a person, in the order of the cohort.
+    pub people: Vec<PersonImport>,
+    /// Units and meanings that were inferred, with the evidence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inferences: Option<Vec<Inference>>,
+    /// What was changed, merged, left out or looks odd.
+    pub notes: Vec<Note>,
+}
+
+/// One person's part of an import.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PersonImport {
+    /// Daily figures.
+    pub balance: MassBalance,
+    /// The same in one line.
+    pub line: String,
+    /// Therapy as stated or inferred: `open_loop_pump`, `aid`, `mdi` or `unknown`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub therapy: Option<String>,
+    /// Amounts in the source, in the record, and left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub totals: Option<Vec<Totals>>,
+    /// Implausible figures; nothing was changed because of them.
+    pub findings: Vec<ImplausibleFigure>,
+}
+
+/// Daily figures of one person. Shares are of the record's steps; amounts a day are over the steps in which that
+/// channel is recorded; null for a channel that is missing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct MassBalance {
+    /// The person's identifier.
+    pub person: String,
+    /// Days of the record.
+    pub days: f64,
+    /// Basal insulin, U/day.
+    pub basal_u_day: Option<f64>,
+    /// Bolus insulin, U/day.
+    pub bolus_u_day: Option<f64>,
+    /// Carbohydrate, g/day.
+    pub carbs_g_day: Option<f64>,
+    /// Mean sensor glucose, mg/dL.
+    pub mean_glucose_mg_dl: Option<f64>,
+    /// Share of steps with a sensor reading, 0 to 1.
+    pub cgm_share: f64,
+    /// Share of steps with a heart rate, 0 to 1.
+    pub heart_rate_share: f64,
+}
+
+/// An implausible figure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ImplausibleFigure {
+    /// The person's identifier.
+    pub person: String,
+    /// Column of `records.csv`.
+    pub column: String,
+    /// The calendar day, if the figure is about one.
+    pub date: Option<String>,
+    /// The step within the record, if the figure is about one.
+    pub step: Option<usize>,
+    /// Start of that step, local wall clock.
+    pub time: Option<String>,
+    /// What was judged.
+    pub what: String,
+    /// Its value, in `unit`.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Smallest and largest plausible value, in `unit`.
+    pub plausible: (f64, f64),
+}
+
+/// The account of one amount: `source = record + left_out`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Totals {
+    /// Column of `records.csv`.
+    pub column: String,
+    /// Unit of the three amounts.
+    pub unit: String,
+    /// Sum over the source.
+    pub source: f64,
+    /// Sum over the record.
+    pub record: f64,
+    /// Sum over what the notes list as left out.
+    pub left_out: f64,
+}
+
+/// A unit or meaning that the source does not state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Inference {
+    /// The person's identifier.
+    pub person: String,
+    /// The file.
+    pub file: String,
+    /// The row, counted from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub row: Option<usize>,
+    /// The column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// What was concluded.
+    pub conclusion: String,
+    /// The figures it rests on.
+    pub evidence: String,
+}
+
+/// Something that was changed, merged, left out or looks odd.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Note {
+    /// The person, if it concerns one.
+    pub person: Option<String>,
+    /// The file; the first if there are several.
+    pub file: String,
+    /// The row, counted from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub row: Option<usize>,
+    /// The column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// What.
+    pub what: String,
+    /// How many times.
+    pub count: usize,
+}

@@ -1,0 +1,32 @@
+//! `working.json` and `names.json`: what a posterior is trained on.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::document::documents;
+
+documents! {
+    PosteriorCard: "working.json", "";
+    StatisticNames: "names.json", "";
+}
+
+/// What a posterior was trained on: `working.json`, and `without-HAND.json` of the one that has not seen a hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PosteriorCard {
+    /// The command that trained it.
+    pub source: String,
+    /// Hands whose worlds it saw, with the number of worlds.
+    pub hands: Vec<(String, usize)>,
+    /// Share of the worlds in which nothing is missing: its prior.
+    pub nothing: f64,
+    /// Members of the ensemble.
+    pub members: usize,
+}
+
+/// Names of the statistics of a table of evidence, in the order of its columns.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct StatisticNames(pub BTreeSet<String>);
