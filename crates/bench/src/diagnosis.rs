@@ -12,6 +12,8 @@ use std::time::Instant;
 use anyhow::{Context as _, Result, ensure};
 use chrono::NaiveDate;
 use cohort::{Cohort, Person};
+use contract::Document as _;
+use contract::bench::{DiagnosisBench, DiagnosisRow, Part};
 use gap::design::design;
 use gap::filter::calibration::calibrate;
 use gap::filter::kalman::filter;
@@ -53,28 +55,6 @@ const FEWEST_DAYS: usize = 4;
 /// The speed that is aimed at: 1,000 people of 14 days in a minute on two cores, per core.
 const TARGET_PERSON_DAYS_PER_CORE_SECOND: f64 = 1000.0 * 14.0 / 60.0 / 2.0;
 
-/// The diagnosis of one cohort.
-#[derive(Debug, serde::Serialize)]
-struct Row {
-    people: usize,
-    seconds: f64,
-    people_per_second: f64,
-    /// Processor time of all threads, where the system tells it; other programs hardly change it.
-    processor_seconds: Option<f64>,
-    /// Largest memory in use up to the end of the diagnosis, MiB; the people themselves included.
-    peak_mib: Option<f64>,
-    verdict: gap::Verdict,
-    effects: Vec<String>,
-    excluded: usize,
-}
-
-/// One part of the work on one person.
-#[derive(Debug, serde::Serialize)]
-struct Part {
-    part: &'static str,
-    milliseconds_per_person: f64,
-}
-
 /// Times diagnoses and writes `bench.json` and `bench.txt`.
 pub fn run(args: &Settings) -> Result<()> {
     for (name, value, least, most) in
@@ -102,28 +82,25 @@ pub fn run(args: &Settings) -> Result<()> {
     let parts = parts(&cohort.people[..TIMED.min(args.people)])?;
     note(parts_text(&parts));
     let mut others = cohort.people.split_off(0).into_iter();
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<DiagnosisRow> = Vec::new();
     for size in sizes(args.people) {
         let more = size - cohort.people.len();
         cohort.people.extend(others.by_ref().take(more));
         rows.push(row(&cohort, args.seed)?);
     }
-    let text = format!("{}\n{}\n", parts_text(&parts), rows_text(&rows, args.days, threads));
-    output.write_json(
-        "bench.json",
-        &serde_json::json!({
-            "schema": "bench/1",
-            "days": args.days,
-            "threads": threads,
-            "effect": args.effect,
-            "rows": rows,
-            "parts": parts,
-        }),
-    )?;
-    output.write("bench.txt", text.as_bytes())?;
+    let table = rows_text(&rows, args.days, threads);
+    output.write("bench.txt", format!("{}\n{table}\n", parts_text(&parts)).as_bytes())?;
+    output.write_document(&DiagnosisBench {
+        days: args.days,
+        effect: args.effect.clone(),
+        parts,
+        rows,
+        schema: DiagnosisBench::SCHEMA.to_owned(),
+        threads,
+    })?;
     let place = output.finish()?;
-    note(rows_text(&rows, args.days, threads));
-    note(format!("bench: {}", place.join("bench.json").display()));
+    note(table);
+    note(format!("bench: {}", place.join(DiagnosisBench::FILE).display()));
     Ok(())
 }
 
@@ -169,7 +146,7 @@ fn people(args: &Settings, amplitudes: Amplitudes) -> Result<Vec<Person>> {
     Ok(people)
 }
 
-fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
+fn row(cohort: &Cohort, seed: u64) -> Result<DiagnosisRow> {
     let people = cohort.people.len();
     let progress = Progress::begin("bench", people);
     let (clock, before) = (Instant::now(), processor_seconds());
@@ -180,7 +157,7 @@ fn row(cohort: &Cohort, seed: u64) -> Result<Row> {
         .run(cohort, seed)
         .context("the diagnosis")?;
     let seconds = clock.elapsed().as_secs_f64();
-    let row = Row {
+    let row = DiagnosisRow {
         people,
         seconds,
         people_per_second: people as f64 / seconds,
@@ -206,9 +183,9 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     let library = effects::library();
     let every: Vec<_> = library.iter().map(AsRef::as_ref).collect();
     let mut parts = Vec::new();
-    let mut add = |part, clock: Instant| {
+    let mut add = |part: &str, clock: Instant| {
         let milliseconds_per_person = clock.elapsed().as_secs_f64() * 1e3 / people.len() as f64;
-        parts.push(Part { part, milliseconds_per_person });
+        parts.push(Part { part: part.to_owned(), milliseconds_per_person });
     };
     let clock = Instant::now();
     let records = people
@@ -269,7 +246,7 @@ fn parts_text(parts: &[Part]) -> String {
     text
 }
 
-fn rows_text(rows: &[Row], days: usize, threads: usize) -> String {
+fn rows_text(rows: &[DiagnosisRow], days: usize, threads: usize) -> String {
     let mut text = format!("Diagnoses of people of {days} days on {threads} threads:\n");
     text.push_str("  people   seconds  people/s  CPU s/person  peak MiB  MiB/person  answer");
     for row in rows {

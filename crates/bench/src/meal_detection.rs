@@ -11,11 +11,12 @@ use std::path::Path;
 use anyhow::{Context as _, Result};
 use chrono::NaiveDate;
 use cohort::Person;
+use contract::Document as _;
+use contract::bench::{Condition, MealRow, MealsBench};
 use meals::reconcile::{ReconcileSettings, Rule, reconcile};
 use meals::score::{Eaten, Score, Tally, Tolerance, sittings};
 use meals::{Detected, Detector, GridSettings, PlantSettings};
 use rayon::prelude::*;
-use serde::Serialize;
 use world::{Amplitudes, Calendar, Effect, Generator, Regime, VirtualPerson};
 
 use pipeline::{Manifest, OutputFolder, Progress, note};
@@ -28,37 +29,26 @@ const MISSED: f64 = 3.0;
 /// Thresholds of the detector on the plant that are compared, nats.
 const THRESHOLDS: [f64; 7] = [2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0];
 
-/// What acts in a world.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Condition {
-    NoEffect,
-    MissedMeals,
-    CarbMiscount,
-    EveryEffect,
+/// What acts in the worlds of each generator.
+const CONDITIONS: [Condition; 4] =
+    [Condition::NoEffect, Condition::MissedMeals, Condition::CarbMiscount, Condition::EveryEffect];
+
+const fn name(condition: Condition) -> &'static str {
+    match condition {
+        Condition::NoEffect => "no effect",
+        Condition::MissedMeals => "missed meals",
+        Condition::CarbMiscount => "carb miscount",
+        Condition::EveryEffect => "every effect",
+    }
 }
 
-impl Condition {
-    const ALL: [Self; 4] =
-        [Self::NoEffect, Self::MissedMeals, Self::CarbMiscount, Self::EveryEffect];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::NoEffect => "no effect",
-            Self::MissedMeals => "missed meals",
-            Self::CarbMiscount => "carb miscount",
-            Self::EveryEffect => "every effect",
-        }
-    }
-
-    /// The amplitudes of a person whose own, where everything acts, are `own`.
-    fn amplitudes(self, own: Amplitudes) -> Amplitudes {
-        match self {
-            Self::NoEffect => Amplitudes::NONE,
-            Self::MissedMeals => Amplitudes::NONE.with(Effect::MissedMeals, MISSED),
-            Self::CarbMiscount => Amplitudes::NONE.with(Effect::CarbMiscount, 1.0),
-            Self::EveryEffect => own,
-        }
+/// The amplitudes of a person whose own, where everything acts, are `own`.
+fn amplitudes(condition: Condition, own: Amplitudes) -> Amplitudes {
+    match condition {
+        Condition::NoEffect => Amplitudes::NONE,
+        Condition::MissedMeals => Amplitudes::NONE.with(Effect::MissedMeals, MISSED),
+        Condition::CarbMiscount => Amplitudes::NONE.with(Effect::CarbMiscount, 1.0),
+        Condition::EveryEffect => own,
     }
 }
 
@@ -66,18 +56,6 @@ impl Condition {
 struct Lived {
     person: Person,
     truth: Vec<Eaten>,
-}
-
-/// One line of the tables.
-#[derive(Serialize)]
-struct Row {
-    generator: &'static str,
-    /// What acts in the world; `None` for all worlds of the generator together.
-    condition: Option<Condition>,
-    /// `grid`, `plant`, `plant at N nats`, or the log and the rule by which it was reconciled.
-    what: String,
-    #[serde(flatten)]
-    score: Score,
 }
 
 /// Scores detectors and rules and writes `bench.json` and `bench.txt` into the folder `out`.
@@ -90,13 +68,13 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
     });
     let output = OutputFolder::begin(out, Manifest::new("bench", config, Some(seed)))?;
     let (mut detectors, mut logs, mut thresholds) = (Vec::new(), Vec::new(), Vec::new());
-    let progress = Progress::begin("bench", Generator::ALL.len() * Condition::ALL.len());
+    let progress = Progress::begin("bench", Generator::ALL.len() * CONDITIONS.len());
     for generator in Generator::ALL {
         let mut at_threshold = THRESHOLDS.map(|_| Tally::default());
-        for condition in Condition::ALL {
+        for condition in CONDITIONS {
             let people = people(generator, condition, seed)?;
-            let row = |what: &str, score| Row {
-                generator: generator.name(),
+            let row = |what: &str, score| MealRow {
+                generator: generator.name().to_owned(),
                 condition: Some(condition),
                 what: what.to_owned(),
                 score,
@@ -119,10 +97,10 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
             ] {
                 logs.push(row(what, score(&people, &reconciled(&people, found, rule)?)));
             }
-            progress.advance(&format!("{} {}", generator.name(), condition.name()));
+            progress.advance(&format!("{} {}", generator.name(), name(condition)));
         }
-        thresholds.extend(THRESHOLDS.into_iter().zip(at_threshold).map(|(nats, sum)| Row {
-            generator: generator.name(),
+        thresholds.extend(THRESHOLDS.into_iter().zip(at_threshold).map(|(nats, sum)| MealRow {
+            generator: generator.name().to_owned(),
             condition: None,
             what: format!("plant at {nats} nats"),
             score: sum.score(),
@@ -135,21 +113,18 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
         log_text(&logs),
         detector_text(&thresholds)
     );
-    output.write_json(
-        "bench.json",
-        &serde_json::json!({
-            "schema": "bench/1",
-            "what": "meals",
-            "people": PEOPLE,
-            "days": DAYS,
-            "detectors": detectors,
-            "logs": logs,
-            "thresholds": thresholds,
-        }),
-    )?;
+    output.write_document(&MealsBench {
+        days: DAYS,
+        detectors,
+        logs,
+        people: PEOPLE,
+        schema: MealsBench::SCHEMA.to_owned(),
+        thresholds,
+        what: "meals".to_owned(),
+    })?;
     output.write("bench.txt", text.as_bytes())?;
     let place = output.finish()?;
-    progress.finish(&place.join("bench.json").display().to_string());
+    progress.finish(&place.join(MealsBench::FILE).display().to_string());
     note(text);
     Ok(())
 }
@@ -161,7 +136,7 @@ fn people(generator: Generator, condition: Condition, seed: u64) -> Result<Vec<L
     let lived = |index: usize| -> Option<Lived> {
         let regime = if index.is_multiple_of(2) { Regime::Aid } else { Regime::OpenLoopPump };
         let person = VirtualPerson::sample_from(generator, seed, index, regime).ok()?;
-        let amplitudes = condition.amplitudes(person.amplitudes);
+        let amplitudes = amplitudes(condition, person.amplitudes);
         let days = VirtualPerson { amplitudes, ..person }.live(calendar).ok()?;
         let eaten = days.inputs.iter().map(|input| input.carbs.0 + input.rescue.amount.0);
         Some(Lived { truth: sittings(eaten), person: days.recorded })
@@ -171,7 +146,7 @@ fn people(generator: Generator, condition: Condition, seed: u64) -> Result<Vec<L
         2 * people.len() > PEOPLE,
         "only {} of {PEOPLE} bodies can live in the world '{}' of {}; use another --seed",
         people.len(),
-        condition.name(),
+        name(condition),
         generator.name()
     );
     Ok(people)
@@ -222,12 +197,12 @@ fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
 
-fn label(row: &Row) -> String {
-    let condition = row.condition.map_or("all", Condition::name);
+fn label(row: &MealRow) -> String {
+    let condition = row.condition.map_or("all", name);
     format!("{:<8} {:<14} {:<17}", row.generator, condition, row.what)
 }
 
-fn detector_text(rows: &[Row]) -> String {
+fn detector_text(rows: &[MealRow]) -> String {
     let mut text = format!(
         "{:<41} found %  of <20 g  20-40  40-70  70+   right %  false/day  min late (quartiles)  \
          bias g  error g   %  on board g",
@@ -262,7 +237,7 @@ fn detector_text(rows: &[Row]) -> String {
     text
 }
 
-fn log_text(rows: &[Row]) -> String {
+fn log_text(rows: &[MealRow]) -> String {
     let mut text = format!(
         "{:<41} in the log %  carbs explained %  invented %  |min off|  bias g  error g  on board g",
         ""

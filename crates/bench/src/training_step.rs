@@ -11,6 +11,8 @@ use std::time::Instant;
 use anyhow::{Context as _, Result, ensure};
 use candle_core::{DType, Device, Tensor};
 use candle_nn::{AdamW, Optimizer as _, ParamsAdamW};
+use contract::Document as _;
+use contract::bench::{StepRow, TrainingStepBench};
 use nn_statespace::kernel::{FusedRollOut, Instructions, Sequence};
 use nn_statespace::training::loss::{Loss, LossConfig};
 use nn_statespace::training::{
@@ -20,7 +22,7 @@ use nn_statespace::training::{
 use nn_statespace::{Scaler, Widths, Wiring};
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
 use physiology::{Plant as _, States};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use pipeline::{Manifest, OutputFolder, Progress, note};
 
@@ -39,17 +41,6 @@ const TARGET: f64 = 25.0;
 /// Windows and epochs of the paper's training.
 const PAPER_WINDOWS: f64 = 1e6;
 const PAPER_EPOCHS: f64 = 15.0;
-
-/// What one engine took.
-#[derive(Debug, Clone, Serialize)]
-struct Row {
-    engine: String,
-    threads: usize,
-    /// Loss, gradient and update of the weights; without the update for single sets of instructions.
-    part: &'static str,
-    median_ms: f64,
-    least_ms: f64,
-}
 
 /// What the PyTorch script prints.
 #[derive(Debug, Deserialize)]
@@ -80,20 +71,17 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
         rows.extend(pytorch(threads)?);
     }
     let text = text(&rows);
-    output.write_json(
-        "bench.json",
-        &serde_json::json!({
-            "schema": "bench/1",
-            "what": "training_step",
-            "batch": BATCH,
-            "steps": STEPS,
-            "rows": rows,
-        }),
-    )?;
+    output.write_document(&TrainingStepBench {
+        batch: BATCH,
+        rows,
+        schema: TrainingStepBench::SCHEMA.to_owned(),
+        steps: STEPS,
+        what: "training_step".to_owned(),
+    })?;
     output.write("bench.txt", format!("{text}\n").as_bytes())?;
     let place = output.finish()?;
     note(text);
-    note(format!("bench: {}", place.join("bench.json").display()));
+    note(format!("bench: {}", place.join(TrainingStepBench::FILE).display()));
     Ok(())
 }
 
@@ -129,7 +117,7 @@ struct Engine<'a> {
     turn: Box<dyn FnMut() -> Result<f64> + 'a>,
 }
 
-fn engines(windows: &WindowSet, seed: u64, threads: usize) -> Result<Vec<Row>> {
+fn engines(windows: &WindowSet, seed: u64, threads: usize) -> Result<Vec<StepRow>> {
     let mut engines = vec![graph(windows, seed)?, kernel(windows, seed)?];
     for instructions in Instructions::available() {
         engines.push(gradient(windows, seed, instructions)?);
@@ -151,7 +139,13 @@ fn engines(windows: &WindowSet, seed: u64, threads: usize) -> Result<Vec<Row>> {
     let rows = engines.iter().zip(&mut times).map(|(engine, times)| {
         times.sort_by(f64::total_cmp);
         let (median_ms, least_ms) = (times[times.len() / 2], times[0]);
-        Row { engine: engine.name.clone(), threads, part: engine.part, median_ms, least_ms }
+        StepRow {
+            engine: engine.name.clone(),
+            threads,
+            part: engine.part.to_owned(),
+            median_ms,
+            least_ms,
+        }
     });
     Ok(rows.collect())
 }
@@ -228,22 +222,22 @@ fn milliseconds(clock: Instant) -> f64 {
 }
 
 /// PyTorch, if it is installed.
-fn pytorch(threads: usize) -> Result<Option<Row>> {
+fn pytorch(threads: usize) -> Result<Option<StepRow>> {
     let numbers = [("threads", threads), ("batch", BATCH), ("steps", STEPS), ("rounds", ROUNDS)];
     let options = numbers.map(|(name, number)| (name, number.to_string()));
     let Some(peer) = peer::times("training_step.py", &options)? else { return Ok(None) };
     let peer: Peer = serde_json::from_slice(&peer).context("what PyTorch's step took")?;
     ensure!(peer.parameters == 6782, "the peer has {} parameters, not 6782", peer.parameters);
     let Peer { engine, median_ms, least_ms, .. } = peer;
-    Ok(Some(Row { engine, threads, part: WHOLE, median_ms, least_ms }))
+    Ok(Some(StepRow { engine, threads, part: WHOLE.to_owned(), median_ms, least_ms }))
 }
 
-fn text(rows: &[Row]) -> String {
+fn text(rows: &[StepRow]) -> String {
     let mut text = format!(
         "One training step of {BATCH} windows of {STEPS} steps, the paper's widths, f32, ms:\n  \
          threads  engine                          part        median     least"
     );
-    for Row { engine, threads, part, median_ms, least_ms } in rows {
+    for StepRow { engine, threads, part, median_ms, least_ms } in rows {
         let _ = write!(
             text,
             "\n{threads:>9}  {engine:<30}  {part:<9} {median_ms:>8.2}  {least_ms:>8.2}"
@@ -288,7 +282,7 @@ mod tests {
         assert!((kernel.turn)().expect("a step") > 0.0);
         let row = |engine: &str, threads, part, median_ms| {
             let engine = engine.to_owned();
-            Row { engine, threads, part, median_ms, least_ms: median_ms / 2.0 }
+            StepRow { engine, threads, part, median_ms, least_ms: median_ms / 2.0 }
         };
         let rows = [
             row("candle graph", 1, WHOLE, 90.0),

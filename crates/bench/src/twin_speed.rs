@@ -12,10 +12,12 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{Cohort, MissingDoses};
+use contract::Document as _;
+use contract::bench::{JobRow, TwinsBench, WholeTraining};
 use nn_statespace::initial_state::steady_state;
 use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{MgPerDl, OpenLoop, STEPS_PER_DAY, StepInput, simulate};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use twins::{
     BuiltTwin, Doses, InputSet, KeptEpoch, PreparedWindow, Protocol, ResidualNetwork, TrainingPlan,
     Twin, TwinRecipe, build_twins, simulate_many, train,
@@ -45,18 +47,6 @@ const TWINS: f64 = 394.0;
 /// Weights of population and residual network.
 const PARAMETERS: usize = 6_782 + 11_777;
 
-/// What one engine took for one job.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct Row {
-    job: &'static str,
-    engine: String,
-    threads: usize,
-    median_ms: f64,
-    least_ms: f64,
-    /// Of all threads, where the system tells.
-    processor_ms: Option<f64>,
-}
-
 /// What the PyTorch script prints.
 #[derive(Debug, Deserialize)]
 struct Peer {
@@ -65,17 +55,6 @@ struct Peer {
     median_ms: f64,
     least_ms: f64,
     median_processor_ms: f64,
-}
-
-/// The paper's training of several people.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Whole {
-    people: usize,
-    threads: usize,
-    seconds: f64,
-    processor_seconds: Option<f64>,
-    windows: usize,
-    epochs: usize,
 }
 
 const THOUSAND_DAYS: &str = "1,000 days";
@@ -111,16 +90,16 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
     rows.push(updates(&twin, &cohort, seed)?);
     rows.extend(pytorch(UPDATE, 1)?);
     let text = text(&rows, &whole.0);
-    output.write_json(
-        "bench.json",
-        &serde_json::json!({
-            "schema": "bench/1", "what": "twins", "rows": rows, "training": whole.0,
-        }),
-    )?;
+    output.write_document(&TwinsBench {
+        rows,
+        schema: TwinsBench::SCHEMA.to_owned(),
+        training: whole.0,
+        what: "twins".to_owned(),
+    })?;
     output.write("bench.txt", format!("{text}\n").as_bytes())?;
     let place = output.finish()?;
     note(text);
-    note(format!("bench: {}", place.join("bench.json").display()));
+    note(format!("bench: {}", place.join(TwinsBench::FILE).display()));
     Ok(())
 }
 
@@ -130,7 +109,7 @@ fn whole_training(
     population: &Arc<PopulationModel>,
     seed: u64,
     threads: usize,
-) -> Result<(Whole, BuiltTwin)> {
+) -> Result<(WholeTraining, BuiltTwin)> {
     let recipe = TwinRecipe {
         population: Arc::clone(population),
         protocol: Protocol::paper(),
@@ -149,11 +128,11 @@ fn whole_training(
     let Some(first) = built.into_iter().find_map(|person| person.result.ok()) else {
         bail!("nobody of the embedded cohort has a twin");
     };
-    Ok((Whole { people, threads, seconds, processor_seconds, windows, epochs }, first))
+    Ok((WholeTraining { people, threads, seconds, processor_seconds, windows, epochs }, first))
 }
 
 /// Days of the cohort's records under one twin, again and again until there are enough.
-fn days(twin: &Twin, cohort: &Cohort, threads: usize) -> Result<Row> {
+fn days(twin: &Twin, cohort: &Cohort, threads: usize) -> Result<JobRow> {
     let mut inputs: Vec<Vec<StepInput>> = Vec::new();
     for person in &cohort.people {
         let all = person.inputs(0..person.record.len(), MissingDoses::Zero)?;
@@ -173,7 +152,7 @@ fn days(twin: &Twin, cohort: &Cohort, threads: usize) -> Result<Row> {
 }
 
 /// One day in the simulation loop that everything else uses, in double precision.
-fn one_day(twin: &Twin, cohort: &Cohort) -> Result<Row> {
+fn one_day(twin: &Twin, cohort: &Cohort) -> Result<JobRow> {
     let inputs = cohort.people[0].inputs(0..STEPS_PER_DAY, MissingDoses::Zero)?;
     let start = steady_state(&twin.population, MgPerDl(120.0))?.states;
     timed(ONE_DAY, 1, || {
@@ -185,7 +164,7 @@ fn one_day(twin: &Twin, cohort: &Cohort) -> Result<Row> {
 }
 
 /// Updates on one batch of a person's windows.
-fn updates(twin: &Twin, cohort: &Cohort, seed: u64) -> Result<Row> {
+fn updates(twin: &Twin, cohort: &Cohort, seed: u64) -> Result<JobRow> {
     let person = &cohort.people[0];
     let inputs = person.inputs(0..person.record.len(), MissingDoses::Zero)?;
     let start = steady_state(&twin.population, MgPerDl(120.0))?.states;
@@ -210,7 +189,7 @@ fn updates(twin: &Twin, cohort: &Cohort, seed: u64) -> Result<Row> {
 }
 
 /// Milliseconds of a turn for each of the pieces that it says it did.
-fn timed(job: &'static str, threads: usize, mut turn: impl FnMut() -> Result<f64>) -> Result<Row> {
+fn timed(job: &str, threads: usize, mut turn: impl FnMut() -> Result<f64>) -> Result<JobRow> {
     turn()?;
     let before = processor_seconds();
     let (mut times, mut pieces) = (Vec::new(), 0.0);
@@ -222,8 +201,8 @@ fn timed(job: &'static str, threads: usize, mut turn: impl FnMut() -> Result<f64
     }
     let processor = processor_seconds().zip(before);
     times.sort_by(f64::total_cmp);
-    Ok(Row {
-        job,
+    Ok(JobRow {
+        job: job.to_owned(),
         engine: OURS.to_owned(),
         threads,
         median_ms: times[times.len() / 2],
@@ -233,7 +212,7 @@ fn timed(job: &'static str, threads: usize, mut turn: impl FnMut() -> Result<f64
 }
 
 /// PyTorch, if it is installed.
-fn pytorch(job: &'static str, threads: usize) -> Result<Option<Row>> {
+fn pytorch(job: &str, threads: usize) -> Result<Option<JobRow>> {
     let (what, runs, steps) = match job {
         THOUSAND_DAYS => ("days", DAYS, STEPS_PER_DAY),
         ONE_DAY => ("days", 1, STEPS_PER_DAY),
@@ -249,8 +228,8 @@ fn pytorch(job: &'static str, threads: usize) -> Result<Option<Row>> {
         "the peer has {} parameters, not {PARAMETERS}",
         peer.parameters
     );
-    Ok(Some(Row {
-        job,
+    Ok(Some(JobRow {
+        job: job.to_owned(),
         engine: peer.engine,
         threads,
         median_ms: peer.median_ms,
@@ -259,7 +238,7 @@ fn pytorch(job: &'static str, threads: usize) -> Result<Option<Row>> {
     }))
 }
 
-fn text(rows: &[Row], whole: &Whole) -> String {
+fn text(rows: &[JobRow], whole: &WholeTraining) -> String {
     let mut text =
         "job         threads  engine                  median ms   least ms  processor ms"
             .to_owned();
@@ -272,8 +251,9 @@ fn text(rows: &[Row], whole: &Whole) -> String {
         );
     }
     for ours in rows.iter().filter(|row| row.engine == OURS) {
-        let same =
-            |row: &&Row| row.job == ours.job && row.threads == ours.threads && row.engine != OURS;
+        let same = |row: &&JobRow| {
+            row.job == ours.job && row.threads == ours.threads && row.engine != OURS
+        };
         let Some(theirs) = rows.iter().find(same) else { continue };
         let _ = write!(
             text,
@@ -330,8 +310,8 @@ mod tests {
 
     #[test]
     fn the_text_compares_like_with_like() {
-        let row = |job, engine: &str, threads, median_ms| Row {
-            job,
+        let row = |job, engine: &str, threads, median_ms| JobRow {
+            job: job.to_owned(),
             engine: engine.to_owned(),
             threads,
             median_ms,
@@ -347,7 +327,7 @@ mod tests {
             row(UPDATE, OURS, 1, 2.0),
             row(UPDATE, "PyTorch", 1, 180.0),
         ];
-        let whole = Whole {
+        let whole = WholeTraining {
             people: 6,
             threads: 2,
             seconds: 30.0,

@@ -2,8 +2,8 @@
 //! `cargo run -p cohort --example round_trip`.
 
 use cohort::{
-    Channel, Cohort, MassBalance, MissingDoses, Person, Record, RecordsFormat, Therapy, WindowRule,
-    findings, read_folder, split_by_time, windows, write_folder,
+    Channel, Cohort, MissingDoses, Person, Record, RecordsFormat, Therapy, WindowRule, findings,
+    mass_balance, read_folder, split_by_time, windows, write_folder,
 };
 use physiology::Kilograms;
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::remove_dir_all(&folder)?;
 
     let person = &cohort.people[0];
-    println!("{}", MassBalance::of(person));
+    println!("{}", mass_balance(person));
     println!("{} implausible figures", findings(person).len());
     let split = split_by_time(&person.record, cohort::TRAINING_DAYS);
     let train = windows(0, &person.record, split.train, &WindowRule::TRAINING)?;

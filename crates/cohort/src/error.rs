@@ -3,16 +3,14 @@
 use chrono::NaiveDateTime;
 
 /// Where in a table something was found.
-#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Place {
     /// The file, relative to the folder that was read.
     pub file: String,
     /// Line in a text file (1-based, the header is line 1), or data row in a Parquet file
     /// (1-based).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub row: Option<usize>,
     /// The column's name.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
 }
 

@@ -15,7 +15,7 @@ mod report;
 mod t1d_uom;
 mod t1dsim;
 
-pub use report::{ImportReport, Inference, Note, PersonImport, Totals};
+pub use contract::import_report::{ImportReport, Inference, Note, PersonImport, Totals};
 
 /// Reads a Parquet file. The table library panics on some damaged files; here that becomes an error
 /// like any other (the library's own message still goes to the panic hook). A damaged page length

@@ -5,7 +5,7 @@
 //! - [`read_folder`], [`write_folder`]: the canonical folder (`people.csv` with `records.csv` or
 //!   `records.parquet`).
 //! - [`import()`]: other people's formats, with an [`ImportReport`] whose sums close.
-//! - [`findings`], [`StraightLines`], [`MassBalance`]: what looks wrong, and the daily totals.
+//! - [`findings`], [`StraightLines`], [`mass_balance`]: what looks wrong, and the daily totals.
 //! - [`Person::inputs`]: a person's columns as the inputs of a plant.
 //! - [`windows`], [`split_by_time`], [`split_by_person`]: training and held-out parts.
 //!
@@ -44,13 +44,14 @@ mod text_table;
 mod wall_clock;
 mod window;
 
+pub use contract::import_report::MassBalance;
 pub use error::{CohortError, Place};
 pub use folder::{RecordsFormat, read_folder, write_folder};
 pub use import::{
     Import, ImportFormat, ImportReport, Inference, Note, PersonImport, Totals, import,
 };
 pub use inputs::MissingDoses;
-pub use mass_balance::MassBalance;
+pub use mass_balance::{insulin_u_day, mass_balance};
 pub use parquet_sink::{CellKind, Cells, ParquetSink};
 pub use person::{Cohort, Person, Therapy};
 pub use plausibility::{Finding, findings};

@@ -1,89 +1,45 @@
 //! The daily totals of a person's record, in one line that a reader can judge.
 
+use contract::import_report::MassBalance;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::person::Person;
 use crate::record::Channel;
 
-/// Daily figures of one person. Shares are of the record's steps. Amounts per day are over the
-/// steps in which that channel is recorded (288 make a day), so a missing channel is `None` and not
-/// a small number.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct MassBalance {
-    /// The person.
-    pub person: String,
-    /// Steps of the record / 288.
-    pub days: f64,
-    /// Basal insulin, U/day.
-    pub basal_u_day: Option<f64>,
-    /// Bolus insulin, U/day.
-    pub bolus_u_day: Option<f64>,
-    /// Carbohydrate, g/day.
-    pub carbs_g_day: Option<f64>,
-    /// Mean sensor glucose, mg/dL.
-    pub mean_glucose_mg_dl: Option<f64>,
-    /// Share of steps with a sensor reading, 0 to 1.
-    pub cgm_share: f64,
-    /// Share of steps with a heart rate, 0 to 1.
-    pub heart_rate_share: f64,
-}
-
-impl MassBalance {
-    /// The figures of `person`.
-    #[must_use]
-    pub fn of(person: &Person) -> Self {
-        let record = &person.record;
-        let total = |channel: Channel| -> (f64, f64) {
-            let values = record.channel(channel).iter().flatten();
-            values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0))
-        };
-        let mean = |channel| {
-            let (sum, count) = total(channel);
-            (count > 0.0).then(|| sum / count)
-        };
-        let share = |channel| match record.len() {
-            0 => 0.0,
-            len => total(channel).1 / len as f64,
-        };
-        let steps_per_day = STEPS_PER_DAY as f64;
-        Self {
-            person: person.id.clone(),
-            days: record.len() as f64 / steps_per_day,
-            basal_u_day: mean(Channel::Basal)
-                .map(|rate| rate * steps_per_day / STEPS_PER_HOUR as f64),
-            bolus_u_day: mean(Channel::Bolus).map(|dose| dose * steps_per_day),
-            carbs_g_day: mean(Channel::Carbs).map(|grams| grams * steps_per_day),
-            mean_glucose_mg_dl: mean(Channel::Cgm),
-            cgm_share: share(Channel::Cgm),
-            heart_rate_share: share(Channel::HeartRate),
-        }
-    }
-
-    /// Basal and bolus together, U/day; `None` unless both are recorded.
-    #[must_use]
-    pub fn insulin_u_day(&self) -> Option<f64> {
-        self.basal_u_day.zip(self.bolus_u_day).map(|(basal, bolus)| basal + bolus)
+/// The figures of `person`. A day has 288 steps; amounts are over the steps in which the channel is
+/// recorded, so a missing channel is `None` and not a small number.
+#[must_use]
+pub fn mass_balance(person: &Person) -> MassBalance {
+    let record = &person.record;
+    let total = |channel: Channel| -> (f64, f64) {
+        let values = record.channel(channel).iter().flatten();
+        values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0))
+    };
+    let mean = |channel| {
+        let (sum, count) = total(channel);
+        (count > 0.0).then(|| sum / count)
+    };
+    let share = |channel| match record.len() {
+        0 => 0.0,
+        len => total(channel).1 / len as f64,
+    };
+    let steps_per_day = STEPS_PER_DAY as f64;
+    MassBalance {
+        person: person.id.clone(),
+        days: record.len() as f64 / steps_per_day,
+        basal_u_day: mean(Channel::Basal).map(|rate| rate * steps_per_day / STEPS_PER_HOUR as f64),
+        bolus_u_day: mean(Channel::Bolus).map(|dose| dose * steps_per_day),
+        carbs_g_day: mean(Channel::Carbs).map(|grams| grams * steps_per_day),
+        mean_glucose_mg_dl: mean(Channel::Cgm),
+        cgm_share: share(Channel::Cgm),
+        heart_rate_share: share(Channel::HeartRate),
     }
 }
 
-impl std::fmt::Display for MassBalance {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let shown = |value: Option<f64>, digits: usize| {
-            value.map_or_else(|| "?".to_owned(), |value| format!("{value:.digits$}"))
-        };
-        write!(
-            f,
-            "{}: {:.0} days, {} + {} U/day, {} g/day, mean {} mg/dL, CGM {:.0} %, heart rate {:.0} %",
-            self.person,
-            self.days,
-            shown(self.basal_u_day, 1),
-            shown(self.bolus_u_day, 1),
-            shown(self.carbs_g_day, 0),
-            shown(self.mean_glucose_mg_dl, 0),
-            100.0 * self.cgm_share,
-            100.0 * self.heart_rate_share,
-        )
-    }
+/// Basal and bolus together, U/day; `None` unless both are recorded.
+#[must_use]
+pub fn insulin_u_day(balance: &MassBalance) -> Option<f64> {
+    balance.basal_u_day.zip(balance.bolus_u_day).map(|(basal, bolus)| basal + bolus)
 }
 
 #[cfg(test)]
@@ -106,12 +62,12 @@ mod tests {
             heart_rate_baseline: None,
             record,
         };
-        let balance = MassBalance::of(&person);
+        let balance = mass_balance(&person);
         assert_eq!(
             balance.to_string(),
             "2301: 2 days, 24.0 + 2.9 U/day, ? g/day, mean 150 mg/dL, CGM 75 %, heart rate 0 %"
         );
         // 24 U and 2.88 U, rounding of sums.
-        assert!(balance.insulin_u_day().is_some_and(|u| (u - 26.88).abs() < 1e-9));
+        assert!(insulin_u_day(&balance).is_some_and(|u| (u - 26.88).abs() < 1e-9));
     }
 }

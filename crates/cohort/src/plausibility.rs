@@ -4,9 +4,10 @@
 //! a meal in milligrams; they say nothing about a person's treatment.
 
 use chrono::{NaiveDate, NaiveDateTime};
+use contract::import_report::ImplausibleFigure;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use crate::mass_balance::MassBalance;
+use crate::mass_balance::{insulin_u_day, mass_balance};
 use crate::person::Person;
 use crate::record::Channel;
 
@@ -28,19 +29,17 @@ const LARGEST_BOLUS_U: f64 = 35.0;
 const JUDGED_SHARE: f64 = 0.9;
 
 /// An implausible figure.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// The person.
     pub person: String,
     /// Column of `records.csv`.
     pub column: &'static str,
     /// The calendar day, if the finding is about one.
-    #[serde(serialize_with = "as_text")]
     pub date: Option<NaiveDate>,
     /// The step within the record, if the finding is about one.
     pub step: Option<usize>,
     /// Start of that step: with the person it identifies the row of `records.csv`.
-    #[serde(serialize_with = "as_text")]
     pub time: Option<NaiveDateTime>,
     /// What was judged.
     pub what: &'static str,
@@ -70,20 +69,26 @@ impl std::fmt::Display for Finding {
     }
 }
 
-fn as_text<T: std::fmt::Display, S: serde::Serializer>(
-    value: &Option<T>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    match value {
-        Some(value) => serializer.collect_str(value),
-        None => serializer.serialize_none(),
+impl From<&Finding> for ImplausibleFigure {
+    fn from(found: &Finding) -> Self {
+        Self {
+            person: found.person.clone(),
+            column: found.column.to_owned(),
+            date: found.date.map(|date| date.to_string()),
+            step: found.step,
+            time: found.time.map(|time| time.to_string()),
+            what: found.what.to_owned(),
+            value: found.value,
+            unit: found.unit.to_owned(),
+            plausible: found.plausible,
+        }
     }
 }
 
 /// Everything implausible in a person's record, means first, then days and steps in order.
 #[must_use]
 pub fn findings(person: &Person) -> Vec<Finding> {
-    let balance = MassBalance::of(person);
+    let balance = mass_balance(person);
     let mut found = Vec::new();
     let mut judge = |channel: Channel, date, step, what, value: f64, unit, (low, high)| {
         if !(low..=high).contains(&value) {
@@ -100,7 +105,7 @@ pub fn findings(person: &Person) -> Vec<Finding> {
             });
         }
     };
-    if let Some(insulin) = balance.insulin_u_day() {
+    if let Some(insulin) = insulin_u_day(&balance) {
         match person.weight {
             Some(weight) => judge(
                 Channel::Basal,

@@ -1,5 +1,7 @@
 //! `import_report.json`: what was found and done on import.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::document::documents;
@@ -53,7 +55,7 @@ pub struct PersonImport {
 pub struct MassBalance {
     /// The person's identifier.
     pub person: String,
-    /// Days of the record.
+    /// Steps of the record / 288.
     pub days: f64,
     /// Basal insulin, U/day.
     pub basal_u_day: Option<f64>,
@@ -151,4 +153,66 @@ pub struct Note {
     pub what: String,
     /// How many times.
     pub count: usize,
+}
+
+impl ImportReport {
+    /// The daily figures, one line a person.
+    pub fn lines(&self) -> impl Iterator<Item = &str> {
+        self.people.iter().map(|person| person.line.as_str())
+    }
+}
+
+impl Totals {
+    /// Whether the account closes, within rounding: 1e-9 of the source's amount.
+    #[must_use]
+    pub fn closes(&self) -> bool {
+        (self.source - self.record - self.left_out).abs() <= 1e-9 * self.source.abs().max(1.0)
+    }
+}
+
+impl fmt::Display for MassBalance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown = |value: Option<f64>, digits: usize| {
+            value.map_or_else(|| "?".to_owned(), |value| format!("{value:.digits$}"))
+        };
+        write!(
+            f,
+            "{}: {:.0} days, {} + {} U/day, {} g/day, mean {} mg/dL, CGM {:.0} %, heart rate {:.0} %",
+            self.person,
+            self.days,
+            shown(self.basal_u_day, 1),
+            shown(self.bolus_u_day, 1),
+            shown(self.carbs_g_day, 0),
+            shown(self.mean_glucose_mg_dl, 0),
+            100.0 * self.cgm_share,
+            100.0 * self.heart_rate_share,
+        )
+    }
+}
+
+impl fmt::Display for Inference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.person, self.file)?;
+        write_cell(f, self.row, self.column.as_deref())?;
+        write!(f, ": {}; {}", self.conclusion, self.evidence)
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(person) = &self.person {
+            write!(f, "{person}: ")?;
+        }
+        f.write_str(&self.file)?;
+        write_cell(f, self.row, self.column.as_deref())?;
+        write!(f, ": {} ({}x)", self.what, self.count)
+    }
+}
+
+/// Where in a file, if the place is not the whole file.
+fn write_cell(f: &mut fmt::Formatter<'_>, row: Option<usize>, column: Option<&str>) -> fmt::Result {
+    if let Some(row) = row {
+        write!(f, ", row {row}")?;
+    }
+    column.map_or(Ok(()), |column| write!(f, ", column {column}"))
 }

@@ -1,7 +1,5 @@
 //! `working.json` and `names.json`: what a posterior is trained on.
 
-use std::collections::BTreeSet;
-
 use serde::{Deserialize, Serialize};
 
 use crate::document::documents;
@@ -29,4 +27,4 @@ pub struct PosteriorCard {
 /// Names of the statistics of a table of evidence, in the order of its columns.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct StatisticNames(pub BTreeSet<String>);
+pub struct StatisticNames(pub Vec<String>);

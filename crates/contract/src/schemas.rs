@@ -10,14 +10,15 @@ use serde_json::{Map, Value};
 
 use crate::bench::{DiagnosisBench, MealsBench, TrainingStepBench, TwinsBench};
 use crate::blind_check::{
-    BlindCheck, CalibrationTable, Label, Labels, OpenedLabels, People, PlantedCheck, Realism, Seal,
+    Answer, BlindCheck, CalibrationTable, Label, Labels, OpenedLabels, People, PlantedCheck,
+    Realism, Seal,
 };
 use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
 use crate::posterior::{PosteriorCard, StatisticNames};
 use crate::{
     Baselines, Certificates, Conformance, Diagnosis, Document, EffectTwins, ExampleDay, Exclusions,
     GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile, Repair,
-    RunErrors, SteadyStates, Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
+    RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
 };
 
 /// What follows this line in `docs/outputs.md` is made from the types.
@@ -81,10 +82,12 @@ fn all() -> Vec<Described> {
         described::<Meals>(),
         described::<BlindCheck>(),
         described::<Seal>(),
+        described::<Answer>(),
         described::<OpenedLabels>(),
         described::<Label>(),
         described::<Labels>(),
         described::<CalibrationTable>(),
+        described::<Thresholds>(),
         described::<PlantedCheck>(),
         described::<Realism>(),
         described::<People>(),

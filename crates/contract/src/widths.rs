@@ -47,6 +47,6 @@ pub struct BestWidths {
 pub struct Trial {
     /// Balanced error, mg/dL; null if training broke off.
     pub error: Option<f64>,
-    /// Hidden units of each network.
+    /// Hidden units of each network, in the order of `networks`.
     pub widths: [usize; 10],
 }

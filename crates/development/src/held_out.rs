@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use contract::held_out::Told;
 use nn_statespace::PopulationModel;
 use nn_statespace::training::{GroupErrors, WindowGroup};
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Subset, Week};
 use physiology::{Compartment, MgPerDl, Plant as _, States, StepInput};
 use rayon::prelude::*;
-use stats::{Outcome, OutcomeEquivalence, Outcomes, Summary, compare_outcomes};
+use stats::{Outcome, Outcomes, Summary, compare_outcomes};
 
 use crate::error::DevelopmentError;
 use crate::trajectory_cost::{WEEKS, drawn_weeks};
@@ -51,23 +52,6 @@ struct Moments {
     n: usize,
     sum: [f64; 6],
     square: [f64; 6],
-}
-
-/// What is told of a model.
-#[derive(Debug, Clone, serde::Serialize)]
-pub struct Told {
-    /// Root mean square error of glucose over a window's 60 samples, by the paper's groups.
-    pub errors: GroupErrors,
-    /// Of windows that start without carbohydrate on its way, so that no start of C1 is needed.
-    pub errors_fasting: GroupErrors,
-    /// Outcomes of windows, mean and SD, in the paper's order: ODE and model.
-    pub windows: [(Summary, Summary); 6],
-    /// Equivalence over meal weeks, which are independent.
-    pub equivalence: Vec<OutcomeEquivalence>,
-    /// Windows in which glucose left the finite numbers.
-    pub windows_broken: usize,
-    /// Samples below 1 mg/dL, which count as 1.
-    pub samples_below_1_mg_dl: usize,
 }
 
 /// The ODE and each model on all weeks of the test subset, and on those of them that are combinations; `scored` is told
@@ -233,11 +217,16 @@ impl Scored {
             .filter_map(|(meals, outcomes)| Some((outcomes, *model.get(&meals)?)))
             .unzip();
         Ok(Told {
-            errors: self.all.rmse(),
-            errors_fasting: self.fasting.rmse(),
-            windows: std::array::from_fn(|k| (ode.windows.summary(k), self.windows.summary(k))),
+            errors: written(self.all.rmse()),
+            errors_fasting: written(self.fasting.rmse()),
+            windows: std::array::from_fn(|k| {
+                (ode.windows.summary(k).into(), self.windows.summary(k).into())
+            }),
             equivalence: compare_outcomes(&real, &model, ALPHA)
-                .map_err(|source| DevelopmentError::Outcomes { week: None, source })?,
+                .map_err(|source| DevelopmentError::Outcomes { week: None, source })?
+                .into_iter()
+                .map(Into::into)
+                .collect(),
             windows_broken: self.broken,
             samples_below_1_mg_dl: self.below_least,
         })
@@ -274,6 +263,18 @@ impl Moments {
         let variance = (self.square[outcome] - n * mean * mean).max(0.0) / (n - 1.0);
         Summary { n: self.n, mean, sd: (self.n > 1).then(|| variance.sqrt()) }
     }
+}
+
+/// The mean over the paper's groups of an error of glucose, mg/dL.
+#[must_use]
+pub fn balanced(
+    contract::held_out::GroupErrors { rmse_mg_dl, windows }: &contract::held_out::GroupErrors,
+) -> f64 {
+    GroupErrors { rmse_mg_dl: *rmse_mg_dl, windows: *windows }.balanced()
+}
+
+fn written(GroupErrors { rmse_mg_dl, windows }: GroupErrors) -> contract::held_out::GroupErrors {
+    contract::held_out::GroupErrors { rmse_mg_dl, windows }
 }
 
 /// Whether a week is one of the paper's combinations, in which insulin follows the rule.

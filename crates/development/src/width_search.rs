@@ -2,6 +2,7 @@
 //!
 //! A proposal follows from seed and trials so far alone, so that a search goes on from a list of them.
 
+pub use contract::widths::Trial;
 use egobox_ego::{Cstr, EgorServiceFactory};
 use ndarray::Array2;
 use nn_statespace::training::{Provenance, TrainingConfig, train};
@@ -9,7 +10,6 @@ use nn_statespace::{PerCompartment, Widths};
 use rand::seq::SliceRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use crate::error::DevelopmentError;
 use crate::training_data::TrainingData;
@@ -18,15 +18,6 @@ use crate::training_data::TrainingData;
 pub const NETWORKS: usize = 10;
 /// Fewest and most hidden units (paper).
 pub const RANGE: (usize, usize) = (4, 256);
-
-/// Widths that were tried.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Trial {
-    /// Hidden units of each network in the order of [`physiology::Compartment::ALL`].
-    pub widths: [usize; NETWORKS],
-    /// Balanced error, mg/dL; `None` if training broke off.
-    pub error: Option<f64>,
-}
 
 /// The widths to try after these trials, of which the first `explore` explore.
 ///

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cohort::Person;
+use contract::run_errors::RunError;
 use nn_statespace::{DoseGains, PopulationModel};
 use ode_sim::OdePlant;
 use twins::Twin;

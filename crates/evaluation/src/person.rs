@@ -1,6 +1,7 @@
 //! One person's held-out windows under every method.
 
 use cohort::{Person, Window, split_by_time};
+use contract::run_errors::RunError;
 use nn_statespace::PopulationModel;
 use ode_sim::OdePlant;
 use physiology::{MgPerDl, Plant};

@@ -2,7 +2,6 @@
 
 use cohort::Person;
 use physiology::Grams;
-use serde::Serialize;
 
 use crate::error::MealError;
 use crate::signals::Signals;
@@ -14,8 +13,7 @@ pub use grid::GridSettings;
 pub use plant::PlantSettings;
 
 /// How strongly the readings speak for a meal.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Evidence {
     /// Logarithm of the likelihood with the meal over that without it, both at their best.
     LikelihoodRatio {

@@ -33,23 +33,13 @@ mod event;
 use cohort::{Cohort, Person};
 use physiology::Grams;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use self::desk::Desk;
 use crate::detect::{Detected, Detector};
 use crate::error::MealError;
 
-pub use event::{EventKind, EventRow, Fate, count_fates};
-
-/// How a log and detections become one log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Rule {
-    /// The paper's three passes.
-    Published,
-    /// Every report stays; detections far from any report are added.
-    Additive,
-}
+pub use contract::meals::{EventKind, Fate, Rule};
+pub use event::{EventRow, count_fates};
 
 /// Settings of a reconciliation.
 #[derive(Debug, Clone, Copy, PartialEq)]

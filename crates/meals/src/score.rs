@@ -3,9 +3,9 @@
 //! Every figure is a sum or a list over people, so that tallies of several people merge into one
 //! ([`Tally::merge`]) and people with many meals count for more.
 
+pub use contract::meals::{ClassScore, Score, SizeError, TimeError};
 use ode_sim::GutPair;
 use physiology::{Grams, Minutes, STEP, STEPS_PER_DAY};
-use serde::Serialize;
 
 /// Carbohydrate at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -180,8 +180,8 @@ impl Tally {
             sensitivity: share(matched as f64, eaten as f64),
             precision: share(matched as f64, self.claimed as f64),
             false_per_day: share((self.claimed - matched) as f64, self.days),
-            time: TimeError::of(&self.late),
-            size: SizeError::of(&self.sizes),
+            time: time_error(&self.late),
+            size: size_error(&self.sizes),
             explained: share(self.explained_grams, self.eaten_grams),
             invented: share(self.invented_grams, self.eaten_grams),
             on_board_error_g: share(self.on_board, self.steps as f64),
@@ -190,108 +190,34 @@ impl Tally {
     }
 }
 
-/// How well meals agree. Shares are from 0 to 1; `None` is a share of nothing.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Score {
-    /// Days of all people.
-    pub days: f64,
-    /// Meals that were eaten.
-    pub eaten: usize,
-    /// Meals that are claimed.
-    pub claimed: usize,
-    /// Of both, those that belong together.
-    pub matched: usize,
-    /// Share of eaten meals that are claimed.
-    pub sensitivity: Option<f64>,
-    /// Share of claimed meals that were eaten.
-    pub precision: Option<f64>,
-    /// Claimed meals that were not eaten, a day.
-    pub false_per_day: Option<f64>,
-    /// When, of those that belong together.
-    pub time: Option<TimeError>,
-    /// How much, of those that belong together and whose size is claimed.
-    pub size: Option<SizeError>,
-    /// Share of the eaten carbohydrate that is claimed at its time: the smaller of both sizes,
-    /// summed over the meals that belong together.
-    pub explained: Option<f64>,
-    /// Claimed carbohydrate that was not eaten, as a share of what was.
-    pub invented: Option<f64>,
-    /// Mean absolute difference between the carbohydrate on board that the claims and that the
-    /// truth bring about, g: one number for time, size, what is missing and what is invented.
-    pub on_board_error_g: Option<f64>,
-    /// By size of the eaten meal.
-    pub classes: Vec<ClassScore>,
+/// Errors of time of meals that are late by so many minutes; `None` of none.
+fn time_error(late: &[f64]) -> Option<TimeError> {
+    let mut sorted = late.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let mut absolute: Vec<f64> = late.iter().map(|minutes| minutes.abs()).collect();
+    absolute.sort_unstable_by(f64::total_cmp);
+    Some(TimeError {
+        median: quantile(&sorted, 0.5)?,
+        lower_quartile: quantile(&sorted, 0.25)?,
+        upper_quartile: quantile(&sorted, 0.75)?,
+        median_absolute: quantile(&absolute, 0.5)?,
+        late: share(late.iter().filter(|m| **m > 0.0).count() as f64, late.len() as f64)?,
+    })
 }
 
-/// Sensitivity for meals of one class of size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ClassScore {
-    /// Least size, g; the class ends where the next begins.
-    pub from_g: f64,
-    /// Meals that were eaten.
-    pub eaten: usize,
-    /// Share of them that are claimed.
-    pub sensitivity: Option<f64>,
-}
-
-/// Errors of time, min; positive is late.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct TimeError {
-    /// Median.
-    pub median: f64,
-    /// Lower quartile.
-    pub lower_quartile: f64,
-    /// Upper quartile.
-    pub upper_quartile: f64,
-    /// Median of the absolute errors.
-    pub median_absolute: f64,
-    /// Share of meals that are claimed too late.
-    pub late: f64,
-}
-
-/// Errors of size; positive is too large.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct SizeError {
-    /// Meals with a size.
-    pub meals: usize,
-    /// Mean error, g.
-    pub bias_g: f64,
-    /// Mean absolute error, g.
-    pub mean_absolute_g: f64,
-    /// Mean absolute error as a percentage of the mean size eaten.
-    pub mean_absolute_percent: f64,
-}
-
-impl TimeError {
-    fn of(late: &[f64]) -> Option<Self> {
-        let mut sorted = late.to_vec();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let mut absolute: Vec<f64> = late.iter().map(|minutes| minutes.abs()).collect();
-        absolute.sort_unstable_by(f64::total_cmp);
-        Some(Self {
-            median: quantile(&sorted, 0.5)?,
-            lower_quartile: quantile(&sorted, 0.25)?,
-            upper_quartile: quantile(&sorted, 0.75)?,
-            median_absolute: quantile(&absolute, 0.5)?,
-            late: share(late.iter().filter(|m| **m > 0.0).count() as f64, late.len() as f64)?,
-        })
-    }
-}
-
-impl SizeError {
-    fn of(sizes: &[(f64, f64)]) -> Option<Self> {
-        let n = sizes.len() as f64;
-        let mean = |value: &dyn Fn(f64, f64) -> f64| {
-            share(sizes.iter().map(|(truth, claimed)| value(*truth, *claimed)).sum(), n)
-        };
-        let mean_absolute_g = mean(&|truth, claimed| (claimed - truth).abs())?;
-        Some(Self {
-            meals: sizes.len(),
-            bias_g: mean(&|truth, claimed| claimed - truth)?,
-            mean_absolute_g,
-            mean_absolute_percent: 100.0 * mean_absolute_g / mean(&|truth, _| truth)?,
-        })
-    }
+/// Errors of size, from sizes eaten and claimed, g; `None` of none.
+fn size_error(sizes: &[(f64, f64)]) -> Option<SizeError> {
+    let n = sizes.len() as f64;
+    let mean = |value: &dyn Fn(f64, f64) -> f64| {
+        share(sizes.iter().map(|(truth, claimed)| value(*truth, *claimed)).sum(), n)
+    };
+    let mean_absolute_g = mean(&|truth, claimed| (claimed - truth).abs())?;
+    Some(SizeError {
+        meals: sizes.len(),
+        bias_g: mean(&|truth, claimed| claimed - truth)?,
+        mean_absolute_g,
+        mean_absolute_percent: 100.0 * mean_absolute_g / mean(&|truth, _| truth)?,
+    })
 }
 
 /// Time constant by which carbohydrate is taken to leave the gut: the plant's t_max,G.

@@ -138,7 +138,8 @@ fn every_event_has_its_row_and_every_gram_its_event() {
     let log = logged(&after.person).0;
     assert!((kept - log).abs() < 1e-6, "{kept} {log}"); // rounding of a sum of some fifty numbers
     assert!(after.events.windows(2).all(|pair| pair[0].time <= pair[1].time));
-    let row = serde_json::to_value(&after.events[0]).expect("numbers and words");
+    let row = serde_json::to_value(contract::meals::MealEvent::from(&after.events[0]))
+        .expect("numbers and words");
     assert_eq!(row["person_id"], person.id);
     assert!(row["time"].as_str().is_some_and(|time| time.starts_with("2024-01-08T")), "{row}");
 }

@@ -1,16 +1,16 @@
 //! All fits of one person, in the form in which they are kept.
 
 use cohort::Person;
+use contract::baselines;
 use nn_statespace::PopulationModel;
 use ode_sim::personal::{FACTORS, Factor};
 use ode_sim::{OdeParameters, OdePlant};
 use physiology::Kilograms;
-use serde::{Deserialize, Serialize};
 use twins::{PersonWindows, Protocol, TwinLoss};
 
 use crate::closest::{Candidate, closest};
 use crate::error::OdeTwinError;
-use crate::posterior::{ChainDiagnostics, Sampling, maximum_a_posteriori, sample_posterior};
+use crate::posterior::{Sampling, maximum_a_posteriori, sample_posterior};
 use crate::sensitivities::{SensitivitySearch, search_sensitivities, with_sensitivities};
 use crate::windows::FitWindows;
 
@@ -33,77 +33,25 @@ pub struct FitRecipe {
     pub seed: u64,
 }
 
-/// A body of the ODE model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Fitted {
-    /// Model parameters.
-    pub parameters: OdeParameters,
-    /// Weight by which doses are divided, kg.
-    pub weight_kg: f64,
-    /// Mean training loss, the same for all methods.
-    pub loss: f64,
-}
-
-impl Fitted {
-    /// The plant as the authors run it.
-    #[must_use]
-    pub fn plant(&self) -> OdePlant {
-        OdePlant::reproduction(self.parameters, Kilograms(self.weight_kg))
-    }
-}
-
+/// A body of the ODE model, with its loss.
+pub type Fitted = baselines::Fitted<OdeParameters>;
 /// The posterior in the form in which it is kept.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PosteriorSummary {
-    /// Names of the factors, in the order of all lists here.
-    pub factors: Vec<String>,
-    /// The most probable log factors.
-    pub mode: Vec<f64>,
-    /// Mean log factors over draws.
-    pub mean: Vec<f64>,
-    /// Standard deviations of log factors over draws.
-    pub sd: Vec<f64>,
-    /// Standard deviation of what half an hour adds to a run's error, mg/dL, at the mode.
-    pub sigma: f64,
-    /// Share of a run's error that is left after half an hour, at the mode.
-    pub autoregression: f64,
-    /// Windows behind it.
-    pub windows: usize,
-    /// Whether the search for the mode came to rest.
-    pub converged: bool,
-    /// Whether to trust the draws.
-    pub diagnostics: ChainDiagnostics,
-    /// Parameters of the draws that were kept.
-    pub draws: Vec<OdeParameters>,
-}
-
+pub type PosteriorSummary = baselines::PosteriorSummary<OdeParameters>;
 /// Every fit of one person.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct OdeFits {
-    /// The person.
-    pub person_id: String,
-    /// The closest of the virtual population, and its name there.
-    pub closest: Fitted,
-    /// What the population calls it.
-    pub closest_id: String,
-    /// The sensitivities of Bayesian optimisation.
-    pub bayesian_optimisation: Fitted,
-    /// Factors on S_f1, S_f2 and S_f3 behind them.
-    pub sensitivity_factors: [f64; 3],
-    /// The most probable parameters.
-    pub maximum_a_posteriori: Fitted,
-    /// What is known around them.
-    pub posterior: PosteriorSummary,
+pub type OdeFits = baselines::OdeFits<OdeParameters>;
+
+/// The plant of a fit as the authors run it.
+#[must_use]
+pub fn plant_of(fitted: &Fitted) -> OdePlant {
+    OdePlant::reproduction(fitted.parameters, Kilograms(fitted.weight_kg))
 }
 
-impl OdeFits {
-    /// The plants of the posterior's kept draws.
-    #[must_use]
-    pub fn posterior_plants(&self) -> Vec<OdePlant> {
-        let weight = Kilograms(self.maximum_a_posteriori.weight_kg);
-        let draws = self.posterior.draws.iter();
-        draws.map(|parameters| OdePlant::reproduction(*parameters, weight)).collect()
-    }
+/// The plants of the posterior's kept draws.
+#[must_use]
+pub fn posterior_plants(fits: &OdeFits) -> Vec<OdePlant> {
+    let weight = Kilograms(fits.maximum_a_posteriori.weight_kg);
+    let draws = fits.posterior.draws.iter();
+    draws.map(|parameters| OdePlant::reproduction(*parameters, weight)).collect()
 }
 
 /// Fits one person; `index` is their place in the cohort.

@@ -27,7 +27,9 @@ mod windows;
 
 pub use closest::{Candidate, Closest, closest};
 pub use error::OdeTwinError;
-pub use fits::{FitRecipe, Fitted, OdeFits, PosteriorSummary, fit_person};
+pub use fits::{
+    FitRecipe, Fitted, OdeFits, PosteriorSummary, fit_person, plant_of, posterior_plants,
+};
 pub use posterior::{
     ChainDiagnostics, MaximumAPosteriori, Posterior, Sampling, maximum_a_posteriori,
     sample_posterior,

@@ -24,6 +24,7 @@ mod asked;
 mod checkpoint;
 mod children;
 mod diagnosed;
+mod documents;
 mod inputs;
 mod interrupt;
 mod labels;

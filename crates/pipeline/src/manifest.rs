@@ -14,7 +14,7 @@ use sha2::{Digest as _, Sha256};
 /// The report's file name in an output folder.
 pub(crate) const REPORT: &str = "report.html";
 /// The manifest's file name in an output folder.
-pub(crate) const FILE: &str = "manifest.json";
+pub(crate) const FILE: &str = contract::Manifest::FILE;
 
 /// What the program is called, for manifests.
 static PROGRAM: OnceLock<&'static str> = OnceLock::new();

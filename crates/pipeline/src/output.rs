@@ -8,7 +8,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
-use serde::Serialize;
+use contract::Document;
 
 use crate::manifest::{self, Manifest};
 
@@ -72,9 +72,14 @@ impl OutputFolder {
             .with_context(|| format!("cannot write '{name}' (is the disk full?)"))
     }
 
-    /// Writes `value` as readable JSON.
-    pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(value)
+    /// Writes a document under its own name as readable JSON.
+    pub fn write_document<T: Document>(&self, document: &T) -> Result<()> {
+        self.write_document_as(T::FILE, document)
+    }
+
+    /// Writes a document under another name.
+    pub fn write_document_as(&self, name: &str, document: &impl Document) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(document)
             .with_context(|| format!("cannot express '{name}' as JSON"))?;
         text.push('\n');
         self.write(name, text.as_bytes())
@@ -83,7 +88,7 @@ impl OutputFolder {
     /// Adds the manifest and puts the folder in its place.
     pub fn finish(self) -> Result<PathBuf> {
         let manifest = self.manifest.clone().with_outputs_in(self.path())?;
-        self.write_json(manifest::FILE, &manifest)?;
+        self.write_document::<contract::Manifest>(&manifest)?;
         if self.target.is_dir() {
             fs::remove_dir_all(&self.target)
                 .with_context(|| format!("cannot replace '{}'", self.target.display()))?;

@@ -3,7 +3,7 @@
 //! A [`Posterior`] reads the statistics of a cohort by name and answers with probabilities over nothing, something
 //! unknown, every effect, and every pair of effects. It is an ensemble of small networks, trained on a [`Table`] of
 //! made worlds ([`train`]): amortised model comparison (Radev et al., IEEE Trans Neural Netw Learn Syst
-//! 2023;34:4903; Elsemueller et al., Psychol Methods 2024). What it saw is in its [`Card`].
+//! 2023;34:4903; Elsemueller et al., Psychol Methods 2024). What it saw is in its [`PosteriorCard`].
 //!
 //! Nothing here knows a plant or a filter: a downstream tool can train a posterior on statistics of its own.
 //!
@@ -23,7 +23,6 @@
 //!
 //! Research software. Not a medical device; not validated for any treatment decision.
 
-mod card;
 mod error;
 mod network;
 mod posterior;
@@ -32,7 +31,7 @@ mod sets;
 mod table;
 mod training;
 
-pub use card::Card;
+pub use contract::posterior::PosteriorCard;
 pub use error::PosteriorError;
 pub use posterior::{Answer, Gap, Posterior};
 pub use sets::{Lacking, Sets};

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, HashMap};
 
 use candle_core::{DType, Device, Tensor};
+use contract::posterior::PosteriorCard;
 use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
 
-use crate::card::Card;
 use crate::error::PosteriorError;
 use crate::network::GAP_UNIT;
 use crate::network::{Constants, Network, Shape};
@@ -34,7 +34,7 @@ struct Described {
     cells: Vec<String>,
     hidden: usize,
     reading: Reading,
-    card: Card,
+    card: PosteriorCard,
 }
 
 impl Described {
@@ -90,7 +90,7 @@ impl Posterior {
         cells: Vec<String>,
         reading: Reading,
         members: Vec<Network>,
-        card: Card,
+        card: PosteriorCard,
     ) -> Result<Self, PosteriorError> {
         let hidden = members.first().and_then(|m| m.weights.first()).map_or(0, |w| w.dims()[1]);
         let described = Described { effects, ports, cells, hidden, reading, card };
@@ -105,7 +105,7 @@ impl Posterior {
 
     /// What it saw.
     #[must_use]
-    pub fn card(&self) -> &Card {
+    pub fn card(&self) -> &PosteriorCard {
         &self.described.card
     }
 

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use candle_core::{Device, Tensor, Var};
 use candle_nn::{AdamW, Optimizer, ParamsAdamW};
+use contract::posterior::PosteriorCard;
 use rand::seq::SliceRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::card::Card;
 use crate::error::PosteriorError;
 use crate::network::GAP_UNIT;
 use crate::network::{Constants, Kept, Network, Shape};
@@ -131,7 +131,7 @@ pub fn train(
         *hands.entry(&truth.hand).or_default() += 1;
     }
     let nothing = wanted.iter().filter(|set| **set == Lacking::Nothing).count();
-    let card = Card {
+    let card = PosteriorCard {
         source: source.to_owned(),
         hands: hands.into_iter().map(|(hand, worlds)| (hand.to_owned(), worlds)).collect(),
         nothing: nothing as f64 / table.len() as f64,

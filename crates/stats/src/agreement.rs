@@ -1,12 +1,10 @@
 //! Error of a simulated trace against its reference, by person and over people.
 
-use serde::Serialize;
-
 use crate::error::finite;
 use crate::{StatsError, Summary};
 
 /// Errors of one person's simulated values against the reference, in the unit of the values.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Agreement {
     /// Number of compared samples.
     pub n: usize,
@@ -50,7 +48,7 @@ pub fn agreement(reference: &[f64], simulated: &[f64]) -> Result<Agreement, Stat
 }
 
 /// Agreement over people: mean and SD of each person's figures, every person counting once.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AgreementOverPeople {
     /// Of the root mean squared errors.
     pub rmse: Summary,

@@ -23,7 +23,6 @@ use std::num::NonZeroUsize;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::StatsError;
 use crate::error::open_unit;
@@ -33,7 +32,7 @@ mod replicates;
 pub use replicates::ReplicateMatrix;
 
 /// An interval, both ends included, in the unit of the statistic.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// Lower end.
     pub lower: f64,
@@ -50,7 +49,7 @@ impl Interval {
 }
 
 /// A statistic with its bootstrap intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The statistic on the full sample.
     pub value: f64,
@@ -68,7 +67,7 @@ pub struct Estimate {
 }
 
 /// How to resample. There is no default: each field changes the result.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bootstrap {
     /// Number of replicates; 2,000 and more for 95 % intervals.
     pub replicates: usize,

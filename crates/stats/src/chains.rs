@@ -4,7 +4,6 @@
 //! Simpson, Carpenter and Bürkner, "Rank-normalization, folding, and localization: an improved R-hat
 //! for assessing convergence of MCMC", Bayesian Analysis 16 (2021), 667-718.
 
-use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::StatsError;
@@ -18,7 +17,7 @@ const FEWEST_DRAWS: usize = 8;
 const TAILS: [f64; 2] = [0.05, 0.95];
 
 /// What the draws of one quantity say about the chains that made them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChainSummary {
     /// The larger of the rank-normalised split R-hats of draws and of folded draws; near 1 where the
     /// chains cannot be told apart.

@@ -1,11 +1,9 @@
 //! The paper's table: six outcomes of one method against the real ones, over people.
 
-use serde::Serialize;
-
 use crate::{Outcome, Outcomes, StatsError, Summary, tost};
 
 /// A difference with its interval.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// Mean of simulated minus actual, in the outcome's unit.
     pub value: f64,
@@ -15,8 +13,8 @@ pub struct Difference {
     pub upper: f64,
 }
 
-/// One row of the outcomes table; serialises as a row of `outcomes.json`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// One row of the outcomes table.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutcomeEquivalence {
     /// Which outcome.
     pub metric: Outcome,
@@ -34,6 +32,22 @@ pub struct OutcomeEquivalence {
     pub p: f64,
     /// Whether `p < alpha`.
     pub equivalent: bool,
+}
+
+impl From<OutcomeEquivalence> for contract::Equivalence {
+    fn from(row: OutcomeEquivalence) -> Self {
+        let Difference { value, lower, upper } = row.difference;
+        Self {
+            metric: row.metric.key().to_owned(),
+            unit: row.unit.to_owned(),
+            margin: row.margin,
+            actual: row.actual.into(),
+            simulated: row.simulated.into(),
+            difference: contract::WithInterval { value, lower, upper },
+            p: row.p,
+            equivalent: row.equivalent,
+        }
+    }
 }
 
 /// Tests the six outcomes with the paper's margins; one entry a person, the same order in both.

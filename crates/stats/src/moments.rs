@@ -1,12 +1,10 @@
 //! Mean and standard deviation of a sample.
 
-use serde::Serialize;
-
 use crate::StatsError;
 use crate::error::finite;
 
 /// Mean and standard deviation over people (or over whatever the values are).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
     /// Number of values.
     pub n: usize,
@@ -14,6 +12,12 @@ pub struct Summary {
     pub mean: f64,
     /// Sample standard deviation (denominator n - 1); `None` for a single value.
     pub sd: Option<f64>,
+}
+
+impl From<Summary> for contract::Summary {
+    fn from(Summary { n, mean, sd }: Summary) -> Self {
+        Self { n, mean, sd }
+    }
 }
 
 impl Summary {

@@ -1,6 +1,5 @@
 //! Adjustment for asking several questions: Holm, Benjamini-Hochberg, and max-T step-down.
 
-use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use crate::bootstrap::ReplicateMatrix;
@@ -54,7 +53,7 @@ fn ranked(p: &[f64]) -> Result<Vec<usize>, StatsError> {
 }
 
 /// One statistic of a family tested against zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MaxTRow {
     /// The statistic on the full sample.
     pub value: f64,
@@ -69,7 +68,7 @@ pub struct MaxTRow {
 }
 
 /// A family of statistics tested jointly against zero.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MaxT {
     /// Quantile of the maximum |t| with the small-sample correction; the intervals are value +- critical x standard error.
     pub critical: f64,

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use physiology::MgPerDl;
-use serde::Serialize;
 
 use crate::StatsError;
 use crate::moments::{mean, mean_and_sd};
@@ -20,8 +19,7 @@ const LEVEL_2_HIGH: f64 = 250.0;
 const LEAST_GLUCOSE: f64 = 1.0;
 
 /// The six outcomes on which the paper tests equivalence.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Outcome {
     /// Time in range, 70-180 mg/dL inclusive, % of samples.
     Tir,
@@ -96,7 +94,7 @@ impl fmt::Display for Outcome {
 }
 
 /// Outcomes of one glucose trace, or their average over several.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcomes {
     /// Time in 70-180 mg/dL inclusive, %.
     pub tir: f64,

@@ -1,14 +1,12 @@
 //! Comparison of two methods over the same people.
 
-use serde::Serialize;
-
 use crate::error::pairs;
 use crate::moments::{mean, mean_and_sd};
 use crate::wilcoxon::{SignedRank, signed_rank};
 use crate::{Bootstrap, Estimate, StatsError, Summary};
 
 /// How one method compares with another, a figure (say RMSE) a person for both.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairedComparison {
     /// Mean and SD over people of the first method.
     pub first: Summary,

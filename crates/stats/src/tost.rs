@@ -5,7 +5,6 @@
 //! larger of the two one-sided p-values is reported, and equivalence at level alpha is the same as
 //! the (1 - 2 alpha) interval lying inside the margin.
 
-use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::error::{open_unit, pairs};
@@ -15,7 +14,7 @@ use crate::{Interval, StatsError};
 /// Result of a paired TOST.
 ///
 /// The t values are infinite where the differences do not vary; JSON writes them as null.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tost {
     /// Number of pairs.
     pub n: usize,

@@ -1,6 +1,5 @@
 //! Wilcoxon's signed-rank test for paired differences.
 
-use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::StatsError;
@@ -10,8 +9,7 @@ use crate::error::finite;
 const EXACT_UP_TO: usize = 50;
 
 /// How the p-value was computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Null {
     /// All sign patterns counted.
     Exact,
@@ -20,7 +18,7 @@ pub enum Null {
 }
 
 /// Result of the signed-rank test.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignedRank {
     /// Differences that are not zero; zeros are left out, as Wilcoxon did.
     pub n: usize,

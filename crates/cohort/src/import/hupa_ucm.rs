@@ -7,6 +7,7 @@
 
 use std::path::Path;
 
+use contract::import_report::{Inference, Totals};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rayon::prelude::*;
 
@@ -14,7 +15,7 @@ use super::files::files;
 use super::hupa_units::{
     BasalUnit, BolusUnit, CarbUnit, GRAMS_PER_SERVING, basal_unit, bolus_unit, carb_unit,
 };
-use super::report::{Imported, Inference, Notes, Totals, assemble};
+use super::report::{Imported, Notes, assemble, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy, is_person_id};
 use crate::range::{check_value, looks_like_mmol};
@@ -171,12 +172,8 @@ impl Reader<'_> {
     }
 
     fn infer(&mut self, column: &str, conclusion: &str, evidence: String) {
-        self.inferences.push(Inference {
-            person: self.id.into(),
-            place: Place::column(self.table.file(), column),
-            conclusion: conclusion.into(),
-            evidence,
-        });
+        let place = Place::column(self.table.file(), column);
+        self.inferences.push(inference(self.id, place, conclusion, evidence));
     }
 
     fn note(&mut self, column: &str, what: &str, count: usize) {
@@ -254,8 +251,8 @@ impl Reader<'_> {
         self.infer(BASAL, conclusion, evidence);
         self.keep(Channel::Basal, &values, rate);
         self.totals.push(Totals {
-            column: Channel::Basal.column(),
-            unit: "U",
+            column: Channel::Basal.column().to_owned(),
+            unit: "U".to_owned(),
             source: values.iter().flatten().sum::<f64>() * units,
             record: self.record.basal().iter().flatten().sum::<f64>() / STEPS_PER_HOUR as f64,
             left_out: 0.0,
@@ -303,14 +300,14 @@ impl Reader<'_> {
         &mut self,
         column: &str,
         channel: Channel,
-        unit: &'static str,
+        unit: &str,
         values: &[Option<f64>],
         factor: Option<f64>,
     ) {
         let source = values.iter().flatten().sum::<f64>();
-        let total = |unit, source, record, left_out| Totals {
-            column: channel.column(),
-            unit,
+        let total = |unit: &str, source, record, left_out| Totals {
+            column: channel.column().to_owned(),
+            unit: unit.to_owned(),
             source,
             record,
             left_out,

@@ -1,111 +1,22 @@
 //! The account of an import.
 
+use contract::import_report::{ImportReport, Inference, Note, PersonImport, Totals};
+
 use crate::error::Place;
-use crate::mass_balance::MassBalance;
-use crate::person::{Cohort, Person, Therapy};
-use crate::plausibility::{Finding, findings};
+use crate::mass_balance::mass_balance;
+use crate::person::{Cohort, Person};
+use crate::plausibility::findings;
 
-/// Everything that a reader must know to trust an imported cohort.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct ImportReport {
-    /// Name of the format.
-    pub format: &'static str,
-    /// What "per day" means in `people`.
-    pub days_are: &'static str,
-    /// One entry per person, in the cohort's order.
-    pub people: Vec<PersonImport>,
-    /// Units and meanings that were inferred, with the evidence.
-    pub inferences: Vec<Inference>,
-    /// What was changed, merged, left out or looks odd.
-    pub notes: Vec<Note>,
-}
-
-/// One person's part of an import.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct PersonImport {
-    /// Daily figures.
-    pub balance: MassBalance,
-    /// The same in one line.
-    pub line: String,
-    /// Therapy as stated or inferred.
-    pub therapy: Therapy,
-    /// Amounts in the source, in the record, and left out.
-    pub totals: Vec<Totals>,
-    /// Implausible figures; they changed nothing.
-    pub findings: Vec<Finding>,
-}
-
-/// The account of one amount: `source = record + left_out`.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Totals {
-    /// Column of `records.csv`.
-    pub column: &'static str,
-    /// Unit of the three amounts.
-    pub unit: &'static str,
-    /// Sum over the source.
-    pub source: f64,
-    /// Sum over the record.
-    pub record: f64,
-    /// Sum over what the notes list as left out.
-    pub left_out: f64,
-}
-
-/// A unit or meaning that the source does not state.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Inference {
-    /// The person.
-    pub person: String,
-    /// Where.
-    #[serde(flatten)]
-    pub place: Place,
-    /// What was concluded.
-    pub conclusion: String,
-    /// The figures that support it.
-    pub evidence: String,
-}
-
-/// Something that was changed, merged, left out or looks odd.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Note {
-    /// The person, if it concerns one.
-    pub person: Option<String>,
-    /// Where; the first place if there are several.
-    #[serde(flatten)]
-    pub place: Place,
-    /// What.
-    pub what: String,
-    /// How many times.
-    pub count: usize,
-}
-
-impl ImportReport {
-    /// The daily figures, one line per person.
-    pub fn lines(&self) -> impl Iterator<Item = &str> {
-        self.people.iter().map(|person| person.line.as_str())
-    }
-}
-
-impl Totals {
-    /// Whether the account closes, within rounding: 1e-9 of the source's amount.
-    #[must_use]
-    pub fn closes(&self) -> bool {
-        (self.source - self.record - self.left_out).abs() <= 1e-9 * self.source.abs().max(1.0)
-    }
-}
-
-impl std::fmt::Display for Note {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if let Some(person) = &self.person {
-            write!(f, "{person}: ")?;
-        }
-        write!(f, "{}: {} ({}x)", self.place, self.what, self.count)
-    }
-}
-
-impl std::fmt::Display for Inference {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}: {}; {}", self.person, self.place, self.conclusion, self.evidence)
-    }
+/// What was concluded of a person's unit or meaning at `place`, from which figures.
+pub(super) fn inference(
+    person: &str,
+    place: Place,
+    conclusion: impl Into<String>,
+    evidence: impl Into<String>,
+) -> Inference {
+    let Place { file, row, column } = place;
+    let (conclusion, evidence) = (conclusion.into(), evidence.into());
+    Inference { person: person.to_owned(), file, row, column, conclusion, evidence }
 }
 
 /// One person as an importer read them.
@@ -136,42 +47,43 @@ impl Notes {
         let known = self.notes.iter_mut().find(|note| {
             note.what == what
                 && note.person.as_deref() == Some(person)
-                && note.place.file == place.file
-                && note.place.column == place.column
+                && note.file == place.file
+                && note.column == place.column
         });
         match known {
             Some(note) => note.count += count,
-            None => self.notes.push(Note {
-                person: Some(person.into()),
-                place,
-                what: what.into(),
-                count,
-            }),
+            None => {
+                let Place { file, row, column } = place;
+                let (person, what) = (Some(person.into()), what.into());
+                self.notes.push(Note { person, file, row, column, what, count });
+            }
         }
     }
 }
 
 /// Combines people and their accounts.
-pub(super) fn assemble(
-    format: &'static str,
-    days_are: &'static str,
-    imported: Vec<Imported>,
-) -> super::Import {
-    let mut report =
-        ImportReport { format, days_are, people: vec![], inferences: vec![], notes: vec![] };
+pub(super) fn assemble(format: &str, days_are: &str, imported: Vec<Imported>) -> super::Import {
+    let (mut people, mut all_inferences, mut all_notes) = (vec![], vec![], vec![]);
     let mut cohort = Cohort::default();
     for Imported { person, totals, inferences, notes } in imported {
-        let balance = MassBalance::of(&person);
-        report.people.push(PersonImport {
+        let balance = mass_balance(&person);
+        people.push(PersonImport {
             line: balance.to_string(),
             balance,
-            therapy: person.therapy,
-            totals,
-            findings: findings(&person),
+            therapy: Some(person.therapy.name().to_owned()),
+            totals: Some(totals),
+            findings: findings(&person).iter().map(Into::into).collect(),
         });
-        report.inferences.extend(inferences);
-        report.notes.extend(notes.notes);
+        all_inferences.extend(inferences);
+        all_notes.extend(notes.notes);
         cohort.people.push(person);
     }
+    let report = ImportReport {
+        format: format.to_owned(),
+        days_are: Some(days_are.to_owned()),
+        people,
+        inferences: Some(all_inferences),
+        notes: all_notes,
+    };
     super::Import { cohort, report }
 }

@@ -9,9 +9,10 @@
 use std::path::{Path, PathBuf};
 
 use chrono::{DateTime, NaiveDateTime};
+use contract::import_report::Inference;
 use rayon::prelude::*;
 
-use super::report::{Imported, Inference, Notes, assemble};
+use super::report::{Imported, Notes, assemble, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy, is_person_id};
 use crate::record::{Channel, MAX_DAYS, Record};
@@ -92,8 +93,7 @@ impl Account<'_> {
     }
 
     fn infer(&mut self, place: Place, conclusion: &str, evidence: String) {
-        let person = self.id.into();
-        self.inferences.push(Inference { person, place, conclusion: conclusion.into(), evidence });
+        self.inferences.push(inference(self.id, place, conclusion, evidence));
     }
 }
 

@@ -8,10 +8,11 @@
 use std::path::Path;
 
 use chrono::{Datelike, NaiveDate, NaiveDateTime, TimeDelta, Weekday};
+use contract::import_report::Totals;
 use physiology::{BeatsPerMinute, STEPS_PER_HOUR};
 
 use super::files::files;
-use super::report::{Imported, Inference, Notes, Totals, assemble};
+use super::report::{Imported, Notes, assemble, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy, is_person_id};
 use crate::range::{check_value, looks_like_mmol};
@@ -66,9 +67,9 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
             record.channel_mut(channel)[i] = Some(value);
             source += value;
         }
-        let total = |unit, per_unit: f64| Totals {
-            column: channel.column(),
-            unit,
+        let total = |unit: &str, per_unit: f64| Totals {
+            column: channel.column().to_owned(),
+            unit: unit.to_owned(),
             source: source / per_unit,
             record: record.channel(channel).iter().flatten().sum::<f64>() / per_unit,
             left_out: 0.0,
@@ -98,13 +99,12 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
         "the rate includes boluses: kept as basal_u_h, bolus_u is 0",
     );
     notes.add(&id, Place::file(file), "no step counts, set changes, weight or therapy");
-    let inferences = vec![Inference {
-        person: id.clone(),
-        place: Place::column(file, HOUR),
-        conclusion: format!("the first row is {start}"),
-        evidence: "the file has no date; hour and weekend flag of every row agree with this one"
-            .into(),
-    }];
+    let inferences = vec![inference(
+        &id,
+        Place::column(file, HOUR),
+        format!("the first row is {start}"),
+        "the file has no date; hour and weekend flag of every row agree with this one",
+    )];
     let person = Person {
         id,
         weight: None,

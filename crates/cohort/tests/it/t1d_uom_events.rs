@@ -94,7 +94,8 @@ fn events_are_laid_on_the_grid_and_every_amount_is_accounted_for() {
     let totals: Vec<(&str, f64, f64, f64)> = import.report.people[0]
         .totals
         .iter()
-        .map(|t: &Totals| (t.column, t.source, t.record, t.left_out))
+        .flatten()
+        .map(|t: &Totals| (t.column.as_str(), t.source, t.record, t.left_out))
         .collect();
     // 9 min at 0.6 U/h and 18 min at 2.4 U/h, and the injection.
     for (found, expected) in totals.iter().zip([
@@ -178,7 +179,8 @@ fn injections_alone_are_mdi_without_a_basal_rate() {
     // Where insulin is recorded, boluses from 08:06 on define the span.
     assert_eq!(person.record.start().to_string(), "2024-03-01 08:05:00");
     assert_eq!(person.record.bolus()[0], Some(2.0));
-    let basal = &import.report.people[0].totals[0];
+    let totals = import.report.people[0].totals.as_ref().expect("an importer's account");
+    let basal = &totals[0];
     assert_eq!((basal.source, basal.record, basal.left_out), (20.0, 0.0, 20.0));
 }
 

@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::{CandidateEffect, CellGap, FoundEffect, PortEvidence};
+use crate::document::documents;
+
+documents! { Answer: "answers/ID.json", ""; }
 
 /// The answer in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -19,7 +22,7 @@ pub enum Verdict {
     Failed,
 }
 
-/// What is scored of a diagnosis.
+/// What is scored of a diagnosis; the file of a world whose diagnosis failed. Others have a `diagnosis.json` there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -257,12 +257,12 @@ mod tests {
         let threshold =
             |nats| Threshold { steps: vec![ThresholdStep { person_days: 100.0, nats }] };
         let best = ports::threshold_name(effects::Port::GutAbsorption, true);
-        let thresholds = Thresholds {
+        let thresholds = Thresholds::from(contract::Thresholds {
             source: String::new(),
             by_name: BTreeMap::from([(best, threshold(28.0))]),
             other: threshold(25.0),
             temperature: 1.0,
-        };
+        });
         let found = round.ports(&thresholds, 50.0);
         let first = |k: usize| (found[k].port, found[k].excess, found[k].within_days);
         assert_eq!(first(0), (effects::Port::Egp, 2.0, false));

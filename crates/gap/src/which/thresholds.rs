@@ -1,8 +1,10 @@
 //! The evidence that an effect or a port must show before it is named.
 
 use std::collections::BTreeMap;
+use std::ops::Deref;
 
 use contract::diagnosis::Evidence;
+pub use contract::thresholds::{Threshold, ThresholdStep};
 use effects::{Card, Effect};
 use serde::{Deserialize, Serialize};
 
@@ -30,73 +32,51 @@ const HANDS: [(&str, &str); 4] = [
 const TEMPERATURE: f64 = 1.5;
 
 /// Thresholds in nats, fixed on worlds in which nothing is missing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Thresholds {
-    /// What they were fixed on.
-    pub source: String,
-    /// By effect, and port with scale.
-    pub by_name: BTreeMap<String, Threshold>,
-    /// For what is not named above.
-    pub other: Threshold,
-    /// Nats of evidence over the threshold by which the odds of an answer rise e-fold.
-    pub temperature: f64,
-}
-
-/// One threshold, by the size of the cohort.
 ///
 /// A plant of another structure than the body gains a little from wrong effects for every day observed, so that
 /// large cohorts without an effect reach further than small ones. Beyond the cohorts that it was fixed on a threshold
 /// grows with the person-days.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Threshold {
-    /// Ascending, and not empty.
-    pub steps: Vec<ThresholdStep>,
+#[serde(transparent)]
+pub struct Thresholds(contract::Thresholds);
+
+impl Deref for Thresholds {
+    type Target = contract::Thresholds;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
 }
 
-/// The evidence that is needed in cohorts of up to a size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ThresholdStep {
-    /// Person-days up to which it holds.
-    pub person_days: f64,
-    /// Least evidence, nats.
-    pub nats: f64,
+impl From<contract::Thresholds> for Thresholds {
+    fn from(read: contract::Thresholds) -> Self {
+        Self(read)
+    }
 }
 
-impl Threshold {
-    /// The same evidence in cohorts of up to so many person-days.
-    fn even(nats: f64, person_days: f64) -> Self {
-        Self { steps: vec![ThresholdStep { person_days, nats }] }
-    }
+/// The same evidence in cohorts of up to so many person-days.
+fn even(nats: f64, person_days: f64) -> Threshold {
+    Threshold { steps: vec![ThresholdStep { person_days, nats }] }
+}
 
-    /// The evidence needed over so many person-days.
-    #[must_use]
-    pub fn over(&self, person_days: f64) -> f64 {
-        match (self.steps.iter().find(|s| person_days <= s.person_days), self.steps.last()) {
-            (Some(step), _) => step.nats,
-            (None, Some(last)) => last.nats * person_days / last.person_days,
-            (None, None) => f64::INFINITY,
-        }
-    }
+/// The stricter of two at every size.
+fn larger(one: &Threshold, other: &Threshold) -> Threshold {
+    let mut sizes: Vec<f64> =
+        one.steps.iter().chain(&other.steps).map(|step| step.person_days).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.dedup();
+    let of = |person_days: f64| ThresholdStep {
+        person_days,
+        nats: one.over(person_days).max(other.over(person_days)),
+    };
+    Threshold { steps: sizes.into_iter().map(of).collect() }
+}
 
-    /// The stricter of two at every size.
-    fn larger(&self, other: &Self) -> Self {
-        let mut sizes: Vec<f64> =
-            self.steps.iter().chain(&other.steps).map(|step| step.person_days).collect();
-        sizes.sort_by(f64::total_cmp);
-        sizes.dedup();
-        let of = |person_days: f64| ThresholdStep {
-            person_days,
-            nats: self.over(person_days).max(other.over(person_days)),
-        };
-        Self { steps: sizes.into_iter().map(of).collect() }
+fn times(mut threshold: Threshold, factor: f64) -> Threshold {
+    for step in &mut threshold.steps {
+        step.nats *= factor;
     }
-
-    fn times(mut self, factor: f64) -> Self {
-        for step in &mut self.steps {
-            step.nats *= factor;
-        }
-        self
-    }
+    threshold
 }
 
 impl Thresholds {
@@ -124,54 +104,54 @@ impl Thresholds {
     #[must_use]
     pub fn of_hand(hand: &str) -> Option<Self> {
         let (_, text) = HANDS.into_iter().find(|(name, _)| *name == hand)?;
-        serde_json::from_str(text).ok()
+        contract::read(text.as_bytes()).ok().map(Self)
     }
 
     /// Thresholds that no evidence reaches: for reading the evidence alone.
     pub(crate) fn never() -> Self {
-        Self {
+        Self(contract::Thresholds {
             source: "nothing is to be named".to_owned(),
             by_name: BTreeMap::new(),
-            other: Threshold::even(f64::INFINITY, f64::INFINITY),
+            other: even(f64::INFINITY, f64::INFINITY),
             temperature: TEMPERATURE,
-        }
+        })
     }
 
     fn largest_of(hands: impl Iterator<Item = &'static str>) -> Self {
         hands
             .map(|hand| Self::of_hand(hand).expect("the crate's own file, tested"))
-            .reduce(|a, b| a.larger(&b))
+            .reduce(|a, b| a.stricter(&b))
             .expect("more than one hand")
     }
 
     /// For each name the larger of two thresholds.
-    fn larger(mut self, other: &Self) -> Self {
+    fn stricter(mut self, other: &Self) -> Self {
         for (name, threshold) in &other.by_name {
-            let entry = self.by_name.entry(name.clone()).or_insert_with(|| threshold.clone());
-            *entry = entry.larger(threshold);
+            let entry = self.0.by_name.entry(name.clone()).or_insert_with(|| threshold.clone());
+            *entry = larger(entry, threshold);
         }
-        Self {
+        Self(contract::Thresholds {
             source: format!("{}; {}", self.source, other.source),
-            other: self.other.larger(&other.other),
+            other: larger(&self.other, &other.other),
             temperature: self.temperature.max(other.temperature),
-            ..self
-        }
+            ..self.0
+        })
     }
 
     /// These thresholds for a plant on which they were not fixed: all of them multiplied by a factor, which
     /// stands in `source`. False alarms are not calibrated for such a plant.
     #[must_use]
     pub fn for_other_plants(self) -> Self {
-        let wider = |t: Threshold| t.times(OTHER_PLANTS);
-        Self {
+        let contract::Thresholds { source, by_name, other, temperature } = self.0;
+        let wider = |threshold| times(threshold, OTHER_PLANTS);
+        Self(contract::Thresholds {
             source: format!(
-                "{}; fixed for the ODE plant, here times {OTHER_PLANTS} for another plant",
-                self.source
+                "{source}; fixed for the ODE plant, here times {OTHER_PLANTS} for another plant"
             ),
-            by_name: self.by_name.into_iter().map(|(name, t)| (name, wider(t))).collect(),
-            other: wider(self.other),
-            temperature: OTHER_PLANTS * self.temperature,
-        }
+            by_name: by_name.into_iter().map(|(name, t)| (name, wider(t))).collect(),
+            other: wider(other),
+            temperature: OTHER_PLANTS * temperature,
+        })
     }
 
     /// Thresholds that hardly a cohort of `nulls` reaches, in which nothing is missing.
@@ -197,15 +177,16 @@ impl Thresholds {
             kept.remove(odd);
         }
         let by_name = largest(&kept, &sizes);
-        let other = Threshold::even(LEAST_PORT, sizes[sizes.len() - 1]);
-        Self { source: source.to_owned(), by_name, other, temperature: TEMPERATURE }
+        let other = even(LEAST_PORT, sizes[sizes.len() - 1]);
+        let source = source.to_owned();
+        Self(contract::Thresholds { source, by_name, other, temperature: TEMPERATURE })
     }
 
     /// That of an effect of a library.
     ///
     /// How often an effect without a threshold of its own (a user's) shows evidence where nothing is missing is not
     /// known. It must show as much as the strictest of the effects that resemble it: that act at its port, or that its
-    /// card calls confusable with it; [`other`](Self::other) where none of them has a threshold.
+    /// card calls confusable with it; `other` where none of them has a threshold.
     #[must_use]
     pub fn of_effect(&self, card: &Card, library: &[&dyn Effect]) -> Threshold {
         if self.by_name.contains_key(card.id.name()) {
@@ -216,7 +197,7 @@ impl Thresholds {
             .map(|effect| effect.card())
             .filter(|other| self.by_name.contains_key(other.id.name()) && resembles(card, other))
             .map(|other| self.of(other.id.name()))
-            .reduce(|one, other| one.larger(&other))
+            .reduce(|one, other| larger(&one, &other))
             .unwrap_or_else(|| self.of(card.id.name()))
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+pub use contract::baselines::ChainDiagnostics;
 use nuts_rs::{
     Chain as _, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError,
     Settings as _,
@@ -13,7 +14,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use stats::chains;
 
 use super::{MaximumAPosteriori, Mode};
@@ -22,7 +22,7 @@ use crate::error::OdeTwinError;
 use crate::windows::FitWindows;
 
 /// How a posterior is sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sampling {
     /// Chains, each from a start of its own.
     pub chains: usize,
@@ -66,21 +66,6 @@ impl Sampling {
         }
         Ok(())
     }
-}
-
-/// Whether the chains agree and how much they say, worst over what is sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ChainDiagnostics {
-    /// The largest rank-normalised split R-hat; below 1.01 chains agree.
-    pub r_hat: f64,
-    /// The smallest effective sample size of the bulk.
-    pub ess_bulk: f64,
-    /// The smallest effective sample size of the tails.
-    pub ess_tail: f64,
-    /// Trajectories that left the region where the integrator can be trusted.
-    pub divergences: usize,
-    /// Evaluations of the density with its slopes, tuning included.
-    pub gradients: u64,
 }
 
 /// Draws from a person's posterior.

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
+use contract::Document as _;
+use ode_sim::OdeParameters;
 use ode_twins::{Candidate, FitRecipe, OdeFits, Sampling, SensitivitySearch, fit_person};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use twins::PersonWindows;
 
 use crate::manifest::Manifest;
@@ -36,21 +37,12 @@ pub struct Settings {
     pub seed: u64,
 }
 
-/// The fits.
-pub(crate) const FILE: &str = "baselines.json";
 /// Members of our own virtual population, as many as the published one has, and its seed.
 const OWN_PATIENTS: u64 = 99;
 const OWN_SEED: u64 = 2019;
 
-/// `baselines.json`.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Baselines {
-    schema: String,
-    /// Where the virtual patients came from, in words, and how many there are.
-    pub(crate) candidates: String,
-    /// One entry a person who was fitted.
-    pub(crate) people: Vec<OdeFits>,
-}
+/// `baselines.json`, with the parameters of the ODE.
+pub(crate) type Baselines = contract::Baselines<OdeParameters>;
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
@@ -112,13 +104,13 @@ pub fn run(args: &Settings) -> Result<()> {
     let people: Vec<OdeFits> = people.into_iter().flatten().collect();
     let worst = people.iter().map(|fits| fits.posterior.diagnostics.r_hat).fold(1.0, f64::max);
     let fitted = people.len();
-    let schema = "baselines/1".to_owned();
-    output.write_json(FILE, &Baselines { schema, candidates: described, people })?;
+    let schema = Baselines::SCHEMA.to_owned();
+    output.write_document(&Baselines { schema, candidates: described, people })?;
     let place = output.finish()?;
     progress.finish(&format!(
         "{fitted} people fitted, {} left out, largest R-hat {worst:.2}, {}",
         cohort.people.len() - fitted,
-        place.join(FILE).display()
+        place.join(Baselines::FILE).display()
     ));
     Ok(())
 }

@@ -12,13 +12,17 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result, ensure};
 use blind::{ScoredWorld, calibration_table, seal};
 use cohort::{RecordsFormat, write_folder};
-use contract::blind_check::{Answer, BlindCheck, Bound, Label, OpenedLabel, Seal};
+use contract::Document as _;
+use contract::blind_check::{
+    Answer, BlindCheck, Bound, CalibrationTable, Label, OpenedLabel, OpenedLabels, Seal,
+};
 use gap::Thresholds;
 use rayon::prelude::*;
 use world::Generator;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
 
 use crate::asked::{Asked, ask};
+use crate::documents::{read_document, read_document_at};
 use crate::labels::label;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -77,15 +81,16 @@ pub fn run(args: &Settings) -> Result<()> {
     let output = OutputFolder::begin(&args.out, Manifest::new("blind-check", config, Some(seed)))?;
     let (answered, worlds) = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
     if let Some(generator) = args.calibrate {
-        output.write_json("thresholds.json", &fitted(generator, seed, &answered, &output)?)?;
-        output.write_json("calibration.json", &calibration_table(seed, answered))?;
+        let thresholds = fitted(generator, seed, &answered, &output)?;
+        output.write_document::<contract::Thresholds>(&thresholds)?;
+        output.write_document(&calibration_table(seed, answered))?;
         let place = output.finish()?;
-        note(format!("blind-check: {}", place.join("calibration.json").display()));
+        note(format!("blind-check: {}", place.join(CalibrationTable::FILE).display()));
         return Ok(());
     }
     let scored = score(seed, answered)?;
     let scored = blind::with_ceiling(scored, ceiling::exact_courses(&worlds)?)?;
-    output.write_json("blind_check.json", &scored)?;
+    output.write_document(&scored)?;
     output.write("tables.txt", tables::tables(&scored).join("\n").as_bytes())?;
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
@@ -127,7 +132,7 @@ fn check(
             Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
         })
         .collect::<Result<Vec<_>>>()?;
-    output.write_json("seal.json", &seal::seal(&closed))?;
+    output.write_document(&seal::seal(&closed))?;
 
     let progress = Progress::begin("diagnoses", worlds.len());
     let answers = worlds
@@ -142,11 +147,9 @@ fn check(
     progress.finish(&format!("{} answers", answers.len()));
 
     // The seal as it lies on the disk, not as we remember it.
-    let sealed =
-        std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?;
-    let sealed: Seal = contract::read(&sealed).context("reading seal.json again")?;
+    let sealed: Seal = read_document(output.path())?;
     seal::verify(&sealed, &closed).context("opening the labels")?;
-    output.write_json("labels.json", &closed)?;
+    output.write_document(&OpenedLabels(closed))?;
     Ok((labels.into_iter().zip(answers).collect(), worlds))
 }
 
@@ -169,7 +172,7 @@ fn answer(
     let (answer, written) = ask(&folder, Some(hand), diagnosis_seed(seed, index), asked)?;
     match written {
         Some(written) => output.write(&format!("answers/{id}.json"), &written.text)?,
-        None => output.write_json(&format!("answers/{id}.json"), &answer)?,
+        None => output.write_document_as(&format!("answers/{id}.json"), &answer)?,
     }
     Ok(answer)
 }
@@ -185,10 +188,7 @@ fn fitted(
     for (label, answer) in answered {
         if label.effects.is_empty() && answer.failure.is_none() {
             let file = output.path().join("answers").join(format!("{}.json", label.id));
-            let text =
-                std::fs::read(&file).with_context(|| format!("reading '{}'", file.display()))?;
-            let diagnosis: contract::Diagnosis =
-                contract::read(&text).with_context(|| format!("'{}'", file.display()))?;
+            let diagnosis: contract::Diagnosis = read_document_at(&file)?;
             nulls.push(diagnosis.evidence);
         }
     }
@@ -291,8 +291,7 @@ mod tests {
         );
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
         let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
-        let mut labels: Vec<OpenedLabel> =
-            serde_json::from_slice(&read("labels.json")).expect("labels");
+        let OpenedLabels(mut labels) = contract::read(&read("labels.json")).expect("labels");
         seal::verify(&sealed, &labels).expect("as sealed");
         let truth: Label = serde_json::from_str(&labels[0].label).expect("a label");
         assert_eq!((truth.id.as_str(), truth.has("dawn")), ("world_0001", true));

@@ -10,6 +10,10 @@ use std::time::Instant;
 
 use anyhow::{Context as _, Result};
 use cohort::{CellKind, Cells, ParquetSink};
+use contract::Document as _;
+use contract::development_set::{
+    ColumnUnit, DevelopmentSetSummary, ScalerSummary, SignalScale, SubsetSummary,
+};
 use nn_statespace::training_set::{CoarseCounts, CompactRun, FineCounts};
 use nn_statespace::{Scaler, Signal};
 use ode_sim::development_set::{Origin, STEPS_PER_WEEK, Subset};
@@ -80,8 +84,8 @@ pub fn run(args: &Settings) -> Result<()> {
 
     output.write("weeks.csv", weeks_table(&weeks).as_bytes())?;
     output.write("meal_days.csv", meal_days_table(&set).as_bytes())?;
-    output.write_json("scaler.json", &scaler_json(&scaler, &weeks, &hash))?;
-    output.write_json("development-set.json", &summary(&set, &weeks, &hash))?;
+    output.write_document(&scaler_summary(&scaler, &weeks, &hash))?;
+    output.write_document(&summary(&set, &weeks, &hash))?;
     let place = output.finish()?;
 
     note(scaler_text(&scaler));
@@ -283,65 +287,56 @@ fn meal_days_table(set: &DevelopmentSet) -> String {
     text
 }
 
-fn scaler_json(scaler: &Scaler, weeks: &[WeekFacts], hash: &str) -> serde_json::Value {
+fn scaler_summary(scaler: &Scaler, weeks: &[WeekFacts], hash: &str) -> ScalerSummary {
     let training = weeks.iter().filter(|week| week.subset == Subset::Train).count();
-    let signals: serde_json::Map<String, serde_json::Value> = SIGNALS
-        .into_iter()
-        .map(|(signal, _, unit)| {
-            let pair = scaler.of(signal);
-            let value =
-                serde_json::json!({ "centre": pair.centre, "scale": pair.scale, "unit": unit });
-            (signal.name().to_owned(), value)
-        })
-        .collect();
-    serde_json::json!({
-        "schema": "scaler/1",
-        "centre_is": "median",
-        "scale_is": "interquartile range, 1 where that is 0; C1 is not scaled",
-        "training_rows": training * (STEPS_PER_WEEK + 1),
-        "data_sha256": hash,
-        "signals": signals,
-    })
+    let signals = SIGNALS.into_iter().map(|(signal, _, unit)| {
+        let pair = scaler.of(signal);
+        let scale = SignalScale { centre: pair.centre, scale: pair.scale, unit: unit.to_owned() };
+        (signal.name().to_owned(), scale)
+    });
+    ScalerSummary {
+        centre_is: "median".to_owned(),
+        data_sha256: hash.to_owned(),
+        scale_is: "interquartile range, 1 where that is 0; C1 is not scaled".to_owned(),
+        schema: ScalerSummary::SCHEMA.to_owned(),
+        signals: signals.collect(),
+        training_rows: training * (STEPS_PER_WEEK + 1),
+    }
 }
 
-fn summary(set: &DevelopmentSet, weeks: &[WeekFacts], hash: &str) -> serde_json::Value {
-    let subsets: serde_json::Map<String, serde_json::Value> = Subset::ALL
-        .into_iter()
-        .map(|subset| {
-            let own: Vec<_> = weeks.iter().filter(|week| week.subset == subset).collect();
-            let of = |origin| own.iter().filter(|week| week.origin == origin).count();
-            let shares = mean_shares(&own);
-            let value = serde_json::json!({
-                "weeks": own.len(),
-                "combinations": of(Origin::Combination),
-                "additional_low": of(Origin::AdditionalLow),
-                "additional_high": of(Origin::AdditionalHigh),
-                "meal_days": set.pool_of(subset).len(),
-                "share_below_70": shares.below_70,
-                "share_above_250": shares.above_250,
-                "windows_apart": own.len() * windows_per_week(WINDOW),
-                "windows_overlapping": own.len() * windows_per_week(TRAINING_STRIDE),
-            });
-            (subset.name().to_owned(), value)
-        })
-        .collect();
-    let columns: Vec<_> = SIGNALS
-        .into_iter()
-        .map(|(_, name, unit)| serde_json::json!({ "name": name, "unit": unit }))
-        .collect();
-    serde_json::json!({
-        "schema": "development-set/1",
-        "days": set.plan().days(),
-        "weeks": weeks.len(),
-        "rows": weeks.len() * (STEPS_PER_WEEK + 1),
-        "step_minutes": STEP.0,
-        "window_steps": WINDOW,
-        "files": files(set).len(),
-        "columns": columns,
-        "subsets": subsets,
-        "meal_days_in_two_subsets": 0,
-        "data_sha256": hash,
-    })
+fn summary(set: &DevelopmentSet, weeks: &[WeekFacts], hash: &str) -> DevelopmentSetSummary {
+    let subsets = Subset::ALL.into_iter().map(|subset| {
+        let own: Vec<_> = weeks.iter().filter(|week| week.subset == subset).collect();
+        let of = |origin| own.iter().filter(|week| week.origin == origin).count();
+        let shares = mean_shares(&own);
+        let summary = SubsetSummary {
+            additional_high: of(Origin::AdditionalHigh),
+            additional_low: of(Origin::AdditionalLow),
+            combinations: of(Origin::Combination),
+            meal_days: set.pool_of(subset).len(),
+            share_above_250: shares.above_250,
+            share_below_70: shares.below_70,
+            weeks: own.len(),
+            windows_apart: own.len() * windows_per_week(WINDOW),
+            windows_overlapping: own.len() * windows_per_week(TRAINING_STRIDE),
+        };
+        (subset.name().to_owned(), summary)
+    });
+    let columns =
+        SIGNALS.map(|(_, name, unit)| ColumnUnit { name: name.to_owned(), unit: unit.to_owned() });
+    DevelopmentSetSummary {
+        columns: columns.to_vec(),
+        data_sha256: hash.to_owned(),
+        days: set.plan().days(),
+        files: files(set).len(),
+        meal_days_in_two_subsets: 0,
+        rows: weeks.len() * (STEPS_PER_WEEK + 1),
+        schema: DevelopmentSetSummary::SCHEMA.to_owned(),
+        step_minutes: STEP.0,
+        subsets: subsets.collect(),
+        weeks: weeks.len(),
+        window_steps: WINDOW,
+    }
 }
 
 fn scaler_text(scaler: &Scaler) -> String {

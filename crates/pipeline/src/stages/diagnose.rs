@@ -8,6 +8,7 @@ use gap::{Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
 use posterior::Posterior;
 
 use crate::diagnosed::{Diagnosed, ODE};
+use crate::documents::read_document_at;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::Progress;
@@ -52,10 +53,8 @@ fn config(args: &Settings) -> Result<DiagnosisConfig> {
         working.thresholds = working.thresholds.for_other_plants();
     }
     let Some(file) = &args.thresholds else { return Ok(working) };
-    let text = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
-    let thresholds = serde_json::from_slice(&text)
-        .with_context(|| format!("'{}' does not hold thresholds", file.display()))?;
-    Ok(DiagnosisConfig { thresholds, ..working })
+    let thresholds: contract::Thresholds = read_document_at(file)?;
+    Ok(DiagnosisConfig { thresholds: thresholds.into(), ..working })
 }
 
 /// Reads a posterior.
@@ -98,7 +97,7 @@ pub fn run(args: &Settings) -> Result<()> {
             );
         }
     }
-    output.write_json("diagnosis.json", &diagnosis)?;
+    output.write_document(&diagnosis)?;
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;

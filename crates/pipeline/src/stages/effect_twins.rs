@@ -11,10 +11,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, ensure};
+use contract::effect_twins::{InputEffect, KindComparison, KindRow};
+use contract::{Document as _, EffectTwins};
 use gap::{Diagnoser, Diagnosis, DiagnosisConfig};
 use rayon::prelude::*;
-use serde::Serialize;
-use stats::{Bootstrap, Outcomes, Summary, compare_outcomes, paired};
+use stats::{Bootstrap, Outcome, Outcomes, Summary, compare_outcomes, paired};
 use twins::SteadyStates;
 
 use crate::manifest::Manifest;
@@ -44,48 +45,11 @@ pub struct Settings {
 /// Fewest people over whom methods are compared.
 const FEWEST_PEOPLE: usize = 2;
 
+/// Level of the one-sided tests.
+const LEVEL: f64 = 0.05;
+
 /// Which kinds differ by the effect alone.
 const PAIRS: [(usize, usize); 3] = [(1, 0), (3, 2), (5, 4)];
-
-/// `effect_twins.json`.
-#[derive(Debug, Serialize)]
-struct Found {
-    schema: &'static str,
-    /// Effects that are inputs, with the variant in use and the mean amplitude over people.
-    effects: Vec<InputEffect>,
-    /// Effects that were named and cannot be inputs, with the reason.
-    left_out: BTreeMap<String, String>,
-    people: usize,
-    windows: usize,
-    kinds: Vec<KindRow>,
-    comparisons: Vec<ComparisonRow>,
-}
-
-#[derive(Debug, Serialize)]
-struct InputEffect {
-    effect: String,
-    variant: usize,
-    mean_amplitude: f64,
-    gain_nats: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct KindRow {
-    name: &'static str,
-    rmse_5h: Summary,
-    rows: Vec<stats::OutcomeEquivalence>,
-}
-
-/// With the effect minus without it, over people.
-#[derive(Debug, Serialize)]
-struct ComparisonRow {
-    with: &'static str,
-    without: &'static str,
-    value: f64,
-    lower: f64,
-    upper: f64,
-    p: f64,
-}
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
@@ -142,9 +106,9 @@ pub fn run(args: &Settings) -> Result<()> {
             Ok(judged)
         })
         .collect::<Result<_>>()?;
-    let found = Found::new(&judged, &acting, left_out, &diagnosis, args.seed)?;
-    let text = found.text();
-    output.write_json("effect_twins.json", &found)?;
+    let found = found(&judged, &acting, left_out, &diagnosis, args.seed)?;
+    let text = text(&found);
+    output.write_document(&found)?;
     output.write("effect_twins.txt", text.as_bytes())?;
     let place = output.finish()?;
     note(text);
@@ -152,94 +116,102 @@ pub fn run(args: &Settings) -> Result<()> {
     Ok(())
 }
 
-impl Found {
-    fn new(
-        judged: &[Judged],
-        acting: &[Acting],
-        left_out: BTreeMap<String, String>,
-        diagnosis: &Diagnosis,
-        seed: u64,
-    ) -> Result<Self> {
-        let effects = acting.iter().map(|acting| {
-            let name = acting.effect.card().id.name();
-            let found = diagnosis.effects.iter().find(|found| found.effect == name);
-            let amplitudes: Vec<f64> =
-                found.map_or_else(Vec::new, |f| f.people.iter().map(|p| p.amplitude).collect());
-            InputEffect {
-                effect: name.to_owned(),
-                variant: acting.variant,
-                mean_amplitude: amplitudes.iter().sum::<f64>() / (amplitudes.len().max(1)) as f64,
-                gain_nats: found.map_or(0.0, |found| found.gain_nats),
-            }
+fn found(
+    judged: &[Judged],
+    acting: &[Acting],
+    left_out: BTreeMap<String, String>,
+    diagnosis: &Diagnosis,
+    seed: u64,
+) -> Result<EffectTwins> {
+    let effects = acting.iter().map(|acting| {
+        let name = acting.effect.card().id.name();
+        let found = diagnosis.effects.iter().find(|found| found.effect == name);
+        let amplitudes: Vec<f64> =
+            found.map_or_else(Vec::new, |f| f.people.iter().map(|p| p.amplitude).collect());
+        InputEffect {
+            effect: name.to_owned(),
+            variant: acting.variant,
+            mean_amplitude: amplitudes.iter().sum::<f64>() / (amplitudes.len().max(1)) as f64,
+            gain_nats: found.map_or(0.0, |found| found.gain_nats),
+        }
+    });
+    let actual: Vec<Outcomes> = judged.iter().map(|judged| judged.actual).collect();
+    let rmse = |kind: usize| -> Vec<f64> { judged.iter().map(|j| j.kinds[kind].1).collect() };
+    let mut kinds = Vec::with_capacity(KINDS.len());
+    for (index, kind) in KINDS.iter().enumerate() {
+        let simulated: Vec<Outcomes> = judged.iter().map(|j| j.kinds[index].0).collect();
+        kinds.push(KindRow {
+            name: kind.name.to_owned(),
+            rmse_5h: Summary::of(&rmse(index))?.into(),
+            rows: compare_outcomes(&actual, &simulated, LEVEL)?
+                .into_iter()
+                .map(Into::into)
+                .collect(),
         });
-        let actual: Vec<Outcomes> = judged.iter().map(|judged| judged.actual).collect();
-        let rmse = |kind: usize| -> Vec<f64> { judged.iter().map(|j| j.kinds[kind].1).collect() };
-        let mut kinds = Vec::with_capacity(KINDS.len());
-        for (index, kind) in KINDS.iter().enumerate() {
-            let simulated: Vec<Outcomes> = judged.iter().map(|j| j.kinds[index].0).collect();
-            kinds.push(KindRow {
-                name: kind.name,
-                rmse_5h: Summary::of(&rmse(index))?,
-                rows: compare_outcomes(&actual, &simulated, 0.05)?,
-            });
-        }
-        let bootstrap = Bootstrap { replicates: 2000, level: 0.9, seed };
-        let mut comparisons = Vec::new();
-        for (with, without) in PAIRS {
-            let found = paired::compare(&rmse(with), &rmse(without), &bootstrap)?;
-            let interval = found.difference.bca.unwrap_or(found.difference.percentile);
-            comparisons.push(ComparisonRow {
-                with: KINDS[with].name,
-                without: KINDS[without].name,
-                value: found.difference.value,
-                lower: interval.lower,
-                upper: interval.upper,
-                p: found.signed_rank.p,
-            });
-        }
-        Ok(Self {
-            schema: "effect-twins/1",
-            effects: effects.collect(),
-            left_out,
-            people: judged.len(),
-            windows: judged.iter().map(|judged| judged.windows).sum(),
-            kinds,
-            comparisons,
-        })
     }
+    let bootstrap = Bootstrap { replicates: 2000, level: 0.9, seed };
+    let mut comparisons = Vec::new();
+    for (with, without) in PAIRS {
+        let found = paired::compare(&rmse(with), &rmse(without), &bootstrap)?;
+        let interval = found.difference.bca.unwrap_or(found.difference.percentile);
+        comparisons.push(KindComparison {
+            with: KINDS[with].name.to_owned(),
+            without: KINDS[without].name.to_owned(),
+            value: found.difference.value,
+            lower: interval.lower,
+            upper: interval.upper,
+            p: found.signed_rank.p,
+        });
+    }
+    Ok(EffectTwins {
+        schema: EffectTwins::SCHEMA.to_owned(),
+        effects: effects.collect(),
+        left_out,
+        people: judged.len(),
+        windows: judged.iter().map(|judged| judged.windows).sum(),
+        kinds,
+        comparisons,
+    })
+}
 
-    fn text(&self) -> String {
-        let mut text = format!("{} people, {} held-out windows\n", self.people, self.windows);
-        for effect in &self.effects {
-            let _ = writeln!(
-                text,
-                "input: {} (variant {}, mean amplitude {:.2}, {:.1} nats on the training days)",
-                effect.effect, effect.variant, effect.mean_amplitude, effect.gain_nats
-            );
-        }
-        for kind in &self.kinds {
-            let sd = kind.rmse_5h.sd.unwrap_or(0.0);
-            let _ =
-                write!(text, "{:<30} RMSE {:5.1} \u{b1} {sd:4.1} ", kind.name, kind.rmse_5h.mean);
-            for row in &kind.rows {
-                let mark = if row.equivalent { "*" } else { "" };
-                let _ = write!(
-                    text,
-                    " {} {:+.1} ({:.3}{mark})",
-                    row.metric.name(),
-                    row.difference.value,
-                    row.p
-                );
-            }
-            text.push('\n');
-        }
-        for row in &self.comparisons {
-            let _ = writeln!(
-                text,
-                "{} minus {}: {:+.2} mg/dL ({:.2} to {:.2}), signed-rank p {:.3}",
-                row.with, row.without, row.value, row.lower, row.upper, row.p
-            );
-        }
-        text
+fn text(of: &EffectTwins) -> String {
+    let mut text = format!("{} people, {} held-out windows\n", of.people, of.windows);
+    for effect in &of.effects {
+        let _ = writeln!(
+            text,
+            "input: {} (variant {}, mean amplitude {:.2}, {:.1} nats on the training days)",
+            effect.effect, effect.variant, effect.mean_amplitude, effect.gain_nats
+        );
     }
+    for kind in &of.kinds {
+        let sd = kind.rmse_5h.sd.unwrap_or(0.0);
+        let _ = write!(text, "{:<30} RMSE {:5.1} \u{b1} {sd:4.1} ", kind.name, kind.rmse_5h.mean);
+        for row in &kind.rows {
+            let mark = if row.equivalent { "*" } else { "" };
+            let _ = write!(
+                text,
+                " {} {:+.1} ({:.3}{mark})",
+                outcome_name(&row.metric),
+                row.difference.value,
+                row.p
+            );
+        }
+        text.push('\n');
+    }
+    for row in &of.comparisons {
+        let _ = writeln!(
+            text,
+            "{} minus {}: {:+.2} mg/dL ({:.2} to {:.2}), signed-rank p {:.3}",
+            row.with, row.without, row.value, row.lower, row.upper, row.p
+        );
+    }
+    text
+}
+
+/// The field's abbreviation of an outcome.
+fn outcome_name(key: &str) -> &str {
+    Outcome::ALL
+        .into_iter()
+        .find(|outcome| outcome.key() == key)
+        .map_or(key, |outcome| outcome.name())
 }

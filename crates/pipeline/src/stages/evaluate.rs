@@ -6,19 +6,22 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
 use cohort::Cohort;
+use contract::Exclusions;
 use evaluation::{
     EvaluationSettings, Method, Model, PersonModels, evaluate, example_day, glucose_profile,
     outcomes_table, paper_plan, what_if,
 };
 use nn_statespace::PopulationModel;
+use ode_twins::{plant_of, posterior_plants};
 use twins::Twin;
 
+use crate::documents::read_document;
 use crate::manifest::Manifest;
-use crate::models::{read_bytes, read_population};
+use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::profile::Profile;
 use crate::progress::{Progress, note};
-use crate::stages::baselines::{self, Baselines};
+use crate::stages::baselines::Baselines;
 use crate::stages::twin::{read_cohort, spread_in, twins_in, variants_in};
 use crate::stages::{paper_tables, train, twin};
 
@@ -79,26 +82,26 @@ pub fn run(args: &Settings) -> Result<()> {
             "evaluate: {judged} judged; tests over people need {FEWEST_PEOPLE}, so that there are no \
              outcomes"
         ));
-        output.write_json("exclusions.json", &evaluation.exclusions)?;
+        output.write_document(&Exclusions(evaluation.exclusions.clone()))?;
     } else {
         let table = outcomes_table(&cohort_name(&args.cohort), &evaluation, &settings)?;
-        output.write_json("outcomes.json", &table)?;
+        output.write_document(&table)?;
         let profile =
             glucose_profile(&cohort, &people.twins, &people.population, &evaluation, &protocol)
                 .context("the glucose profile")?;
-        output.write_json("agp.json", &profile)?;
+        output.write_document(&profile)?;
         let twins: Vec<(&str, &Twin)> =
             people.twins.iter().map(|(id, twin)| (id.as_str(), twin)).collect();
         let mut answers = what_if(&twins, &paper_plan()).context("the what-if runs")?;
         answers.order.sort_by(|a, b| a.person_id.cmp(&b.person_id));
-        output.write_json("what_if.json", &answers)?;
+        output.write_document(&answers)?;
         let constrained = people.constrained();
         let constrained = if constrained.is_empty() {
             None
         } else {
             let answers = what_if(&constrained, &paper_plan())
                 .context("the what-if runs of twins that keep signs")?;
-            output.write_json("what_if_constrained.json", &answers)?;
+            output.write_document_as("what_if_constrained.json", &answers)?;
             Some(answers)
         };
         let text = paper_tables::text(
@@ -120,7 +123,7 @@ pub fn run(args: &Settings) -> Result<()> {
     )
     .context("the example days")?;
     if let Some(day) = day {
-        output.write_json("example_day.json", &day)?;
+        output.write_document(&day)?;
     }
     progress.advance("people");
     let place = output.finish()?;
@@ -157,20 +160,20 @@ impl People {
         }
         let mut candidates = None;
         if let Some(folder) = &args.baselines {
-            let fits = read_baselines(folder)?;
+            let fits = read_document::<Baselines>(folder)?;
             candidates = Some(fits.candidates);
             for fits in fits.people {
                 add(&mut models, &fits.person_id, |models| {
-                    let posterior = fits.posterior_plants();
+                    let posterior = posterior_plants(&fits);
                     models
-                        .with(Method::Closest, Model::Ode(fits.closest.plant()))
+                        .with(Method::Closest, Model::Ode(plant_of(&fits.closest)))
                         .with(
                             Method::BayesianOptimisation,
-                            Model::Ode(fits.bayesian_optimisation.plant()),
+                            Model::Ode(plant_of(&fits.bayesian_optimisation)),
                         )
                         .with(
                             Method::MaximumAPosteriori,
-                            Model::Ode(fits.maximum_a_posteriori.plant()),
+                            Model::Ode(plant_of(&fits.maximum_a_posteriori)),
                         )
                         .with(Method::Posterior, Model::Draws(posterior))
                 });
@@ -210,13 +213,6 @@ fn add(
     if let Some(known) = models.remove(id) {
         models.insert(id.to_owned(), more(known));
     }
-}
-
-/// The fits in an output folder of `baselines`.
-fn read_baselines(folder: &Path) -> Result<Baselines> {
-    let path = folder.join(baselines::FILE);
-    serde_json::from_slice(&read_bytes(&path)?)
-        .with_context(|| format!("'{}' is not what the command baselines writes", path.display()))
 }
 
 /// Says so if the twins were trained on other records: held-out days may not be held out then.

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result, ensure};
 use candle_core::{Device, Tensor};
 use cohort::Cohort;
-use contract::blind_check::Label;
+use contract::Document as _;
+use contract::blind_check::{Label, Labels};
+use contract::posterior::StatisticNames;
 use gap::{DiagnosisConfig, cohort_statistics};
 use rayon::prelude::*;
 use world::blind::Plan;
@@ -61,21 +63,19 @@ pub fn run(args: &Settings) -> Result<()> {
     } else {
         of_cohorts(args)?
     };
-    let names: BTreeSet<&String> = rows.iter().flat_map(|(_, row)| row.keys()).collect();
+    let names: BTreeSet<String> = rows.iter().flat_map(|(_, row)| row.keys().cloned()).collect();
     let values: Vec<f32> = rows
         .iter()
-        .flat_map(|(_, row)| {
-            names.iter().map(|name| row.get(*name).map_or(f32::NAN, |v| *v as f32))
-        })
+        .flat_map(|(_, row)| names.iter().map(|name| row.get(name).map_or(f32::NAN, |v| *v as f32)))
         .collect();
     let table = Tensor::from_vec(values, (rows.len(), names.len()), &Device::Cpu)?;
     let file = output.path().join("statistics.safetensors");
     candle_core::safetensors::save(&HashMap::from([("statistics", table)]), &file)
         .with_context(|| format!("cannot write '{}'", file.display()))?;
-    let labels: Vec<&Label> = rows.iter().map(|(label, _)| label).collect();
-    output.write_json("names.json", &names)?;
-    output.write_json("labels.json", &labels)?;
-    let (rows, names) = (rows.len(), names.len());
+    let count = (rows.len(), names.len());
+    output.write_document(&StatisticNames(names.into_iter().collect()))?;
+    output.write_document(&Labels(rows.into_iter().map(|(label, _)| label).collect()))?;
+    let (rows, names) = count;
     let place = output.finish()?;
     note(format!("evidence: {rows} rows of {names} statistics: {}", place.display()));
     Ok(())
@@ -95,7 +95,7 @@ fn of_worlds(args: &Settings) -> Result<Vec<(Label, Row)>> {
 fn of_labelled(args: &Settings) -> Result<Vec<(Label, Row)>> {
     let mut asked: Vec<(PathBuf, Label)> = Vec::new();
     for folder in &args.labelled {
-        let labels = another_hand::read(&folder.join("labels.json"), ANOTHER)?;
+        let labels = another_hand::read(&folder.join(Labels::FILE), ANOTHER)?;
         asked
             .extend(labels.into_iter().map(|label| (folder.join("worlds").join(&label.id), label)));
     }

@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
+use contract::held_out::{HeldOutParts, ModelScores};
+use contract::{Document as _, HeldOut};
 use nn_statespace::PopulationModel;
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
 use stats::Outcome;
@@ -13,7 +15,7 @@ use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::profile::Profile;
 use crate::progress::{Progress, note};
-use development::held_out::{Told, score_all};
+use development::held_out::{Scored, balanced, score_all};
 
 /// Settings of `held-out`.
 #[derive(Debug, Clone)]
@@ -73,37 +75,34 @@ pub fn run(args: &Settings) -> Result<()> {
     let progress = Progress::begin("held-out", set.len());
     let [all, combinations] = score_all(&set, &models, &|| progress.advance("weeks"))?;
     let mut text = String::new();
-    let mut parts = serde_json::Map::new();
-    for (key, title, scored) in [
-        ("all", "All held-out weeks", &all),
-        ("combinations", "Without the additional weeks", &combinations),
-    ] {
-        let told: Vec<Told> =
-            scored[1..].iter().map(|model| model.told(&scored[0])).collect::<Result<_, _>>()?;
-        write_part(&mut text, title, &paths, &told);
-        let models: Vec<_> = paths
+    let mut part = |title: &str, scored: &[Scored]| -> Result<Vec<ModelScores>> {
+        let scores = paths
             .iter()
-            .zip(&told)
-            .map(|(path, told)| serde_json::json!({ "model": name(path), "told": told }))
-            .collect();
-        parts.insert(key.to_owned(), models.into());
-    }
-    let hashes: Vec<_> = models.iter().map(|model| &model.card().training_data_sha256).collect();
-    output.write_json(
-        "held-out.json",
-        &serde_json::json!({
-            "schema": "held_out/1",
-            "window_minutes": 300,
-            "groups": ["in_range", "low", "other"],
-            "unit_of_equivalence": "meal week",
-            "training_data_sha256": hashes,
-            "parts": parts,
-        }),
-    )?;
+            .zip(&scored[1..])
+            .map(|(path, model)| {
+                Ok(ModelScores { model: name(path), told: model.told(&scored[0])? })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        write_part(&mut text, title, &scores);
+        Ok(scores)
+    };
+    let parts = HeldOutParts {
+        all: part("All held-out weeks", &all)?,
+        combinations: part("Without the additional weeks", &combinations)?,
+    };
+    let hashes = models.iter().map(|model| model.card().training_data_sha256.clone());
+    output.write_document(&HeldOut {
+        groups: ["in_range", "low", "other"].map(str::to_owned),
+        parts,
+        schema: HeldOut::SCHEMA.to_owned(),
+        training_data_sha256: hashes.collect(),
+        unit_of_equivalence: "meal week".to_owned(),
+        window_minutes: 300,
+    })?;
     output.write(TEXT, text.as_bytes())?;
     let place = output.finish()?;
     note(text);
-    note(format!("held-out: {}", place.join("held-out.json").display()));
+    note(format!("held-out: {}", place.join(HeldOut::FILE).display()));
     Ok(())
 }
 
@@ -113,9 +112,9 @@ fn name(path: &Path) -> String {
     last.into_iter().rev().collect::<std::path::PathBuf>().display().to_string()
 }
 
-fn write_part(text: &mut String, title: &str, paths: &[&Path], told: &[Told]) {
-    let Some(first) = told.first() else { return };
-    let [in_range, low, other] = first.errors.windows;
+fn write_part(text: &mut String, title: &str, scores: &[ModelScores]) {
+    let Some(first) = scores.first() else { return };
+    let [in_range, low, other] = first.told.errors.windows;
     let _ = writeln!(
         text,
         "{title}: {in_range} windows of 5 h in range, {low} low, {other} other\n\n\
@@ -123,21 +122,21 @@ fn write_part(text: &mut String, title: &str, paths: &[&Path], told: &[Told]) {
         ""
     );
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
-    for (path, told) in paths.iter().zip(told) {
+    for ModelScores { model, told } in scores {
         let [in_range, low, other] = told.errors.rmse_mg_dl.map(number);
-        let (all, fasting) = (told.errors.balanced(), told.errors_fasting.balanced());
+        let (all, fasting) = (balanced(&told.errors), balanced(&told.errors_fasting));
         let _ = writeln!(
             text,
             "  {:<43}{in_range:>9} {low:>9} {other:>9} {all:>9.2} {fasting:>10.2}",
-            name(path)
+            model
         );
     }
-    for (path, told) in paths.iter().zip(told) {
+    for ModelScores { model, told } in scores {
         let _ = writeln!(
             text,
             "\nOutcomes of {}, mean (SD) over windows; equivalence over {} meal weeks\n  \
              {:<5} {:>17} {:>17}   {:>28}  {:>8}   in the paper: ODE, network",
-            name(path),
+            model,
             told.equivalence.first().map_or(0, |row| row.actual.n),
             "",
             "ODE",
@@ -146,8 +145,8 @@ fn write_part(text: &mut String, title: &str, paths: &[&Path], told: &[Told]) {
             "p"
         );
         let both =
-            |of: &stats::Summary| format!("{:.2} ({:.2})", of.mean, of.sd.unwrap_or(f64::NAN));
-        for (((outcome, (ode, model)), row), [theirs, network]) in
+            |of: &contract::Summary| format!("{:.2} ({:.2})", of.mean, of.sd.unwrap_or(f64::NAN));
+        for (((outcome, (ode, network)), row), [theirs, printed]) in
             Outcome::ALL.into_iter().zip(&told.windows).zip(&told.equivalence).zip(PAPER)
         {
             let _ = writeln!(
@@ -155,7 +154,7 @@ fn write_part(text: &mut String, title: &str, paths: &[&Path], told: &[Told]) {
                 "  {:<5} {:>17} {:>17}   {:>8.3} ({:>7.3} to {:>7.3})  {:>8.1e} {}  {} ({}), {} ({})",
                 outcome.name(),
                 both(ode),
-                both(model),
+                both(network),
                 row.difference.value,
                 row.difference.lower,
                 row.difference.upper,
@@ -163,8 +162,8 @@ fn write_part(text: &mut String, title: &str, paths: &[&Path], told: &[Told]) {
                 if row.equivalent { "equivalent" } else { "NOT equiv." },
                 theirs.0,
                 theirs.1,
-                network.0,
-                network.1,
+                printed.0,
+                printed.1,
             );
         }
         if told.windows_broken + told.samples_below_1_mg_dl > 0 {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result, bail};
 pub use cohort::ImportFormat;
 use cohort::{RecordsFormat, import, write_folder};
+use contract::{Document as _, ImportReport};
 
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -37,10 +38,10 @@ pub fn run(args: &Settings) -> Result<()> {
 
     let output = OutputFolder::begin(&args.out, manifest)?;
     write_folder(&imported.cohort, output.path(), records).context("writing the cohort")?;
-    output.write_json("import_report.json", &imported.report)?;
+    output.write_document(&imported.report)?;
     let place = output.finish()?;
     imported.report.lines().for_each(note);
-    for inference in &imported.report.inferences {
+    for inference in imported.report.inferences.iter().flatten() {
         note(format!("inferred: {inference}"));
     }
     let findings: usize = imported.report.people.iter().map(|p| p.findings.len()).sum();
@@ -48,7 +49,7 @@ pub fn run(args: &Settings) -> Result<()> {
         "import: {} people, {} notes and {findings} findings in {}",
         imported.cohort.people.len(),
         imported.report.notes.len(),
-        place.join("import_report.json").display()
+        place.join(ImportReport::FILE).display()
     ));
     Ok(())
 }

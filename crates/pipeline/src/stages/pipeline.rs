@@ -7,9 +7,11 @@ pub use stage::Stage;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail, ensure};
-use cohort::{Cohort, MassBalance, findings};
+use cohort::{Cohort, ImportReport, PersonImport, findings, mass_balance};
+use contract::{Document as _, RegionFile};
 
 use crate::diagnosed::ODE;
+use crate::documents::read_document;
 use crate::manifest::{Manifest, REPORT};
 use crate::models::read_population;
 use crate::output::{OutputFolder, write_whole};
@@ -92,7 +94,7 @@ pub fn run(args: &Settings) -> Result<()> {
     };
 
     // A model of unknown training range cannot be verified without a box; the report says so.
-    if args.model.is_none() || model.with_file_name(train::REGION).is_file() {
+    if args.model.is_none() || model.with_file_name(RegionFile::FILE).is_file() {
         let limit = match args.profile {
             Profile::Quick => QUICK_ROW_SECONDS,
             Profile::Paper => PAPER_ROW_SECONDS,
@@ -115,7 +117,7 @@ pub fn run(args: &Settings) -> Result<()> {
         discard(args, Stage::Verify)?;
         note(format!(
             "verify: left out, since there is no {} beside '{}'",
-            train::REGION,
+            RegionFile::FILE,
             model.display()
         ));
     }
@@ -262,9 +264,9 @@ fn cohort_manifest(folder: &Path) -> Result<Manifest> {
 fn judge_cohort(folder: &Path, out: &Path) -> Result<()> {
     let cohort = read_cohort(folder)?;
     let output = OutputFolder::begin(out, cohort_manifest(folder)?)?;
-    output.write_json("import_report.json", &account(&cohort, folder)?)?;
+    output.write_document(&account(&cohort, folder)?)?;
     for person in &cohort.people {
-        note(MassBalance::of(person).to_string());
+        note(mass_balance(person).to_string());
     }
     output.finish()?;
     note(format!("cohort: {} people", cohort.people.len()));
@@ -272,24 +274,25 @@ fn judge_cohort(folder: &Path, out: &Path) -> Result<()> {
 }
 
 /// The importer's own account, if it lies in the cohort folder; else one made from the records.
-fn account(cohort: &Cohort, folder: &Path) -> Result<serde_json::Value> {
-    let path = folder.join("import_report.json");
-    if path.is_file() {
-        let text =
-            std::fs::read(&path).with_context(|| format!("cannot read '{}'", path.display()))?;
-        return serde_json::from_slice(&text).with_context(|| format!("'{}'", path.display()));
+fn account(cohort: &Cohort, folder: &Path) -> Result<ImportReport> {
+    if folder.join(ImportReport::FILE).is_file() {
+        return read_document(folder);
     }
-    let people = cohort
-        .people
-        .iter()
-        .map(|person| {
-            let balance = MassBalance::of(person);
-            serde_json::json!({
-                "line": balance.to_string(),
-                "balance": balance,
-                "findings": findings(person),
-            })
-        })
-        .collect::<Vec<_>>();
-    Ok(serde_json::json!({ "format": "cohort folder", "people": people, "notes": [] }))
+    let people = cohort.people.iter().map(|person| {
+        let balance = mass_balance(person);
+        PersonImport {
+            line: balance.to_string(),
+            balance,
+            therapy: None,
+            totals: None,
+            findings: findings(person).iter().map(Into::into).collect(),
+        }
+    });
+    Ok(ImportReport {
+        format: "cohort folder".to_owned(),
+        days_are: None,
+        people: people.collect(),
+        inferences: None,
+        notes: Vec::new(),
+    })
 }

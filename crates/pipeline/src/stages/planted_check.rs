@@ -10,8 +10,10 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result, ensure};
 use blind::{AnsweredCohort, NOTHING, seal};
 use cohort::{Cohort, RecordsFormat, read_folder, write_folder};
+use contract::Document as _;
 use contract::blind_check::{
-    CalibratedPeople, OpenedLabel, PlantedCheck, PlantedLabel, PlantedTotals, Seal, Share, Verdict,
+    CalibratedPeople, OpenedLabel, OpenedLabels, PlantedCheck, PlantedLabel, PlantedTotals, Seal,
+    Share, Verdict,
 };
 use gap::undone;
 use rand::seq::SliceRandom as _;
@@ -20,6 +22,7 @@ use world::planted::{Exactness, Planting, Truth, plant};
 
 use super::sealed::{diagnosis_seed, drawn_seed, salt, stream};
 use crate::asked::{Asked, ask};
+use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
@@ -64,12 +67,12 @@ pub fn run(args: &Settings) -> Result<()> {
     let output = OutputFolder::begin(&args.out, manifest)?;
     let answered = check(&cohort, &plantings(&times), seed, Asked::AnotherProcess, &output)?;
     let scored = blind::planted_check(seed, &answered).context("scoring the answers")?;
-    output.write_json("planted.json", &scored)?;
+    output.write_document(&scored)?;
     let table = table(&scored);
     output.write("planted.md", table.as_bytes())?;
     let place = output.finish()?;
     note(table);
-    note(format!("blind-check: {}", place.join("planted.json").display()));
+    note(format!("blind-check: {}", place.join(PlantedCheck::FILE).display()));
     Ok(())
 }
 
@@ -117,7 +120,7 @@ fn check(
             Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
         })
         .collect::<Result<Vec<_>>>()?;
-    output.write_json("seal.json", &seal::seal(&closed))?;
+    output.write_document(&seal::seal(&closed))?;
 
     let likelihoods = undone::log_likelihoods(cohort);
     let progress = Progress::begin("diagnoses", labels.len());
@@ -139,11 +142,9 @@ fn check(
     progress.finish(&format!("{} answers", answered.len()));
 
     // The seal as it lies on the disk, not as we remember it.
-    let sealed =
-        std::fs::read(output.path().join("seal.json")).context("reading seal.json again")?;
-    let sealed: Seal = contract::read(&sealed).context("reading seal.json again")?;
+    let sealed: Seal = read_document(output.path())?;
     seal::verify(&sealed, &closed).context("opening the labels")?;
-    output.write_json("labels.json", &closed)?;
+    output.write_document(&OpenedLabels(closed))?;
     Ok(answered)
 }
 
@@ -173,7 +174,7 @@ fn answer(
             written.calibrated
         }
         None => {
-            output.write_json(&format!("answers/{id}.json"), &answer)?;
+            output.write_document_as(&format!("answers/{id}.json"), &answer)?;
             CalibratedPeople::default()
         }
     };
@@ -349,8 +350,7 @@ mod tests {
         assert!(answered.iter().all(|cohort| cohort.calibrated.people == 2));
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
         let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
-        let mut labels: Vec<OpenedLabel> =
-            serde_json::from_slice(&read("labels.json")).expect("labels");
+        let OpenedLabels(mut labels) = contract::read(&read("labels.json")).expect("labels");
         seal::verify(&sealed, &labels).expect("as sealed");
         labels[0].label.push(' ');
         assert!(seal::verify(&sealed, &labels).is_err());

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result, ensure};
 use blind::realism;
 use cohort::{Cohort, Person};
-use contract::blind_check::{Group, PersonStatistics};
+use contract::Document as _;
+use contract::blind_check::{Group, People, PersonStatistics, Realism};
 use effects::Effect;
 use gap::{DiagnosisConfig, person_statistics};
 use rayon::prelude::*;
@@ -99,8 +100,8 @@ pub fn run(args: &Settings) -> Result<()> {
 
     let realism = realism::compare(&found)?;
     let table = realism::table(&realism);
-    output.write_json("realism.json", &realism)?;
-    output.write_json("people.json", &found)?;
+    output.write_document(&realism)?;
+    output.write_document(&People(found))?;
     output.write("realism.txt", table.as_bytes())?;
     let place = output.finish()?;
     for line in table.lines() {
@@ -114,7 +115,7 @@ pub fn run(args: &Settings) -> Result<()> {
         realism.all_inside,
         realism.values_inside,
         realism.values,
-        place.join("realism.json").display()
+        place.join(Realism::FILE).display()
     ));
     Ok(())
 }

@@ -1,16 +1,16 @@
 //! `reconcile`: a cohort whose logged carbohydrate is reconciled with the meals that its sensors show.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use cohort::{Cohort, RecordsFormat, write_folder};
+use contract::meals::PersonMeals;
+use contract::{Document as _, Meals};
 pub use meals::reconcile::Rule;
 use meals::reconcile::{
     EventRow, ReconcileSettings, Reconciled, count_fates, logged, reconcile_cohort,
 };
 use meals::{Detector, GridSettings, PlantSettings};
-use serde::Serialize;
 
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -40,35 +40,6 @@ pub struct Settings {
     pub out: PathBuf,
 }
 
-/// What `meals.json` holds.
-#[derive(Serialize)]
-struct MealsFile<'a> {
-    schema: &'static str,
-    detector: &'static str,
-    rule: Rule,
-    window_min: f64,
-    smallest_bolus_u: f64,
-    /// Events by fate, of everybody.
-    fates: BTreeMap<&'static str, usize>,
-    people: Vec<PersonRow<'a>>,
-    events: Vec<&'a EventRow>,
-}
-
-/// One person of `meals.json`.
-#[derive(Serialize)]
-struct PersonRow<'a> {
-    person_id: &'a str,
-    /// Whether the plant had to take the population's mean weight.
-    weight_assumed: bool,
-    /// Insulin sensitivity over the nominal one.
-    sensitivity: Option<f64>,
-    /// By what estimated sizes were multiplied before they were added.
-    size_scale: f64,
-    carbs_before_g: f64,
-    carbs_after_g: f64,
-    fates: BTreeMap<&'static str, usize>,
-}
-
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let detector = match args.detector {
@@ -90,7 +61,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let done = |person: &str| progress.advance(person);
     let people = reconcile_cohort(&before, &detector, &settings, &done)
         .context("reconciling the log of carbohydrate")?;
-    output.write_json("meals.json", &file(&before, &people, &detector, &settings))?;
+    output.write_document(&file(&before, &people, &detector, &settings))?;
     let fates = count_fates(people.iter().flat_map(|person| &person.events));
     let after = Cohort { people: people.into_iter().map(|person| person.person).collect() };
     write_folder(&after, output.path(), RecordsFormat::Parquet).context("writing the cohort")?;
@@ -102,18 +73,19 @@ pub fn run(args: &Settings) -> Result<()> {
     Ok(())
 }
 
-fn file<'a>(
-    before: &'a Cohort,
-    people: &'a [Reconciled],
+fn file(
+    before: &Cohort,
+    people: &[Reconciled],
     detector: &Detector,
     settings: &ReconcileSettings,
-) -> MealsFile<'a> {
-    let named = |events: &mut dyn Iterator<Item = &'a EventRow>| {
-        count_fates(events).into_iter().map(|(fate, count)| (fate.name(), count)).collect()
+) -> Meals {
+    let named = |events: &mut dyn Iterator<Item = &EventRow>| {
+        let counts = count_fates(events).into_iter();
+        counts.map(|(fate, count)| (fate.name().to_owned(), count)).collect()
     };
-    MealsFile {
-        schema: "meals/1",
-        detector: detector.name(),
+    Meals {
+        schema: Meals::SCHEMA.to_owned(),
+        detector: detector.name().to_owned(),
         rule: settings.rule,
         window_min: settings.window as f64 * physiology::STEP.0,
         smallest_bolus_u: settings.smallest_bolus,
@@ -122,8 +94,8 @@ fn file<'a>(
             .people
             .iter()
             .zip(people)
-            .map(|(before, after)| PersonRow {
-                person_id: &before.id,
+            .map(|(before, after)| PersonMeals {
+                person_id: before.id.clone(),
                 weight_assumed: before.weight.is_none(),
                 sensitivity: after.sensitivity,
                 size_scale: after.size_scale,
@@ -132,6 +104,6 @@ fn file<'a>(
                 fates: named(&mut after.events.iter()),
             })
             .collect(),
-        events: people.iter().flat_map(|person| &person.events).collect(),
+        events: people.iter().flat_map(|person| &person.events).map(Into::into).collect(),
     }
 }

@@ -7,6 +7,8 @@ use anyhow::{Context as _, Result};
 use conformance::{
     OneHiddenLayer, Property, PropertyKind, Region, RepairRule, Repaired, paper_properties, repair,
 };
+use contract::repair::{BeforeAfter, RepairedNetwork};
+use contract::{Document as _, Repair};
 use nn_statespace::{ModelCard, PerCompartment, PopulationModel};
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
 use physiology::Compartment;
@@ -33,7 +35,7 @@ pub(crate) fn repaired(
         .filter(|property| property.kind == PropertyKind::Physical)
         .collect();
     let progress = Progress::begin("repair", Compartment::ALL.len());
-    let mut told = BTreeMap::new();
+    let mut networks = BTreeMap::new();
     let mut all_proved = true;
     // One after the other: each is judged in the company of those already mended.
     let mut after = model.clone();
@@ -48,7 +50,7 @@ pub(crate) fn repaired(
             .with_context(|| format!("network {compartment}"))?;
         progress.advance(&format!("{compartment}, {} rounds", found.rounds));
         all_proved &= found.proved;
-        told.insert(compartment.name(), tell(&found));
+        networks.insert(compartment.name().to_owned(), told(&found));
         if found.network != before {
             after = with_network(&after, compartment, &found.network)?;
         }
@@ -67,15 +69,12 @@ pub(crate) fn repaired(
     )?;
     let errors = balanced_errors(&set, &[model.clone(), after.clone()], seed)?;
     output.write(train::MODEL, &after.to_safetensors())?;
-    output.write_json(
-        "repair.json",
-        &serde_json::json!({
-            "schema": "repair/1",
-            "proved": all_proved,
-            "networks": told,
-            "held_out_balanced_error_mg_dl": { "before": errors[0], "after": errors[1] },
-        }),
-    )?;
+    output.write_document(&Repair {
+        held_out_balanced_error_mg_dl: BeforeAfter { before: errors[0], after: errors[1] },
+        networks,
+        proved: all_proved,
+        schema: Repair::SCHEMA.to_owned(),
+    })?;
     progress.finish(&format!(
         "{}; balanced error on held-out days {:.2} mg/dL before and {:.2} after",
         if all_proved {
@@ -92,12 +91,12 @@ pub(crate) fn repaired(
     Ok(after)
 }
 
-fn tell(found: &Repaired) -> serde_json::Value {
-    serde_json::json!({
-        "proved": found.proved,
-        "rounds": found.rounds,
-        "pieces": found.pieces,
-        "by_unit": found.by_unit,
-        "training_windows_mse": { "before": found.cost_before, "after": found.cost },
-    })
+fn told(found: &Repaired) -> RepairedNetwork {
+    RepairedNetwork {
+        by_unit: found.by_unit,
+        pieces: found.pieces,
+        proved: found.proved,
+        rounds: found.rounds,
+        training_windows_mse: BeforeAfter { before: found.cost_before, after: found.cost },
+    }
 }

@@ -8,6 +8,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
+use contract::steady_state::{PublishedState, SteadyRow};
+use contract::{Document as _, SteadyStates};
 use nn_statespace::PopulationModel;
 use nn_statespace::initial_state::{
     InitialStateTable, StartCheck, SteadyStateOutcome, check_start, steady_state,
@@ -33,27 +35,6 @@ pub struct Settings {
 /// Glucose values of the table, mg/dL.
 const GLUCOSE: [f64; 9] = [60.0, 80.0, 100.0, 115.0, 128.0, 140.0, 160.0, 200.0, 250.0];
 
-/// One row of the comparison.
-#[derive(Debug, serde::Serialize)]
-struct Row {
-    glucose_mg_dl: f64,
-    found: bool,
-    basal_u_h: f64,
-    residual: f64,
-    c1: f64,
-    published: Option<Published>,
-}
-
-/// What a published row amounts to.
-#[derive(Debug, serde::Serialize)]
-struct Published {
-    /// Largest rate of change at the best constant basal rate, scaled units per minute.
-    residual: f64,
-    c1: f64,
-    /// Meal that would put as much glucose into the blood over a day as the excess of C1 does, g.
-    phantom_carbs_g: f64,
-}
-
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let mut manifest =
@@ -71,16 +52,13 @@ pub fn run(args: &Settings) -> Result<()> {
     let rows = GLUCOSE
         .iter()
         .map(|glucose| row(&model, MgPerDl(*glucose), table.as_ref()))
-        .collect::<Result<Vec<Row>>>()?;
+        .collect::<Result<Vec<SteadyRow>>>()?;
     let text = text(&rows);
-    output.write_json(
-        "steady_state.json",
-        &serde_json::json!({ "schema": "steady_state/1", "rows": rows }),
-    )?;
+    output.write_document(&SteadyStates { rows, schema: SteadyStates::SCHEMA.to_owned() })?;
     output.write("steady_state.txt", text.as_bytes())?;
     let place = output.finish()?;
     note(text);
-    note(format!("steady-state: {}", place.join("steady_state.json").display()));
+    note(format!("steady-state: {}", place.join(SteadyStates::FILE).display()));
     Ok(())
 }
 
@@ -95,17 +73,17 @@ fn row(
     model: &PopulationModel,
     glucose: MgPerDl,
     table: Option<&InitialStateTable>,
-) -> Result<Row> {
+) -> Result<SteadyRow> {
     let own = steady_state(model, glucose)?;
     let published = match table {
         None => None,
         Some(table) => {
             let StartCheck { residual, c1, phantom_carbs } =
                 check_start(model, &own, table.row(glucose)?)?;
-            Some(Published { residual, c1, phantom_carbs_g: phantom_carbs.0 })
+            Some(PublishedState { residual, c1, phantom_carbs_g: phantom_carbs.0 })
         }
     };
-    Ok(Row {
+    Ok(SteadyRow {
         glucose_mg_dl: glucose.0,
         found: own.outcome == SteadyStateOutcome::Found,
         basal_u_h: own.basal.0,
@@ -115,7 +93,7 @@ fn row(
     })
 }
 
-fn text(rows: &[Row]) -> String {
+fn text(rows: &[SteadyRow]) -> String {
     let mut text = format!(
         "{:>8} {:>9} {:>10} {:>8} | {:>10} {:>8} {:>14}\n",
         "mg/dL", "basal", "residual", "C1", "published", "C1", "phantom carbs"

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context as _, Result};
+use contract::RegionFile;
+use contract::region::Unit;
 use contract::training::Epoch;
 use contract::{Document as _, Training};
 use nn_statespace::training::{
@@ -57,9 +59,6 @@ pub struct Settings {
 
 /// The model's file name in an output folder.
 pub(crate) const MODEL: &str = "population.safetensors";
-/// The range of the training data, as a region that `verify` reads.
-pub(crate) const REGION: &str = "region.json";
-
 /// Updates between two checkpoints: seconds of work.
 const CHECKPOINT_EVERY: usize = 2000;
 /// What a profile trains, and on what.
@@ -141,27 +140,24 @@ pub fn run(args: &Settings) -> Result<()> {
     let Trained { model, report } = run.finish(provenance)?;
 
     output.write(MODEL, &model.to_safetensors())?;
-    output.write_json(REGION, &range)?;
-    output.write_json(
-        Training::FILE,
-        &Training {
-            config: serde_json::to_value(&report.config)?,
-            data: contract::training::TrainingData {
-                hash,
-                simulated_days: recipe.plan.days(),
-                windows_train: report.training_windows,
-                windows_validation: report.validation_windows,
-            },
-            epochs: report.epochs.iter().map(epoch).collect(),
-            kept_epoch: report.kept_epoch,
-            model: MODEL.to_owned(),
-            schema: Training::SCHEMA.to_owned(),
-            seconds: began.elapsed().as_secs_f64(),
-            seed: args.seed,
-            validation_loss_is: "balanced glucose error over the paper's three groups, mg/dL"
-                .to_owned(),
+    output.write_document(&range)?;
+    output.write_document(&Training {
+        config: serde_json::to_value(&report.config)?,
+        data: contract::training::TrainingData {
+            hash,
+            simulated_days: recipe.plan.days(),
+            windows_train: report.training_windows,
+            windows_validation: report.validation_windows,
         },
-    )?;
+        epochs: report.epochs.iter().map(epoch).collect(),
+        kept_epoch: report.kept_epoch,
+        model: MODEL.to_owned(),
+        schema: Training::SCHEMA.to_owned(),
+        seconds: began.elapsed().as_secs_f64(),
+        seed: args.seed,
+        validation_loss_is: "balanced glucose error over the paper's three groups, mg/dL"
+            .to_owned(),
+    })?;
     let kept = &report.epochs[report.kept_epoch].validation;
     let place = output.finish()?;
     checkpoint.remove();
@@ -236,11 +232,14 @@ fn trained<'a>(
 
 /// Lowest and highest scaled value of each signal over the training rows: the training region of
 /// the conformance rows.
-fn training_range(training: &WindowSet) -> serde_json::Value {
+fn training_range(training: &WindowSet) -> RegionFile {
     let states = Compartment::ALL.into_iter().map(Signal::State);
-    let bounds: BTreeMap<&str, (f64, f64)> = states
+    let bounds = states
         .chain([Signal::Insulin, Signal::Carbs])
-        .map(|signal| (signal.name(), training.bounds(signal)))
+        .map(|signal| {
+            let (least, greatest) = training.bounds(signal);
+            (signal.name().to_owned(), [least, greatest])
+        })
         .collect();
-    serde_json::json!({ "unit": "scaled", "bounds": bounds })
+    RegionFile { bounds, half_spaces: Vec::new(), unit: Unit::Scaled }
 }

@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
 use candle_core::Device;
-use contract::blind_check::Label;
+use contract::blind_check::{Label, Labels};
+use contract::posterior::StatisticNames;
 use effects::Effect;
 use posterior::{Posterior, Table, Training, Truth, train};
 
+use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note};
@@ -48,7 +50,7 @@ pub fn run(args: &Settings) -> Result<()> {
         let trained = trained(&seen, &library, args.seed)?;
         let name = left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"));
         output.write(&format!("{name}.safetensors"), &trained.bytes()?)?;
-        output.write_json(&format!("{name}.json"), trained.card())?;
+        output.write_document_as(&format!("{name}.json"), trained.card())?;
         progress.advance(&name);
     }
     progress.finish(&format!("trained on {} worlds", table.len()));
@@ -69,11 +71,8 @@ fn trained(table: &Table, library: &[Box<dyn Effect>], seed: u64) -> Result<Post
 
 /// Reads a table of `evidence`.
 fn read(folder: &Path, library: &[Box<dyn Effect>]) -> Result<Table> {
-    let json = |name: &str| {
-        std::fs::read(folder.join(name)).with_context(|| format!("cannot read '{name}'"))
-    };
-    let names: Vec<String> = serde_json::from_slice(&json("names.json")?)?;
-    let labels: Vec<Label> = serde_json::from_slice(&json("labels.json")?)?;
+    let StatisticNames(names) = read_document(folder)?;
+    let Labels(labels) = read_document(folder)?;
     let file = folder.join("statistics.safetensors");
     let tensors = candle_core::safetensors::load(&file, &Device::Cpu)
         .with_context(|| format!("cannot read '{}'", file.display()))?;

@@ -52,7 +52,7 @@ pub fn run(args: &Settings) -> Result<()> {
     }?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let text = text(&report);
-    output.write_json(Trajectories::FILE, &report)?;
+    output.write_document(&report)?;
     output.write("trajectories.txt", text.as_bytes())?;
     let place = output.finish()?;
     note(text);

@@ -6,9 +6,11 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{Cohort, findings, read_folder};
+use contract::run_errors::RunError;
+use contract::{Document as _, RunErrors, TwinsTable};
 use evaluation::{
-    EvaluationSettings, HeldOutRun, Method, PersonModels, RunError, evaluate, held_out_runs,
-    twins_table,
+    EvaluationSettings, HeldOutRun, Method, PersonModels, evaluate, held_out_runs,
+    run_errors_by_person, twins_table,
 };
 use nn_statespace::PopulationModel;
 use rand_chacha::ChaCha8Rng;
@@ -18,8 +20,9 @@ use twins::{
     Twin, TwinLoss, TwinRecipe, build_twins, build_twins_from,
 };
 
+use crate::documents::read_document;
 use crate::manifest::Manifest;
-use crate::models::{find, read_bytes, read_population, read_twin};
+use crate::models::{find, read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::profile::Profile;
 use crate::progress::{Progress, note};
@@ -56,7 +59,6 @@ pub(crate) const TWINS: &str = "twins";
 const VARIANTS: &str = "variants";
 
 /// The errors of free runs of the twins with spread, within their folder.
-const RUN_ERRORS: &str = "run_errors.json";
 /// Blocks of training days that are held out in turn to measure these errors.
 const ERROR_BLOCKS: usize = 4;
 
@@ -163,14 +165,14 @@ pub fn run(args: &Settings) -> Result<()> {
         .collect();
     let settings = EvaluationSettings::paper(protocol, args.seed);
     let judged = evaluate(&cohort, &models, &population, &settings).context("judging the twins")?;
-    output.write_json("twins.json", &twins_table(&built, &judged))?;
+    output.write_document(&twins_table(&built, &judged))?;
     // A twin is of no use without the model it was trained on.
     output.write(train::MODEL, &population.to_safetensors())?;
     let place = output.finish()?;
     progress.finish(&format!(
         "{trained} twins, {} people left out, {}",
         built.len() - trained,
-        place.join("twins.json").display()
+        place.join(TwinsTable::FILE).display()
     ));
     Ok(())
 }
@@ -199,10 +201,10 @@ fn write_spread(
     let trained = built.iter().filter(|person| person.result.is_ok());
     let trained = trained.map(|person| person.person_id.as_str());
     let mut rng = ChaCha8Rng::seed_from_u64(recipe.seed);
-    let Some(errors) = RunError::by_person(trained, &runs, &mut rng) else { return Ok(()) };
+    let Some(errors) = run_errors_by_person(trained, &runs, &mut rng) else { return Ok(()) };
     let folder = format!("{VARIANTS}/{}", Method::SpreadTwin.name());
     write(output, &folder, &built)?;
-    output.write_json(&format!("{folder}/{RUN_ERRORS}"), &errors)
+    output.write_document_as(&format!("{folder}/{}", RunErrors::FILE), &errors)
 }
 
 /// The twins with spread in an output folder of this command.
@@ -215,14 +217,15 @@ pub(crate) fn spread_in(
     if twins.is_empty() {
         return Ok(Vec::new());
     }
-    let path = folder.join(RUN_ERRORS);
-    let errors: BTreeMap<String, RunError> = serde_json::from_slice(&read_bytes(&path)?)
-        .with_context(|| format!("'{}'", path.display()))?;
+    let RunErrors(errors) = read_document(&folder)?;
     twins
         .into_iter()
         .map(|(id, twin)| match errors.get(&id) {
             Some(error) => Ok((twin, error.clone())),
-            None => bail!("'{}' lacks the error of '{id}'; train anew", path.display()),
+            None => bail!(
+                "'{}' lacks the error of '{id}'; train again",
+                folder.join(RunErrors::FILE).display()
+            ),
         })
         .collect()
 }

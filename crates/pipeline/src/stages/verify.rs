@@ -11,6 +11,7 @@ use conformance::{
     with_physical, with_slice,
 };
 use contract::conformance::Share;
+use contract::{Certificates, RegionFile};
 use contract::{Conformance, Document as _};
 use nn_statespace::{PopulationModel, Signal as NetworkSignal};
 use physiology::Compartment;
@@ -23,7 +24,6 @@ use crate::output::OutputFolder;
 use crate::paper_conformance::{beside_the_paper, summary as by_network};
 use crate::progress::{Progress, note};
 use crate::stages::repair::repaired;
-use crate::stages::train;
 use crate::subnetworks::{network, proved};
 use development::SimulatedSteps;
 
@@ -83,13 +83,13 @@ fn region_path(args: &Settings) -> Result<PathBuf> {
     if let Some(path) = &args.region {
         return Ok(path.clone());
     }
-    let beside = args.model.with_file_name(train::REGION);
+    let beside = args.model.with_file_name(RegionFile::FILE);
     if beside.is_file() {
         return Ok(beside);
     }
     bail!(
         "there is no {} beside '{}'; give the box with --region",
-        train::REGION,
+        RegionFile::FILE,
         args.model.display()
     )
 }
@@ -134,7 +134,7 @@ pub fn run(args: &Settings) -> Result<()> {
         model = repaired(&model, &region, limit, args.seed, &output)?;
         // The region goes with the model, as training leaves it.
         let bounds = std::fs::read(region_path(args)?).context("the region")?;
-        output.write(train::REGION, &bounds)?;
+        output.write(RegionFile::FILE, &bounds)?;
     }
 
     let steps = SimulatedSteps::new(args.seed)?;
@@ -173,9 +173,9 @@ pub fn run(args: &Settings) -> Result<()> {
         beside_the_paper(&rows, args.widen > 0.0)
     );
     let schema = Conformance::SCHEMA.to_owned();
-    output.write_json(Conformance::FILE, &Conformance { rows, schema })?;
+    output.write_document(&Conformance { rows, schema })?;
     output.write(TEXT, table.as_bytes())?;
-    output.write("certificates.json", &proofs.file)?;
+    output.write(Certificates::FILE, &proofs.file)?;
     let place = output.finish()?;
     note(table);
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));

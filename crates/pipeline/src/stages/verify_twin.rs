@@ -167,14 +167,8 @@ pub fn run(args: &Settings) -> Result<()> {
         found.len()
     );
     let schema = Conformance::SCHEMA.to_owned();
-    output.write_json(Conformance::FILE, &Conformance { rows: found, schema })?;
-    output.write_json(
-        "region.json",
-        &serde_json::json!({
-            "unit": "scaled",
-            "bounds": region.iter().collect::<std::collections::BTreeMap<_, _>>(),
-        }),
-    )?;
+    output.write_document(&Conformance { rows: found, schema })?;
+    output.write_document(&region.file())?;
     output.write("conformance.txt", table.as_bytes())?;
     let place = output.finish()?;
     note(table);

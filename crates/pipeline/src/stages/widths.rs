@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
+use contract::widths::BestWidths;
+use contract::{Document as _, WidthSearch};
 use nn_statespace::training::TrainingConfig;
 use ode_sim::DevelopmentPlan;
 use physiology::Compartment;
@@ -123,28 +125,25 @@ pub fn run(args: &Settings) -> Result<()> {
         checkpoint.write(&serde_json::to_vec(&ended)?)?;
     }
     let best = best(&trials).context("every training broke off")?;
-    output.write_json(
-        "widths.json",
-        &serde_json::json!({
-            "schema": "widths/1",
-            "best": { "widths": named(&best.widths), "balanced_error_mg_dl": best.error },
-            "trials": trials,
-            "networks": Compartment::ALL.map(Compartment::name),
-            "explore": args.explore,
-            "data_sha256": data.sha256,
-            "config": settings,
-        }),
-    )?;
     let mut widths = String::new();
     for (name, width) in named(&best.widths) {
         let _ = write!(widths, "{name} {width} ");
     }
     let error = best.error.unwrap_or(f64::NAN);
+    output.write_document(&WidthSearch {
+        best: BestWidths { balanced_error_mg_dl: best.error, widths: named(&best.widths) },
+        config: serde_json::to_value(&settings)?,
+        data_sha256: data.sha256,
+        explore: args.explore,
+        networks: Compartment::ALL.map(|compartment| compartment.name().to_owned()).to_vec(),
+        schema: WidthSearch::SCHEMA.to_owned(),
+        trials,
+    })?;
     let place = output.finish()?;
     checkpoint.remove();
     progress.finish(&format!(
         "{widths}with a balanced error of {error:.2} mg/dL, {}",
-        place.join("widths.json").display()
+        place.join(WidthSearch::FILE).display()
     ));
     Ok(())
 }
@@ -169,6 +168,6 @@ fn resumed(checkpoint: &CheckpointFile, settings: &Search) -> Vec<Trial> {
     }
 }
 
-fn named(widths: &[usize; NETWORKS]) -> BTreeMap<&'static str, usize> {
-    Compartment::ALL.into_iter().map(|c| (c.name(), widths[c as usize])).collect()
+fn named(widths: &[usize; NETWORKS]) -> BTreeMap<String, usize> {
+    Compartment::ALL.into_iter().map(|c| (c.name().to_owned(), widths[c as usize])).collect()
 }

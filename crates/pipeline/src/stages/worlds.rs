@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use cohort::{RecordsFormat, write_folder};
+use contract::Document as _;
+use contract::blind_check::{Label, Labels};
 use rayon::prelude::*;
 pub use world::Generator;
 use world::Regime;
@@ -90,14 +92,14 @@ pub fn run(args: &Settings) -> Result<()> {
             write_folder(&cohort, &folder, RecordsFormat::Parquet)
                 .with_context(|| format!("world {id}"))?;
             let label = label(&id, &world)?;
-            output.write_json(&format!("{id}/label.json"), &label)?;
+            output.write_document_as(&format!("{id}/{}", Label::FILE), &label)?;
             progress.advance(&id);
             Ok(label)
         })
         .collect::<Result<Vec<_>>>()?;
-    output.write_json("labels.json", &labels)?;
+    output.write_document(&Labels(labels))?;
     let place = output.finish()?;
-    progress.finish(&format!("{} worlds in {}", labels.len(), place.display()));
+    progress.finish(&format!("{} worlds in {}", planned.len(), place.display()));
     Ok(())
 }
 

@@ -1,6 +1,5 @@
 //! Replicates of several statistics, and the intervals that they give.
 
-use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::error::open_unit;
@@ -10,7 +9,7 @@ use crate::{Estimate, Interval, StatsError};
 
 /// Bootstrap replicates, `(replicates, statistics)`, with the values on the full sample and with
 /// each person left out.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ReplicateMatrix {
     estimates: Vec<f64>,
     rows: Vec<Vec<f64>>,

@@ -1,10 +1,10 @@
 //! Amounts at irregular times.
 
 use chrono::NaiveDateTime;
+use contract::import_report::Totals;
 
 use super::{Account, Span, step_of};
 use crate::error::{CohortError, Place};
-use crate::import::report::Totals;
 use crate::range::check_value;
 use crate::record::{Channel, Record};
 use crate::text_table::{TextColumn, TextTable};
@@ -129,7 +129,7 @@ impl Events {
         record: &mut Record,
         account: &mut Account<'_>,
         channel: Channel,
-        unit: &'static str,
+        unit: &str,
     ) -> Totals {
         let cells = record.channel_mut(channel);
         let mut source = self.untimed;
@@ -166,6 +166,12 @@ impl Events {
             }
         }
         let kept = cells.iter().flatten().sum();
-        Totals { column: channel.column(), unit, source, record: kept, left_out }
+        Totals {
+            column: channel.column().to_owned(),
+            unit: unit.to_owned(),
+            source,
+            record: kept,
+            left_out,
+        }
     }
 }

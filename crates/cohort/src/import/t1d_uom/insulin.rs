@@ -6,12 +6,12 @@
 //! and counted. A person who has only those is on `mdi` with the basal missing.
 
 use chrono::{NaiveDateTime, TimeDelta};
+use contract::import_report::Totals;
 use physiology::STEPS_PER_DAY;
 
 use super::events::{Event, Events, Stamp, stamp};
 use super::{Account, Span, step_of, time_of};
 use crate::error::{CohortError, Place};
-use crate::import::report::Totals;
 use crate::person::Therapy;
 use crate::range::check_value;
 use crate::record::{Channel, Record};
@@ -156,8 +156,8 @@ impl Basal {
             account.note(Place::column(&self.file, DOSE), &what, 1);
         }
         Totals {
-            column: Channel::Basal.column(),
-            unit: "U",
+            column: Channel::Basal.column().to_owned(),
+            unit: "U".to_owned(),
             source: source + injected,
             record: record.basal().iter().flatten().sum::<f64>() / 12.0,
             left_out: outside + injected,

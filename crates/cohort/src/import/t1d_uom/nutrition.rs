@@ -3,10 +3,11 @@
 
 use std::collections::BTreeSet;
 
+use contract::import_report::Totals;
+
 use super::events::Events;
 use super::{Account, Span};
 use crate::error::{CohortError, Place};
-use crate::import::report::Totals;
 use crate::record::{Channel, Record};
 use crate::text_table::TextTable;
 
