@@ -280,9 +280,9 @@ mod tests {
         let windows = windows(1).expect("two weeks");
         let mut kernel = kernel(&windows, 1).expect("fits");
         assert!((kernel.turn)().expect("a step") > 0.0);
-        let row = |engine: &str, threads, part, median_ms| {
+        let row = |engine: &str, threads, part: &str, median_ms| {
             let engine = engine.to_owned();
-            StepRow { engine, threads, part, median_ms, least_ms: median_ms / 2.0 }
+            StepRow { engine, threads, part: part.to_owned(), median_ms, least_ms: median_ms / 2.0 }
         };
         let rows = [
             row("candle graph", 1, WHOLE, 90.0),

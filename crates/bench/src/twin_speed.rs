@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn the_text_compares_like_with_like() {
-        let row = |job, engine: &str, threads, median_ms| JobRow {
+        let row = |job: &str, engine: &str, threads, median_ms| JobRow {
             job: job.to_owned(),
             engine: engine.to_owned(),
             threads,

@@ -1,4 +1,5 @@
-//! `baselines.json`: the ODE fitted to each person in four ways.
+//! `baselines.json`: the ODE fitted to each person in four ways. `P` are the parameters of a body in the type of
+//! who fits them; here they are numbers by name.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Document;
 
-/// The fits of a cohort; `P` are the parameters of a body as who fits them has them.
+/// The ODE fitted to every person of a cohort.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

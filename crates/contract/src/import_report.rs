@@ -122,7 +122,7 @@ pub struct Inference {
     pub person: String,
     /// The file.
     pub file: String,
-    /// The row, counted from 1.
+    /// The line of a text file (the header is line 1), or the data row of a Parquet file (from 1).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub row: Option<usize>,
     /// The column.
@@ -143,7 +143,7 @@ pub struct Note {
     pub person: Option<String>,
     /// The file; the first if there are several.
     pub file: String,
-    /// The row, counted from 1.
+    /// The line of a text file (the header is line 1), or the data row of a Parquet file (from 1).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub row: Option<usize>,
     /// The column.

@@ -165,7 +165,10 @@ fn table(schema: &Value) -> String {
     let mut text = String::new();
     let (words, within) = kind(schema, schema);
     match within {
-        Some((object, path)) => rows(&mut text, schema, object, path, &mut BTreeMap::new()),
+        Some((object, path)) => {
+            let path = path.trim_start_matches('.');
+            rows(&mut text, schema, object, path, &mut BTreeMap::new());
+        }
         None => text = format!("| `[]` | {words} | {} |\n", sentence(schema)),
     }
     text
@@ -203,9 +206,14 @@ fn kind<'a>(root: &'a Value, schema: &'a Value) -> (String, Option<(&'a Value, &
         return kind(root, definition(root, target));
     }
     if let Some(variants) = schema["anyOf"].as_array() {
-        let some = variants.iter().find(|variant| variant["type"] != "null");
-        let (words, within) = some.map_or_else(Default::default, |some| kind(root, some));
-        return (format!("{words} or null"), within);
+        let (null, some): (Vec<_>, Vec<_>) = variants.iter().partition(|v| v["type"] == "null");
+        let null = if null.is_empty() { "" } else { " or null" };
+        if let [one] = some[..] {
+            let (words, within) = kind(root, one);
+            return (format!("{words}{null}"), within);
+        }
+        let words: Vec<String> = some.iter().map(|one| one_of_several(root, one)).collect();
+        return (format!("{}{null}", words.join(" or ")), None);
     }
     if let Some(variants) = schema["oneOf"].as_array() {
         let words = variants.iter().flat_map(words_of).collect::<Vec<_>>();
@@ -239,6 +247,16 @@ fn kind<'a>(root: &'a Value, schema: &'a Value) -> (String, Option<(&'a Value, &
         }
         other => (format!("{other}{null}"), None),
     }
+}
+
+/// One of several forms: an object by its keys.
+fn one_of_several(root: &Value, schema: &Value) -> String {
+    let Some(properties) = schema["properties"].as_object() else { return kind(root, schema).0 };
+    let keys: Vec<String> = properties
+        .iter()
+        .map(|(key, value)| format!("`{key}`, {}: {}", kind(root, value).0, sentence(value)))
+        .collect();
+    format!("object with {}", keys.join(" and "))
 }
 
 fn words_of(variant: &Value) -> Vec<String> {

@@ -26,6 +26,7 @@ fn the_account_closes_and_only_carbohydrate_changes() {
         let done = reconcile(&embedded, &out, &["--detector", detector, "--rule", rule]);
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         let mut after = read_folder(&out).expect("a cohort folder");
+        assert_eq!(crate::outputs::checked(&out), 2, "meals, manifest");
         let text = std::fs::read(out.join("meals.json")).expect("an account");
         let account: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(account["schema"], "meals/1");

@@ -77,6 +77,7 @@ fn the_shipped_network_behaves_and_every_physical_property_is_proved() {
     let out = folder.path().join("verify");
     run(&["verify", "--model", text(&model), "--out", text(&out)]);
     assert_eq!(physical(&out.join("conformance.json")), vec!["proved"; 25]);
+    assert!(crate::outputs::checked(folder.path()) >= 5);
 }
 
 #[test]
@@ -102,6 +103,7 @@ fn a_network_trained_without_constraints_is_repaired_to_the_same_bytes_by_any_nu
         let read = |folder: &Path| fs::read(folder.join(file)).expect("written");
         assert!(read(&first) == read(&second), "{file} depends on the number of threads");
     }
+    assert_eq!(crate::outputs::checked(&first), 5, "rows, proofs, repair, region, manifest");
 }
 
 #[test]
@@ -119,6 +121,7 @@ fn the_shipped_network_is_nearer_to_the_ode_than_the_published_one() {
         arguments.extend(["--beside", text(published)]);
     }
     run(&arguments);
+    assert_eq!(crate::outputs::checked(&out), 2, "errors, manifest");
     let found = json(&out.join("held-out.json"));
     let errors = |model: usize| -> Vec<f64> {
         let told = &found["parts"]["all"][model]["told"];
@@ -156,6 +159,7 @@ fn a_search_for_widths_that_is_killed_goes_on_to_the_same_end() {
     let read = |folder: &Path| fs::read(folder.join("widths.json")).expect("written");
     assert!(read(&whole) == read(&ended), "another end");
     assert!(!checkpoint.exists());
+    assert_eq!(crate::outputs::checked(&whole), 2, "trials, manifest");
     let found = json(&whole.join("widths.json"));
     assert_eq!(found["trials"].as_array().map(Vec::len), Some(3));
 }
@@ -169,6 +173,7 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
     let of_model = ["--model", text(&model), "--cohort", text(&cohort)];
     let quick = ["--variants", "--epochs", "2", "--out", text(&made)];
     run(&[&["twin"], of_model.as_slice(), &quick].concat());
+    assert_eq!(crate::outputs::checked(&made), 3, "twins, errors of free runs, manifest");
     let twin = made.join("twins/P02.safetensors");
     let of_twin = [&["verify"], of_model.as_slice(), &["--twin", text(&twin)]].concat();
     let found = out("found");
@@ -205,6 +210,7 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
     // A record without the twin's person, and a repair of a twin.
     let other = out("other");
     run(&["worlds", "--count", "1", "--people", "1", "--days", "2", "--out", text(&other)]);
+    assert_eq!(crate::outputs::checked(&other), 3, "labels, label, manifest");
     let stranger = other.join("001/cohort");
     assert!(stranger.join("people.csv").exists(), "a world's cohort");
     let asked = ["verify", "--model", text(&model), "--twin", text(&twin)];

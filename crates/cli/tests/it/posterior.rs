@@ -29,6 +29,7 @@ fn a_table_has_a_row_a_cohort_and_is_the_same_for_any_number_of_threads() {
         let out = parent.path().join(threads);
         let output = xtask(&["evidence", "--cohort", cohort, "--threads", threads], &out);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(crate::outputs::checked(&out), 3, "names, labels, manifest");
         ["statistics.safetensors", "names.json", "labels.json"]
             .map(|name| fs::read(out.join(name)).expect("written"))
     };
