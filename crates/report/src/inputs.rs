@@ -4,7 +4,7 @@ use std::io::Read;
 
 use contract::blind_check::Seal;
 use contract::{
-    BlindCheck, Conformance, ContractError, Diagnosis, ExampleDay, GlucoseProfile, Manifest,
+    BlindCheck, Conformance, Diagnosis, ExampleDay, GlucoseProfile, ImportReport, Manifest,
     OutcomesTable, Training, TwinsTable, WhatIf,
 };
 
@@ -95,8 +95,8 @@ pub struct Inputs {
     pub training: Option<Training>,
     /// From `twins.json`.
     pub twins: Option<TwinsTable>,
-    /// From `import_report.json`; shown as it is, whatever its keys.
-    pub import_report: Option<serde_json::Value>,
+    /// From `import_report.json`.
+    pub import_report: Option<ImportReport>,
     /// From `example_day.json`.
     pub example_day: Option<ExampleDay>,
     /// From `what_if.json`.
@@ -147,7 +147,7 @@ impl Inputs {
             Part::Diagnosis => self.diagnosis = Some(contract::read(&bytes)?),
             Part::Training => self.training = Some(contract::read(&bytes)?),
             Part::Twins => self.twins = Some(contract::read(&bytes)?),
-            Part::ImportReport => self.import_report = Some(any(part, &bytes)?),
+            Part::ImportReport => self.import_report = Some(contract::read(&bytes)?),
             Part::ExampleDay => self.example_day = Some(contract::read(&bytes)?),
             Part::WhatIf => self.what_if = Some(contract::read(&bytes)?),
             Part::WhatIfConstrained => self.what_if_constrained = Some(contract::read(&bytes)?),
@@ -157,10 +157,4 @@ impl Inputs {
         }
         Ok(())
     }
-}
-
-/// JSON that is shown as it is.
-fn any<T: serde::de::DeserializeOwned>(part: Part, bytes: &[u8]) -> Result<T, ContractError> {
-    serde_json::from_slice(bytes)
-        .map_err(|source| ContractError::Json { file: part.file_name(), source })
 }

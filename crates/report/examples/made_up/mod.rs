@@ -163,9 +163,27 @@ fn twins() -> Value {
 }
 
 fn import_report() -> Value {
-    json!({"format": "a study's tables", "people": 13, "steps": 104_832, "duplicates_dropped": 0,
-        "findings": [{"file": "records.csv", "row": 1204, "column": "carbs_g",
-            "finding": "a meal of 900 g; kept as missing"}]})
+    let person = |k: u32| {
+        let (id, basal) = (format!("p{k:02}"), 20.0 + f64::from(k));
+        json!({
+            "line": format!("{id}: 28 days, {basal:.1} + 18.0 U/day, 160 g/day, mean 150 mg/dL"),
+            "balance": {"person": id, "days": 28.0, "basal_u_day": basal, "bolus_u_day": 18.0,
+                "carbs_g_day": 160.0, "mean_glucose_mg_dl": 150.0, "cgm_share": 0.97,
+                "heart_rate_share": 0.9},
+            "findings": if k == 4 {
+                json!([{"person": id, "column": "carbs_g", "date": null, "step": 1204,
+                    "time": "2021-03-05 04:20:00", "what": "meal", "value": 900.0, "unit": "g",
+                    "plausible": [0.0, 250.0]}])
+            } else {
+                json!([])
+            },
+        })
+    };
+    json!({"format": "a study's tables", "people": (1..=13).map(person).collect::<Vec<_>>(),
+        "inferences": [{"person": "p02", "file": "records.csv", "column": "carbs_g",
+            "conclusion": "servings of 10 g", "evidence": "16 g/U"}],
+        "notes": [{"person": "p03", "file": "records.csv", "row": 1204, "what": "filled gap",
+            "count": 3}]})
 }
 
 fn example_day() -> Value {

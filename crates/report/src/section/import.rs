@@ -1,11 +1,7 @@
 //! What was done on import: daily amounts by person, inferences, notes and the account of totals.
-//!
-//! The keys are those of `import_report.json` as the importers write it; anything else in the file
-//! is shown as plain tables.
 
-use serde_json::Value;
+use contract::ImportReport;
 
-use super::any_json::json;
 use super::words::plain;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, compact};
@@ -13,31 +9,26 @@ use crate::number::{ABSENT, compact};
 /// Rows of one table that are shown.
 const SHOWN: usize = 100;
 
-pub(super) fn body(html: &mut Html, report: &Value) {
-    let people = list(report, "people");
-    if !people.iter().any(|person| person["line"].is_string()) {
-        json(html, "Import report", report);
-        return;
-    }
-    if let Some(format) = report["format"].as_str() {
-        html.paragraph(&format!("Read from: {format}."));
-    }
-    let rows = people.iter().map(|p| vec![text(&p["line"]), text(&p["therapy"])]).collect();
+pub(super) fn body(html: &mut Html, report: &ImportReport) {
+    let people = &report.people;
+    html.paragraph(&format!("Read from: {}.", report.format));
+    let rows =
+        people.iter().map(|p| vec![p.line.clone(), or_absent(p.therapy.as_deref())]).collect();
     table(html, "Daily amounts by person", &["Amounts", "Therapy"], rows);
 
     html.literal("<details>\n").element("summary", "The account of the import");
-    let nested = |key| people.iter().flat_map(move |p| list(p, key).iter().map(move |x| (p, x)));
-    let rows = nested("findings")
-        .map(|(_, f)| {
+    let rows = people
+        .iter()
+        .flat_map(|person| &person.findings)
+        .map(|found| {
+            let when = found.date.as_ref().or(found.time.as_ref());
+            let (least, most) = found.plausible;
             vec![
-                text(&f["person"]),
-                [text(&f["date"]), text(&f["time"])]
-                    .into_iter()
-                    .find(|when| when != ABSENT)
-                    .unwrap_or_else(|| "whole record".to_owned()),
-                plain(&text(&f["what"])),
-                format!("{} {}", text(&f["value"]), text(&f["unit"])),
-                format!("{} to {}", text(&f["plausible"][0]), text(&f["plausible"][1])),
+                found.person.clone(),
+                when.map_or_else(|| "whole record".to_owned(), Clone::clone),
+                plain(&found.what),
+                format!("{} {}", compact(found.value), found.unit),
+                format!("{} to {}", compact(least), compact(most)),
             ]
         })
         .collect();
@@ -47,9 +38,14 @@ pub(super) fn body(html: &mut Html, report: &Value) {
         &["Person", "When", "What", "Value", "Plausible"],
         rows,
     );
-    let rows = list(report, "inferences")
+    let rows = report
+        .inferences
         .iter()
-        .map(|i| vec![text(&i["person"]), place(i), text(&i["conclusion"]), text(&i["evidence"])])
+        .flatten()
+        .map(|i| {
+            let place = place(&i.file, i.row, i.column.as_deref());
+            vec![i.person.clone(), place, i.conclusion.clone(), i.evidence.clone()]
+        })
         .collect();
     table(
         html,
@@ -57,9 +53,18 @@ pub(super) fn body(html: &mut Html, report: &Value) {
         &["Person", "Where", "Taken as", "Evidence"],
         rows,
     );
-    let rows = list(report, "notes")
+    let rows = report
+        .notes
         .iter()
-        .map(|n| vec![text(&n["person"]), place(n), text(&n["what"]), text(&n["count"])])
+        .map(|note| {
+            let place = place(&note.file, note.row, note.column.as_deref());
+            vec![
+                or_absent(note.person.as_deref()),
+                place,
+                note.what.clone(),
+                compact(note.count as f64),
+            ]
+        })
         .collect();
     table(
         html,
@@ -67,11 +72,13 @@ pub(super) fn body(html: &mut Html, report: &Value) {
         &["Person", "Where", "What", "Count"],
         rows,
     );
-    let rows = nested("totals")
+    let totals = people.iter().flat_map(|person| {
+        person.totals.iter().flatten().map(move |totals| (&person.balance.person, totals))
+    });
+    let rows = totals
         .map(|(person, t)| {
-            let id = person["balance"]["person"].as_str().unwrap_or(ABSENT).to_owned();
-            let amounts = ["source", "record", "left_out"].map(|key| text(&t[key]));
-            [vec![id, text(&t["column"]), text(&t["unit"])], amounts.to_vec()].concat()
+            let amounts = [t.source, t.record, t.left_out].map(compact);
+            [vec![person.clone(), t.column.clone(), t.unit.clone()], amounts.to_vec()].concat()
         })
         .collect();
     table(
@@ -105,26 +112,18 @@ fn table(html: &mut Html, caption: &str, columns: &[&str], mut rows: Vec<Vec<Str
     html.table(&caption, &columns, &rows);
 }
 
-fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
-    value[key].as_array().map_or(&[], Vec::as_slice)
+fn or_absent(text: Option<&str>) -> String {
+    text.unwrap_or(ABSENT).to_owned()
 }
 
-fn text(value: &Value) -> String {
-    match value {
-        Value::Null => ABSENT.to_owned(),
-        Value::String(text) => text.clone(),
-        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), compact),
-        other => other.to_string(),
+/// A place in a file as words.
+fn place(file: &str, row: Option<usize>, column: Option<&str>) -> String {
+    let mut words = file.to_owned();
+    if let Some(row) = row {
+        words += &format!(", row {}", compact(row as f64));
     }
-}
-
-/// The entry's `file`, `row` and `column` as words.
-fn place(value: &Value) -> String {
-    let mut parts = Vec::new();
-    for (key, label) in [("file", ""), ("row", "row "), ("column", "column ")] {
-        if !value[key].is_null() {
-            parts.push(format!("{label}{}", text(&value[key])));
-        }
+    if let Some(column) = column {
+        words += &format!(", column {column}");
     }
-    if parts.is_empty() { ABSENT.to_owned() } else { parts.join(", ") }
+    words
 }
