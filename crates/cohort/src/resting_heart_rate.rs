@@ -10,8 +10,7 @@ use crate::person::Person;
 use crate::split::TRAINING_DAYS;
 
 /// How rest was recognised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RestRule {
     /// The source states the baseline (0 where it gives differences from it).
     Given,

@@ -10,8 +10,6 @@
 
 use std::cmp::Ordering;
 
-use serde::Serialize;
-
 use crate::error::ConformanceError;
 use crate::exact::Dyadic;
 use crate::network::OneHiddenLayer;
@@ -19,7 +17,7 @@ use crate::property::Property;
 use crate::region::Region;
 
 /// The largest slope against a property, enclosed by neighbouring numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Enumerated {
     /// The exact largest slope, rounded down; scaled output per minute per scaled input.
     pub m_lower: f64,

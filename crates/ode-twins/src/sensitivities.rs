@@ -7,7 +7,6 @@ use ode_sim::{OdeParameters, OdePlant};
 use rand::seq::SliceRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use crate::error::OdeTwinError;
 use crate::windows::FitWindows;
@@ -18,7 +17,7 @@ const SENSITIVITIES: usize = 3;
 /// How the sensitivities are searched for.
 ///
 /// The paper names the method and the parameters and leaves range and number of evaluations open.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensitivitySearch {
     /// Evaluations of a Latin hypercube, before there is anything to model.
     pub explore: usize,

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use contract::Diagnosis;
 use contract::blind_check::{Answer, CalibratedPeople};
+use contract::{Diagnosis, Document as _};
 use gap::Thresholds;
 
 use crate::children::{self, end, held, running};
@@ -41,7 +41,7 @@ const PAUSE: Duration = Duration::from_millis(20);
 const KEPT: usize = 400;
 
 /// Names of the files of thresholds and of the posterior beside the cohort.
-const THRESHOLDS: &str = "thresholds.json";
+const THRESHOLDS: &str = contract::Thresholds::FILE;
 const POSTERIOR: &str = "posterior.safetensors";
 
 /// Diagnoses a copy of the cohort in `folder`, under a random name and without any environment. Nothing that answers has
