@@ -8,8 +8,9 @@ use physiology::{MgPerDl, OpenLoop, Plant, simulate};
 use serde::{Deserialize, Serialize};
 
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, AugmentedState, BodyAlone, Euler};
+use crate::filter::augmented::{AugmentedModel, BodyAlone, Euler};
 use crate::filter::observations::{Observations, Reading, within_sensor_range};
+use crate::filter::state::AugmentedState;
 
 /// When free runs start and how far they are judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

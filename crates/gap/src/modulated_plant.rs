@@ -3,8 +3,9 @@
 use effects::Modulation;
 use physiology::{MgPerDl, NonFinite, Plant, States, StepInput};
 
-use crate::filter::augmented::{AugmentedModel, AugmentedState, not_finite};
+use crate::filter::augmented::{AugmentedModel, not_finite};
 use crate::filter::observations::within_sensor_range;
+use crate::filter::state::AugmentedState;
 
 /// The filter's model under the modulations of a record.
 ///

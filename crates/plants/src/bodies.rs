@@ -128,8 +128,9 @@ mod tests {
 
     use effects::Modulation;
     use gap::NoiseModel;
-    use gap::filter::augmented::{AugmentedModel, STATES};
+    use gap::filter::augmented::AugmentedModel;
     use gap::filter::calibration::PersonalFactors;
+    use gap::filter::state::STATES;
     use nn_statespace::training::initial_networks;
     use nn_statespace::{CentreAndScale, ModelCard, Widths, Wiring};
     use ode_sim::{EgpMode, OdeParameters};

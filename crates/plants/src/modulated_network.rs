@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use cohort::{Person, Window};
 use effects::{Course, Effect, Form, Modulation};
-use gap::filter::augmented::{AugmentedModel, AugmentedState};
+use gap::filter::augmented::AugmentedModel;
+use gap::filter::state::AugmentedState;
 use gap::{NoiseModel, course};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel, ScaledStates};
 use ode_sim::{EgpMode, OdeParameters, OdeState, OdeVector};

@@ -7,6 +7,7 @@
 mod alcohol;
 mod exercise;
 mod habits;
+mod hours;
 mod infusion_sets;
 mod meals;
 mod sleep;
@@ -15,17 +16,15 @@ mod wearable;
 pub use alcohol::Drinking;
 pub use exercise::Session;
 pub use habits::{Habits, Sport};
+pub use hours::{Hours, Shift};
 pub use infusion_sets::InfusionSets;
 pub use meals::{BolusTiming, Meal, MealKind};
 pub use sleep::Night;
 pub use wearable::Wearable;
 
-pub(crate) use habits::standard_normal;
-
 use physiology::STEPS_PER_DAY;
 
 use crate::calendar::Calendar;
-use crate::everyday::Hours;
 use crate::stream::{Concept, stream};
 
 /// Everything a person does over the days of a calendar.

@@ -7,6 +7,7 @@ use physiology::{MgPerDl, MmolPerL, NonFinite, Plant, States, StepInput, Units, 
 
 use crate::effects::{Amplitudes, Condition, Effect, ExerciseTrace, LowTrace};
 use crate::person::BodyParameters;
+use crate::virtual_body::VirtualBody;
 use crate::warp::{Warped, Warps};
 
 /// Runge-Kutta steps within the five minutes: one per minute.
@@ -72,22 +73,6 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The steady state at a glucose concentration, with the basal rate that holds it.
-    ///
-    /// # Errors
-    /// As [`steady_state::at_glucose`].
-    pub fn at_rest(&self, glucose: MgPerDl) -> Result<(BodyState, UnitsPerHour), OdeError> {
-        let found =
-            steady_state::at_glucose(&self.parameters.model, self.parameters.weight, glucose)?;
-        let state = BodyState {
-            ode: found.state,
-            exercise: ExerciseTrace::default(),
-            low: LowTrace::default(),
-            step: 0,
-        };
-        Ok((state, found.basal))
-    }
-
     /// The ODE with given parameters.
     fn plant(&self, parameters: OdeParameters) -> OdePlant {
         OdePlant {
@@ -120,6 +105,20 @@ impl<'a> Body<'a> {
             t_max_g: drawn.t_max_g * condition.gut_time,
             ..drawn
         }
+    }
+}
+
+impl VirtualBody for Body<'_> {
+    fn at_rest(&self, glucose: MgPerDl) -> Result<(BodyState, UnitsPerHour), OdeError> {
+        let found =
+            steady_state::at_glucose(&self.parameters.model, self.parameters.weight, glucose)?;
+        let state = BodyState {
+            ode: found.state,
+            exercise: ExerciseTrace::default(),
+            low: LowTrace::default(),
+            step: 0,
+        };
+        Ok((state, found.basal))
     }
 }
 

@@ -9,9 +9,9 @@ use physiology::{MgPerDl, STEPS_PER_DAY};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::behaviour::standard_normal;
 use crate::effects::{Lagged, Sensing};
 use crate::everyday::SensorKind;
+use crate::stream::standard_normal;
 use crate::wear::SensorWear;
 
 /// The sensors of one person, read every step.

@@ -50,10 +50,9 @@ pub use variability::{Spreads, Variability};
 
 pub(crate) use sensor_lag::Lagged;
 
+use crate::stream::standard_normal;
 use rand::Rng;
 use serde::{Serialize, Serializer, ser::SerializeMap};
-
-use crate::behaviour::standard_normal;
 
 /// An effect that a diagnosis can name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

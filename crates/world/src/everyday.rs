@@ -8,7 +8,6 @@
 
 mod course;
 mod daily_pattern;
-mod hours;
 mod log_habit;
 mod meal_pace;
 mod rescues;
@@ -17,7 +16,6 @@ mod sites;
 
 pub use course::EverydayCourse;
 pub use daily_pattern::DailyPattern;
-pub use hours::{Hours, Shift};
 pub use log_habit::LogHabit;
 pub use meal_pace::MealPace;
 pub use rescues::Rescues;
@@ -27,10 +25,10 @@ pub use sites::Sites;
 use rand::{Rng, RngExt};
 
 use crate::background::{Background, Counting};
-use crate::behaviour::{Habits, standard_normal};
+use crate::behaviour::{Habits, Hours};
 use crate::effects::Spreads;
 use crate::generator::Generator;
-use crate::stream::{Concept, WORLD, stream};
+use crate::stream::{Concept, WORLD, standard_normal, stream};
 use crate::therapy::Pen;
 use crate::warp::Warps;
 

@@ -48,8 +48,8 @@ mod world_info;
 
 pub use background::{Background, Counting};
 pub use behaviour::{
-    BolusTiming, Drinking, Habits, InfusionSets, Life, Meal, MealKind, Night, Session, Sport,
-    Wearable,
+    BolusTiming, Drinking, Habits, Hours, InfusionSets, Life, Meal, MealKind, Night, Session,
+    Shift, Sport, Wearable,
 };
 pub use body::{Body, BodyState};
 pub use calendar::Calendar;
@@ -68,8 +68,7 @@ pub use embedded::{
 };
 pub use error::WorldError;
 pub use everyday::{
-    DailyPattern, Everyday, EverydayCourse, Hours, LogHabit, MealPace, Noise, Rescues, SensorKind,
-    Shift, Sites,
+    DailyPattern, Everyday, EverydayCourse, LogHabit, MealPace, Noise, Rescues, SensorKind, Sites,
 };
 pub use generator::Generator;
 pub use person::BodyParameters;

@@ -4,8 +4,8 @@ use ode_sim::{OdeParameters, steady_state};
 use physiology::{Kilograms, MgPerDl, UnitsPerHour};
 use rand::Rng;
 
-use crate::behaviour::standard_normal;
 use crate::error::WorldError;
+use crate::stream::standard_normal;
 
 /// Basal needs that are accepted, U/h: with basal near half of the daily insulin these lie around
 /// 20 to 70 U a day (Resalat et al. 2019: mean 42.3 U).

@@ -226,8 +226,8 @@ impl ReplayedPerson {
         let days = Days::new(self, &self.recorded_life(), &doses, amplitudes);
         let mut course = days.lived(self.body, &self.restoring)?;
         course.glucose.truncate(self.original.record.len());
-        let offset = days.offset;
-        Ok((course, days.life, offset))
+        let offset = days.inputs.offset;
+        Ok((course, days.inputs.life, offset))
     }
 
     /// What the sensors show of a course of glucose, not rounded; no reading is lost.

@@ -4,8 +4,9 @@
 //! number of threads, leaves every other draw of every person unchanged. So two worlds can differ
 //! in one effect and in nothing else.
 
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, Normal};
 
 /// What a stream of random numbers is used for.
 ///
@@ -83,6 +84,11 @@ pub fn stream(seed: u64, person: usize, concept: Concept) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(((person as u64) << 8) | concept as u64);
     rng
+}
+
+/// One standard normal draw.
+pub(crate) fn standard_normal(rng: &mut (impl Rng + ?Sized)) -> f64 {
+    Normal::new(0.0, 1.0).expect("unit standard deviation").sample(rng)
 }
 
 #[cfg(test)]

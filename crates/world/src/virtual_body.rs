@@ -3,8 +3,6 @@
 use ode_sim::OdeError;
 use physiology::{MgPerDl, Plant, UnitsPerHour};
 
-use crate::body::Body;
-
 /// A body that has steady states: the start of a life, and of the trials that find its settings.
 pub trait VirtualBody: Plant {
     /// The state that a constant basal rate holds at a glucose concentration, and that rate.
@@ -13,10 +11,4 @@ pub trait VirtualBody: Plant {
     /// [`OdeError::NoBasal`] where glucose stays below the target even without insulin, and the
     /// other errors of [`ode_sim::steady_state::at_glucose`].
     fn at_rest(&self, glucose: MgPerDl) -> Result<(Self::State, UnitsPerHour), OdeError>;
-}
-
-impl VirtualBody for Body<'_> {
-    fn at_rest(&self, glucose: MgPerDl) -> Result<(Self::State, UnitsPerHour), OdeError> {
-        Body::at_rest(self, glucose)
-    }
 }

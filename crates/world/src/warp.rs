@@ -11,8 +11,8 @@ use ode_sim::OdeError;
 use physiology::{Compartment, GRAMS_PER_MMOL_GLUCOSE, Kilograms, MgPerDl, States};
 use rand::{Rng, RngExt};
 
-use crate::behaviour::standard_normal;
 use crate::effects::Condition;
+use crate::stream::standard_normal;
 use crate::virtual_body::VirtualBody;
 
 /// Waves of a warp.

@@ -13,10 +13,7 @@ use anyhow::{Context as _, Result, bail};
 /// A module of a crate by its path, as `["which", "round"]`.
 type Module = Vec<String>;
 
-/// Circles that are still there, by crate: the number of files in each. A circle that is cut leaves the list.
-const KNOWN: &[(&str, &[usize])] = &[("nn-statespace", &[3]), ("world", &[8, 5])];
-
-/// Reports every circle that is not known, and every known one that is gone.
+/// Reports every circle.
 pub(super) fn check(root: &Path) -> Result<()> {
     let mut crates: Vec<_> = fs::read_dir(root.join("crates"))
         .context("the folder of crates")?
@@ -30,20 +27,8 @@ pub(super) fn check(root: &Path) -> Result<()> {
     for folder in crates {
         let name =
             folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let mut sizes: Vec<usize> = KNOWN
-            .iter()
-            .filter(|(of, _)| *of == name)
-            .flat_map(|(_, sizes)| sizes.to_vec())
-            .collect();
-        for circle in circles(&arrows(&folder.join("src"))?) {
-            match sizes.iter().position(|size| *size == circle.len()) {
-                Some(known) => drop(sizes.remove(known)),
-                None => wrong.push(format!("{name}: {}", circle.join(" - "))),
-            }
-        }
-        wrong.extend(sizes.iter().map(|size| {
-            format!("{name}: a circle of {size} files is gone; strike it from the list")
-        }));
+        let found = circles(&arrows(&folder.join("src"))?);
+        wrong.extend(found.iter().map(|circle| format!("{name}: {}", circle.join(" - "))));
     }
     if !wrong.is_empty() {
         bail!("files know each other in circles:\n  {}", wrong.join("\n  "));

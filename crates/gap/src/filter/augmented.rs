@@ -9,10 +9,7 @@
 //! white noise.
 
 mod euler;
-mod personal;
-mod state;
 mod stepper;
-mod transition;
 
 use std::sync::Arc;
 
@@ -27,15 +24,13 @@ use physiology::{
 
 use self::euler::COMPARTMENTS;
 pub(crate) use self::euler::{Euler, PlainRun};
-pub use self::personal::Personal;
-pub use self::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
 pub(crate) use self::stepper::Stepper;
-use self::transition::Surroundings;
-pub use self::transition::Transition;
-pub(crate) use self::transition::{BodySlopes, Narrow};
 use crate::filter::body::{Body, OtherBody};
 use crate::filter::covariance::Covariance;
 use crate::filter::noise::NoiseModel;
+use crate::filter::personal::Personal;
+use crate::filter::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
+use crate::filter::transition::{BodySlopes, Surroundings, Transition};
 
 /// Glucose below which a correction by the filter is cut off; sensors end at 40 mg/dL.
 pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);
@@ -344,7 +339,7 @@ impl AugmentedModel {
     /// 0.3 mmol/kg in each gut compartment, about 4 g); the first hours are not scored.
     #[must_use]
     pub fn start(&self, basal: UnitsPerHour, glucose: MgPerDl) -> (AugmentedState, Covariance) {
-        let mut x = rest(&self.person, basal, glucose);
+        let mut x = self.person.at_rest(basal, glucose);
         let mut gut_sd = [GUT_SD; 2];
         if let Stepper::Other(body) = &self.stepper {
             x = body.at_rest(&self.person, x, basal);
@@ -454,22 +449,6 @@ impl AugmentedModel {
             sensor_before: state.sensor,
         }
     }
-}
-
-/// The ODE with insulin at rest under `basal`, glucose as given, the gut empty.
-pub(crate) fn rest(person: &Personal, basal: UnitsPerHour, glucose: MgPerDl) -> OdeVector {
-    let p = &person.parameters;
-    let infusion = ode_sim::equations::infusion(basal.0, person.weight.0);
-    let mut x = OdeVector::default();
-    x[S1] = infusion * p.t_max_i;
-    x[S2] = x[S1];
-    x[I] = infusion / (p.v_i * p.k_e);
-    x[X1] = p.s_f1 * x[I];
-    x[X2] = p.s_f2 * x[I];
-    x[X3] = p.s_f3 * x[I];
-    x[Q1] = person.q1_at(glucose);
-    x[Q2] = x[X1] * x[Q1] / (p.k_12 + x[X2]);
-    x
 }
 
 /// The body of a model without flux and sensor, for free runs; plasma glucose is reported.

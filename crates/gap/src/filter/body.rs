@@ -22,7 +22,8 @@ use physiology::{
     Units, UnitsPerHour,
 };
 
-use crate::filter::augmented::{BodySlopes, Personal, Transition, rest};
+use crate::filter::personal::Personal;
+use crate::filter::transition::{BodySlopes, Transition};
 
 /// A body of the ten compartments that is not the ODE: a network, or a network with a person's residual.
 ///
@@ -139,7 +140,7 @@ impl OtherBody {
             weight: physiology::Kilograms(70.0),
             egp: EgpMode::Reproduction,
         };
-        let start = rest(&guess, resting.basal, MgPerDl(120.0));
+        let start = guess.at_rest(resting.basal, MgPerDl(120.0));
         let ports = other.ports(&guess);
         let mut x = other.settled(&ports, start, resting.basal);
         let gained = |compartment: Compartment, input: &StepInput| {

@@ -11,6 +11,7 @@
 
 mod equations;
 mod information;
+mod point;
 pub(crate) mod rule;
 mod search;
 mod unlogged;

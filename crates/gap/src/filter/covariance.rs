@@ -5,7 +5,8 @@
 //! restored by every propagation, so that the matrix stays positive semidefinite however small the reading noise is.
 //! Both steps are inlined always, so that they are compiled for the instructions of the filter that calls them.
 
-use crate::filter::augmented::{INTERSTITIAL, SENSOR, STATES, Transition};
+use crate::filter::state::{INTERSTITIAL, SENSOR, STATES};
+use crate::filter::transition::Transition;
 
 /// States but for the sensor error: the body's, the flux and interstitial glucose.
 const BODY: usize = SENSOR;

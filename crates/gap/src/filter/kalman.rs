@@ -3,9 +3,11 @@
 use physiology::{MgPerDl, STEPS_PER_DAY, StepInput};
 
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, AugmentedState, Transition};
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::covariance::{Covariance, Gain};
 use crate::filter::observations::{Observations, Reading, SENSOR_HIGH, SENSOR_LOW};
+use crate::filter::state::AugmentedState;
+use crate::filter::transition::Transition;
 
 /// A reading minus what the filter expected just before it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,9 +23,10 @@ pub(crate) use self::adjoint::course_scores;
 use self::passing::{Block, Pass};
 use self::steps::Steps;
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, STATES};
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Begin, Filtered, Innovation, run_from, start};
 use crate::filter::observations::Observations;
+use crate::filter::state::STATES;
 
 /// A direction in which the model is changed.
 #[derive(Debug, Clone)]

@@ -8,12 +8,12 @@ use physiology::StepInput;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::error::GapError;
-use crate::filter::augmented::{
-    AugmentedModel, AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, Transition,
-};
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::covariance::Covariance;
 use crate::filter::kalman::Filtered;
 use crate::filter::observations::{Observations, within_sensor_range};
+use crate::filter::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE};
+use crate::filter::transition::Transition;
 use crate::modulated_plant::ModulatedState;
 
 /// Points of the normal distribution over which an absolute error is averaged.

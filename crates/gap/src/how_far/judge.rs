@@ -13,10 +13,11 @@ use super::prepared_steps::PreparedSteps;
 use super::refit::{Fit, model, stretch};
 use super::settings::Settings;
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, AugmentedState};
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Filtered, filter};
 use crate::filter::observations::{Observations, Reading};
 use crate::filter::scored::normalised;
+use crate::filter::state::AugmentedState;
 use crate::filter::whitening::huber_loss;
 use crate::modulated_plant::{ModulatedPlant, ModulatedState};
 

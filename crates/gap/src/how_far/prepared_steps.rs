@@ -9,8 +9,9 @@ use effects::{Field, Modulation};
 use ode_sim::{OdeVector, slot};
 use physiology::{Compartment, StepInput};
 
-use crate::filter::augmented::{AugmentedModel, AugmentedState, Euler, Stepper};
+use crate::filter::augmented::{AugmentedModel, Euler, Stepper};
 use crate::filter::observations::within_sensor_range;
+use crate::filter::state::AugmentedState;
 
 /// The steps of a stretch of a record.
 pub(super) struct PreparedSteps<'a> {

@@ -4,11 +4,13 @@
 use std::sync::Arc;
 
 use effects::{Field, Modulation};
-use gap::filter::augmented::{AugmentedModel, AugmentedState, STATES, Transition};
+use gap::filter::augmented::AugmentedModel;
 use gap::filter::body::{Body, sees};
 use gap::filter::calibration::{Factor, PersonalFactors, calibrated};
 use gap::filter::kalman::filter;
+use gap::filter::state::{AugmentedState, STATES};
 use gap::filter::tangent::{Direction, Parameter, signatures};
+use gap::filter::transition::Transition;
 use gap::{CalibrationRule, NoiseModel, Observations};
 use ode_sim::equations::{Forcing, derivative, infusion};
 use ode_sim::gut::glucose_dose;

@@ -4,7 +4,8 @@ use physiology::Compartment;
 
 use super::block::{BLOCK, PARTS, Row};
 use super::forward::{Place, advance_network, advance_without_slopes, confine};
-use super::lanes::{Instructions, Job, Lanes};
+use super::instructions::Instructions;
+use super::lanes::{Job, Lanes};
 use super::layout::ParameterLayout;
 use super::real::Real;
 use super::units::{Networks, SIGNALS, row_of};

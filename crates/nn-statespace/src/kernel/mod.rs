@@ -17,17 +17,19 @@
 mod backward;
 mod block;
 mod forward;
+mod instructions;
 mod lane_steps;
 mod lanes;
 mod layout;
+mod portable;
 mod real;
 mod roll_out;
 mod units;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use instructions::Instructions;
 pub use lane_steps::{LANES, LaneSteps, Signals, signal_row};
-pub use lanes::Instructions;
 pub use layout::{NetworkSpan, ParameterLayout};
 pub use real::Real;
 pub use roll_out::{FusedRollOut, Sequence, StateLoss};

@@ -3,7 +3,9 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::lanes::{Instructions, Job, Portable};
+use super::instructions::Instructions;
+use super::lanes::Job;
+use super::portable::{Portable, Scalar};
 
 /// Single precision, in which networks are trained, and double precision, in which gradients are
 /// checked.
@@ -38,26 +40,16 @@ pub trait Real:
 
 /// What the kernel itself needs of a precision; out of reach from outside.
 pub(super) mod sealed {
-    use super::{Instructions, Job};
+    use super::{Instructions, Job, Scalar};
 
-    pub trait Sealed: Sized {
-        /// An unsigned integer of the same size.
-        type Bits: Copy;
-        /// `self b + c`; rounded once if the target fuses the two without being asked.
-        fn multiply_add(self, b: Self, c: Self) -> Self;
-        /// All bits if `self > 0`, else none.
-        fn ones_where_positive(self) -> Self::Bits;
-        /// `self` with the bits of `mask` alone.
-        fn masked(self, mask: Self::Bits) -> Self;
+    pub trait Sealed: Scalar {
         /// Does `job` with these instructions.
-        fn dispatch<J: Job<Self>>(instructions: Instructions, job: J) -> J::Output
-        where
-            Self: super::Real;
+        fn dispatch<J: Job<Self>>(instructions: Instructions, job: J) -> J::Output;
     }
 }
 
 macro_rules! real {
-    ($real:ident, $bits:ident) => {
+    ($real:ident) => {
         impl Real for $real {
             const ZERO: Self = 0.0;
 
@@ -78,24 +70,6 @@ macro_rules! real {
         }
 
         impl sealed::Sealed for $real {
-            type Bits = $bits;
-
-            #[inline(always)]
-            fn multiply_add(self, b: Self, c: Self) -> Self {
-                // Without the instruction, mul_add is a slow call.
-                if cfg!(target_arch = "aarch64") { self.mul_add(b, c) } else { self * b + c }
-            }
-
-            #[inline(always)]
-            fn ones_where_positive(self) -> $bits {
-                if self > 0.0 { $bits::MAX } else { 0 }
-            }
-
-            #[inline(always)]
-            fn masked(self, mask: $bits) -> Self {
-                Self::from_bits(self.to_bits() & mask)
-            }
-
             fn dispatch<J: Job<Self>>(instructions: Instructions, job: J) -> J::Output {
                 #[cfg(target_arch = "x86_64")]
                 {
@@ -121,5 +95,5 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32);
-real!(f64, u64);
+real!(f32);
+real!(f64);

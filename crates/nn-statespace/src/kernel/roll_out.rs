@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::backward::Backward;
 use super::block::{BLOCK, Block};
 use super::forward::Forward;
-use super::lanes::Instructions;
+use super::instructions::Instructions;
 use super::layout::ParameterLayout;
 use super::real::Real;
 use super::units::{Networks, slopes_of_weights};

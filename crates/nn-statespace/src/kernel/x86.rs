@@ -9,7 +9,6 @@
 use std::arch::x86_64::*;
 
 use super::lanes::{Job, Lanes};
-use super::real::Real;
 
 /// Proof of AVX2 and FMA.
 #[derive(Debug, Clone, Copy)]
@@ -26,12 +25,12 @@ impl Avx2 {
     }
 
     /// Does `job` compiled for these instructions.
-    pub(super) fn vectorize<T: Real, J: Job<T>>(self, job: J) -> J::Output
+    pub(super) fn vectorize<T, J: Job<T>>(self, job: J) -> J::Output
     where
         Self: Lanes<T>,
     {
         #[target_feature(enable = "avx2,fma")]
-        fn compiled<T: Real, J: Job<T>>(token: Avx2, job: J) -> J::Output
+        fn compiled<T, J: Job<T>>(token: Avx2, job: J) -> J::Output
         where
             Avx2: Lanes<T>,
         {
@@ -55,12 +54,12 @@ impl Avx512 {
     }
 
     /// Does `job` compiled for these instructions.
-    pub(super) fn vectorize<T: Real, J: Job<T>>(self, job: J) -> J::Output
+    pub(super) fn vectorize<T, J: Job<T>>(self, job: J) -> J::Output
     where
         Self: Lanes<T>,
     {
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-        fn compiled<T: Real, J: Job<T>>(token: Avx512, job: J) -> J::Output
+        fn compiled<T, J: Job<T>>(token: Avx512, job: J) -> J::Output
         where
             Avx512: Lanes<T>,
         {

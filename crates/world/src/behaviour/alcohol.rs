@@ -4,8 +4,8 @@ use rand::{Rng, RngExt};
 use serde::Serialize;
 
 use super::habits::Habits;
+use super::hours::Hours;
 use crate::calendar::Calendar;
-use crate::everyday::Hours;
 
 /// Alcohol taken in one evening.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

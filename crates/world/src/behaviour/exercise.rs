@@ -4,10 +4,11 @@ use physiology::Exercise;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, LogNormal};
 
-use super::habits::{Habits, Sport, standard_normal};
+use super::habits::{Habits, Sport};
+use super::hours::Hours;
 use super::sleep::Night;
 use crate::calendar::Calendar;
-use crate::everyday::Hours;
+use crate::stream::standard_normal;
 
 /// One session at constant intensity.
 #[derive(Debug, Clone, Copy, PartialEq)]

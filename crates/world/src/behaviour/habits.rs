@@ -1,8 +1,9 @@
 //! What a person tends to do; the days vary around it.
 
 use rand::{Rng, RngExt};
-use rand_distr::{Distribution, Normal};
 use serde::Serialize;
+
+use crate::stream::standard_normal;
 
 /// Habits of one person. Hours are clock hours of a weekday.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -89,9 +90,4 @@ impl Habits {
             steps_per_waking_hour: 450.0 * (0.25 * standard_normal(rng)).clamp(-0.5, 0.5).exp(),
         }
     }
-}
-
-/// One standard normal draw.
-pub(crate) fn standard_normal(rng: &mut (impl Rng + ?Sized)) -> f64 {
-    Normal::new(0.0, 1.0).expect("unit standard deviation").sample(rng)
 }

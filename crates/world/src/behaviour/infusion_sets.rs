@@ -3,8 +3,9 @@
 use physiology::STEPS_PER_DAY;
 use rand::{Rng, RngExt};
 
-use super::habits::{Habits, standard_normal};
+use super::habits::Habits;
 use crate::calendar::Calendar;
+use crate::stream::standard_normal;
 
 /// Set changes of one person.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,10 +5,11 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Gamma, LogNormal, Poisson};
 use serde::Serialize;
 
-use super::habits::{Habits, standard_normal};
+use super::habits::Habits;
+use super::hours::Hours;
 use super::sleep::Night;
 use crate::calendar::Calendar;
-use crate::everyday::Hours;
+use crate::stream::standard_normal;
 
 /// Which meal of the day.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]

@@ -4,9 +4,10 @@ use physiology::STEPS_PER_HOUR;
 use rand::{Rng, RngExt};
 use serde::Serialize;
 
-use super::habits::{Habits, standard_normal};
+use super::habits::Habits;
+use super::hours::Hours;
 use crate::calendar::Calendar;
-use crate::everyday::Hours;
+use crate::stream::standard_normal;
 
 /// One night, named after the day on which it ends.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

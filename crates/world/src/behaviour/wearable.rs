@@ -4,8 +4,9 @@ use physiology::STEPS_PER_DAY;
 use rand::{Rng, RngExt};
 
 use super::exercise::Session;
-use super::habits::{Habits, Sport, standard_normal};
+use super::habits::{Habits, Sport};
 use crate::calendar::Calendar;
+use crate::stream::standard_normal;
 
 /// Channels of the wearable, one value a step; `None` while it is not worn.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,8 @@ use physiology::STEP;
 use rand::{Rng, RngExt};
 
 use super::forms::CompressionForm;
-use crate::behaviour::{Life, standard_normal};
+use crate::behaviour::Life;
+use crate::stream::standard_normal;
 
 /// Candidates in each night; each occurs with [`CHANCE`] times the amplitude.
 const CANDIDATES: usize = 3;

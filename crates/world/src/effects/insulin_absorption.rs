@@ -3,7 +3,8 @@
 use physiology::STEPS_PER_HOUR;
 use rand::Rng;
 
-use crate::behaviour::{Life, standard_normal};
+use crate::behaviour::Life;
+use crate::stream::standard_normal;
 
 /// Correlation time of the wandering form, h.
 const HOURS: f64 = 12.0;

@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::forms::DriftForm;
-use crate::behaviour::standard_normal;
+use crate::stream::standard_normal;
 
 /// Loss of gain late in the life of a sensor at amplitude 1, as a share, and its spread between
 /// sensors. The gains of the sensors behind the G5 and G6 error models scatter by about this around

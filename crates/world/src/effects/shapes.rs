@@ -6,7 +6,7 @@ use rand::{Rng, RngExt};
 use super::circadian_sensitivity::CircadianPattern;
 use super::forms::{Forms, RenalForm};
 use super::renal_threshold::Kidneys;
-use crate::behaviour::standard_normal;
+use crate::stream::standard_normal;
 
 /// The forms that effects take in one person.
 ///

@@ -3,8 +3,8 @@
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rand::Rng;
 
-use crate::behaviour::standard_normal;
 use crate::calendar::Calendar;
+use crate::stream::standard_normal;
 
 /// Day-to-day spread of insulin action (log): the insulin that closed loops gave varied by 20 to 30
 /// % between days (Ruan et al., Diabetes Care 2016;39:830), most of it because of food and

@@ -3,7 +3,8 @@
 use physiology::{Grams, STEPS_PER_HOUR};
 use rand::{Rng, RngExt};
 
-use crate::behaviour::{Life, standard_normal};
+use crate::behaviour::Life;
+use crate::stream::standard_normal;
 
 /// Hours for which a meal determines the gut, if no other follows.
 const HOURS: f64 = 6.0;

@@ -5,8 +5,8 @@ use ode_sim::sensor::Autoregressive;
 use physiology::{MgPerDl, Minutes, STEPS_PER_HOUR};
 use rand::{Rng, RngExt};
 
-use crate::behaviour::standard_normal;
 use crate::generator::Generator;
+use crate::stream::standard_normal;
 
 /// Steps in a quarter of an hour.
 const QUARTER: usize = 3;

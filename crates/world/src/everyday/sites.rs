@@ -3,7 +3,8 @@
 use physiology::STEPS_PER_DAY;
 use rand::{Rng, RngExt};
 
-use crate::behaviour::{Life, standard_normal};
+use crate::behaviour::Life;
+use crate::stream::standard_normal;
 
 /// Spread between the sites of one person.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,9 +7,9 @@
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rand::{Rng, RngExt};
 
-use crate::behaviour::standard_normal;
 use crate::calendar::Calendar;
 use crate::effects::Spreads;
+use crate::stream::standard_normal;
 
 /// Spread (log) of the action of a day, and of a third of a day about it. They are assumed so that
 /// their sum is that of the other generator.

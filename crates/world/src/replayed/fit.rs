@@ -6,7 +6,7 @@ use physiology::{Kilograms, MgPerDl, STEP, STEPS_PER_DAY};
 use super::days::Days;
 use super::doses::Doses;
 use super::recorded_life::RecordedLife;
-use super::restoring::{LARGEST_SPREAD, mend, spread};
+use super::restoring::{LARGEST_SPREAD, mean, mend, spread};
 use super::toward::Toward;
 use super::{NotReplayed, ReplayedPerson};
 use crate::background::Background;
@@ -27,9 +27,6 @@ const TARGETS: (f64, f64) = (110.0, 190.0);
 /// sought, mg/dL.
 const WITHIN: f64 = 0.97;
 const OFF_TARGET: f64 = 15.0;
-/// Fall of mean glucose with the logarithm of insulin action, mg/dL, of the order for all kinds of
-/// bodies. The searches use it for their steps.
-pub(super) const SLOPE: f64 = 200.0;
 /// Simulations of a search, those at its end that change the mean alone, and the further ones with
 /// effects.
 const ROUNDS: usize = 10;
@@ -37,11 +34,6 @@ const ROUNDS_AFTER: usize = 3;
 const ROUNDS_WITH_EFFECTS: usize = 3;
 /// Bodies that are tried.
 const BODIES: usize = 4;
-
-/// Glucose at the start, mg/dL: the first reading, clamped to where bodies have a steady state.
-pub(super) fn first_glucose(person: &Person) -> f64 {
-    person.record.cgm().iter().flatten().next().copied().unwrap_or(140.0).clamp(90.0, 160.0)
-}
 
 /// See [`ReplayedPerson::fit`].
 pub(super) fn fit(
@@ -153,7 +145,7 @@ impl<'a> Search<'a> {
         for round in 0..ROUNDS {
             let glucose = simulated(&self.plain, drawn, toward.scale, &restoring)?;
             if (1..ROUNDS - ROUNDS_AFTER).contains(&round) {
-                mend(&mut restoring, &glucose, self.plain.offset);
+                mend(&mut restoring, &glucose, self.plain.inputs.offset);
             }
             toward.step(mean(&glucose) - self.target);
         }
@@ -208,11 +200,6 @@ impl<'a> Search<'a> {
         }
         Ok(())
     }
-}
-
-/// Mean of values clamped to a sensor's range, so that one extreme day does not dominate it.
-pub(super) fn mean(glucose: &[f64]) -> f64 {
-    glucose.iter().map(|g| g.clamp(40.0, 400.0)).sum::<f64>() / glucose.len() as f64
 }
 
 /// Glucose of a drawn body, mg/dL, with its insulin action scaled.

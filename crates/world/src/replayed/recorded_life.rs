@@ -9,11 +9,10 @@ use super::doses::median;
 use crate::background::Background;
 use crate::behaviour::{
     BolusTiming, Habits, InfusionSets, Life, Meal, MealKind, Night, Session, Sport, Wearable,
-    standard_normal,
 };
 use crate::calendar::Calendar;
 use crate::effects::Shapes;
-use crate::stream::{Concept, stream};
+use crate::stream::{Concept, standard_normal, stream};
 
 /// Share of the heart-rate reserve that counts as exercise if held for [`SHORTEST`] steps, per
 /// cent: light to moderate intensity begins at 30 and 40 (ACSM).

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use physiology::{Grams, InputSource, MgPerDl, StepInput};
 
-use super::days::Days;
+use super::doses::Doses;
 use super::recorded_life::RecordedLife;
 use crate::behaviour::Life;
 use crate::effects::{Amplitudes, Effect};
+use crate::reactions::Reaction;
 
 /// Glucose at which unrecorded rescue carbohydrate may be eaten, its probability per step, and the
 /// steps between two such treatments, as in the made worlds.
@@ -37,28 +38,40 @@ impl Eaten {
     }
 }
 
+/// What a body gets in the days of a record, whatever the body.
+pub(super) struct RecordedInputs<'a> {
+    /// Steps from the start of the calendar to that of the record.
+    pub(super) offset: usize,
+    pub(super) doses: &'a Doses,
+    pub(super) life: Life,
+    pub(super) eaten: Eaten,
+    pub(super) reactions: Vec<Reaction>,
+    /// Amplitude of the effect that leaves rescue carbohydrate out of the log.
+    pub(super) unlogged_rescues: f64,
+}
+
 /// The doses of a record, with what is truly eaten.
 pub(super) struct Replaying<'a> {
-    days: &'a Days<'a>,
+    recorded: &'a RecordedInputs<'a>,
     unlogged: f64,
     last_treatment: Option<usize>,
 }
 
 impl<'a> Replaying<'a> {
     /// The doses of these days.
-    pub(super) fn new(days: &'a Days<'a>) -> Self {
-        let unlogged = UNLOGGED * days.amplitudes.of(Effect::UnloggedRescueCarbs);
-        Self { days, unlogged, last_treatment: None }
+    pub(super) fn new(recorded: &'a RecordedInputs<'a>) -> Self {
+        let unlogged = UNLOGGED * recorded.unlogged_rescues;
+        Self { recorded, unlogged, last_treatment: None }
     }
 }
 
 impl InputSource for Replaying<'_> {
     fn next(&mut self, step: usize, glucose: MgPerDl) -> Option<StepInput> {
-        let mut input = *self.days.doses.inputs.get(step)?;
-        let at = step + self.days.offset;
-        input.carbs = Grams(self.days.eaten.0.get(&at).copied().unwrap_or(0.0));
-        input.exercise = self.days.life.session_at(at).map(|session| session.exercise);
-        let reaction = self.days.reactions.get(at)?;
+        let mut input = *self.recorded.doses.inputs.get(step)?;
+        let at = step + self.recorded.offset;
+        input.carbs = Grams(self.recorded.eaten.0.get(&at).copied().unwrap_or(0.0));
+        input.exercise = self.recorded.life.session_at(at).map(|session| session.exercise);
+        let reaction = self.recorded.reactions.get(at)?;
         let waits = self.last_treatment.is_some_and(|last| step - last < PAUSE);
         if glucose.0 < LOW
             && !waits

@@ -2,7 +2,7 @@
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::fit::{SLOPE, mean};
+use super::toward::SLOPE;
 use crate::effects::Condition;
 
 /// Hour of the day about which one day's restoring change passes into the next's, steps.
@@ -61,6 +61,11 @@ fn excess(day: &[f64]) -> f64 {
     let low = beyond(at(0.05), (DAY_EXTREMES.0, f64::INFINITY));
     let high = 0.5 * beyond(at(0.95), (f64::NEG_INFINITY, DAY_EXTREMES.1));
     beyond(mean(day), DAY_MEANS) + if low < 0.0 { low } else { high }
+}
+
+/// Mean of values clamped to a sensor's range, so that one extreme day does not dominate it.
+pub(super) fn mean(glucose: &[f64]) -> f64 {
+    glucose.iter().map(|g| g.clamp(40.0, 400.0)).sum::<f64>() / glucose.len() as f64
 }
 
 /// Standard deviation of the change between days (log).

@@ -1,7 +1,8 @@
 //! The search for the insulin action with which mean glucose is the one sought.
 
-use super::fit::SLOPE;
-
+/// Fall of mean glucose with the logarithm of insulin action, mg/dL, of the order for all kinds of
+/// bodies. The searches use it for their steps.
+pub(super) const SLOPE: f64 = 200.0;
 /// Range of the fall of mean glucose with the logarithm of insulin action, mg/dL.
 const SLOPES: (f64, f64) = (80.0, 500.0);
 /// Limits of the search for the logarithm of the factor on insulin action.

@@ -1,9 +1,8 @@
 //! Parameters of the saturating body and how they differ between people.
 
+use crate::stream::standard_normal;
 use physiology::Kilograms;
 use rand::Rng;
-
-use crate::behaviour::standard_normal;
 
 /// Parameters of one body and its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]

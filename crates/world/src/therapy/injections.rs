@@ -4,8 +4,8 @@ use physiology::{STEP, STEPS_PER_DAY, Units};
 use rand::{Rng, RngExt};
 
 use super::settings::TherapySettings;
-use crate::behaviour::standard_normal;
 use crate::calendar::Calendar;
+use crate::stream::standard_normal;
 
 /// Days before the record whose injections still act at its start.
 const DAYS_BEFORE: usize = 5;

@@ -9,7 +9,7 @@ use physiology::{
 use rand::{Rng, RngExt};
 use serde::{Serialize, Serializer, ser::SerializeStruct};
 
-use crate::behaviour::standard_normal;
+use crate::stream::standard_normal;
 use crate::virtual_body::VirtualBody;
 
 /// Glucose that the basal profile aims at, and the target of the bolus calculator.

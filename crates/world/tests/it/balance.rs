@@ -2,7 +2,9 @@
 
 use chrono::NaiveDate;
 use physiology::{Compartment, OpenLoop, Plant, STEP, StepInput, Units, UnitsPerHour, simulate};
-use world::{Background, Body, Calendar, Effect, Physique, Regime, VirtualPerson};
+use world::{
+    Background, Body, Calendar, Effect, Physique, Regime, VirtualBody as _, VirtualPerson,
+};
 
 fn calendar() -> Calendar {
     Calendar::new(NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date"), 14)

@@ -9,8 +9,8 @@ use ode_sim::{EgpMode, ExerciseMemory, OdePlant, OdeState, slot};
 use physiology::Compartment;
 use physiology::{Grams, STEP, StepInput};
 
-use super::personal::Personal;
-use super::transition::BodySlopes;
+use crate::filter::personal::Personal;
+use crate::filter::transition::BodySlopes;
 
 /// Number of compartments.
 pub(crate) const COMPARTMENTS: usize = slot(Compartment::C2) + 1;

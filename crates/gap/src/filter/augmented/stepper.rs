@@ -7,9 +7,9 @@ use ode_sim::{OdeError, OdeState, OdeVector};
 use physiology::StepInput;
 
 use super::euler::Euler;
-use super::personal::Personal;
-use super::transition::BodySlopes;
 use crate::filter::body::OtherBody;
+use crate::filter::personal::Personal;
+use crate::filter::transition::BodySlopes;
 
 /// Which body moves, and what it needs for a step.
 #[derive(Debug, Clone)]

@@ -1,20 +1,11 @@
 //! The search: the minimum of the loss under the gains of everybody's parameters.
 
-use physiology::STEPS_PER_DAY;
-
 use super::equations::NormalEquations;
-use super::information::{Day, Information};
+use super::point::{Held, Own, Point};
 use super::unlogged::{meals, unlogged};
-use super::{
-    CalibrationRule, Factor, Factors, PersonalFactors, Setting, Square, directions,
-    whitened_signature,
-};
+use super::{CalibrationRule, Factor, Factors, PersonalFactors, Setting, Square};
 use crate::error::GapError;
-use crate::filter::augmented::AugmentedModel;
-use crate::filter::kalman::{Filtered, Innovation, filter, replayed};
-use crate::filter::scored::{Whitening, cautious_scale};
-use crate::filter::tangent::{Fork, Lanes, few_at_a_time, filtered_with_forks};
-use crate::filter::whitening::{huber_loss, huber_weight};
+use crate::filter::kalman::Filtered;
 
 /// Iterations in which the dependence of days follows the factors; later ones descend one loss.
 const FOLLOWED: usize = 4;
@@ -22,109 +13,6 @@ const FOLLOWED: usize = 4;
 const FIRST_TOLERANCE: f64 = 1.0;
 /// Shortest share of a step that is tried.
 const SHORTEST_SHARE: f64 = 1.0 / 16.0;
-
-/// What is held while the factors are searched: gains and variances of the filter with some parameters, and the
-/// whitening of its innovations.
-pub(super) struct Held {
-    filtered: Filtered,
-    pub(super) whitening: Whitening,
-}
-
-impl Held {
-    fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
-        Ok(Self::by(setting, filter(&setting.model(factors), setting.record)?))
-    }
-
-    fn by(setting: &Setting<'_>, filtered: Filtered) -> Self {
-        let z = setting.normalised(&filtered.innovations);
-        let (whitening, _) = Whitening::fitted(&z, cautious_scale);
-        Self { filtered, whitening }
-    }
-}
-
-/// The record under some factors.
-pub(super) struct Point {
-    pub(super) factors: PersonalFactors,
-    /// Innovations in their standard deviations, and their derivatives.
-    pub(super) z: Vec<Option<f64>>,
-    pub(super) signatures: Vec<Factors>,
-    whitened: Vec<Option<f64>>,
-    pub(super) information: Information,
-}
-
-impl Point {
-    fn at(setting: &Setting<'_>, held: &Held, factors: PersonalFactors) -> Result<Self, GapError> {
-        let model = setting.model(&factors);
-        let run = replayed(&model, setting.record, &held.filtered)?;
-        let directions = directions();
-        let mut signatures: Vec<Factors> = Vec::new();
-        few_at_a_time(&model, setting.record, &run, &directions, |_, rows| {
-            signatures = scaled(&run.innovations, rows).collect();
-        })?;
-        Ok(Self::of(setting, held, factors, &run.innovations, signatures))
-    }
-
-    fn of(
-        setting: &Setting<'_>,
-        held: &Held,
-        factors: PersonalFactors,
-        innovations: &[Option<Innovation>],
-        signatures: Vec<Factors>,
-    ) -> Self {
-        let z = setting.normalised(innovations);
-        let whitened = held.whitening.autoregression.whitened(&z);
-        let information = information(&held.whitening, &whitened, &signatures);
-        Self { factors, z, signatures, whitened, information }
-    }
-
-    /// Negative log posterior, the data's part divided by `dependence`, nats.
-    fn loss(&self, held: &Held, dependence: f64) -> f64 {
-        let of = |w: &f64| huber_loss(w / held.whitening.scale, 1.0);
-        self.whitened.iter().flatten().map(of).sum::<f64>() / dependence + self.factors.prior_loss()
-    }
-}
-
-/// Derivatives in standard deviations of the innovations, the factors beside each other.
-pub(super) fn scaled(
-    innovations: &[Option<Innovation>],
-    rows: &[Lanes],
-) -> impl Iterator<Item = Factors> {
-    innovations.iter().zip(rows).map(|(innovation, row)| {
-        let inverse = innovation.map_or(0.0, |i| i.variance.sqrt().recip());
-        std::array::from_fn(|k| inverse * f64::from(row[k]))
-    })
-}
-
-/// A person's own gains, and the record under them.
-pub(super) struct Own {
-    pub(super) model: AugmentedModel,
-    pub(super) held: Held,
-    pub(super) point: Point,
-    /// Where logged meals can be left out.
-    pub(super) forks: Vec<Fork>,
-}
-
-impl Own {
-    fn of(setting: &Setting<'_>, factors: PersonalFactors) -> Result<Self, GapError> {
-        let model = setting.model(&factors);
-        let directions = directions();
-        let mut filtered = Filtered::with_capacity(setting.record.len());
-        let mut rows = Vec::new();
-        let forks = filtered_with_forks(
-            &model,
-            setting.record,
-            &directions,
-            &meals(setting.record),
-            &mut filtered,
-            |_, taken| rows = taken,
-        )?;
-        let held = Held::by(setting, filtered);
-        let innovations = &held.filtered.innovations;
-        let signatures = scaled(innovations, &rows).collect();
-        let point = Point::of(setting, &held, factors, innovations, signatures);
-        Ok(Self { model, held, point, forks })
-    }
-}
 
 /// Where the loss is lowest.
 pub(super) struct Solved {
@@ -159,7 +47,7 @@ pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<So
     let by_gauss: Vec<Square> = information.days().iter().map(|day| day.curvature).collect();
     let complete = covariance(&by_gauss, &Square::default())?;
     let sd = std::array::from_fn(|k| complete[k][k].sqrt());
-    let own = Own::of(setting, point.factors)?;
+    let own = Own::of(setting, point.factors, &meals(setting.record))?;
     let left = NormalEquations::of(&own.point.information, dependence, &point.factors)
         .step(&point.factors, setting)?;
     let unlogged = unlogged(setting, &own, dependence, &left);
@@ -272,23 +160,4 @@ fn better(
         share *= 0.5;
     }
     Ok(None)
-}
-
-/// What whitened innovations say, by days of the record, given the derivatives of what they are whitened from.
-fn information(
-    whitening: &Whitening,
-    whitened: &[Option<f64>],
-    signatures: &[Factors],
-) -> Information {
-    let mut days: Vec<Day> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
-        .map(|index| Day { place: index, ..Day::default() })
-        .collect();
-    let scale = whitening.scale;
-    for (step, w) in whitened.iter().enumerate() {
-        // What is whitened has both of the entries before it.
-        let Some(w) = w else { continue };
-        let signature = whitened_signature(&whitening.autoregression, signatures, step);
-        days[step / STEPS_PER_DAY].add(huber_weight(*w, scale) * scale.powi(-2), *w, &signature);
-    }
-    Information::of(days)
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::equations::NormalEquations;
 use super::information::Day;
-use super::search::{Own, scaled};
+use super::point::{Own, scaled};
 use super::{Factors, Setting, Square, directions, whitened_signature};
 use crate::filter::observations::Observations;
 use crate::filter::scored::{Whitening, normalised};

@@ -12,9 +12,10 @@ use super::step_slopes::reached;
 use super::steps::Steps;
 use super::{Direction, LANES, Lanes, reads_only};
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, INTERSTITIAL, SENSOR, STATES};
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::Filtered;
 use crate::filter::observations::Observations;
+use crate::filter::state::{INTERSTITIAL, SENSOR, STATES};
 
 /// For each field, a row a step: the derivative of sum_j u_j e_j by what is added to the field in that step.
 ///

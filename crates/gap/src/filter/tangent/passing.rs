@@ -7,7 +7,7 @@ use physiology::Compartment;
 use super::step_slopes::reached;
 use super::steps::{Parameters, Steps};
 use super::{Direction, LANES, Lanes, States, pulses, reads_only};
-use crate::filter::augmented::{INTERSTITIAL, SENSOR, STATES};
+use crate::filter::state::{INTERSTITIAL, SENSOR, STATES};
 
 /// Courses of one field, side by side.
 struct Courses {

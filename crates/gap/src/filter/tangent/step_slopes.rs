@@ -13,9 +13,8 @@ use physiology::Compartment;
 use physiology::{MG_PER_DL_PER_MMOL_PER_L, STEP, StepInput};
 
 use super::Parameter;
-use crate::filter::augmented::{
-    Acting, AugmentedModel, AugmentedState, Euler, INTERSTITIAL, Stepper, low_depth,
-};
+use crate::filter::augmented::{Acting, AugmentedModel, Euler, Stepper, low_depth};
+use crate::filter::state::{AugmentedState, INTERSTITIAL};
 
 /// The derivative of some states after a step, in the order of [`changed`] or [`reached`]; 0 after their last.
 type Slope = [f64; 4];

@@ -5,9 +5,11 @@ use effects::{FIELDS, Field, Modulation};
 use super::step_slopes::{StepSlopes, changed, reached};
 use super::{Direction, LANES, Parameter, States, pulses, reads_only};
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, GLUCOSE_FLOOR, INTERSTITIAL, Narrow, STATES};
+use crate::filter::augmented::{AugmentedModel, GLUCOSE_FLOOR};
 use crate::filter::kalman::{Filtered, Seen, start};
 use crate::filter::observations::Observations;
+use crate::filter::state::{INTERSTITIAL, STATES};
+use crate::filter::transition::Narrow;
 
 /// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
 /// far above rounding, far below the curvature of a step.

@@ -6,7 +6,7 @@ use ode_sim::OdeMatrix;
 use physiology::Compartment::{C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::STEP;
 
-use super::state::{FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
+use crate::filter::state::{FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
 
 /// A 14 x 14 matrix d(state after)/d(state before) with the zeros of the model's structure, which are not stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,21 +26,21 @@ impl Default for Transition {
 }
 
 /// What surrounds a body in the filter's model, as its derivative needs it.
-pub(super) struct Surroundings {
+pub(crate) struct Surroundings {
     /// Share of the flux that is left after one step.
-    pub(super) flux_decay: f64,
+    pub(crate) flux_decay: f64,
     /// Share of the distance between interstitial and plasma glucose that is left after one step.
-    pub(super) lag_decay: f64,
+    pub(crate) lag_decay: f64,
     /// mg/dL in a mmol/kg of Q1.
-    pub(super) glucose_per_q1: f64,
+    pub(crate) glucose_per_q1: f64,
     /// How much of the sensor error of this step and of the one before is in that of the next.
-    pub(super) sensor: [f64; 2],
+    pub(crate) sensor: [f64; 2],
 }
 
 impl Transition {
     /// That of a body with the flux, the lag and the sensor around it.
     #[inline(always)]
-    pub(super) fn of(slopes: &BodySlopes, around: &Surroundings) -> Self {
+    pub(crate) fn of(slopes: &BodySlopes, around: &Surroundings) -> Self {
         let BodySlopes { insulin, glucose, distant, gut } = *slopes;
         // Interstitial glucose follows the mean of Q1 before and after.
         let share = 0.5 * (1.0 - around.lag_decay) * around.glucose_per_q1;
@@ -131,7 +131,7 @@ impl Transition {
     /// Replaces what changes from step to step where nothing modulates them: the derivative of Q1 by X1, X3 and
     /// Q1, which interstitial glucose shares in, and that of Q2 by X1, X2, Q1 and Q2.
     #[inline(always)]
-    pub(super) fn vary(&mut self, glucose: [f64; 3], distant: [f64; 4], share: f64) {
+    pub(crate) fn vary(&mut self, glucose: [f64; 3], distant: [f64; 4], share: f64) {
         let [by_x1, by_x3, by_q1] = glucose;
         self.0[FIRST_OF_Q1] = by_x1;
         self.0[FIRST_OF_Q1 + 1] = by_x3;
@@ -301,7 +301,7 @@ pub(crate) struct BodySlopes {
 impl BodySlopes {
     /// Of a forward Euler step, from the derivative of the rates, with the gut exact: `left` is the share of
     /// its content that stays and `t_max_g` its time, min.
-    pub(super) fn of_rates(j: &OdeMatrix, left: f64, t_max_g: f64) -> Self {
+    pub(crate) fn of_rates(j: &OdeMatrix, left: f64, t_max_g: f64) -> Self {
         let by = |row, column| STEP.0 * j[(row, column)];
         let same = |row| 1.0 + STEP.0 * j[(row, row)];
         Self {

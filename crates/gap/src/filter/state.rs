@@ -30,7 +30,7 @@ pub struct AugmentedState {
 }
 
 impl AugmentedState {
-    /// The fourteen values in the order of [`Transition`](super::Transition).
+    /// The fourteen values in the order of [`Transition`](crate::filter::transition::Transition).
     #[inline]
     #[must_use]
     pub fn vector(&self) -> [f64; STATES] {

@@ -47,7 +47,7 @@ impl Hours {
     /// Fridays and Saturdays is as frequent as on other days to five times that. 0 to 60 % of
     /// breakfasts and lunches are left out (people in two open studies log one to six meals a day).
     #[must_use]
-    pub(super) fn sample(own: &mut impl Rng) -> Self {
+    pub(crate) fn sample(own: &mut impl Rng) -> Self {
         let (irregularity, kind) = (own.random_range(0.6..2.5), own.random::<f64>());
         let (late, hours) = (own.random_range(1.5..4.0), own.random_range(6.0..9.0));
         let days = own.random_range(2..=7_usize);

@@ -1,0 +1,143 @@
+//! The record under some factors: innovations, their derivatives, and what days say of the factors.
+
+use physiology::STEPS_PER_DAY;
+
+use super::information::{Day, Information};
+use super::{Factors, PersonalFactors, Setting, directions, whitened_signature};
+use crate::error::GapError;
+use crate::filter::augmented::AugmentedModel;
+use crate::filter::kalman::{Filtered, Innovation, filter, replayed};
+use crate::filter::scored::{Whitening, cautious_scale};
+use crate::filter::tangent::{Fork, Lanes, few_at_a_time, filtered_with_forks};
+use crate::filter::whitening::{huber_loss, huber_weight};
+
+/// What is held while the factors are searched: gains and variances of the filter with some parameters, and the
+/// whitening of its innovations.
+pub(super) struct Held {
+    pub(super) filtered: Filtered,
+    pub(super) whitening: Whitening,
+}
+
+impl Held {
+    pub(super) fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
+        Ok(Self::by(setting, filter(&setting.model(factors), setting.record)?))
+    }
+
+    fn by(setting: &Setting<'_>, filtered: Filtered) -> Self {
+        let z = setting.normalised(&filtered.innovations);
+        let (whitening, _) = Whitening::fitted(&z, cautious_scale);
+        Self { filtered, whitening }
+    }
+}
+
+/// The record under some factors.
+pub(super) struct Point {
+    pub(super) factors: PersonalFactors,
+    /// Innovations in their standard deviations, and their derivatives.
+    pub(super) z: Vec<Option<f64>>,
+    pub(super) signatures: Vec<Factors>,
+    whitened: Vec<Option<f64>>,
+    pub(super) information: Information,
+}
+
+impl Point {
+    pub(super) fn at(
+        setting: &Setting<'_>,
+        held: &Held,
+        factors: PersonalFactors,
+    ) -> Result<Self, GapError> {
+        let model = setting.model(&factors);
+        let run = replayed(&model, setting.record, &held.filtered)?;
+        let directions = directions();
+        let mut signatures: Vec<Factors> = Vec::new();
+        few_at_a_time(&model, setting.record, &run, &directions, |_, rows| {
+            signatures = scaled(&run.innovations, rows).collect();
+        })?;
+        Ok(Self::of(setting, held, factors, &run.innovations, signatures))
+    }
+
+    fn of(
+        setting: &Setting<'_>,
+        held: &Held,
+        factors: PersonalFactors,
+        innovations: &[Option<Innovation>],
+        signatures: Vec<Factors>,
+    ) -> Self {
+        let z = setting.normalised(innovations);
+        let whitened = held.whitening.autoregression.whitened(&z);
+        let information = information(&held.whitening, &whitened, &signatures);
+        Self { factors, z, signatures, whitened, information }
+    }
+
+    /// Negative log posterior, the data's part divided by `dependence`, nats.
+    pub(super) fn loss(&self, held: &Held, dependence: f64) -> f64 {
+        let of = |w: &f64| huber_loss(w / held.whitening.scale, 1.0);
+        self.whitened.iter().flatten().map(of).sum::<f64>() / dependence + self.factors.prior_loss()
+    }
+}
+
+/// Derivatives in standard deviations of the innovations, the factors beside each other.
+pub(super) fn scaled(
+    innovations: &[Option<Innovation>],
+    rows: &[Lanes],
+) -> impl Iterator<Item = Factors> {
+    innovations.iter().zip(rows).map(|(innovation, row)| {
+        let inverse = innovation.map_or(0.0, |i| i.variance.sqrt().recip());
+        std::array::from_fn(|k| inverse * f64::from(row[k]))
+    })
+}
+
+/// A person's own gains, and the record under them.
+pub(super) struct Own {
+    pub(super) model: AugmentedModel,
+    pub(super) held: Held,
+    pub(super) point: Point,
+    /// Where logged meals can be left out.
+    pub(super) forks: Vec<Fork>,
+}
+
+impl Own {
+    /// `struck`: the steps of the meals that can be left out.
+    pub(super) fn of(
+        setting: &Setting<'_>,
+        factors: PersonalFactors,
+        struck: &[usize],
+    ) -> Result<Self, GapError> {
+        let model = setting.model(&factors);
+        let directions = directions();
+        let mut filtered = Filtered::with_capacity(setting.record.len());
+        let mut rows = Vec::new();
+        let forks = filtered_with_forks(
+            &model,
+            setting.record,
+            &directions,
+            struck,
+            &mut filtered,
+            |_, taken| rows = taken,
+        )?;
+        let held = Held::by(setting, filtered);
+        let innovations = &held.filtered.innovations;
+        let signatures = scaled(innovations, &rows).collect();
+        let point = Point::of(setting, &held, factors, innovations, signatures);
+        Ok(Self { model, held, point, forks })
+    }
+}
+
+/// What whitened innovations say, by days of the record, given the derivatives of what they are whitened from.
+fn information(
+    whitening: &Whitening,
+    whitened: &[Option<f64>],
+    signatures: &[Factors],
+) -> Information {
+    let mut days: Vec<Day> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
+        .map(|index| Day { place: index, ..Day::default() })
+        .collect();
+    let scale = whitening.scale;
+    for (step, w) in whitened.iter().enumerate() {
+        // What is whitened has both of the entries before it.
+        let Some(w) = w else { continue };
+        let signature = whitened_signature(&whitening.autoregression, signatures, step);
+        days[step / STEPS_PER_DAY].add(huber_weight(*w, scale) * scale.powi(-2), *w, &signature);
+    }
+    Information::of(days)
+}
