@@ -74,7 +74,7 @@ fn choose<'a>(
     // From the median upwards, then downwards, should the first have no such day.
     let middle = judged.len() / 2;
     let order = (middle..judged.len()).chain((0..middle).rev());
-    order.map(|place| judged[place]).find_map(|(_, person, twin)| {
+    order.map(|index| judged[index]).find_map(|(_, person, twin)| {
         let record = &cohort.people[person].record;
         let first_test = protocol.training_days_of(record) * STEPS_PER_DAY;
         let midnight = (first_test..record.len())

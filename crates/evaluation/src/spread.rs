@@ -112,9 +112,9 @@ pub fn run_error<'a>(
     let squares: f64 = pairs.iter().map(|(before, now)| (now - left * before).powi(2)).sum();
     let added = (squares / pairs.len() as f64).sqrt();
     let mut fit = RunError { left, added, map: QuantileMap::default() };
-    let (mut drawn, mut seen) = (Vec::new(), Vec::new());
+    let (mut drawn, mut observed) = (Vec::new(), Vec::new());
     for (measured, simulated) in runs {
-        seen.extend(measured[SETTING_IN..].iter().map(|glucose| read(*glucose)));
+        observed.extend(measured[SETTING_IN..].iter().map(|glucose| read(*glucose)));
         let run: Vec<MgPerDl> = simulated.iter().map(|glucose| MgPerDl(*glucose)).collect();
         for _ in 0..COURSES_OF_MAP {
             drawn.extend(
@@ -122,7 +122,7 @@ pub fn run_error<'a>(
             );
         }
     }
-    fit.map = map_between(drawn, seen);
+    fit.map = map_between(drawn, observed);
     Some(fit)
 }
 
@@ -197,8 +197,8 @@ fn moved_by(map: &QuantileMap, value: f64) -> f64 {
 
 /// A quantile of sorted values, with a straight line between neighbours.
 fn quantile(sorted: &[f64], level: f64) -> f64 {
-    let place = level * (sorted.len() - 1) as f64;
-    let (low, share) = (place.floor() as usize, place.fract());
+    let rank = level * (sorted.len() - 1) as f64;
+    let (low, share) = (rank.floor() as usize, rank.fract());
     let high = sorted[(low + 1).min(sorted.len() - 1)];
     sorted[low] + share * (high - sorted[low])
 }
@@ -271,8 +271,8 @@ mod tests {
         let (mapped, unmapped) = (draws(&found), draws(&bare));
         assert!(below(&unmapped, 60.0) > 0.03, "{}", below(&unmapped, 60.0));
         assert!(below(&mapped, 60.0) < 0.005, "{}", below(&mapped, 60.0));
-        let (seen, mapped) = (below(&measured, 110.0), below(&mapped, 110.0));
-        assert!((seen - mapped).abs() < 0.03, "{seen} {mapped}");
+        let (observed, mapped) = (below(&measured, 110.0), below(&mapped, 110.0));
+        assert!((observed - mapped).abs() < 0.03, "{observed} {mapped}");
     }
 
     #[test]

@@ -165,9 +165,9 @@ fn curve(carbs_g: f64, ratio_g_per_u: f64, people: &[&[f64]]) -> WhatIfCurve {
             let mut at: Vec<f64> = people.iter().map(|curve| curve[step]).collect();
             at.sort_by(f64::total_cmp);
             [0.25, 0.5, 0.75].map(|q| {
-                let place = q * (at.len() - 1) as f64;
-                let (below, above) = (at[place.floor() as usize], at[place.ceil() as usize]);
-                below + place.fract() * (above - below)
+                let rank = q * (at.len() - 1) as f64;
+                let (below, above) = (at[rank.floor() as usize], at[rank.ceil() as usize]);
+                below + rank.fract() * (above - below)
             })
         })
         .collect();

@@ -27,7 +27,7 @@ struct Subject {
     scored: Vec<bool>,
 }
 
-/// How a setting is moved: its place in a list of logarithms or, for a correlation, of Fisher's z.
+/// How a setting is moved: its index in a list of logarithms or, for a correlation, of Fisher's z.
 #[derive(Clone, Copy)]
 struct Setting {
     name: &'static str,

@@ -50,11 +50,11 @@ impl Sample {
                 .chunks(rule.block_days)
                 .enumerate()
                 .filter(|(_, block)| block.iter().any(|day| day.counts[cell] > 0.0))
-                .map(|(place, block)| {
+                .map(|(index, block)| {
                     let sum = |of: fn(&DayCells) -> &[f64]| -> f64 {
                         block.iter().map(|day| of(day)[cell]).sum()
                     };
-                    (place, (sum(|d| &d.sums) - mean * sum(|d| &d.counts)) / count)
+                    (index, (sum(|d| &d.sums) - mean * sum(|d| &d.counts)) / count)
                 })
                 .collect();
             let b = blocks.len() as f64;
@@ -62,8 +62,8 @@ impl Sample {
                 continue;
             }
             let correction = (b / (b - 1.0)).sqrt();
-            for (place, value) in blocks {
-                residuals.push(Residual { block: (person, place), value: correction * value });
+            for (index, value) in blocks {
+                residuals.push(Residual { block: (person, index), value: correction * value });
             }
             degrees += b - 1.0;
             errors += count;

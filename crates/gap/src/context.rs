@@ -109,13 +109,13 @@ pub const HOURS: [(u32, u32, &str); 6] = [
 /// Levels of the `glucose_band` factor, by filtered glucose: below 70, 70 to 180, above 180 mg/dL.
 pub const BANDS: [&str; 3] = ["<70", "70-180", ">180"];
 
-/// Place of a clock hour (0 to 23) in [`HOURS`].
+/// Index of a clock hour (0 to 23) in [`HOURS`].
 #[must_use]
 pub fn part_of_day(hour: u32) -> usize {
     HOURS.iter().position(|(_, end, _)| hour < *end).unwrap_or(HOURS.len() - 1)
 }
 
-/// Place of a glucose value, mg/dL, in [`BANDS`].
+/// Index of a glucose value, mg/dL, in [`BANDS`].
 #[must_use]
 pub fn band(glucose: f64) -> usize {
     if glucose < 70.0 {
@@ -235,22 +235,22 @@ fn after_short_sleep(person: &Person, asleep: &[bool]) -> Vec<bool> {
     let record = &person.record;
     let (evening, noon) = (18 * STEPS_PER_HOUR, 12 * STEPS_PER_HOUR);
     let first = record.start().time().num_seconds_from_midnight() as usize / 300;
-    let (mut hours, mut recorded, mut seen) = (0.0, 0usize, 0usize);
+    let (mut hours, mut recorded, mut steps_so_far) = (0.0, 0usize, 0usize);
     let mut short = false;
     (0..asleep.len())
         .map(|k| {
             let of_day = (first + k) % STEPS_PER_DAY;
             if of_day == evening {
-                (hours, recorded, seen, short) = (0.0, 0, 0, false);
+                (hours, recorded, steps_so_far, short) = (0.0, 0, 0, false);
             }
             if of_day >= evening || of_day < noon {
                 let sleep = record.sleep_efficiency()[k];
                 hours += sleep.unwrap_or(0.0) / STEPS_PER_HOUR as f64;
                 recorded += usize::from(sleep.is_some());
-                seen += 1;
+                steps_so_far += 1;
                 // 13 h of the night have passed by 07:00.
-                short = seen >= 13 * STEPS_PER_HOUR
-                    && 2 * recorded > seen
+                short = steps_so_far >= 13 * STEPS_PER_HOUR
+                    && 2 * recorded > steps_so_far
                     && (1.0..SHORT_SLEEP).contains(&hours);
             }
             short && of_day >= 7 * STEPS_PER_HOUR && of_day < evening && !asleep[k]

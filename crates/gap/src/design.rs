@@ -55,7 +55,7 @@ impl Column {
     }
 }
 
-/// A factor that is drawn anew for every unit, and what a change of each unit's does.
+/// A random effect: a factor that is drawn for every unit, and what a change of each unit's does.
 #[derive(Debug, Clone)]
 pub struct UnitBank {
     /// The effect.
@@ -246,7 +246,7 @@ impl Whitener {
     }
 }
 
-/// The slope of a driver. `steps` is room for its modulations: neutral, and left so.
+/// The slope of a driver. `steps` is scratch space for its modulations: neutral before and after.
 fn driven(
     effect: &dyn Effect,
     variant: usize,

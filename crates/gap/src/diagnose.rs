@@ -239,7 +239,7 @@ impl<'a> Diagnoser<'a> {
     }
 }
 
-/// Checks that the effects can be told apart: every one has a name of its own, none that stands for something else in
+/// Checks that the effects can be separated: every one has a name of its own, none that stands for something else in
 /// the output, and at most one is what sensor lags show.
 fn distinct(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
     let mut known = BTreeSet::new();
@@ -516,8 +516,8 @@ fn baseline(
                 horizon_statistics(drawn, horizon)
             })?,
         };
-        let of = |place| -> Result<WithInterval, GapError> {
-            let estimate = matrix.estimate(place, 0.95)?;
+        let of = |index| -> Result<WithInterval, GapError> {
+            let estimate = matrix.estimate(index, 0.95)?;
             let interval = estimate.percentile;
             Ok(WithInterval { value: estimate.value, lower: interval.lower, upper: interval.upper })
         };

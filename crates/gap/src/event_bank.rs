@@ -10,8 +10,8 @@ use std::ops::Range;
 use effects::{EffectId, EventShape, Field};
 use physiology::STEPS_PER_HOUR;
 
+use crate::f32_kernels::{WIDTH, add_products, add_scaled, combined, product};
 use crate::filter::tangent::Direction;
-use crate::single::{WIDTH, add_products, add_scaled, combined, product};
 
 /// Hidden events of one effect at every place where one could start.
 #[derive(Debug, Clone)]
@@ -77,14 +77,14 @@ impl HiddenEvents {
             .collect();
     }
 
-    /// Scores every event against what the background that `beside` gives for its effect leaves of the residuals.
+    /// Scores every event against what the background that `background_of` gives for its effect leaves of the residuals.
     ///
     /// Effects that are given one background share the sums over pulses. `before` are the same person's banks of an
     /// earlier round, empty where hidden events were named since: those change what readings weigh, driven effects hardly
     /// do, and information is kept after them.
     pub(crate) fn banks<'a>(
         self,
-        beside: impl Fn(EffectId) -> &'a Beside<'a>,
+        background_of: impl Fn(EffectId) -> &'a FittedBackground<'a>,
         weights: &[f64],
         before: &[EventBank],
     ) -> Vec<EventBank> {
@@ -96,43 +96,44 @@ impl HiddenEvents {
                 .filter(|(_, shape)| shape.field == lanes.field)
                 .map(|(effect, shape)| Events::of(*effect, shape, lanes, before))
                 .collect();
-            let anew = || theirs.iter().filter(|events| events.known.is_none());
-            let touched = lanes.touched(anew().map(|events| events.shape));
-            let products = PulseProducts::of(lanes, answers, weights, anew().next().is_some());
-            let mut against: Vec<(&Beside<'_>, PulseSums)> = Vec::new();
+            let unknown = || theirs.iter().filter(|events| events.known.is_none());
+            let touched = lanes.touched(unknown().map(|events| events.shape));
+            let products = PulseProducts::of(lanes, answers, weights, unknown().next().is_some());
+            let mut against: Vec<(&FittedBackground<'_>, PulseSums)> = Vec::new();
             for events in &theirs {
-                let beside = beside(events.effect);
-                let known = against.iter().position(|(known, _)| std::ptr::eq(*known, beside));
-                let place = known.unwrap_or_else(|| {
-                    against.push((beside, PulseSums::of(lanes, &products, &touched, beside)));
+                let background = background_of(events.effect);
+                let known = against.iter().position(|(known, _)| std::ptr::eq(*known, background));
+                let index = known.unwrap_or_else(|| {
+                    against
+                        .push((background, PulseSums::of(lanes, &products, &touched, background)));
                     against.len() - 1
                 });
-                banks.push(events.bank(lanes, &products, &against[place].1));
+                banks.push(events.bank(lanes, &products, &against[index].1));
             }
         }
         banks
     }
 }
 
-/// What is allowed for beside an event: constant directions, fitted to the whole record.
-pub(crate) struct Beside<'a> {
+/// The background of an event's test: constant directions, fitted to the whole record.
+pub(crate) struct FittedBackground<'a> {
     /// What they leave of the residuals, weighted, one entry a step.
-    left: Vec<f32>,
+    residuals: Vec<f32>,
     signatures: Vec<&'a [f32]>,
     /// The inverse of the factor of their information, column by column.
     inverse: Vec<f32>,
     /// The signatures solved by the factor, a row of [`width`](Self::width) a step: the squares of an event's products
-    /// with them are what the directions take of its information. Worked out when they are first asked for.
+    /// with them are what the directions take of its information. Computed at the first use.
     rows: OnceCell<Vec<f32>>,
     /// Number of directions, filled up to a multiple of [`WIDTH`].
     width: usize,
 }
 
-impl<'a> Beside<'a> {
-    /// `left` is what the directions leave of the residuals, to be weighted; `factor` is the factor L of their information, prior
+impl<'a> FittedBackground<'a> {
+    /// `residuals` is what the directions leave, to be weighted; `factor` is the factor L of their information, prior
     /// included, row by row: the lower triangle of (directions, directions).
     pub(crate) fn of(
-        left: &[f64],
+        residuals: &[f64],
         weights: &[f64],
         signatures: Vec<&'a [f32]>,
         factor: &[Vec<f64>],
@@ -149,14 +150,15 @@ impl<'a> Beside<'a> {
                 out[row] = solved[row] as f32;
             }
         }
-        let left = left.iter().zip(weights).map(|(value, w)| (value * w) as f32).collect();
-        Self { left, signatures, inverse, rows: OnceCell::new(), width }
+        let residuals =
+            residuals.iter().zip(weights).map(|(value, w)| (value * w) as f32).collect();
+        Self { residuals, signatures, inverse, rows: OnceCell::new(), width }
     }
 
     /// The rows from a step on.
     fn rows(&self, from: usize) -> &[f32] {
         let rows = self.rows.get_or_init(|| {
-            let mut rows = vec![0.0; self.left.len() * self.width];
+            let mut rows = vec![0.0; self.residuals.len() * self.width];
             let mut values = vec![0.0; self.signatures.len()];
             for (step, row) in rows.chunks_exact_mut(self.width.max(1)).enumerate() {
                 for (value, signature) in values.iter_mut().zip(&self.signatures) {
@@ -345,20 +347,20 @@ impl PulseSums {
         lanes: &PulseLanes,
         products: &PulseProducts<'_>,
         touched: &[bool],
-        beside: &Beside<'_>,
+        background: &FittedBackground<'_>,
     ) -> Self {
         let pulses = lanes.pulse_count();
         let shared = lanes.shared_with_background() && touched.contains(&true);
-        let width = if shared { beside.width } else { 0 };
+        let width = if shared { background.width } else { 0 };
         let mut sums =
             Self { scores: Vec::with_capacity(pulses), shared: vec![0.0; width * pulses], width };
         for (k, touched) in touched.iter().enumerate() {
             let answer = products.answer(lanes, k);
             let start = lanes.answered(k).start;
-            sums.scores.push(-product(answer, &beside.left[start..]));
+            sums.scores.push(-product(answer, &background.residuals[start..]));
             if width > 0 && *touched {
                 let shared = &mut sums.shared[k * width..][..width];
-                combined(products.weighted(lanes, k), beside.rows(start), shared);
+                combined(products.weighted(lanes, k), background.rows(start), shared);
             }
         }
         sums
@@ -373,8 +375,8 @@ impl PulseSums {
         scores
     }
 
-    /// Information that the background takes from pulses of these heights from pulse `first` on. `sum` is room for
-    /// one number a direction.
+    /// Information that the background takes from pulses of these heights from pulse `first` on. `sum` is scratch
+    /// space for one number a direction.
     fn taken(&self, first: usize, heights: &[f32], sum: &mut [f32]) -> f32 {
         if self.width == 0 {
             return 0.0;
@@ -421,9 +423,9 @@ impl<'a> Events<'a> {
         sums: &PulseSums,
     ) -> EventBank {
         let profiles = &self.shape.profiles;
-        let room_for = |_: &usize| Vec::with_capacity(profiles.len());
-        let mut known: Vec<Vec<EventScore>> = self.firsts.iter().map(room_for).collect();
-        let mut room = vec![0.0; sums.width];
+        let empty = |_: &usize| Vec::with_capacity(profiles.len());
+        let mut known: Vec<Vec<EventScore>> = self.firsts.iter().map(empty).collect();
+        let mut scratch = vec![0.0; sums.width];
         for (number, profile) in profiles.iter().enumerate() {
             let heights = lanes.pulses(profile);
             let scores = sums.scores(&heights);
@@ -433,8 +435,9 @@ impl<'a> Events<'a> {
                 let information = match self.known {
                     Some(bank) => bank.known[index][number].information,
                     None => {
-                        let left = squares[*first] - sums.taken(*first, &heights, &mut room);
-                        f64::from(left.max(0.0))
+                        let remaining =
+                            squares[*first] - sums.taken(*first, &heights, &mut scratch);
+                        f64::from(remaining.max(0.0))
                     }
                 };
                 known.push(EventScore { information, score: f64::from(scores[*first]) });
@@ -486,9 +489,10 @@ mod tests {
             let residuals: Vec<f64> = (0..steps).map(|k| (0.7 * k as f64).sin()).collect();
             let weights: Vec<f64> =
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
-            let beside = Beside::of(&residuals, &weights, Vec::new(), &[]);
+            let background = FittedBackground::of(&residuals, &weights, Vec::new(), &[]);
             let products = PulseProducts::of(&lanes, &answers, &weights, true);
-            let sums = PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &beside);
+            let sums =
+                PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &background);
             let bank =
                 Events::of(EffectId::DAWN, &shape, &lanes, &[]).bank(&lanes, &products, &sums);
             // A later round keeps the information of the same events, and of no others.
@@ -504,15 +508,15 @@ mod tests {
             let fewer = EventShape { onsets: vec![0, 60], ..shape.clone() };
             assert!(Events::of(EffectId::DAWN, &fewer, &lanes, &before).known.is_none());
             assert!(bank.onsets.len() * lanes.pulse >= steps - lanes.pulse);
-            for place in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
-                let onset = bank.onsets[place];
+            for index in [3, bank.onsets.len() / 2, bank.onsets.len() - 2] {
+                let onset = bank.onsets[index];
                 let (mut state, mut information, mut score) = (0.0, 0.0, 0.0);
                 for step in onset..steps {
                     state = 0.5 * state + profile.get(step - onset).copied().unwrap_or(0.0);
                     information += weights[step] * state * state;
                     score -= weights[step] * state * residuals[step];
                 }
-                let found = bank.known[place][1];
+                let found = bank.known[index][1];
                 // The answer is cut off after 2 h, when 2^-24 of it is left.
                 assert!((found.information / information - 1.0).abs() < 1e-6, "{field:?} {onset}");
                 assert!((found.score - score).abs() < 1e-5, "{field:?} {onset}");

@@ -47,7 +47,7 @@ pub struct Start<S> {
 pub struct FreeRunError {
     /// The step at which the run started.
     pub start: usize,
-    /// Place of the horizon in [`FreeRunRule::horizons`].
+    /// Index of the horizon in [`FreeRunRule::horizons`].
     pub horizon: usize,
     /// Observed minus predicted, mg/dL: positive where glucose is under-predicted.
     pub error: f64,

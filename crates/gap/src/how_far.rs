@@ -17,6 +17,7 @@ mod folds;
 mod hidden;
 mod hierarchy;
 mod judge;
+mod person_fold;
 mod prepared_steps;
 mod reconstruction;
 mod refit;
@@ -28,18 +29,17 @@ mod small_sample;
 mod strengths;
 mod subject;
 mod summary;
-mod unit;
 
 use effects::{Effect, Form};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use self::fitting::{Fitted, fitted};
-use self::hierarchy::Hierarchy;
+use self::fitting::{FoldFits, fitted};
+use self::hierarchy::CohortAmplitudes;
+use self::person_fold::{Judged, PersonFold};
 use self::strengths::strengths;
 use self::subject::Subject;
 use self::summary::{Pair, Summary};
-use self::unit::{Judged, Unit};
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
 use contract::WithInterval;
@@ -53,7 +53,7 @@ pub use shrinkage::{Shrinkage, shrinkage};
 pub struct NamedEffect<'a> {
     /// The effect.
     pub effect: &'a dyn Effect,
-    /// Its variant on the whole record; each fold chooses anew, on its training days.
+    /// Its variant on the whole record; each fold chooses again, on its training days.
     pub variant: usize,
     /// Its amplitude, one value a person in their order; 1 is the published size. The fits on training days start
     /// there; hidden events and random factors have that strength.
@@ -123,15 +123,15 @@ pub fn how_far(
     }
     let mut subjects: Vec<Subject<'_>> =
         people.par_iter().map(|input| Subject::new(input, found, settings.rule)).collect();
-    let is_driven = |place: &usize| subjects.iter().any(|s| s.forms[*place] == Some(Form::Driven));
-    let places: Vec<usize> = (0..found.len()).filter(is_driven).collect();
-    let driven: Vec<&NamedEffect<'_>> = places.iter().map(|place| &found[*place]).collect();
-    for (place, subject) in subjects.iter_mut().enumerate() {
-        subject.drive(place, &driven);
+    let is_driven = |index: &usize| subjects.iter().any(|s| s.forms[*index] == Some(Form::Driven));
+    let indices: Vec<usize> = (0..found.len()).filter(is_driven).collect();
+    let driven: Vec<&NamedEffect<'_>> = indices.iter().map(|index| &found[*index]).collect();
+    for (index, subject) in subjects.iter_mut().enumerate() {
+        subject.drive(index, &driven);
     }
-    let is_hidden = |place: &usize| {
+    let is_hidden = |index: &usize| {
         subjects.iter().any(|subject| {
-            matches!(subject.forms[*place], Some(Form::Events(_) | Form::Random { .. }))
+            matches!(subject.forms[*index], Some(Form::Events(_) | Form::Random { .. }))
         })
     };
     let hidden: Vec<usize> = (0..found.len()).filter(is_hidden).collect();
@@ -147,11 +147,13 @@ pub fn how_far(
         format!("{}: fewer than two whole days, none can be held out", subject.input.person.id)
     }));
     notes.extend(driven.iter().enumerate().flat_map(|(k, found)| remarks(k, found, &subjects)));
-    let Fitted { units, hierarchies, variants } = fitted(&subjects, &driven, settings);
-    let strengths = strengths(&subjects, &units, found, &hidden, settings, &mut notes);
-    let judged: Vec<Result<Judged, GapError>> = units
+    let FoldFits { person_folds, hierarchies, variants } = fitted(&subjects, &driven, settings);
+    let strengths = strengths(&subjects, &person_folds, found, &hidden, settings, &mut notes);
+    let judged: Vec<Result<Judged, GapError>> = person_folds
         .par_iter()
-        .map(|unit| unit.judged(&subjects[unit.subject], &hidden, &strengths, settings))
+        .map(|person_fold| {
+            person_fold.judged(&subjects[person_fold.subject], &hidden, &strengths, settings)
+        })
         .collect();
     let (predicted, reconstructed) = gathered(&subjects, judged, &mut notes);
     let summary = Summary { people: &predicted, settings, seed };
@@ -165,9 +167,11 @@ pub fn how_far(
         changed.outcomes = summary.outcomes()?;
         changed.innovations = summary.innovations()?;
         changed.amplitudes = amplitudes(&driven, &hierarchies, &variants);
-        for (place, amplitude) in changed.amplitudes.iter_mut().enumerate() {
+        for (index, amplitude) in changed.amplitudes.iter_mut().enumerate() {
             amplitude.people = (0..subjects.len())
-                .map(|subject| of_person(&units, subject, place).unwrap_or(amplitude.mean.value))
+                .map(|subject| {
+                    of_person(&person_folds, subject, index).unwrap_or(amplitude.mean.value)
+                })
                 .collect();
         }
     }
@@ -231,24 +235,27 @@ fn gathered(
 }
 
 /// A person's amplitude of an effect, mean over folds.
-fn of_person(units: &[Unit<'_>], subject: usize, index: usize) -> Option<f64> {
-    let of = |unit: &Unit<'_>| unit.after.amplitudes.get(index).copied();
-    let values: Vec<f64> =
-        units.iter().filter(|unit| unit.subject == subject).filter_map(of).collect();
+fn of_person(person_folds: &[PersonFold<'_>], subject: usize, index: usize) -> Option<f64> {
+    let of = |person_fold: &PersonFold<'_>| person_fold.after.amplitudes.get(index).copied();
+    let values: Vec<f64> = person_folds
+        .iter()
+        .filter(|person_fold| person_fold.subject == subject)
+        .filter_map(of)
+        .collect();
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// Amplitudes of the cohort over the folds, without those of its people.
 fn amplitudes(
     driven: &[&NamedEffect<'_>],
-    folds: &[Hierarchy],
+    folds: &[CohortAmplitudes],
     variants: &[Vec<usize>],
 ) -> Vec<AmplitudeChange> {
     let n = folds.len() as f64;
     if folds.is_empty() {
         return Vec::new();
     }
-    let mean = |value: &dyn Fn(&Hierarchy) -> f64| folds.iter().map(value).sum::<f64>() / n;
+    let mean = |value: &dyn Fn(&CohortAmplitudes) -> f64| folds.iter().map(value).sum::<f64>() / n;
     driven
         .iter()
         .enumerate()

@@ -112,8 +112,8 @@ fn replicate(tested: &[Option<Tested>], blocks: &[usize], rng: &mut ChaCha8Rng) 
         .map(|cell| {
             let Some(cell) = cell else { return 0.0 };
             let (mut sum, mut squares) = (0.0, 0.0);
-            for Residual { block: (person, place), value } in &cell.residuals {
-                sum += weights[*person][*place] * value;
+            for Residual { block: (person, block), value } in &cell.residuals {
+                sum += weights[*person][*block] * value;
                 squares += value * value;
             }
             sum.abs() / squares.sqrt()
@@ -133,9 +133,9 @@ fn step_down(
     falling.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
     let mut blocks: Vec<usize> = Vec::new();
     for residual in tested.iter().flatten().flat_map(|cell| &cell.residuals) {
-        let (person, place) = residual.block;
+        let (person, block) = residual.block;
         blocks.resize(blocks.len().max(person + 1), 0);
-        blocks[person] = blocks[person].max(place + 1);
+        blocks[person] = blocks[person].max(block + 1);
     }
     // Running maxima from the weakest cell up, one row a replicate.
     let rows: Vec<Vec<f64>> = (0..replicates)
@@ -158,12 +158,12 @@ fn step_down(
 
     let mut estimates = vec![None; tested.len()];
     let mut so_far: f64 = 0.0;
-    for place in falling {
-        let Some(cell) = &tested[place] else { continue };
-        let reached = rows.iter().filter(|row| row[place] >= sizes[place]).count();
+    for cell_index in falling {
+        let Some(cell) = &tested[cell_index] else { continue };
+        let reached = rows.iter().filter(|row| row[cell_index] >= sizes[cell_index]).count();
         so_far = so_far.max((reached + 1) as f64 / (rows.len() + 1) as f64);
         let half = cell.own_size(critical) * cell.error;
-        estimates[place] = Some(CellEstimate {
+        estimates[cell_index] = Some(CellEstimate {
             mean: cell.mean,
             lower: cell.mean - half,
             upper: cell.mean + half,

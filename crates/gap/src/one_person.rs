@@ -42,19 +42,21 @@ pub(crate) fn on_one(
         return Ok(Vec::new());
     }
     let before = (1.0 - posterior.card().nothing) / posterior.effects().len() as f64;
-    let mut asked: Vec<(usize, crate::which::Belief)> = Vec::new();
+    let mut beliefs_without: Vec<(usize, crate::which::Belief)> = Vec::new();
     let mut resting = Vec::new();
     for named in found.named.iter().filter(|named| belief.knows(named.effect)) {
         let person = who_shows_most(named);
-        if asked.iter().all(|(known, _)| *known != person) {
+        if beliefs_without.iter().all(|(known, _)| *known != person) {
             let people: Vec<CalibratedPerson<'_>> = others(inputs, person).copied().collect();
             let free_runs = free_run_statistics(others(analyses, person).copied(), config);
             let never = Thresholds::never();
             let rest =
                 which(&people, library, &never, None, &config.calibration, free_runs)?.statistics;
-            asked.push((person, crate::which::believed(posterior, &rest)?));
+            beliefs_without.push((person, crate::which::believed(posterior, &rest)?));
         }
-        let Some((_, rest)) = asked.iter().find(|(known, _)| *known == person) else { continue };
+        let Some((_, rest)) = beliefs_without.iter().find(|(known, _)| *known == person) else {
+            continue;
+        };
         let (with, without) = (belief.of(named.effect), rest.of(named.effect));
         if is_carried(with, without, before) {
             resting.push(OnOne { effect: named.effect, person, without });

@@ -29,15 +29,15 @@ use contract::diagnosis::{
 pub(crate) struct Cell {
     pub(crate) factor: CellFactor,
     pub(crate) level: String,
-    /// Place of the horizon whose free runs it averages.
+    /// Index of the horizon whose free runs it averages.
     pub(crate) horizon: usize,
 }
 
-/// Place of the first situation among the cells.
+/// Index of the first situation among the cells.
 const SITUATIONS: usize = HOURS.len();
-/// Place of the first glucose band among the cells.
+/// Index of the first glucose band among the cells.
 const GLUCOSE: usize = SITUATIONS + Situation::ALL.len();
-/// Place of the first horizon among the cells; those before it exist in both layers.
+/// Index of the first horizon among the cells; those before it exist in both layers.
 pub(crate) const HORIZONS: usize = GLUCOSE + BANDS.len();
 
 /// The cells of a diagnosis: hours, situations, bands, horizons.
@@ -55,7 +55,7 @@ pub(crate) fn cells(rule: &FreeRunRule, localisation: &LocalisationRule) -> Vec<
     hours.chain(situations).chain(bands).chain(horizons).collect()
 }
 
-/// Place of the horizon that the cells use.
+/// Index of the horizon that the cells use.
 pub(crate) fn main_horizon(rule: &FreeRunRule, localisation: &LocalisationRule) -> usize {
     rule.horizons.iter().position(|horizon| *horizon == localisation.horizon).unwrap_or(0)
 }

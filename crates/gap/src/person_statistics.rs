@@ -29,7 +29,7 @@ const QUARTERS: [&str; 4] = ["00-06", "06-12", "12-18", "18-24"];
 const DIFFERENCE: usize = STEPS_PER_HOUR / 4;
 /// Fewest values of which a moment is taken.
 const FEWEST: usize = 100;
-/// Evidence is told to a tenth of a nat: smaller differences say nothing.
+/// Evidence is rounded to a tenth of a nat: smaller differences say nothing.
 const RESOLUTION: f64 = 0.1;
 /// Least carbohydrate of an entry that counts as a meal, g.
 const LEAST_MEAL: f64 = 10.0;

@@ -19,7 +19,7 @@ use faer::Mat;
 
 pub(crate) use self::doses::Doses;
 pub(crate) use self::port_course::{PortCourse, hours_of};
-pub(crate) use self::scores::Beside;
+pub(crate) use self::scores::Nuisance;
 pub(crate) use self::tally::power;
 
 use self::kinds::{KINDS, Unit, units};
@@ -48,7 +48,7 @@ pub(crate) struct PersonUnits {
 }
 
 impl PersonUnits {
-    /// Of one person. `beside` is the background that every body may differ in, and `plain` the part of it that
+    /// Of one person. `nuisances` is the background that every body may differ in, and `plain` the part of it that
     /// says nothing of the clock and of glucose; `information` is A of the design over all days.
     ///
     /// # Errors
@@ -57,12 +57,12 @@ impl PersonUnits {
         person: &CalibratedPerson<'_>,
         design: &Design,
         information: &Mat<f64>,
-        beside: &[Beside],
-        plain: &[Beside],
+        nuisances: &[Nuisance],
+        plain: &[Nuisance],
     ) -> Result<Self, GapError> {
         let course = person.course();
         let situations = Situations::of(person.person, &course.glucose);
-        let [usual, less] = Scores::beside(person, design, information, [beside, plain])?;
+        let [usual, less] = Scores::profiled(person, design, information, [nuisances, plain])?;
         let mut found = Self {
             tallies: BTreeMap::new(),
             rhythms: BTreeMap::new(),
@@ -137,12 +137,14 @@ pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
             }
             let powers: Vec<&Vec<f64>> =
                 people.iter().filter_map(|p| p.rhythms.get(&(index, field))).collect();
-            for (place, (rhythm, _)) in kind.rhythms.iter().enumerate() {
-                let mean = powers.iter().map(|of| of[place]).sum::<f64>() / powers.len() as f64;
+            for (rhythm_index, (rhythm, _)) in kind.rhythms.iter().enumerate() {
+                let mean =
+                    powers.iter().map(|of| of[rhythm_index]).sum::<f64>() / powers.len() as f64;
                 found.insert(name(&format!("power at {rhythm}")), (mean + 0.01).ln());
             }
-            for (place, covariate) in kind.covariates.iter().enumerate() {
-                let of_person = |p: &&PersonUnits| p.trends.get(&(index, place, field)).copied();
+            for (covariate_index, covariate) in kind.covariates.iter().enumerate() {
+                let of_person =
+                    |p: &&PersonUnits| p.trends.get(&(index, covariate_index, field)).copied();
                 let totals: Vec<Total> = people.iter().filter_map(of_person).collect();
                 for (statistic, value) in OF_TOTALS.iter().zip(of_totals(&totals)).take(4) {
                     found.insert(name(&format!("by {covariate}/{statistic}")), value);
@@ -150,18 +152,18 @@ pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
             }
         }
     }
-    // Those beside the whole background come first, then those beside the plain one.
+    // Scores against the whole background come first, then those against the plain one.
     let mut drivers: BTreeMap<(EffectId, usize, bool), Vec<Total>> = BTreeMap::new();
     for person in people {
         let half = person.effects.len() / 2;
-        for (place, (effect, variant, total)) in person.effects.iter().enumerate() {
-            drivers.entry((*effect, *variant, place >= half)).or_default().push(*total);
+        for (position, (effect, variant, total)) in person.effects.iter().enumerate() {
+            drivers.entry((*effect, *variant, position >= half)).or_default().push(*total);
         }
     }
     for ((effect, variant, plain), totals) in drivers {
-        let beside = if plain { "plain" } else { "usual" };
+        let background = if plain { "plain" } else { "usual" };
         for (statistic, value) in OF_TOTALS.iter().zip(of_totals(&totals)) {
-            found.insert(format!("{effect}/{variant}/{beside}/{statistic}"), value);
+            found.insert(format!("{effect}/{variant}/{background}/{statistic}"), value);
         }
     }
     found

@@ -9,7 +9,6 @@
 mod amplitude;
 mod answer;
 mod backgrounds;
-mod by_unit;
 pub mod ceiling;
 mod conditioned;
 mod detection;
@@ -19,12 +18,13 @@ mod held_out;
 mod lag;
 mod naming;
 mod ports;
+mod random_effects;
 mod round;
+mod round_person;
 #[cfg(test)]
 mod sample;
 mod scores;
 mod statistics;
-mod subject;
 mod thresholds;
 mod tried;
 mod variance;
@@ -189,7 +189,7 @@ pub struct Named {
 /// A hidden event of an effect that was named.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NamedEvent {
-    /// The person's place.
+    /// The person's index.
     pub person: usize,
     /// Step of its onset.
     pub onset: usize,

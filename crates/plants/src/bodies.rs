@@ -28,7 +28,7 @@ pub fn check_wiring(model: &PopulationModel) -> Result<(), PlantsError> {
     for compartment in Compartment::ALL {
         for signal in model.wiring().inputs(compartment) {
             let known = match signal {
-                Signal::State(state) => sees(compartment).any(|seen| seen == *state),
+                Signal::State(state) => sees(compartment).any(|input| input == *state),
                 Signal::Insulin => compartment == Compartment::S1,
                 Signal::Carbs => compartment == Compartment::C1,
             };

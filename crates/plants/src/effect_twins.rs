@@ -207,7 +207,8 @@ impl<'a> Subject<'a> {
         let amplitude =
             |acting: &Acting| amplitude(diagnosis, acting.effect.card().id.name(), &self.person.id);
         let effects = acting.iter().map(|a| (a.effect.as_ref(), a.variant, amplitude(a)));
-        let (under, nothing) = (Active::new(&self.course, effects), Active::new(&self.course, []));
+        let (with_effects, nothing) =
+            (Active::new(&self.course, effects), Active::new(&self.course, []));
         let glucose: Result<Vec<Vec<f64>>, _> =
             self.cut.test.iter().map(|window| measured(self.person, window)).collect();
         let glucose = glucose?;
@@ -221,7 +222,7 @@ impl<'a> Subject<'a> {
         let actual: Result<Vec<Outcomes>, _> = glucose.iter().map(|g| outcomes(g)).collect();
         let mut kinds = Vec::with_capacity(KINDS.len());
         for kind in KINDS {
-            let active = if kind.effect { &under } else { &nothing };
+            let active = if kind.effect { &with_effects } else { &nothing };
             let inputs = kind.residual.unwrap_or(InputSet::None);
             let network = match kind.residual {
                 None => ResidualNetwork::zeros(),

@@ -116,11 +116,11 @@ impl<'a> Active<'a> {
             if moved < SETTLED {
                 break;
             }
-            let mut under = self.fixed.clone();
+            let mut modulations = self.fixed.clone();
             for (effect, variant, amplitude) in &self.following {
-                effect.modulate(*variant, *amplitude, &course, &mut under);
+                effect.modulate(*variant, *amplitude, &course, &mut modulations);
             }
-            known = network.known(start, inputs, &under[steps.clone()])?;
+            known = network.known(start, inputs, &modulations[steps.clone()])?;
         }
         Ok(known)
     }
@@ -162,7 +162,7 @@ impl<'a> ModulatedNetwork<'a> {
         inputs: &[StepInput],
         modulations: &[Modulation],
     ) -> Result<Known, PlantsError> {
-        let mut known = Known { states: Vec::new(), beside: Vec::new() };
+        let mut known = Known { states: Vec::new(), added_rates: Vec::new() };
         let mut state = self.augmented(start);
         for (step, (input, modulation)) in inputs.iter().zip(modulations).enumerate() {
             let scaler = self.population.scaler();
@@ -176,13 +176,13 @@ impl<'a> ModulatedNetwork<'a> {
             let glucose = self.model.report(&following)[Compartment::Q1];
             let moved = (after[Compartment::Q1] - now[Compartment::Q1]) / STEP.0;
             // At the end of its range glucose tells nothing of its rate; what acted before acts on.
-            let beside = if confined(glucose) {
-                known.beside.last().copied().unwrap_or(0.0)
+            let added_rate = if confined(glucose) {
+                known.added_rates.last().copied().unwrap_or(0.0)
             } else {
                 moved - own
             };
             known.states.push(now);
-            known.beside.push(beside);
+            known.added_rates.push(added_rate);
             state = following;
         }
         Ok(known)
@@ -299,14 +299,14 @@ mod tests {
             ..Course::default()
         };
         let window = Window { person: 0, start: 288, len: 60 };
-        let under = |course: &Course, amplitude: f64| {
+        let run = |course: &Course, amplitude: f64| {
             let active = Active::new(course, [(&*exercise, 0, amplitude)]);
             let known = active.known(&network, &start, &window, &inputs()).expect("finite");
             known.states.iter().map(|states| network.glucose(states)).collect::<Vec<f64>>()
         };
         assert!(follows_glucose(&*exercise, &course(130.0)));
         let (none, once, twice) =
-            (under(&course(130.0), 0.0), under(&course(130.0), 1.0), under(&course(130.0), 2.0));
+            (run(&course(130.0), 0.0), run(&course(130.0), 1.0), run(&course(130.0), 2.0));
         assert!((none[20] - once[20]).abs() < 1e-9, "nothing before the bout");
         // beta x 60 of glucose a minute for an hour: 3.4e-4 x 60 x 60 x about 150, less what flows back.
         let fall = none[32] - once[32];
@@ -315,7 +315,7 @@ mod tests {
         let fall_twice = none[32] - twice[32];
         assert!(fall_twice > 1.1 * fall && fall_twice < 1.95 * fall, "{fall} {fall_twice}");
         // Readings ahead of the start tell nothing.
-        let other = under(&course(350.0), 1.0);
+        let other = run(&course(350.0), 1.0);
         for (one, other) in once.iter().zip(&other) {
             assert!((one - other).abs() < SETTLED, "{one} {other}");
         }

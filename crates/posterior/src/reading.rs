@@ -73,15 +73,15 @@ impl Reading {
 
     /// What a network reads of a table: (rows, names).
     pub(crate) fn of_table(&self, table: &Table) -> Vec<f32> {
-        let places: BTreeMap<&String, usize> =
-            table.names.iter().enumerate().map(|(place, name)| (name, place)).collect();
-        let places: Vec<Option<usize>> =
-            self.names.iter().map(|name| places.get(name).copied()).collect();
+        let columns: BTreeMap<&String, usize> =
+            table.names.iter().enumerate().map(|(column, name)| (name, column)).collect();
+        let columns: Vec<Option<usize>> =
+            self.names.iter().map(|name| columns.get(name).copied()).collect();
         let of_row = |row: &[f32]| {
-            let value = |(index, place): (usize, &Option<usize>)| {
-                self.read(index, place.map(|place| row[place]))
+            let value = |(index, column): (usize, &Option<usize>)| {
+                self.read(index, column.map(|column| row[column]))
             };
-            places.iter().enumerate().map(value).collect::<Vec<f32>>()
+            columns.iter().enumerate().map(value).collect::<Vec<f32>>()
         };
         table.values.chunks(table.names.len().max(1)).flat_map(of_row).collect()
     }

@@ -67,11 +67,11 @@ impl Table {
     fn ordered(&self, names: &[String]) -> Vec<f32> {
         let known: BTreeMap<&String, usize> =
             self.names.iter().enumerate().map(|(index, name)| (name, index)).collect();
-        let places: Vec<Option<usize>> =
+        let columns: Vec<Option<usize>> =
             names.iter().map(|name| known.get(name).copied()).collect();
         let of_row = |row: &[f32]| {
-            let value = |place: &Option<usize>| place.map_or(f32::NAN, |place| row[place]);
-            places.iter().map(value).collect::<Vec<f32>>()
+            let value = |column: &Option<usize>| column.map_or(f32::NAN, |column| row[column]);
+            columns.iter().map(value).collect::<Vec<f32>>()
         };
         self.values.chunks(self.names.len().max(1)).flat_map(of_row).collect()
     }

@@ -41,8 +41,10 @@ pub struct Training {
     pub decay: f64,
     /// Share of the statistics and of the hidden units that a step does not see.
     pub dropped: f64,
-    /// Weights of the losses of ports and gaps beside that of sets.
-    pub beside: (f64, f64),
+    /// Weight of the loss of ports; that of sets has weight 1.
+    pub port_weight: f64,
+    /// Weight of the loss of gaps.
+    pub gap_weight: f64,
     /// Seed of everything that is drawn.
     pub seed: u64,
 }
@@ -60,7 +62,8 @@ impl Training {
             rate: 1e-3,
             decay: 0.2,
             dropped: 0.5,
-            beside: (0.3, 0.5),
+            port_weight: 0.3,
+            gap_weight: 0.5,
             seed,
         }
     }
@@ -146,8 +149,8 @@ fn lacking(truth: &Truth, effects: &[String]) -> Result<Lacking, PosteriorError>
         return Ok(Lacking::Unknown);
     }
     let index = |name: &String| {
-        let place = effects.iter().position(|effect| effect == name);
-        place.ok_or_else(|| PosteriorError::Table(format!("it has a world with `{name}`")))
+        let index = effects.iter().position(|effect| effect == name);
+        index.ok_or_else(|| PosteriorError::Table(format!("it has a world with `{name}`")))
     };
     let found = truth.effects.iter().map(index).collect::<Result<Vec<usize>, _>>()?;
     Lacking::of(&found)
@@ -351,11 +354,11 @@ impl Examples {
         let rows = batch.read.dim(0)? as f64;
         let found = network.answer(&batch.read, constants, Some(kept))?;
         let sets = (found.sets.gather(&batch.sets, 1)?.sum_all()? / -rows)?;
-        let (by_port, by_gap) = settings.beside;
-        let ports = (found.ports.mul(&batch.ports)?.sum_all()? * (-by_port / rows))?;
+        let Training { port_weight, gap_weight, .. } = *settings;
+        let ports = (found.ports.mul(&batch.ports)?.sum_all()? * (-port_weight / rows))?;
         let apart = found.gaps.sub(&batch.gaps)?.mul(&batch.known)?;
-        let gaps =
-            (apart.sqr()?.sum_all()? * (by_gap / (rows * 2.0 * self.shape.cells.max(1) as f64)))?;
+        let gaps = (apart.sqr()?.sum_all()?
+            * (gap_weight / (rows * 2.0 * self.shape.cells.max(1) as f64)))?;
         Ok(((sets + ports)? + gaps)?)
     }
 }

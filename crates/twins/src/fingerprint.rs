@@ -46,8 +46,8 @@ pub fn windows_fingerprint(windows: &[PreparedWindow]) -> String {
             numbers(&mut hash, &[input.insulin().0, input.carbs.0, input.rescue.amount.0]);
             numbers(&mut hash, window.personal(step));
             // Nothing beside is what every earlier file was trained with.
-            if window.beside(step) != 0.0 {
-                numbers(&mut hash, &[window.beside(step)]);
+            if window.added_rate(step) != 0.0 {
+                numbers(&mut hash, &[window.added_rate(step)]);
             }
         }
         numbers(&mut hash, window.target());

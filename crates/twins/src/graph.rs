@@ -97,8 +97,8 @@ pub fn graph_loss(
         let residual = variables.forward(&Tensor::cat(&[&q1, &q2, &known], 1)?)?;
         let rate_1 = rate(population, Compartment::Q1, windows, step, &q1, &q2)?;
         let rate_2 = rate(population, Compartment::Q2, windows, step, &q1, &q2)?;
-        let beside = column(&|w| w.beside(step))?;
-        q1 = clamp(population, &(q1 + (((rate_1 + residual)? + beside)? * STEP.0)?)?)?;
+        let added_rate = column(&|w| w.added_rate(step))?;
+        q1 = clamp(population, &(q1 + (((rate_1 + residual)? + added_rate)? * STEP.0)?)?)?;
         q2 = (q2 + (rate_2 * STEP.0)?)?;
         let measured = column(&|w| w.target()[step + 1])?;
         let following = (&q1 - &measured)?;

@@ -26,7 +26,7 @@ pub struct PreparedWindow {
     /// Measured glucose in scaled units, shape `(steps + 1)`, the start first.
     target: Vec<f64>,
     /// What is added to dQ1/dt in each step, scaled units per minute, shape `(steps)`.
-    beside: Vec<f64>,
+    added_rates: Vec<f64>,
 }
 
 /// What of a window does not depend on its glucose, one entry a step.
@@ -35,7 +35,7 @@ pub struct Known {
     /// States at the start of each step, scaled; those of Q1 and Q2 count in the first alone.
     pub states: Vec<ScaledStates>,
     /// What is added to dQ1/dt, scaled units per minute.
-    pub beside: Vec<f64>,
+    pub added_rates: Vec<f64>,
 }
 
 impl PreparedWindow {
@@ -65,8 +65,15 @@ impl PreparedWindow {
             })?;
             states.push(following);
         }
-        let beside = vec![0.0; inputs.len()];
-        Self::under(population, inputs, glucose_mg_dl, Known { states, beside }, heart_rate, set)
+        let added_rates = vec![0.0; inputs.len()];
+        Self::under(
+            population,
+            inputs,
+            glucose_mg_dl,
+            Known { states, added_rates },
+            heart_rate,
+            set,
+        )
     }
 
     /// The same where something else acts beside the population model and is known beforehand: an
@@ -83,18 +90,18 @@ impl PreparedWindow {
         set: InputSet,
     ) -> Result<Self, TwinError> {
         check_wiring(population)?;
-        let Known { mut states, beside } = known;
+        let Known { mut states, added_rates } = known;
         let steps = inputs.len();
         if steps == 0 || glucose_mg_dl.len() != steps + 1 {
             return Err(TwinError::Window { steps, glucose: glucose_mg_dl.len() });
         }
-        if states.len() != steps || beside.len() != steps {
+        if states.len() != steps || added_rates.len() != steps {
             return Err(TwinError::UnequalRuns {
                 expected: steps,
-                found: states.len().min(beside.len()),
+                found: states.len().min(added_rates.len()),
             });
         }
-        if beside.iter().any(|rate| !rate.is_finite()) {
+        if added_rates.iter().any(|rate| !rate.is_finite()) {
             return Err(TwinError::NotFinite { what: "what acts beside the population model" });
         }
         let mut target = Vec::with_capacity(glucose_mg_dl.len());
@@ -108,7 +115,7 @@ impl PreparedWindow {
         let personal =
             inputs.iter().map(|input| set.personal(&input.context, heart_rate)).collect();
         let scaled = inputs.iter().map(|input| population.scaler().scale_input(input)).collect();
-        Ok(Self { states, inputs, scaled, personal, target, beside })
+        Ok(Self { states, inputs, scaled, personal, target, added_rates })
     }
 
     /// Steps of the window.
@@ -149,8 +156,8 @@ impl PreparedWindow {
     }
 
     /// What is added to dQ1/dt in a step beside population and residual network.
-    pub(crate) fn beside(&self, step: usize) -> f64 {
-        self.beside[step]
+    pub(crate) fn added_rate(&self, step: usize) -> f64 {
+        self.added_rates[step]
     }
 
     /// Personal inputs of a step.

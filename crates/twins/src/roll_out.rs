@@ -126,10 +126,10 @@ impl<T: Precision> TwinRollOut<T> {
         self.glucose.push(now[Compartment::Q1 as usize]);
         for step in 0..count {
             let tape = &mut self.tape[if keep == Keep::Everything { step } else { 0 }];
-            let mut beside = [T::ZERO; LANES];
+            let mut added_rates = [T::ZERO; LANES];
             for (lane, window) in lanes(block).enumerate() {
                 load(window, step, lane, &mut now, &mut tape.activations);
-                beside[lane] = T::of(window.beside(step));
+                added_rates[lane] = T::of(window.added_rate(step));
             }
             // Q1 and Q2 lead the residual network's inputs.
             for (input, compartment) in tape.activations.input.iter_mut().zip(GLUCOSE) {
@@ -137,9 +137,10 @@ impl<T: Precision> TwinRollOut<T> {
             }
             let residual = evaluate(parameters, &mut tape.activations);
             self.steps.step(&now, &mut next);
-            let rates = residual.into_iter().zip(beside);
-            for (q1, (residual, beside)) in next[Compartment::Q1 as usize].iter_mut().zip(rates) {
-                *q1 += step_size * (residual + beside);
+            let rates = residual.into_iter().zip(added_rates);
+            for (q1, (residual, added_rate)) in next[Compartment::Q1 as usize].iter_mut().zip(rates)
+            {
+                *q1 += step_size * (residual + added_rate);
             }
             tape.confined = self.steps.confine_glucose(&mut next);
             if keep == Keep::Everything {

@@ -538,8 +538,8 @@ mod tests {
             };
             let (following, transition) = model.linearised(&state, &input, &Modulation::NEUTRAL).expect("finite");
             prop_assert_eq!(following, model.step(&state, &input, &Modulation::NEUTRAL).expect("finite"));
-            let anew = model.linearised_afresh(&state, &input, &Modulation::NEUTRAL).expect("finite");
-            prop_assert_eq!((following, transition), anew);
+            let afresh = model.linearised_afresh(&state, &input, &Modulation::NEUTRAL).expect("finite");
+            prop_assert_eq!((following, transition), afresh);
             let x = state.vector();
             for column in 0..STATES {
                 // A step that balances truncation (the model is quadratic) against rounding.

@@ -112,7 +112,7 @@ struct Ports {
     egp_0: f64,
     f_01: f64,
     egp: EgpMode,
-    /// Volume by which glucose is told, L/kg.
+    /// Volume that makes a concentration of an amount of glucose, L/kg.
     v_g: f64,
 }
 
@@ -144,8 +144,8 @@ impl OtherBody {
         let ports = other.ports(&guess);
         let mut x = other.settled(&ports, start, resting.basal);
         let gained = |compartment: Compartment, input: &StepInput| {
-            let seen = other.states(&x);
-            let of = |input: &StepInput| other.body.rate(compartment, &seen, input);
+            let physical = other.states(&x);
+            let of = |input: &StepInput| other.body.rate(compartment, &physical, input);
             STEP.0 * (of(input) - of(&resting))
         };
         let fed = StepInput { carbs: BITE, ..resting };
@@ -155,8 +155,8 @@ impl OtherBody {
         let (mut highest, before) = (0.0f64, x[C2]);
         for step in 0..6 * STEPS_PER_HOUR {
             let input = if step == 0 { &fed } else { &resting };
-            let seen = other.states(&x);
-            let rates = [C1, C2].map(|c| (c, other.body.rate(c, &seen, input)));
+            let physical = other.states(&x);
+            let rates = [C1, C2].map(|c| (c, other.body.rate(c, &physical, input)));
             for (compartment, rate) in rates {
                 x[compartment] += STEP.0 * rate;
             }
@@ -236,8 +236,8 @@ impl OtherBody {
         let input = StepInput { basal, ..StepInput::default() };
         let mut x = start;
         for _ in 0..SETTLING {
-            let seen = self.states(&x);
-            let rates = self.rates_around_glucose(ports, &seen, &input);
+            let physical = self.states(&x);
+            let rates = self.rates_around_glucose(ports, &physical, &input);
             for (compartment, rate) in rates {
                 x[compartment] += STEP.0 * rate;
             }
@@ -317,19 +317,19 @@ impl OtherBody {
             },
             ..*input
         };
-        let seen = self.states(x);
+        let physical = self.states(x);
         let mut values = OdeVector::default();
-        for (compartment, rate) in self.rates_around_glucose(ports, &seen, &input) {
+        for (compartment, rate) in self.rates_around_glucose(ports, &physical, &input) {
             values[compartment] = rate;
         }
         let into_amount = self.nominal.v_g / MG_PER_DL_PER_MMOL_PER_L;
-        let at_glucose = ports.at_glucose(&seen);
+        let at_glucose = ports.at_glucose(&physical);
         let g = x[Q1] / ports.v_g;
         let (own, slopes) = match wanted {
             Slopes::Skip => (self.body.rate(Q1, &at_glucose, &input), BodySlopes::default()),
             Slopes::Take => {
                 let (own, by) = self.body.slopes(Q1, &at_glucose, &input);
-                let mut slopes = self.slopes_around_glucose(ports, &seen, &input);
+                let mut slopes = self.slopes_around_glucose(ports, &physical, &input);
                 let open = ports.egp == EgpMode::Reproduction || x[X3] <= 1.0;
                 let defended = non_insulin_uptake(1.0, ports.f_01) / ports.v_g;
                 let low = g < ode_sim::equations::UPTAKE_SATURATION;
@@ -350,7 +350,7 @@ impl OtherBody {
         if ports.return_flow != 1.0 {
             // What returns faster leaves Q2 faster.
             let mut nominal = at_glucose;
-            nominal[Q2] = seen[Q2];
+            nominal[Q2] = physical[Q2];
             values[Q2] -= into_amount * (own - self.body.rate(Q1, &nominal, &input));
         }
         Rates { values, slopes }
@@ -360,53 +360,58 @@ impl OtherBody {
     fn rates_around_glucose(
         &self,
         ports: &Ports,
-        seen: &States,
+        physical: &States,
         input: &StepInput,
     ) -> [(Compartment, f64); 9] {
         let rate = |c: Compartment, x: &States, input: &StepInput| self.body.rate(c, x, input);
         let [(with_1, speed_1), (with_2, speed_2), (with_3, speed_3)] = ports.action;
         // What comes in is not slowed with what leaves.
         let slowed = |c: Compartment, empty: &StepInput, time: f64| {
-            let full = rate(c, seen, input);
+            let full = rate(c, physical, input);
             if time == 1.0 {
                 return full;
             }
-            let leaving = rate(c, seen, empty);
+            let leaving = rate(c, physical, empty);
             full - leaving + leaving / time
         };
         [
             (S1, slowed(S1, &without_insulin(input), ports.insulin_time)),
-            (S2, rate(S2, seen, input) / ports.insulin_time),
-            (I, ports.insulin_clearance * rate(I, &ports.at_insulin(seen), input)),
-            (X1, speed_1 * rate(X1, &acting(seen, with_1), input)),
-            (X2, speed_2 * rate(X2, &acting(seen, with_2), input)),
-            (X3, speed_3 * rate(X3, &acting(seen, with_3), input)),
-            (Q2, rate(Q2, seen, input)),
+            (S2, rate(S2, physical, input) / ports.insulin_time),
+            (I, ports.insulin_clearance * rate(I, &ports.at_insulin(physical), input)),
+            (X1, speed_1 * rate(X1, &acting(physical, with_1), input)),
+            (X2, speed_2 * rate(X2, &acting(physical, with_2), input)),
+            (X3, speed_3 * rate(X3, &acting(physical, with_3), input)),
+            (Q2, rate(Q2, physical, input)),
             (C1, slowed(C1, &without_carbs(input), ports.gut_time)),
-            (C2, rate(C2, seen, input) / ports.gut_time),
+            (C2, rate(C2, physical, input) / ports.gut_time),
         ]
     }
 
     /// Slopes of [`rates_around_glucose`](Self::rates_around_glucose); those of Q1 stay 0.
-    fn slopes_around_glucose(&self, ports: &Ports, seen: &States, input: &StepInput) -> BodySlopes {
+    fn slopes_around_glucose(
+        &self,
+        ports: &Ports,
+        physical: &States,
+        input: &StepInput,
+    ) -> BodySlopes {
         let by = |c: Compartment, x: &States, input: &StepInput| self.body.slopes(c, x, input).1;
         let slowed = |c: Compartment, empty: &StepInput, time: f64| {
-            let full = by(c, seen, input)[c];
+            let full = by(c, physical, input)[c];
             if time == 1.0 {
                 return full;
             }
-            let leaving = by(c, seen, empty)[c];
+            let leaving = by(c, physical, empty)[c];
             full - leaving + leaving / time
         };
-        let s2 = by(S2, seen, input);
-        let i = by(I, &ports.at_insulin(seen), input);
+        let s2 = by(S2, physical, input);
+        let i = by(I, &ports.at_insulin(physical), input);
         let [x1, x2, x3] = [(X1, ports.action[0]), (X2, ports.action[1]), (X3, ports.action[2])]
             .map(|(effect, (with, speed))| {
-                let slopes = by(effect, &acting(seen, with), input);
+                let slopes = by(effect, &acting(physical, with), input);
                 (speed * with * slopes[I], speed * slopes[effect])
             });
-        let q2 = by(Q2, seen, input);
-        let c2 = by(C2, seen, input);
+        let q2 = by(Q2, physical, input);
+        let c2 = by(C2, physical, input);
         BodySlopes {
             insulin: [
                 slowed(S1, &without_insulin(input), ports.insulin_time),
@@ -434,23 +439,23 @@ impl OtherBody {
 
 impl Ports {
     /// What the network of I sees: S2 empties at its own time, I is cleared at its own speed.
-    fn at_insulin(&self, seen: &States) -> States {
-        let mut states = *seen;
+    fn at_insulin(&self, physical: &States) -> States {
+        let mut states = *physical;
         states[S2] /= self.insulin_time * self.insulin_clearance;
         states
     }
 
     /// What the network of Q1 sees: C2 as it arrives.
-    fn at_glucose(&self, seen: &States) -> States {
-        let mut states = *seen;
+    fn at_glucose(&self, physical: &States) -> States {
+        let mut states = *physical;
         states[C2] /= self.gut_time;
         states[Q2] *= self.return_flow;
         states
     }
 }
 
-fn acting(seen: &States, action: f64) -> States {
-    let mut states = *seen;
+fn acting(physical: &States, action: f64) -> States {
+    let mut states = *physical;
     states[I] *= action;
     states
 }

@@ -71,14 +71,14 @@ impl Calibration {
     }
 
     /// The same factors on the same record under other modulations: the filter is run again and its
-    /// innovations are whitened anew.
+    /// innovations are whitened again.
     ///
     /// # Errors
     /// As [`filter`].
     pub fn about(&self, record: &Observations, rule: &CalibrationRule) -> Result<Self, GapError> {
         let setting = Setting::of(&self.model, record, rule);
-        let Run { filtered, autoregression, whitened, scale } =
-            Run::of(filter(&self.model, record)?, &setting);
+        let FilteredRun { filtered, autoregression, whitened, scale } =
+            FilteredRun::of(filter(&self.model, record)?, &setting);
         Ok(Self {
             filtered,
             autoregression,
@@ -183,7 +183,8 @@ pub fn calibrated(
     let at_bound =
         Factor::ALL.into_iter().filter(|f| factors.get(*f).abs() >= rule.bound).collect();
     let model = setting.model(&factors);
-    let Run { filtered, autoregression, whitened, scale } = Run::of(filtered, &setting);
+    let FilteredRun { filtered, autoregression, whitened, scale } =
+        FilteredRun::of(filtered, &setting);
     Ok(Calibration {
         factors,
         sd: std::array::from_fn(|k| covariance[k][k].sqrt()),
@@ -201,7 +202,7 @@ pub fn calibrated(
 }
 
 /// A run of the filter with its own gains, its innovations whitened.
-struct Run {
+struct FilteredRun {
     filtered: Filtered,
     autoregression: Autoregression,
     /// In units of `scale`.
@@ -209,7 +210,7 @@ struct Run {
     scale: f64,
 }
 
-impl Run {
+impl FilteredRun {
     fn of(filtered: Filtered, setting: &Setting<'_>) -> Self {
         let z = setting.normalised(&filtered.innovations);
         let (Whitening { autoregression, scale }, left) = Whitening::fitted(&z, clipped_scale);
@@ -225,8 +226,8 @@ mod tests {
     #[test]
     fn factors_act_on_the_parameters_they_name() {
         let population = OdeParameters::nominal();
-        type Reading = fn(&OdeParameters) -> f64;
-        let cases: [(Factor, Reading); FACTORS] = [
+        type ReadFactor = fn(&OdeParameters) -> f64;
+        let cases: [(Factor, ReadFactor); FACTORS] = [
             (Factor::Action, |p| p.s_f2),
             (Factor::Egp0, |p| p.egp_0),
             (Factor::TMaxG, |p| p.t_max_g),

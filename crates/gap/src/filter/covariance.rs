@@ -163,11 +163,11 @@ impl Covariance {
 // plainest instructions.
 
 #[inline(always)]
-fn columns<const PLACE: usize>(from: &[[f64; BODY]; BODY]) -> Columns {
+fn columns<const COLUMN: usize>(from: &[[f64; BODY]; BODY]) -> Columns {
     let mut columns = [[0.0; SIDE]; BODY];
     for row in 0..BODY {
         for k in 0..SIDE {
-            columns[row][k] = from[row][SIDE * PLACE + k];
+            columns[row][k] = from[row][SIDE * COLUMN + k];
         }
     }
     columns
@@ -175,16 +175,16 @@ fn columns<const PLACE: usize>(from: &[[f64; BODY]; BODY]) -> Columns {
 
 /// Writes the transpose of `A P` at some columns of P.
 #[inline(always)]
-fn transpose<const PLACE: usize>(
+fn transpose<const COLUMN: usize>(
     p: &[[f64; BODY]; BODY],
     to: &mut [[f64; BODY]; BODY],
     transition: &Transition,
 ) {
-    let mut columns = columns::<PLACE>(p);
+    let mut columns = columns::<COLUMN>(p);
     transition.carry_body(&mut columns);
-    put::<PLACE, 0>(to, transposed(block::<0>(&columns)));
-    put::<PLACE, 1>(to, transposed(block::<1>(&columns)));
-    put::<PLACE, 2>(to, transposed(block::<2>(&columns)));
+    put::<COLUMN, 0>(to, transposed(block::<0>(&columns)));
+    put::<COLUMN, 1>(to, transposed(block::<1>(&columns)));
+    put::<COLUMN, 2>(to, transposed(block::<2>(&columns)));
 }
 
 #[inline(always)]
@@ -194,10 +194,10 @@ fn block<const ROW: usize>(columns: &Columns) -> Block {
 }
 
 #[inline(always)]
-fn put<const ROW: usize, const PLACE: usize>(to: &mut [[f64; BODY]; BODY], block: Block) {
+fn put<const ROW: usize, const COLUMN: usize>(to: &mut [[f64; BODY]; BODY], block: Block) {
     for row in 0..SIDE {
         for k in 0..SIDE {
-            to[SIDE * ROW + row][SIDE * PLACE + k] = block[row][k];
+            to[SIDE * ROW + row][SIDE * COLUMN + k] = block[row][k];
         }
     }
 }

@@ -48,13 +48,13 @@ impl Filtered {
     }
 
     /// Appends what was made of a step.
-    pub(crate) fn push(&mut self, seen: &Seen<'_>) {
-        self.states.push(*seen.state);
-        self.innovations.push(seen.innovation);
-        self.gains.push(seen.gain);
+    pub(crate) fn push(&mut self, step: &FilterStep<'_>) {
+        self.states.push(*step.state);
+        self.innovations.push(step.innovation);
+        self.gains.push(step.gain);
     }
 
-    /// Forgets everything and keeps the room.
+    /// Forgets everything and keeps the allocation.
     pub(crate) fn clear(&mut self) {
         self.states.clear();
         self.innovations.clear();
@@ -63,7 +63,7 @@ impl Filtered {
 }
 
 /// What the filter made of one step.
-pub(crate) struct Seen<'a> {
+pub(crate) struct FilterStep<'a> {
     pub(crate) step: usize,
     pub(crate) input: &'a StepInput,
     /// The state after the step's reading, before the step's inputs.
@@ -95,8 +95,8 @@ pub(crate) struct Begin {
 pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
     let n = record.len();
     let mut filtered = Filtered::with_capacity(n);
-    run(model, record, n, |seen| {
-        filtered.push(&seen);
+    run(model, record, n, |step| {
+        filtered.push(&step);
         Ok(())
     })?;
     Ok(filtered)
@@ -109,26 +109,26 @@ pub(crate) fn innovations(
     end: usize,
 ) -> Result<Vec<Option<Innovation>>, GapError> {
     let mut innovations = Vec::with_capacity(end.min(record.len()));
-    run(model, record, end, |seen| {
-        innovations.push(seen.innovation);
+    run(model, record, end, |step| {
+        innovations.push(step.innovation);
         Ok(())
     })?;
     Ok(innovations)
 }
 
-/// Runs the filter over the steps before `end` and tells `seen` of each.
+/// Runs the filter over the steps before `end` and gives each to `visit`.
 pub(crate) fn run(
     model: &AugmentedModel,
     record: &Observations,
     end: usize,
-    mut seen: impl FnMut(Seen<'_>) -> Result<(), GapError>,
+    mut visit: impl FnMut(FilterStep<'_>) -> Result<(), GapError>,
 ) -> Result<(), GapError> {
     let (state, covariance) = start(model, record);
     let begin = Begin { step: 0, state, covariance };
-    run_from(model, record, begin, None, end, |step, _| seen(step))
+    run_from(model, record, begin, None, end, |step, _| visit(step))
 }
 
-/// As [`run`], from some step on; `first` replaces the input of that step. `seen` is also told the covariance expected one
+/// As [`run`], from some step on; `first` replaces the input of that step. `visit` also gets the covariance expected one
 /// step later.
 pub(crate) fn run_from(
     model: &AugmentedModel,
@@ -136,10 +136,10 @@ pub(crate) fn run_from(
     begin: Begin,
     first: Option<StepInput>,
     end: usize,
-    seen: impl FnMut(Seen<'_>, &Covariance) -> Result<(), GapError>,
+    visit: impl FnMut(FilterStep<'_>, &Covariance) -> Result<(), GapError>,
 ) -> Result<(), GapError> {
     check_length(record)?;
-    pulp::Arch::new().dispatch(Running { model, record, begin, first, end, seen })
+    pulp::Arch::new().dispatch(Running { model, record, begin, first, end, visit })
 }
 
 /// A run of the filter, compiled for the instructions of the machine it runs on. Products and sums are rounded
@@ -150,17 +150,17 @@ struct Running<'a, F> {
     begin: Begin,
     first: Option<StepInput>,
     end: usize,
-    seen: F,
+    visit: F,
 }
 
-impl<F: FnMut(Seen<'_>, &Covariance) -> Result<(), GapError>> pulp::NullaryFnOnce
+impl<F: FnMut(FilterStep<'_>, &Covariance) -> Result<(), GapError>> pulp::NullaryFnOnce
     for Running<'_, F>
 {
     type Output = Result<(), GapError>;
 
     #[inline(always)]
     fn call(self) -> Result<(), GapError> {
-        let Self { model, record, begin, first, end, mut seen } = self;
+        let Self { model, record, begin, first, end, mut visit } = self;
         let Begin { step: begin, mut state, mut covariance } = begin;
         let variance = model.noise().reading_sd.powi(2);
         let mut transition = Transition::default();
@@ -191,7 +191,7 @@ impl<F: FnMut(Seen<'_>, &Covariance) -> Result<(), GapError>> pulp::NullaryFnOnc
             if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
                 return Err(failed());
             }
-            let told = Seen {
+            let made = FilterStep {
                 step,
                 input,
                 state: &state,
@@ -200,7 +200,7 @@ impl<F: FnMut(Seen<'_>, &Covariance) -> Result<(), GapError>> pulp::NullaryFnOnc
                 following: &following,
                 transition: &transition,
             };
-            seen(told, &covariance)?;
+            visit(made, &covariance)?;
             state = following;
         }
         Ok(())

@@ -5,13 +5,13 @@ use physiology::MgPerDl;
 
 /// Number of augmented states; the first ten are the compartments in the order of [`slot`](ode_sim::slot).
 pub const STATES: usize = 14;
-/// Place of the flux into Q1, mmol/kg/min.
+/// Index of the flux into Q1, mmol/kg/min.
 pub const FLUX: usize = 10;
-/// Place of interstitial glucose, mg/dL.
+/// Index of interstitial glucose, mg/dL.
 pub const INTERSTITIAL: usize = 11;
-/// Place of the sensor error, mg/dL.
+/// Index of the sensor error, mg/dL.
 pub const SENSOR: usize = 12;
-/// Place of the sensor error one step before, mg/dL.
+/// Index of the sensor error one step before, mg/dL.
 pub const SENSOR_BEFORE: usize = 13;
 
 /// The augmented state.

@@ -12,7 +12,7 @@
 //! not add up: it stays near a millionth of a signature.
 
 mod adjoint;
-mod passing;
+mod pass;
 mod step_slopes;
 mod steps;
 
@@ -20,7 +20,7 @@ use effects::Field;
 use ode_sim::{OdeParameters, Scalar};
 
 pub(crate) use self::adjoint::course_scores;
-use self::passing::{Block, Pass};
+use self::pass::{LaneBlock, Pass};
 use self::steps::Steps;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
@@ -136,7 +136,7 @@ pub fn signatures(
     Ok(out)
 }
 
-/// As [`signatures`], of at most [`LANES`] directions at a time: `taken` is told which, and gets a row a step.
+/// As [`signatures`], of at most [`LANES`] directions at a time: `taken` gets their indices and a row a step.
 pub(crate) fn few_at_a_time(
     model: &AugmentedModel,
     record: &Observations,
@@ -148,7 +148,7 @@ pub(crate) fn few_at_a_time(
     let steps = Steps::of_run(model, record, frozen, directions)?;
     let mut rows = Vec::with_capacity(n);
     for (index, members) in in_order(directions).chunks(LANES).enumerate() {
-        let block = Block::of(&steps, index, members, directions, n);
+        let block = LaneBlock::of(&steps, index, members, directions, n);
         rows.clear();
         Pass::new(&block).over(&steps, &mut rows);
         taken(members, &rows);
@@ -157,7 +157,7 @@ pub(crate) fn few_at_a_time(
 }
 
 /// Runs the filter and carries directions along in the same pass: `filtered` becomes what
-/// [`filter`](crate::filter::kalman::filter) makes of the record, and `taken` is told as by [`few_at_a_time`] of it.
+/// [`filter`](crate::filter::kalman::filter) makes of the record, and `taken` gets what [`few_at_a_time`] gives of it.
 ///
 /// For a handful of directions: their derivatives are all held at once.
 pub(crate) fn filtered_along(
@@ -190,10 +190,10 @@ pub(crate) fn filtered_with_forks(
     let n = record.len();
     let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
     let order = in_order(directions);
-    let blocks: Vec<Block> = order
+    let blocks: Vec<LaneBlock> = order
         .chunks(LANES)
         .enumerate()
-        .map(|(index, members)| Block::of(&steps, index, members, directions, n))
+        .map(|(index, members)| LaneBlock::of(&steps, index, members, directions, n))
         .collect();
     let mut passes: Vec<(Pass<'_>, Vec<Lanes>)> =
         blocks.iter().map(|block| (Pass::new(block), Vec::with_capacity(n))).collect();
@@ -202,10 +202,10 @@ pub(crate) fn filtered_with_forks(
     let mut at = at.iter().copied().skip_while(|step| *step == 0).peekable();
     let (state, covariance) = start(model, record);
     let begin = Begin { step: 0, state, covariance };
-    run_from(model, record, begin, None, n, |seen, covariance| {
-        filtered.push(&seen);
-        steps.push(&seen)?;
-        let next = seen.step + 1;
+    run_from(model, record, begin, None, n, |step, covariance| {
+        filtered.push(&step);
+        steps.push(&step)?;
+        let next = step.step + 1;
         let fork = at.next_if_eq(&next).is_some();
         if steps.len() == AT_ONCE || next == n || fork {
             for (pass, rows) in &mut passes {
@@ -214,7 +214,7 @@ pub(crate) fn filtered_with_forks(
             steps.clear();
         }
         if let Some((pass, _)) = passes.first().filter(|_| fork) {
-            let begin = Begin { step: next, state: *seen.following, covariance: *covariance };
+            let begin = Begin { step: next, state: *step.following, covariance: *covariance };
             forks.push(Fork { begin, x: *pass.reached() });
         }
         Ok(())
@@ -246,7 +246,7 @@ pub(crate) fn without_meals(
 ) {
     let n = record.len();
     let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
-    let block = Block::of(&steps, 0, &in_order(directions), directions, n);
+    let block = LaneBlock::of(&steps, 0, &in_order(directions), directions, n);
     let (mut innovations, mut rows) = (Vec::with_capacity(reach), Vec::with_capacity(reach));
     for Fork { begin, x } in forks {
         let (step, end) = (begin.step, n.min(begin.step + reach));
@@ -256,10 +256,10 @@ pub(crate) fn without_meals(
         let mut pass = Pass::at(&block, *x);
         let mut input = record.inputs[step];
         input.carbs.0 = 0.0;
-        let run = run_from(model, record, begin.clone(), Some(input), end, |seen, _| {
-            innovations.push(seen.innovation);
-            steps.push(&seen)?;
-            if steps.len() == AT_ONCE || seen.step + 1 == end {
+        let run = run_from(model, record, begin.clone(), Some(input), end, |step, _| {
+            innovations.push(step.innovation);
+            steps.push(&step)?;
+            if steps.len() == AT_ONCE || step.step + 1 == end {
                 pass.over(&steps, &mut rows);
                 steps.clear();
             }
@@ -273,15 +273,15 @@ pub(crate) fn without_meals(
 
 /// Parameters first, as they were asked for; then courses, those of the same fields beside each other.
 fn in_order(directions: &[Direction]) -> Vec<usize> {
-    let mut places: Vec<usize> = (0..directions.len()).collect();
-    places.sort_by_key(|index| match &directions[*index] {
+    let mut order: Vec<usize> = (0..directions.len()).collect();
+    order.sort_by_key(|index| match &directions[*index] {
         Direction::Parameter(_) => Vec::new(),
         Direction::Pulses { field, .. } => vec![1, 2 + *field as usize],
         Direction::Course(fields) => {
             std::iter::once(1).chain(fields.iter().map(|(field, _)| 2 + *field as usize)).collect()
         }
     });
-    places
+    order
 }
 
 /// Whether a field changes the reading and not the state.
@@ -388,15 +388,15 @@ pub(crate) mod tests {
         struck.inputs[10].carbs.0 = 0.0;
         let (_, rows) = along(&struck, &[], &mut filtered);
         assert_ne!(rows, with);
-        let mut told = 0;
+        let mut visited = 0;
         without_meals(&model, &record, &directions, &forks, 40, |without| {
             let steps = without.step..without.step + 40;
             assert_eq!(without.step, 10);
             assert_eq!(without.innovations, &filtered.innovations[steps.clone()]);
             assert_eq!(without.rows, &rows[steps]);
-            told += 1;
+            visited += 1;
         });
-        assert_eq!(told, 1);
+        assert_eq!(visited, 1);
     }
 
     #[test]

@@ -14,7 +14,7 @@ pub struct Transition([f64; ENTRIES]);
 
 /// Entries that may differ from zero.
 const ENTRIES: usize = 35;
-/// Places of the first entries of Q1, Q2 and interstitial glucose.
+/// Indices of the first entries of Q1, Q2 and interstitial glucose.
 const FIRST_OF_Q1: usize = 11;
 const FIRST_OF_Q2: usize = 17;
 const FIRST_OF_INTERSTITIAL: usize = 25;
@@ -109,22 +109,22 @@ impl Transition {
         &[SENSOR],
     ];
 
-    /// Place of an entry in what is stored, row by row.
-    fn place(row: usize, column: usize) -> Option<usize> {
+    /// Index of an entry in what is stored, row by row.
+    fn index(row: usize, column: usize) -> Option<usize> {
         let before: usize = Self::NONZERO[..row].iter().map(|columns| columns.len()).sum();
-        Self::NONZERO[row].iter().position(|c| *c == column).map(|place| before + place)
+        Self::NONZERO[row].iter().position(|c| *c == column).map(|index| before + index)
     }
 
     /// The effect on state `row` of state `column`.
     #[must_use]
     pub fn get(&self, row: usize, column: usize) -> f64 {
-        Self::place(row, column).map_or(0.0, |place| self.0[place])
+        Self::index(row, column).map_or(0.0, |index| self.0[index])
     }
 
     /// Sets one entry; it must be one of [`Self::NONZERO`] to have an effect.
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
-        if let Some(place) = Self::place(row, column) {
-            self.0[place] = value;
+        if let Some(index) = Self::index(row, column) {
+            self.0[index] = value;
         }
     }
 
@@ -330,8 +330,8 @@ impl BodySlopes {
         for value in insulin.iter_mut().chain(glucose).chain(distant).chain(gut) {
             *value *= STEP.0;
         }
-        for place in [0, 2, 4, 6, 8, 10] {
-            self.insulin[place] += 1.0;
+        for index in [0, 2, 4, 6, 8, 10] {
+            self.insulin[index] += 1.0;
         }
         self.glucose[2] += 1.0;
         self.distant[3] += 1.0;

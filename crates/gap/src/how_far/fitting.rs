@@ -5,64 +5,66 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::NamedEffect;
-use super::hierarchy::{Hierarchy, empirical_bayes};
+use super::hierarchy::{CohortAmplitudes, empirical_bayes};
+use super::person_fold::PersonFold;
 use super::refit::{Equations, Fit};
 use super::settings::Settings;
 use super::subject::Subject;
-use super::unit::Unit;
 use crate::filter::calibration::CalibrationRule;
 
 /// What training days gave.
-pub(super) struct Fitted<'a> {
+pub(super) struct FoldFits<'a> {
     /// Every person in every fold.
-    pub(super) units: Vec<Unit<'a>>,
+    pub(super) person_folds: Vec<PersonFold<'a>>,
     /// Amplitudes of the cohort in each fold.
-    pub(super) hierarchies: Vec<Hierarchy>,
+    pub(super) hierarchies: Vec<CohortAmplitudes>,
     /// Variant of each driven effect, a list a fold.
     pub(super) variants: Vec<Vec<usize>>,
 }
 
 /// Fits before and after for every person and fold.
 ///
-/// Variants are chosen anew in each fold, on its training days and with the calibration before.
+/// Variants are chosen again in each fold, on its training days and with the calibration before.
 pub(super) fn fitted<'a>(
     subjects: &'a [Subject<'a>],
     driven: &[&NamedEffect<'_>],
     settings: Settings<'_>,
-) -> Fitted<'a> {
+) -> FoldFits<'a> {
     let Settings { calibration, rule, .. } = settings;
     let folds = 0..rule.folds;
-    let mut units: Vec<Unit<'_>> = folds
+    let mut person_folds: Vec<PersonFold<'_>> = folds
         .clone()
         .flat_map(|fold| subjects.iter().enumerate().map(move |(index, s)| (fold, index, s)))
         .filter(|(fold, _, subject)| subject.folds.held_out(*fold).is_some())
-        .map(|(fold, index, subject)| Unit::new(index, fold, subject))
+        .map(|(fold, index, subject)| PersonFold::new(index, fold, subject))
         .collect();
     let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
-    units.par_iter_mut().for_each(|unit| unit.fit_before(rule.iterations, calibration));
-    let mut hierarchies: Vec<Hierarchy> = Vec::new();
+    person_folds
+        .par_iter_mut()
+        .for_each(|person_fold| person_fold.fit_before(rule.iterations, calibration));
+    let mut hierarchies: Vec<CohortAmplitudes> = Vec::new();
     if driven.is_empty() {
-        return Fitted { units, hierarchies, variants: Vec::new() };
+        return FoldFits { person_folds, hierarchies, variants: Vec::new() };
     }
     let variants = folds
         .clone()
         .map(|fold| {
-            let mut of_fold: Vec<&mut Unit<'_>> =
-                units.iter_mut().filter(|unit| unit.fold == fold).collect();
+            let mut of_fold: Vec<&mut PersonFold<'_>> =
+                person_folds.iter_mut().filter(|person_fold| person_fold.fold == fold).collect();
             (0..driven.len())
                 .map(|index| choose_variant(&mut of_fold, subjects, driven, index, calibration))
                 .collect()
         })
         .collect();
     for _ in 0..rule.iterations {
-        units.par_iter_mut().for_each(|unit| unit.take_equations(calibration));
+        person_folds.par_iter_mut().for_each(|person_fold| person_fold.take_equations(calibration));
         hierarchies.clear();
         for fold in folds.clone() {
-            let members: Vec<usize> = (0..units.len())
-                .filter(|k| units[*k].fold == fold && units[*k].equations().is_some())
+            let members: Vec<usize> = (0..person_folds.len())
+                .filter(|k| person_folds[*k].fold == fold && person_folds[*k].equations().is_some())
                 .collect();
             let known: Vec<&Equations> =
-                members.iter().filter_map(|k| units[*k].equations()).collect();
+                members.iter().filter_map(|k| person_folds[*k].equations()).collect();
             if known.is_empty() {
                 continue;
             }
@@ -70,12 +72,12 @@ pub(super) fn fitted<'a>(
             let evidence: Vec<_> = known.iter().map(|e| e.evidence(&inflation)).collect();
             let hierarchy = empirical_bayes(&evidence, &priors);
             for (member, amplitudes) in members.iter().zip(&hierarchy.people) {
-                units[*member].move_after(amplitudes.clone(), calibration);
+                person_folds[*member].move_after(amplitudes.clone(), calibration);
             }
             hierarchies.push(hierarchy);
         }
     }
-    Fitted { units, hierarchies, variants }
+    FoldFits { person_folds, hierarchies, variants }
 }
 
 /// By how much the information on each amplitude is overstated because steps of a day are not independent:
@@ -95,7 +97,7 @@ fn inflation(equations: &[&Equations], effects: usize) -> Vec<f64> {
 /// The other effects keep their variants and are profiled out. The variant found on the whole record is
 /// kept unless another explains more.
 fn choose_variant(
-    units: &mut [&mut Unit<'_>],
+    person_folds: &mut [&mut PersonFold<'_>],
     subjects: &[Subject<'_>],
     driven: &[&NamedEffect<'_>],
     index: usize,
@@ -107,9 +109,9 @@ fn choose_variant(
     if tried < 2 {
         return given;
     }
-    let found: Vec<Option<(Fit, Equations)>> = units
+    let found: Vec<Option<(Fit, Equations)>> = person_folds
         .par_iter_mut()
-        .map(|unit| unit.equations_of_variants(index, tried, calibration))
+        .map(|person_fold| person_fold.equations_of_variants(index, tried, calibration))
         .collect();
     let known: Vec<&Equations> = found.iter().flatten().map(|(_, equations)| equations).collect();
     let inflation = inflation(&known, tried);
@@ -131,8 +133,8 @@ fn choose_variant(
             best = (variant, gain);
         }
     }
-    for (unit, about) in units.iter_mut().zip(found) {
-        unit.set_variant(index, best.0, tried, about);
+    for (person_fold, about) in person_folds.iter_mut().zip(found) {
+        person_fold.set_variant(index, best.0, tried, about);
     }
     best.0
 }

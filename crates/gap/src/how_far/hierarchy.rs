@@ -10,7 +10,7 @@ use faer::{Mat, Side};
 
 /// What a person's training days say about the amplitudes, calibration profiled out.
 #[derive(Debug, Clone)]
-pub(super) struct Evidence {
+pub(super) struct AmplitudeEvidence {
     /// Information, `(effects, effects)`.
     pub(super) information: Mat<f64>,
     /// Information times the estimate, one entry an effect.
@@ -19,7 +19,7 @@ pub(super) struct Evidence {
 
 /// Amplitudes of the cohort.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Hierarchy {
+pub(super) struct CohortAmplitudes {
     /// Mean over people, one entry an effect.
     pub(super) mean: Vec<f64>,
     /// Standard deviation between people.
@@ -47,13 +47,17 @@ const NO_INFORMATION: f64 = 1e-9;
 ///
 /// `priors` are those of the effects' cards. The spread's prior is an inverse gamma that counts for two
 /// people whose amplitudes differ as the card says.
-pub(super) fn empirical_bayes(evidence: &[Evidence], priors: &[Prior]) -> Hierarchy {
+pub(super) fn empirical_bayes(
+    evidence: &[AmplitudeEvidence],
+    priors: &[Prior],
+) -> CohortAmplitudes {
     let effects = priors.len();
     let mut mean: Vec<f64> = priors.iter().map(|prior| prior.median).collect();
     let mut variance: Vec<f64> =
         priors.iter().map(|prior| (prior.log_sd * prior.median).powi(2)).collect();
-    let informed =
-        |person: &Evidence, effect: usize| person.information[(effect, effect)] > NO_INFORMATION;
+    let informed = |person: &AmplitudeEvidence, effect: usize| {
+        person.information[(effect, effect)] > NO_INFORMATION
+    };
     let mut mean_variance = vec![0.0; effects];
     for _ in 0..ROUNDS {
         // Generalised least squares: (sum M) mean = sum M x with M = (1/J + T)^-1.
@@ -100,11 +104,17 @@ pub(super) fn empirical_bayes(evidence: &[Evidence], priors: &[Prior]) -> Hierar
     let between: Vec<f64> = (0..effects).map(|k| variance[k] / count(k)).collect();
     let within =
         mean_variance.iter().zip(&between).map(|(all, between)| (all - between).max(0.0)).collect();
-    Hierarchy { mean, sd: variance.iter().map(|v| v.sqrt()).collect(), within, between, people }
+    CohortAmplitudes {
+        mean,
+        sd: variance.iter().map(|v| v.sqrt()).collect(),
+        within,
+        between,
+        people,
+    }
 }
 
 /// Covariance of a person's amplitudes given the spread between people.
-fn posterior_covariance(person: &Evidence, variance: &[f64]) -> Mat<f64> {
+fn posterior_covariance(person: &AmplitudeEvidence, variance: &[f64]) -> Mat<f64> {
     let effects = variance.len();
     inverse(&Mat::from_fn(effects, effects, |row, column| {
         let prior = if row == column { 1.0 / variance[row] } else { 0.0 };
@@ -114,7 +124,7 @@ fn posterior_covariance(person: &Evidence, variance: &[f64]) -> Mat<f64> {
 
 fn posterior_mean(
     covariance: &Mat<f64>,
-    person: &Evidence,
+    person: &AmplitudeEvidence,
     mean: &[f64],
     variance: &[f64],
 ) -> Vec<f64> {
@@ -129,7 +139,12 @@ fn posterior_mean(
 
 /// The most probable amplitudes of a person that are not negative: those that would be are held at zero, the
 /// most negative first, and the others are found given that.
-fn amplitudes(person: &Evidence, mean: &[f64], variance: &[f64], priors: &[Prior]) -> Vec<f64> {
+fn amplitudes(
+    person: &AmplitudeEvidence,
+    mean: &[f64],
+    variance: &[f64],
+    priors: &[Prior],
+) -> Vec<f64> {
     let mut variance = variance.to_vec();
     let mut mean = mean.to_vec();
     loop {
@@ -172,9 +187,9 @@ mod tests {
 
     const PRIOR: Prior = Prior { median: 1.0, log_sd: 0.5, largest: 4.0 };
 
-    fn single(estimate: f64, sd: f64) -> Evidence {
+    fn single(estimate: f64, sd: f64) -> AmplitudeEvidence {
         let information = sd.powi(-2);
-        Evidence {
+        AmplitudeEvidence {
             information: Mat::from_fn(1, 1, |_, _| information),
             weighted: vec![information * estimate],
         }
@@ -184,7 +199,7 @@ mod tests {
     fn mean_and_spread_of_many_people_are_recovered() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let people: Vec<Evidence> = (0..200)
+        let people: Vec<AmplitudeEvidence> = (0..200)
             .map(|_| {
                 let truth = 1.2 + 0.3 * normal();
                 single(truth + 0.4 * normal(), 0.4)
@@ -200,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_person_without_evidence_is_like_the_others_and_none_is_negative() {
-        let mut people: Vec<Evidence> = (0..9).map(|_| single(0.8, 0.05)).collect();
+        let mut people: Vec<AmplitudeEvidence> = (0..9).map(|_| single(0.8, 0.05)).collect();
         people.push(single(0.0, 1e6));
         people.push(single(-3.0, 0.1));
         let found = empirical_bayes(&people, &[PRIOR]);
@@ -213,7 +228,7 @@ mod tests {
         // Two effects that act alike: together 1, apart +2 and -1.
         let information = Mat::from_fn(2, 2, |r, c| if r == c { 100.0 } else { 95.0 });
         let weighted = vec![100.0 * 2.0 - 95.0, 95.0 * 2.0 - 100.0];
-        let person = Evidence { information, weighted };
+        let person = AmplitudeEvidence { information, weighted };
         let found = amplitudes(&person, &[0.5, 0.5], &[100.0, 100.0], &[PRIOR, PRIOR]);
         assert!(found[1].abs() < 1e-9, "{found:?}");
         // Alone the first is 105 / 100, with a prior that is worth a ten-thousandth of the data.
@@ -223,7 +238,7 @@ mod tests {
     #[test]
     fn without_an_effect_the_mean_is_near_zero() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
-        let people: Vec<Evidence> = (0..50)
+        let people: Vec<AmplitudeEvidence> = (0..50)
             .map(|_| {
                 single(
                     0.2 * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut rng),

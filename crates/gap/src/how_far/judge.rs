@@ -30,7 +30,7 @@ const AGREED: f64 = 0.5;
 
 /// One held-out day of a person.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Day {
+pub(super) struct HeldOutDay {
     /// Free runs by horizon.
     pub(super) runs: Vec<f64>,
     /// Sums of absolute errors by horizon, mg/dL.
@@ -47,7 +47,7 @@ pub(super) struct Day {
     pub(super) floors: Vec<f64>,
 }
 
-impl Day {
+impl HeldOutDay {
     fn new(horizons: usize) -> Self {
         let none = vec![0.0; horizons];
         Self {
@@ -62,7 +62,7 @@ impl Day {
 
 /// What is judged: a fit, under drivers or none.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate<'a> {
+pub(super) struct CandidateFit<'a> {
     pub(super) fit: &'a Fit,
     pub(super) drivers: &'a [Driver<'a>],
     /// What was reconstructed.
@@ -78,7 +78,7 @@ pub(super) enum Floor {
 
 /// A person's record with one block of days held out.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct HeldOut<'a> {
+pub(super) struct HeldOutBlock<'a> {
     pub(super) observations: &'a Observations,
     /// The person's model, with whatever factors.
     pub(super) model: &'a AugmentedModel,
@@ -88,7 +88,7 @@ pub(super) struct HeldOut<'a> {
     pub(super) settings: Settings<'a>,
 }
 
-impl HeldOut<'_> {
+impl HeldOutBlock<'_> {
     /// Judges a candidate; one entry a calendar day of the block, with its number.
     ///
     /// `course` is what drivers look at. Its glucose up to each start is that of a filter that has seen the
@@ -98,24 +98,25 @@ impl HeldOut<'_> {
     /// As [`filter`] and [`GapError::FreeRun`].
     pub(super) fn judge(
         &self,
-        candidate: &Candidate<'_>,
+        candidate: &CandidateFit<'_>,
         course: &mut Course,
         floor: Floor,
-    ) -> Result<Vec<(usize, Day)>, GapError> {
+    ) -> Result<Vec<(usize, HeldOutDay)>, GapError> {
         let model = model(self.model, &candidate.fit.factors);
         let amplitudes = &candidate.fit.amplitudes;
-        let seen = self.seen();
+        let span = self.filtered_steps();
         let mut modulations = drivers::modulations(candidate.drivers, amplitudes, course, |_| true);
         if let Some(hidden) = candidate.hidden {
             hidden.add_to(&mut modulations);
         }
-        let record = stretch(self.observations, &seen, &modulations);
+        let record = stretch(self.observations, &span, &modulations);
         let filtered = filter(&model, &record)?;
         for (offset, state) in filtered.states.iter().enumerate() {
-            course.glucose[seen.start + offset] = model.person().glucose(&state.body).0;
+            course.glucose[span.start + offset] = model.person().glucose(&state.body).0;
         }
-        let mut days = Days::new(&course.day, self.block, self.settings.free_run.horizons.len());
-        self.score_innovations(&filtered, &seen, candidate.fit, &mut days);
+        let mut days =
+            BlockDays::new(&course.day, self.block, self.settings.free_run.horizons.len());
+        self.score_innovations(&filtered, &span, candidate.fit, &mut days);
 
         let mut known =
             drivers::modulations(candidate.drivers, amplitudes, course, |d| !d.reads_glucose);
@@ -125,10 +126,10 @@ impl HeldOut<'_> {
         let inputs = &self.observations.inputs;
         let prepared = PreparedSteps::of(&model, inputs, &known, self.block.clone());
         let runner = Runner { held_out: self, candidate, model: &model, course, known: &known };
-        let starts = self.starts(&course.day, seen.start);
+        let starts = self.starts(&course.day, span.start);
         let mut rollouts = floor::Rollouts::new(&model, &record, &filtered);
         for (index, start) in starts.iter().enumerate() {
-            let begin = &filtered.states[*start - seen.start];
+            let begin = &filtered.states[*start - span.start];
             let day = days.of(course.day[*start]);
             let takes_floor = floor == Floor::Take && index % FLOOR_EVERY == 0;
             let quick = prepared.as_ref().filter(|_| !takes_floor && !runner.feeds_back());
@@ -140,7 +141,7 @@ impl HeldOut<'_> {
             let run = runner.run(*start, begin)?;
             self.score_run(*start, &run.readings, day);
             if takes_floor {
-                let offset = *start - seen.start;
+                let offset = *start - span.start;
                 let inputs = &self.observations.inputs[*start..];
                 let acting = run.own.as_deref().unwrap_or(&known);
                 let horizons = &self.settings.free_run.horizons;
@@ -158,16 +159,16 @@ impl HeldOut<'_> {
     }
 
     /// Steps that the filter sees: the block and the day before it.
-    pub(super) fn seen(&self) -> Range<usize> {
+    pub(super) fn filtered_steps(&self) -> Range<usize> {
         self.block.start.saturating_sub(LEAD)..self.block.end
     }
 
     /// Steps at which runs start: every so often from the first step of each day, with a reading, and with
     /// no unrecorded dose that could still act.
-    fn starts(&self, days: &[usize], first_seen: usize) -> Vec<usize> {
+    fn starts(&self, days: &[usize], first_filtered: usize) -> Vec<usize> {
         let rule = &self.settings.free_run;
         let trusted = self.observations.trusted(rule.dose_memory);
-        let earliest = self.block.start.max(first_seen + rule.burn_in);
+        let earliest = self.block.start.max(first_filtered + rule.burn_in);
         let every = self.settings.rule.every.max(1);
         let mut first_of_day = self.block.start;
         (self.block.clone())
@@ -186,15 +187,15 @@ impl HeldOut<'_> {
     fn score_innovations(
         &self,
         filtered: &Filtered,
-        seen: &Range<usize>,
+        span: &Range<usize>,
         fit: &Fit,
-        days: &mut Days,
+        days: &mut BlockDays,
     ) {
-        let scored = self.settings.calibration.scored(self.observations, seen);
+        let scored = self.settings.calibration.scored(self.observations, span);
         let normalised = normalised(&filtered.innovations, &scored);
         let standardised = fit.whitening.standardised(&normalised);
         for (offset, value) in standardised.iter().enumerate() {
-            let step = seen.start + offset;
+            let step = span.start + offset;
             let (Some(value), Some(innovation)) = (value, filtered.innovations[offset]) else {
                 continue;
             };
@@ -208,7 +209,7 @@ impl HeldOut<'_> {
     }
 
     /// `shown` is what a sensor would show in the run, mg/dL, an entry a step.
-    fn score_run(&self, start: usize, shown: &[f64], day: &mut Day) {
+    fn score_run(&self, start: usize, shown: &[f64], day: &mut HeldOutDay) {
         let readings = &self.observations.readings;
         for (horizon, steps) in self.settings.free_run.horizons.iter().enumerate() {
             let target = start + steps;
@@ -246,32 +247,32 @@ impl HeldOut<'_> {
 const FLOOR_EVERY: usize = 10;
 
 /// Days of a block by their number.
-struct Days(Vec<(usize, Day)>, Vec<usize>);
+struct BlockDays(Vec<(usize, HeldOutDay)>, Vec<usize>);
 
-impl Days {
+impl BlockDays {
     fn new(of_step: &[usize], block: &Range<usize>, horizons: usize) -> Self {
-        let mut days: Vec<(usize, Day)> = Vec::new();
+        let mut days: Vec<(usize, HeldOutDay)> = Vec::new();
         for day in &of_step[block.clone()] {
             if days.last().is_none_or(|(last, _)| last != day) {
-                days.push((*day, Day::new(horizons)));
+                days.push((*day, HeldOutDay::new(horizons)));
             }
         }
         Self(days, of_step.to_vec())
     }
 
-    fn of(&mut self, number: usize) -> &mut Day {
+    fn of(&mut self, number: usize) -> &mut HeldOutDay {
         let index = self.0.iter().position(|(day, _)| *day == number);
         &mut self.0[index.expect("every step of the block lies on one of its days")].1
     }
 
-    fn at(&mut self, step: usize, block: &Range<usize>) -> Option<&mut Day> {
+    fn at(&mut self, step: usize, block: &Range<usize>) -> Option<&mut HeldOutDay> {
         let number = self.1[step];
         block.contains(&step).then(|| self.of(number))
     }
 }
 
 /// A free run.
-struct Run {
+struct FreeRun {
     /// States from the start on.
     states: Vec<ModulatedState>,
     /// What a sensor would show in them, mg/dL.
@@ -282,8 +283,8 @@ struct Run {
 
 /// Starts free runs of one candidate.
 struct Runner<'a> {
-    held_out: &'a HeldOut<'a>,
-    candidate: &'a Candidate<'a>,
+    held_out: &'a HeldOutBlock<'a>,
+    candidate: &'a CandidateFit<'a>,
     model: &'a AugmentedModel,
     course: &'a Course,
     /// Modulations that do not look at glucose.
@@ -308,7 +309,7 @@ impl Runner<'_> {
     ///
     /// What reads glucose is driven by the run's own: the run is repeated with the glucose of the round
     /// before until they agree. Effects look only back, so that each round is right for longer.
-    fn run(&self, start: usize, filtered: &AugmentedState) -> Result<Run, GapError> {
+    fn run(&self, start: usize, filtered: &AugmentedState) -> Result<FreeRun, GapError> {
         let steps = self.steps(start);
         let drivers = self.candidate.drivers;
         let amplitudes = &self.candidate.fit.amplitudes;
@@ -350,7 +351,7 @@ impl Runner<'_> {
         filtered: &AugmentedState,
         steps: usize,
         own: Option<Vec<Modulation>>,
-    ) -> Result<Run, GapError> {
+    ) -> Result<FreeRun, GapError> {
         let observations = self.held_out.observations;
         let plant = ModulatedPlant::new(self.model, own.as_deref().unwrap_or(self.known));
         let mut inputs = OpenLoop::new(&observations.inputs[start..]);
@@ -362,7 +363,7 @@ impl Runner<'_> {
             })?
             .states;
         let readings = states.iter().map(|state| plant.reading(state)).collect();
-        Ok(Run { states, readings, own })
+        Ok(FreeRun { states, readings, own })
     }
 }
 
@@ -401,14 +402,14 @@ mod tests {
             rule: &HowFarRule { every: 288, ..HowFarRule::working() },
         };
         let person_model = sample::model(observations.weight);
-        let held_out = HeldOut {
+        let held_out = HeldOutBlock {
             observations: &observations,
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
             settings,
         };
-        let candidate = Candidate { fit: &fit, drivers: &drivers, hidden: None };
+        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: None };
         let days = held_out.judge(&candidate, &mut course, Floor::Skip).expect("runs");
         let (_, day) = &days[0];
         assert_eq!(day.runs, [1.0; HORIZONS.len()]);
@@ -495,14 +496,14 @@ mod tests {
             rule: &HowFarRule::working(),
         };
         let person_model = sample::model(observations.weight);
-        let held_out = HeldOut {
+        let held_out = HeldOutBlock {
             observations: &observations,
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
             settings,
         };
-        let candidate = Candidate { fit: &fit, drivers: &drivers, hidden: None };
+        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: None };
         let model = model(&person_model, &fit.factors);
         let known = vec![Modulation::NEUTRAL; person.record.len()];
         let runner = Runner {

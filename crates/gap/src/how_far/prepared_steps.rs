@@ -24,7 +24,7 @@ pub(super) struct PreparedSteps<'a> {
 }
 
 struct PreparedStep {
-    /// Place of its body.
+    /// Index of its body.
     body: usize,
     /// What enters S1 and C1.
     doses: [f64; 2],

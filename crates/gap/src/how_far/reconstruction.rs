@@ -49,7 +49,7 @@ pub(super) struct Strength {
 
 /// What training days say about [`Strength`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Tally {
+pub(super) struct StrengthSums {
     days: f64,
     /// Events, each by its probability, or units of a random factor.
     count: f64,
@@ -57,7 +57,7 @@ pub(super) struct Tally {
     sum: f64,
 }
 
-impl Tally {
+impl StrengthSums {
     pub(super) fn plus(self, other: Self) -> Self {
         Self {
             days: self.days + other.days,
@@ -141,7 +141,7 @@ impl<'a> Linear<'a> {
     }
 
     /// Answers to changes of one field; changes whose answers do not meet share a pass.
-    fn answers(&self, field: Field, changes: &[Pulse]) -> Result<Vec<Answer>, GapError> {
+    fn answers(&self, field: Field, changes: &[Pulse]) -> Result<Vec<Response>, GapError> {
         let n = self.range.len();
         let reach =
             |change: &Pulse| change.start..(change.start + change.course.len() + ANSWER).min(n);
@@ -157,7 +157,7 @@ impl<'a> Linear<'a> {
         let raw = signatures(&self.model, &self.record, &self.filtered, &directions)?;
         let whitened: Vec<Vec<Option<f64>>> =
             raw.iter().map(|values| self.whitened(values)).collect();
-        let answer = |(lane, change): (&usize, &Pulse)| Answer {
+        let answer = |(lane, change): (&usize, &Pulse)| Response {
             start: change.start,
             values: whitened[*lane][reach(change)].iter().map(|w| w.unwrap_or(0.0)).collect(),
         };
@@ -165,7 +165,7 @@ impl<'a> Linear<'a> {
     }
 
     /// Weighted square of an answer, and minus its weighted product with the residuals.
-    fn information_and_score(&self, answer: &Answer) -> (f64, f64) {
+    fn information_and_score(&self, answer: &Response) -> (f64, f64) {
         let (mut information, mut score) = (0.0, 0.0);
         for (offset, value) in answer.values.iter().enumerate() {
             let step = answer.start + offset;
@@ -176,7 +176,7 @@ impl<'a> Linear<'a> {
     }
 
     /// Takes a change into the residuals.
-    fn explain(&mut self, answer: &Answer, amount: f64) {
+    fn explain(&mut self, answer: &Response, amount: f64) {
         for (residual, value) in self.residuals[answer.start..].iter_mut().zip(&answer.values) {
             *residual += amount * value;
         }
@@ -193,9 +193,9 @@ impl<'a> Linear<'a> {
         strength: Strength,
         within: &Range<usize>,
         course: &Course,
-    ) -> Result<(Hidden, Tally), GapError> {
+    ) -> Result<(Hidden, StrengthSums), GapError> {
         match form {
-            Form::Driven => Ok((Hidden::default(), Tally::default())),
+            Form::Driven => Ok((Hidden::default(), StrengthSums::default())),
             Form::Events(shape) => self.events(shape, strength, within),
             Form::Random { field, unit, log_sd } => {
                 self.factors(*field, *unit, log_sd * strength.amplitude, *log_sd, within, course)
@@ -208,7 +208,7 @@ impl<'a> Linear<'a> {
         shape: &EventShape,
         strength: Strength,
         within: &Range<usize>,
-    ) -> Result<(Hidden, Tally), GapError> {
+    ) -> Result<(Hidden, StrengthSums), GapError> {
         let grid = (shape.profiles[0].len() + ANSWER).div_ceil(MOST_LANES).max(GRID);
         let mut onsets: Vec<usize> = Vec::new();
         for onset in shape.onsets.iter().filter(|o| within.contains(*o)) {
@@ -217,7 +217,7 @@ impl<'a> Linear<'a> {
             }
         }
         let days = within.len() as f64 / STEPS_PER_DAY as f64;
-        let mut tally = Tally { days, ..Tally::default() };
+        let mut tally = StrengthSums { days, ..StrengthSums::default() };
         let mut hidden = Hidden::default();
         if onsets.is_empty() || strength.amplitude <= 0.0 {
             return Ok((hidden, tally));
@@ -271,10 +271,10 @@ impl<'a> Linear<'a> {
         published_sd: f64,
         within: &Range<usize>,
         course: &Course,
-    ) -> Result<(Hidden, Tally), GapError> {
+    ) -> Result<(Hidden, StrengthSums), GapError> {
         let units = unit_steps(unit, within.clone(), course);
         let days = within.len() as f64 / STEPS_PER_DAY as f64;
-        let mut tally = Tally { days, ..Tally::default() };
+        let mut tally = StrengthSums { days, ..StrengthSums::default() };
         let mut hidden = Hidden::default();
         if units.is_empty() || sd <= 0.0 {
             return Ok((hidden, tally));
@@ -321,7 +321,7 @@ impl<'a> Linear<'a> {
     }
 
     /// Weighted product of two answers.
-    fn shared(&self, a: &Answer, b: &Answer) -> f64 {
+    fn shared(&self, a: &Response, b: &Response) -> f64 {
         let from = a.start.max(b.start);
         let to = (a.start + a.values.len()).min(b.start + b.values.len());
         (from..to)
@@ -337,7 +337,7 @@ struct Pulse {
 }
 
 /// What a change does to the whitened innovations from its start on.
-struct Answer {
+struct Response {
     start: usize,
     values: Vec<f64>,
 }
@@ -352,7 +352,7 @@ struct Event {
 }
 
 impl Event {
-    fn of(linear: &Linear<'_>, answer: &Answer, shape: &EventShape, amplitude: f64) -> Self {
+    fn of(linear: &Linear<'_>, answer: &Response, shape: &EventShape, amplitude: f64) -> Self {
         let (information, score) = linear.information_and_score(answer);
         let (sizes, logs): (Vec<f64>, Vec<f64>) = shape
             .sizes

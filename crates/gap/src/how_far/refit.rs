@@ -9,7 +9,7 @@ use faer::{Mat, Side};
 use ode_sim::OdeParameters;
 
 use super::drivers::{self, Driver};
-use super::hierarchy::Evidence;
+use super::hierarchy::AmplitudeEvidence;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::calibration::{self, CalibrationRule, FACTORS, Factor, PersonalFactors};
@@ -38,7 +38,7 @@ pub(super) struct Training<'a> {
     pub(super) observations: &'a Observations,
     /// The person's model, with whatever factors.
     pub(super) model: &'a AugmentedModel,
-    /// Stretches of training steps; the filter starts anew in each.
+    /// Stretches of training steps; the filter restarts in each.
     pub(super) stretches: Vec<Range<usize>>,
     pub(super) drivers: Vec<Driver<'a>>,
     /// What drivers look at, but for glucose.
@@ -154,7 +154,7 @@ impl Training<'_> {
         }
         let (whitening, residuals) = Whitening::fitted(&innovations, cautious_scale);
         fit.whitening = whitening;
-        let rows = Rows::of(&residuals, &derivatives, whitening, &self.whole.day);
+        let rows = EquationRows::of(&residuals, &derivatives, whitening, &self.whole.day);
         rows.equations(fit, effects)
             .ok_or_else(|| GapError::Singular { person: self.observations.person.clone() })
     }
@@ -171,7 +171,7 @@ fn part(direction: &Direction, range: &Range<usize>) -> Direction {
 }
 
 /// Whitened rows in units of their scale: residual, weight, derivatives, day.
-struct Rows {
+struct EquationRows {
     residuals: Vec<f64>,
     weights: Vec<f64>,
     days: Vec<usize>,
@@ -180,7 +180,7 @@ struct Rows {
     columns: usize,
 }
 
-impl Rows {
+impl EquationRows {
     /// `residuals` are whitened, an entry a step; `derivatives` are not, and hold a row a step.
     fn of(residuals: &[Option<f64>], derivatives: &[f64], by: Whitening, days: &[usize]) -> Self {
         let columns = derivatives.len() / residuals.len().max(1);
@@ -302,12 +302,12 @@ impl Equations {
 
     /// What the person says about the amplitudes, when the information on each has to be divided by
     /// `inflation`.
-    pub(super) fn evidence(&self, inflation: &[f64]) -> Evidence {
+    pub(super) fn evidence(&self, inflation: &[f64]) -> AmplitudeEvidence {
         let n = self.weighted.len();
         let shrunk =
             |a: usize, b: usize| self.information[(a, b)] / (inflation[a] * inflation[b]).sqrt();
         if inflation.iter().all(|factor| *factor == 1.0) {
-            return Evidence {
+            return AmplitudeEvidence {
                 information: self.information.clone(),
                 weighted: self.weighted.clone(),
             };
@@ -326,7 +326,7 @@ impl Equations {
             }
             Err(_) => (0..n).map(|a| self.weighted[a] / inflation[a]).collect(),
         };
-        Evidence { information, weighted }
+        AmplitudeEvidence { information, weighted }
     }
 
     /// Moves the factors, and the amplitudes to `amplitudes`; returns the length of the move in posterior

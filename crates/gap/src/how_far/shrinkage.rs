@@ -44,15 +44,15 @@ pub fn shrinkage(
         before.iter().zip(after).zip(oracle).map(|((b, a), o)| [*b, *a, *o]).collect();
     let matrix = plan.people_matrix(&people, |drawn| {
         let n = drawn.len() as f64;
-        let mean = |place: usize| drawn.iter().map(|errors| errors[place]).sum::<f64>() / n;
+        let mean = |index: usize| drawn.iter().map(|errors| errors[index]).sum::<f64>() / n;
         let (removed, removable) = (mean(0) - mean(1), mean(0) - mean(2));
         // A replicate without anything to remove cannot enter a share; where that can happen the share
         // is withheld.
         let share = if removable > 0.0 { removed / removable } else { 0.0 };
         vec![removed, removable, share]
     })?;
-    let of = |place| -> Result<WithInterval, GapError> {
-        Ok(over_people(&matrix.estimate(place, plan.level)?, people.len()))
+    let of = |index| -> Result<WithInterval, GapError> {
+        Ok(over_people(&matrix.estimate(index, plan.level)?, people.len()))
     };
     let removable = of(1)?;
     let share = if removable.lower > margin { Some(of(2)?) } else { None };

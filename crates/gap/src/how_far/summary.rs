@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use stats::{Bootstrap, Outcomes, compare_outcomes};
 
-use super::judge::Day;
+use super::judge::HeldOutDay;
 use super::settings::Settings;
 use super::shrinkage::shrinkage;
 use super::small_sample::over_people;
@@ -15,8 +15,8 @@ use contract::diagnosis::{HorizonChange, InnovationChange, OutcomeChange, Person
 /// A held-out day, judged before and after.
 #[derive(Debug, Clone)]
 pub(super) struct Pair {
-    pub(super) before: Day,
-    pub(super) after: Day,
+    pub(super) before: HeldOutDay,
+    pub(super) after: HeldOutDay,
 }
 
 /// Everyone's held-out days, and how they are resampled.
@@ -28,7 +28,7 @@ pub(super) struct Summary<'a> {
 }
 
 /// Sums over one person's days: count, before, after.
-type Sums = [f64; 3];
+type DaySums = [f64; 3];
 
 impl Summary<'_> {
     /// The rows of the horizons.
@@ -124,10 +124,10 @@ impl Summary<'_> {
             .iter()
             .enumerate()
             .map(|(index, (person, days))| {
-                let of_days = |days: &[Pair], of: fn(&Pair) -> &Day| -> Vec<Option<f64>> {
+                let of_days = |days: &[Pair], of: fn(&Pair) -> &HeldOutDay| -> Vec<Option<f64>> {
                     (0..horizons).map(|horizon| mean_error(days, horizon, of)).collect()
                 };
-                let errors = |of: fn(&Pair) -> &Day| of_days(days, of);
+                let errors = |of: fn(&Pair) -> &HeldOutDay| of_days(days, of);
                 let known = reconstructed.get(index);
                 let judged = |pair: &&Pair| pair.before.runs.iter().any(|runs| *runs > 0.0);
                 PersonChange {
@@ -175,18 +175,21 @@ impl Summary<'_> {
     }
 
     /// Days that count, by person; people without one are left out.
-    fn sums(&self, of: impl Fn(&Pair) -> Sums) -> Vec<Vec<Sums>> {
+    fn sums(&self, of: impl Fn(&Pair) -> DaySums) -> Vec<Vec<DaySums>> {
         self.people
             .iter()
             .map(|(_, days)| days.iter().map(&of).filter(|sums| sums[0] > 0.0).collect())
-            .filter(|days: &Vec<Sums>| !days.is_empty())
+            .filter(|days: &Vec<DaySums>| !days.is_empty())
             .collect()
     }
 
     /// Means before and after, and their difference with an interval: over people, and over days within
     /// people where there are few; over days alone for one person. `None` where nothing can be
     /// resampled.
-    fn change(&self, people: &[Vec<Sums>]) -> Result<Option<([f64; 2], WithInterval)>, GapError> {
+    fn change(
+        &self,
+        people: &[Vec<DaySums>],
+    ) -> Result<Option<([f64; 2], WithInterval)>, GapError> {
         let plan = self.plan();
         let block =
             NonZeroUsize::new(self.settings.resampling.block_days).unwrap_or(NonZeroUsize::MIN);
@@ -219,14 +222,14 @@ impl Summary<'_> {
     }
 }
 
-fn mean_error(days: &[Pair], horizon: usize, of: fn(&Pair) -> &Day) -> Option<f64> {
+fn mean_error(days: &[Pair], horizon: usize, of: fn(&Pair) -> &HeldOutDay) -> Option<f64> {
     let runs: f64 = days.iter().map(|pair| of(pair).runs[horizon]).sum();
     let sizes: f64 = days.iter().map(|pair| of(pair).sizes[horizon]).sum();
     (runs > 0.0).then(|| sizes / runs)
 }
 
 /// Mean over people of each person's mean before, after, and their difference.
-fn statistics(people: &[Vec<&Sums>]) -> Vec<f64> {
+fn statistics(people: &[Vec<&DaySums>]) -> Vec<f64> {
     let (mut before, mut after) = (0.0, 0.0);
     for days in people {
         let sum = days.iter().fold([0.0; 3], |sum, day| std::array::from_fn(|k| sum[k] + day[k]));

@@ -12,7 +12,7 @@ const LONGER: [(&str, usize); 3] =
     [("30", STEPS_PER_HOUR / 2), ("60", STEPS_PER_HOUR), ("120", 2 * STEPS_PER_HOUR)];
 /// Half widths of dips: the least of a compression low, and one an hour and a half wide.
 const WIDTHS: [(&str, usize); 2] = [("30 min", STEPS_PER_HOUR / 2), ("45 min", 9)];
-/// Times of day at which dips are told apart.
+/// Times of day at which dips are separated.
 const TIMES: [(&str, std::ops::Range<u8>); 2] = [("night", 0..6), ("day", 9..21)];
 
 impl Values {

@@ -10,7 +10,7 @@
 use cohort::{Person, Therapy};
 use physiology::STEPS_PER_HOUR;
 
-use super::daily_doses::{Day, days, mean_with_interval, median};
+use super::daily_doses::{DayDoses, days, mean_with_interval, median};
 use super::{Consequence, Finding};
 use crate::filter::observations::DEFAULT_WEIGHT;
 use contract::diagnosis::FindingEstimate;
@@ -109,7 +109,7 @@ fn night_insulin(person: &Person) -> f64 {
 }
 
 /// Days whose basal insulin is a twelfth of the other days'.
-fn mixed(person: &Person, days: &[Day]) -> Option<String> {
+fn mixed(person: &Person, days: &[DayDoses]) -> Option<String> {
     let mut sorted: Vec<f64> = days.iter().map(|day| day.basal).filter(|b| *b > 0.0).collect();
     sorted.sort_by(f64::total_cmp);
     // The widest gap between neighbours, on a log scale, parts the days.

@@ -72,8 +72,8 @@ fn between_readings(
     step: usize,
 ) -> Option<Capillary> {
     // A reading that lies on a line by chance is no corner; the sensor's phase tells where it is.
-    let beside = cadence.readings.partition_point(|reading| *reading < step);
-    let known = cadence.readings[..beside].last().or_else(|| cadence.readings.get(beside))?;
+    let next = cadence.readings.partition_point(|reading| *reading < step);
+    let known = cadence.readings[..next].last().or_else(|| cadence.readings.get(next))?;
     let after_phase = (step + cadence.steps - known % cadence.steps) % cadence.steps;
     let from = step.checked_sub(after_phase)?;
     let to = from + cadence.steps;

@@ -92,13 +92,13 @@ enum Clock {
 }
 
 /// The doses of a record or of a part of it, and what the sensor read.
-struct Doses<'a> {
+struct DoseSteps<'a> {
     person: &'a Person,
     carbs: Vec<f64>,
     bolus: Vec<f64>,
 }
 
-impl<'a> Doses<'a> {
+impl<'a> DoseSteps<'a> {
     fn of(person: &'a Person) -> Self {
         let amounts = |channel: Channel| -> Vec<f64> {
             person.record.channel(channel).iter().map(|dose| dose.unwrap_or(0.0)).collect()
@@ -134,7 +134,7 @@ impl<'a> Doses<'a> {
 }
 
 pub(super) fn findings(person: &Person) -> Vec<Finding> {
-    let doses = Doses::of(person);
+    let doses = DoseSteps::of(person);
     let distances = DoseDistances::count(&doses.carbs, &doses.bolus);
     let controlled = controller::delay(person.record.basal(), person.record.cgm());
     let Some(distances) = distances else {
@@ -171,7 +171,7 @@ pub(super) fn findings(person: &Person) -> Vec<Finding> {
 
 /// An offset that the turns around corrections show: of both clocks where a distance ties the meals
 /// to the boluses, and then only if the fit to the sensor agrees.
-fn by_corrections(doses: &Doses<'_>, meals: Option<(&Minutes95, &SensorFit)>) -> Vec<Finding> {
+fn by_corrections(doses: &DoseSteps<'_>, meals: Option<(&Minutes95, &SensorFit)>) -> Vec<Finding> {
     let apart = meals.map_or(0, |(distance, _)| distance.steps());
     let Some(corrections) = doses.corrections(apart) else { return Vec::new() };
     let Some(delay) = corrections.delay().filter(Minutes95::beyond_habit) else {
@@ -206,7 +206,7 @@ fn by_controller(person: &Person, delay: &Minutes95) -> Option<Finding> {
 }
 
 /// Whose offset a distance between boluses and meals is, as far as the sensor tells.
-fn attributed(doses: &Doses<'_>, distance: &Minutes95, when: &str) -> Vec<Finding> {
+fn attributed(doses: &DoseSteps<'_>, distance: &Minutes95, when: &str) -> Vec<Finding> {
     let person = doses.person;
     let insulin = Offsets { meals: 0, insulin: distance.steps() };
     let meals = Offsets { meals: -distance.steps(), insulin: 0 };
@@ -255,7 +255,7 @@ fn changed(person: &Person, distances: &DoseDistances, day: usize) -> Vec<Findin
     let steps = days.start * STEPS_PER_DAY..(days.end * STEPS_PER_DAY).min(person.record.len());
     let Some(record) = person.record.slice(steps) else { return Vec::new() };
     let part = Person { record, ..person.clone() };
-    attributed(&Doses::of(&part), &wrong, &when)
+    attributed(&DoseSteps::of(&part), &wrong, &when)
 }
 
 /// An offset of both clocks against the sensor.

@@ -8,7 +8,7 @@ const RECORDED: f64 = 0.9;
 
 /// Doses of one day of the record (288 steps from its start, not from midnight).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Day {
+pub(super) struct DayDoses {
     /// First step.
     pub(super) start: usize,
     /// Basal insulin, U.
@@ -19,7 +19,7 @@ pub(super) struct Day {
     pub(super) carbs: Option<f64>,
 }
 
-impl Day {
+impl DayDoses {
     /// Basal and bolus, U.
     pub(super) fn insulin(&self) -> f64 {
         self.basal + self.bolus
@@ -28,7 +28,7 @@ impl Day {
 
 /// The days on which basal and bolus are recorded nearly throughout. One of the two that is never
 /// recorded counts as none; with neither there is no day.
-pub(super) fn days(person: &Person) -> Vec<Day> {
+pub(super) fn days(person: &Person) -> Vec<DayDoses> {
     let record = &person.record;
     let total = |channel: Channel, start: usize| {
         let values = record.channel(channel)[start..start + STEPS_PER_DAY].iter().flatten();
@@ -45,7 +45,7 @@ pub(super) fn days(person: &Person) -> Vec<Day> {
     (0..record.len() / STEPS_PER_DAY)
         .filter_map(|day| {
             let start = day * STEPS_PER_DAY;
-            Some(Day {
+            Some(DayDoses {
                 start,
                 basal: if no_basal { 0.0 } else { total(Channel::Basal, start)? }
                     / STEPS_PER_HOUR as f64,

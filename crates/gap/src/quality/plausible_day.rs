@@ -26,7 +26,7 @@ const GRAMS_PER_UNIT: (f64, f64) = (1.5, 60.0);
 const THOUSANDTHS_U_KG: f64 = 30.0;
 
 /// A point of the day.
-struct Point {
+struct DailyMean {
     name: &'static str,
     unit: &'static str,
     /// Mean and its interval.
@@ -34,7 +34,7 @@ struct Point {
     plausible: (f64, f64),
 }
 
-impl Point {
+impl DailyMean {
     /// Whether the interval lies wholly outside.
     fn outside(&self) -> bool {
         self.mean.2 < self.plausible.0 || self.mean.1 > self.plausible.1
@@ -47,7 +47,7 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
         ["dose_is_flag", "basal_unit", "carb_unit"].contains(&finding.reported.check.as_str())
     });
     let days = days(person);
-    let of = |value: fn(&super::daily_doses::Day) -> Option<f64>| -> Option<(f64, f64, f64)> {
+    let of = |value: fn(&super::daily_doses::DayDoses) -> Option<f64>| -> Option<(f64, f64, f64)> {
         mean_with_interval(&days.iter().filter_map(value).collect::<Vec<f64>>())
     };
     let Some(insulin) = of(|day| Some(day.insulin())) else { return Vec::new() };
@@ -61,14 +61,14 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
         Some(weight) => {
             let (mean, lower, upper) = insulin;
             let mean = (mean / weight.0, lower / weight.0, upper / weight.0);
-            Point {
+            DailyMean {
                 name: "insulin",
                 unit: "U/kg/day",
                 mean,
                 plausible: (least(INSULIN_U_KG.0), INSULIN_U_KG.1),
             }
         }
-        None => Point {
+        None => DailyMean {
             name: "insulin",
             unit: "U/day",
             mean: insulin,
@@ -94,22 +94,28 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
     {
         let name = "basal share of insulin";
         points.push((
-            Point { name, unit: "of all insulin", mean, plausible: BASAL_SHARE },
+            DailyMean { name, unit: "of all insulin", mean, plausible: BASAL_SHARE },
             "check whether boluses or basal rates are missing",
         ));
     }
     if let Some(mean) = of(|day| day.carbs) {
         points.push((
-            Point { name: "carbohydrate", unit: "g/day", mean, plausible: CARBS_G },
+            DailyMean { name: "carbohydrate", unit: "g/day", mean, plausible: CARBS_G },
             "check its unit and whether meals are logged",
         ));
     }
-    let total = |value: fn(&super::daily_doses::Day) -> f64| days.iter().map(value).sum::<f64>();
+    let total =
+        |value: fn(&super::daily_doses::DayDoses) -> f64| days.iter().map(value).sum::<f64>();
     let (carbs, bolus) = (total(|day| day.carbs.unwrap_or(0.0)), total(|day| day.bolus));
     if carbs > 0.0 && bolus > 0.0 {
         let mean = (carbs / bolus, carbs / bolus, carbs / bolus);
         points.push((
-            Point { name: "carbohydrate per bolus", unit: "g/U", mean, plausible: GRAMS_PER_UNIT },
+            DailyMean {
+                name: "carbohydrate per bolus",
+                unit: "g/U",
+                mean,
+                plausible: GRAMS_PER_UNIT,
+            },
             "check the units of carbs_g and bolus_u",
         ));
     }
@@ -118,7 +124,7 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
     points.iter().map(|(point, cure)| report(person, point, cure, consequence)).collect()
 }
 
-fn report(person: &Person, point: &Point, cure: &str, consequence: Consequence) -> Finding {
+fn report(person: &Person, point: &DailyMean, cure: &str, consequence: Consequence) -> Finding {
     let ((value, lower, upper), (low, high)) = (point.mean, point.plausible);
     let (name, unit) = (point.name, point.unit);
     let text = format!("{name} of {value:.2} {unit} is outside {low} to {high}; {cure}");

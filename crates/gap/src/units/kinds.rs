@@ -124,7 +124,7 @@ pub(super) fn units(course: &Course, situations: &Situations, doses: &Doses) -> 
     found.filter(|units| !units.units.is_empty()).collect()
 }
 
-/// What units are told from.
+/// What defines the units.
 struct Life<'a> {
     course: &'a Course,
     doses: &'a Doses,

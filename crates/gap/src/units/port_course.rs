@@ -22,7 +22,7 @@ const ERRORS: f64 = 2.734;
 const SIZES: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
 /// One field for each port, its unit, and what its scores' unit is of that unit. Not the sensor's: readings that move
-/// slowly cannot be told from glucose that does.
+/// slowly cannot be separated from glucose that does.
 const OF_PORTS: [(Port, Field, &str, f64); 8] = [
     (Port::InsulinInput, Field::InsulinInput, "factor", 1.0),
     (Port::InsulinAbsorption, Field::InsulinTime, "factor", 1.0),
@@ -139,19 +139,19 @@ fn course(people: &[&CourseSums]) -> Option<[(f64, f64); PARTS]> {
         return None;
     }
     // Directions of which the data tell next to nothing stay at their prior.
-    let told: Vec<f64> = (0..PARTS).map(|k| values[k].max(1e-9 * largest)).collect();
+    let bounded: Vec<f64> = (0..PARTS).map(|k| values[k].max(1e-9 * largest)).collect();
     let along: Vec<f64> =
         (0..PARTS).map(|k| (0..PARTS).map(|i| vectors[(i, k)] * score[i]).sum()).collect();
     let excess = scatter_over_model(people);
-    let unit = (excess * PARTS as f64 / told.iter().sum::<f64>()).sqrt();
+    let unit = (excess * PARTS as f64 / bounded.iter().sum::<f64>()).sqrt();
     // Log likelihood of every size, and the estimate and covariance that it gives, in the eigenvectors.
     let of_sizes: Vec<(f64, Vec<(f64, f64)>)> = SIZES
         .iter()
         .map(|size| {
             let prior = (size * unit).powi(2);
             let mut likelihood = 0.0;
-            let each = told.iter().zip(&along).map(|(told, along)| {
-                let precision = told / excess;
+            let each = bounded.iter().zip(&along).map(|(bounded, along)| {
+                let precision = bounded / excess;
                 let variance = precision + precision * precision * prior;
                 let scaled = along / excess;
                 likelihood -= 0.5 * (scaled * scaled / variance + variance.ln());

@@ -39,7 +39,7 @@ pub(super) const DRAWS: usize = LANES - 1;
 
 /// A direction of the background that is allowed for: its column, and the prior of its amplitude.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Beside {
+pub(crate) struct Nuisance {
     pub(crate) column: usize,
     pub(crate) mean: f64,
     pub(crate) sd: f64,
@@ -62,21 +62,21 @@ pub(super) struct EffectScores {
 }
 
 impl Scores {
-    /// Of a person beside each of some backgrounds. `information` is A of the design, all days together.
+    /// Of a person with each of some backgrounds profiled out. `information` is A of the design, all days together.
     ///
     /// # Errors
     /// As [`course_scores`].
-    pub(super) fn beside<const N: usize>(
+    pub(super) fn profiled<const N: usize>(
         person: &CalibratedPerson<'_>,
         design: &Design,
         information: &Mat<f64>,
-        backgrounds: [&[Beside]; N],
+        backgrounds: [&[Nuisance]; N],
     ) -> Result<[Self; N], GapError> {
         let whitener = Whitener::of(person.calibration);
         let mut effects = Vec::with_capacity(N);
-        let factors: [Vec<Lanes>; N] = backgrounds.map(|beside| {
-            let mut lanes = drawn(design, beside);
-            take_out(design, information, beside, &mut lanes);
+        let factors: [Vec<Lanes>; N] = backgrounds.map(|nuisances| {
+            let mut lanes = drawn(design, nuisances);
+            take_out(design, information, nuisances, &mut lanes);
             // Weighted, and with the sign of a score: what the model lacks is positive.
             for (row, weight) in lanes.iter_mut().zip(&design.weights) {
                 *row = row.map(|value| -(*weight as f32) * value);
@@ -119,7 +119,7 @@ impl Scores {
 
 /// The innovations, and beside them draws of what they are where nothing is missing: noise, and a background from
 /// its prior.
-fn drawn(design: &Design, beside: &[Beside]) -> Vec<Lanes> {
+fn drawn(design: &Design, nuisances: &[Nuisance]) -> Vec<Lanes> {
     // The same for everybody: the answer depends on no seed.
     let mut rng = ChaCha8Rng::seed_from_u64(0x756e_6974);
     let mut sign = || if rng.random_bool(0.5) { 1.0f32 } else { -1.0 };
@@ -131,7 +131,7 @@ fn drawn(design: &Design, beside: &[Beside]) -> Vec<Lanes> {
             std::array::from_fn(|lane| if lane == DATA { *residual as f32 } else { sd * sign() })
         })
         .collect();
-    for direction in beside {
+    for direction in nuisances {
         let sizes: Lanes =
             std::array::from_fn(
                 |lane| {
@@ -144,13 +144,13 @@ fn drawn(design: &Design, beside: &[Beside]) -> Vec<Lanes> {
 }
 
 /// Takes out the background that is most probable.
-fn take_out(design: &Design, information: &Mat<f64>, beside: &[Beside], lanes: &mut [Lanes]) {
-    let system = Mat::from_fn(beside.len(), beside.len(), |row, column| {
-        let prior = if row == column { beside[row].sd.powi(-2) } else { 0.0 };
-        prior + information[(beside[row].column, beside[column].column)]
+fn take_out(design: &Design, information: &Mat<f64>, nuisances: &[Nuisance], lanes: &mut [Lanes]) {
+    let system = Mat::from_fn(nuisances.len(), nuisances.len(), |row, column| {
+        let prior = if row == column { nuisances[row].sd.powi(-2) } else { 0.0 };
+        prior + information[(nuisances[row].column, nuisances[column].column)]
     });
-    let mut scores = Mat::zeros(beside.len(), LANES);
-    for (index, direction) in beside.iter().enumerate() {
+    let mut scores = Mat::zeros(nuisances.len(), LANES);
+    for (index, direction) in nuisances.iter().enumerate() {
         let steps = design.signatures[direction.column].iter().zip(&design.weights);
         let mut sum = [0.0; LANES];
         for ((signature, weight), row) in steps.zip(&*lanes) {
@@ -165,7 +165,7 @@ fn take_out(design: &Design, information: &Mat<f64>, beside: &[Beside], lanes: &
     // A Gram matrix plus the precision of a proper prior.
     let Ok(factor) = system.llt(Side::Lower) else { return };
     let found = factor.solve(&scores);
-    for (index, direction) in beside.iter().enumerate() {
+    for (index, direction) in nuisances.iter().enumerate() {
         let sizes: Lanes = std::array::from_fn(|lane| found[(index, lane)] as f32);
         add(lanes, &design.signatures[direction.column], &sizes);
     }

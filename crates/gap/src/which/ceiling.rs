@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use super::held_out::held_out;
 use super::round::{GUARD_SD, Round};
-use super::statistics::Person as Statistics;
-use super::subject::Subject;
+use super::round_person::RoundPerson;
+use super::statistics::TestStatistics;
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::design::design;
@@ -140,15 +140,15 @@ fn subject(
     course: &ExactCourse,
     index: usize,
     guards: &[&dyn Effect],
-) -> Result<Subject, GapError> {
+) -> Result<RoundPerson, GapError> {
     let template = Template { card: &course.card, course: &course.people[index] };
     let library: Vec<&dyn Effect> =
         std::iter::once(&template as &dyn Effect).chain(guards.iter().copied()).collect();
     let mut design = design(person, &library)?;
-    let statistics = Statistics::of(&design);
+    let statistics = TestStatistics::of(&design);
     // The largest parts of a person, and summed up.
     design.signatures = Vec::new();
-    Ok(Subject {
+    Ok(RoundPerson {
         design,
         statistics,
         units: Vec::new(),

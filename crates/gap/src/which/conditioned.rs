@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Named;
 use super::lag;
-use super::subject::Subject;
+use super::round_person::RoundPerson;
 use super::tried::Tried;
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
@@ -17,7 +17,7 @@ const LEAST_FACTOR: f64 = 0.05;
 
 /// Runs the longer lags for everybody where the first ones call for it.
 pub(super) fn longer_lags(
-    subjects: &mut [Subject],
+    subjects: &mut [RoundPerson],
     people: &[CalibratedPerson<'_>],
     tried: &Tried<'_>,
     named: &[Named],

@@ -14,7 +14,7 @@ use crate::calibrated_person::CalibratedPerson;
 use crate::modulated_plant::ModulatedPlant;
 use contract::diagnosis::DetectionPower;
 
-/// Probability of being found that is asked for, and its normal quantile.
+/// Required probability of being found, and its normal quantile.
 const PROBABILITY: f64 = 0.9;
 const QUANTILE: f64 = 1.2816;
 /// Most people over whom the shift of glucose is averaged.

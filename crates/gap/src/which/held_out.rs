@@ -30,25 +30,25 @@ pub(super) struct Allowed {
 }
 
 /// One person's A and b, random factors integrated out.
-pub(super) struct Folds {
+pub(super) struct FoldSums {
     /// Number of days.
     pub(super) days: usize,
     /// Sums over the days of each fold.
     pub(super) tests: Vec<Sums>,
     /// What most effects are tested beside.
     usual: Vec<Allowed>,
-    /// The days of all folds but each, and those of all; worked out when they are first asked for.
-    training: Vec<OnceLock<Training>>,
+    /// The days of all folds but each, and those of all; computed at the first use.
+    training: Vec<OnceLock<TrainingSums>>,
 }
 
 /// Days that are fitted.
-struct Training {
+struct TrainingSums {
     sums: Sums,
     /// The factor of the information about what is usually allowed for, its prior included.
     usual: OnceLock<Llt<f64>>,
 }
 
-impl Training {
+impl TrainingSums {
     /// The factor of the information about some directions, their prior included.
     fn factor(&self, allowed: &[Allowed]) -> Llt<f64> {
         // The factorisation reads the lower triangle alone.
@@ -60,14 +60,14 @@ impl Training {
     }
 }
 
-impl Folds {
+impl FoldSums {
     pub(super) fn new(days: usize, tests: Vec<Sums>) -> Self {
         let training = (0..=tests.len()).map(|_| OnceLock::new()).collect();
         Self { days, tests, usual: Vec::new(), training }
     }
 
-    /// Most effects are going to be tested beside these.
-    pub(super) fn beside(self, usual: Vec<Allowed>) -> Self {
+    /// With the directions that most effects' tests allow for.
+    pub(super) fn allowing_for(self, usual: Vec<Allowed>) -> Self {
         Self { usual, ..self }
     }
 
@@ -78,7 +78,7 @@ impl Folds {
     }
 
     /// The days of every fold but one.
-    fn training(&self, without: Option<usize>) -> &Training {
+    fn training(&self, without: Option<usize>) -> &TrainingSums {
         self.training[without.unwrap_or(self.tests.len())].get_or_init(|| {
             let others = self.tests.iter().enumerate().filter(|(index, _)| Some(*index) != without);
             let columns = self.tests.first().map_or(0, |sums| sums.b.len());
@@ -89,7 +89,7 @@ impl Folds {
                     *all += own;
                 }
             }
-            Training { sums: all, usual: OnceLock::new() }
+            TrainingSums { sums: all, usual: OnceLock::new() }
         })
     }
 }
@@ -97,7 +97,7 @@ impl Folds {
 /// What one person brings to the test of an effect: days, what is allowed for, columns of its variants.
 pub(super) struct Trial<'a> {
     /// Days.
-    pub(super) folds: &'a Folds,
+    pub(super) folds: &'a FoldSums,
     /// What is allowed for.
     pub(super) allowed: Vec<Allowed>,
     /// Columns of the variants.
@@ -106,7 +106,7 @@ pub(super) struct Trial<'a> {
 
 /// The answer for one effect.
 #[derive(Debug, Clone)]
-pub(super) struct HeldOut {
+pub(super) struct HeldOutEvidence {
     /// Gain of each person, nats.
     pub(super) gains: Vec<f64>,
     /// The hierarchy on all days.
@@ -119,7 +119,7 @@ pub(super) struct HeldOut {
     pub(super) information: Information,
 }
 
-impl HeldOut {
+impl HeldOutEvidence {
     /// Gain over all people, nats.
     pub(super) fn gain(&self) -> f64 {
         self.gains.iter().sum()
@@ -127,7 +127,7 @@ impl HeldOut {
 }
 
 /// The background of one person fitted to some days.
-struct Fitted {
+struct TrainedFit {
     /// Allowed directions without the effect.
     background: Vec<f64>,
     /// For each variant: its information, and by how much the background answers to the effect.
@@ -138,7 +138,7 @@ struct Fitted {
 
 impl Trial<'_> {
     /// The background on every fold but one.
-    fn fitted(&self, without: Option<usize>) -> Fitted {
+    fn fitted(&self, without: Option<usize>) -> TrainedFit {
         let n = self.allowed.len();
         let training = self.folds.training(without);
         let Sums { a, b } = &training.sums;
@@ -174,17 +174,17 @@ impl Trial<'_> {
                 (Information { information: information.max(1e-9), score }, answer)
             })
             .collect();
-        Fitted { background, variants, shared }
+        TrainedFit { background, variants, shared }
     }
 
     /// Log likelihood of a fold at amplitude `theta` of a variant over that of the background alone.
-    fn gain(&self, fitted: &Fitted, variant: usize, theta: f64, test: usize) -> f64 {
+    fn gain(&self, fitted: &TrainedFit, variant: usize, theta: f64, test: usize) -> f64 {
         let amplitude = |v: usize| if v == variant { theta } else { 0.0 };
         self.gain_of_sum(fitted, &(0..self.variants.len()).map(amplitude).collect::<Vec<_>>(), test)
     }
 
     /// The same for a sum of variants with an amplitude each.
-    fn gain_of_sum(&self, fitted: &Fitted, amplitudes: &[f64], test: usize) -> f64 {
+    fn gain_of_sum(&self, fitted: &TrainedFit, amplitudes: &[f64], test: usize) -> f64 {
         let Sums { a, b } = &self.folds.tests[test];
         let acting = || amplitudes.iter().enumerate().filter(|(_, theta)| **theta != 0.0);
         // The change of the amplitudes from one explanation to the other, and the state it starts from.
@@ -199,13 +199,13 @@ impl Trial<'_> {
             .chain(acting().map(|(v, theta)| (self.variants[v], *theta)))
             .collect();
         let mut gain = 0.0;
-        for (place, by) in &change {
-            let mut slope = b[*place];
+        for (column, by) in &change {
+            let mut slope = b[*column];
             for (allowed, value) in self.allowed.iter().zip(&fitted.background) {
-                slope -= a[(*place, allowed.column)] * value;
+                slope -= a[(*column, allowed.column)] * value;
             }
             for (other, value) in &change {
-                slope -= 0.5 * a[(*place, *other)] * value;
+                slope -= 0.5 * a[(*column, *other)] * value;
             }
             gain += by * slope;
         }
@@ -232,8 +232,8 @@ const SWEEPS: usize = 60;
 
 impl Blend {
     /// The shape that all people together show most, where their variants are the same and there are several.
-    fn of(fits: &[Option<Fitted>], single: &Hierarchy) -> Option<Self> {
-        let known: Vec<&Fitted> =
+    fn of(fits: &[Option<TrainedFit>], one_variant: &Hierarchy) -> Option<Self> {
+        let known: Vec<&TrainedFit> =
             fits.iter().flatten().filter(|fit| !fit.variants.is_empty()).collect();
         let count = known.first()?.variants.len();
         if count < 2 || known.iter().any(|fit| fit.variants.len() != count) {
@@ -262,8 +262,11 @@ impl Blend {
             known.iter().map(|fit| Self::information(&parts, fit)).collect();
         let hierarchy = Hierarchy::of(&of_sum);
         let evidence: f64 = of_sum.iter().map(|info| hierarchy.evidence(*info)).sum();
-        let best = |fit: &&Fitted| {
-            fit.variants.iter().map(|(info, _)| single.evidence(*info)).fold(f64::MIN, f64::max)
+        let best = |fit: &&TrainedFit| {
+            fit.variants
+                .iter()
+                .map(|(info, _)| one_variant.evidence(*info))
+                .fold(f64::MIN, f64::max)
         };
         let odds =
             evidence - known.iter().map(best).sum::<f64>() - PART_COSTS * (acting - 1) as f64;
@@ -271,7 +274,7 @@ impl Blend {
     }
 
     /// What a person's days say about the amplitude of a sum.
-    fn information(parts: &[f64], fit: &Fitted) -> Information {
+    fn information(parts: &[f64], fit: &TrainedFit) -> Information {
         let (mut information, mut score) = (0.0, 0.0);
         for (v, x) in parts.iter().enumerate() {
             score += x * fit.variants[v].0.score;
@@ -284,7 +287,7 @@ impl Blend {
 }
 
 /// Each person's weights of the variants, and the hierarchy that goes with them.
-fn weigh(fits: &[Option<Fitted>]) -> (Vec<Vec<f64>>, Hierarchy) {
+fn weigh(fits: &[Option<TrainedFit>]) -> (Vec<Vec<f64>>, Hierarchy) {
     // Variants may be each other's opposite: equal weights would cancel them.
     let first: Vec<Vec<f64>> = fits
         .iter()
@@ -352,11 +355,11 @@ fn weights_of(evidence: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Tests an effect. A person without variants of it (a channel is missing) gains nothing.
-pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
+pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOutEvidence {
     let gains: Vec<Vec<f64>> = (0..FOLDS)
         .into_par_iter()
         .map(|f| {
-            let fits: Vec<Option<Fitted>> = trials
+            let fits: Vec<Option<TrainedFit>> = trials
                 .iter()
                 .map(|trial| {
                     let tested = !trial.variants.is_empty() && trial.folds.is_tested(f);
@@ -373,16 +376,16 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
                     let Some(fit) = fit.as_ref().filter(|_| hierarchy.mean > 0.0) else {
                         return 0.0;
                     };
-                    let single = mixture(trial, fit, weights, &hierarchy, f);
+                    let unblended = mixture(trial, fit, weights, &hierarchy, f);
                     match &blend {
-                        None => single,
-                        Some(blend) => either(single, blended(trial, fit, blend, f), blend.odds),
+                        None => unblended,
+                        Some(blend) => either(unblended, blended(trial, fit, blend, f), blend.odds),
                     }
                 })
                 .collect()
         })
         .collect();
-    let fits: Vec<Option<Fitted>> = trials
+    let fits: Vec<Option<TrainedFit>> = trials
         .par_iter()
         .map(|trial| (!trial.variants.is_empty()).then(|| trial.fitted(None)))
         .collect();
@@ -404,7 +407,7 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
         let own = fit.as_ref().map_or(none, |fit| fit.variants[*variant].0);
         Information { information: sum.information + own.information, score: sum.score + own.score }
     });
-    HeldOut {
+    HeldOutEvidence {
         information,
         gains: (0..trials.len()).map(|person| gains.iter().map(|g| g[person]).sum()).collect(),
         hierarchy,
@@ -414,7 +417,7 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOut {
 }
 
 /// Log likelihood ratio of a fold under a sum of variants.
-fn blended(trial: &Trial<'_>, fit: &Fitted, blend: &Blend, test: usize) -> f64 {
+fn blended(trial: &Trial<'_>, fit: &TrainedFit, blend: &Blend, test: usize) -> f64 {
     let (theta, _) = blend.hierarchy.personal(Blend::information(&blend.parts, fit));
     let amplitudes: Vec<f64> = blend.parts.iter().map(|part| theta * part).collect();
     trial.gain_of_sum(fit, &amplitudes, test)
@@ -431,7 +434,7 @@ fn either(first: f64, second: f64, odds: f64) -> f64 {
 /// Log of the mean likelihood ratio of the variants over the days of a fold.
 fn mixture(
     trial: &Trial<'_>,
-    fit: &Fitted,
+    fit: &TrainedFit,
     weights: &[f64],
     hierarchy: &Hierarchy,
     test: usize,
@@ -449,7 +452,7 @@ fn mixture(
 }
 
 /// Allowed directions fitted to all days.
-pub(super) fn background(folds: &Folds, allowed: &[Allowed]) -> Vec<f64> {
+pub(super) fn background(folds: &FoldSums, allowed: &[Allowed]) -> Vec<f64> {
     let trial = Trial { folds, allowed: allowed.to_vec(), variants: Vec::new() };
     trial.fitted(None).background
 }
@@ -489,7 +492,12 @@ impl Profiled {
 }
 
 /// Profiled information of the columns `own` and `other`.
-pub(super) fn profiled(folds: &Folds, allowed: &[Allowed], own: usize, other: usize) -> Profiled {
+pub(super) fn profiled(
+    folds: &FoldSums,
+    allowed: &[Allowed],
+    own: usize,
+    other: usize,
+) -> Profiled {
     let trial = Trial { folds, allowed: allowed.to_vec(), variants: vec![own, other] };
     let fitted = trial.fitted(None);
     let total = |row: usize, column: usize| -> f64 {
@@ -510,7 +518,7 @@ mod tests {
     use super::*;
 
     /// A and b of `days` days in 3 columns: two directions of the background and an effect of amplitude 0.8.
-    fn folds(days: usize) -> Folds {
+    fn folds(days: usize) -> FoldSums {
         let truth = [0.3, -0.2, 0.8];
         let tests = (0..FOLDS)
             .map(|index| {
@@ -532,10 +540,10 @@ mod tests {
                 Sums { a, b }
             })
             .collect();
-        Folds::new(days, tests)
+        FoldSums::new(days, tests)
     }
 
-    fn trial(folds: &Folds) -> Trial<'_> {
+    fn trial(folds: &FoldSums) -> Trial<'_> {
         let allowed = (0..2).map(|column| Allowed { column, mean: 0.0, sd: 1.0 }).collect();
         Trial { folds, allowed, variants: vec![2] }
     }
@@ -580,9 +588,9 @@ mod tests {
         // A fourth column that is the opposite of the third.
         for sums in &mut both.tests {
             let a = &sums.a;
-            let place = |k: usize| if k == 3 { (2, -1.0) } else { (k, 1.0) };
+            let at = |k: usize| if k == 3 { (2, -1.0) } else { (k, 1.0) };
             let wider = Mat::from_fn(4, 4, |i, j| {
-                let ((i, s), (j, t)) = (place(i), place(j));
+                let ((i, s), (j, t)) = (at(i), at(j));
                 s * t * a[(i, j)]
             });
             sums.b.push(-sums.b[2]);
@@ -615,7 +623,7 @@ mod tests {
                 Sums { a, b }
             })
             .collect();
-        let folds = Folds::new(days, tests);
+        let folds = FoldSums::new(days, tests);
         let of = |variants: &[usize]| {
             let allowed = vec![Allowed { column: 0, mean: 0.0, sd: 1.0 }];
             held_out(&[Trial { folds: &folds, allowed, variants: variants.to_vec() }]).gain()
@@ -628,7 +636,7 @@ mod tests {
     fn what_is_left_out_does_not_train() {
         let (all, mut other) = (folds(14), folds(14));
         other.tests[2] = Sums { a: Mat::zeros(3, 3), b: vec![1e6; 3] };
-        let background = |folds: &Folds, without| trial(folds).fitted(without).background;
+        let background = |folds: &FoldSums, without| trial(folds).fitted(without).background;
         assert_eq!(background(&all, Some(2)), background(&other, Some(2)));
         assert_ne!(background(&all, Some(3)), background(&other, Some(3)));
     }

@@ -23,7 +23,7 @@ use crate::log_sum::raised;
 const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
 /// How many of them are run for everybody.
 const FIRST: usize = 2;
-/// Places of those that are usual, and of those beyond.
+/// Indices of those that are usual, and of those beyond.
 const USUAL: [usize; 2] = [0, 2];
 const LONGER: [usize; 5] = [1, 3, 4, 5, 6];
 /// How much the other people's evidence for a lag counts for a person's own.
@@ -155,7 +155,7 @@ pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
 fn moments(logs: &[f64]) -> (f64, f64) {
     let weights = raised(logs);
     let sum: f64 = weights.iter().sum();
-    let amplitudes = || LONGER.map(|place| AMPLITUDES[place]);
+    let amplitudes = || LONGER.map(|index| AMPLITUDES[index]);
     let mean = weights.iter().zip(amplitudes()).map(|(w, a)| w * a).sum::<f64>() / sum;
     let squares = weights.iter().zip(amplitudes()).map(|(w, a)| w * (a - mean).powi(2));
     let square = squares.sum::<f64>() / sum;

@@ -9,7 +9,7 @@ use super::round::{Round, Score, ScoreOf};
 use super::tried::Tried;
 use super::{Candidate, Named, NamedEvent, PortCandidate, RIVAL, Thresholds, ports};
 
-/// Correlation of two signatures, background profiled, above which the effects cannot be told apart.
+/// Correlation of two signatures, background profiled, above which the effects cannot be separated.
 const SAME: f64 = 0.8;
 
 impl Round {
@@ -156,8 +156,8 @@ mod tests {
 
     use effects::{EventShape, Field};
 
-    use super::super::by_unit::UnitEvidence;
     use super::super::events::Found;
+    use super::super::random_effects::UnitEvidence;
     use super::super::sample::{self, COLUMNS, DAWN, EXERCISE, week, with_tried};
     use super::super::{Threshold, ThresholdStep};
     use super::*;

@@ -20,7 +20,7 @@ pub(super) struct PortGain {
 const ALIKE: [[Port; 2]; 2] =
     [[Port::InsulinAction, Port::InsulinInput], [Port::Egp, Port::GlucoseFlux]];
 
-/// Ports that cannot be told from one.
+/// Ports that cannot be separated from one.
 pub(super) fn alike(port: Port) -> impl Iterator<Item = Port> {
     ALIKE
         .into_iter()

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 
 use super::Named;
 use super::backgrounds::{Backgrounds, is_itself};
-use super::by_unit::{UnitEvidence, UnitSums};
 use super::conditioned::{conditioned, longer_lags};
 use super::events::EventEvidence;
-use super::held_out::{self, Allowed, Folds, HeldOut, Trial};
+use super::held_out::{self, Allowed, FoldSums, HeldOutEvidence, Trial};
 use super::lag::{self, LagEvidence};
-use super::statistics::{self, Person as Statistics, Sums};
-use super::subject::Subject;
+use super::random_effects::{UnitEvidence, UnitSums};
+use super::round_person::RoundPerson;
+use super::statistics::{self, Sums, TestStatistics};
 use super::tried::Tried;
 use super::variance::{self, Estimated, Spreads};
 use crate::background::calibrated_factor;
@@ -19,16 +19,16 @@ use crate::calibrated_person::CalibratedPerson;
 use crate::design::{Background, Column, Design, EventBank, design};
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
-use crate::units::{Beside, PersonUnits};
+use crate::units::{Nuisance, PersonUnits};
 
 /// Standard deviation of the amplitude of a guard.
 pub(super) const GUARD_SD: f64 = 0.5;
 
 /// Everything that is known in one round.
 pub(super) struct Round {
-    pub(super) subjects: Vec<Subject>,
+    pub(super) subjects: Vec<RoundPerson>,
     /// Each person's folds of days, random differences integrated out.
-    pub(super) marginal: Vec<Folds>,
+    pub(super) marginal: Vec<FoldSums>,
     pub(super) estimated: Estimated,
     /// Guards that are not themselves named, and named driven effects with their spread.
     pub(super) guards: Vec<(EffectId, f64)>,
@@ -41,7 +41,7 @@ pub(super) struct Score {
 }
 
 pub(super) enum ScoreOf {
-    Driven(HeldOut),
+    Driven(HeldOutEvidence),
     Events(EventEvidence),
     Lag(LagEvidence),
     /// With the spread at amplitude 1.
@@ -75,7 +75,7 @@ impl Round {
         before: Vec<Vec<EventBank>>,
         rule: &CalibrationRule,
     ) -> Result<Self, GapError> {
-        let mut subjects: Vec<Subject> = people
+        let mut subjects: Vec<RoundPerson> = people
             .par_iter()
             .zip(before)
             .enumerate()
@@ -93,13 +93,13 @@ impl Round {
                     .filter(|lag| named.iter().all(|n| n.effect != lag.card().id))
                     .map(|lag| lag::likelihoods(observations, calibration, rule, lag, lag::first()))
                     .transpose()?;
-                let statistics = Statistics::of(&design);
+                let statistics = TestStatistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
                 let units = design.random.iter().map(of).collect();
                 let hidden = std::mem::take(&mut design.events);
                 let backgrounds = Backgrounds::of(&design, &statistics, &hidden, tried);
                 let events =
-                    hidden.banks(|effect| backgrounds.beside(effect), &design.weights, &before);
+                    hidden.banks(|effect| backgrounds.for_effect(effect), &design.weights, &before);
                 drop(backgrounds);
                 let natural = named
                     .is_empty()
@@ -109,7 +109,7 @@ impl Round {
                 design.signatures = Vec::new();
                 (design.residuals, design.weights) = (Vec::new(), Vec::new());
                 (design.days, design.hours) = (Vec::new(), Vec::new());
-                Ok(Subject { design, statistics, units, events, lags, natural })
+                Ok(RoundPerson { design, statistics, units, events, lags, natural })
             })
             .collect::<Result<_, GapError>>()?;
         longer_lags(&mut subjects, people, tried, named, rule)?;
@@ -126,7 +126,7 @@ impl Round {
     }
 
     /// The round of these linear models: random differences between days are estimated and integrated out.
-    pub(super) fn estimated(subjects: Vec<Subject>, guards: Vec<(EffectId, f64)>) -> Self {
+    pub(super) fn estimated(subjects: Vec<RoundPerson>, guards: Vec<(EffectId, f64)>) -> Self {
         let mut round = Self { subjects, marginal: Vec::new(), estimated: none(), guards };
         // Constant directions, then spreads given them, twice: each needs the other.
         for _ in 0..2 {
@@ -140,7 +140,7 @@ impl Round {
                 .into_par_iter()
                 .map(|person| round.constant(person))
                 .collect();
-            let statistics: Vec<&Statistics> =
+            let statistics: Vec<&TestStatistics> =
                 round.subjects.iter().map(|s| &s.statistics).collect();
             round.estimated = variance::estimate(&statistics, &fixed, spreads);
         }
@@ -150,7 +150,8 @@ impl Round {
             .par_iter()
             .enumerate()
             .map(|(person, s)| {
-                variance::marginal(&s.statistics, &spreads).beside(round.allowed(person, None))
+                variance::marginal(&s.statistics, &spreads)
+                    .allowing_for(round.allowed(person, None))
             })
             .collect();
         round
@@ -216,7 +217,7 @@ impl Round {
 fn natural(
     person: &CalibratedPerson<'_>,
     design: &Design,
-    statistics: &Statistics,
+    statistics: &TestStatistics,
     tried: &Tried<'_>,
 ) -> Result<PersonUnits, GapError> {
     let mut information = Sums::none(statistics.columns.len()).a;
@@ -228,21 +229,21 @@ fn natural(
     for (column, stands_for) in statistics.columns.iter().enumerate() {
         match *stands_for {
             Column::Background { which, prior_sd } => {
-                let beside = match of_calibration(which, person) {
-                    Some((mean, sd)) => Beside { column, mean, sd },
-                    None => Beside { column, mean: 0.0, sd: prior_sd },
+                let nuisance = match of_calibration(which, person) {
+                    Some((mean, sd)) => Nuisance { column, mean, sd },
+                    None => Nuisance { column, mean: 0.0, sd: prior_sd },
                 };
-                usual.push(beside);
+                usual.push(nuisance);
                 let asks = [Allowance::Clock, Allowance::Defence, Allowance::Shedding];
-                let asked = asks.into_iter().any(|allowance| which.is(allowance));
-                if !asked && which != Background::Effectiveness {
-                    plain.push(beside);
+                let is_allowance = asks.into_iter().any(|allowance| which.is(allowance));
+                if !is_allowance && which != Background::Effectiveness {
+                    plain.push(nuisance);
                 }
             }
             Column::Effect { effect, .. } => {
                 if tried.is_guard(effect) && !guarded.contains(&effect) {
                     guarded.push(effect);
-                    usual.push(Beside { column, mean: 0.0, sd: GUARD_SD });
+                    usual.push(Nuisance { column, mean: 0.0, sd: GUARD_SD });
                 }
             }
         }
@@ -302,7 +303,7 @@ mod tests {
     #[test]
     fn a_constant_direction_is_shrunk_by_its_prior() {
         let subjects = vec![week(CLOCK, 0.4), week(CLOCK, 0.8)];
-        let of = |subject: &Subject| variance::marginal(&subject.statistics, &none().spreads);
+        let of = |subject: &RoundPerson| variance::marginal(&subject.statistics, &none().spreads);
         let marginal = subjects.iter().map(of).collect();
         let round = Round { subjects, marginal, estimated: none(), guards: Vec::new() };
         let n = (7 * A_DAY) as f64;

@@ -4,9 +4,9 @@
 use effects::{EffectId, Field};
 use physiology::STEPS_PER_DAY;
 
-use super::by_unit::UnitSums;
-use super::statistics::{Person, RANDOM};
-use super::subject::Subject;
+use super::random_effects::UnitSums;
+use super::round_person::RoundPerson;
+use super::statistics::{RANDOM, TestStatistics};
 use super::tried::Tried;
 use crate::background::Phase;
 use crate::design::{Background, Column, Design, HiddenEvents, UnitBank};
@@ -65,11 +65,11 @@ pub(super) fn design(amplitudes: [f64; COLUMNS], by_day: &[f64]) -> Design {
 }
 
 /// The person of a design.
-pub(super) fn subject(design: Design) -> Subject {
-    let statistics = Person::of(&design);
+pub(super) fn subject(design: Design) -> RoundPerson {
+    let statistics = TestStatistics::of(&design);
     let of = |bank| UnitSums::of(&design, &statistics, bank);
     let units = design.random.iter().map(of).collect();
-    Subject { design, statistics, units, events: Vec::new(), lags: None, natural: None }
+    RoundPerson { design, statistics, units, events: Vec::new(), lags: None, natural: None }
 }
 
 /// Amplitudes of which one is not 0.
@@ -78,7 +78,7 @@ pub(super) fn only(column: usize, amplitude: f64) -> [f64; COLUMNS] {
 }
 
 /// A week of a person in whom one column acts.
-pub(super) fn week(column: usize, amplitude: f64) -> Subject {
+pub(super) fn week(column: usize, amplitude: f64) -> RoundPerson {
     subject(design(only(column, amplitude), &[0.0; 7]))
 }
 

@@ -4,10 +4,10 @@ use effects::{EffectId, ShownBy};
 use rayon::prelude::*;
 
 use super::Named;
-use super::by_unit::{self, UnitTrial};
 use super::events;
 use super::held_out::held_out;
 use super::lag;
+use super::random_effects::{self, UnitTrial};
 use super::round::{Round, Score, ScoreOf};
 use super::statistics;
 use super::tried::Tried;
@@ -49,14 +49,14 @@ impl Round {
             .collect()
     }
 
-    /// Evidence that a factor is drawn anew for every unit.
+    /// Evidence of a random effect: a factor that is drawn for every unit.
     pub(super) fn random(&self, effect: EffectId) -> Option<ScoreOf> {
         let banks = self.subjects.iter().flat_map(|s| &s.design.random);
         let bank = banks.into_iter().find(|bank| bank.effect == effect)?;
         let mut spreads = self.estimated.spreads;
         // The same factor by day of the record is not allowed for beside it.
-        if let Some(place) = statistics::random_place(bank.field) {
-            spreads.day[place] = 0.0;
+        if let Some(factor) = statistics::random_index(bank.field) {
+            spreads.day[factor] = 0.0;
         }
         let trials: Vec<UnitTrial<'_>> = self
             .subjects
@@ -68,21 +68,21 @@ impl Round {
                 allowed: self.allowed(person, None),
             })
             .collect();
-        Some(ScoreOf::Random(by_unit::score(&trials, &spreads), bank.log_sd))
+        Some(ScoreOf::Random(random_effects::score(&trials, &spreads), bank.log_sd))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::round_person::RoundPerson;
     use super::super::sample::{
         A_DAY, DAWN, EXERCISE, INSULIN_TIME, design, only, subject, week, with_tried,
     };
-    use super::super::subject::Subject;
     use super::*;
 
     const NAMES: [&str; 3] = ["dawn", "exercise", "insulin_absorption"];
 
-    fn scores(people: Vec<Subject>) -> Vec<Score> {
+    fn scores(people: Vec<RoundPerson>) -> Vec<Score> {
         with_tried(&NAMES, |tried| Round::estimated(people, Vec::new()).scores(tried, &[]))
     }
 

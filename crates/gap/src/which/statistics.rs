@@ -44,8 +44,8 @@ pub(super) const RANDOM: [RandomFactor; 7] = {
     ]
 };
 
-/// The place in [`RANDOM`] of the factor that acts on a field.
-pub(super) fn random_place(field: Field) -> Option<usize> {
+/// The index in [`RANDOM`] of the factor that acts on a field.
+pub(super) fn random_index(field: Field) -> Option<usize> {
     RANDOM.iter().position(|random| random.field == field)
 }
 
@@ -92,7 +92,7 @@ pub(super) fn mirror(a: &mut Mat<f64>) {
 
 /// What the random factors of a day see of it.
 #[derive(Debug, Clone)]
-pub(super) struct Day {
+pub(super) struct DayStatistics {
     /// Rows of A that belong to [`RANDOM`], by block: (random, columns) each.
     pub(super) za: Vec<Mat<f64>>,
     /// Entries of b that belong to [`RANDOM`], by block.
@@ -101,18 +101,18 @@ pub(super) struct Day {
 
 /// A person's statistics.
 #[derive(Debug, Clone)]
-pub(super) struct Person {
+pub(super) struct TestStatistics {
     /// What the columns stand for.
     pub(super) columns: Vec<Column>,
-    /// Places of [`RANDOM`] among the columns.
+    /// Indices of [`RANDOM`] among the columns.
     pub(super) random: [usize; RANDOM.len()],
     /// Days counted from the start of the record, 24 h each; the last may be shorter.
-    pub(super) days: Vec<Day>,
+    pub(super) days: Vec<DayStatistics>,
     /// A and b of the days of each fold; nothing asks for single days.
     pub(super) folds: Vec<Sums>,
 }
 
-impl Person {
+impl TestStatistics {
     /// Sums up a design.
     pub(super) fn of(design: &Design) -> Self {
         let columns = design.columns.clone();
@@ -129,7 +129,7 @@ impl Person {
             .map(|index| {
                 let of_days = fold(count, index);
                 let end = (of_days.end * STEPS_PER_DAY).min(steps);
-                let rows = Rows::of(design, of_days.start * STEPS_PER_DAY..end);
+                let rows = DayRows::of(design, of_days.start * STEPS_PER_DAY..end);
                 let mut sums = Sums::none(columns.len());
                 add_gram(&mut sums.a, rows.signatures.as_ref(), 1.0);
                 mirror(&mut sums.a);
@@ -143,7 +143,7 @@ impl Person {
 }
 
 /// The steps of a fold that are scored, each times the root of its weight.
-struct Rows {
+struct DayRows {
     steps: Vec<usize>,
     /// (scored steps, columns)
     signatures: Mat<f64>,
@@ -151,7 +151,7 @@ struct Rows {
     residuals: Mat<f64>,
 }
 
-impl Rows {
+impl DayRows {
     fn of(design: &Design, steps: std::ops::Range<usize>) -> Self {
         let steps: Vec<usize> = steps.filter(|step| design.weights[*step] > 0.0).collect();
         let roots: Vec<f64> = steps.iter().map(|step| design.weights[*step].sqrt()).collect();
@@ -175,8 +175,8 @@ impl Rows {
     }
 
     /// What random factors see of the day that starts at step `first` of a record of `steps`.
-    fn day(&self, random: &[usize], first: usize, steps: usize) -> Day {
-        let mut of_day = Day { za: Vec::new(), zb: Vec::new() };
+    fn day(&self, random: &[usize], first: usize, steps: usize) -> DayStatistics {
+        let mut of_day = DayStatistics { za: Vec::new(), zb: Vec::new() };
         let at = |step: usize| self.steps.partition_point(|scored| *scored < step);
         for block in (first..(first + STEPS_PER_DAY).min(steps)).step_by(BLOCK) {
             let rows = at(block)..at(block + BLOCK);

@@ -12,14 +12,14 @@ use serde::{Deserialize, Serialize};
 const LEAST: f64 = 4.0;
 /// Least threshold of a port that varies, nats.
 const LEAST_PORT: f64 = 20.0;
-/// Room above the largest evidence seen where nothing is missing.
-const ROOM: f64 = 1.3;
+/// Margin above the largest evidence seen where nothing is missing.
+const MARGIN: f64 = 1.3;
 /// Cohorts that tell the threshold of a size are up to this many times as large.
 const NEIGHBOURS: f64 = 1.5;
 /// Share of the worlds in which nothing is missing that may reach a threshold: without them one odd world
 /// would set that of its effect.
 const ALARMS: f64 = 0.0125;
-/// How much more evidence is asked of a plant that is not the ODE, on which thresholds were fixed.
+/// How much more evidence is required of a plant that is not the ODE, on which thresholds were fixed.
 const OTHER_PLANTS: f64 = 3.0;
 /// The hands whose worlds fixed thresholds, with the file of each.
 const HANDS: [(&str, &str); 4] = [
@@ -237,7 +237,7 @@ fn largest(nulls: &[&Evidence], sizes: &[f64]) -> BTreeMap<String, Threshold> {
             let entry = by_name.entry(name.clone()).or_insert_with(|| floor(name));
             for step in &mut entry.steps {
                 if null.person_days <= NEIGHBOURS * step.person_days {
-                    step.nats = step.nats.max(ROOM * gain);
+                    step.nats = step.nats.max(MARGIN * gain);
                 }
             }
         }
@@ -329,7 +329,7 @@ mod tests {
         }
         let twice = fitted.of("dawn").over(280.0);
         assert!((twice - 2.0 * 1.3 * 6.0).abs() < 1e-9, "{twice}"); // rounding
-        // What large cohorts show is not asked of small ones.
+        // What large cohorts show is not required of small ones.
         assert_eq!(fitted.of("dawn").over(60.0), LEAST);
         // One odd world in eighty is left out.
         nulls.extend(vec![null(0.0, 0.0); 77]);

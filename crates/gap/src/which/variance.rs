@@ -14,8 +14,8 @@ use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
 use super::folds::{FOLDS, fold};
-use super::held_out::Folds;
-use super::statistics::{Day, Person, RANDOM, add_gram, mirror};
+use super::held_out::FoldSums;
+use super::statistics::{DayStatistics, RANDOM, TestStatistics, add_gram, mirror};
 
 /// Number of random factors.
 const COUNT: usize = RANDOM.len();
@@ -71,7 +71,7 @@ pub(super) fn active(spreads: &Spreads, blocks: usize) -> Vec<(Option<usize>, us
 
 /// I + D Z'WZ D, factored; D holds the spreads.
 pub(super) fn factored(
-    day: &Day,
+    day: &DayStatistics,
     random: &[usize; COUNT],
     active: &[(Option<usize>, usize, f64)],
 ) -> Llt<f64> {
@@ -90,7 +90,10 @@ pub(super) fn factored(
 }
 
 /// D Z'WX (active, columns) and D times the scores of the random factors.
-pub(super) fn crossed(day: &Day, active: &[(Option<usize>, usize, f64)]) -> (Mat<f64>, Mat<f64>) {
+pub(super) fn crossed(
+    day: &DayStatistics,
+    active: &[(Option<usize>, usize, f64)],
+) -> (Mat<f64>, Mat<f64>) {
     let columns = day.za.first().map_or(0, Mat::ncols);
     let blocks = 0..day.za.len();
     let c = Mat::from_fn(active.len(), columns, |i, column| match active[i] {
@@ -105,7 +108,7 @@ pub(super) fn crossed(day: &Day, active: &[(Option<usize>, usize, f64)]) -> (Mat
 }
 
 /// A person's A and b by fold, with the random factors of every day integrated out.
-pub(super) fn marginal(person: &Person, spreads: &Spreads) -> Folds {
+pub(super) fn marginal(person: &TestStatistics, spreads: &Spreads) -> FoldSums {
     let count = person.days.len();
     let tests = (0..FOLDS)
         .map(|index| {
@@ -130,20 +133,20 @@ pub(super) fn marginal(person: &Person, spreads: &Spreads) -> Folds {
             sums
         })
         .collect();
-    Folds::new(count, tests)
+    FoldSums::new(count, tests)
 }
 
 /// What a likelihood of the spreads needs of a day: Grams of the random factors' signatures, and what is left
 /// of their scores once the constant directions are allowed for; by block, and over the whole day.
-struct Left {
+struct DayLikelihood {
     grams: Vec<[[f64; COUNT]; COUNT]>,
     scores: Vec<[f64; COUNT]>,
     whole_gram: [[f64; COUNT]; COUNT],
     whole_score: [f64; COUNT],
 }
 
-impl Left {
-    fn of(day: &Day, random: &[usize; COUNT], fixed: &[f64]) -> Self {
+impl DayLikelihood {
+    fn of(day: &DayStatistics, random: &[usize; COUNT], fixed: &[f64]) -> Self {
         let mut left = Self {
             grams: Vec::with_capacity(day.za.len()),
             scores: Vec::with_capacity(day.za.len()),
@@ -170,9 +173,9 @@ impl Left {
 
     /// Log likelihood of the spreads, nats, up to a constant: with M = I + D Z'WZ D = LL' and scores z, half the
     /// square of the inverse of L times Dz, less the logarithms of the diagonal of L.
-    fn likelihood(&self, under: &mut Under<'_>) -> f64 {
-        under.of_blocks(self.grams.len());
-        let Under { active, starts, l, solved, .. } = under;
+    fn likelihood(&self, workspace: &mut Workspace<'_>) -> f64 {
+        workspace.of_blocks(self.grams.len());
+        let Workspace { active, starts, l, solved, .. } = workspace;
         let n = active.len();
         let mut total = 0.0;
         for (i, (block, a, s)) in active.iter().enumerate() {
@@ -201,19 +204,19 @@ impl Left {
     }
 }
 
-/// What the likelihoods of one day after another have in common.
-struct Under<'a> {
+/// Scratch space that the likelihoods of one day after another share.
+struct Workspace<'a> {
     spreads: &'a Spreads,
     blocks: Option<usize>,
     active: Vec<(Option<usize>, usize, f64)>,
     /// Where the block of each factor starts; a whole day is answered by all blocks.
     starts: Vec<usize>,
-    /// Room for L and for the solution.
+    /// Scratch space for L and for the solution.
     l: Vec<f64>,
     solved: Vec<f64>,
 }
 
-impl<'a> Under<'a> {
+impl<'a> Workspace<'a> {
     fn new(spreads: &'a Spreads) -> Self {
         let (starts, l, solved) = (Vec::new(), Vec::new(), Vec::new());
         Self { spreads, blocks: None, active: Vec::new(), starts, l, solved }
@@ -269,18 +272,22 @@ pub(super) struct Estimated {
 
 /// Estimates the spreads by climbing one at a time over [`GRID`]. `fixed` holds each person's constant
 /// directions, one number a column.
-pub(super) fn estimate(people: &[&Person], fixed: &[Vec<f64>], start: Spreads) -> Estimated {
-    let left: Vec<Vec<Left>> = people
+pub(super) fn estimate(
+    people: &[&TestStatistics],
+    fixed: &[Vec<f64>],
+    start: Spreads,
+) -> Estimated {
+    let left: Vec<Vec<DayLikelihood>> = people
         .par_iter()
         .zip(fixed)
         .map(|(person, fixed)| {
-            person.days.iter().map(|day| Left::of(day, &person.random, fixed)).collect()
+            person.days.iter().map(|day| DayLikelihood::of(day, &person.random, fixed)).collect()
         })
         .collect();
     let of = |spreads: &Spreads| -> f64 {
-        let of_person = |days: &Vec<Left>| {
-            let mut under = Under::new(spreads);
-            days.iter().map(|day| day.likelihood(&mut under)).sum()
+        let of_person = |days: &Vec<DayLikelihood>| {
+            let mut workspace = Workspace::new(spreads);
+            days.iter().map(|day| day.likelihood(&mut workspace)).sum()
         };
         let each: Vec<f64> = left.par_iter().map(of_person).collect();
         each.iter().sum()
@@ -329,7 +336,7 @@ mod tests {
     use super::*;
 
     /// A day of two blocks in as many columns as there are random factors.
-    fn day() -> Day {
+    fn day() -> DayStatistics {
         let signature = |step: usize, k: usize| (0.37 * (step * (k + 2)) as f64 + k as f64).sin();
         let block = |block: usize| {
             let steps = 30 * block..30 * (block + 1);
@@ -341,13 +348,13 @@ mod tests {
             (za, zb)
         };
         let (za, zb) = (0..2).map(block).unzip();
-        Day { za, zb }
+        DayStatistics { za, zb }
     }
 
     #[test]
     fn the_likelihood_is_that_of_a_dense_solution() {
         let (day, random) = (day(), std::array::from_fn(|k| k));
-        let left = Left::of(&day, &random, &[0.0; COUNT]);
+        let left = DayLikelihood::of(&day, &random, &[0.0; COUNT]);
         for spreads in [
             USUAL,
             Spreads { day: [0.0, 0.1, 0.0, 0.45, 0.0, 0.0, 0.2], block: [0.3; COUNT] },
@@ -363,7 +370,7 @@ mod tests {
                 let logs: f64 = (0..active.len()).map(|i| factor.L()[(i, i)].ln()).sum();
                 0.5 * explained - logs
             };
-            let found = left.likelihood(&mut Under::new(&spreads));
+            let found = left.likelihood(&mut Workspace::new(&spreads));
             assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found} {expected}"); // rounding
         }
     }
@@ -373,8 +380,10 @@ mod tests {
         let (day, random) = (day(), std::array::from_fn(|k| k));
         let mut fixed = [0.0; COUNT];
         fixed[3] = 2.0;
-        let (with, without) =
-            (Left::of(&day, &random, &fixed), Left::of(&day, &random, &[0.0; COUNT]));
+        let (with, without) = (
+            DayLikelihood::of(&day, &random, &fixed),
+            DayLikelihood::of(&day, &random, &[0.0; COUNT]),
+        );
         for ((left, all), gram) in
             with.whole_score.iter().zip(without.whole_score).zip(without.whole_gram)
         {
@@ -382,7 +391,7 @@ mod tests {
             assert!((left - expected).abs() < 1e-10); // rounding of sums of 60
         }
         let wide = Spreads { day: [0.0, 0.0, 0.0, 0.45, 0.0, 0.0, 0.0], block: [0.0; COUNT] };
-        let of = |left: &Left| left.likelihood(&mut Under::new(&wide));
+        let of = |left: &DayLikelihood| left.likelihood(&mut Workspace::new(&wide));
         assert!(of(&without) > of(&with) + 10.0);
     }
 }

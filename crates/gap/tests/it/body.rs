@@ -118,21 +118,21 @@ fn check_same(name: &str, ode: &AugmentedModel, glucose: f64, modulation: &Modul
         let (a, b) = states(glucose, gut);
         let expected = ode.step(&a, &input(), modulation).expect("finite").vector();
         let found = body.step(&b, &input(), modulation).expect("finite").vector();
-        for place in (0..STATES).filter(|place| !(8..10).contains(place)) {
-            let (found, expected) = (found[place], expected[place]);
+        for state in (0..STATES).filter(|state| !(8..10).contains(state)) {
+            let (found, expected) = (found[state], expected[state]);
             // Rounding of ratios of parameters, and of units there and back.
             let tolerance = 1e-12 * expected.abs().max(1.0);
             assert!(
                 (found - expected).abs() < tolerance,
-                "{name}, {glucose} mg/dL, gut {gut}, state {place}: {found} against {expected}"
+                "{name}, {glucose} mg/dL, gut {gut}, state {state}: {found} against {expected}"
             );
         }
         // Euler lets a meal stand through its step, the exact gut passes on 5 min of 30 to 55.
         let tolerance = 0.2 * (gut + 2.0);
-        for place in [8, 9] {
-            let unit = if place == 9 { OdeParameters::nominal().t_max_g } else { 1.0 };
-            let distance = (unit * found[place] - expected[place]).abs();
-            assert!(distance < tolerance, "{name}, state {place}: {distance}");
+        for state in [8, 9] {
+            let unit = if state == 9 { OdeParameters::nominal().t_max_g } else { 1.0 };
+            let distance = (unit * found[state] - expected[state]).abs();
+            assert!(distance < tolerance, "{name}, state {state}: {distance}");
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::kept_slopes::{ProductPenalty, SlopeRule};
 use super::loss::LossConfig;
+use super::slope_constraints::{ProductPenalty, SlopeRule};
 use crate::population::GlucoseClamp;
 
 /// Resolved configuration of a training run; written beside the weights.

@@ -77,7 +77,7 @@ fn what_acts_beside_the_networks_moves_glucose_and_the_gradient_alike() {
         state[Compartment::X1] = 0.05 * k as f64;
     }
     let window = |rate: f64| {
-        let known = Known { states: states.clone(), beside: vec![rate; 12] };
+        let known = Known { states: states.clone(), added_rates: vec![rate; 12] };
         let (inputs, set) = (inputs.clone(), InputSet::All);
         PreparedWindow::under(&population, inputs, &glucose, known, None, set).expect("fits")
     };
@@ -108,7 +108,7 @@ fn what_acts_beside_the_networks_moves_glucose_and_the_gradient_alike() {
     for (a, b) in found.iter().zip(&expected) {
         assert!((a - b).abs() < 1e-9 * largest, "{a} {b}"); // rounding
     }
-    let short = Known { states: states[1..].to_vec(), beside: vec![0.0; 12] };
+    let short = Known { states: states[1..].to_vec(), added_rates: vec![0.0; 12] };
     let (inputs, set) = (inputs.clone(), InputSet::All);
     assert!(PreparedWindow::under(&population, inputs, &glucose, short, None, set).is_err());
 }

@@ -14,9 +14,9 @@ const PRIOR_DAYS: f64 = 4.0;
 
 /// What one day says: curvature and gradient of its loss.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Day {
-    /// Its place in the record.
-    pub(super) place: usize,
+pub(super) struct DayInformation {
+    /// Its index in the record.
+    pub(super) index: usize,
     /// By Gauss and Newton, steps taken for independent.
     pub(super) curvature: Square,
     pub(super) gradient: Factors,
@@ -24,12 +24,12 @@ pub(super) struct Day {
 
 /// What a record says at one set of factors, without the prior.
 pub(super) struct Information {
-    days: Vec<Day>,
+    days: Vec<DayInformation>,
     curvature: Square,
     gradient: Factors,
 }
 
-impl Day {
+impl DayInformation {
     /// Adds what one whitened innovation says, given its weight and its derivative.
     #[inline]
     pub(super) fn add(&mut self, weight: f64, w: f64, signature: &Factors) {
@@ -45,19 +45,19 @@ impl Day {
 
 impl Information {
     /// Days without a scored step are left out.
-    pub(super) fn of(days: impl IntoIterator<Item = Day>) -> Self {
-        let days: Vec<Day> = days
+    pub(super) fn of(days: impl IntoIterator<Item = DayInformation>) -> Self {
+        let days: Vec<DayInformation> = days
             .into_iter()
             .filter(|day| (0..FACTORS).any(|k| day.curvature[k][k] > 0.0))
             .collect();
-        let sum = |of: &dyn Fn(&Day) -> f64| days.iter().map(of).sum::<f64>();
+        let sum = |of: &dyn Fn(&DayInformation) -> f64| days.iter().map(of).sum::<f64>();
         let curvature = square(|row, column| sum(&|day| day.curvature[row][column]));
         let gradient = std::array::from_fn(|k| sum(&|day| day.gradient[k]));
         Self { days, curvature, gradient }
     }
 
     /// The same with a change of what all days together say.
-    pub(super) fn changed(&self, by: &Day) -> Self {
+    pub(super) fn changed(&self, by: &DayInformation) -> Self {
         let gradient = std::array::from_fn(|k| self.gradient[k] + by.gradient[k]);
         let curvature =
             square(|row, column| self.curvature[row][column] + by.curvature[row][column]);
@@ -65,13 +65,13 @@ impl Information {
     }
 
     /// Days with a scored step.
-    pub(super) fn days(&self) -> &[Day] {
+    pub(super) fn days(&self) -> &[DayInformation] {
         &self.days
     }
 
-    /// The gradient of the day at a place of the record; `None` where it has no scored step.
-    pub(super) fn gradient_at(&self, place: usize) -> Option<&Factors> {
-        let found = self.days.binary_search_by_key(&place, |day| day.place).ok()?;
+    /// The gradient of the day with an index of the record; `None` where it has no scored step.
+    pub(super) fn gradient_at(&self, index: usize) -> Option<&Factors> {
+        let found = self.days.binary_search_by_key(&index, |day| day.index).ok()?;
         Some(&self.days[found].gradient)
     }
 
@@ -207,7 +207,7 @@ mod tests {
             gradient[(day / 2) % FACTORS] = if day % 2 == 0 { size } else { -size };
             let own = 400.0 / days as f64;
             let curvature = square(|row, column| if row == column { own } else { 0.0 });
-            Day { place: day, curvature, gradient }
+            DayInformation { index: day, curvature, gradient }
         }))
     }
 
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_record_that_says_nothing_leaves_the_prior() {
-        let empty = Information::of([Day::default()]);
+        let empty = Information::of([DayInformation::default()]);
         let covariance = covariance(&empty, 1.0);
         assert_eq!(empty.dependence(), Some(1.0));
         for (k, factor) in Factor::ALL.into_iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use physiology::STEPS_PER_DAY;
 
-use super::information::{Day, Information};
+use super::information::{DayInformation, Information};
 use super::{Factors, PersonalFactors, Setting, directions, whitened_signature};
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
@@ -13,12 +13,12 @@ use crate::filter::whitening::{huber_loss, huber_weight};
 
 /// What is held while the factors are searched: gains and variances of the filter with some parameters, and the
 /// whitening of its innovations.
-pub(super) struct Held {
+pub(super) struct FixedGains {
     pub(super) filtered: Filtered,
     pub(super) whitening: Whitening,
 }
 
-impl Held {
+impl FixedGains {
     pub(super) fn of(setting: &Setting<'_>, factors: &PersonalFactors) -> Result<Self, GapError> {
         Ok(Self::by(setting, filter(&setting.model(factors), setting.record)?))
     }
@@ -43,7 +43,7 @@ pub(super) struct Point {
 impl Point {
     pub(super) fn at(
         setting: &Setting<'_>,
-        held: &Held,
+        held: &FixedGains,
         factors: PersonalFactors,
     ) -> Result<Self, GapError> {
         let model = setting.model(&factors);
@@ -58,7 +58,7 @@ impl Point {
 
     fn of(
         setting: &Setting<'_>,
-        held: &Held,
+        held: &FixedGains,
         factors: PersonalFactors,
         innovations: &[Option<Innovation>],
         signatures: Vec<Factors>,
@@ -70,7 +70,7 @@ impl Point {
     }
 
     /// Negative log posterior, the data's part divided by `dependence`, nats.
-    pub(super) fn loss(&self, held: &Held, dependence: f64) -> f64 {
+    pub(super) fn loss(&self, held: &FixedGains, dependence: f64) -> f64 {
         let of = |w: &f64| huber_loss(w / held.whitening.scale, 1.0);
         self.whitened.iter().flatten().map(of).sum::<f64>() / dependence + self.factors.prior_loss()
     }
@@ -88,15 +88,15 @@ pub(super) fn scaled(
 }
 
 /// A person's own gains, and the record under them.
-pub(super) struct Own {
+pub(super) struct OwnGains {
     pub(super) model: AugmentedModel,
-    pub(super) held: Held,
+    pub(super) held: FixedGains,
     pub(super) point: Point,
     /// Where logged meals can be left out.
     pub(super) forks: Vec<Fork>,
 }
 
-impl Own {
+impl OwnGains {
     /// `struck`: the steps of the meals that can be left out.
     pub(super) fn of(
         setting: &Setting<'_>,
@@ -115,7 +115,7 @@ impl Own {
             &mut filtered,
             |_, taken| rows = taken,
         )?;
-        let held = Held::by(setting, filtered);
+        let held = FixedGains::by(setting, filtered);
         let innovations = &held.filtered.innovations;
         let signatures = scaled(innovations, &rows).collect();
         let point = Point::of(setting, &held, factors, innovations, signatures);
@@ -129,8 +129,8 @@ fn information(
     whitened: &[Option<f64>],
     signatures: &[Factors],
 ) -> Information {
-    let mut days: Vec<Day> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
-        .map(|index| Day { place: index, ..Day::default() })
+    let mut days: Vec<DayInformation> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
+        .map(|index| DayInformation { index, ..DayInformation::default() })
         .collect();
     let scale = whitening.scale;
     for (step, w) in whitened.iter().enumerate() {

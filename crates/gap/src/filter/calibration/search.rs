@@ -1,7 +1,7 @@
 //! The search: the minimum of the loss under the gains of everybody's parameters.
 
 use super::equations::NormalEquations;
-use super::point::{Held, Own, Point};
+use super::point::{FixedGains, OwnGains, Point};
 use super::unlogged::{meals, unlogged};
 use super::{CalibrationRule, Factor, Factors, PersonalFactors, Setting, Square};
 use crate::error::GapError;
@@ -32,11 +32,11 @@ pub(super) struct Solved {
 /// What a third descent would change by its first step counts as uncertainty.
 pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<Solved, GapError> {
     let everybody = PersonalFactors::default();
-    let held = Held::of(setting, &everybody)?;
+    let held = FixedGains::of(setting, &everybody)?;
     let start = Point::at(setting, &held, everybody)?;
     let first = descended(setting, &held, start, rule, FIRST_TOLERANCE)?;
 
-    let held = Held::of(setting, &first.point.factors)?;
+    let held = FixedGains::of(setting, &first.point.factors)?;
     let start = Point::at(setting, &held, first.point.factors)?;
     let Descended { point, dependence, iterations, converged } =
         descended(setting, &held, start, rule, rule.tolerance)?;
@@ -47,7 +47,7 @@ pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<So
     let by_gauss: Vec<Square> = information.days().iter().map(|day| day.curvature).collect();
     let complete = covariance(&by_gauss, &Square::default())?;
     let sd = std::array::from_fn(|k| complete[k][k].sqrt());
-    let own = Own::of(setting, point.factors, &meals(setting.record))?;
+    let own = OwnGains::of(setting, point.factors, &meals(setting.record))?;
     let left = NormalEquations::of(&own.point.information, dependence, &point.factors)
         .step(&point.factors, setting)?;
     let unlogged = unlogged(setting, &own, dependence, &left);
@@ -80,7 +80,7 @@ struct Descended {
 /// Descends by Gauss and Newton; a step that gains nothing is halved.
 fn descended(
     setting: &Setting<'_>,
-    held: &Held,
+    held: &FixedGains,
     mut point: Point,
     rule: &CalibrationRule,
     tolerance: f64,
@@ -111,7 +111,7 @@ fn descended(
 /// Gauss and Newton.
 fn observed(
     setting: &Setting<'_>,
-    held: &Held,
+    held: &FixedGains,
     point: &Point,
     sd: &Factors,
 ) -> Result<Vec<Square>, GapError> {
@@ -121,11 +121,11 @@ fn observed(
         let k = factor as usize;
         // Towards the prior's mean, where bodies are.
         let by = if point.factors.0[k] > 0.0 { -sd[k] } else { sd[k] };
-        let mut beside = point.factors;
-        beside.0[k] += by;
-        let beside = Point::at(setting, held, beside)?;
+        let mut moved = point.factors;
+        moved.0[k] += by;
+        let moved = Point::at(setting, held, moved)?;
         for (own, day) in slopes.iter_mut().zip(days) {
-            let Some(there) = beside.information.gradient_at(day.place) else { continue };
+            let Some(there) = moved.information.gradient_at(day.index) else { continue };
             for (slope, (there, here)) in own[k].iter_mut().zip(there.iter().zip(day.gradient)) {
                 *slope = (there - here) / by;
             }
@@ -144,7 +144,7 @@ fn observed(
 /// The largest share of a step that lowers the loss; `None` where the shortest does not.
 fn better(
     setting: &Setting<'_>,
-    held: &Held,
+    held: &FixedGains,
     point: &Point,
     step: &Factors,
     dependence: f64,

@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use super::equations::NormalEquations;
-use super::information::Day;
-use super::point::{Own, scaled};
+use super::information::DayInformation;
+use super::point::{OwnGains, scaled};
 use super::{Factors, Setting, Square, directions, whitened_signature};
 use crate::filter::observations::Observations;
 use crate::filter::scored::{Whitening, normalised};
@@ -45,11 +45,11 @@ pub(super) fn meals(record: &Observations) -> Vec<usize> {
 /// followed only where it changes.
 pub(super) fn unlogged(
     setting: &Setting<'_>,
-    own: &Own,
+    own: &OwnGains,
     dependence: f64,
     left: &Factors,
 ) -> Square {
-    let Own { model, held, point, forks } = own;
+    let OwnGains { model, held, point, forks } = own;
     let directions = directions();
     let whitening = &held.whitening;
     let (mut z, mut signatures) = (point.z.clone(), point.signatures.clone());
@@ -59,7 +59,7 @@ pub(super) fn unlogged(
         // What is whitened after the window still uses entries of it.
         let tail = window.end + 2 * whitening.autoregression.spacing;
         let all = window.start..tail.min(z.len());
-        let mut change = Day::default();
+        let mut change = DayInformation::default();
         add(&mut change, whitening, &z, &signatures, all.clone(), -1.0);
         let scored = &setting.scored[window.clone()];
         z[window.clone()].copy_from_slice(&normalised(found.innovations, scored));
@@ -83,7 +83,7 @@ pub(super) fn unlogged(
 
 /// Adds `sign` times what the steps of a range say.
 fn add(
-    day: &mut Day,
+    day: &mut DayInformation,
     whitening: &Whitening,
     z: &[Option<f64>],
     signatures: &[Factors],

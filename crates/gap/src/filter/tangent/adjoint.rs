@@ -39,21 +39,26 @@ pub(crate) fn course_scores(
     let steps = Steps::of_run(model, record, frozen, &everywhere)?;
     let back = |factors: &Vec<Lanes>| {
         let mut scores = vec![vec![[0.0; LANES]; n]; fields.len()];
-        pulp::Arch::new().dispatch(Going { steps: &steps, fields, factors, scores: &mut scores });
+        pulp::Arch::new().dispatch(AdjointKernel {
+            steps: &steps,
+            fields,
+            factors,
+            scores: &mut scores,
+        });
         scores
     };
     Ok(factors.iter().map(back).collect())
 }
 
 /// The way back, compiled for the instructions of the machine it runs on.
-struct Going<'a> {
+struct AdjointKernel<'a> {
     steps: &'a Steps<'a>,
     fields: &'a [Field],
     factors: &'a [Lanes],
     scores: &'a mut [Vec<Lanes>],
 }
 
-impl pulp::NullaryFnOnce for Going<'_> {
+impl pulp::NullaryFnOnce for AdjointKernel<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use super::step_slopes::{StepSlopes, changed, reached};
 use super::{Direction, LANES, Parameter, States, pulses, reads_only};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, GLUCOSE_FLOOR};
-use crate::filter::kalman::{Filtered, Seen, start};
+use crate::filter::kalman::{FilterStep, Filtered, start};
 use crate::filter::observations::Observations;
 use crate::filter::state::{INTERSTITIAL, STATES};
 use crate::filter::transition::Narrow;
@@ -36,7 +36,7 @@ pub(super) struct Steps<'a> {
     /// Amount of Q1 at which corrections are cut off, mmol/kg.
     floor: f64,
     /// For each field, the steps in which a course asks for it; empty where none does.
-    asked: [Vec<bool>; FIELDS],
+    nonzero: [Vec<bool>; FIELDS],
     /// Number of the first step that is held.
     pub(super) first: usize,
     pub(super) each: Vec<Step>,
@@ -64,24 +64,24 @@ impl<'a> Steps<'a> {
         capacity: usize,
     ) -> Self {
         let n = record.len();
-        let mut asked: [Vec<bool>; FIELDS] = std::array::from_fn(|_| Vec::new());
+        let mut nonzero: [Vec<bool>; FIELDS] = std::array::from_fn(|_| Vec::new());
         let mut asked_parameters = Vec::new();
         for direction in directions {
             match direction {
                 Direction::Course(courses) => {
                     for (field, course) in courses.iter().filter(|(field, _)| !reads_only(*field)) {
-                        let asked = &mut asked[*field as usize];
-                        asked.resize(n, false);
-                        for (asked, value) in asked.iter_mut().zip(course) {
-                            *asked |= *value != 0.0;
+                        let nonzero = &mut nonzero[*field as usize];
+                        nonzero.resize(n, false);
+                        for (nonzero, value) in nonzero.iter_mut().zip(course) {
+                            *nonzero |= *value != 0.0;
                         }
                     }
                 }
                 Direction::Pulses { field, first, every, length } if !reads_only(*field) => {
-                    let asked = &mut asked[*field as usize];
-                    asked.resize(n, false);
+                    let nonzero = &mut nonzero[*field as usize];
+                    nonzero.resize(n, false);
                     for steps in pulses(*first, *every, *length, n) {
-                        asked[steps].fill(true);
+                        nonzero[steps].fill(true);
                     }
                 }
                 Direction::Pulses { .. } => {}
@@ -90,7 +90,7 @@ impl<'a> Steps<'a> {
         }
         let fields = std::array::from_fn(|field| {
             let reached =
-                if asked[field].is_empty() { 0 } else { reached(Field::ALL[field]).len() };
+                if nonzero[field].is_empty() { 0 } else { reached(Field::ALL[field]).len() };
             Vec::with_capacity(reached * capacity)
         });
         let parameters = asked_parameters
@@ -101,7 +101,7 @@ impl<'a> Steps<'a> {
             model,
             record,
             floor: model.person().q1_at(GLUCOSE_FLOOR),
-            asked,
+            nonzero,
             first: 0,
             each: Vec::with_capacity(capacity),
             fields,
@@ -127,7 +127,7 @@ impl<'a> Steps<'a> {
                 model.linearised(state, input, record.modulation(step)).map_err(|_| {
                     GapError::FilterNotFinite { person: record.person.clone(), step }
                 })?;
-            steps.push(&Seen {
+            steps.push(&FilterStep {
                 step,
                 input,
                 state,
@@ -163,49 +163,49 @@ impl<'a> Steps<'a> {
     /// # Errors
     /// [`GapError::FilterNotFinite`] with the step.
     #[inline]
-    pub(super) fn push(&mut self, seen: &Seen<'_>) -> Result<(), GapError> {
+    pub(super) fn push(&mut self, made: &FilterStep<'_>) -> Result<(), GapError> {
         let Self { model, record, .. } = *self;
-        let (step, state) = (seen.step, seen.state);
-        let (input, modulation) = (seen.input, record.modulation(step));
+        let (step, state) = (made.step, made.state);
+        let (input, modulation) = (made.input, record.modulation(step));
         let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
         let mut gain = [0.0; STATES];
-        if let Some(applied) = &seen.gain {
+        if let Some(applied) = &made.gain {
             for (narrow, k) in gain.iter_mut().zip(&applied.gain) {
                 *narrow = *k as f32;
             }
         }
         self.each.push(Step {
-            transition: seen.transition.narrowed(),
+            transition: made.transition.narrowed(),
             gain,
             sensor_gain: modulation[Field::SensorGain] as f32,
-            expected: expected(seen) as f32,
-            scored: seen.innovation.is_some(),
-            floored: seen.gain.is_some() && state.body.q1 <= self.floor,
+            expected: expected(made) as f32,
+            scored: made.innovation.is_some(),
+            floored: made.gain.is_some() && state.body.q1 <= self.floor,
         });
         let mut scratch = None;
-        let known = StepSlopes::of(model, state, input, modulation, seen.following, &mut scratch);
+        let known = StepSlopes::of(model, state, input, modulation, made.following, &mut scratch);
         for field in Field::ALL {
-            let asked = &self.asked[field as usize];
-            if asked.is_empty() {
+            let nonzero = &self.nonzero[field as usize];
+            if nonzero.is_empty() {
                 continue;
             }
             let slopes = &mut self.fields[field as usize];
             let reached = reached(field);
-            if !asked[step] {
+            if !nonzero[step] {
                 slopes.extend(reached.iter().map(|_| 0.0));
             } else if let Some(known) = &known {
                 slopes.extend(known.by_field(field)[..reached.len()].iter().map(|s| *s as f32));
             } else {
                 let raised = raised(modulation, field);
                 let moved = model.step(state, input, &raised).map_err(failed)?.vector();
-                let slope = slope(&moved, &seen.following.vector());
+                let slope = slope(&moved, &made.following.vector());
                 slopes.extend(reached.iter().map(|k| slope[*k] as f32));
             }
         }
         for parameters in &mut self.parameters {
-            let place = parameters.steps.len();
-            parameters.steps.resize(place + 1, [[0.0; LANES]; STATES]);
-            let lanes = &mut parameters.steps[place];
+            let index = parameters.steps.len();
+            parameters.steps.resize(index + 1, [[0.0; LANES]; STATES]);
+            let lanes = &mut parameters.steps[index];
             for (lane, (parameter, neighbour)) in parameters.members.iter().enumerate() {
                 match &known {
                     Some(known) => {
@@ -217,7 +217,7 @@ impl<'a> Steps<'a> {
                     }
                     None => {
                         let moved = neighbour.step(state, input, modulation).map_err(failed)?;
-                        set(lanes, lane, &slope(&moved.vector(), &seen.following.vector()));
+                        set(lanes, lane, &slope(&moved.vector(), &made.following.vector()));
                     }
                 }
             }
@@ -248,10 +248,10 @@ impl Parameters {
 }
 
 /// Interstitial glucose as expected before the reading: the state after it holds part of the innovation.
-fn expected(seen: &Seen<'_>) -> f64 {
-    let Some(gain) = &seen.gain else { return 0.0 };
-    let correction = seen.innovation.map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
-    seen.state.interstitial.0 - correction
+fn expected(made: &FilterStep<'_>) -> f64 {
+    let Some(gain) = &made.gain else { return 0.0 };
+    let correction = made.innovation.map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
+    made.state.interstitial.0 - correction
 }
 
 fn raised(modulation: &Modulation, field: Field) -> Modulation {

@@ -28,7 +28,7 @@ const GRID: f64 = 5.0;
 
 /// Sums for a correlation of rises of glucose with changes of the rate.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct LagSums {
     count: f64,
     rise: f64,
     change: f64,
@@ -37,7 +37,7 @@ struct Sums {
     rise_change: f64,
 }
 
-impl Sums {
+impl LagSums {
     fn add(&mut self, rise: f64, change: f64) {
         self.count += 1.0;
         self.rise += rise;
@@ -80,25 +80,25 @@ pub(super) fn delay(basal: &[Option<f64>], cgm: &[Option<f64>]) -> Option<Minute
     }
     let rise = |k: usize| Some(cgm[k]? - cgm[k.checked_sub(1)?]?);
     let rises: Vec<Option<f64>> = (0..n).map(rise).collect();
-    let mut days = vec![[Sums::default(); 2 * SEARCHED + 1]; n.div_ceil(STEPS_PER_DAY)];
+    let mut days = vec![[LagSums::default(); 2 * SEARCHED + 1]; n.div_ceil(STEPS_PER_DAY)];
     for (k, change) in changes.iter().enumerate() {
         let Some(change) = *change else { continue };
         let day = &mut days[k / STEPS_PER_DAY];
-        for (place, sums) in day.iter_mut().enumerate() {
-            // At place SEARCHED + m, the rate changed m steps after the reading.
-            let reading = (k + SEARCHED).checked_sub(place).filter(|reading| *reading < n);
+        for (index, sums) in day.iter_mut().enumerate() {
+            // At index SEARCHED + m, the rate changed m steps after the reading.
+            let reading = (k + SEARCHED).checked_sub(index).filter(|reading| *reading < n);
             if let Some(rise) = reading.and_then(|reading| rises[reading]) {
                 sums.add(rise, change);
             }
         }
     }
-    let (place, share, median) = peak(days.iter());
+    let (index, share, median) = peak(days.iter());
     if share < SMALLEST_SHARE || share < PROMINENCE * median {
         return None;
     }
-    let minutes = |place: usize| 5.0 * (place as f64 - SEARCHED as f64);
+    let minutes = |index: usize| 5.0 * (index as f64 - SEARCHED as f64);
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let (mut lower, mut upper) = (minutes(place), minutes(place));
+    let (mut lower, mut upper) = (minutes(index), minutes(index));
     let mut drawn: Vec<f64> = (0..REPLICATES)
         .map(|_| {
             let sample = (0..days.len()).map(|_| &days[rng.random_range(0..days.len())]);
@@ -109,12 +109,12 @@ pub(super) fn delay(basal: &[Option<f64>], cgm: &[Option<f64>]) -> Option<Minute
     // 2.5 % of 50 on each side: the second from each end.
     lower = lower.min(drawn[1]) - GRID;
     upper = upper.max(drawn[REPLICATES - 2]) + GRID;
-    Some(Minutes95 { value: minutes(place), lower, upper })
+    Some(Minutes95 { value: minutes(index), lower, upper })
 }
 
-/// Place of the largest explained share, that share, and the median share over all places.
-fn peak<'a>(days: impl Iterator<Item = &'a [Sums; 2 * SEARCHED + 1]>) -> (usize, f64, f64) {
-    let mut total = [Sums::default(); 2 * SEARCHED + 1];
+/// Index of the largest explained share, that share, and the median share over all indices.
+fn peak<'a>(days: impl Iterator<Item = &'a [LagSums; 2 * SEARCHED + 1]>) -> (usize, f64, f64) {
+    let mut total = [LagSums::default(); 2 * SEARCHED + 1];
     for day in days {
         for (total, sums) in total.iter_mut().zip(day) {
             total.merge(sums);

@@ -16,9 +16,9 @@ const SEARCHED: i32 = 36;
 /// Where glucose turns after a correction, steps: 20 min in the records that were looked at, time
 /// for insulin to begin to act.
 const TURN: i32 = 4;
-/// Places of the table: turns from -([`SEARCHED`] + 8) to [`SEARCHED`] + 8 steps.
+/// Bins of the table: turns from -([`SEARCHED`] + 8) to [`SEARCHED`] + 8 steps.
 const REACH: i32 = SEARCHED + 2 * TURN;
-const PLACES: usize = 2 * REACH as usize + 1;
+const BINS: usize = 2 * REACH as usize + 1;
 /// Half-width of the tent, steps: 90 min.
 const HALF_WIDTH: i32 = 18;
 /// Largest height that counts, mg/dL: one wild excursion must not decide.
@@ -35,9 +35,9 @@ const REPLICATES: usize = 200;
 /// Scatter of the turn between people, min (standard deviation over clean records).
 const TURN_SD: f64 = 15.0;
 
-/// Heights of glucose around corrections, by day and by place of the assumed turn.
+/// Heights of glucose around corrections, by day and by bin of the assumed turn.
 pub(super) struct Corrections {
-    days: Vec<[f64; PLACES]>,
+    days: Vec<[f64; BINS]>,
     count: usize,
 }
 
@@ -63,7 +63,7 @@ impl Corrections {
             })
             .collect();
         let at = |k: i64| inside(k).and_then(|k| smooth[k]);
-        let mut days = vec![[0.0; PLACES]; n.div_ceil(STEPS_PER_DAY)];
+        let mut days = vec![[0.0; BINS]; n.div_ceil(STEPS_PER_DAY)];
         let mut count = 0;
         for (k, _) in bolus.iter().enumerate().filter(|(_, dose)| **dose > SMALLEST_BOLUS) {
             let step = k as i64;
@@ -73,8 +73,8 @@ impl Corrections {
             }
             count += 1;
             let day = &mut days[k / STEPS_PER_DAY];
-            for (place, sum) in (-REACH..=REACH).zip(day.iter_mut()) {
-                let turn = step + i64::from(place);
+            for (index, sum) in (-REACH..=REACH).zip(day.iter_mut()) {
+                let turn = step + i64::from(index);
                 let width = i64::from(HALF_WIDTH);
                 if let (Some(before), Some(peak), Some(after)) =
                     (at(turn - width), at(turn), at(turn + width))
@@ -89,8 +89,8 @@ impl Corrections {
     /// By how many standard errors over days the corrections prefer one offset of the insulin clock,
     /// steps, to another.
     pub(super) fn preference(&self, first: i32, second: i32) -> f64 {
-        let place = |offset: i32| usize::try_from((TURN - offset).clamp(-REACH, REACH) + REACH);
-        let (Ok(first), Ok(second)) = (place(first), place(second)) else { return 0.0 };
+        let index = |offset: i32| usize::try_from((TURN - offset).clamp(-REACH, REACH) + REACH);
+        let (Ok(first), Ok(second)) = (index(first), index(second)) else { return 0.0 };
         let (sum, squares) = self.days.iter().fold((0.0, 0.0), |(sum, squares), day| {
             let difference = day[first] - day[second];
             (sum + difference, squares + difference * difference)
@@ -123,8 +123,8 @@ impl Corrections {
 }
 
 /// The offset at which the turn is sharpest, min.
-fn delay<'a>(days: impl Iterator<Item = &'a [f64; PLACES]>) -> f64 {
-    let mut total = [0.0; PLACES];
+fn delay<'a>(days: impl Iterator<Item = &'a [f64; BINS]>) -> f64 {
+    let mut total = [0.0; BINS];
     for day in days {
         for (total, value) in total.iter_mut().zip(day) {
             *total += value;

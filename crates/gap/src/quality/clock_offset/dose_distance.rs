@@ -2,7 +2,7 @@
 //!
 //! People log a meal and its bolus at one moment, so the distances between the two pile up at one
 //! value. Every pair of a meal and a bolus within four hours adds the product of their sizes at
-//! their distance; the place of the peak is the offset between the two clocks. Sizes are capped, so
+//! their distance; the position of the peak is the offset between the two clocks. Sizes are capped, so
 //! that a few large doses do not decide.
 
 use std::ops::Range;
@@ -15,8 +15,8 @@ use super::Minutes95;
 
 /// Largest distance between a bolus and a meal that is counted, steps: 4 h.
 const REACH: usize = 48;
-/// Places of the table: distances from -[`REACH`] to [`REACH`].
-const PLACES: usize = 2 * REACH + 1;
+/// Bins of the table: distances from -[`REACH`] to [`REACH`].
+const BINS: usize = 2 * REACH + 1;
 /// Largest distance that is searched, steps: 3 h.
 const SEARCHED: usize = 36;
 /// Half-width of the smoothing triangle and of the centroid, steps: 15 min.
@@ -39,7 +39,7 @@ const PREFERENCE_Z: f64 = 1.9;
 /// Weighted counts of the distances from meals to boluses, one table a day of the record.
 #[derive(Debug, Clone)]
 pub(super) struct DoseDistances {
-    days: Vec<[f64; PLACES]>,
+    days: Vec<[f64; BINS]>,
 }
 
 impl DoseDistances {
@@ -48,18 +48,18 @@ impl DoseDistances {
         // A meal counts in full from twice the median on, a bolus from the upper quartile on.
         let meals = sized(carbs, |sorted| 2.0 * sorted[sorted.len() / 2])?;
         let boluses = sized(bolus, |sorted| sorted[sorted.len() * 3 / 4])?;
-        let mut days = vec![[0.0; PLACES]; carbs.len().div_ceil(STEPS_PER_DAY)];
+        let mut days = vec![[0.0; BINS]; carbs.len().div_ceil(STEPS_PER_DAY)];
         let mut first = 0;
         for (meal, size) in meals {
             while boluses.get(first).is_some_and(|(bolus, _)| bolus + REACH < meal) {
                 first += 1;
             }
             for (bolus, units) in &boluses[first..] {
-                let place = bolus + REACH - meal;
-                if place >= PLACES {
+                let index = bolus + REACH - meal;
+                if index >= BINS {
                     break;
                 }
-                days[meal / STEPS_PER_DAY][place] += size * units;
+                days[meal / STEPS_PER_DAY][index] += size * units;
             }
         }
         Some(Self { days })
@@ -97,8 +97,8 @@ impl DoseDistances {
         let mut best: Option<(f64, usize)> = None;
         for day in FEWEST_DAYS..(self.days.len() + 1).saturating_sub(FEWEST_DAYS) {
             let (before, after) = self.days.split_at(day);
-            let places = (peak_place(&sum(before.iter())), peak_place(&sum(after.iter())));
-            let (Some(first), Some(second)) = places else { continue };
+            let peaks = (peak_index(&sum(before.iter())), peak_index(&sum(after.iter())));
+            let (Some(first), Some(second)) = peaks else { continue };
             if first.abs_diff(second) < SMALLEST_CHANGE {
                 continue;
             }
@@ -125,8 +125,8 @@ fn sized(doses: &[f64], cap: impl Fn(&[f64]) -> f64) -> Option<Vec<(usize, f64)>
     Some(given().map(|(step, dose)| (step, (dose / cap).min(1.0))).collect())
 }
 
-fn sum<'a>(days: impl Iterator<Item = &'a [f64; PLACES]>) -> [f64; PLACES] {
-    let mut total = [0.0; PLACES];
+fn sum<'a>(days: impl Iterator<Item = &'a [f64; BINS]>) -> [f64; BINS] {
+    let mut total = [0.0; BINS];
     for day in days {
         for (total, value) in total.iter_mut().zip(day) {
             *total += value;
@@ -135,26 +135,26 @@ fn sum<'a>(days: impl Iterator<Item = &'a [f64; PLACES]>) -> [f64; PLACES] {
     total
 }
 
-/// The table under a triangle of [`HALF_WIDTH`] steps on each side of a place.
-fn smoothed(table: &[f64; PLACES], index: usize) -> f64 {
+/// The table under a triangle of [`HALF_WIDTH`] steps on each side of a bin.
+fn smoothed(table: &[f64; BINS], index: usize) -> f64 {
     let weight = |at: usize| (HALF_WIDTH + 1 - at.abs_diff(index)) as f64;
     let around = index - HALF_WIDTH..=index + HALF_WIDTH;
     around.map(|at| table[at] * weight(at)).sum::<f64>() / ((HALF_WIDTH + 1).pow(2)) as f64
 }
 
-/// Place of the highest smoothed value within the searched distances; `None` if all are zero.
-fn peak_place(table: &[f64; PLACES]) -> Option<usize> {
+/// Bin of the highest smoothed value within the searched distances; `None` if all are zero.
+fn peak_index(table: &[f64; BINS]) -> Option<usize> {
     let searched = REACH - SEARCHED..=REACH + SEARCHED;
-    let (place, height) = searched
-        .map(|place| (place, smoothed(table, place)))
+    let (index, height) = searched
+        .map(|index| (index, smoothed(table, index)))
         .fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
-    (height > 0.0).then_some(place)
+    (height > 0.0).then_some(index)
 }
 
 /// Centroid around the peak, min.
-fn centroid(table: &[f64; PLACES]) -> Option<f64> {
-    let place = peak_place(table)?;
-    let around = place - HALF_WIDTH..=place + HALF_WIDTH;
+fn centroid(table: &[f64; BINS]) -> Option<f64> {
+    let index = peak_index(table)?;
+    let around = index - HALF_WIDTH..=index + HALF_WIDTH;
     let (weight, moment) = around.fold((0.0, 0.0), |(weight, moment), at| {
         (weight + table[at], moment + table[at] * (at as f64 - REACH as f64))
     });
@@ -162,7 +162,7 @@ fn centroid(table: &[f64; PLACES]) -> Option<f64> {
 }
 
 /// By how many standard errors the days prefer one distance to another; `None` if not clearly.
-fn preference(days: &[[f64; PLACES]], own: usize, other: usize) -> Option<f64> {
+fn preference(days: &[[f64; BINS]], own: usize, other: usize) -> Option<f64> {
     let (mut at_own, mut at_other, mut sum, mut squares) = (0.0, 0.0, 0.0, 0.0);
     for day in days {
         let values = (smoothed(day, own), smoothed(day, other));

@@ -27,7 +27,7 @@ const SPACING: i32 = 2;
 const GUT: [f64; 3] = [25.0, 40.0, 60.0];
 /// Times to maximum of insulin absorption, min: around the 55 min of Hovorka et al. 2004.
 const DEPOT: [f64; 3] = [40.0, 55.0, 75.0];
-/// Places in [`GUT`] and [`DEPOT`] of the people that are tried.
+/// Indices in [`GUT`] and [`DEPOT`] of the people that are tried.
 const SPEEDS: [(usize, usize); 5] = [(0, 0), (0, 2), (1, 1), (2, 0), (2, 2)];
 /// Lag of the sensor behind plasma, min.
 const SENSOR_LAG: f64 = 10.0;
@@ -73,7 +73,7 @@ pub(super) struct Offsets {
 }
 
 /// Whitened columns without their base, one an offset from -[`LARGEST`] to [`LARGEST`].
-type Columns = Vec<Vec<f64>>;
+type Predictors = Vec<Vec<f64>>;
 
 /// The regression for every offset.
 pub(super) struct SensorFit {
@@ -82,15 +82,15 @@ pub(super) struct SensorFit {
     /// Day of each.
     days: Vec<usize>,
     /// Carbohydrate taken up in each rise, by speed of the gut.
-    gut: Vec<Columns>,
+    gut: Vec<Predictors>,
     /// Insulin action in each rise, by speed of the depot.
-    depot: Vec<Columns>,
+    depot: Vec<Predictors>,
     /// Prior means of the rise per gram and of the fall per unit.
     priors: (f64, f64),
 }
 
 /// One fit.
-struct Fit {
+struct OffsetFit {
     evidence: f64,
     /// Half the squared residual of each rise.
     losses: Vec<f64>,
@@ -123,7 +123,7 @@ impl SensorFit {
                 steps.iter().map(|k| wave(*k).sin()).collect(),
             ]
         };
-        let whitening = Whitening::of(&rises, &base)?;
+        let whitening = RiseWhitening::of(&rises, &base)?;
         let kept = whitening.rows.iter().map(|row| steps[*row] / STEPS_PER_DAY).collect();
         let mut rises: Vec<f64> = rises.iter().map(|rise| rise.unwrap_or(0.0)).collect();
         rises = whitening.column(&rises);
@@ -133,7 +133,7 @@ impl SensorFit {
             let values: Vec<f64> = steps.iter().map(|k| at(k + RISE) - at(*k)).collect();
             whitening.column(&values)
         };
-        let columns = |doses: &[f64], times: &[f64]| -> Columns {
+        let columns = |doses: &[f64], times: &[f64]| -> Predictors {
             let curve = taken_up(doses, times);
             let offsets = (-LARGEST..=LARGEST).step_by(SPACING as usize);
             offsets.map(|offset| column(&curve, offset)).collect()
@@ -185,7 +185,7 @@ impl SensorFit {
         Some((best, *close.first()?, *close.last()?))
     }
 
-    fn best(&self, offsets: Offsets) -> Option<Fit> {
+    fn best(&self, offsets: Offsets) -> Option<OffsetFit> {
         let (centre, spread) = HABIT;
         (-HABIT_RANGE + 1..=HABIT_RANGE + 1)
             .step_by(SPACING as usize)
@@ -200,12 +200,12 @@ impl SensorFit {
     }
 
     /// The fit at some offsets with the speeds that suit best; `None` beyond [`LARGEST`].
-    fn fit(&self, offsets: Offsets) -> Option<Fit> {
-        let place = |offset: i32| {
-            let place = usize::try_from((offset + LARGEST + SPACING / 2).div_euclid(SPACING)).ok();
-            place.filter(|place| *place < self.gut[0].len())
+    fn fit(&self, offsets: Offsets) -> Option<OffsetFit> {
+        let index = |offset: i32| {
+            let index = usize::try_from((offset + LARGEST + SPACING / 2).div_euclid(SPACING)).ok();
+            index.filter(|index| *index < self.gut[0].len())
         };
-        let (meals, insulin) = (place(offsets.meals)?, place(offsets.insulin)?);
+        let (meals, insulin) = (index(offsets.meals)?, index(offsets.insulin)?);
         let (rise, fall) = self.priors;
         let (p_rise, p_fall) = ((RULE_CV * rise).powi(-2), (RULE_CV * fall).powi(-2));
         let best = SPEEDS
@@ -230,7 +230,7 @@ impl SensorFit {
         let (evidence, a, b, x, u) = best;
         let losses = x.iter().zip(u).zip(&self.rises);
         let losses = losses.map(|((x, u), y)| 0.5 * (y - a * x + b * u).powi(2)).collect();
-        Some(Fit { evidence, losses })
+        Some(OffsetFit { evidence, losses })
     }
 }
 
@@ -262,7 +262,7 @@ fn taken_up(doses: &[f64], times: &[f64]) -> Vec<f64> {
 }
 
 /// The transformation that makes residuals white, of equal size, and free of the base.
-struct Whitening {
+struct RiseWhitening {
     /// Coefficients of the autoregression.
     phi: [f64; ORDER],
     /// Rises whose predecessors are known.
@@ -273,7 +273,7 @@ struct Whitening {
     base: Vec<Vec<f64>>,
 }
 
-impl Whitening {
+impl RiseWhitening {
     fn of(rises: &[Option<f64>], base: &[Vec<f64>; BASE]) -> Option<Self> {
         let known = |row: usize| rises[row].is_some();
         let rows: Vec<usize> =

@@ -1,4 +1,4 @@
-//! Random effects: a factor that is drawn anew for every unit (a day), scored on days held out.
+//! Random effects: a factor that is drawn for every unit (a day), scored on days held out.
 //!
 //! What a unit's factor does to the innovations does not end with the unit: insulin of the evening acts in
 //! the small hours of the next day. Each unit therefore has a signature of its own, and neighbours share
@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 use super::folds::{FOLDS, fold};
 use super::held_out::Allowed;
-use super::statistics::{BLOCK, Person};
+use super::statistics::{BLOCK, TestStatistics};
 use super::variance::{Spreads, active, crossed, factored};
 use crate::design::{Design, UnitBank};
 use crate::log_sum::raised;
@@ -74,7 +74,7 @@ impl UnitEvidence {
 
 /// A person for the test of a random effect; `units` is `None` where the record cannot show it.
 pub(super) struct UnitTrial<'a> {
-    pub(super) person: &'a Person,
+    pub(super) person: &'a TestStatistics,
     pub(super) units: Option<&'a UnitSums>,
     /// Constant directions that are allowed for.
     pub(super) allowed: Vec<Allowed>,
@@ -82,7 +82,7 @@ pub(super) struct UnitTrial<'a> {
 
 impl UnitSums {
     /// Sums up the answers of a bank over the days of a design.
-    pub(super) fn of(design: &Design, person: &Person, bank: &UnitBank) -> Self {
+    pub(super) fn of(design: &Design, person: &TestStatistics, bank: &UnitBank) -> Self {
         let steps = design.residuals.len();
         let days = (0..steps.div_ceil(STEPS_PER_DAY))
             .map(|day| {
@@ -95,7 +95,7 @@ impl UnitSums {
 }
 
 impl UnitDay {
-    fn of(design: &Design, person: &Person, bank: &UnitBank, steps: Range<usize>) -> Self {
+    fn of(design: &Design, person: &TestStatistics, bank: &UnitBank, steps: Range<usize>) -> Self {
         // Starts ascend, so that the units that reach into a day are neighbours.
         let begin = bank
             .starts
@@ -269,11 +269,11 @@ fn likelihood(gram: &Mat<f64>, score: &Mat<f64>, spread: f64) -> f64 {
 }
 
 /// Log likelihoods of the spreads of [`GRID`] on all days of a person, and without each fold.
-type Likelihoods = (Vec<f64>, Vec<Vec<f64>>);
+type GridLikelihoods = (Vec<f64>, Vec<Vec<f64>>);
 
 /// Tests a random effect. `spreads` are those of the background, without the factor that is tested.
 pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence {
-    let found: Vec<Option<Likelihoods>> = trials
+    let found: Vec<Option<GridLikelihoods>> = trials
         .par_iter()
         .map(|trial| {
             let folds = trial.folds(trial.units?, spreads);
@@ -389,15 +389,15 @@ mod tests {
         }
     }
 
-    fn summed(design: &Design) -> (Person, UnitSums, Vec<Allowed>) {
-        let person = Person::of(design);
+    fn summed(design: &Design) -> (TestStatistics, UnitSums, Vec<Allowed>) {
+        let person = TestStatistics::of(design);
         let sums = UnitSums::of(design, &person, &design.random[0]);
         let allowed =
             (0..RANDOM.len()).map(|column| Allowed { column, mean: 0.0, sd: 0.1 }).collect();
         (person, sums, allowed)
     }
 
-    fn planted(sd: f64, stream: u64) -> (Person, UnitSums, Vec<Allowed>) {
+    fn planted(sd: f64, stream: u64) -> (TestStatistics, UnitSums, Vec<Allowed>) {
         summed(&design(sd, stream))
     }
 
@@ -407,7 +407,7 @@ mod tests {
         spreads
     }
 
-    fn scored(people: &[(Person, UnitSums, Vec<Allowed>)]) -> UnitEvidence {
+    fn scored(people: &[(TestStatistics, UnitSums, Vec<Allowed>)]) -> UnitEvidence {
         let trials: Vec<UnitTrial<'_>> = people
             .iter()
             .map(|(person, units, allowed)| UnitTrial {
@@ -506,7 +506,7 @@ mod tests {
                 }
             }
         }
-        let trials = |people: &[(Person, UnitSums, Vec<Allowed>)]| scored(people).gain();
+        let trials = |people: &[(TestStatistics, UnitSums, Vec<Allowed>)]| scored(people).gain();
         assert!(trials(&loud) < trials(&quiet) + 1.0);
     }
 }

@@ -12,8 +12,8 @@ const AT_ONCE: usize = 4;
 
 /// Adds a multiple of one list to another, as far as both go.
 pub(crate) fn add_scaled(to: &mut [f32], factor: f32, of: &[f32]) {
-    struct Adding<'a>(&'a mut [f32], f32, &'a [f32]);
-    impl NullaryFnOnce for Adding<'_> {
+    struct AddScaled<'a>(&'a mut [f32], f32, &'a [f32]);
+    impl NullaryFnOnce for AddScaled<'_> {
         type Output = ();
         #[inline(always)]
         fn call(self) {
@@ -25,13 +25,13 @@ pub(crate) fn add_scaled(to: &mut [f32], factor: f32, of: &[f32]) {
             }
         }
     }
-    Arch::new().dispatch(Adding(to, factor, of));
+    Arch::new().dispatch(AddScaled(to, factor, of));
 }
 
 /// Adds the products of two lists, entry by entry, to a third, as far as all go.
 pub(crate) fn add_products(to: &mut [f32], a: &[f32], b: &[f32]) {
-    struct Adding<'a>(&'a mut [f32], &'a [f32], &'a [f32]);
-    impl NullaryFnOnce for Adding<'_> {
+    struct AddProducts<'a>(&'a mut [f32], &'a [f32], &'a [f32]);
+    impl NullaryFnOnce for AddProducts<'_> {
         type Output = ();
         #[inline(always)]
         fn call(self) {
@@ -43,14 +43,14 @@ pub(crate) fn add_products(to: &mut [f32], a: &[f32], b: &[f32]) {
             }
         }
     }
-    Arch::new().dispatch(Adding(to, a, b));
+    Arch::new().dispatch(AddProducts(to, a, b));
 }
 
 /// Replaces `sum` by the sum of rows times their factors. A row is as long as the sum, a multiple of [`WIDTH`]; as many
 /// rows count as there are factors and whole rows.
 pub(crate) fn combined(factors: &[f32], rows: &[f32], sum: &mut [f32]) {
-    struct Combining<'a>(&'a [f32], &'a [f32], &'a mut [f32]);
-    impl WithSimd for Combining<'_> {
+    struct Combine<'a>(&'a [f32], &'a [f32], &'a mut [f32]);
+    impl WithSimd for Combine<'_> {
         type Output = ();
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
@@ -88,14 +88,14 @@ pub(crate) fn combined(factors: &[f32], rows: &[f32], sum: &mut [f32]) {
         sum[first..first + N].copy_from_slice(&sums);
     }
     if !sum.is_empty() {
-        Arch::new().dispatch(Combining(factors, rows, sum));
+        Arch::new().dispatch(Combine(factors, rows, sum));
     }
 }
 
 /// The product of two lists, as far as both go; [`WIDTH`] sums side by side on every machine.
 pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
-    struct Multiplying<'a>(&'a [f32], &'a [f32]);
-    impl WithSimd for Multiplying<'_> {
+    struct Product<'a>(&'a [f32], &'a [f32]);
+    impl WithSimd for Product<'_> {
         type Output = f32;
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> f32 {
@@ -127,7 +127,7 @@ pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
             total + rest
         }
     }
-    Arch::new().dispatch(Multiplying(a, b))
+    Arch::new().dispatch(Product(a, b))
 }
 
 #[cfg(test)]

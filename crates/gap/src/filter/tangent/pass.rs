@@ -1,4 +1,4 @@
-//! A few directions on their way over a record, side by side.
+//! The tangent pass: a few directions carried over a record, side by side.
 
 use effects::Field;
 use ode_sim::slot;
@@ -17,8 +17,8 @@ struct Courses {
 }
 
 /// What feeds at most [`LANES`] directions.
-pub(super) struct Block {
-    /// Place of their parameters among those of [`Steps`], and the derivative of the start by them.
+pub(super) struct LaneBlock {
+    /// Index of their parameters among those of [`Steps`], and the derivative of the start by them.
     parameters: Option<(usize, States)>,
     /// Courses that change the state.
     feeding: Vec<Courses>,
@@ -26,8 +26,8 @@ pub(super) struct Block {
     read: Vec<Courses>,
 }
 
-impl Block {
-    /// The block at `place` of the directions in their order; `n` steps of record.
+impl LaneBlock {
+    /// The block at `index` of the directions in their order; `n` steps of record.
     pub(super) fn of(
         steps: &Steps<'_>,
         index: usize,
@@ -72,13 +72,13 @@ impl Block {
 
 /// The directions of a block, as far as they have come.
 pub(super) struct Pass<'a> {
-    block: &'a Block,
+    block: &'a LaneBlock,
     x: States,
 }
 
 impl<'a> Pass<'a> {
     /// At the start of the record.
-    pub(super) fn new(block: &'a Block) -> Self {
+    pub(super) fn new(block: &'a LaneBlock) -> Self {
         let x = block.parameters.map_or([[0.0; LANES]; STATES], |(_, begin)| begin);
         Self { block, x }
     }
@@ -89,7 +89,7 @@ impl<'a> Pass<'a> {
     }
 
     /// At a step at which they have come to `x`.
-    pub(super) fn at(block: &'a Block, x: States) -> Self {
+    pub(super) fn at(block: &'a LaneBlock, x: States) -> Self {
         Self { block, x }
     }
 
@@ -97,20 +97,20 @@ impl<'a> Pass<'a> {
     /// are appended to `rows`.
     pub(super) fn over(&mut self, steps: &Steps<'_>, rows: &mut Vec<Lanes>) {
         let parameters = self.block.parameters.map(|(index, _)| &steps.parameters[index]);
-        pulp::Arch::new().dispatch(Passing { steps, parameters, pass: self, rows });
+        pulp::Arch::new().dispatch(PassKernel { steps, parameters, pass: self, rows });
     }
 }
 
 /// [`Pass::over`], compiled for the instructions of the machine it runs on. Products and sums are rounded one
 /// by one on all of them, so that they agree bit for bit.
-struct Passing<'a, 'b> {
+struct PassKernel<'a, 'b> {
     steps: &'a Steps<'a>,
     parameters: Option<&'a Parameters>,
     pass: &'a mut Pass<'b>,
     rows: &'a mut Vec<Lanes>,
 }
 
-impl pulp::NullaryFnOnce for Passing<'_, '_> {
+impl pulp::NullaryFnOnce for PassKernel<'_, '_> {
     type Output = ();
 
     #[inline(always)]

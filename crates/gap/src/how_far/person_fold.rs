@@ -6,8 +6,8 @@ use std::ops::Range;
 use super::drivers::{self, Driver};
 use super::folds::Folds;
 use super::hidden::Hidden;
-use super::judge::{Candidate, Day, Floor, HeldOut};
-use super::reconstruction::{Linear, Strength, Tally};
+use super::judge::{CandidateFit, Floor, HeldOutBlock, HeldOutDay};
+use super::reconstruction::{Linear, Strength, StrengthSums};
 use super::refit::{Equations, Fit, Training};
 use super::settings::Settings;
 use super::subject::Subject;
@@ -20,7 +20,7 @@ use crate::filter::scored::Whitening;
 const UNKNOWN: f64 = 120.0;
 
 /// A person in one fold.
-pub(super) struct Unit<'a> {
+pub(super) struct PersonFold<'a> {
     pub(super) subject: usize,
     pub(super) fold: usize,
     pub(super) folds: &'a Folds,
@@ -53,7 +53,7 @@ enum Lies {
     Away,
 }
 
-impl<'a> Unit<'a> {
+impl<'a> PersonFold<'a> {
     pub(super) fn new(index: usize, fold: usize, subject: &'a Subject<'a>) -> Self {
         let calibration = subject.input.calibration;
         let mut glucose = subject.course.glucose.clone();
@@ -88,7 +88,7 @@ impl<'a> Unit<'a> {
     }
 }
 
-impl Unit<'_> {
+impl PersonFold<'_> {
     /// Fits without effects, in at most so many iterations. It ends where another iteration is expected to move the fit
     /// by less than the calibration's tolerance; the fit with effects starts there.
     pub(super) fn fit_before(&mut self, iterations: usize, rule: &CalibrationRule) {
@@ -214,8 +214,8 @@ impl Unit<'_> {
         subject: &Subject<'_>,
         hidden: &[(usize, Strength)],
         rule: &CalibrationRule,
-    ) -> Result<Vec<Tally>, GapError> {
-        let mut tallies = vec![Tally::default(); hidden.len()];
+    ) -> Result<Vec<StrengthSums>, GapError> {
+        let mut tallies = vec![StrengthSums::default(); hidden.len()];
         let course = self.training.course();
         for range in &self.training.stretches {
             let mut linear = self.linear(range, rule)?;
@@ -255,7 +255,7 @@ impl Unit<'_> {
         let mut judged =
             Judged { subject: self.subject, predicted: Vec::new(), reconstructed: Vec::new() };
         let Some(block) = self.folds.held_out(self.fold) else { return Ok(judged) };
-        let held_out = HeldOut {
+        let held_out = HeldOutBlock {
             observations: self.training.observations,
             model: self.training.model,
             whole_days: &self.folds.whole_days(&block),
@@ -263,25 +263,25 @@ impl Unit<'_> {
             settings,
         };
         let mut course = self.training.course();
-        let before = Candidate { fit: &self.before, drivers: &[], hidden: None };
+        let before = CandidateFit { fit: &self.before, drivers: &[], hidden: None };
         let before = held_out.judge(&before, &mut course, Floor::Skip)?;
         let after = if self.training.drivers.is_empty() {
             before.clone()
         } else {
             let drivers = &self.training.drivers;
-            let candidate = Candidate { fit: &self.after, drivers, hidden: None };
+            let candidate = CandidateFit { fit: &self.after, drivers, hidden: None };
             held_out.judge(&candidate, &mut course, Floor::Take)?
         };
         if !hidden.is_empty() {
-            let mut linear = self.linear(&held_out.seen(), settings.calibration)?;
+            let mut linear = self.linear(&held_out.filtered_steps(), settings.calibration)?;
             let mut changes = Hidden::default();
-            for (place, strength) in hidden.iter().zip(&strengths[self.fold]) {
-                if let Some(form) = &subject.forms[*place] {
+            for (index, strength) in hidden.iter().zip(&strengths[self.fold]) {
+                if let Some(form) = &subject.forms[*index] {
                     changes.extend(linear.reconstruct(form, *strength, &block, &course)?.0);
                 }
             }
             let drivers = &self.training.drivers;
-            let candidate = Candidate { fit: &self.after, drivers, hidden: Some(&changes) };
+            let candidate = CandidateFit { fit: &self.after, drivers, hidden: Some(&changes) };
             let known = held_out.judge(&candidate, &mut course, Floor::Skip)?;
             judged.reconstructed = pairs(after.clone(), known);
         }
@@ -304,8 +304,9 @@ pub(super) struct Judged {
     pub(super) reconstructed: Vec<(usize, Pair)>,
 }
 
-fn pairs(before: Vec<(usize, Day)>, after: Vec<(usize, Day)>) -> Vec<(usize, Pair)> {
-    let pair =
-        |((day, before), (_, after)): ((usize, Day), (usize, Day))| (day, Pair { before, after });
+fn pairs(before: Vec<(usize, HeldOutDay)>, after: Vec<(usize, HeldOutDay)>) -> Vec<(usize, Pair)> {
+    let pair = |((day, before), (_, after)): ((usize, HeldOutDay), (usize, HeldOutDay))| {
+        (day, Pair { before, after })
+    };
     before.into_iter().zip(after).map(pair).collect()
 }
