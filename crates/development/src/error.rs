@@ -39,7 +39,7 @@ pub enum DevelopmentError {
     Model(#[from] ModelError),
     /// A step of a network fails.
     #[error("a window of the development set")]
-    Step(#[from] physiology::NonFinite),
+    Step(#[from] physiology::SimulationError),
     /// A change of a network's weights.
     #[error(transparent)]
     Change(#[from] ConformanceError),

@@ -7,7 +7,7 @@ use nn_statespace::PopulationModel;
 use nn_statespace::training::{GroupErrors, WindowGroup};
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Subset, Week};
-use physiology::{Compartment, MgPerDl, Plant as _, States, StepInput};
+use physiology::{Compartment, MgPerDl, OpenLoop, Plant as _, States, StepInput, simulate};
 use rayon::prelude::*;
 use stats::{Outcome, Outcomes, Summary, compare_outcomes};
 
@@ -138,14 +138,9 @@ pub fn score(
 
 /// Glucose after each step, mg/dL; `None` if the model leaves the finite numbers.
 fn simulated(model: &PopulationModel, start: &States, inputs: &[StepInput]) -> Option<Vec<f64>> {
-    let mut state = model.scaler().scale(start);
-    inputs
-        .iter()
-        .map(|input| {
-            state = model.step(&state, input).ok()?;
-            Some(model.glucose(&state).0)
-        })
-        .collect()
+    let start = model.scaler().scale(start);
+    let run = simulate(model, start, &mut OpenLoop::new(inputs), inputs.len()).ok()?;
+    Some(run.glucose(model).into_iter().skip(1).map(|glucose| glucose.0).collect())
 }
 
 impl Scored {

@@ -5,7 +5,7 @@ use nn_statespace::training::WindowGroup;
 use nn_statespace::{GlucoseClamp, HiddenLayerNetwork, PerCompartment, PopulationModel, Signal};
 use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{Subset, Week};
-use physiology::{Compartment, Plant as _, STEP, States, StepInput};
+use physiology::{Compartment, OpenLoop, Plant as _, STEP, States, StepInput, simulate};
 use rand::SeedableRng as _;
 use rand::seq::SliceRandom as _;
 use rand_chacha::ChaCha8Rng;
@@ -134,13 +134,16 @@ impl TrajectoryCost {
         let unit = model.scaler().of(Signal::State(Compartment::Q1)).scale;
         let network = model.network(compartment);
         let n = network.hidden() + 1;
-        let mut state = model.scaler().scale(&window.start);
-        // Of each state by each output weight; all zero at the start.
+        let start = model.scaler().scale(&window.start);
+        let mut inputs = OpenLoop::new(&window.inputs);
+        let run = simulate(model, start, &mut inputs, window.inputs.len())?;
+        // Tangents of each state by each output weight along the run; all zero at the start.
         let mut tangents = PerCompartment::from_fn(|_| vec![0.0; n]);
-        for (step, (input, truth)) in window.inputs.iter().zip(&window.glucose).enumerate() {
-            let u = model.scaler().scale_input(input);
-            let slopes = PerCompartment::from_fn(|c| model.rate_and_slopes(c, &state, u).1);
-            let seen = model.seen_by(compartment, &state, u);
+        for (step, truth) in window.glucose.iter().enumerate() {
+            let state = &run.states[step];
+            let u = model.scaler().scale_input(&window.inputs[step]);
+            let slopes = PerCompartment::from_fn(|c| model.rate_and_slopes(c, state, u).1);
+            let seen = model.seen_by(compartment, state, u);
             let mut next = tangents.clone();
             for (of, slopes) in slopes.iter() {
                 for (by, slope) in slopes.iter().filter(|(_, slope)| **slope != 0.0) {
@@ -154,9 +157,8 @@ impl TrajectoryCost {
                     STEP.0 * if hidden + 1 == n { 1.0 } else { active(network, hidden, &seen) };
             }
             tangents = next;
-            state = model.step(&state, input)?;
             if (step + 1).is_multiple_of(EVERY) {
-                let error = model.glucose(&state).0 - truth;
+                let error = model.glucose(&run.states[step + 1]).0 - truth;
                 sums.take(error, unit, share, &tangents[Compartment::Q1]);
             }
         }

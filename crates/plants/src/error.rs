@@ -25,11 +25,6 @@ pub enum PlantsError {
     #[error(transparent)]
     Stats(#[from] stats::StatsError),
     /// A step of a window under an effect fails.
-    #[error("step {step} of a window under the effect")]
-    Step {
-        /// Which step of the window, from 0.
-        step: usize,
-        /// Why.
-        source: ode_sim::OdeError,
-    },
+    #[error("a window under the effect")]
+    Window(#[from] physiology::SimulationError),
 }

@@ -7,12 +7,12 @@ use cohort::{Person, Window};
 use effects::{Course, Effect, Form, Modulation};
 use gap::filter::augmented::AugmentedModel;
 use gap::filter::state::AugmentedState;
-use gap::{NoiseModel, course};
+use gap::{ModulatedPlant, ModulatedState, NoiseModel, course};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel, ScaledStates};
 use ode_sim::{EgpMode, OdeParameters, OdeState, OdeVector};
 use physiology::{
-    Compartment, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, Plant as _, STEP, StepInput,
-    UnitsPerHour,
+    Compartment, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, OpenLoop, STEP, StepInput,
+    UnitsPerHour, simulate,
 };
 use twins::Known;
 
@@ -162,18 +162,17 @@ impl<'a> ModulatedNetwork<'a> {
         inputs: &[StepInput],
         modulations: &[Modulation],
     ) -> Result<Known, PlantsError> {
+        let plant = ModulatedPlant::new(&self.model, modulations);
+        let start = ModulatedState { step: 0, state: self.augmented(start) };
+        let steps = inputs.len().min(modulations.len());
+        let run = simulate(&plant, start, &mut OpenLoop::new(inputs), steps)?;
+        let scaler = self.population.scaler();
+        let reported = run.report(&plant);
         let mut known = Known { states: Vec::new(), added_rates: Vec::new() };
-        let mut state = self.augmented(start);
-        for (step, (input, modulation)) in inputs.iter().zip(modulations).enumerate() {
-            let scaler = self.population.scaler();
-            let now = scaler.scale(&self.model.report(&state));
-            let following = self
-                .model
-                .step(&state, input, modulation)
-                .map_err(|source| PlantsError::Step { step, source })?;
+        for (input, states) in run.inputs.iter().zip(reported.windows(2)) {
+            let [now, after] = [&states[0], &states[1]].map(|states| scaler.scale(states));
             let own = self.population.rate(Compartment::Q1, &now, scaler.scale_input(input));
-            let after = scaler.scale(&self.model.report(&following));
-            let glucose = self.model.report(&following)[Compartment::Q1];
+            let glucose = states[1][Compartment::Q1];
             let moved = (after[Compartment::Q1] - now[Compartment::Q1]) / STEP.0;
             // At the end of its range glucose tells nothing of its rate; what acted before acts on.
             let added_rate = if confined(glucose) {
@@ -183,7 +182,6 @@ impl<'a> ModulatedNetwork<'a> {
             };
             known.states.push(now);
             known.added_rates.push(added_rate);
-            state = following;
         }
         Ok(known)
     }
@@ -219,7 +217,7 @@ mod tests {
     use super::*;
     use effects::{Field, find};
     use nn_statespace::initial_state::steady_state;
-    use physiology::{Grams, OpenLoop, Units, simulate};
+    use physiology::{Grams, Plant as _, Units};
     use twins::{InputSet, PreparedWindow, ResidualNetwork, window_courses};
 
     fn inputs() -> Vec<StepInput> {

@@ -151,7 +151,7 @@ impl OtherBody {
         let fed = StepInput { carbs: BITE, ..resting };
         let dosed = StepInput { bolus: DOSE, ..resting };
         let (c1, s1) = (gained(C1, &fed), gained(S1, &dosed));
-        // The gut alone: the rest of the body need not follow.
+        // The gut alone, in a loop of its own: `physiology::simulate` would compute the other eight rates too.
         let (mut highest, before) = (0.0f64, x[C2]);
         for step in 0..6 * STEPS_PER_HOUR {
             let input = if step == 0 { &fed } else { &resting };
@@ -232,6 +232,7 @@ impl OtherBody {
         self.settled(&self.ports(person), start, basal)
     }
 
+    /// The loop is no simulation: it holds glucose, which [`simulate`](physiology::simulate) would move.
     fn settled(&self, ports: &Ports, start: OdeVector, basal: UnitsPerHour) -> OdeVector {
         let input = StepInput { basal, ..StepInput::default() };
         let mut x = start;

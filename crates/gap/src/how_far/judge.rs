@@ -1,4 +1,6 @@
 //! Free runs and one-step predictions of one person on the days held out in one fold.
+//!
+//! A free run goes through [`simulate`], or through [`PreparedSteps`] where nothing that acts depends on the run.
 
 use std::ops::Range;
 

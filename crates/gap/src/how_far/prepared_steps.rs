@@ -1,7 +1,7 @@
-//! Steps of free runs that are worked out beforehand: where nothing that acts in them depends on the run.
+//! Steps of free runs that are prepared once, where nothing that acts in them depends on the run.
 //!
-//! Runs start every two hours and last a day, so that each step is taken a dozen times. They have a loop of their own:
-//! [`simulate`](physiology::simulate) keeps every state, and its plant would work every step out again.
+//! Runs start every two hours and last a day, so that each step is taken a dozen times. They have a loop of their own,
+//! because [`simulate`](physiology::simulate) keeps every state and its plant would compute every coefficient again.
 
 use std::ops::Range;
 
