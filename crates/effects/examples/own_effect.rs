@@ -2,7 +2,7 @@
 //!
 //! The effect stands in `own_effect/caffeine.rs`. The diagnosis fits, ranks and names it like the others where it is
 //! handed in beside the library: `cargo run -p gap --example with_own_effect -- COHORT` does that, and the test
-//! `own_effect` of `xtask` shows that it is named in a world that has it and not in the same world without it.
+//! `own_effect` of `cli` shows that it is named in a world that has it and not in the same world without it.
 
 #![expect(clippy::print_stdout, reason = "an example shows what it made")]
 

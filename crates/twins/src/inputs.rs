@@ -11,7 +11,7 @@ pub const STATE_INPUTS: usize = 5;
 /// Personal inputs after the states: heart rate, weekend, cosine and sine of the hour, sleep.
 pub const PERSONAL_INPUTS: usize = 5;
 /// All inputs of the residual network. The published weights have ten columns in their first
-/// layer, and 10-128-64-32-1 has the 11,777 parameters that the paper counts.
+/// layer, and 10-128-64-32-1 has 11,777 parameters.
 pub const INPUTS: usize = STATE_INPUTS + PERSONAL_INPUTS;
 
 /// Names of the residual network's inputs in their order.
