@@ -21,11 +21,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("certificate", &[]),
     ("cohort", &["contract", "physiology"]),
     ("stats", &["contract", "physiology"]),
+    ("bayesopt", &[]),
     ("behaviour", &["contract", "physiology"]),
     ("twins", &["physiology", "ode-sim", "nn-statespace", "cohort"]),
     (
         "ode-twins",
-        &["contract", "physiology", "ode-sim", "nn-statespace", "cohort", "stats", "twins"],
+        &[
+            "contract",
+            "physiology",
+            "ode-sim",
+            "nn-statespace",
+            "cohort",
+            "stats",
+            "bayesopt",
+            "twins",
+        ],
     ),
     (
         "evaluation",
@@ -44,7 +54,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "development",
-        &["contract", "physiology", "ode-sim", "nn-statespace", "conformance", "stats"],
+        &["contract", "physiology", "ode-sim", "nn-statespace", "conformance", "stats", "bayesopt"],
     ),
     (
         "bench",

@@ -54,10 +54,7 @@ pub enum DevelopmentError {
     /// Rows cannot be hashed.
     #[error("the rows of a week")]
     Rows(#[from] std::io::Error),
-    /// The optimiser refuses the trials.
-    #[error("the search for widths: {reason}")]
-    Search {
-        /// What it says.
-        reason: String,
-    },
+    /// The search refuses the trials.
+    #[error("the search for widths: {0}")]
+    Search(bayesopt::SearchError),
 }

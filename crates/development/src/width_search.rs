@@ -2,12 +2,10 @@
 //!
 //! A proposal follows from seed and trials so far alone, so that a search goes on from a list of them.
 
+use bayesopt::{Range, SearchError, latin_hypercube};
 pub use contract::widths::Trial;
-use egobox_ego::{Cstr, EgorServiceFactory};
-use ndarray::Array2;
 use nn_statespace::training::{Provenance, TrainingConfig, train};
 use nn_statespace::{PerCompartment, Widths};
-use rand::seq::SliceRandom as _;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
@@ -31,33 +29,30 @@ pub fn next_widths(
     explore: usize,
     seed: u64,
 ) -> Result<[usize; NETWORKS], DevelopmentError> {
+    let ranges = ranges().map_err(DevelopmentError::Search)?;
     if trials.len() < explore {
-        return Ok(hypercube(explore, seed)[trials.len()]);
+        let points = latin_hypercube(&ranges, explore, seed);
+        return Ok(rounded(&points[trials.len()]));
     }
     let worst = trials.iter().filter_map(|t| t.error).fold(1.0, f64::max);
-    let error = |trial: &Trial| trial.error.unwrap_or(2.0 * worst).ln();
-    let x = Array2::from_shape_fn((trials.len(), NETWORKS), |(row, column)| {
-        (trials[row].widths[column] as f64).log2()
-    });
-    let y = Array2::from_shape_fn((trials.len(), 1), |(row, _)| error(&trials[row]));
-    let limits = Array2::from_shape_fn((NETWORKS, 2), |(_, end)| {
-        let width = if end == 0 { RANGE.0 } else { RANGE.1 };
-        (width as f64).log2()
-    });
-    // Its own seed for each proposal: the same search anew would look at the same places.
+    let tried: Vec<(Vec<f64>, f64)> = trials
+        .iter()
+        .map(|trial| {
+            let point = trial.widths.iter().map(|width| (*width as f64).log2()).collect();
+            (point, trial.error.unwrap_or(2.0 * worst).ln())
+        })
+        .collect();
+    // Its own seed for each proposal: the same search again would look at the same points.
     let number = trials.len() as u64;
-    let search = EgorServiceFactory::<Cstr>::optimize()
-        .configure(|config| config.seed(seed.wrapping_mul(1_000_003).wrapping_add(number)))
-        .min_within(&limits)
-        .map_err(|error| DevelopmentError::Search { reason: error.to_string() })?;
-    let proposed = search.suggest(&x, &y);
-    let mut widths = std::array::from_fn(|k| rounded(proposed[(0, k)]));
+    let own = seed.wrapping_mul(1_000_003).wrapping_add(number);
+    let proposed = bayesopt::propose(&tried, &ranges, own).map_err(DevelopmentError::Search)?;
+    let mut widths = rounded(&proposed);
     // The same widths again would teach nothing.
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(1 + number);
     while trials.iter().any(|trial| trial.widths == widths) {
-        let place = rng.random_range(0..NETWORKS);
-        widths[place] = rng.random_range(RANGE.0..=RANGE.1);
+        let network = rng.random_range(0..NETWORKS);
+        widths[network] = rng.random_range(RANGE.0..=RANGE.1);
     }
     Ok(widths)
 }
@@ -84,24 +79,13 @@ pub fn best(trials: &[Trial]) -> Option<&Trial> {
     errors.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(trial, _)| trial)
 }
 
-fn rounded(log2: f64) -> usize {
-    (log2.exp2().round() as usize).clamp(RANGE.0, RANGE.1)
+/// The range of the logarithm of each width to the base of 2.
+fn ranges() -> Result<[Range; NETWORKS], SearchError> {
+    Ok([Range::new((RANGE.0 as f64).log2(), (RANGE.1 as f64).log2())?; NETWORKS])
 }
 
-/// So many points of which each network has one width in each equal part of the range's logarithm.
-fn hypercube(points: usize, seed: u64) -> Vec<[usize; NETWORKS]> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut widths = vec![[0; NETWORKS]; points];
-    let (low, high) = ((RANGE.0 as f64).log2(), (RANGE.1 as f64).log2());
-    for network in 0..NETWORKS {
-        let mut parts: Vec<usize> = (0..points).collect();
-        parts.shuffle(&mut rng);
-        for (point, part) in widths.iter_mut().zip(parts) {
-            let share = (part as f64 + rng.random::<f64>()) / points as f64;
-            point[network] = rounded(low + share * (high - low));
-        }
-    }
-    widths
+fn rounded(log2: &[f64]) -> [usize; NETWORKS] {
+    std::array::from_fn(|k| (log2[k].exp2().round() as usize).clamp(RANGE.0, RANGE.1))
 }
 
 #[cfg(test)]
@@ -124,9 +108,14 @@ mod tests {
         trials
     }
 
+    fn explored(points: usize, seed: u64) -> Vec<[usize; NETWORKS]> {
+        let cube = latin_hypercube(&ranges().expect("rises"), points, seed);
+        cube.iter().map(|point| rounded(point)).collect()
+    }
+
     #[test]
     fn exploration_covers_the_range_of_every_width() {
-        let points = hypercube(20, 4);
+        let points = explored(20, 4);
         for network in 0..NETWORKS {
             let mut widths: Vec<usize> = points.iter().map(|point| point[network]).collect();
             widths.sort_unstable();
@@ -134,7 +123,7 @@ mod tests {
             // The eleventh of twenty parts: 2^5 to 2^5.3.
             assert!((32..=40).contains(&widths[10]), "{widths:?}");
         }
-        assert_ne!(points, hypercube(20, 5));
+        assert_ne!(points, explored(20, 5));
     }
 
     #[test]

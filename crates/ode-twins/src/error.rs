@@ -18,9 +18,9 @@ pub enum OdeTwinError {
         /// Why the last one failed.
         last: String,
     },
-    /// The optimiser refused its configuration.
+    /// The search refuses its range or its evaluations.
     #[error("the search for sensitivities: {0}")]
-    Search(String),
+    Search(bayesopt::SearchError),
     /// The sampler gave up.
     #[error("the sampler, chain {chain}: {reason}")]
     Sampler {

@@ -1,12 +1,8 @@
 //! Bayesian optimisation of the three insulin sensitivities (paper, "Bayesian optimization-based
 //! digital twin").
 
-use egobox_ego::{Cstr, EgorServiceFactory};
-use ndarray::Array2;
+use bayesopt::{Range, latin_hypercube};
 use ode_sim::{OdeParameters, OdePlant};
-use rand::seq::SliceRandom as _;
-use rand::{RngExt as _, SeedableRng as _};
-use rand_chacha::ChaCha8Rng;
 
 use crate::error::OdeTwinError;
 use crate::windows::FitWindows;
@@ -78,17 +74,17 @@ pub fn search_sensitivities(
         let requirement = "positive and below the greatest factor";
         return Err(OdeTwinError::Setting { setting: "least factor", value: least, requirement });
     }
-    let (low, high) = (least.ln(), most.ln());
-    let mut tried: Vec<([f64; SENSITIVITIES], Option<f64>)> = Vec::new();
+    let ranges = [Range::new(least.ln(), most.ln()).map_err(OdeTwinError::Search)?; SENSITIVITIES];
+    let mut tried: Vec<(Vec<f64>, Option<f64>)> = Vec::new();
     let mut last = String::from("no evaluation was asked for");
-    let mut points = hypercube(rule.explore.max(1), low, high, seed);
+    let mut points = latin_hypercube(&ranges, rule.explore.max(1), seed);
     points.reverse();
     for number in 0..rule.explore.max(1) + rule.propose {
         let point = match points.pop() {
             Some(point) => point,
-            None => propose(&tried, low, high, seed.wrapping_add(number as u64))?,
+            None => propose(&tried, &ranges, seed.wrapping_add(number as u64))?,
         };
-        let parameters = with_sensitivities(point.map(f64::exp));
+        let parameters = with_sensitivities(factors(&point));
         let loss = match windows.loss(&OdePlant::reproduction(parameters, windows.weight())) {
             Ok(loss) if loss.is_finite() && loss > 0.0 => Some(loss),
             Ok(loss) => {
@@ -102,44 +98,26 @@ pub fn search_sensitivities(
         };
         tried.push((point, loss));
     }
-    let found = tried.iter().filter_map(|(point, loss)| Some((*point, (*loss)?)));
+    let found = tried.iter().filter_map(|(point, loss)| Some((point, (*loss)?)));
     let best = found.min_by(|a, b| a.1.total_cmp(&b.1));
     let (point, loss) = best.ok_or(OdeTwinError::NoCandidate { tried: tried.len(), last })?;
-    Ok(FoundSensitivities { factors: point.map(f64::exp), loss, evaluations: tried.len() })
+    Ok(FoundSensitivities { factors: factors(point), loss, evaluations: tried.len() })
+}
+
+fn factors(point: &[f64]) -> [f64; SENSITIVITIES] {
+    std::array::from_fn(|k| point[k].exp())
 }
 
 /// Where to look next.
 fn propose(
-    tried: &[([f64; SENSITIVITIES], Option<f64>)],
-    low: f64,
-    high: f64,
+    tried: &[(Vec<f64>, Option<f64>)],
+    ranges: &[Range],
     seed: u64,
-) -> Result<[f64; SENSITIVITIES], OdeTwinError> {
+) -> Result<Vec<f64>, OdeTwinError> {
     let worst = tried.iter().filter_map(|(_, loss)| *loss).fold(1e-6, f64::max);
-    let x = Array2::from_shape_fn((tried.len(), SENSITIVITIES), |(row, k)| tried[row].0[k]);
-    let y = Array2::from_shape_fn((tried.len(), 1), |(row, _)| {
-        tried[row].1.unwrap_or(2.0 * worst).ln()
-    });
-    let limits = Array2::from_shape_fn((SENSITIVITIES, 2), |(_, end)| [low, high][end]);
-    let search = EgorServiceFactory::<Cstr>::optimize()
-        .configure(|config| config.seed(seed))
-        .min_within(&limits)
-        .map_err(|error| OdeTwinError::Search(error.to_string()))?;
-    let proposed = search.suggest(&x, &y);
-    Ok(std::array::from_fn(|k| proposed[(0, k)].clamp(low, high)))
-}
-
-/// Points of which each coordinate has one in each equal part of its range.
-fn hypercube(points: usize, low: f64, high: f64, seed: u64) -> Vec<[f64; SENSITIVITIES]> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut drawn = vec![[0.0; SENSITIVITIES]; points];
-    for coordinate in 0..SENSITIVITIES {
-        let mut parts: Vec<usize> = (0..points).collect();
-        parts.shuffle(&mut rng);
-        for (point, part) in drawn.iter_mut().zip(parts) {
-            let share = (part as f64 + rng.random::<f64>()) / points as f64;
-            point[coordinate] = low + share * (high - low);
-        }
-    }
-    drawn
+    let logs: Vec<(Vec<f64>, f64)> = tried
+        .iter()
+        .map(|(point, loss)| (point.clone(), loss.unwrap_or(2.0 * worst).ln()))
+        .collect();
+    bayesopt::propose(&logs, ranges, seed).map_err(OdeTwinError::Search)
 }
