@@ -106,8 +106,8 @@ fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
         .collect();
     let mut out = vec![0.0; people.len()];
     for index in 0..FOLDS {
-        let trained = |index: usize| -> f64 {
-            gains.iter().map(|person| outside(&person[index], index)).sum()
+        let trained = |frequency: usize| -> f64 {
+            gains.iter().map(|person| outside(&person[frequency], index)).sum()
         };
         let scores: Vec<f64> = (0..FREQUENCIES.len()).map(trained).collect();
         let best = (0..scores.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
