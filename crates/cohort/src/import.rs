@@ -8,12 +8,16 @@ use std::path::Path;
 use crate::error::CohortError;
 use crate::person::Cohort;
 
+mod diary;
 mod files;
 mod hupa_ucm;
 mod hupa_units;
+mod json_records;
+mod nightscout;
 mod report;
 mod t1d_uom;
 mod t1dsim;
+mod zone;
 
 pub use report::{ImportReport, Inference, Note, PersonImport, Totals};
 
@@ -28,11 +32,13 @@ pub enum ImportFormat {
     T1dUom,
     /// `example_subject*.csv` of T1DSim_AI: a file or a folder of them.
     T1dSim,
+    /// `entries*.json`, `treatments*.json` and `profile*.json` of a Nightscout site.
+    Nightscout,
 }
 
 impl ImportFormat {
     /// Every format.
-    pub const ALL: [Self; 3] = [Self::HupaUcm, Self::T1dUom, Self::T1dSim];
+    pub const ALL: &[Self] = &[Self::HupaUcm, Self::T1dUom, Self::T1dSim, Self::Nightscout];
 
     /// The format's name on the command line.
     #[must_use]
@@ -41,13 +47,14 @@ impl ImportFormat {
             Self::HupaUcm => "hupa-ucm",
             Self::T1dUom => "t1d-uom",
             Self::T1dSim => "t1dsim",
+            Self::Nightscout => "nightscout",
         }
     }
 
     /// The format of a name; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.name() == name)
+        Self::ALL.iter().copied().find(|format| format.name() == name)
     }
 }
 
@@ -70,5 +77,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::HupaUcm => hupa_ucm::import(source),
         ImportFormat::T1dUom => t1d_uom::import(source),
         ImportFormat::T1dSim => t1dsim::import(source),
+        ImportFormat::Nightscout => nightscout::import(source),
     }
 }

@@ -53,6 +53,7 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
             ImportFormat::T1dUom,
         ),
         ("t1dsim", "The example day of T1DSim_AI: one CSV", ImportFormat::T1dSim),
+        ("nightscout", "A folder of a Nightscout site's JSON files", ImportFormat::Nightscout),
     ])
 }
 

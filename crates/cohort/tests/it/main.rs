@@ -2,5 +2,6 @@
 
 mod cohort_folder;
 mod damaged_files;
+mod foreign_formats;
 mod reference_people;
 mod t1d_uom_events;
