@@ -17,6 +17,7 @@ mod nightscout;
 mod report;
 mod t1d_uom;
 mod t1dsim;
+mod tidepool;
 mod zone;
 
 pub use report::{ImportReport, Inference, Note, PersonImport, Totals};
@@ -34,11 +35,14 @@ pub enum ImportFormat {
     T1dSim,
     /// `entries*.json`, `treatments*.json` and `profile*.json` of a Nightscout site.
     Nightscout,
+    /// JSON exports of Tidepool: a file or a folder of them, one person each.
+    Tidepool,
 }
 
 impl ImportFormat {
     /// Every format.
-    pub const ALL: &[Self] = &[Self::HupaUcm, Self::T1dUom, Self::T1dSim, Self::Nightscout];
+    pub const ALL: &[Self] =
+        &[Self::HupaUcm, Self::T1dUom, Self::T1dSim, Self::Nightscout, Self::Tidepool];
 
     /// The format's name on the command line.
     #[must_use]
@@ -48,6 +52,7 @@ impl ImportFormat {
             Self::T1dUom => "t1d-uom",
             Self::T1dSim => "t1dsim",
             Self::Nightscout => "nightscout",
+            Self::Tidepool => "tidepool",
         }
     }
 
@@ -78,5 +83,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::T1dUom => t1d_uom::import(source),
         ImportFormat::T1dSim => t1dsim::import(source),
         ImportFormat::Nightscout => nightscout::import(source),
+        ImportFormat::Tidepool => tidepool::import(source),
     }
 }

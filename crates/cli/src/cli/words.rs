@@ -54,6 +54,11 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
         ),
         ("t1dsim", "The example day of T1DSim_AI: one CSV", ImportFormat::T1dSim),
         ("nightscout", "A folder of a Nightscout site's JSON files", ImportFormat::Nightscout),
+        (
+            "tidepool",
+            "Tidepool's JSON export: a file, or a folder with one a person",
+            ImportFormat::Tidepool,
+        ),
     ])
 }
 

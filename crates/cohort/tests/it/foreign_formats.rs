@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use crate::damaged_files::{imports_or_refuses, mangle, mangled};
 
 mod nightscout;
+mod tidepool;
 
 /// The fixture of a format, or the morning itself as `expected`.
 fn fixture(name: &str) -> PathBuf {
@@ -76,7 +77,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The formats whose fixtures are damaged at random.
-const DAMAGED: [ImportFormat; 1] = [ImportFormat::Nightscout];
+const DAMAGED: [ImportFormat; 2] = [ImportFormat::Nightscout, ImportFormat::Tidepool];
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
