@@ -16,6 +16,7 @@ mod json_records;
 mod nightscout;
 mod report;
 mod t1d_uom;
+mod t1dexi;
 mod t1dsim;
 mod tidepool;
 mod zone;
@@ -37,12 +38,20 @@ pub enum ImportFormat {
     Nightscout,
     /// JSON exports of Tidepool: a file or a folder of them, one person each.
     Tidepool,
+    /// SDTM domains of T1DEXI or T1DEXIP as SAS transport files in a folder.
+    T1dexi,
 }
 
 impl ImportFormat {
     /// Every format.
-    pub const ALL: &[Self] =
-        &[Self::HupaUcm, Self::T1dUom, Self::T1dSim, Self::Nightscout, Self::Tidepool];
+    pub const ALL: &[Self] = &[
+        Self::HupaUcm,
+        Self::T1dUom,
+        Self::T1dSim,
+        Self::Nightscout,
+        Self::Tidepool,
+        Self::T1dexi,
+    ];
 
     /// The format's name on the command line.
     #[must_use]
@@ -53,6 +62,7 @@ impl ImportFormat {
             Self::T1dSim => "t1dsim",
             Self::Nightscout => "nightscout",
             Self::Tidepool => "tidepool",
+            Self::T1dexi => "t1dexi",
         }
     }
 
@@ -84,5 +94,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::T1dSim => t1dsim::import(source),
         ImportFormat::Nightscout => nightscout::import(source),
         ImportFormat::Tidepool => tidepool::import(source),
+        ImportFormat::T1dexi => t1dexi::import(source),
     }
 }

@@ -59,6 +59,11 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
             "Tidepool's JSON export: a file, or a folder with one a person",
             ImportFormat::Tidepool,
         ),
+        (
+            "t1dexi",
+            "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others",
+            ImportFormat::T1dexi,
+        ),
     ])
 }
 

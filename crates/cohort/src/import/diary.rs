@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 
 use chrono::{DateTime, NaiveDateTime};
-use physiology::{Kilograms, MG_PER_DL_PER_MMOL_PER_L, STEPS_PER_DAY};
+use physiology::{Kilograms, MG_PER_DL_PER_MMOL_PER_L, STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::report::{Imported, Inference, Note, Notes, Totals, assemble};
 use crate::error::{CohortError, Place};
@@ -77,9 +77,11 @@ pub(super) struct Diary {
     pub(super) glucose: GlucoseUnit,
     pages: BTreeMap<(Channel, i64), Box<Page>>,
     rates: Vec<Rate>,
+    /// Long-acting insulin, U.
+    injected: f64,
     /// Second, duration and amount of each bolus.
     boluses: HashSet<(i64, i64, u64)>,
-    /// Sum over the source and over repeated entries, by dose channel.
+    /// Sum over the source and over repeated entries, by channel.
     doses: BTreeMap<Channel, (f64, f64)>,
     tally: Vec<(Cow<'static, str>, Place, usize)>,
     inferences: Vec<Inference>,
@@ -106,11 +108,22 @@ impl Diary {
             glucose,
             pages: BTreeMap::new(),
             rates: Vec::new(),
+            injected: 0.0,
             boluses: HashSet::new(),
             doses: BTreeMap::new(),
             tally: Vec::new(),
             inferences: Vec::new(),
         }
+    }
+
+    /// The person's identifier.
+    pub(super) fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The file that is named where something concerns all of the diary.
+    pub(super) fn file(&self) -> &str {
+        &self.file
     }
 
     /// Counts one occurrence of `what`; the first place is kept.
@@ -162,7 +175,8 @@ impl Diary {
         Ok(())
     }
 
-    /// A dose (bolus or carbohydrate) given evenly over `seconds`; 0 for all at once.
+    /// An amount (basal insulin, bolus or carbohydrate) given evenly over `seconds`; 0 for all at
+    /// once.
     pub(super) fn dose(
         &mut self,
         channel: Channel,
@@ -211,6 +225,59 @@ impl Diary {
         }
     }
 
+    /// Steps walked within `seconds` from `at`.
+    pub(super) fn steps(
+        &mut self,
+        at: i64,
+        seconds: i64,
+        count: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(at, &place)?;
+        check_value(Channel::Steps, count, false).map_err(|range| range.at(place()))?;
+        self.spread(Channel::Steps, at, seconds.clamp(0, HOLD), count);
+        Ok(())
+    }
+
+    /// A heart rate, 1/min; the step holds the mean.
+    pub(super) fn heart_rate(
+        &mut self,
+        at: i64,
+        value: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(at, &place)?;
+        check_value(Channel::HeartRate, value, false).map_err(|range| range.at(place()))?;
+        if value == 0.0 {
+            self.note("heart rates of 0: no signal, left out", place);
+            return Ok(());
+        }
+        let cell = self.cell(Channel::HeartRate, at.div_euclid(STEP));
+        (cell.sum, cell.weight) = (cell.sum + value, cell.weight + 1.0);
+        Ok(())
+    }
+
+    /// An interval asleep.
+    pub(super) fn asleep(
+        &mut self,
+        from: i64,
+        to: i64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(from, &place)?;
+        if !(0..=LONGEST_DOSE).contains(&(to - from)) {
+            return Err(CohortError::Cell {
+                place: place(),
+                value: format!("{} s", to - from),
+                expected: "an end of sleep within 2 days after its start",
+            });
+        }
+        if to > from {
+            self.spread(Channel::SleepEfficiency, from, to - from, (to - from) as f64);
+        }
+        Ok(())
+    }
+
     /// A change of the infusion set.
     pub(super) fn set_change(
         &mut self,
@@ -222,6 +289,18 @@ impl Diary {
         Ok(())
     }
 
+    /// An injection of long-acting insulin, U, which no rate describes.
+    pub(super) fn long_acting(
+        &mut self,
+        amount: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_value(Channel::Bolus, amount, false).map_err(|range| range.at(place()))?;
+        self.injected += amount;
+        self.note("long-acting injections, which no basal rate describes: left out", place);
+        Ok(())
+    }
+
     /// A basal rate.
     pub(super) fn rate(
         &mut self,
@@ -230,7 +309,15 @@ impl Diary {
     ) -> Result<(), CohortError> {
         check_second(rate.from, &place)?;
         check_value(Channel::Basal, rate.u_h, false).map_err(|range| range.at(place()))?;
-        self.rates.push(rate);
+        match self.rates.last_mut() {
+            // A rate that goes on.
+            Some(last)
+                if last.u_h == rate.u_h && last.to == Some(rate.from) && rate.to.is_some() =>
+            {
+                last.to = rate.to;
+            }
+            _ => self.rates.push(rate),
+        }
         Ok(())
     }
 
@@ -265,15 +352,19 @@ impl Diary {
 
         let mut totals = Vec::new();
         let mut therapy = self.therapy;
-        if !self.rates.is_empty() {
+        if !self.rates.is_empty() || self.injected > 0.0 {
             let rates = self.resolved();
             totals.push(self.place_rates(&rates, first, &mut record)?);
-            therapy = therapy.or_else(|| Some(self.therapy_of(&rates)));
+            if !rates.is_empty() && therapy.is_none() {
+                therapy = Some(self.therapy_of(&rates));
+            }
         }
         self.fill_zeros(&mut record);
-        for (channel, unit) in [(Channel::Bolus, "U"), (Channel::Carbs, "g")] {
+        for (channel, unit) in [(Channel::Basal, "U"), (Channel::Bolus, "U"), (Channel::Carbs, "g")]
+        {
             let Some(&(source, repeated)) = self.doses.get(&channel) else { continue };
-            let kept: f64 = record.channel(channel).iter().flatten().sum();
+            let sum: f64 = record.channel(channel).iter().flatten().sum();
+            let kept = if channel == Channel::Basal { sum / STEPS_PER_HOUR as f64 } else { sum };
             // Rounding of sums in another order is not an amount.
             let outside = source - repeated - kept;
             let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
@@ -318,6 +409,7 @@ impl Diary {
                     continue;
                 };
                 let sum = match channel {
+                    Channel::Basal => cell.sum * STEPS_PER_HOUR as f64,
                     Channel::HeartRate => cell.sum / f64::from(cell.weight),
                     Channel::SleepEfficiency => (cell.sum / STEP as f64).min(1.0),
                     _ => cell.sum,
@@ -421,7 +513,7 @@ impl Diary {
         let silence = "steps without a rate for at least 4 of 5 min: not recorded";
         let part = "steps with a rate for 4 of 5 min only: the amount is kept";
         for (what, count) in [(silence, silent), (part, partly)] {
-            if count > 0 {
+            if count > 0 && !rates.is_empty() {
                 self.tally.push((what.into(), place(), count));
             }
         }
@@ -431,9 +523,9 @@ impl Diary {
         Ok(Totals {
             column: Channel::Basal.column(),
             unit: "U",
-            source,
+            source: source + self.injected,
             record: kept,
-            left_out: outside,
+            left_out: outside + self.injected,
         })
     }
 

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use crate::damaged_files::{imports_or_refuses, mangle, mangled};
 
 mod nightscout;
+mod t1dexi;
 mod tidepool;
 
 /// The fixture of a format, or the morning itself as `expected`.
@@ -77,7 +78,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The formats whose fixtures are damaged at random.
-const DAMAGED: [ImportFormat; 2] = [ImportFormat::Nightscout, ImportFormat::Tidepool];
+const DAMAGED: [ImportFormat; 3] =
+    [ImportFormat::Nightscout, ImportFormat::Tidepool, ImportFormat::T1dexi];
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
