@@ -13,7 +13,9 @@ mod files;
 mod hupa_ucm;
 mod hupa_units;
 mod json_records;
+mod metabonet;
 mod nightscout;
+mod parquet_rows;
 mod report;
 mod t1d_uom;
 mod t1dexi;
@@ -40,6 +42,8 @@ pub enum ImportFormat {
     Tidepool,
     /// SDTM domains of T1DEXI or T1DEXIP as SAS transport files in a folder.
     T1dexi,
+    /// The Parquet file of MetaboNet, or a folder with its parts.
+    Metabonet,
 }
 
 impl ImportFormat {
@@ -51,6 +55,7 @@ impl ImportFormat {
         Self::Nightscout,
         Self::Tidepool,
         Self::T1dexi,
+        Self::Metabonet,
     ];
 
     /// The format's name on the command line.
@@ -63,6 +68,7 @@ impl ImportFormat {
             Self::Nightscout => "nightscout",
             Self::Tidepool => "tidepool",
             Self::T1dexi => "t1dexi",
+            Self::Metabonet => "metabonet",
         }
     }
 
@@ -95,5 +101,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::Nightscout => nightscout::import(source),
         ImportFormat::Tidepool => tidepool::import(source),
         ImportFormat::T1dexi => t1dexi::import(source),
+        ImportFormat::Metabonet => metabonet::import(source),
     }
 }

@@ -64,6 +64,7 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
             "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others",
             ImportFormat::T1dexi,
         ),
+        ("metabonet", "MetaboNet: the Parquet file", ImportFormat::Metabonet),
     ])
 }
 
