@@ -8,6 +8,7 @@ use std::path::Path;
 use crate::error::CohortError;
 use crate::person::Cohort;
 
+mod babelbetes;
 mod diary;
 mod files;
 mod hupa_ucm;
@@ -44,6 +45,8 @@ pub enum ImportFormat {
     T1dexi,
     /// The Parquet file of MetaboNet, or a folder with its parts.
     Metabonet,
+    /// The folder that BabelBetes writes: tables `cgm`, `bolus` and `basal`.
+    Babelbetes,
 }
 
 impl ImportFormat {
@@ -56,6 +59,7 @@ impl ImportFormat {
         Self::Tidepool,
         Self::T1dexi,
         Self::Metabonet,
+        Self::Babelbetes,
     ];
 
     /// The format's name on the command line.
@@ -69,6 +73,7 @@ impl ImportFormat {
             Self::Tidepool => "tidepool",
             Self::T1dexi => "t1dexi",
             Self::Metabonet => "metabonet",
+            Self::Babelbetes => "babelbetes",
         }
     }
 
@@ -102,5 +107,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::Tidepool => tidepool::import(source),
         ImportFormat::T1dexi => t1dexi::import(source),
         ImportFormat::Metabonet => metabonet::import(source),
+        ImportFormat::Babelbetes => babelbetes::import(source),
     }
 }

@@ -65,6 +65,7 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
             ImportFormat::T1dexi,
         ),
         ("metabonet", "MetaboNet: the Parquet file", ImportFormat::Metabonet),
+        ("babelbetes", "BabelBetes: the folder it writes", ImportFormat::Babelbetes),
     ])
 }
 

@@ -8,6 +8,7 @@ use proptest::prelude::*;
 
 use crate::damaged_files::{imports_or_refuses, mangle, mangled};
 
+mod babelbetes;
 mod metabonet;
 mod nightscout;
 mod t1dexi;
