@@ -16,6 +16,7 @@ mod hupa_units;
 mod json_records;
 mod metabonet;
 mod nightscout;
+mod ohio;
 mod parquet_rows;
 mod report;
 mod t1d_uom;
@@ -47,6 +48,8 @@ pub enum ImportFormat {
     Metabonet,
     /// The folder that BabelBetes writes: tables `cgm`, `bolus` and `basal`.
     Babelbetes,
+    /// XML files of OhioT1DM: a file or a folder of them.
+    Ohio,
 }
 
 impl ImportFormat {
@@ -60,6 +63,7 @@ impl ImportFormat {
         Self::T1dexi,
         Self::Metabonet,
         Self::Babelbetes,
+        Self::Ohio,
     ];
 
     /// The format's name on the command line.
@@ -74,6 +78,7 @@ impl ImportFormat {
             Self::T1dexi => "t1dexi",
             Self::Metabonet => "metabonet",
             Self::Babelbetes => "babelbetes",
+            Self::Ohio => "ohio",
         }
     }
 
@@ -108,5 +113,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::T1dexi => t1dexi::import(source),
         ImportFormat::Metabonet => metabonet::import(source),
         ImportFormat::Babelbetes => babelbetes::import(source),
+        ImportFormat::Ohio => ohio::import(source),
     }
 }

@@ -66,6 +66,7 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
         ),
         ("metabonet", "MetaboNet: the Parquet file", ImportFormat::Metabonet),
         ("babelbetes", "BabelBetes: the folder it writes", ImportFormat::Babelbetes),
+        ("ohio", "OhioT1DM: a folder of its XML files, or one of them", ImportFormat::Ohio),
     ])
 }
 

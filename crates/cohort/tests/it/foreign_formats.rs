@@ -11,6 +11,7 @@ use crate::damaged_files::{imports_or_refuses, mangle, mangled};
 mod babelbetes;
 mod metabonet;
 mod nightscout;
+mod ohio;
 mod t1dexi;
 mod tidepool;
 
@@ -80,8 +81,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The formats whose fixtures are damaged at random.
-const DAMAGED: [ImportFormat; 3] =
-    [ImportFormat::Nightscout, ImportFormat::Tidepool, ImportFormat::T1dexi];
+const DAMAGED: [ImportFormat; 4] =
+    [ImportFormat::Nightscout, ImportFormat::Tidepool, ImportFormat::T1dexi, ImportFormat::Ohio];
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
