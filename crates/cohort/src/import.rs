@@ -19,6 +19,7 @@ mod nightscout;
 mod ohio;
 mod parquet_rows;
 mod report;
+mod simglucose;
 mod t1d_uom;
 mod t1dexi;
 mod t1dsim;
@@ -50,6 +51,8 @@ pub enum ImportFormat {
     Babelbetes,
     /// XML files of OhioT1DM: a file or a folder of them.
     Ohio,
+    /// Results of simglucose, `adult#001.csv` and the like: a file or a folder of them.
+    Simglucose,
 }
 
 impl ImportFormat {
@@ -64,6 +67,7 @@ impl ImportFormat {
         Self::Metabonet,
         Self::Babelbetes,
         Self::Ohio,
+        Self::Simglucose,
     ];
 
     /// The format's name on the command line.
@@ -79,6 +83,7 @@ impl ImportFormat {
             Self::Metabonet => "metabonet",
             Self::Babelbetes => "babelbetes",
             Self::Ohio => "ohio",
+            Self::Simglucose => "simglucose",
         }
     }
 
@@ -114,5 +119,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::Metabonet => metabonet::import(source),
         ImportFormat::Babelbetes => babelbetes::import(source),
         ImportFormat::Ohio => ohio::import(source),
+        ImportFormat::Simglucose => simglucose::import(source),
     }
 }

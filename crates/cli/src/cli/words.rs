@@ -67,6 +67,11 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
         ("metabonet", "MetaboNet: the Parquet file", ImportFormat::Metabonet),
         ("babelbetes", "BabelBetes: the folder it writes", ImportFormat::Babelbetes),
         ("ohio", "OhioT1DM: a folder of its XML files, or one of them", ImportFormat::Ohio),
+        (
+            "simglucose",
+            "simglucose: a folder of results like `adult#001.csv`, or one of them",
+            ImportFormat::Simglucose,
+        ),
     ])
 }
 

@@ -12,6 +12,7 @@ mod babelbetes;
 mod metabonet;
 mod nightscout;
 mod ohio;
+mod simglucose;
 mod t1dexi;
 mod tidepool;
 
@@ -81,8 +82,13 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The formats whose fixtures are damaged at random.
-const DAMAGED: [ImportFormat; 4] =
-    [ImportFormat::Nightscout, ImportFormat::Tidepool, ImportFormat::T1dexi, ImportFormat::Ohio];
+const DAMAGED: [ImportFormat; 5] = [
+    ImportFormat::Nightscout,
+    ImportFormat::Tidepool,
+    ImportFormat::T1dexi,
+    ImportFormat::Ohio,
+    ImportFormat::Simglucose,
+];
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
