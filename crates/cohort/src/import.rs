@@ -18,6 +18,7 @@ mod metabonet;
 mod nightscout;
 mod ohio;
 mod parquet_rows;
+mod replaybg;
 mod report;
 mod simglucose;
 mod t1d_uom;
@@ -53,6 +54,8 @@ pub enum ImportFormat {
     Ohio,
     /// Results of simglucose, `adult#001.csv` and the like: a file or a folder of them.
     Simglucose,
+    /// Tables of ReplayBG: a file or a folder of them, one person each.
+    Replaybg,
 }
 
 impl ImportFormat {
@@ -68,6 +71,7 @@ impl ImportFormat {
         Self::Babelbetes,
         Self::Ohio,
         Self::Simglucose,
+        Self::Replaybg,
     ];
 
     /// The format's name on the command line.
@@ -84,6 +88,7 @@ impl ImportFormat {
             Self::Babelbetes => "babelbetes",
             Self::Ohio => "ohio",
             Self::Simglucose => "simglucose",
+            Self::Replaybg => "replaybg",
         }
     }
 
@@ -120,5 +125,6 @@ pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError
         ImportFormat::Babelbetes => babelbetes::import(source),
         ImportFormat::Ohio => ohio::import(source),
         ImportFormat::Simglucose => simglucose::import(source),
+        ImportFormat::Replaybg => replaybg::import(source),
     }
 }

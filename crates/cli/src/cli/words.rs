@@ -72,6 +72,7 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
             "simglucose: a folder of results like `adult#001.csv`, or one of them",
             ImportFormat::Simglucose,
         ),
+        ("replaybg", "ReplayBG: a table, or a folder with one a person", ImportFormat::Replaybg),
     ])
 }
 

@@ -12,6 +12,7 @@ mod babelbetes;
 mod metabonet;
 mod nightscout;
 mod ohio;
+mod replaybg;
 mod simglucose;
 mod t1dexi;
 mod tidepool;
@@ -82,12 +83,13 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The formats whose fixtures are damaged at random.
-const DAMAGED: [ImportFormat; 5] = [
+const DAMAGED: [ImportFormat; 6] = [
     ImportFormat::Nightscout,
     ImportFormat::Tidepool,
     ImportFormat::T1dexi,
     ImportFormat::Ohio,
     ImportFormat::Simglucose,
+    ImportFormat::Replaybg,
 ];
 
 proptest! {
