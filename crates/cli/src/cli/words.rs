@@ -3,6 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use pipeline::Profile;
+use pipeline::stages::export::ExportFormat;
 use pipeline::stages::import::ImportFormat;
 use pipeline::stages::import_model::ModelFormat;
 use pipeline::stages::pipeline::Stage;
@@ -73,6 +74,16 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
             ImportFormat::Simglucose,
         ),
         ("replaybg", "ReplayBG: a table, or a folder with one a person", ImportFormat::Replaybg),
+    ])
+}
+
+/// A format of other programs.
+pub(super) fn export_format() -> impl TypedValueParser<Value = ExportFormat> {
+    one_of([
+        ("iglu", "`id,time,gl` for the R package iglu", ExportFormat::Iglu),
+        ("replaybg", "A table a person for ReplayBG", ExportFormat::Replaybg),
+        ("simglucose", "A table a person like the results of simglucose", ExportFormat::Simglucose),
+        ("metabonet", "A Parquet file with the columns of MetaboNet", ExportFormat::Metabonet),
     ])
 }
 
