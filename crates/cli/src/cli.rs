@@ -11,6 +11,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pipeline::Profile;
+use pipeline::stages::export::ExportFormat;
 use pipeline::stages::import::ImportFormat;
 use pipeline::stages::import_model::ModelFormat;
 use pipeline::stages::pipeline::Stage;
@@ -56,6 +57,11 @@ pub(crate) enum Command {
         after_help = "Example:\n  cargo xtask import --from hupa-ucm path/to/HUPA --out out/hupa"
     )]
     Import(ImportArgs),
+    /// Write a cohort in a format that other programs read.
+    #[command(
+        after_help = "Example:\n  cargo xtask export --cohort fixtures/embedded/cohort --to iglu --out out/iglu"
+    )]
+    Export(ExportArgs),
     /// Simulate virtual patients of the ODE model through the two-day test scenario.
     #[command(
         after_help = "Example:\n  cargo xtask simulate --patients patients.csv --meals meals.csv \
@@ -229,6 +235,20 @@ pub(crate) struct ImportArgs {
     /// Write `records.parquet` in place of `records.csv`.
     #[arg(long)]
     pub parquet: bool,
+}
+
+/// Options of `export`.
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// Cohort folder.
+    #[arg(long, value_name = "DIR")]
+    pub cohort: PathBuf,
+    /// Format to write.
+    #[arg(long, value_parser = words::export_format(), value_name = "FORMAT")]
+    pub to: ExportFormat,
+    /// Output folder.
+    #[arg(long, value_name = "DIR", default_value = "out/export")]
+    pub out: PathBuf,
 }
 
 /// Options of `simulate`.

@@ -85,6 +85,7 @@ fn perform(line: CommandLine) -> Result<()> {
     match line.command {
         Command::Pipeline(args) => stages::pipeline::run(&args.into()),
         Command::Import(args) => stages::import::run(&args.into()),
+        Command::Export(args) => stages::export::run(&args.into()),
         Command::Simulate(args) => stages::simulate::run(&args.into()),
         Command::DevelopmentSet(args) => stages::development_set::run(&args.into()),
         Command::Train(args) => stages::train::run(&args.into()),

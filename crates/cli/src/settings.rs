@@ -17,6 +17,7 @@ macro_rules! settings {
 settings! {
     PipelineArgs => pipeline { profile, cohort, model, patients, from, out, seed }
     ImportArgs => import { from, source, out, parquet }
+    ExportArgs => export { cohort, to, out }
     SimulateArgs => simulate { patients, meals, initial, days, scenario, out }
     DevelopmentSetArgs => development_set { profile, out, seed }
     TrainArgs => train { profile, preset, patience, out, seed }

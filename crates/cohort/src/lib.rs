@@ -5,6 +5,7 @@
 //! - [`read_folder`], [`write_folder`]: the canonical folder (`people.csv` with `records.csv` or
 //!   `records.parquet`).
 //! - [`import()`]: other people's formats, with an [`ImportReport`] whose sums close.
+//! - [`export()`]: a cohort in the formats of other programs.
 //! - [`findings`], [`StraightLines`], [`mass_balance`]: what looks wrong, and the daily totals.
 //! - [`Person::inputs`]: a person's columns as the inputs of a plant.
 //! - [`windows`], [`split_by_time`], [`split_by_person`]: training and held-out parts.
@@ -27,6 +28,7 @@
 
 mod best_days;
 mod error;
+mod export;
 mod folder;
 mod import;
 mod inputs;
@@ -46,6 +48,7 @@ mod window;
 
 pub use contract::import_report::MassBalance;
 pub use error::{CohortError, Place};
+pub use export::{ExportFormat, export};
 pub use folder::{RecordsFormat, read_folder, write_folder};
 pub use import::{
     Import, ImportFormat, ImportReport, Inference, Note, PersonImport, Totals, import,

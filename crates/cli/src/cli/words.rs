@@ -3,6 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use pipeline::Profile;
+use pipeline::stages::export::ExportFormat;
 use pipeline::stages::import::ImportFormat;
 use pipeline::stages::import_model::ModelFormat;
 use pipeline::stages::pipeline::Stage;
@@ -53,6 +54,36 @@ pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
             ImportFormat::T1dUom,
         ),
         ("t1dsim", "The example day of T1DSim_AI: one CSV", ImportFormat::T1dSim),
+        ("nightscout", "A folder of a Nightscout site's JSON files", ImportFormat::Nightscout),
+        (
+            "tidepool",
+            "Tidepool's JSON export: a file, or a folder with one a person",
+            ImportFormat::Tidepool,
+        ),
+        (
+            "t1dexi",
+            "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others",
+            ImportFormat::T1dexi,
+        ),
+        ("metabonet", "MetaboNet: the Parquet file", ImportFormat::Metabonet),
+        ("babelbetes", "BabelBetes: the folder it writes", ImportFormat::Babelbetes),
+        ("ohio", "OhioT1DM: a folder of its XML files, or one of them", ImportFormat::Ohio),
+        (
+            "simglucose",
+            "simglucose: a folder of results like `adult#001.csv`, or one of them",
+            ImportFormat::Simglucose,
+        ),
+        ("replaybg", "ReplayBG: a table, or a folder with one a person", ImportFormat::Replaybg),
+    ])
+}
+
+/// A format of other programs.
+pub(super) fn export_format() -> impl TypedValueParser<Value = ExportFormat> {
+    one_of([
+        ("iglu", "`id,time,gl` for the R package iglu", ExportFormat::Iglu),
+        ("replaybg", "A table a person for ReplayBG", ExportFormat::Replaybg),
+        ("simglucose", "A table a person like the results of simglucose", ExportFormat::Simglucose),
+        ("metabonet", "A Parquet file with the columns of MetaboNet", ExportFormat::Metabonet),
     ])
 }
 

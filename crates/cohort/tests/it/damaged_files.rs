@@ -46,14 +46,14 @@ const UOM: [(&str, &str); 6] = [
 
 /// A change to bytes: cut, overwritten or repeated.
 #[derive(Debug, Clone)]
-enum Mangle {
+pub(crate) enum Mangle {
     Cut(prop::sample::Index),
     Set(prop::sample::Index, u8),
     Insert(prop::sample::Index, Vec<u8>),
     Repeat(prop::sample::Index, prop::sample::Index),
 }
 
-fn mangle() -> impl Strategy<Value = Mangle> {
+pub(crate) fn mangle() -> impl Strategy<Value = Mangle> {
     use prop::sample::Index;
     let spiteful = prop::sample::select(vec![
         b"\"".to_vec(),
@@ -78,7 +78,7 @@ fn mangle() -> impl Strategy<Value = Mangle> {
     ]
 }
 
-fn mangled(mut bytes: Vec<u8>, changes: &[Mangle]) -> Vec<u8> {
+pub(crate) fn mangled(mut bytes: Vec<u8>, changes: &[Mangle]) -> Vec<u8> {
     for change in changes {
         if bytes.is_empty() {
             break;
@@ -104,7 +104,7 @@ fn mangled(mut bytes: Vec<u8>, changes: &[Mangle]) -> Vec<u8> {
 }
 
 /// Imports a damaged source; what is read must be fit to be written.
-fn imports_or_refuses(format: ImportFormat, source: &std::path::Path) {
+pub(crate) fn imports_or_refuses(format: ImportFormat, source: &std::path::Path) {
     match import(format, source) {
         Ok(import) => {
             let folder = tempfile::tempdir().expect("a temporary folder");

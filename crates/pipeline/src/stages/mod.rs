@@ -7,6 +7,7 @@ pub mod diagnose;
 pub mod effect_twins;
 pub mod evaluate;
 pub mod evidence;
+pub mod export;
 pub mod held_out;
 pub mod import;
 pub mod import_model;

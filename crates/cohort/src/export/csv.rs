@@ -1,0 +1,91 @@
+//! Rows of a CSV file.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use crate::error::CohortError;
+
+/// A CSV file that is being written.
+pub(super) struct Csv {
+    file: String,
+    writer: BufWriter<File>,
+}
+
+/// A cell.
+pub(super) enum Cell<'a> {
+    Text(&'a str),
+    /// Digits that read back as the same number; nothing if it is missing.
+    Number(Option<f64>),
+}
+
+impl Csv {
+    /// Begins a file with a header.
+    pub(super) fn new(folder: &Path, name: &str, header: &[&str]) -> Result<Self, CohortError> {
+        let file = File::create(folder.join(name)).map_err(|source| failed(name, source))?;
+        let mut csv = Self { file: name.into(), writer: BufWriter::new(file) };
+        csv.row(header.iter().map(|name| Cell::Text(name)))?;
+        Ok(csv)
+    }
+
+    /// Writes a row.
+    pub(super) fn row<'a>(
+        &mut self,
+        cells: impl IntoIterator<Item = Cell<'a>>,
+    ) -> Result<(), CohortError> {
+        let mut line = String::new();
+        for (i, cell) in cells.into_iter().enumerate() {
+            if i > 0 {
+                line.push(',');
+            }
+            match cell {
+                Cell::Text(text) => line.push_str(&guarded(text)),
+                Cell::Number(Some(value)) => line.push_str(&value.to_string()),
+                Cell::Number(None) => {}
+            }
+        }
+        line.push('\n');
+        self.writer.write_all(line.as_bytes()).map_err(|source| failed(&self.file, source))
+    }
+
+    /// Writes what is left.
+    pub(super) fn finish(mut self) -> Result<(), CohortError> {
+        self.writer.flush().map_err(|source| failed(&self.file, source))
+    }
+}
+
+fn failed(file: &str, source: std::io::Error) -> CohortError {
+    CohortError::Io { file: file.into(), action: "written", source }
+}
+
+/// A text as a cell that no spreadsheet computes, quoted where it must be.
+fn guarded(text: &str) -> Cow<'_, str> {
+    let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
+    let text = if formula { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) };
+    if text.contains(['"', ',', '\n', '\r']) {
+        return Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::guarded;
+
+    #[test]
+    fn formulas_and_separators_are_guarded() {
+        for (text, cell) in [
+            ("p1", "p1"),
+            ("2024-03-01 08:00:00", "2024-03-01 08:00:00"),
+            ("=HYPERLINK(\"x\")", "\"'=HYPERLINK(\"\"x\"\")\""),
+            ("+1", "'+1"),
+            ("-2", "'-2"),
+            ("@SUM(A1)", "'@SUM(A1)"),
+            ("\t=1", "'\t=1"),
+            ("a,b", "\"a,b\""),
+        ] {
+            assert_eq!(guarded(text), cell);
+        }
+    }
+}

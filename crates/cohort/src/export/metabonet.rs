@@ -1,0 +1,81 @@
+//! `metabonet.parquet` with the columns of MetaboNet: a row has the reading at its time and what
+//! was given in the five minutes before, insulin in U, weight in lb.
+
+use std::fs::File;
+use std::path::Path;
+
+use physiology::STEPS_PER_HOUR;
+use polars::prelude::{
+    Column, DataFrame, DataType, IntoColumn, NamedFrom, ParquetCompression, ParquetWriter,
+    PolarsError, Series, TimeUnit,
+};
+
+use crate::error::CohortError;
+use crate::person::{Cohort, Person, Therapy};
+
+const FILE: &str = "metabonet.parquet";
+const SOURCE: &str = "cohort";
+const KG_PER_LB: f64 = 0.453_592_37;
+
+pub(super) fn write(cohort: &Cohort, folder: &Path) -> Result<(), CohortError> {
+    let failed =
+        |error: PolarsError| CohortError::Table { file: FILE.into(), reason: error.to_string() };
+    let Some(first) = cohort.people.first() else {
+        return Err(CohortError::Empty { file: FILE.into() });
+    };
+    let file = File::create(folder.join(FILE)).map_err(|source| CohortError::Io {
+        file: FILE.into(),
+        action: "written",
+        source,
+    })?;
+    let mut writer = ParquetWriter::new(file)
+        .with_compression(ParquetCompression::Snappy)
+        .set_parallel(false)
+        .batched(frame(first).map_err(failed)?.schema())
+        .map_err(failed)?;
+    for person in &cohort.people {
+        writer.write_batch(&frame(person).map_err(failed)?).map_err(failed)?;
+    }
+    writer.finish().map_err(failed)?;
+    Ok(())
+}
+
+fn frame(person: &Person) -> Result<DataFrame, PolarsError> {
+    let record = &person.record;
+    // One row more than steps: the last one has what the last step was given.
+    let rows = record.len() + 1;
+    let times: Vec<i64> = (0..rows).map(|k| record.time(k).and_utc().timestamp_millis()).collect();
+    let number = |name: &str, at: &dyn Fn(usize) -> Option<f64>| -> Column {
+        Series::new(name.into(), (0..rows).map(at).collect::<Vec<Option<f64>>>()).into_column()
+    };
+    let text = |name: &str, text: Option<&str>| -> Column {
+        Series::new(name.into(), vec![text; rows]).into_column()
+    };
+    let before = |channel: &[Option<f64>], k: usize| channel[k.checked_sub(1)?];
+    let basal = |k: usize| before(record.basal(), k).map(|u_h| u_h / STEPS_PER_HOUR as f64);
+    let bolus = |k: usize| before(record.bolus(), k);
+    let differences = person.heart_rate_baseline.is_some_and(|rate| rate.0 == 0.0);
+    let modality = match person.therapy {
+        Therapy::Mdi => Some("MDI"),
+        Therapy::Aid => Some("AID"),
+        Therapy::OpenLoopPump => Some("SAP"),
+        Therapy::Unknown => None,
+    };
+    let columns = vec![
+        text("id", Some(&person.id)),
+        text("source_file", Some(SOURCE)),
+        Series::new("date".into(), times)
+            .cast(&DataType::Datetime(TimeUnit::Milliseconds, None))?
+            .into_column(),
+        number("CGM", &|k| record.cgm().get(k).copied().flatten()),
+        number("basal", &basal),
+        number("bolus", &bolus),
+        number("insulin", &|k| Some(basal(k)? + bolus(k)?)),
+        number("carbs", &|k| before(record.carbs(), k)),
+        number("weight", &|_| person.weight.map(|weight| weight.0 / KG_PER_LB)),
+        number("heartrate", &|k| if differences { None } else { before(record.heart_rate(), k) }),
+        number("steps", &|k| before(record.steps(), k)),
+        text("insulin_delivery_modality", modality),
+    ];
+    DataFrame::new(rows, columns)
+}

@@ -1,0 +1,170 @@
+//! Output of BabelBetes (github.com/nudgebg/egvinsulin): the tables `cgm`, `bolus` and `basal`.
+//!
+//! Either partitioned folders `study_name=S/data_type=T/patient_id=P/*.parquet`, or the files
+//! `cgm.parquet`, `bolus.parquet` and `basal.parquet` with a column `patient_id`. Glucose is in
+//! mg/dL; a bolus takes `delivery_duration`; `basal_rate` (U/h) holds until the next one; `carbs`,
+//! in g, where a study has them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::diary::{Diary, GlucoseUnit, Rate, people, second};
+use super::files::name;
+use super::parquet_rows::{Kind, ParquetRow, Wanted, for_each};
+use crate::error::CohortError;
+use crate::person::is_person_id;
+use crate::record::Channel;
+
+const FORMAT: &str = "babelbetes";
+/// Deepest folder below the source.
+const DEPTH: usize = 4;
+/// Longest time a bolus takes, s, as for every dose.
+const LONGEST: f64 = 172_800.0;
+
+/// A table of the output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Table {
+    Cgm,
+    Bolus,
+    Basal,
+    Carbs,
+}
+
+impl Table {
+    const ALL: [(Self, &str); 4] = [
+        (Self::Cgm, "cgm"),
+        (Self::Bolus, "bolus"),
+        (Self::Basal, "basal"),
+        (Self::Carbs, "carbs"),
+    ];
+
+    fn of(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, known)| *known == name).map(|(table, _)| *table)
+    }
+
+    /// Person, time, value and duration.
+    const fn columns(self, person: bool) -> [Wanted; 4] {
+        let value = match self {
+            Self::Cgm => "cgm",
+            Self::Bolus => "bolus",
+            Self::Basal => "basal_rate",
+            Self::Carbs => "carbs",
+        };
+        [
+            ("patient_id", Kind::Text, person),
+            ("datetime", Kind::Time, true),
+            (value, Kind::Number, true),
+            ("delivery_duration", Kind::Span, matches!(self, Self::Bolus)),
+        ]
+    }
+}
+
+const PERSON: usize = 0;
+const TIME: usize = 1;
+const VALUE: usize = 2;
+const DURATION: usize = 3;
+
+/// A file, and whose it is where its folders say so.
+struct Part {
+    path: PathBuf,
+    shown: String,
+    table: Table,
+    person: Option<String>,
+}
+
+/// Reads the output's folder.
+pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    let mut parts = Vec::new();
+    find(source, source, None, None, None, 0, &mut parts)?;
+    parts.sort_by(|a, b| (a.table, &a.shown).cmp(&(b.table, &b.shown)));
+    if !parts.iter().any(|part| part.table == Table::Cgm) {
+        return Err(CohortError::WrongLayout {
+            file: source.display().to_string(),
+            expected: FORMAT,
+            reason: "no cgm.parquet and no folder data_type=cgm".into(),
+        });
+    }
+    let mut diaries: BTreeMap<String, Diary> = BTreeMap::new();
+    for Part { path, shown, table, person } in &parts {
+        for_each(path, shown, &table.columns(person.is_none()), |row| {
+            let id = person.as_deref().or_else(|| row.text(PERSON)).unwrap_or("");
+            if !is_person_id(id) {
+                return Err(row.wrong(PERSON, "an identifier of letters, digits, '_', '-' and '.'"));
+            }
+            if !diaries.contains_key(id) {
+                diaries.insert(id.into(), Diary::new(id, shown, GlucoseUnit::MgPerDl));
+            }
+            let diary = diaries.get_mut(id).expect("inserted above");
+            read(*table, &row, diary)
+        })?;
+    }
+    people(FORMAT, &source.display().to_string(), diaries.into_values())
+}
+
+fn read(table: Table, row: &ParquetRow<'_>, diary: &mut Diary) -> Result<(), CohortError> {
+    let place = || row.place(VALUE);
+    let Some(value) = row.number(VALUE)? else {
+        diary.note("rows without a value: left out", place);
+        return Ok(());
+    };
+    let at = second(row.time(TIME)?);
+    match table {
+        Table::Cgm => diary.reading(at, value, place),
+        Table::Carbs => diary.dose(Channel::Carbs, at, 0, value, place),
+        Table::Basal => diary.rate(Rate { from: at, to: None, u_h: value }, place),
+        Table::Bolus => {
+            let seconds = row.number(DURATION)?.unwrap_or(0.0);
+            if !(0.0..=LONGEST).contains(&seconds) {
+                return Err(row.wrong(DURATION, "a duration from 0 to 2 days"));
+            }
+            diary.dose(Channel::Bolus, at, seconds.round() as i64, value, place)
+        }
+    }
+}
+
+/// The Parquet files below a folder whose table is known.
+fn find(
+    source: &Path,
+    folder: &Path,
+    study: Option<&str>,
+    table: Option<Table>,
+    person: Option<&str>,
+    depth: usize,
+    parts: &mut Vec<Part>,
+) -> Result<(), CohortError> {
+    let failed = |error| CohortError::Io {
+        file: folder.display().to_string(),
+        action: "read",
+        source: error,
+    };
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let name = name(&path);
+        if path.is_dir() && depth < DEPTH {
+            match name.split_once('=') {
+                Some(("study_name", value)) => {
+                    find(source, &path, Some(value), table, person, depth + 1, parts)?;
+                }
+                Some(("data_type", value)) => {
+                    if let Some(table) = Table::of(value) {
+                        find(source, &path, study, Some(table), person, depth + 1, parts)?;
+                    }
+                }
+                Some(("patient_id", value)) => {
+                    find(source, &path, study, table, Some(value), depth + 1, parts)?;
+                }
+                _ => {}
+            }
+            continue;
+        }
+        let Some(stem) = name.strip_suffix(".parquet") else { continue };
+        let Some(table) = table.or_else(|| Table::of(stem)) else { continue };
+        let person = person.map(|person| match study {
+            Some(study) => format!("{study}-{person}"),
+            None => person.to_owned(),
+        });
+        let shown = path.strip_prefix(source).unwrap_or(&path).display().to_string();
+        parts.push(Part { path, shown, table, person });
+    }
+    Ok(())
+}

@@ -1,0 +1,619 @@
+//! One person's events, laid on the five-minute grid as they are read.
+//!
+//! Importers of event logs pass each event on and keep nothing themselves, so that memory grows
+//! with days and not with rows. The record spans the first to the last sensor reading.
+//!
+//! - A reading belongs to the nearest step; of several the nearest in time stays, then the first.
+//! - Doses are summed; one with a duration is spread evenly over it.
+//! - Rates hold until their end, or until a later rate begins. A step holds the amount of its five
+//!   minutes as a rate, and is recorded if rates cover four of them.
+//! - Boluses are 0 where rates are recorded, and between the first and the last bolus; carbohydrate
+//!   is 0 between the first and the last entry. Elsewhere they are not recorded.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashSet};
+
+use chrono::{DateTime, NaiveDateTime};
+use physiology::{Kilograms, MG_PER_DL_PER_MMOL_PER_L, STEPS_PER_DAY, STEPS_PER_HOUR};
+
+use super::report::{Imported, Inference, Note, Notes, Totals, assemble};
+use crate::error::{CohortError, Place};
+use crate::person::{Person, Therapy};
+use crate::range::{check_value, looks_like_mmol};
+use crate::record::{Channel, MAX_DAYS, Record};
+
+/// Seconds of a step.
+const STEP: i64 = 300;
+/// Seconds of a step that rates must cover for the step to be recorded.
+const COVERED: i64 = 240;
+/// Longest time a rate without an end holds, s: a pump confirms its rate once a day.
+const HOLD: i64 = 86_400;
+/// Longest duration of a dose, s.
+const LONGEST_DOSE: i64 = 2 * 86_400;
+/// From this number of rate changes a day, a controller sets them, not a person.
+const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
+/// The first second of 1900 and of 2200, from 1970.
+const SECONDS: std::ops::Range<i64> = -2_208_988_800..7_258_118_400;
+
+/// What "per day" means for a record of a diary.
+pub(super) const DAYS_ARE: &str = "the span from the first to the last sensor reading";
+
+/// Sum and weight in one step of a channel; the weight is 0 where nothing was recorded.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    sum: f64,
+    weight: f32,
+}
+
+/// A channel's cells of one day.
+type Page = [Cell; STEPS_PER_DAY];
+
+/// A basal rate, U/h, from a second to another (`None`: until the next rate).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Rate {
+    pub(super) from: i64,
+    pub(super) to: Option<i64>,
+    pub(super) u_h: f64,
+}
+
+/// The unit of a source's glucose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum GlucoseUnit {
+    /// mg/dL, stated by the format.
+    MgPerDl,
+    /// Not stated: mmol/L if the median can be nothing else.
+    Inferred,
+}
+
+/// One person's events.
+pub(super) struct Diary {
+    id: String,
+    file: String,
+    /// Body weight.
+    pub(super) weight: Option<Kilograms>,
+    /// Therapy as the source states it; inferred from the rates if it does not.
+    pub(super) therapy: Option<Therapy>,
+    /// Unit of the readings.
+    pub(super) glucose: GlucoseUnit,
+    pages: BTreeMap<(Channel, i64), Box<Page>>,
+    rates: Vec<Rate>,
+    /// Long-acting insulin, U.
+    injected: f64,
+    /// Second, duration and amount of each bolus.
+    boluses: HashSet<(i64, i64, u64)>,
+    /// Sum over the source and over repeated entries, by channel.
+    doses: BTreeMap<Channel, (f64, f64)>,
+    tally: Vec<(Cow<'static, str>, Place, usize)>,
+    inferences: Vec<Inference>,
+}
+
+/// Seconds from 1970 on the local clock.
+pub(super) fn second(time: NaiveDateTime) -> i64 {
+    time.and_utc().timestamp()
+}
+
+/// The local time of a second.
+pub(super) fn time_of(second: i64) -> NaiveDateTime {
+    DateTime::from_timestamp(second, 0).unwrap_or_default().naive_utc()
+}
+
+impl Diary {
+    /// An empty diary; `file` is named where something concerns all of it.
+    pub(super) fn new(id: &str, file: &str, glucose: GlucoseUnit) -> Self {
+        Self {
+            id: id.into(),
+            file: file.into(),
+            weight: None,
+            therapy: None,
+            glucose,
+            pages: BTreeMap::new(),
+            rates: Vec::new(),
+            injected: 0.0,
+            boluses: HashSet::new(),
+            doses: BTreeMap::new(),
+            tally: Vec::new(),
+            inferences: Vec::new(),
+        }
+    }
+
+    /// The person's identifier.
+    pub(super) fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The file that is named where something concerns all of the diary.
+    pub(super) fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Counts one occurrence of `what`; the first place is kept.
+    pub(super) fn note(&mut self, what: &'static str, place: impl FnOnce() -> Place) {
+        match self.tally.iter_mut().find(|(known, ..)| *known == what) {
+            Some((_, _, count)) => *count += 1,
+            None => self.tally.push((what.into(), place(), 1)),
+        }
+    }
+
+    /// Records what was inferred.
+    pub(super) fn infer(&mut self, place: Place, conclusion: &str, evidence: String) {
+        let person = self.id.clone();
+        self.inferences.push(Inference { person, place, conclusion: conclusion.into(), evidence });
+    }
+
+    fn cell(&mut self, channel: Channel, step: i64) -> &mut Cell {
+        let per_day = STEPS_PER_DAY as i64;
+        let page = self.pages.entry((channel, step.div_euclid(per_day))).or_insert_with(|| {
+            let page: Box<[Cell]> = vec![Cell::default(); STEPS_PER_DAY].into_boxed_slice();
+            page.try_into().unwrap_or_else(|_| unreachable!("a page has the steps of a day"))
+        });
+        let index = usize::try_from(step.rem_euclid(per_day)).expect("a remainder is not negative");
+        &mut page[index]
+    }
+
+    /// A sensor reading, in the unit of [`Diary::glucose`].
+    pub(super) fn reading(
+        &mut self,
+        at: i64,
+        value: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(at, &place)?;
+        check_value(Channel::Cgm, value, false).map_err(|range| range.at(place()))?;
+        let step = (at + STEP / 2).div_euclid(STEP);
+        // Nearer readings weigh more; at equal distance the first one stays.
+        let weight = (STEP - (at - step * STEP).abs()) as f32;
+        let cell = self.cell(Channel::Cgm, step);
+        let (taken, same) = (cell.weight > 0.0, cell.weight == weight && cell.sum == value);
+        if weight > cell.weight {
+            *cell = Cell { sum: value, weight };
+        }
+        if same {
+            self.note("readings given twice: one is kept", place);
+        } else if taken {
+            self.note("readings beside a nearer or earlier one of the step: left out", place);
+        }
+        Ok(())
+    }
+
+    /// An amount (basal insulin, bolus or carbohydrate) given evenly over `seconds`; 0 for all at
+    /// once.
+    pub(super) fn dose(
+        &mut self,
+        channel: Channel,
+        at: i64,
+        seconds: i64,
+        amount: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(at, &place)?;
+        check_value(channel, amount, false).map_err(|range| range.at(place()))?;
+        if !(0..=LONGEST_DOSE).contains(&seconds) {
+            return Err(CohortError::Cell {
+                place: place(),
+                value: format!("{seconds} s"),
+                expected: "a duration from 0 to 2 days",
+            });
+        }
+        let sums = self.doses.entry(channel).or_default();
+        sums.0 += amount;
+        // A pump gives no two equal boluses at one second; a meal may have two equal parts.
+        let again = channel == Channel::Bolus
+            && amount > 0.0
+            && !self.boluses.insert((at, seconds, amount.to_bits()));
+        if again {
+            sums.1 += amount;
+            self.note("boluses given twice at the same second: one is kept", place);
+            return Ok(());
+        }
+        self.spread(channel, at, seconds, amount);
+        Ok(())
+    }
+
+    /// Adds an amount to the steps of an interval.
+    fn spread(&mut self, channel: Channel, at: i64, seconds: i64, amount: f64) {
+        let (first, end) = (at.div_euclid(STEP), at + seconds);
+        if seconds == 0 {
+            let cell = self.cell(channel, first);
+            (cell.sum, cell.weight) = (cell.sum + amount, 1.0);
+            return;
+        }
+        for step in first..=(end - 1).div_euclid(STEP) {
+            let inside = end.min((step + 1) * STEP) - at.max(step * STEP);
+            let cell = self.cell(channel, step);
+            cell.sum += amount * inside as f64 / seconds as f64;
+            cell.weight = 1.0;
+        }
+    }
+
+    /// Steps walked within `seconds` from `at`.
+    pub(super) fn steps(
+        &mut self,
+        at: i64,
+        seconds: i64,
+        count: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(at, &place)?;
+        check_value(Channel::Steps, count, false).map_err(|range| range.at(place()))?;
+        self.spread(Channel::Steps, at, seconds.clamp(0, HOLD), count);
+        Ok(())
+    }
+
+    /// A heart rate, 1/min; the step holds the mean.
+    pub(super) fn heart_rate(
+        &mut self,
+        at: i64,
+        value: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(at, &place)?;
+        check_value(Channel::HeartRate, value, false).map_err(|range| range.at(place()))?;
+        if value == 0.0 {
+            self.note("heart rates of 0: no signal, left out", place);
+            return Ok(());
+        }
+        let cell = self.cell(Channel::HeartRate, at.div_euclid(STEP));
+        (cell.sum, cell.weight) = (cell.sum + value, cell.weight + 1.0);
+        Ok(())
+    }
+
+    /// An interval asleep.
+    pub(super) fn asleep(
+        &mut self,
+        from: i64,
+        to: i64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(from, &place)?;
+        if !(0..=LONGEST_DOSE).contains(&(to - from)) {
+            return Err(CohortError::Cell {
+                place: place(),
+                value: format!("{} s", to - from),
+                expected: "an end of sleep within 2 days after its start",
+            });
+        }
+        if to > from {
+            self.spread(Channel::SleepEfficiency, from, to - from, (to - from) as f64);
+        }
+        Ok(())
+    }
+
+    /// A change of the infusion set.
+    pub(super) fn set_change(
+        &mut self,
+        at: i64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(at, &place)?;
+        *self.cell(Channel::SetChange, at.div_euclid(STEP)) = Cell { sum: 1.0, weight: 1.0 };
+        Ok(())
+    }
+
+    /// An injection of long-acting insulin, U, which no rate describes.
+    pub(super) fn long_acting(
+        &mut self,
+        amount: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_value(Channel::Bolus, amount, false).map_err(|range| range.at(place()))?;
+        self.injected += amount;
+        self.note("long-acting injections, which no basal rate describes: left out", place);
+        Ok(())
+    }
+
+    /// A basal rate.
+    pub(super) fn rate(
+        &mut self,
+        rate: Rate,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
+        check_second(rate.from, &place)?;
+        check_value(Channel::Basal, rate.u_h, false).map_err(|range| range.at(place()))?;
+        match self.rates.last_mut() {
+            // A rate that goes on.
+            Some(last)
+                if last.u_h == rate.u_h && last.to == Some(rate.from) && rate.to.is_some() =>
+            {
+                last.to = rate.to;
+            }
+            _ => self.rates.push(rate),
+        }
+        Ok(())
+    }
+
+    /// The seconds of the first and the last reading's step.
+    pub(super) fn span(&self) -> Option<(i64, i64)> {
+        let per_day = STEPS_PER_DAY as i64;
+        let mut pages = self.pages.range((Channel::Cgm, i64::MIN)..=(Channel::Cgm, i64::MAX));
+        let (&(_, day), page) = pages.next()?;
+        let at = page.iter().position(|cell| cell.weight > 0.0)?;
+        let first = day * per_day + at as i64;
+        let (&(_, day), page) = pages.next_back().unwrap_or((&(Channel::Cgm, day), page));
+        let at = page.iter().rposition(|cell| cell.weight > 0.0)?;
+        Some((first * STEP, (day * per_day + at as i64) * STEP))
+    }
+
+    /// The person and the account; `None` without a sensor reading.
+    pub(super) fn finish(mut self) -> Result<Option<Imported>, CohortError> {
+        let Some((first, last)) = self.span() else { return Ok(None) };
+        let days = (last - first) / 86_400;
+        if days >= MAX_DAYS {
+            return Err(CohortError::TooLong {
+                place: Place::file(&self.file),
+                person: self.id,
+                days,
+                limit: MAX_DAYS,
+            });
+        }
+        let len = usize::try_from((last - first) / STEP).expect("readings ascend") + 1;
+        let mut record = Record::new(time_of(first), len)?;
+        self.place_cells(first / STEP, &mut record)?;
+        self.infer_unit(&mut record)?;
+
+        let mut totals = Vec::new();
+        let mut therapy = self.therapy;
+        if !self.rates.is_empty() || self.injected > 0.0 {
+            let rates = self.resolved();
+            totals.push(self.place_rates(&rates, first, &mut record)?);
+            if !rates.is_empty() && therapy.is_none() {
+                therapy = Some(self.therapy_of(&rates));
+            }
+        }
+        self.fill_zeros(&mut record);
+        for (channel, unit) in [(Channel::Basal, "U"), (Channel::Bolus, "U"), (Channel::Carbs, "g")]
+        {
+            let Some(&(source, repeated)) = self.doses.get(&channel) else { continue };
+            let sum: f64 = record.channel(channel).iter().flatten().sum();
+            let kept = if channel == Channel::Basal { sum / STEPS_PER_HOUR as f64 } else { sum };
+            // Rounding of sums in another order is not an amount.
+            let outside = source - repeated - kept;
+            let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
+            self.outside(channel, unit, outside);
+            totals.push(Totals {
+                column: channel.column(),
+                unit,
+                source,
+                record: kept,
+                left_out: repeated + outside,
+            });
+        }
+        let mut notes = Notes::default();
+        for (what, place, count) in self.tally {
+            notes.add_many(&self.id, place, &what, count);
+        }
+        let person = Person {
+            id: self.id,
+            weight: self.weight,
+            therapy: therapy.unwrap_or(Therapy::Unknown),
+            heart_rate_baseline: None,
+            record,
+        };
+        Ok(Some(Imported { person, totals, inferences: self.inferences, notes }))
+    }
+
+    fn outside(&mut self, channel: Channel, unit: &'static str, amount: f64) {
+        if amount > 0.0 {
+            let place = Place::column(&self.file, channel.column());
+            let what = format!("{amount:.2} {unit} outside whole steps of the record: left out");
+            self.tally.push((what.into(), place, 1));
+        }
+    }
+
+    /// Puts every channel but the basal rate into the record, which begins at `first`.
+    fn place_cells(&mut self, first: i64, record: &mut Record) -> Result<(), CohortError> {
+        for ((channel, day), page) in std::mem::take(&mut self.pages) {
+            let cells = record.channel_mut(channel);
+            for (i, cell) in page.iter().enumerate().filter(|(_, cell)| cell.weight > 0.0) {
+                let step = day * STEPS_PER_DAY as i64 + i as i64 - first;
+                let Some(value) = usize::try_from(step).ok().and_then(|k| cells.get_mut(k)) else {
+                    continue;
+                };
+                let sum = match channel {
+                    Channel::Basal => cell.sum * STEPS_PER_HOUR as f64,
+                    Channel::HeartRate => cell.sum / f64::from(cell.weight),
+                    Channel::SleepEfficiency => (cell.sum / STEP as f64).min(1.0),
+                    _ => cell.sum,
+                };
+                check_value(channel, sum, false)
+                    .map_err(|range| range.at(Place::column(&self.file, channel.column())))?;
+                *value = Some(sum);
+            }
+        }
+        Ok(())
+    }
+
+    fn infer_unit(&mut self, record: &mut Record) -> Result<(), CohortError> {
+        let Some(median) = looks_like_mmol(record.cgm()) else { return Ok(()) };
+        let place = Place::column(&self.file, Channel::Cgm.column());
+        if self.glucose == GlucoseUnit::MgPerDl {
+            let person = self.id.clone();
+            return Err(CohortError::LooksLikeMmol { place, person, median });
+        }
+        for value in record.channel_mut(Channel::Cgm).iter_mut().flatten() {
+            *value *= MG_PER_DL_PER_MMOL_PER_L;
+        }
+        self.infer(place, "glucose in mmol/L; x 18 mg/dL", format!("median {median}"));
+        Ok(())
+    }
+
+    /// The rates in order of time, each with its end; a later one ends the one before it.
+    fn resolved(&mut self) -> Vec<(i64, i64, f64)> {
+        let mut rates = std::mem::take(&mut self.rates);
+        rates.sort_by_key(|rate| rate.from);
+        let place = || Place::column(&self.file, Channel::Basal.column());
+        let (mut twice, mut cut) = (0, 0);
+        let mut kept: Vec<Rate> = Vec::with_capacity(rates.len());
+        for rate in rates {
+            match kept.last_mut() {
+                Some(last) if last.from == rate.from => {
+                    twice += 1;
+                    *last = rate;
+                }
+                _ => kept.push(rate),
+            }
+        }
+        let next: Vec<i64> = kept.iter().skip(1).map(|rate| rate.from).chain([i64::MAX]).collect();
+        let resolved = kept
+            .iter()
+            .zip(next)
+            .map(|(rate, next)| {
+                // A rate without an end or a successor says nothing of what followed.
+                let open = if next == i64::MAX { rate.from } else { rate.from + HOLD };
+                let end = rate.to.unwrap_or(open).max(rate.from);
+                cut += usize::from(rate.to.is_some() && end > next);
+                (rate.from, end.min(next), rate.u_h)
+            })
+            .collect();
+        for (what, count) in [
+            ("rates at one time: the last one of the file holds", twice),
+            ("rates that a later one ends", cut),
+        ] {
+            if count > 0 {
+                self.tally.push((what.into(), place(), count));
+            }
+        }
+        resolved
+    }
+
+    fn place_rates(
+        &mut self,
+        rates: &[(i64, i64, f64)],
+        first: i64,
+        record: &mut Record,
+    ) -> Result<Totals, CohortError> {
+        // U and covered seconds of each step.
+        let mut steps = vec![(0.0, 0_i64); record.len()];
+        let end = first + record.len() as i64 * STEP;
+        let mut source = 0.0;
+        for &(from, to, u_h) in rates {
+            source += u_h * (to - from) as f64 / 3600.0;
+            let (from, to) = (from.max(first), to.min(end));
+            let mut at = from;
+            while at < to {
+                let k = (at - first).div_euclid(STEP);
+                let until = to.min(first + (k + 1) * STEP);
+                let cell = &mut steps[usize::try_from(k).expect("within the record")];
+                cell.0 += u_h * (until - at) as f64 / 3600.0;
+                cell.1 += until - at;
+                at = until;
+            }
+        }
+        let (mut kept, mut silent, mut partly) = (0.0, 0, 0);
+        let cells = record.channel_mut(Channel::Basal);
+        for (cell, (amount, covered)) in cells.iter_mut().zip(steps) {
+            if covered >= COVERED {
+                *cell = Some(amount * 12.0);
+                kept += amount;
+                partly += usize::from(covered < STEP);
+            } else {
+                silent += 1;
+            }
+        }
+        let place = || Place::column(&self.file, Channel::Basal.column());
+        let silence = "steps without a rate for at least 4 of 5 min: not recorded";
+        let part = "steps with a rate for 4 of 5 min only: the amount is kept";
+        for (what, count) in [(silence, silent), (part, partly)] {
+            if count > 0 && !rates.is_empty() {
+                self.tally.push((what.into(), place(), count));
+            }
+        }
+        let outside = source - kept;
+        let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
+        self.outside(Channel::Basal, "U", outside);
+        Ok(Totals {
+            column: Channel::Basal.column(),
+            unit: "U",
+            source: source + self.injected,
+            record: kept,
+            left_out: outside + self.injected,
+        })
+    }
+
+    fn therapy_of(&mut self, rates: &[(i64, i64, f64)]) -> Therapy {
+        let span = match (rates.first(), rates.last()) {
+            (Some(first), Some(last)) => last.1 - first.0,
+            _ => 0,
+        };
+        // At least the length of a step.
+        let days = (span as f64).max(STEP as f64) / 86_400.0;
+        let changes = rates.windows(2).filter(|pair| pair[0].2 != pair[1].2).count() as f64 / days;
+        let evidence = format!("{changes:.1} changes of the rate a day over {days:.1} days");
+        let place = Place::column(&self.file, Channel::Basal.column());
+        if changes >= CHANGES_OF_A_CONTROLLER {
+            self.infer(place, "therapy aid: a controller sets the rate", evidence);
+            Therapy::Aid
+        } else {
+            self.infer(place, "therapy open_loop_pump: a programmed profile", evidence);
+            Therapy::OpenLoopPump
+        }
+    }
+
+    /// Says where nothing was given, and where a watch was worn without sleep.
+    fn fill_zeros(&mut self, record: &mut Record) {
+        let basal: Vec<bool> = record.basal().iter().map(Option::is_some).collect();
+        for channel in [Channel::Bolus, Channel::Carbs, Channel::SetChange] {
+            let cells = record.channel_mut(channel);
+            let Some(first) = cells.iter().position(Option::is_some) else { continue };
+            let last = cells.iter().rposition(Option::is_some).unwrap_or(first);
+            let of_pump = channel != Channel::Carbs;
+            for (k, cell) in cells.iter_mut().enumerate() {
+                if cell.is_none() && ((first..=last).contains(&k) || of_pump && basal[k]) {
+                    *cell = Some(0.0);
+                }
+            }
+        }
+        if record.sleep_efficiency().iter().any(Option::is_some) {
+            let worn: Vec<bool> = (0..record.len())
+                .map(|k| record.heart_rate()[k].is_some() || record.steps()[k].is_some())
+                .collect();
+            let cells = record.channel_mut(Channel::SleepEfficiency).iter_mut();
+            for (cell, worn) in cells.zip(worn) {
+                if cell.is_none() && worn {
+                    *cell = Some(0.0);
+                }
+            }
+        }
+    }
+}
+
+/// The people of the diaries, in their order. Who has no sensor reading is left out and named.
+pub(super) fn people(
+    format: &'static str,
+    source: &str,
+    diaries: impl IntoIterator<Item = Diary>,
+) -> Result<super::Import, CohortError> {
+    let (mut imported, mut without) = (Vec::new(), Vec::new());
+    for diary in diaries {
+        let (id, file) = (diary.id.clone(), diary.file.clone());
+        match diary.finish()? {
+            Some(person) => imported.push(person),
+            None => without.push(Note {
+                person: Some(id),
+                place: Place::file(file),
+                what: "no sensor reading: the person is left out".into(),
+                count: 1,
+            }),
+        }
+    }
+    if imported.is_empty() {
+        return Err(CohortError::WrongLayout {
+            file: source.into(),
+            expected: format,
+            reason: "no sensor reading of anyone".into(),
+        });
+    }
+    let mut import = assemble(format, DAYS_ARE, imported);
+    import.report.notes.extend(without);
+    Ok(import)
+}
+
+fn check_second(at: i64, place: &impl Fn() -> Place) -> Result<(), CohortError> {
+    if SECONDS.contains(&at) {
+        return Ok(());
+    }
+    Err(CohortError::Cell {
+        place: place(),
+        value: format!("{at} s from 1970"),
+        expected: "a time within the years 1900 to 2199",
+    })
+}

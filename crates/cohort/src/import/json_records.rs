@@ -1,0 +1,214 @@
+//! The objects of a JSON file, one at a time: an array of objects, one object, or one object a line.
+//!
+//! A row in a message is the number of the object in its file, from 1; a column is its key.
+
+use std::cell::{Cell, RefCell};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::rc::Rc;
+
+use serde::de::{DeserializeSeed, Deserializer as _, SeqAccess, Visitor};
+use serde_json::{Map, Value};
+
+use crate::error::{CohortError, Place};
+use crate::text_table::shorten;
+
+/// Longest object, bytes. A profile with its history has some 100 kB.
+const LONGEST: usize = 16 << 20;
+/// Longest piece of a value in a message, characters.
+const SHOWN: usize = 40;
+
+/// An object of a file.
+pub(super) struct JsonRecord<'a> {
+    file: &'a str,
+    number: usize,
+    fields: Map<String, Value>,
+}
+
+impl JsonRecord<'_> {
+    /// The value at a key; `None` if it is absent or null.
+    pub(super) fn value(&self, key: &str) -> Option<&Value> {
+        self.fields.get(key).filter(|value| !value.is_null())
+    }
+
+    /// The text at a key without surrounding blanks; `None` if it is absent, null or empty.
+    pub(super) fn text(&self, key: &str) -> Result<Option<&str>, CohortError> {
+        match self.value(key) {
+            None => Ok(None),
+            Some(Value::String(text)) => Ok(Some(text.trim()).filter(|text| !text.is_empty())),
+            Some(_) => Err(self.wrong(key, "a text")),
+        }
+    }
+
+    /// The finite number at a key, also where it is written as text.
+    pub(super) fn number(&self, key: &str) -> Result<Option<f64>, CohortError> {
+        let Some(value) = self.value(key) else { return Ok(None) };
+        let expected = "a number; write digits with a decimal point";
+        number(value).map_err(|()| self.wrong(key, expected))
+    }
+
+    /// The key of this object, for messages.
+    pub(super) fn place(&self, key: &str) -> Place {
+        Place::cell(self.file, self.number, key)
+    }
+
+    /// The error that says this value is not what was expected.
+    pub(super) fn wrong(&self, key: &str, expected: &'static str) -> CohortError {
+        let value = match self.value(key) {
+            None => String::new(),
+            Some(Value::String(text)) => shorten(text, SHOWN),
+            Some(value) => shorten(&value.to_string(), SHOWN),
+        };
+        CohortError::Cell { place: self.place(key), value, expected }
+    }
+}
+
+/// A finite number, also written as text; `None` for null and an empty text.
+pub(super) fn number(value: &Value) -> Result<Option<f64>, ()> {
+    let number = match value {
+        Value::Null => return Ok(None),
+        Value::Number(number) => number.as_f64(),
+        Value::String(text) if text.trim().is_empty() => return Ok(None),
+        Value::String(text) => text.trim().parse().ok(),
+        _ => None,
+    };
+    number.filter(|number| number.is_finite()).map(Some).ok_or(())
+}
+
+/// Calls `each` with every object of the file at `path`; messages call it `name`.
+pub(super) fn for_each(
+    path: &Path,
+    name: &str,
+    each: impl FnMut(JsonRecord<'_>) -> Result<(), CohortError>,
+) -> Result<(), CohortError> {
+    let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+    let file = std::fs::File::open(path).map_err(failed)?;
+    let mut input = BufReader::with_capacity(1 << 16, file);
+    let start = input.fill_buf().map_err(failed)?;
+    if start.starts_with(b"\xFF\xFE") || start.starts_with(b"\xFE\xFF") {
+        let reason = "UTF-16 text; save the file as UTF-8";
+        return Err(CohortError::Text { place: Place::row(name, 1), reason });
+    }
+    if start.starts_with(b"\xEF\xBB\xBF") {
+        input.consume(3);
+    }
+    // The first character decides whether the objects are in an array.
+    let first = loop {
+        let buffer = input.fill_buf().map_err(failed)?;
+        match buffer.first() {
+            None => return Err(CohortError::Empty { file: name.into() }),
+            Some(byte) if byte.is_ascii_whitespace() => input.consume(1),
+            Some(byte) => break *byte,
+        }
+    };
+    let used = Rc::new(Cell::new(0));
+    let guarded = Guarded { inner: input, used: Rc::clone(&used) };
+    let objects = Objects {
+        name,
+        used,
+        number: Cell::new(0),
+        each: RefCell::new(each),
+        refused: RefCell::new(None),
+    };
+    let read = match first {
+        b'[' => {
+            let mut json = serde_json::Deserializer::from_reader(guarded);
+            json.deserialize_seq(&objects).and_then(|()| json.end())
+        }
+        b'{' => serde_json::Deserializer::from_reader(guarded)
+            .into_iter::<Map<String, Value>>()
+            .try_for_each(|object| {
+                object.and_then(|fields| {
+                    objects.take(fields).map_err(|()| serde::de::Error::custom("refused"))
+                })
+            }),
+        _ => {
+            return Err(CohortError::Table {
+                file: name.into(),
+                reason: "not JSON: an array of objects is needed, like [{...}, {...}]".into(),
+            });
+        }
+    };
+    let number = objects.number.get();
+    if let Some(error) = objects.refused.into_inner() {
+        return Err(error);
+    }
+    read.map_err(|error| {
+        let remedy = if error.is_eof() {
+            "; the file is cut off"
+        } else if error.to_string().contains("unicode") {
+            "; save the file as UTF-8"
+        } else {
+            ""
+        };
+        let reason = format!("record {}: {error}{remedy}", number + 1);
+        CohortError::Table { file: name.into(), reason }
+    })?;
+    if number == 0 {
+        return Err(CohortError::Empty { file: name.into() });
+    }
+    Ok(())
+}
+
+/// Visits the objects of an array.
+struct Objects<'a, F> {
+    name: &'a str,
+    used: Rc<Cell<usize>>,
+    number: Cell<usize>,
+    each: RefCell<F>,
+    refused: RefCell<Option<CohortError>>,
+}
+
+impl<F: FnMut(JsonRecord<'_>) -> Result<(), CohortError>> Objects<'_, F> {
+    fn take(&self, fields: Map<String, Value>) -> Result<(), ()> {
+        self.used.set(0);
+        self.number.set(self.number.get() + 1);
+        let record = JsonRecord { file: self.name, number: self.number.get(), fields };
+        (self.each.borrow_mut())(record).map_err(|error| {
+            self.refused.replace(Some(error));
+        })
+    }
+}
+
+impl<'de, F: FnMut(JsonRecord<'_>) -> Result<(), CohortError>> Visitor<'de> for &Objects<'_, F> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("an array of objects")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
+        while let Some(fields) = items.next_element_seed(OneObject)? {
+            self.take(fields).map_err(|()| serde::de::Error::custom("refused"))?;
+        }
+        Ok(())
+    }
+}
+
+/// Reads one object.
+struct OneObject;
+
+impl<'de> DeserializeSeed<'de> for OneObject {
+    type Value = Map<String, Value>;
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, input: D) -> Result<Self::Value, D::Error> {
+        serde::Deserialize::deserialize(input)
+    }
+}
+
+/// A reader that refuses an object longer than [`LONGEST`].
+struct Guarded<R> {
+    inner: R,
+    used: Rc<Cell<usize>>,
+}
+
+impl<R: Read> Read for Guarded<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.inner.read(buffer)?;
+        self.used.set(self.used.get() + read);
+        if self.used.get() > LONGEST {
+            return Err(std::io::Error::other("an object longer than 16 MiB"));
+        }
+        Ok(read)
+    }
+}

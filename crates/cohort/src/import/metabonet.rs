@@ -1,0 +1,139 @@
+//! MetaboNet (metabo-net.org): one Parquet file of many studies on a five-minute grid.
+//!
+//! A row has the reading at its time and what was given in the five minutes before: `basal` and
+//! `bolus` in U, `carbs` in g. `weight` is in lb. An `id` is one person only together with its
+//! `source_file`, so both make the identifier.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use physiology::Kilograms;
+
+use super::diary::{Diary, GlucoseUnit, people, second};
+use super::files::files;
+use super::parquet_rows::{Kind, ParquetRow, Wanted, for_each};
+use crate::error::CohortError;
+use crate::person::{Therapy, is_person_id};
+use crate::record::Channel;
+
+const FORMAT: &str = "metabonet";
+const KG_PER_LB: f64 = 0.453_592_37;
+/// Seconds before a row's time in which its amounts were given.
+const BEFORE: i64 = 300;
+
+const ID: usize = 0;
+const SOURCE: usize = 1;
+const DATE: usize = 2;
+const CGM: usize = 3;
+const BASAL: usize = 4;
+const BOLUS: usize = 5;
+const INSULIN: usize = 6;
+const CARBS: usize = 7;
+const WEIGHT: usize = 8;
+const HEART_RATE: usize = 9;
+const STEPS: usize = 10;
+const MODALITY: usize = 11;
+const WANTED: [Wanted; 12] = [
+    ("id", Kind::Text, true),
+    ("source_file", Kind::Text, true),
+    ("date", Kind::Time, true),
+    ("CGM", Kind::Number, true),
+    ("basal", Kind::Number, false),
+    ("bolus", Kind::Number, false),
+    ("insulin", Kind::Number, false),
+    ("carbs", Kind::Number, false),
+    ("weight", Kind::Number, false),
+    ("heartrate", Kind::Number, false),
+    ("steps", Kind::Number, false),
+    ("insulin_delivery_modality", Kind::Text, false),
+];
+
+/// Reads a file or the folder's `*.parquet`.
+pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    let mut study = Study::default();
+    for (path, name) in files(source, FORMAT, "*.parquet", |name| name.ends_with(".parquet"))? {
+        for_each(&path, &name, &WANTED, |row| study.read(&name, &row))?;
+    }
+    let mut diaries = study.diaries;
+    diaries.sort_by(|a, b| a.id().cmp(b.id()));
+    people(FORMAT, &source.display().to_string(), diaries)
+}
+
+#[derive(Default)]
+struct Study {
+    diaries: Vec<Diary>,
+    /// Persons by source and number.
+    index: HashMap<(String, String), usize>,
+}
+
+impl Study {
+    fn read(&mut self, file: &str, row: &ParquetRow<'_>) -> Result<(), CohortError> {
+        let expected = "a text; source_file and id together name the person";
+        let source = row.text(SOURCE).ok_or_else(|| row.wrong(SOURCE, expected))?;
+        let id = row.text(ID).ok_or_else(|| row.wrong(ID, expected))?;
+        let key = (source.to_owned(), id.to_owned());
+        let at = match self.index.get(&key) {
+            Some(at) => *at,
+            None => {
+                let name = person_id(source, id);
+                if !is_person_id(&name) {
+                    return Err(row.wrong(ID, "a name that letters and digits can write"));
+                }
+                if self.diaries.iter().any(|diary| diary.id() == name) {
+                    let expected = "a name that stays unique in letters, digits, '_', '-' and '.'";
+                    return Err(row.wrong(ID, expected));
+                }
+                self.diaries.push(Diary::new(&name, file, GlucoseUnit::MgPerDl));
+                self.index.insert(key, self.diaries.len() - 1);
+                self.diaries.len() - 1
+            }
+        };
+        let diary = &mut self.diaries[at];
+        let at = second(row.time(DATE)?);
+        if let Some(glucose) = row.number(CGM)? {
+            diary.reading(at, glucose, || row.place(CGM))?;
+        }
+        let (basal, bolus) = (row.number(BASAL)?, row.number(BOLUS)?);
+        let before = at - BEFORE;
+        if let Some(amount) = basal {
+            diary.dose(Channel::Basal, before, BEFORE, amount, || row.place(BASAL))?;
+        }
+        if let Some(amount) = bolus {
+            diary.dose(Channel::Bolus, before, 0, amount, || row.place(BOLUS))?;
+        }
+        if basal.is_none() && bolus.is_none() && row.number(INSULIN)?.is_some_and(|u| u > 0.0) {
+            let what = "insulin that is neither basal nor bolus: left out";
+            diary.note(what, || row.place(INSULIN));
+        }
+        if let Some(grams) = row.number(CARBS)? {
+            diary.dose(Channel::Carbs, before, 0, grams, || row.place(CARBS))?;
+        }
+        if let Some(rate) = row.number(HEART_RATE)? {
+            diary.heart_rate(before, rate, || row.place(HEART_RATE))?;
+        }
+        if let Some(count) = row.number(STEPS)? {
+            diary.steps(before, 0, count, || row.place(STEPS))?;
+        }
+        if let Some(pounds) = row.number(WEIGHT)? {
+            if !(2.0..2000.0).contains(&pounds) {
+                return Err(row.wrong(WEIGHT, "a weight between 2 and 2000 lb"));
+            }
+            diary.weight = Some(Kilograms(pounds * KG_PER_LB));
+        }
+        match row.text(MODALITY) {
+            Some("MDI") => diary.therapy = Some(Therapy::Mdi),
+            Some("AID") => diary.therapy = Some(Therapy::Aid),
+            Some("SAP" | "CSII") => diary.therapy = Some(Therapy::OpenLoopPump),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// Both names in the letters of an identifier.
+fn person_id(source: &str, id: &str) -> String {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    let name: String =
+        format!("{source}-{id}").chars().map(|c| if allowed(c) { c } else { '_' }).collect();
+    name
+}

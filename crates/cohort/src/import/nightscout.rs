@@ -1,0 +1,231 @@
+//! JSON files of a Nightscout site (github.com/nightscout/cgm-remote-monitor): `entries*.json`,
+//! `treatments*.json` and `profile*.json`, as the site's interface or `mongoexport` writes them.
+//!
+//! A folder with entries is one person and names it; otherwise every sub-folder with entries is.
+//! Times are instants. The wall clock is that of the profile's `timezone`; without one, each record
+//! needs its `utcOffset`. The basal rate is the active profile's, changed by temporary rates,
+//! suspensions and profile switches. Entries other than `sgv` are not sensor readings.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use chrono::{DateTime, Utc};
+
+use super::diary::{Diary, GlucoseUnit, people, second};
+use super::files::name;
+use super::json_records::{JsonRecord, for_each};
+use super::zone::{Clock, from_millis, instant};
+use crate::error::{CohortError, Place};
+use crate::person::is_person_id;
+use crate::range::MMOL_MEDIAN;
+
+mod basal;
+mod profile;
+mod treatments;
+
+use profile::Profiles;
+use treatments::Treatments;
+
+const FORMAT: &str = "nightscout";
+/// Up to this value a reading in mg/dL is a code of the sensor, not glucose.
+const LAST_CODE: f64 = 12.0;
+
+/// Reads a folder.
+pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    let mut diaries = Vec::new();
+    for folder in folders(source)? {
+        diaries.push(person(&folder)?);
+    }
+    people(FORMAT, &source.display().to_string(), diaries)
+}
+
+/// The folders that have entries: the source or those inside it, in order.
+fn folders(source: &Path) -> Result<Vec<PathBuf>, CohortError> {
+    if !source.is_dir() {
+        return Err(CohortError::MissingFile {
+            file: source.display().to_string(),
+            remedy: "give the folder that has entries.json, treatments.json and profile.json"
+                .into(),
+        });
+    }
+    if !json_files(source, "entries")?.is_empty() {
+        return Ok(vec![source.to_owned()]);
+    }
+    let failed = |error| CohortError::Io {
+        file: source.display().to_string(),
+        action: "read",
+        source: error,
+    };
+    let mut folders = Vec::new();
+    for entry in std::fs::read_dir(source).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.is_dir() && !json_files(&path, "entries")?.is_empty() {
+            folders.push(path);
+        }
+    }
+    folders.sort();
+    if folders.is_empty() {
+        return Err(CohortError::WrongLayout {
+            file: source.display().to_string(),
+            expected: FORMAT,
+            reason: "no file named entries*.json, here or in a folder inside".into(),
+        });
+    }
+    Ok(folders)
+}
+
+/// The files of a folder whose names begin with `kind`, in order.
+fn json_files(folder: &Path, kind: &str) -> Result<Vec<(PathBuf, String)>, CohortError> {
+    let failed =
+        |source| CohortError::Io { file: folder.display().to_string(), action: "read", source };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let name = name(&path);
+        if path.is_file() && name.starts_with(kind) && name.ends_with(".json") {
+            files.push((path, name));
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn person(folder: &Path) -> Result<Diary, CohortError> {
+    let id = std::path::absolute(folder).map_or_else(|_| name(folder), |path| name(&path));
+    if !is_person_id(&id) {
+        return Err(CohortError::WrongLayout {
+            file: folder.display().to_string(),
+            expected: FORMAT,
+            reason: "the folder's name becomes the person's identifier; use letters, digits, '_', \
+                     '-' and '.'"
+                .into(),
+        });
+    }
+    let mut profiles = Profiles::default();
+    for (path, name) in json_files(folder, "profile")? {
+        for_each(&path, &name, |record| profiles.read(&record))?;
+    }
+    let entries = json_files(folder, "entries")?;
+    let file = entries.first().map_or("entries.json", |(_, name)| name.as_str());
+    let mut diary = Diary::new(&id, file, GlucoseUnit::Inferred);
+    let clock = profiles.clock()?;
+    match &clock {
+        Some((clock, place)) => {
+            let evidence = "the profile states it".to_owned();
+            diary.infer(place.clone(), &format!("local time of {clock:?}"), evidence);
+        }
+        None => diary.infer(
+            Place::file(file),
+            "local time from the utcOffset of each record",
+            "no profile states a time zone".into(),
+        ),
+    }
+    let clock = clock.map(|(clock, _)| clock);
+    read_entries(&entries, clock, &mut diary)?;
+
+    let mut treatments = Treatments::new(clock);
+    let mut seen = HashSet::new();
+    for (path, name) in json_files(folder, "treatments")? {
+        for_each(&path, &name, |record| {
+            if repeated(&record, &mut seen)? {
+                diary
+                    .note("records with an _id that came before: left out", || record.place("_id"));
+                return Ok(());
+            }
+            treatments.read(&record, &mut diary)
+        })?;
+    }
+    basal::place(&profiles, treatments, &mut diary)?;
+    Ok(diary)
+}
+
+/// Whether a record's identifier came before.
+fn repeated(record: &JsonRecord<'_>, seen: &mut HashSet<String>) -> Result<bool, CohortError> {
+    // `mongoexport` writes an object here.
+    let id = record.value("_id").map(ToString::to_string);
+    Ok(id.is_some_and(|id| !seen.insert(id)))
+}
+
+/// A reading before the unit is known.
+struct Reading {
+    at: i64,
+    value: f64,
+    place: Place,
+}
+
+fn read_entries(
+    files: &[(PathBuf, String)],
+    clock: Option<Clock>,
+    diary: &mut Diary,
+) -> Result<(), CohortError> {
+    let mut readings: Vec<Reading> = Vec::new();
+    for (path, name) in files {
+        for_each(path, name, |record| {
+            if record.text("type")?.is_some_and(|kind| kind != "sgv") {
+                diary.note("entries that are not sensor readings: left out", || {
+                    record.place("type")
+                });
+                return Ok(());
+            }
+            let Some(value) = record.number("sgv")? else {
+                diary.note("entries without a reading: left out", || record.place("sgv"));
+                return Ok(());
+            };
+            let at = at(&record, &["date", "dateString", "sysTime"], clock)?;
+            readings.push(Reading { at, value, place: record.place("sgv") });
+            Ok(())
+        })?;
+    }
+    let mut values: Vec<f64> =
+        readings.iter().map(|reading| reading.value).filter(|value| *value > 0.0).collect();
+    let middle = values.len() / 2;
+    let in_mmol = !values.is_empty()
+        && *values.select_nth_unstable_by(middle, f64::total_cmp).1 < MMOL_MEDIAN;
+    for Reading { at, value, place } in readings {
+        let code = value <= LAST_CODE && (!in_mmol || value <= 0.0);
+        if code && value >= 0.0 {
+            diary.note("readings of 12 or less: codes of the sensor, left out", || place);
+        } else {
+            diary.reading(at, value, || place.clone())?;
+        }
+    }
+    Ok(())
+}
+
+/// The local second of a record: the first of `keys` that it has.
+fn at(
+    record: &JsonRecord<'_>,
+    keys: &[&'static str],
+    clock: Option<Clock>,
+) -> Result<i64, CohortError> {
+    let key = keys.iter().find(|key| record.value(key).is_some());
+    let Some(key) = key else {
+        return Err(record.wrong(keys[0], "a time; the key is missing"));
+    };
+    let expected = "an instant: milliseconds since 1970, or a text like 2024-03-01T07:00:00.000Z";
+    let (at, offset): (DateTime<Utc>, Option<i32>) = match record.value(key) {
+        Some(serde_json::Value::Number(_)) => {
+            let millis = record.number(key)?.and_then(from_millis);
+            (millis.ok_or_else(|| record.wrong(key, expected))?, None)
+        }
+        _ => {
+            let text = record.text(key)?.unwrap_or_default();
+            let at = instant(text).ok_or_else(|| record.wrong(key, expected))?;
+            let minutes = at.offset().local_minus_utc() / 60;
+            // `Z` says nothing of the person's clock.
+            (at.to_utc(), (minutes != 0).then_some(minutes))
+        }
+    };
+    let clock = match clock {
+        Some(clock) => clock,
+        None => {
+            let minutes = record.number("utcOffset")?.map(|minutes| minutes as i32).or(offset);
+            let minutes = minutes.filter(|minutes| minutes.abs() <= 18 * 60);
+            Clock::Offset(minutes.ok_or_else(|| {
+                let expected = "minutes ahead of UTC; add profile.json, which has the time zone";
+                record.wrong("utcOffset", expected)
+            })?)
+        }
+    };
+    Ok(second(clock.local(at)))
+}

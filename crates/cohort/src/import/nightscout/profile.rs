@@ -1,0 +1,219 @@
+//! `profile*.json`: basal schedules by name, each document from its `startDate` on.
+
+use std::collections::BTreeMap;
+
+use chrono::{DateTime, Utc};
+use serde_json::{Map, Value};
+
+use crate::error::{CohortError, Place};
+use crate::import::json_records::{JsonRecord, number};
+use crate::import::zone::{Clock, instant, zone};
+use crate::range::check_value;
+use crate::record::Channel;
+
+/// Seconds of a day.
+const DAY: i64 = 86_400;
+
+/// Rates of a day, U/h, each from a second of the day on; the first is at 0.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Schedule {
+    pub(super) rates: Vec<(i64, f64)>,
+}
+
+impl Schedule {
+    /// The pieces of the schedule between two local seconds: from, to, U/h.
+    pub(super) fn pieces(&self, from: i64, to: i64) -> Vec<(i64, i64, f64)> {
+        let mut pieces: Vec<(i64, i64, f64)> = Vec::new();
+        let mut day = from.div_euclid(DAY) * DAY;
+        while day < to {
+            for (i, &(start, u_h)) in self.rates.iter().enumerate() {
+                let end = self.rates.get(i + 1).map_or(DAY, |next| next.0);
+                let (start, end) = ((day + start).max(from), (day + end).min(to));
+                if start >= end {
+                    continue;
+                }
+                match pieces.last_mut() {
+                    // The rate goes on over midnight.
+                    Some(last) if last.1 == start && last.2 == u_h => last.1 = end,
+                    _ => pieces.push((start, end, u_h)),
+                }
+            }
+            day += DAY;
+        }
+        pieces
+    }
+
+    /// Reads `basal` of a profile: a list of `time` and `value`, or one number.
+    pub(super) fn read(
+        basal: &Value,
+        wrong: impl Fn(&'static str) -> CohortError,
+        place: impl Fn() -> Place,
+    ) -> Result<Self, CohortError> {
+        let mut rates = Vec::new();
+        let rate = |value: &Value| {
+            let u_h = number(value).ok().flatten();
+            let u_h = u_h.ok_or_else(|| wrong("rates whose value is a number"))?;
+            check_value(Channel::Basal, u_h, false).map_err(|range| range.at(place()))?;
+            Ok(u_h)
+        };
+        match basal {
+            Value::Array(items) => {
+                for item in items {
+                    let second = second_of_day(item)
+                        .ok_or_else(|| wrong("rates whose time is HH:MM within a day"))?;
+                    rates.push((second, rate(item.get("value").unwrap_or(&Value::Null))?));
+                }
+            }
+            value => rates.push((0, rate(value)?)),
+        }
+        rates.sort_by_key(|rate| rate.0);
+        match rates.first() {
+            Some((0, _)) => Ok(Self { rates }),
+            _ => Err(wrong("a list of rates that begins at 00:00")),
+        }
+    }
+}
+
+fn second_of_day(item: &Value) -> Option<i64> {
+    let by_text = item.get("time").and_then(Value::as_str).and_then(|text| {
+        let (hour, minute) = text.trim().split_once(':')?;
+        let (hour, minute): (i64, i64) = (hour.parse().ok()?, minute.get(..2)?.parse().ok()?);
+        (minute < 60).then_some(hour * 3600 + minute * 60)
+    });
+    let second = by_text.or_else(|| Some(number(item.get("timeAsSeconds")?).ok()?? as i64))?;
+    (0..DAY).contains(&second).then_some(second)
+}
+
+/// A document: schedules by name, in force from an instant on.
+#[derive(Debug, Clone)]
+pub(super) struct Document {
+    pub(super) from: DateTime<Utc>,
+    default: String,
+    schedules: BTreeMap<String, Schedule>,
+}
+
+impl Document {
+    /// The default schedule.
+    pub(super) fn active(&self) -> Option<&Schedule> {
+        self.schedules.get(&self.default)
+    }
+}
+
+/// Every document, in order of time.
+#[derive(Default)]
+pub(super) struct Profiles {
+    documents: Vec<Document>,
+    zone: Option<(String, Place)>,
+}
+
+impl Profiles {
+    /// Reads one document.
+    pub(super) fn read(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let from = match record.text("startDate")? {
+            None => DateTime::UNIX_EPOCH,
+            Some(text) => instant(text)
+                .ok_or_else(|| record.wrong("startDate", "an instant like 2024-03-01T07:00:00Z"))?
+                .to_utc(),
+        };
+        let mut document = Document {
+            from,
+            default: record.text("defaultProfile")?.unwrap_or("Default").to_owned(),
+            schedules: BTreeMap::new(),
+        };
+        match record.value("store") {
+            Some(Value::Object(store)) => {
+                for (name, profile) in store {
+                    let profile = profile
+                        .as_object()
+                        .ok_or_else(|| record.wrong("store", "an object of profiles"))?;
+                    self.one(record, "store", name, profile, &mut document)?;
+                }
+            }
+            Some(_) => return Err(record.wrong("store", "an object of profiles")),
+            // Before version 0.9 a document was the profile.
+            None => {
+                let Some(basal) = record.value("basal") else {
+                    return Err(record.wrong("store", "an object of profiles; the key is missing"));
+                };
+                let mut profile = Map::new();
+                profile.insert("basal".into(), basal.clone());
+                if let Some(zone) = record.value("timezone") {
+                    profile.insert("timezone".into(), zone.clone());
+                }
+                let name = document.default.clone();
+                self.one(record, "basal", &name, &profile, &mut document)?;
+            }
+        }
+        self.documents.push(document);
+        self.documents.sort_by_key(|document| document.from);
+        Ok(())
+    }
+
+    fn one(
+        &mut self,
+        record: &JsonRecord<'_>,
+        key: &'static str,
+        name: &str,
+        profile: &Map<String, Value>,
+        document: &mut Document,
+    ) -> Result<(), CohortError> {
+        if let Some(basal) = profile.get("basal") {
+            let place = || record.place(&format!("{key}.{name}.basal"));
+            let wrong = |expected| CohortError::Cell {
+                place: place(),
+                value: crate::text_table::shorten(&basal.to_string(), 40),
+                expected,
+            };
+            let schedule = Schedule::read(basal, wrong, place)?;
+            document.schedules.insert(name.to_owned(), schedule);
+        }
+        if let Some(Value::String(zone)) = profile.get("timezone")
+            && (self.zone.is_none() || name == document.default)
+            && !zone.trim().is_empty()
+        {
+            self.zone = Some((zone.clone(), record.place(&format!("{key}.{name}.timezone"))));
+        }
+        Ok(())
+    }
+
+    /// The wall clock of the profiles; `None` if none states a zone.
+    pub(super) fn clock(&self) -> Result<Option<(Clock, Place)>, CohortError> {
+        let Some((name, place)) = &self.zone else { return Ok(None) };
+        let zone = zone(name).ok_or_else(|| CohortError::Cell {
+            place: place.clone(),
+            value: crate::text_table::shorten(name, 40),
+            expected: "the name of a time zone, like Europe/Madrid",
+        })?;
+        Ok(Some((Clock::Zone(zone), place.clone())))
+    }
+
+    /// The documents, in order of time.
+    pub(super) fn documents(&self) -> &[Document] {
+        &self.documents
+    }
+
+    /// The schedule of a name in the latest document that has it.
+    pub(super) fn named(&self, name: &str) -> Option<&Schedule> {
+        self.documents.iter().rev().find_map(|document| document.schedules.get(name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_schedule_goes_on_over_midnight_and_is_cut_at_the_ends() {
+        let schedule = Schedule { rates: vec![(0, 0.8), (6 * 3600, 1.0), (22 * 3600, 0.8)] };
+        let pieces = schedule.pieces(5 * 3600, DAY + 6 * 3600 + 60);
+        assert_eq!(
+            pieces,
+            [
+                (5 * 3600, 6 * 3600, 0.8),
+                (6 * 3600, 22 * 3600, 1.0),
+                (22 * 3600, DAY + 6 * 3600, 0.8),
+                (DAY + 6 * 3600, DAY + 6 * 3600 + 60, 1.0),
+            ]
+        );
+    }
+}

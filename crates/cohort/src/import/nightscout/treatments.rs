@@ -1,0 +1,186 @@
+//! `treatments*.json`: boluses, carbohydrate, temporary rates, suspensions, profile switches and
+//! set changes.
+
+use serde_json::Value;
+
+use super::profile::Schedule;
+use crate::error::CohortError;
+use crate::import::diary::Diary;
+use crate::import::json_records::JsonRecord;
+use crate::import::zone::Clock;
+use crate::record::Channel;
+
+/// What changes the basal rate.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Change {
+    /// A rate, U/h.
+    Rate(f64),
+    /// Per cent more or less than the schedule.
+    Percent(f64),
+    /// The end of what went before.
+    End,
+}
+
+/// A temporary change of the basal rate.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Temporary {
+    pub(super) from: i64,
+    /// `None` for a suspension, which holds until something follows.
+    pub(super) seconds: Option<i64>,
+    pub(super) change: Change,
+    pub(super) place: crate::error::Place,
+}
+
+/// A switch to another schedule.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Switch {
+    pub(super) from: i64,
+    /// 0 for good.
+    pub(super) seconds: i64,
+    pub(super) name: Option<String>,
+    /// The schedule, if the switch brings it.
+    pub(super) schedule: Option<Schedule>,
+    /// Share of the schedule's rates, 1 for all.
+    pub(super) share: f64,
+    pub(super) place: crate::error::Place,
+}
+
+/// What the treatments say of the basal rate.
+pub(super) struct Treatments {
+    clock: Option<Clock>,
+    pub(super) temporaries: Vec<Temporary>,
+    pub(super) switches: Vec<Switch>,
+}
+
+impl Treatments {
+    pub(super) fn new(clock: Option<Clock>) -> Self {
+        Self { clock, temporaries: Vec::new(), switches: Vec::new() }
+    }
+
+    /// The instants of profile documents on the same clock; `None` without one.
+    pub(super) fn clock(&self) -> Option<Clock> {
+        self.clock
+    }
+
+    /// Reads one treatment.
+    pub(super) fn read(
+        &mut self,
+        record: &JsonRecord<'_>,
+        diary: &mut Diary,
+    ) -> Result<(), CohortError> {
+        let kind = record.text("eventType")?.unwrap_or("");
+        let amounts = ["insulin", "carbs", "absolute", "rate", "percent", "relative"];
+        let known = matches!(
+            kind,
+            "Temp Basal"
+                | "Profile Switch"
+                | "Suspend Pump"
+                | "Resume Pump"
+                | "Site Change"
+                | "Cannula Change"
+                | "Combo Bolus"
+        );
+        if !known && amounts.iter().all(|key| record.value(key).is_none()) {
+            diary.note("treatments without an amount: left out", || record.place("eventType"));
+            return Ok(());
+        }
+        let at = super::at(record, &["created_at", "timestamp", "date", "mills"], self.clock)?;
+        let minutes = record.number("duration")?.unwrap_or(0.0);
+        if !(0.0..=366.0 * 1440.0).contains(&minutes) {
+            return Err(record.wrong("duration", "minutes, from 0 to those of a year"));
+        }
+        let seconds = (minutes * 60.0).round() as i64;
+        match kind {
+            "Temp Basal" => return self.temporary(record, at, seconds),
+            "Profile Switch" => return self.switch(record, at, seconds),
+            "Suspend Pump" | "Resume Pump" => {
+                let change = if kind == "Suspend Pump" { Change::Rate(0.0) } else { Change::End };
+                let place = record.place("eventType");
+                self.temporaries.push(Temporary { from: at, seconds: None, change, place });
+                return Ok(());
+            }
+            "Site Change" | "Cannula Change" => {
+                diary.set_change(at, || record.place("eventType"))?;
+            }
+            _ => {}
+        }
+        if let Some(insulin) = record.number("insulin")? {
+            diary.dose(Channel::Bolus, at, 0, insulin, || record.place("insulin"))?;
+        }
+        if let Some(carbs) = record.number("carbs")? {
+            diary.dose(Channel::Carbs, at, 0, carbs, || record.place("carbs"))?;
+        }
+        // The part of a combined bolus that is given as a rate.
+        if kind == "Combo Bolus"
+            && let Some(u_h) = record.number("relative")?
+        {
+            let amount = u_h * minutes / 60.0;
+            diary.dose(Channel::Bolus, at, seconds, amount, || record.place("relative"))?;
+        }
+        Ok(())
+    }
+
+    fn temporary(
+        &mut self,
+        record: &JsonRecord<'_>,
+        from: i64,
+        seconds: i64,
+    ) -> Result<(), CohortError> {
+        let absolute = record.number("absolute")?.or(record.number("rate")?);
+        let change = match (absolute, record.number("percent")?) {
+            _ if seconds == 0 => Change::End,
+            (Some(u_h), _) => Change::Rate(u_h),
+            (None, Some(percent)) if (-100.0..=900.0).contains(&percent) => {
+                Change::Percent(percent)
+            }
+            (None, Some(_)) => {
+                return Err(record.wrong("percent", "per cent more than the profile, from -100"));
+            }
+            (None, None) => {
+                return Err(record.wrong("absolute", "U/h; the key (or percent) is missing"));
+            }
+        };
+        let place = record.place(if absolute.is_some() { "absolute" } else { "percent" });
+        let seconds = Some(seconds);
+        self.temporaries.push(Temporary { from, seconds, change, place });
+        Ok(())
+    }
+
+    fn switch(
+        &mut self,
+        record: &JsonRecord<'_>,
+        from: i64,
+        seconds: i64,
+    ) -> Result<(), CohortError> {
+        // The profile itself is a text inside the text.
+        let parsed = match record.text("profileJson")? {
+            None => None,
+            Some(text) => Some(
+                serde_json::from_str::<Value>(text)
+                    .map_err(|_| record.wrong("profileJson", "a profile as JSON"))?,
+            ),
+        };
+        let place = || record.place("profileJson.basal");
+        let schedule = match parsed.as_ref().and_then(|profile| profile.get("basal")) {
+            None => None,
+            Some(basal) => Some(Schedule::read(
+                basal,
+                |expected| CohortError::Cell {
+                    place: place(),
+                    value: crate::text_table::shorten(&basal.to_string(), 40),
+                    expected,
+                },
+                place,
+            )?),
+        };
+        let percentage = record.number("percentage")?.filter(|percent| *percent != 0.0);
+        let share = percentage.unwrap_or(100.0) / 100.0;
+        if !(0.0..=10.0).contains(&share) {
+            return Err(record.wrong("percentage", "per cent of the profile, from 0 to 1000"));
+        }
+        let name = record.text("profile")?.map(str::to_owned);
+        let place = record.place("profile");
+        self.switches.push(Switch { from, seconds, name, schedule, share, place });
+        Ok(())
+    }
+}

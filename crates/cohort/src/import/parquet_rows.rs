@@ -1,0 +1,232 @@
+//! A Parquet file of others, read piece by piece, so that memory does not grow with its rows.
+
+use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use chrono::{DateTime, NaiveDateTime};
+use polars::prelude::{
+    Column, DataType, Float64Chunked, Int64Chunked, ParquetReader, PolarsResult, SerReader,
+    StringChunked, TimeUnit,
+};
+
+use crate::error::{CohortError, Place};
+use crate::wall_clock::parse_iso;
+
+/// Rows of a piece.
+const PIECE: usize = 250_000;
+/// Most rows of a file: 10,000 people for 5 years.
+const MOST_ROWS: usize = 5_300_000_000;
+
+/// What a column must hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Text,
+    Number,
+    Time,
+    /// A span of time, in seconds.
+    Span,
+}
+
+/// A wanted column: its name in either case, what it holds, and whether it must be there.
+pub(super) type Wanted = (&'static str, Kind, bool);
+
+enum Cells {
+    Text(StringChunked),
+    Number(Float64Chunked),
+    Epoch(Int64Chunked, i64),
+    Absent,
+}
+
+/// A row of the file, by the order of the wanted columns.
+pub(super) struct ParquetRow<'a> {
+    file: &'a str,
+    number: usize,
+    index: usize,
+    wanted: &'a [Wanted],
+    cells: &'a [Cells],
+}
+
+impl ParquetRow<'_> {
+    pub(super) fn place(&self, column: usize) -> Place {
+        Place::cell(self.file, self.number, self.wanted[column].0)
+    }
+
+    /// A text; `None` if it is missing or empty.
+    pub(super) fn text(&self, column: usize) -> Option<&str> {
+        match &self.cells[column] {
+            Cells::Text(cells) => cells.get(self.index).filter(|text| !text.trim().is_empty()),
+            _ => None,
+        }
+    }
+
+    /// A finite number or seconds; `None` if it is missing.
+    pub(super) fn number(&self, column: usize) -> Result<Option<f64>, CohortError> {
+        let value = match &self.cells[column] {
+            Cells::Number(cells) => cells.get(self.index).filter(|value| !value.is_nan()),
+            Cells::Epoch(cells, per_second) => {
+                cells.get(self.index).map(|value| value as f64 / *per_second as f64)
+            }
+            _ => None,
+        };
+        match value {
+            Some(value) if value.is_infinite() => Err(self.wrong(column, "a finite number")),
+            value => Ok(value),
+        }
+    }
+
+    /// A local time.
+    pub(super) fn time(&self, column: usize) -> Result<NaiveDateTime, CohortError> {
+        let time = match &self.cells[column] {
+            Cells::Epoch(cells, per_second) => cells.get(self.index).and_then(|value| {
+                DateTime::from_timestamp(value.div_euclid(*per_second), 0).map(|t| t.naive_utc())
+            }),
+            Cells::Text(cells) => {
+                let text = cells.get(self.index).and_then(|text| text.get(..19));
+                text.and_then(|text| parse_iso(&text.replace(' ', "T")))
+            }
+            _ => None,
+        };
+        time.ok_or_else(|| self.wrong(column, "a local time like 2024-03-01T08:05:00"))
+    }
+
+    pub(super) fn wrong(&self, column: usize, expected: &'static str) -> CohortError {
+        let value = match &self.cells[column] {
+            Cells::Text(cells) => cells.get(self.index).map(|text| text.to_owned()),
+            Cells::Number(cells) => cells.get(self.index).map(|value| value.to_string()),
+            Cells::Epoch(cells, _) => cells.get(self.index).map(|value| value.to_string()),
+            Cells::Absent => None,
+        };
+        let value = crate::text_table::shorten(&value.unwrap_or_default(), 40);
+        CohortError::Cell { place: self.place(column), value, expected }
+    }
+}
+
+/// Calls `each` with every row of the file at `path`; messages call it `name`.
+pub(super) fn for_each(
+    path: &Path,
+    name: &str,
+    wanted: &[Wanted],
+    mut each: impl FnMut(ParquetRow<'_>) -> Result<(), CohortError>,
+) -> Result<(), CohortError> {
+    let open = || {
+        File::open(path).map_err(|source| CohortError::Io {
+            file: name.into(),
+            action: "read",
+            source,
+        })
+    };
+    let (rows, header) = guarded(name, {
+        let mut reader = ParquetReader::new(open()?);
+        move || {
+            let header: Vec<String> =
+                reader.schema()?.iter_names().map(|n| n.to_string()).collect();
+            Ok((reader.num_rows()?, header))
+        }
+    })?;
+    if rows == 0 {
+        return Err(CohortError::Empty { file: name.into() });
+    }
+    if rows > MOST_ROWS {
+        let reason = format!("{rows} rows; more than any study has");
+        return Err(CohortError::Table { file: name.into(), reason });
+    }
+    let mut columns = Vec::new();
+    for (column, _, required) in wanted {
+        match header.iter().find(|found| found.eq_ignore_ascii_case(column)) {
+            Some(found) => columns.push(Some(found.clone())),
+            None if *required => {
+                return Err(CohortError::MissingColumn {
+                    file: name.into(),
+                    column: (*column).into(),
+                    found: crate::text_table::shorten(&header.join(", "), 160),
+                });
+            }
+            None => columns.push(None),
+        }
+    }
+    let selected: Vec<String> = columns.iter().flatten().cloned().collect();
+    let mut first = 0;
+    while first < rows {
+        let frame = guarded(name, {
+            let reader = ParquetReader::new(open()?)
+                .with_slice(Some((first, PIECE)))
+                .with_columns(Some(selected.clone()))
+                .set_low_memory(true)
+                .set_rechunk(true);
+            move || reader.finish()
+        })?;
+        if frame.height() == 0 {
+            let reason = format!("{first} rows were read of {rows}");
+            return Err(CohortError::Table { file: name.into(), reason });
+        }
+        let mut cells = Vec::with_capacity(wanted.len());
+        for ((_, kind, _), column) in wanted.iter().zip(&columns) {
+            cells.push(match column {
+                None => Cells::Absent,
+                Some(column) => {
+                    let found = frame.column(column).map_err(|error| CohortError::Table {
+                        file: name.into(),
+                        reason: error.to_string(),
+                    })?;
+                    let found = guarded(name, || typed(found, *kind))?;
+                    found.ok_or_else(|| CohortError::Table {
+                        file: name.into(),
+                        reason: format!(
+                            "column {column} holds {}, not {}",
+                            frame
+                                .column(column)
+                                .map_or_else(|_| "?".into(), |c| c.dtype().to_string()),
+                            match kind {
+                                Kind::Text => "text",
+                                Kind::Number => "numbers",
+                                Kind::Time => "local times without a zone",
+                                Kind::Span => "spans of time or seconds",
+                            }
+                        ),
+                    })?
+                }
+            });
+        }
+        for index in 0..frame.height() {
+            let number = first + index + 1;
+            each(ParquetRow { file: name, number, index, wanted, cells: &cells })?;
+        }
+        first += frame.height();
+    }
+    Ok(())
+}
+
+/// The cells of a column; `None` if it holds something else.
+fn typed(column: &Column, kind: Kind) -> PolarsResult<Option<Cells>> {
+    let per_second = |unit: &TimeUnit| match unit {
+        TimeUnit::Milliseconds => 1_000,
+        TimeUnit::Microseconds => 1_000_000,
+        TimeUnit::Nanoseconds => 1_000_000_000,
+    };
+    Ok(match (kind, column.dtype()) {
+        // A column without any value.
+        (_, DataType::Null) => Some(Cells::Absent),
+        (Kind::Text, _) => {
+            Some(Cells::Text(column.cast(&DataType::String)?.str()?.rechunk().into_owned()))
+        }
+        (Kind::Time, DataType::String) => Some(Cells::Text(column.str()?.rechunk().into_owned())),
+        (Kind::Time, DataType::Datetime(unit, None)) | (Kind::Span, DataType::Duration(unit)) => {
+            let per_second = per_second(unit);
+            let cells = column.to_physical_repr().i64()?.rechunk().into_owned();
+            Some(Cells::Epoch(cells, per_second))
+        }
+        (Kind::Number | Kind::Span, dtype) if dtype.is_primitive_numeric() || dtype.is_bool() => {
+            Some(Cells::Number(column.cast(&DataType::Float64)?.f64()?.rechunk().into_owned()))
+        }
+        _ => None,
+    })
+}
+
+/// Runs what the table library does; it panics on some damaged files, which becomes an error here.
+fn guarded<T>(name: &str, run: impl FnOnce() -> PolarsResult<T>) -> Result<T, CohortError> {
+    let table = |reason: String| CohortError::Table { file: name.into(), reason };
+    catch_unwind(AssertUnwindSafe(run))
+        .map_err(|_| table("damaged, or of a kind that cannot be read".into()))?
+        .map_err(|error| table(error.to_string()))
+}

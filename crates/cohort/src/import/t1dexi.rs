@@ -1,0 +1,365 @@
+//! The T1DEXI and T1DEXIP studies (doi:10.25934/PR00008428): SDTM domains as `*.xpt` in a folder.
+//!
+//! | domain | what is read |
+//! |---|---|
+//! | `LB` | `LBTESTCD` GLUC of `LBCAT` CGM |
+//! | `FACM` | `BOLUS INSULIN`, U; `BASAL FLOW RATE`, U/h, a missing one is a suspension |
+//! | `FAMLPM`, `FAMLPI` | `DCARBT` of `FACAT` CONSUMED, g |
+//! | `VS` | heart rate, weight |
+//! | `FA` | steps in ten seconds |
+//! | `NV` | sleep, where a row has start and end |
+//! | `DX` | the device that gives insulin |
+//!
+//! Times are seconds since 1960 on the local clock. A pump's basal insulin is in `FACM` twice, as
+//! rates and as amounts: the rates are used. Basal injections have no rate and are left out.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use physiology::Kilograms;
+
+use super::diary::{Diary, GlucoseUnit, Rate, people};
+use super::files::name;
+use crate::error::CohortError;
+use crate::person::{Therapy, is_person_id};
+use crate::record::Channel;
+
+mod duration;
+mod xpt;
+
+use xpt::{Variable, Xpt, XptRow};
+
+const FORMAT: &str = "t1dexi";
+/// Seconds from 1960-01-01 to 1970-01-01.
+const FROM_1960: f64 = 315_619_200.0;
+const KG_PER_LB: f64 = 0.453_592_37;
+const MG_PER_DL_PER_MMOL: f64 = physiology::MG_PER_DL_PER_MMOL_PER_L;
+const STEPS_OF_TEN_SECONDS: &str = "10-SECOND INTERVAL STEP COUNT";
+const INJECTIONS: &str = "MULTIPLE DAILY INJECTIONS";
+
+/// Reads the study's folder.
+pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    let files = domains(source)?;
+    let Some(glucose) = files.get("LB") else {
+        return Err(CohortError::WrongLayout {
+            file: source.display().to_string(),
+            expected: FORMAT,
+            reason: "no file LB.xpt, which has the sensor's readings".into(),
+        });
+    };
+    let mut study = Study { diaries: Vec::new(), index: HashMap::new(), last: None };
+    if let Some(path) = files.get("DX") {
+        study.devices(open(path)?)?;
+    }
+    study.glucose(open(glucose)?)?;
+    for (domain, read) in [
+        ("FACM", Study::insulin as fn(&mut Study, Xpt) -> Result<(), CohortError>),
+        ("FAMLPM", Study::meals),
+        ("FAMLPI", Study::meals),
+        ("VS", Study::vital_signs),
+        ("FA", Study::steps),
+        ("NV", Study::sleep),
+    ] {
+        if let Some(path) = files.get(domain) {
+            read(&mut study, open(path)?)?;
+        }
+    }
+    let mut diaries = study.diaries;
+    diaries.sort_by(|a, b| a.id().cmp(b.id()));
+    people(FORMAT, &source.display().to_string(), diaries)
+}
+
+/// The `*.xpt` of a folder by the name of their domain.
+fn domains(source: &Path) -> Result<HashMap<String, PathBuf>, CohortError> {
+    let failed = |error| CohortError::Io {
+        file: source.display().to_string(),
+        action: "read",
+        source: error,
+    };
+    if !source.is_dir() {
+        return Err(CohortError::MissingFile {
+            file: source.display().to_string(),
+            remedy: "give the folder that has LB.xpt, FACM.xpt and the others".into(),
+        });
+    }
+    let mut found = HashMap::new();
+    for entry in std::fs::read_dir(source).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let name = name(&path).to_ascii_uppercase();
+        if let Some(domain) = name.strip_suffix(".XPT") {
+            found.insert(domain.to_owned(), path);
+        }
+    }
+    Ok(found)
+}
+
+fn open(path: &Path) -> Result<Xpt, CohortError> {
+    Xpt::open(path, &name(path))
+}
+
+/// The people while the domains are read.
+struct Study {
+    diaries: Vec<Diary>,
+    index: HashMap<String, usize>,
+    /// The person of the row before: rows of one person follow each other.
+    last: Option<(String, usize)>,
+}
+
+impl Study {
+    fn person(&mut self, row: &XptRow<'_>, id: &Variable) -> Result<&mut Diary, CohortError> {
+        let text = row.text(id);
+        if let Some((last, at)) = &self.last
+            && *last == *text
+        {
+            return Ok(&mut self.diaries[*at]);
+        }
+        let at = match self.index.get(&*text) {
+            Some(at) => *at,
+            None if is_person_id(&text) => {
+                self.diaries.push(Diary::new(&text, "LB.xpt", GlucoseUnit::MgPerDl));
+                self.index.insert(text.clone().into_owned(), self.diaries.len() - 1);
+                self.diaries.len() - 1
+            }
+            None => {
+                let expected = "a person's identifier of letters, digits, '_', '-' and '.'";
+                return Err(row.wrong(id, expected));
+            }
+        };
+        self.last = Some((text.into_owned(), at));
+        Ok(&mut self.diaries[at])
+    }
+
+    fn devices(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let (id, device) = (file.variable("USUBJID")?, file.variable("DXTRT")?);
+        file.for_each(|row| {
+            let device = row.text(&device).to_ascii_uppercase();
+            let diary = self.person(&row, &id)?;
+            diary.therapy = match (therapy(&device), diary.therapy) {
+                // A row says `INSULIN PUMP`, another which one: the one that says more holds.
+                (Some(Therapy::OpenLoopPump) | None, Some(known)) => Some(known),
+                (found, _) => found,
+            };
+            Ok(())
+        })
+    }
+
+    fn glucose(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let [id, test, category, time] =
+            ["USUBJID", "LBTESTCD", "LBCAT", "LBDTC"].map(|name| file.variable(name));
+        let (id, test, category, time) = (id?, test?, category?, time?);
+        let value = first(&file, &["LBSTRESN", "LBORRES"])?;
+        let unit = file.optional("LBSTRESU").or_else(|| file.optional("LBORRESU"));
+        file.for_each(|row| {
+            if row.text(&test) != "GLUC" || row.text(&category) != "CGM" {
+                return Ok(());
+            }
+            let factor = match unit.as_ref().map(|unit| row.text(unit)).as_deref() {
+                None | Some("" | "mg/dL" | "MG/DL" | "mg/dl") => 1.0,
+                Some("mmol/L" | "MMOL/L" | "mmol/l") => MG_PER_DL_PER_MMOL,
+                Some(_) => {
+                    let unit = unit.as_ref().unwrap_or(&value);
+                    return Err(row.wrong(unit, "mg/dL or mmol/L"));
+                }
+            };
+            let diary = self.person(&row, &id)?;
+            match row.number(&value)? {
+                None => diary.note("readings without a value: left out", || row.place(&value)),
+                Some(glucose) => {
+                    let at = at(&row, &time)?;
+                    diary.reading(at, glucose * factor, || row.place(&value))?;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn insulin(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let [id, test, time] = ["USUBJID", "FATEST", "FADTC"].map(|name| file.variable(name));
+        let (id, test, time) = (id?, test?, time?);
+        let amount = first(&file, &["FAORRES", "FASTRESN"])?;
+        let duration = file.variable("FADUR")?;
+        let (normal, extended) = (file.optional("INSNMBOL"), file.optional("INSEXBOL"));
+        let number = |row: &XptRow<'_>, variable: &Option<Variable>| match variable {
+            Some(variable) => row.number(variable),
+            None => Ok(None),
+        };
+        file.for_each(|row| {
+            let diary = self.person(&row, &id)?;
+            let seconds = || match &*row.text(&duration) {
+                "" => Ok(None),
+                text => duration::seconds(text)
+                    .map(Some)
+                    .ok_or_else(|| row.wrong(&duration, "a duration like PT5M, up to 10 days")),
+            };
+            let place = || row.place(&amount);
+            match &*row.text(&test) {
+                "BOLUS INSULIN" => {
+                    let at = at(&row, &time)?;
+                    let (normal, extended) = (number(&row, &normal)?, number(&row, &extended)?);
+                    let normal = match (normal, extended) {
+                        (None, None) => row.number(&amount)?,
+                        (normal, _) => normal,
+                    };
+                    if normal.is_none() && extended.is_none() {
+                        diary.note("boluses without an amount: left out", place);
+                    }
+                    if let Some(u) = normal {
+                        diary.dose(Channel::Bolus, at, 0, u, place)?;
+                    }
+                    if let Some(u) = extended.filter(|u| *u != 0.0) {
+                        let seconds = seconds()?.unwrap_or(0);
+                        diary.dose(Channel::Bolus, at, seconds, u, place)?;
+                    }
+                }
+                "BASAL FLOW RATE" if diary.therapy == Some(Therapy::Mdi) => {
+                    diary.note("rates of a person on injections: left out", place);
+                }
+                "BASAL FLOW RATE" => {
+                    let from = at(&row, &time)?;
+                    let u_h = row.number(&amount)?;
+                    if u_h.is_none() {
+                        diary.note("missing rates: a suspension, 0 U/h", place);
+                    }
+                    let to = seconds()?.map(|seconds| from + seconds);
+                    diary.rate(Rate { from, to, u_h: u_h.unwrap_or(0.0) }, place)?;
+                }
+                "BASAL INSULIN" if diary.therapy == Some(Therapy::Mdi) => {
+                    diary.long_acting(row.number(&amount)?.unwrap_or(0.0), place)?;
+                }
+                "BASAL INSULIN" => {
+                    diary.note("basal amounts, which the rates repeat: left out", place);
+                }
+                _ => {}
+            }
+            Ok(())
+        })
+    }
+
+    fn meals(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let [id, test, time] = ["USUBJID", "FATESTCD", "FADTC"].map(|name| file.variable(name));
+        let (id, test, time) = (id?, test?, time?);
+        let category = file.optional("FACAT");
+        let grams = first(&file, &["FASTRESN", "FAORRES"])?;
+        file.for_each(|row| {
+            // Taken, returned and consumed are three categories of one meal.
+            let consumed = category
+                .as_ref()
+                .is_none_or(|category| matches!(&*row.text(category), "CONSUMED" | ""));
+            if row.text(&test) != "DCARBT" || !consumed {
+                return Ok(());
+            }
+            let diary = self.person(&row, &id)?;
+            match row.number(&grams)? {
+                None => diary.note("meals without grams: left out", || row.place(&grams)),
+                Some(amount) => {
+                    let at = at(&row, &time)?;
+                    diary.dose(Channel::Carbs, at, 0, amount, || row.place(&grams))?;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn vital_signs(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let [id, test, time] = ["USUBJID", "VSTEST", "VSDTC"].map(|name| file.variable(name));
+        let (id, test, time) = (id?, test?, time?);
+        let value = first(&file, &["VSSTRESN", "VSORRES"])?;
+        let unit = file.optional("VSSTRESU").or_else(|| file.optional("VSORRESU"));
+        file.for_each(|row| {
+            let test = row.text(&test);
+            let heart_rate = matches!(&*test, "Heart Rate" | "Heart Rate, Mean");
+            if !heart_rate && test != "Weight" {
+                return Ok(());
+            }
+            let diary = self.person(&row, &id)?;
+            let Some(number) = row.number(&value)? else { return Ok(()) };
+            if heart_rate {
+                return diary.heart_rate(at(&row, &time)?, number, || row.place(&value));
+            }
+            let unit = unit.as_ref().map(|unit| row.text(unit).to_ascii_lowercase());
+            let kg = match unit.as_deref() {
+                Some("kg") => number,
+                Some("lb" | "lbs") => number * KG_PER_LB,
+                _ => {
+                    diary.note("weights without kg or LB: left out", || row.place(&value));
+                    return Ok(());
+                }
+            };
+            if !(1.0..1000.0).contains(&kg) {
+                return Err(row.wrong(&value, "a weight between 1 and 1000 kg"));
+            }
+            diary.weight = Some(Kilograms(kg));
+            Ok(())
+        })
+    }
+
+    fn steps(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let [id, object, time] = ["USUBJID", "FAOBJ", "FADTC"].map(|name| file.variable(name));
+        let (id, object, time) = (id?, object?, time?);
+        let count = first(&file, &["FASTRESN", "FAORRES"])?;
+        file.for_each(|row| {
+            if row.text(&object) != STEPS_OF_TEN_SECONDS {
+                return Ok(());
+            }
+            let diary = self.person(&row, &id)?;
+            let Some(number) = row.number(&count)? else { return Ok(()) };
+            diary.steps(at(&row, &time)?, 10, number, || row.place(&count))
+        })
+    }
+
+    fn sleep(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let (id, test, from) =
+            (file.variable("USUBJID")?, file.variable("NVTEST")?, file.variable("NVDTC")?);
+        let to = file.optional("NVENDTC");
+        file.for_each(|row| {
+            let name = row.text(&test).to_ascii_uppercase();
+            if !name.contains("SLEEP") || name.contains("WAKE") {
+                return Ok(());
+            }
+            let diary = self.person(&row, &id)?;
+            let end = match &to {
+                Some(to) if row.number(to)?.is_some() => at(&row, to)?,
+                _ => {
+                    diary.note("sleep without an end: left out", || row.place(&test));
+                    return Ok(());
+                }
+            };
+            diary.asleep(at(&row, &from)?, end, || row.place(&from))
+        })
+    }
+}
+
+/// What a device says of the therapy.
+fn therapy(device: &str) -> Option<Therapy> {
+    let has = |words: &[&str]| words.iter().any(|word| device.contains(word));
+    if device.contains(INJECTIONS) {
+        Some(Therapy::Mdi)
+    } else if has(&["CLOSED LOOP", "CONTROL IQ", "CONTROL-IQ", "BASAL IQ", "BASAL-IQ"])
+        || has(&["AUTO MODE", "OMNIPOD 5"])
+    {
+        Some(Therapy::Aid)
+    } else if has(&["PUMP", "OMNIPOD", "MEDTRONIC", "TANDEM"]) {
+        Some(Therapy::OpenLoopPump)
+    } else {
+        None
+    }
+}
+
+/// The first of some variables that the file has.
+fn first(file: &Xpt, names: &[&str]) -> Result<Variable, CohortError> {
+    match names.iter().find_map(|name| file.optional(name)) {
+        Some(variable) => Ok(variable),
+        None => file.variable(names[0]),
+    }
+}
+
+/// The local second of a row.
+fn at(row: &XptRow<'_>, time: &Variable) -> Result<i64, CohortError> {
+    let expected = "seconds since 1960-01-01";
+    let seconds = row.number(time)?.ok_or_else(|| row.wrong(time, expected))?;
+    // The years 1900 to 2199.
+    if !(-1.9e9..7.6e9).contains(&seconds) {
+        return Err(row.wrong(time, expected));
+    }
+    Ok((seconds - FROM_1960).round() as i64)
+}

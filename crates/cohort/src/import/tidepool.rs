@@ -1,0 +1,226 @@
+//! JSON exports of Tidepool (tidepool.org): one file per person, an array of data.
+//!
+//! The file's name is the person. Glucose is in mmol/L or mg/dL, each datum says which. The local
+//! time is `deviceTime`; without one, `time` with `timezoneOffset`, or in the zone `timezone`.
+//! Durations are milliseconds. Carbohydrate comes from `wizard` and `food`; a meal that both have
+//! is given twice.
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::diary::{Diary, GlucoseUnit, Rate, people, second};
+use super::files::files;
+use super::json_records::{JsonRecord, for_each, number};
+use super::zone::{Clock, instant, zone};
+use crate::error::{CohortError, Place};
+use crate::person::is_person_id;
+use crate::record::Channel;
+use crate::wall_clock::parse_iso;
+
+const FORMAT: &str = "tidepool";
+/// mg/dL in a mmol/L as Tidepool converts them (its data model, `units`).
+const MG_PER_DL: f64 = 18.01559;
+/// Food within this many seconds of a bolus calculator's entry may be the same meal.
+const SAME_MEAL: i64 = 900;
+
+/// Reads a file or the folder's `*.json`.
+pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    let mut diaries = Vec::new();
+    for (path, name) in files(source, FORMAT, "*.json", |name| name.ends_with(".json"))? {
+        let id = name.trim_end_matches(".json").to_owned();
+        if !is_person_id(&id) {
+            return Err(CohortError::WrongLayout {
+                file: name,
+                expected: FORMAT,
+                reason: "the file's name becomes the person's identifier; use letters, digits, \
+                         '_', '-' and '.'"
+                    .into(),
+            });
+        }
+        let diary = Diary::new(&id, &name, GlucoseUnit::MgPerDl);
+        let mut reader = Reader { diary, seen: HashSet::new(), wizards: vec![], foods: vec![] };
+        for_each(&path, &name, |record| reader.read(&record))?;
+        diaries.push(reader.finish());
+    }
+    people(FORMAT, &source.display().to_string(), diaries)
+}
+
+struct Reader {
+    diary: Diary,
+    seen: HashSet<String>,
+    /// Seconds and grams of carbohydrate, and where.
+    wizards: Vec<(i64, f64, Place)>,
+    foods: Vec<(i64, f64, Place)>,
+}
+
+impl Reader {
+    fn read(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let Some(kind) = record.text("type")? else {
+            return Err(record.wrong("type", "the kind of datum, like cbg; the key is missing"));
+        };
+        if let Some(id) = record.text("id")?
+            && !self.seen.insert(id.to_owned())
+        {
+            self.diary.note("data with an id that came before: left out", || record.place("id"));
+            return Ok(());
+        }
+        match kind {
+            "cbg" => self.glucose(record),
+            "basal" => self.basal(record),
+            "bolus" => self.bolus(record),
+            "wizard" => self.wizard(record),
+            "food" => self.food(record),
+            "insulin" => self.injection(record),
+            "deviceEvent" => self.event(record),
+            _ => Ok(()),
+        }
+    }
+
+    fn glucose(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let factor = match record.text("units")? {
+            Some("mmol/L" | "mmol/l") => MG_PER_DL,
+            Some("mg/dL" | "mg/dl") => 1.0,
+            _ => return Err(record.wrong("units", "mmol/L or mg/dL")),
+        };
+        let value = required(record, "value")?;
+        self.diary.reading(at(record)?, value * factor, || record.place("value"))
+    }
+
+    fn basal(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let u_h = match (record.text("deliveryType")?, record.number("rate")?) {
+            (_, Some(rate)) => rate,
+            (Some("suspend"), None) => 0.0,
+            (_, None) => return Err(record.wrong("rate", "U/h; the key is missing")),
+        };
+        let from = at(record)?;
+        let to = match record.number("duration")? {
+            None => None,
+            Some(_) => Some(from + millis(record, "duration")?),
+        };
+        self.diary.rate(Rate { from, to, u_h }, || record.place("rate"))
+    }
+
+    fn bolus(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let at = at(record)?;
+        let (normal, extended) = (record.number("normal")?, record.number("extended")?);
+        if normal.is_none() && extended.is_none() {
+            return Err(record.wrong("normal", "U; the key (or extended) is missing"));
+        }
+        if let Some(amount) = normal {
+            self.diary.dose(Channel::Bolus, at, 0, amount, || record.place("normal"))?;
+        }
+        if let Some(amount) = extended {
+            let seconds = millis(record, "duration")?;
+            self.diary.dose(Channel::Bolus, at, seconds, amount, || record.place("extended"))?;
+        }
+        Ok(())
+    }
+
+    fn wizard(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let Some(grams) = record.number("carbInput")? else { return Ok(()) };
+        if record.text("carbUnits")?.is_some_and(|unit| unit != "grams") {
+            return Err(record.wrong("carbUnits", "grams; exchanges have no fixed weight"));
+        }
+        if grams != 0.0 {
+            self.wizards.push((at(record)?, grams, record.place("carbInput")));
+            let (at, grams, place) = &self.wizards[self.wizards.len() - 1];
+            self.diary.dose(Channel::Carbs, *at, 0, *grams, || place.clone())?;
+        }
+        Ok(())
+    }
+
+    fn food(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let key = "nutrition.carbohydrate.net";
+        let net = record.value("nutrition").and_then(|food| food.get("carbohydrate")?.get("net"));
+        let Some(net) = net else {
+            self.diary.note("food without carbohydrate: left out", || record.place("nutrition"));
+            return Ok(());
+        };
+        let grams = number(net).ok().flatten().ok_or_else(|| CohortError::Cell {
+            place: record.place(key),
+            value: crate::text_table::shorten(&net.to_string(), 40),
+            expected: "a number",
+        })?;
+        self.foods.push((at(record)?, grams, record.place(key)));
+        let (at, grams, place) = &self.foods[self.foods.len() - 1];
+        self.diary.dose(Channel::Carbs, *at, 0, *grams, || place.clone())
+    }
+
+    /// An injection: rapid insulin is a bolus, long-acting insulin has no rate.
+    fn injection(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let kind = record.value("formulation").and_then(|one| one.get("simple")?.get("actingType"));
+        if kind.and_then(Value::as_str) != Some("rapid") {
+            self.diary.note("injections that are not rapid insulin: left out", || {
+                record.place("formulation")
+            });
+            return Ok(());
+        }
+        let total = record.value("dose").and_then(|dose| number(dose.get("total")?).ok()?);
+        let total = total.ok_or_else(|| record.wrong("dose", "an object with a number total"))?;
+        self.diary.dose(Channel::Bolus, at(record)?, 0, total, || record.place("dose"))
+    }
+
+    fn event(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        let prime = record.text("subType")? == Some("prime");
+        if prime && record.text("primeTarget")? == Some("cannula") {
+            self.diary.set_change(at(record)?, || record.place("subType"))?;
+        }
+        Ok(())
+    }
+
+    /// The diary, with the meals that seem to be given twice counted.
+    fn finish(mut self) -> Diary {
+        for (at, grams, place) in &self.foods {
+            let same = self.wizards.iter().any(|(other, amount, _)| {
+                (other - at).abs() <= SAME_MEAL && (amount - grams).abs() < 0.5
+            });
+            if same {
+                let what = "food like a bolus calculator's entry at most 15 min apart: both kept, \
+                            perhaps one meal";
+                self.diary.note(what, || place.clone());
+            }
+        }
+        self.diary
+    }
+}
+
+fn required(record: &JsonRecord<'_>, key: &str) -> Result<f64, CohortError> {
+    record.number(key)?.ok_or_else(|| record.wrong(key, "a number; the key is missing"))
+}
+
+/// Whole seconds of a duration in ms.
+fn millis(record: &JsonRecord<'_>, key: &str) -> Result<i64, CohortError> {
+    let millis = required(record, key)?;
+    if !(0.0..=8.64e8).contains(&millis) {
+        return Err(record.wrong(key, "milliseconds, from 0 to those of 10 days"));
+    }
+    Ok((millis / 1000.0).round() as i64)
+}
+
+/// The local second of a datum.
+fn at(record: &JsonRecord<'_>) -> Result<i64, CohortError> {
+    if let Some(text) = record.text("deviceTime")? {
+        let time = parse_iso(text.get(..19).unwrap_or(text));
+        let expected = "a local time like 2024-03-01T08:05:00";
+        return time.map(second).ok_or_else(|| record.wrong("deviceTime", expected));
+    }
+    let Some(text) = record.text("time")? else {
+        return Err(record.wrong("time", "an instant; the key is missing"));
+    };
+    let expected = "an instant like 2024-03-01T07:05:00.000Z";
+    let instant = instant(text).ok_or_else(|| record.wrong("time", expected))?.to_utc();
+    let clock = match (record.number("timezoneOffset")?, record.text("timezone")?) {
+        (Some(minutes), _) if minutes.abs() <= 18.0 * 60.0 => Clock::Offset(minutes as i32),
+        (Some(_), _) => return Err(record.wrong("timezoneOffset", "minutes ahead of UTC")),
+        (None, Some(name)) => Clock::Zone(zone(name).ok_or_else(|| {
+            record.wrong("timezone", "the name of a time zone, like Europe/Madrid")
+        })?),
+        (None, None) => {
+            let expected = "a local time; deviceTime, timezoneOffset and timezone are missing";
+            return Err(record.wrong("deviceTime", expected));
+        }
+    };
+    Ok(second(clock.local(instant)))
+}

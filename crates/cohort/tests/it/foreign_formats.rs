@@ -1,0 +1,118 @@
+//! Each importer on the same made-up morning (`fixtures/import`), and on broken files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use cohort::{Channel, Import, ImportFormat, RecordsFormat, Totals, import, read_folder};
+use proptest::prelude::*;
+
+use crate::damaged_files::{imports_or_refuses, mangle, mangled};
+
+mod babelbetes;
+mod metabonet;
+mod nightscout;
+mod ohio;
+mod replaybg;
+mod simglucose;
+mod t1dexi;
+mod tidepool;
+
+/// The fixture of a format, or the morning itself as `expected`.
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/import").join(name)
+}
+
+/// Imports a fixture, compares `channels` with the morning, and writes and reads the result.
+fn check(format: ImportFormat, channels: &[Channel]) -> Import {
+    let import = import(format, &fixture(format.name())).expect("a good fixture");
+    let expected = read_folder(&fixture("expected")).expect("a good cohort");
+    let (person, truth) = (&import.cohort.people[0], &expected.people[0]);
+    assert_eq!(import.cohort.people.len(), 1);
+    assert_eq!(
+        (person.record.start(), person.record.len()),
+        (truth.record.start(), truth.record.len())
+    );
+    for channel in Channel::ALL {
+        let (found, truth) = (person.record.channel(channel), truth.record.channel(channel));
+        for (k, (found, truth)) in found.iter().zip(truth).enumerate() {
+            let truth = if channels.contains(&channel) { *truth } else { None };
+            let near = match (found, truth) {
+                // Digits of the files and rounding of a few sums.
+                (Some(found), Some(truth)) => (found - truth).abs() <= 1e-6 * truth.abs().max(1.0),
+                (found, truth) => *found == truth,
+            };
+            assert!(near, "{} of step {k}: {found:?}, not {truth:?}", channel.column());
+        }
+    }
+    let totals = &import.report.people[0].totals;
+    assert!(totals.iter().all(Totals::closes), "{totals:?}");
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    cohort::write_folder(&import.cohort, folder.path(), RecordsFormat::Csv).expect("writable");
+    assert_eq!(read_folder(folder.path()).expect("readable"), import.cohort);
+    import
+}
+
+/// What the report notes, one line each.
+fn notes(import: &Import) -> String {
+    import.report.notes.iter().map(|note| format!("{note}\n")).collect()
+}
+
+/// The message that refuses a folder of files.
+fn refusal(format: ImportFormat, files: &[(&str, &[u8])]) -> String {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let source = folder.path().join("p1");
+    fs::create_dir(&source).expect("writable");
+    for (name, bytes) in files {
+        let path = source.join(name);
+        fs::create_dir_all(path.parent().expect("inside a folder")).expect("writable");
+        fs::write(path, bytes).expect("writable");
+    }
+    import(format, &source).map(|_| ()).expect_err("refused").to_string()
+}
+
+/// The files below a folder, in order.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(folder).expect("readable") {
+        let path = entry.expect("readable").path();
+        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
+    }
+    found.sort();
+    found
+}
+
+/// The formats whose fixtures are damaged at random.
+const DAMAGED: [ImportFormat; 6] = [
+    ImportFormat::Nightscout,
+    ImportFormat::Tidepool,
+    ImportFormat::T1dexi,
+    ImportFormat::Ohio,
+    ImportFormat::Simglucose,
+    ImportFormat::Replaybg,
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
+
+    /// A damaged fixture is read or refused, and its sums close.
+    #[test]
+    fn damaged_fixtures(
+        changes in prop::collection::vec(mangle(), 1..4),
+        which in any::<prop::sample::Index>(),
+    ) {
+        for format in DAMAGED {
+            let source = fixture(format.name());
+            let all = files(&source);
+            let damaged = which.index(all.len());
+            let folder = tempfile::tempdir()?;
+            for (i, path) in all.iter().enumerate() {
+                let copy = folder.path().join(path.strip_prefix(&source).expect("inside"));
+                fs::create_dir_all(copy.parent().expect("inside a folder"))?;
+                let bytes = fs::read(path)?;
+                fs::write(copy, if i == damaged { mangled(bytes, &changes) } else { bytes })?;
+            }
+            imports_or_refuses(format, folder.path());
+        }
+    }
+}

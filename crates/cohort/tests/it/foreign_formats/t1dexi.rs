@@ -1,0 +1,103 @@
+//! T1DEXI.
+
+use std::fs;
+
+use cohort::{Channel, ImportFormat, Therapy, import};
+
+use super::{check, fixture, notes, refusal};
+
+const FORMAT: ImportFormat = ImportFormat::T1dexi;
+
+#[test]
+fn the_morning_is_read() {
+    let channels = [
+        Channel::Cgm,
+        Channel::Basal,
+        Channel::Bolus,
+        Channel::Carbs,
+        Channel::HeartRate,
+        Channel::Steps,
+        Channel::SleepEfficiency,
+    ];
+    let import = check(FORMAT, &channels);
+    let person = &import.cohort.people[0];
+    assert_eq!(person.therapy, Therapy::OpenLoopPump);
+    assert!(person.weight.is_some_and(|weight| (weight.0 - 70.0).abs() < 1e-6)); // LB and back
+    let notes = notes(&import);
+    for says in [
+        "FACM.xpt, row 1, column FAORRES: basal amounts, which the rates repeat: left out (7x)",
+        "FACM.xpt, row 8, column FAORRES: missing rates: a suspension, 0 U/h (1x)",
+    ] {
+        assert!(notes.contains(says), "{says} is not in\n{notes}");
+    }
+}
+
+/// The bytes of a domain.
+fn domain(name: &str) -> Vec<u8> {
+    fs::read(fixture("t1dexi").join(name)).expect("readable")
+}
+
+/// The domain with every occurrence of some bytes replaced by as many others.
+fn changed(name: &str, from: &[u8], to: &[u8]) -> Vec<u8> {
+    let mut bytes = domain(name);
+    let mut found = 0;
+    for at in 0..bytes.len() - from.len() {
+        if bytes[at..].starts_with(from) {
+            bytes[at..at + from.len()].copy_from_slice(to);
+            found += 1;
+        }
+    }
+    assert!(found > 0, "nothing to change in {name}");
+    bytes
+}
+
+#[test]
+fn injections_have_no_rate_and_are_left_out() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for name in ["LB.xpt", "FACM.xpt"] {
+        fs::write(folder.path().join(name), domain(name)).expect("writable");
+    }
+    let pump =
+        changed("DX.xpt", b"MEDTRONIC 670G IN MANUAL MODE", b"MULTIPLE DAILY INJECTIONS    ");
+    fs::write(folder.path().join("DX.xpt"), pump).expect("writable");
+    let import = import(FORMAT, folder.path()).expect("a good folder");
+    let person = &import.cohort.people[0];
+    assert_eq!(person.therapy, Therapy::Mdi);
+    assert!(person.record.basal().iter().all(Option::is_none));
+    let totals = &import.report.people[0].totals[0];
+    // 0.8 + 0.8 + 0.4 + 0 + 1/3 + 2/15 + 0.9 U.
+    assert!((totals.left_out - 3.366_666_666_666).abs() < 1e-9, "{totals:?}");
+    assert!(totals.closes() && totals.record == 0.0, "{totals:?}");
+}
+
+#[test]
+fn broken_files_are_refused_with_their_place() {
+    let lb = domain("LB.xpt");
+    let cut = &lb[..lb.len() - 33];
+    let early = &lb[..700];
+    let utf16: Vec<u8> = lb.iter().flat_map(|byte| [*byte, 0]).collect();
+    let version_8 = changed("LB.xpt", b"LIBRARY HEADER", b"LIBV8   HEADER");
+    let unit = changed("LB.xpt", b"mg/dL", b"stone");
+    let person = changed("LB.xpt", b"T1DEXIp1GLUC", b"T1DEXI=1GLUC");
+    let other = changed("LB.xpt", b"USUBJID ", b"SUBJECT ");
+    let cases: [(&[u8], &str); 9] = [
+        (b"", "LB.xpt: no data row"),
+        (cut, "LB.xpt: not a readable table: the file is cut off"),
+        (early, "the file is cut off in its headers"),
+        (b"person,glucose\n1,2\n", "the file is cut off in its headers"),
+        (&utf16, "not a SAS transport file of version 5"),
+        (&version_8, "version 8; write version 5"),
+        (&unit, "LB.xpt, row 1, column LBSTRESU: 'stone' is not mg/dL or mmol/L"),
+        (&other, "LB.xpt: no column 'USUBJID'; found STUDYID, SUBJECT"),
+        (&person, "LB.xpt, row 1, column USUBJID: '=1' is not a person's identifier"),
+    ];
+    for (bytes, says) in cases {
+        let message = refusal(FORMAT, &[("LB.xpt", bytes)]);
+        assert!(message.contains(says), "{says}: {message}");
+    }
+    let facm = changed("FACM.xpt", b"PT60M", b"sixty");
+    let message = refusal(FORMAT, &[("LB.xpt", &lb), ("FACM.xpt", &facm)]);
+    assert!(message.contains("FACM.xpt, row 2, column FADUR: 'sixty' is not"), "{message}");
+    let message = refusal(FORMAT, &[("VS.xpt", &domain("VS.xpt"))]);
+    assert!(message.contains("no file LB.xpt"), "{message}");
+}

@@ -1,0 +1,34 @@
+//! `export`: a cohort folder in a format that other programs read.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+pub use cohort::ExportFormat;
+use cohort::{export, read_folder};
+
+use crate::manifest::Manifest;
+use crate::output::OutputFolder;
+use crate::progress::note;
+
+/// Settings of `export`.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Cohort folder.
+    pub cohort: PathBuf,
+    /// Format to write.
+    pub to: ExportFormat,
+    /// Output folder.
+    pub out: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &Settings) -> Result<()> {
+    let cohort = read_folder(&args.cohort).context("reading the cohort")?;
+    let config = serde_json::json!({ "to": args.to.name() });
+    let manifest = Manifest::new("export", config, None).with_input(&args.cohort)?;
+    let output = OutputFolder::begin(&args.out, manifest)?;
+    export(&cohort, args.to, output.path()).context("writing the cohort")?;
+    let place = output.finish()?;
+    note(format!("export: {} people in {}", cohort.people.len(), place.display()));
+    Ok(())
+}
