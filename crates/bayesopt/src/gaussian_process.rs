@@ -9,28 +9,25 @@ use crate::pattern_search::climb;
 
 /// Range of the logarithms of length scales, in sides of the cube: a fiftieth to twenty.
 const LOG_LENGTHS: (f64, f64) = (-3.9, 3.0);
-/// Range of the logarithm of the noise's share of the variance: rounding to a tenth.
+/// Range of the logarithm of the noise's variance: rounding to a tenth.
 const LOG_NOISE: (f64, f64) = (-18.0, -2.3);
 /// First and last step of the search for the parameters, in logarithms.
 const STEPS: (f64, f64) = (1.0, 0.1);
 
-/// A process with mean zero, a Matérn kernel of smoothness 5/2 with a length scale for each
+/// A process with mean 0, variance 1, a Matérn kernel of smoothness 5/2 with a length scale for each
 /// coordinate, and noise.
 pub(crate) struct GaussianProcess<'a> {
     points: &'a [Vec<f64>],
     lengths: Vec<f64>,
-    /// Variance of the process.
-    variance: f64,
     factor: Llt<f64>,
-    /// Inverse of the covariance, over its variance, times the values.
+    /// Inverse of the covariance times the values.
     weights: Mat<f64>,
 }
 
 impl<'a> GaussianProcess<'a> {
     /// The process with the most probable parameters.
     ///
-    /// `points` lie in the unit cube; `values` have mean 0 and standard deviation 1. The variance has
-    /// its best value for every choice of the others. Length scales have the log-normal prior of
+    /// `points` lie in the unit cube; `values` have mean 0 and standard deviation 1. Length scales have the log-normal prior of
     /// Hvarfner et al. 2024 with mean sqrt(2) + ln(d)/2 and
     /// standard deviation sqrt(3) of the logarithm, so that few points claim little.
     pub(crate) fn fitted(points: &'a [Vec<f64>], values: &[f64]) -> Self {
@@ -40,12 +37,8 @@ impl<'a> GaussianProcess<'a> {
             let (logs, noise) = parameters.split_at(coordinates);
             let prior: f64 = logs.iter().map(|log| (log - median).powi(2) / 6.0).sum();
             let noise = noise[0].clamp(LOG_NOISE.0, LOG_NOISE.1);
-            Self::with(points, values, logs, noise).map_or(
-                f64::NEG_INFINITY,
-                |(process, log_det)| {
-                    -0.5 * (points.len() as f64 * process.variance.ln() + log_det) - prior
-                },
-            )
+            Self::with(points, values, logs, noise)
+                .map_or(f64::NEG_INFINITY, |(_, likelihood)| likelihood - prior)
         };
         let starts = [-1.2, 0.5].map(|log| {
             let mut parameters = vec![log; coordinates];
@@ -63,8 +56,8 @@ impl<'a> GaussianProcess<'a> {
         found.or_else(last).map(|(process, _)| process).expect("positive definite with noise")
     }
 
-    /// The process with these logarithms of lengths and noise, and the logarithm of the determinant
-    /// of its covariance over its variance; `None` where rounding leaves no positive definite matrix.
+    /// The process with these logarithms of lengths and noise, and the logarithm of its likelihood but
+    /// for a constant; `None` where rounding leaves no positive definite matrix.
     fn with(
         points: &'a [Vec<f64>],
         values: &[f64],
@@ -84,8 +77,7 @@ impl<'a> GaussianProcess<'a> {
         let right = Mat::from_fn(count, 1, |row, _| values[row]);
         let weights = factor.solve(&right);
         let product: f64 = (0..count).map(|k| weights[(k, 0)] * values[k]).sum();
-        let variance = (product / count as f64).max(f64::MIN_POSITIVE);
-        Some((Self { points, lengths, variance, factor, weights }, log_det))
+        Some((Self { points, lengths, factor, weights }, -0.5 * (product + log_det)))
     }
 
     /// Mean and standard deviation of the function, without noise, at a point.
@@ -96,7 +88,7 @@ impl<'a> GaussianProcess<'a> {
         let mean = (0..count).map(|k| cross[(k, 0)] * self.weights[(k, 0)]).sum();
         let solved = self.factor.solve(&cross);
         let known: f64 = (0..count).map(|k| cross[(k, 0)] * solved[(k, 0)]).sum();
-        (mean, (self.variance * (1.0 - known).max(0.0)).sqrt())
+        (mean, (1.0 - known).max(0.0).sqrt())
     }
 }
 

@@ -19,6 +19,9 @@ const STEPS: (f64, f64) = (0.05, 1e-4);
 
 /// The point to evaluate next to find the least value, given the evaluations so far.
 ///
+/// It has the greatest expected improvement less the expected value (Watson and Barnes 1995), which
+/// looks less at far corners than the improvement alone where there are many coordinates.
+///
 /// # Errors
 /// [`SearchError::Nothing`] without evaluations, [`SearchError::Evaluation`] for one that is not
 /// finite or has another number of coordinates than there are ranges.
@@ -48,7 +51,10 @@ pub fn propose(
     let values = standardised(tried.iter().map(|(_, value)| *value).collect());
     let least = values.iter().copied().fold(f64::INFINITY, f64::min);
     let process = GaussianProcess::fitted(&points, &values);
-    let found = greatest(&points, &values, seed, |point| improvement(process.at(point), least));
+    let found = greatest(&points, &values, seed, |point| {
+        let (mean, sd) = process.at(point);
+        improvement((mean, sd), least) - mean
+    });
     Ok(found.iter().zip(ranges).map(|(share, range)| range.at(*share)).collect())
 }
 

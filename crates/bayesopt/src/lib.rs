@@ -1,8 +1,8 @@
 //! Bayesian optimisation: where to evaluate an expensive function next to find its minimum.
 //!
 //! A [`latin_hypercube`] spreads the first points. [`propose`] then fits a Gaussian process to the
-//! values so far and returns the point with the greatest expected improvement (Jones, Schonlau and
-//! Welch 1998). Both follow from their arguments alone; the caller evaluates the function.
+//! values so far and weighs the expected improvement (Jones, Schonlau and Welch 1998) against the
+//! expected value. Both follow from their arguments alone; the caller evaluates the function.
 //!
 //! ```
 //! use bayesopt::{Range, latin_hypercube, propose};
