@@ -3,51 +3,77 @@
 //!
 //! Each importer keeps the column names of its format to itself and converts units in one function.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::CohortError;
 use crate::person::Cohort;
 
+mod dexcom;
 mod files;
 mod hupa_ucm;
 mod hupa_units;
+mod libre;
 mod report;
 mod t1d_uom;
 mod t1dsim;
+mod table;
 
 pub use report::{ImportReport, Inference, Note, PersonImport, Totals};
+pub use table::{DateOrder, Only, Role, TableGuess, TableOptions, guess_table};
 
-/// Reads a Parquet file. The table library panics on some damaged files; here that becomes an error
-/// like any other (the library's own message still goes to the panic hook). A damaged page length
-/// can still exhaust the memory inside the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ImportFormat {
-    /// `HUPA*.csv` of the HUPA-UCM study (doi:10.17632/3hbcscwz44.1): a file or a folder of them.
-    HupaUcm,
-    /// Folders of events of the T1D-UOM study (doi:10.5281/zenodo.15169263).
-    T1dUom,
-    /// `example_subject*.csv` of T1DSim_AI: a file or a folder of them.
-    T1dSim,
+/// The formats: name on the command line, what it says of the source, and the importer. `folder`
+/// importers take one folder or file; `tables` take several files and [`TableOptions`].
+macro_rules! formats {
+    ($($format:ident $name:literal $says:literal $kind:ident($module:ident);)*) => {
+        /// A format that [`import()`] reads.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum ImportFormat {
+            $(#[doc = $says] $format,)*
+        }
+
+        impl ImportFormat {
+            /// Every format.
+            pub const ALL: &[Self] = &[$(Self::$format),*];
+
+            /// The format's name on the command line.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$format => $name,)* }
+            }
+
+            /// What the source is.
+            #[must_use]
+            pub const fn says(self) -> &'static str {
+                match self { $(Self::$format => $says,)* }
+            }
+
+            fn read(
+                self,
+                sources: &[PathBuf],
+                options: &TableOptions,
+            ) -> Result<Import, CohortError> {
+                match self {
+                    $(Self::$format => $kind($module::import, self, sources, options),)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
+    Table "table" "Anybody's CSV, one file or one a channel, as `--map` says" tables(table);
+    Dexcom "dexcom" "Dexcom Clarity: exported CSVs, or a folder of them" tables(dexcom);
+    Libre "libre" "LibreView: exported CSVs, or a folder of them" tables(libre);
+    HupaUcm "hupa-ucm" "HUPA-UCM (doi:10.17632/3hbcscwz44.1): `HUPA*.csv` or their folder" folder(hupa_ucm);
+    T1dUom "t1d-uom" "T1D-UOM (doi:10.5281/zenodo.15169263): the folder with `Glucose Data`" folder(t1d_uom);
+    T1dSim "t1dsim" "The example day of T1DSim_AI: `example_subject*.csv`" folder(t1dsim);
 }
 
 impl ImportFormat {
-    /// Every format.
-    pub const ALL: [Self; 3] = [Self::HupaUcm, Self::T1dUom, Self::T1dSim];
-
-    /// The format's name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::HupaUcm => "hupa-ucm",
-            Self::T1dUom => "t1d-uom",
-            Self::T1dSim => "t1dsim",
-        }
-    }
-
     /// The format of a name; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.name() == name)
+        Self::ALL.iter().copied().find(|format| format.name() == name)
     }
 }
 
@@ -66,9 +92,49 @@ pub struct Import {
 /// If `source` is not in the format, or a file of it cannot be read; the error names file, row and
 /// column. What can be read but looks wrong becomes a note or a finding of the report instead.
 pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError> {
-    match format {
-        ImportFormat::HupaUcm => hupa_ucm::import(source),
-        ImportFormat::T1dUom => t1d_uom::import(source),
-        ImportFormat::T1dSim => t1dsim::import(source),
+    import_with(format, &[source.to_owned()], &TableOptions::default())
+}
+
+/// Reads several foreign files, with what the user says of them.
+///
+/// # Errors
+/// As [`import()`]; also if the format takes neither.
+pub fn import_with(
+    format: ImportFormat,
+    sources: &[PathBuf],
+    options: &TableOptions,
+) -> Result<Import, CohortError> {
+    format.read(sources, options)
+}
+
+/// Runs an importer of one folder or file.
+fn folder(
+    run: fn(&Path) -> Result<Import, CohortError>,
+    format: ImportFormat,
+    sources: &[PathBuf],
+    options: &TableOptions,
+) -> Result<Import, CohortError> {
+    let wrong =
+        |option: &str, reason: String| Err(CohortError::Option { option: option.into(), reason });
+    let name = format.name();
+    if !options.is_default() {
+        let reason = format!("{name} needs none of --map, --unit, --zone, --dates and --decimal");
+        return wrong("--from", reason);
     }
+    match sources {
+        [source] => run(source),
+        several => {
+            wrong("SOURCE", format!("{name} takes one folder or file, not {}", several.len()))
+        }
+    }
+}
+
+/// Runs an importer of tables.
+fn tables(
+    run: fn(&[PathBuf], &TableOptions) -> Result<Import, CohortError>,
+    _: ImportFormat,
+    sources: &[PathBuf],
+    options: &TableOptions,
+) -> Result<Import, CohortError> {
+    run(sources, options)
 }
