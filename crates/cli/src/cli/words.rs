@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use pipeline::Profile;
-use pipeline::stages::import::ImportFormat;
+use pipeline::stages::import::{DateOrder, ImportFormat};
 use pipeline::stages::import_model::ModelFormat;
 use pipeline::stages::pipeline::Stage;
 use pipeline::stages::reconcile::{DetectorName, Rule};
@@ -41,18 +41,17 @@ pub(super) fn profile() -> impl TypedValueParser<Value = Profile> {
 
 /// A study's format.
 pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
+    let formats = ImportFormat::ALL.iter();
+    let words = formats.map(|format| PossibleValue::new(format.name()).help(format.says()));
+    PossibleValuesParser::new(words)
+        .map(|typed| ImportFormat::from_name(&typed).expect("only these words pass"))
+}
+
+/// The order of day and month.
+pub(super) fn date_order() -> impl TypedValueParser<Value = DateOrder> {
     one_of([
-        (
-            "hupa-ucm",
-            "HUPA-UCM diabetes dataset: a folder of `HUPA*.csv`, or one of them",
-            ImportFormat::HupaUcm,
-        ),
-        (
-            "t1d-uom",
-            "T1D-UOM: the folder with `Glucose Data`, `Insulin Data` and the others",
-            ImportFormat::T1dUom,
-        ),
-        ("t1dsim", "The example day of T1DSim_AI: one CSV", ImportFormat::T1dSim),
+        ("day-first", "31/12/2024", DateOrder::DayFirst),
+        ("month-first", "12/31/2024", DateOrder::MonthFirst),
     ])
 }
 
