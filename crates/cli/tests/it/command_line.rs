@@ -420,7 +420,7 @@ fn published_models_do_not_behave_and_the_command_says_how() {
 fn tables_are_guessed_and_imported_and_faults_of_a_folder_listed() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
-    let exports = workspace().join("fixtures/exports");
+    let exports = workspace().join("fixtures/downloads");
     let spreadsheet = exports.join("spreadsheet.csv");
 
     let guess = xtask(&["import", "--from", "table", text(&spreadsheet), "--guess", "-q"]);

@@ -2,7 +2,7 @@
 
 mod cohort_folder;
 mod damaged_files;
-mod exports;
+mod downloads;
 mod reference_people;
 mod t1d_uom_events;
 mod tables;

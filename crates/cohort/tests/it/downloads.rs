@@ -1,4 +1,4 @@
-//! The exports that people download, as `fixtures/exports/make.py` makes them up.
+//! The exports that people download, as `fixtures/downloads/make.py` makes them up.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use cohort::{
 };
 
 fn exports() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/exports")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/downloads")
 }
 
 fn spreadsheet_options() -> TableOptions {
