@@ -426,10 +426,10 @@ fn tables_are_guessed_and_imported_and_faults_of_a_folder_listed() {
     let guess = xtask(&["import", "--from", "table", text(&spreadsheet), "--guess", "-q"]);
     let said = String::from_utf8_lossy(&guess.stderr).into_owned();
     assert_eq!(guess.status.code(), Some(0), "{said}");
-    let map = "time=Fecha y hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos";
+    let map =
+        "person=Código,time=Fecha y hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos";
     assert!(said.contains(&format!("--map \"{map}\" --unit glucose=mmol/L")), "{said}");
 
-    let map = format!("person=Código,{map}");
     let out = at("mine");
     let import = xtask(&[
         "import",
@@ -437,7 +437,7 @@ fn tables_are_guessed_and_imported_and_faults_of_a_folder_listed() {
         "table",
         text(&spreadsheet),
         "--map",
-        &map,
+        map,
         "--unit",
         "glucose=mmol/L,basal=U/5min",
         "--out",

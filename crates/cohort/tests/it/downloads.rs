@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cohort::{
-    Channel, CohortError, Import, ImportFormat, RecordsFormat, TableOptions, Therapy, guess_table,
-    import_with, read_folder, write_folder,
+    Channel, CohortError, Import, ImportFormat, RecordsFormat, Role, TableOptions, Therapy,
+    guess_table, import_with, read_folder, write_folder,
 };
 
 fn exports() -> PathBuf {
@@ -104,7 +104,7 @@ fn libre_takes_historic_readings_and_the_parts_of_a_calculated_dose() {
         import.report.inferences.iter().map(ToString::to_string).collect();
     has(&inferences, "dates are day-first");
     has(&inferences, "header in line 2");
-    has(&inferences, "glucose in mmol/L");
+    has(&inferences, "glucose in mmol/L; median 7.");
     let american = read(ImportFormat::Libre, "libre/libreview_mg_dl.csv", &TableOptions::default());
     assert_eq!(american.cohort.people[0].record.start(), record.start());
     assert!(!serde_json::to_string(&import.report).expect("JSON").contains("Nobody"));
@@ -124,10 +124,11 @@ fn a_spreadsheet_is_found_out_and_the_guess_maps_it() {
     let guess = guess_table(&[path]).expect("a table");
     assert_eq!(
         guess.map,
-        "time=Fecha y hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos"
+        "person=Código,time=Fecha y hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos"
     );
     assert_eq!((guess.units.as_str(), guess.missing.len()), ("glucose=mmol/L", 0));
-    has(&guess.lines, "not mapped   Código");
+    let channels = guess_table(&[exports().join("channels")]).expect("tables");
+    assert_eq!(channels.missing, [Role::Glucose], "no name says what 'value' is");
 }
 
 #[test]

@@ -94,6 +94,28 @@ fn a_change_of_the_rate_within_a_step_is_weighted() {
 }
 
 #[test]
+fn a_controllers_changes_hold_and_rows_that_repeat_the_rate_do_not() {
+    let steps = |rates: &[(u32, f64)]| {
+        let mut cgm = String::from("t,g\n");
+        for k in 0..36 {
+            cgm += &format!("2024-03-01 {:02}:{:02},120\n", 8 + k / 12, 5 * (k % 12));
+        }
+        let mut basal = String::from("t,rate\n");
+        for (minute, rate) in rates {
+            basal += &format!("2024-03-01 {:02}:{:02},{rate}\n", 8 + minute / 60, minute % 60);
+        }
+        let import = import(&[("cgm.csv", &cgm), ("basal.csv", &basal)], |options| {
+            options.add_map("basal=rate").expect("a map");
+        })
+        .expect("good");
+        import.cohort.people[0].record.basal().iter().flatten().count()
+    };
+    // An hour without a row: the controller changed nothing, or nothing is known of it.
+    assert_eq!(steps(&[(0, 1.0), (5, 1.5), (10, 0.0), (70, 1.1), (75, 0.2), (80, 0.3)]), 16);
+    assert_eq!(steps(&[(0, 1.0), (5, 1.0), (10, 1.0), (70, 1.0), (75, 1.0), (80, 1.0)]), 8);
+}
+
+#[test]
 fn the_order_of_day_and_month_is_found_out_or_asked_for() {
     let start = |import: Result<Import, String>| {
         import.map(|import| import.cohort.people[0].record.start().to_string())

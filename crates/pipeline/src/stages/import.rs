@@ -136,7 +136,7 @@ fn guess(args: &Settings) -> Result<()> {
         "" => String::new(),
         units => format!(" --unit {units}"),
     };
-    say("a proposal, to be judged by you; add person=COL for several people in one file:");
+    say("a proposal, to be judged by you; several people in one file need person=COL:");
     say(&format!("  --map \"{}\"{units}", guess.map));
     Ok(())
 }

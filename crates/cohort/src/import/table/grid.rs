@@ -25,6 +25,8 @@ const COVERED: i64 = 240;
 const HOLD: i64 = 86_400;
 /// Rates that are at most this far apart stand in every row, s; they hold for three rows.
 const EVERY_ROW: i64 = 900;
+/// Share of rows that differ from the row before, from which rows are changes and no others.
+const CHANGES_ALONE: f64 = 0.9;
 /// From this number of rate changes a day, a controller sets them, not a person.
 const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
 /// Share of steps with an amount, among them zeros, from which an empty cell means that nothing is
@@ -317,7 +319,12 @@ fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Rate>, Cohor
         };
         return Ok(events.iter().enumerate().map(rate).collect());
     }
-    let every_row = gap.is_some_and(|gap| gap <= EVERY_ROW);
+    // A controller's changes may be as close as rows; between two of them the rate still holds.
+    let pairs = events.windows(2);
+    let changed = pairs.clone().filter(|pair| pair[0].value != pair[1].value).count();
+    let paused = |gap| pairs.clone().any(|pair| pair[1].second - pair[0].second > 3 * gap);
+    let changes_alone = changed as f64 >= CHANGES_ALONE * pairs.len() as f64;
+    let every_row = gap.is_some_and(|gap| gap <= EVERY_ROW && !(changes_alone && paused(gap)));
     let (hold, last) = match gap {
         Some(gap) if every_row => (3 * gap, gap),
         _ => (HOLD, 0),

@@ -18,7 +18,22 @@ const MOST: f64 = 0.8;
 /// Words in the names of columns, without marks and in lower case, by role; the first role that
 /// fits a column gets it. Languages: English, Spanish, German, French, Italian.
 const WORDS: [(Role, &[&str]); 11] = [
-    (Role::Person, &["personid", "patientid", "subjectid", "participantid", "ptid", "deidentid"]),
+    (
+        Role::Person,
+        &[
+            "person",
+            "patient",
+            "subject",
+            "participant",
+            "ptid",
+            "deidentid",
+            "userid",
+            "paciente",
+            "código",
+            "codigo",
+            "proband",
+        ],
+    ),
     (Role::LongActing, &["longacting", "lantus", "lenta", "langwirk"]),
     (Role::SetChange, &["setchange", "sitechange", "cambiodecat", "katheterwechsel"]),
     (
@@ -139,6 +154,12 @@ fn most(table: &TextTable, at: usize, passes: impl Fn(&str) -> bool) -> bool {
     all > 0 && good as f64 >= MOST * f64::from(all)
 }
 
+/// Whether a column repeats few texts, as one that names people does.
+fn few(table: &TextTable, at: usize) -> bool {
+    let texts: std::collections::HashSet<&str> = samples(table, at).collect();
+    !texts.is_empty() && 20 * texts.len() <= table.height().min(LOOKED_AT).max(20)
+}
+
 fn is_number(text: &str) -> bool {
     text.replace(',', ".").parse::<f64>().is_ok_and(f64::is_finite)
         || ["low", "high", "lo", "hi"].contains(&text.to_lowercase().as_str())
@@ -156,7 +177,7 @@ fn columns(table: &TextTable) -> Vec<(Role, usize)> {
     for (role, words) in WORDS {
         let free = |at: &usize| !columns.iter().any(|(_, taken)| taken == at);
         let fits = |at: &usize| match role {
-            Role::Person => true,
+            Role::Person => few(table, *at),
             Role::Time => most(table, *at, is_time),
             _ => {
                 most(table, *at, is_number)

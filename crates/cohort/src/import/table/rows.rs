@@ -236,7 +236,7 @@ impl<'a> File<'a> {
         &self,
         column: &Column,
         numbers: Numbers,
-    ) -> Result<(f64, String), CohortError> {
+    ) -> Result<(f64, String, String), CohortError> {
         let mut values: Vec<f64> = (0..self.table().height())
             .filter(|i| self.counts(column, *i))
             .filter_map(|i| numbers.parse(self.table().cell(i, column.index)?))
@@ -259,13 +259,13 @@ impl<'a> File<'a> {
         {
             return Err(CohortError::Undecided {
                 place: Place::column(self.table().file(), name),
-                reason: format!("said to be {unit}, but a median of {median} is {seen}"),
+                reason: format!("said to be {unit}, but a median of {median:.1} is {seen}"),
                 remedy: "say --unit glucose=mg/dL or --unit glucose=mmol/L, or map another column",
             });
         }
-        let shown = median.map_or_else(|| "no number".to_owned(), |m| format!("median {m}"));
+        let shown = median.map_or_else(|| "no number".to_owned(), |m| format!("median {m:.1}"));
         let factor = if unit == "mmol/L" { physiology::MG_PER_DL_PER_MMOL_PER_L } else { 1.0 };
-        Ok((factor, format!("glucose in {unit}: {shown}")))
+        Ok((factor, format!("glucose in {unit}"), shown))
     }
 
     /// Adds the file's events to the logs of its people, who are named by a column or the file.
@@ -278,7 +278,8 @@ impl<'a> File<'a> {
     ) -> Result<(), CohortError> {
         let table = self.table();
         let numbers = self.numbers(plan.options.decimal)?;
-        let mut facts = vec![(Place::file(table.file()), self.opened.says(), String::new())];
+        let mut facts =
+            vec![(Place::file(table.file()), self.opened.says(), "its first lines".into())];
         if numbers.decimal == ',' {
             let shown = "the cells of the mapped columns".to_owned();
             facts.push((Place::file(table.file()), "numbers with a decimal comma".into(), shown));
@@ -292,8 +293,8 @@ impl<'a> File<'a> {
             let place = Place::column(table.file(), &table.header()[column.index]);
             factors.push(match (column.role, column.unit) {
                 (Role::Glucose, _) => {
-                    let (factor, shown) = self.glucose_factor(column, numbers)?;
-                    facts.push((place, shown, String::new()));
+                    let (factor, unit, shown) = self.glucose_factor(column, numbers)?;
+                    facts.push((place, unit, shown));
                     factor
                 }
                 (_, Unit::Times(factor)) => factor,
