@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pipeline::Profile;
 use pipeline::stages::export::ExportFormat;
-use pipeline::stages::import::ImportFormat;
+use pipeline::stages::import::{DateOrder, ImportFormat};
 use pipeline::stages::import_model::ModelFormat;
 use pipeline::stages::pipeline::Stage;
 use pipeline::stages::reconcile::{DetectorName, Rule};
@@ -52,9 +52,12 @@ pub(crate) enum Command {
         --out out/hupa-pipeline\n  cargo xtask pipeline --from twin"
     )]
     Pipeline(PipelineArgs),
-    /// Turn a study's files into a cohort folder.
+    /// Turn a study's files, or anybody's tables, into a cohort folder.
     #[command(
-        after_help = "Example:\n  cargo xtask import --from hupa-ucm path/to/HUPA --out out/hupa"
+        after_help = "Examples:\n  cargo xtask import --from hupa-ucm path/to/HUPA --out out/hupa\n  \
+        cargo xtask import --from dexcom Clarity_Export.csv --out out/mine\n  \
+        cargo xtask import --from table my.csv --guess\n  \
+        cargo xtask import --from table my.csv --map \"time=Date,glucose=Value\" --unit glucose=mmol/L --zone Europe/Madrid"
     )]
     Import(ImportArgs),
     /// Write a cohort in a format that other programs read.
@@ -62,6 +65,11 @@ pub(crate) enum Command {
         after_help = "Example:\n  cargo xtask export --cohort fixtures/embedded/cohort --to iglu --out out/iglu"
     )]
     Export(ExportArgs),
+    /// Check a cohort folder, or write a template of one.
+    #[command(
+        after_help = "Examples:\n  cargo xtask cohort new mine\n  cargo xtask cohort check mine"
+    )]
+    Cohort(CohortArgs),
     /// Simulate virtual patients of the ODE model through the two-day test scenario.
     #[command(
         after_help = "Example:\n  cargo xtask simulate --patients patients.csv --meals meals.csv \
@@ -227,14 +235,61 @@ pub(crate) struct ImportArgs {
     /// Format of the source.
     #[arg(long, value_parser = words::cohort_format(), value_name = "FORMAT")]
     pub from: ImportFormat,
-    /// The study's folder or file.
-    pub source: PathBuf,
+    /// The study's folder or file; for tables several are possible.
+    #[arg(required = true)]
+    pub source: Vec<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/import")]
     pub out: PathBuf,
     /// Write `records.parquet` in place of `records.csv`.
     #[arg(long)]
     pub parquet: bool,
+    /// Which column is what: `time=COL,glucose=COL,...` (person, time or date and clock, glucose,
+    /// basal, bolus, long_acting, carbs, heart_rate, steps, sleep, set_change; `FILE:COL` for a
+    /// column of one file), or a TOML file.
+    #[arg(long, value_name = "MAP")]
+    pub map: Vec<String>,
+    /// Units that are not mg/dL, U/h, U, g: `glucose=mmol/L,basal=U/5min,carbs=10 g`.
+    #[arg(long, value_name = "UNITS")]
+    pub unit: Vec<String>,
+    /// Where the people lived, for times in UTC and daylight-saving time: `Europe/Madrid`.
+    #[arg(long, value_name = "ZONE")]
+    pub zone: Option<String>,
+    /// Times without an offset are UTC.
+    #[arg(long)]
+    pub utc: bool,
+    /// Order of day and month, where a table leaves it open.
+    #[arg(long, value_parser = words::date_order(), value_name = "ORDER")]
+    pub dates: Option<DateOrder>,
+    /// The decimal mark, where a table leaves it open: `.` or `,`.
+    #[arg(long, value_name = "MARK")]
+    pub decimal: Option<char>,
+    /// Propose a map of the tables, and write nothing.
+    #[arg(long)]
+    pub guess: bool,
+}
+
+/// Options of `cohort`.
+#[derive(Debug, Args)]
+pub(crate) struct CohortArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub what: CohortCommand,
+}
+
+/// What to do with a cohort folder.
+#[derive(Debug, Subcommand)]
+pub(crate) enum CohortCommand {
+    /// List everything that is wrong with a folder, with row, column and remedy.
+    Check {
+        /// The cohort folder.
+        folder: PathBuf,
+    },
+    /// Write a template with three example rows.
+    New {
+        /// The folder to make.
+        folder: PathBuf,
+    },
 }
 
 /// Options of `export`.

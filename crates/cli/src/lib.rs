@@ -14,7 +14,9 @@ use clap::{CommandFactory as _, FromArgMatches as _};
 pub use pipeline::note;
 use pipeline::stages;
 
-use cli::{BenchArgs, BenchSubject, BlindCheckArgs, Command, CommandLine, VerifyArgs};
+use cli::{
+    BenchArgs, BenchSubject, BlindCheckArgs, CohortCommand, Command, CommandLine, VerifyArgs,
+};
 
 /// Most threads that can be asked for; more would only wait for each other.
 const MOST_THREADS: usize = 1024;
@@ -86,6 +88,10 @@ fn perform(line: CommandLine) -> Result<()> {
         Command::Pipeline(args) => stages::pipeline::run(&args.into()),
         Command::Import(args) => stages::import::run(&args.into()),
         Command::Export(args) => stages::export::run(&args.into()),
+        Command::Cohort(args) => match args.what {
+            CohortCommand::Check { folder } => stages::cohort_folder::check(&folder),
+            CohortCommand::New { folder } => stages::cohort_folder::new(&folder),
+        },
         Command::Simulate(args) => stages::simulate::run(&args.into()),
         Command::DevelopmentSet(args) => stages::development_set::run(&args.into()),
         Command::Train(args) => stages::train::run(&args.into()),

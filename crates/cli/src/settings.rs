@@ -16,7 +16,9 @@ macro_rules! settings {
 
 settings! {
     PipelineArgs => pipeline { profile, cohort, model, patients, from, out, seed }
-    ImportArgs => import { from, source, out, parquet }
+    ImportArgs => import {
+        from, source, out, parquet, map, unit, zone, utc, dates, decimal, guess
+    }
     ExportArgs => export { cohort, to, out }
     SimulateArgs => simulate { patients, meals, initial, days, scenario, out }
     DevelopmentSetArgs => development_set { profile, out, seed }

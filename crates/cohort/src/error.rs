@@ -108,6 +108,44 @@ pub enum CohortError {
         /// The columns of the file.
         found: String,
     },
+    /// An unknown column whose name is close to that of an absent one.
+    #[error("{file}: unknown column '{found}': did you mean '{known}'? rename it, or remove it")]
+    NearColumn {
+        /// The file at fault.
+        file: String,
+        /// The column of the file.
+        found: String,
+        /// The column it probably is.
+        known: &'static str,
+    },
+    /// A file is too large to be what it should be; found before it is read.
+    #[error("{file}: {what}; {remedy}")]
+    TooLarge {
+        /// The file at fault.
+        file: String,
+        /// What is too large, with its size and limit.
+        what: String,
+        /// How to fix it.
+        remedy: &'static str,
+    },
+    /// What the user said about a foreign table cannot be.
+    #[error("{option}: {reason}")]
+    Option {
+        /// The option, or the file of settings.
+        option: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A foreign table can be read in two ways.
+    #[error("{place}: {reason}; {remedy}")]
+    Undecided {
+        /// Where it shows.
+        place: Place,
+        /// What is open.
+        reason: String,
+        /// How to decide it.
+        remedy: &'static str,
+    },
     /// A column name occurs twice.
     #[error("{file}: two columns named '{column}'; rename or remove one")]
     DuplicateColumn {
@@ -298,6 +336,44 @@ pub enum CohortError {
         /// How to fix it.
         remedy: &'static str,
     },
+}
+
+impl CohortError {
+    /// File, row and column, as far as the error has them.
+    #[must_use]
+    pub fn place(&self) -> Option<Place> {
+        match self {
+            Self::MissingFile { file, .. }
+            | Self::Io { file, .. }
+            | Self::Table { file, .. }
+            | Self::Empty { file }
+            | Self::WrongLayout { file, .. }
+            | Self::TooLarge { file, .. }
+            | Self::NoRecord { file, .. } => Some(Place::file(file)),
+            Self::MissingColumn { file, column, .. } | Self::DuplicateColumn { file, column } => {
+                Some(Place::column(file, column))
+            }
+            Self::NearColumn { file, found, .. } => Some(Place::column(file, found)),
+            Self::FieldCount { place, .. }
+            | Self::Text { place, .. }
+            | Self::Cell { place, .. }
+            | Self::OutOfRange { place, .. }
+            | Self::DuplicatePerson { place, .. }
+            | Self::UnknownPerson { place, .. }
+            | Self::DuplicateStep { place, .. }
+            | Self::OutOfOrder { place, .. }
+            | Self::OffGrid { place, .. }
+            | Self::TooLong { place, .. }
+            | Self::LooksLikeMmol { place, .. }
+            | Self::Undecided { place, .. } => Some(place.clone()),
+            Self::Grid { .. }
+            | Self::Range { .. }
+            | Self::MissingDose { .. }
+            | Self::NonFinite { .. }
+            | Self::Rule { .. }
+            | Self::Option { .. } => None,
+        }
+    }
 }
 
 #[cfg(test)]

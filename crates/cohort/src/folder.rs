@@ -3,12 +3,19 @@
 use std::path::Path;
 
 use crate::error::CohortError;
+use crate::faults::Faults;
 use crate::person::Cohort;
 
+mod check;
+mod columns;
 mod people_table;
 mod read_records;
 mod record_table;
+mod template;
 mod write_records;
+
+pub use check::{FolderCheck, check_folder};
+pub use template::new_folder;
 
 /// The file of people.
 const PEOPLE: &str = "people.csv";
@@ -37,37 +44,41 @@ impl RecordsFormat {
 
 /// Reads a cohort folder strictly: any fault is an error that names file, row and column.
 ///
-/// Columns beyond the documented ones are ignored. Rows absent between a person's first and last
-/// row become steps in which nothing is recorded.
+/// Only `person_id`, `time` and `cgm_mg_dl` must be there; an absent column means "not recorded", an
+/// empty `therapy` is `unknown`. Columns beyond the documented ones are ignored, unless their name
+/// is close to that of an absent one. Rows absent between a person's first and last row become
+/// steps in which nothing is recorded.
 ///
 /// # Errors
 /// If a file or column is missing, a row cannot be read, a value is outside the range of its
 /// column, rows are repeated, out of order or off the grid, or glucose is in mmol/L.
+/// [`check_folder`] lists all of that at once.
 pub fn read_folder(folder: &Path) -> Result<Cohort, CohortError> {
-    let mut people = people_table::read(folder)?;
-    let format = match (folder.join(RECORDS_CSV).exists(), folder.join(RECORDS_PARQUET).exists()) {
-        (true, true) => {
-            return Err(CohortError::WrongLayout {
-                file: folder.display().to_string(),
-                expected: "a cohort folder",
-                reason: "both records.csv and records.parquet; remove one".into(),
-            });
-        }
-        (true, false) => RecordsFormat::Csv,
-        (false, true) => RecordsFormat::Parquet,
-        (false, false) => {
-            return Err(CohortError::MissingFile {
-                file: RECORDS_CSV.into(),
-                remedy: format!(
-                    "put records.csv or records.parquet beside {}",
-                    folder.join(PEOPLE).display()
-                ),
-            });
-        }
-    };
-    let table = record_table::RecordTable::read(folder, format)?;
-    read_records::fill(&mut people, &table)?;
+    let mut faults = Faults::strict();
+    let mut people = people_table::read(folder, &mut faults)?;
+    let table = record_table::RecordTable::read(folder, records_format(folder)?, &mut faults)?;
+    read_records::fill(&mut people, &table, &mut faults)?;
     Ok(Cohort { people })
+}
+
+/// The format of the folder's records.
+fn records_format(folder: &Path) -> Result<RecordsFormat, CohortError> {
+    match (folder.join(RECORDS_CSV).exists(), folder.join(RECORDS_PARQUET).exists()) {
+        (true, true) => Err(CohortError::WrongLayout {
+            file: folder.display().to_string(),
+            expected: "a cohort folder",
+            reason: "both records.csv and records.parquet; remove one".into(),
+        }),
+        (true, false) => Ok(RecordsFormat::Csv),
+        (false, true) => Ok(RecordsFormat::Parquet),
+        (false, false) => Err(CohortError::MissingFile {
+            file: RECORDS_CSV.into(),
+            remedy: format!(
+                "put records.csv or records.parquet beside {}",
+                folder.join(PEOPLE).display()
+            ),
+        }),
+    }
 }
 
 /// Writes a cohort folder, and creates it if needed. The same cohort gives the same bytes.

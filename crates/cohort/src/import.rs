@@ -3,17 +3,19 @@
 //!
 //! Each importer keeps the column names of its format to itself and converts units in one function.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::CohortError;
 use crate::person::Cohort;
 
 mod babelbetes;
+mod dexcom;
 mod diary;
 mod files;
 mod hupa_ucm;
 mod hupa_units;
 mod json_records;
+mod libre;
 mod metabonet;
 mod nightscout;
 mod ohio;
@@ -24,74 +26,70 @@ mod simglucose;
 mod t1d_uom;
 mod t1dexi;
 mod t1dsim;
+mod table;
 mod tidepool;
 mod zone;
 
 pub use contract::import_report::{ImportReport, Inference, Note, PersonImport, Totals};
+pub use table::{DateOrder, Only, Role, TableGuess, TableOptions, guess_table};
 
-/// Reads a Parquet file. The table library panics on some damaged files; here that becomes an error
-/// like any other (the library's own message still goes to the panic hook). A damaged page length
-/// can still exhaust the memory inside the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ImportFormat {
-    /// `HUPA*.csv` of the HUPA-UCM study (doi:10.17632/3hbcscwz44.1): a file or a folder of them.
-    HupaUcm,
-    /// Folders of events of the T1D-UOM study (doi:10.5281/zenodo.15169263).
-    T1dUom,
-    /// `example_subject*.csv` of T1DSim_AI: a file or a folder of them.
-    T1dSim,
-    /// `entries*.json`, `treatments*.json` and `profile*.json` of a Nightscout site.
-    Nightscout,
-    /// JSON exports of Tidepool: a file or a folder of them, one person each.
-    Tidepool,
-    /// SDTM domains of T1DEXI or T1DEXIP as SAS transport files in a folder.
-    T1dexi,
-    /// The Parquet file of MetaboNet, or a folder with its parts.
-    Metabonet,
-    /// The folder that BabelBetes writes: tables `cgm`, `bolus` and `basal`.
-    Babelbetes,
-    /// XML files of OhioT1DM: a file or a folder of them.
-    Ohio,
-    /// Results of simglucose, `adult#001.csv` and the like: a file or a folder of them.
-    Simglucose,
-    /// Tables of ReplayBG: a file or a folder of them, one person each.
-    Replaybg,
+/// The formats: name on the command line, what it says of the source, and the importer. `folder`
+/// importers take one folder or file; `tables` take several files and [`TableOptions`].
+macro_rules! formats {
+    ($($format:ident $name:literal $says:literal $kind:ident($module:ident);)*) => {
+        /// A format that [`import()`] reads.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum ImportFormat {
+            $(#[doc = $says] $format,)*
+        }
+
+        impl ImportFormat {
+            /// Every format.
+            pub const ALL: &[Self] = &[$(Self::$format),*];
+
+            /// The format's name on the command line.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$format => $name,)* }
+            }
+
+            /// What the source is.
+            #[must_use]
+            pub const fn says(self) -> &'static str {
+                match self { $(Self::$format => $says,)* }
+            }
+
+            fn read(
+                self,
+                sources: &[PathBuf],
+                options: &TableOptions,
+            ) -> Result<Import, CohortError> {
+                match self {
+                    $(Self::$format => $kind($module::import, self, sources, options),)*
+                }
+            }
+        }
+    };
+}
+
+formats! {
+    Table "table" "Anybody's CSV, one file or one a channel, as `--map` says" tables(table);
+    Dexcom "dexcom" "Dexcom Clarity: exported CSVs, or a folder of them" tables(dexcom);
+    Libre "libre" "LibreView: exported CSVs, or a folder of them" tables(libre);
+    HupaUcm "hupa-ucm" "HUPA-UCM (doi:10.17632/3hbcscwz44.1): `HUPA*.csv` or their folder" folder(hupa_ucm);
+    T1dUom "t1d-uom" "T1D-UOM (doi:10.5281/zenodo.15169263): the folder with `Glucose Data`" folder(t1d_uom);
+    T1dSim "t1dsim" "The example day of T1DSim_AI: `example_subject*.csv`" folder(t1dsim);
+    Nightscout "nightscout" "A Nightscout site's JSON files in a folder, or a folder of such folders" folder(nightscout);
+    Tidepool "tidepool" "Tidepool's JSON export: a file, or a folder with one a person" folder(tidepool);
+    T1dexi "t1dexi" "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others" folder(t1dexi);
+    Metabonet "metabonet" "MetaboNet: the Parquet file, or a folder with its parts" folder(metabonet);
+    Babelbetes "babelbetes" "BabelBetes: the folder it writes" folder(babelbetes);
+    Ohio "ohio" "OhioT1DM: a folder of its XML files, or one of them" folder(ohio);
+    Simglucose "simglucose" "simglucose: a folder of results like `adult#001.csv`, or one of them" folder(simglucose);
+    Replaybg "replaybg" "ReplayBG: a table, or a folder with one a person" folder(replaybg);
 }
 
 impl ImportFormat {
-    /// Every format.
-    pub const ALL: &[Self] = &[
-        Self::HupaUcm,
-        Self::T1dUom,
-        Self::T1dSim,
-        Self::Nightscout,
-        Self::Tidepool,
-        Self::T1dexi,
-        Self::Metabonet,
-        Self::Babelbetes,
-        Self::Ohio,
-        Self::Simglucose,
-        Self::Replaybg,
-    ];
-
-    /// The format's name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::HupaUcm => "hupa-ucm",
-            Self::T1dUom => "t1d-uom",
-            Self::T1dSim => "t1dsim",
-            Self::Nightscout => "nightscout",
-            Self::Tidepool => "tidepool",
-            Self::T1dexi => "t1dexi",
-            Self::Metabonet => "metabonet",
-            Self::Babelbetes => "babelbetes",
-            Self::Ohio => "ohio",
-            Self::Simglucose => "simglucose",
-            Self::Replaybg => "replaybg",
-        }
-    }
-
     /// The format of a name; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -114,17 +112,49 @@ pub struct Import {
 /// If `source` is not in the format, or a file of it cannot be read; the error names file, row and
 /// column. What can be read but looks wrong becomes a note or a finding of the report instead.
 pub fn import(format: ImportFormat, source: &Path) -> Result<Import, CohortError> {
-    match format {
-        ImportFormat::HupaUcm => hupa_ucm::import(source),
-        ImportFormat::T1dUom => t1d_uom::import(source),
-        ImportFormat::T1dSim => t1dsim::import(source),
-        ImportFormat::Nightscout => nightscout::import(source),
-        ImportFormat::Tidepool => tidepool::import(source),
-        ImportFormat::T1dexi => t1dexi::import(source),
-        ImportFormat::Metabonet => metabonet::import(source),
-        ImportFormat::Babelbetes => babelbetes::import(source),
-        ImportFormat::Ohio => ohio::import(source),
-        ImportFormat::Simglucose => simglucose::import(source),
-        ImportFormat::Replaybg => replaybg::import(source),
+    import_with(format, &[source.to_owned()], &TableOptions::default())
+}
+
+/// Reads several foreign files, with what the user says of them.
+///
+/// # Errors
+/// As [`import()`]; also if the format takes neither.
+pub fn import_with(
+    format: ImportFormat,
+    sources: &[PathBuf],
+    options: &TableOptions,
+) -> Result<Import, CohortError> {
+    format.read(sources, options)
+}
+
+/// Runs an importer of one folder or file.
+fn folder(
+    run: fn(&Path) -> Result<Import, CohortError>,
+    format: ImportFormat,
+    sources: &[PathBuf],
+    options: &TableOptions,
+) -> Result<Import, CohortError> {
+    let wrong =
+        |option: &str, reason: String| Err(CohortError::Option { option: option.into(), reason });
+    let name = format.name();
+    if !options.is_default() {
+        let reason = format!("{name} needs none of --map, --unit, --zone, --dates and --decimal");
+        return wrong("--from", reason);
     }
+    match sources {
+        [source] => run(source),
+        several => {
+            wrong("SOURCE", format!("{name} takes one folder or file, not {}", several.len()))
+        }
+    }
+}
+
+/// Runs an importer of tables.
+fn tables(
+    run: fn(&[PathBuf], &TableOptions) -> Result<Import, CohortError>,
+    _: ImportFormat,
+    sources: &[PathBuf],
+    options: &TableOptions,
+) -> Result<Import, CohortError> {
+    run(sources, options)
 }

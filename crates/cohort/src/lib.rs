@@ -4,7 +4,9 @@
 //! - [`Cohort`], [`Person`], [`Record`]: the data in memory, missing values marked as missing.
 //! - [`read_folder`], [`write_folder`]: the canonical folder (`people.csv` with `records.csv` or
 //!   `records.parquet`).
-//! - [`import()`]: other people's formats, with an [`ImportReport`] whose sums close.
+//! - [`check_folder`], [`new_folder`]: everything wrong with a folder at once; a template.
+//! - [`import()`], [`import_with`]: other people's formats and anybody's tables, with an
+//!   [`ImportReport`] whose sums close; [`guess_table`] proposes what a table's columns hold.
 //! - [`export()`]: a cohort in the formats of other programs.
 //! - [`findings`], [`StraightLines`], [`mass_balance`]: what looks wrong, and the daily totals.
 //! - [`Person::inputs`]: a person's columns as the inputs of a plant.
@@ -29,10 +31,12 @@
 mod best_days;
 mod error;
 mod export;
+mod faults;
 mod folder;
 mod import;
 mod inputs;
 mod mass_balance;
+mod near_name;
 mod parquet_sink;
 mod person;
 mod plausibility;
@@ -49,9 +53,11 @@ mod window;
 pub use contract::import_report::MassBalance;
 pub use error::{CohortError, Place};
 pub use export::{ExportFormat, export};
-pub use folder::{RecordsFormat, read_folder, write_folder};
+pub use faults::Fault;
+pub use folder::{FolderCheck, RecordsFormat, check_folder, new_folder, read_folder, write_folder};
 pub use import::{
-    Import, ImportFormat, ImportReport, Inference, Note, PersonImport, Totals, import,
+    DateOrder, Import, ImportFormat, ImportReport, Inference, Note, Only, PersonImport, Role,
+    TableGuess, TableOptions, Totals, guess_table, import, import_with,
 };
 pub use inputs::MissingDoses;
 pub use mass_balance::{insulin_u_day, mass_balance};

@@ -4,7 +4,7 @@
 //! the table library sees the bytes, one pass checks that they are UTF-8, that quotes match and
 //! that every row has as many fields as the header.
 
-use std::io::Cursor;
+use std::io::{Cursor, Read as _};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,7 +14,14 @@ use polars::prelude::{
 };
 
 use crate::error::{CohortError, Place};
+use crate::faults::Faults;
 
+/// Most columns: the widest of the known studies has a few hundred.
+pub(crate) const MOST_COLUMNS: usize = 4096;
+/// Largest file, bytes: 500 people's steps for a year.
+const LARGEST_FILE: u64 = 4 << 30;
+/// Bytes read at a time.
+const PIECE: usize = 1 << 20;
 /// Longest row, bytes. The longest of the known studies (a night's sleep stages) has 30 kB.
 const LONGEST_ROW: usize = 4 << 20;
 /// Longest piece of a cell in a message, characters.
@@ -49,47 +56,77 @@ impl TextTable {
     /// # Errors
     /// [`CohortError`] with file and row if it cannot be read or is not such a table.
     pub fn read(path: &Path, name: &str, separator: u8) -> Result<Self, CohortError> {
-        Self::parse(read_bytes(path, name)?, name, separator)
+        Self::parse(read_text(path, name)?, name, separator)
     }
 
     /// Parses bytes.
     pub(crate) fn parse(bytes: Vec<u8>, name: &str, separator: u8) -> Result<Self, CohortError> {
-        let text = text(&bytes, name)?;
-        let rows = scan(text, name, separator)?;
+        Self::of(text(bytes, name)?, name, separator, 1, &mut Faults::strict())
+    }
+
+    /// Reads the file and hands rows that cannot be read to `faults`.
+    pub(crate) fn check(
+        path: &Path,
+        name: &str,
+        separator: u8,
+        faults: &mut Faults,
+    ) -> Result<Self, CohortError> {
+        Self::of(text(read_text(path, name)?, name)?, name, separator, 1, faults)
+    }
+
+    /// The table in a text whose header stands in line `header_line` or below it.
+    pub(crate) fn of(
+        text: String,
+        name: &str,
+        separator: u8,
+        header_line: usize,
+        faults: &mut Faults,
+    ) -> Result<Self, CohortError> {
+        let rows = scan(&text, name, separator, header_line)?;
         let Some((header_row, rows)) = rows.split_first() else {
             return Err(CohortError::Empty { file: name.into() });
         };
+        if header_row.fields > MOST_COLUMNS {
+            return Err(CohortError::TooLarge {
+                file: name.into(),
+                what: format!("{} columns, more than {MOST_COLUMNS}", header_row.fields),
+                remedy: "a row is a time and a column a quantity; check the separator and turn it",
+            });
+        }
         let header = fields(&text[header_row.start..header_row.end], separator);
-        for (i, column) in header.iter().enumerate() {
-            if !column.is_empty() && header[..i].contains(column) {
-                return Err(CohortError::DuplicateColumn {
+        let mut seen = std::collections::HashSet::new();
+        for column in header.iter().filter(|column| !column.is_empty()) {
+            if !seen.insert(column) {
+                faults.add(CohortError::DuplicateColumn {
                     file: name.into(),
-                    column: column.clone(),
-                });
-            }
-        }
-        if rows.is_empty() {
-            return Err(CohortError::Empty { file: name.into() });
-        }
-        for row in rows {
-            if row.fields != header.len() {
-                return Err(CohortError::FieldCount {
-                    place: Place::row(name, row.line as usize),
-                    found: row.fields,
-                    expected: header.len(),
-                });
+                    column: shorten(column, SHOWN),
+                })?;
             }
         }
         let mut body = String::with_capacity(text.len());
+        let mut lines = Vec::with_capacity(rows.len());
         for row in rows {
+            if row.fields != header.len() {
+                faults.add(CohortError::FieldCount {
+                    place: Place::row(name, row.line as usize),
+                    found: row.fields,
+                    expected: header.len(),
+                })?;
+                continue;
+            }
             body.push_str(&text[row.start..row.end]);
             body.push('\n');
+            lines.push(row.line);
         }
-        let lines: Vec<u32> = rows.iter().map(|row| row.line).collect();
+        if lines.is_empty() {
+            return Err(CohortError::Empty { file: name.into() });
+        }
         // Only the copy without header and blank lines is still needed, so large studies fit into
         // memory once.
-        drop(bytes);
-        let frame = frame(body.into_bytes(), header.len(), separator, name)?;
+        drop(text);
+        let mut frame = frame(body.into_bytes(), header.len(), separator, name)?;
+        // One chunk, so that a cell is found without a search.
+        frame.rechunk_mut();
         if frame.height() != lines.len() {
             return Err(CohortError::Table {
                 file: name.into(),
@@ -113,6 +150,44 @@ impl TextTable {
     /// The column names.
     pub(crate) fn header(&self) -> &[String] {
         &self.header
+    }
+
+    /// Index of the column `name` in the header.
+    pub(crate) fn index(&self, name: &str) -> Result<usize, CohortError> {
+        self.header.iter().position(|column| column == name).ok_or_else(|| {
+            CohortError::MissingColumn {
+                file: self.file.clone(),
+                column: name.into(),
+                found: shorten(&self.header.join(", "), 4 * SHOWN),
+            }
+        })
+    }
+
+    /// The text of row `i` in the column of this index without surrounding blanks; `None` if that
+    /// is empty. For rows asked for one at a time; [`TextTable::column`] is quicker for many.
+    pub(crate) fn cell(&self, i: usize, column: usize) -> Option<&str> {
+        let cells = self.frame.columns().get(column)?.str().ok()?;
+        cells.get(i).map(str::trim).filter(|text| !text.is_empty())
+    }
+
+    /// The place of a cell, for messages.
+    pub(crate) fn cell_place(&self, i: usize, column: usize) -> Place {
+        let name = self.header.get(column).map_or("", String::as_str);
+        Place::cell(&self.file, self.lines[i] as usize, shorten(name, SHOWN))
+    }
+
+    /// The error that says a cell is not what was expected.
+    pub(crate) fn cell_wrong(
+        &self,
+        i: usize,
+        column: usize,
+        expected: &'static str,
+    ) -> CohortError {
+        CohortError::Cell {
+            place: self.cell_place(i, column),
+            value: shorten(self.cell(i, column).unwrap_or(""), SHOWN),
+            expected,
+        }
     }
 
     /// Row `i`, counted from 0 below the header, for messages.
@@ -139,8 +214,7 @@ impl TextTable {
         Ok(Some(TextColumn {
             file: &self.file,
             name: &self.header[index],
-            // One chunk, so a cell is found without a search.
-            cells: cells.rechunk().into_owned(),
+            cells: cells.clone(),
             lines: &self.lines,
         }))
     }
@@ -150,11 +224,8 @@ impl TextTable {
     /// # Errors
     /// [`CohortError::MissingColumn`] with the columns there are.
     pub fn column(&self, name: &str) -> Result<TextColumn<'_>, CohortError> {
-        self.optional(name)?.ok_or_else(|| CohortError::MissingColumn {
-            file: self.file.clone(),
-            column: name.into(),
-            found: shorten(&self.header.join(", "), 4 * SHOWN),
-        })
+        self.index(name)?;
+        self.optional(name)?.ok_or_else(|| CohortError::Empty { file: self.file.clone() })
     }
 }
 
@@ -205,15 +276,44 @@ impl TextColumn<'_> {
     }
 }
 
-/// The bytes of a file, with errors that name it.
-pub(crate) fn read_bytes(path: &Path, name: &str) -> Result<Vec<u8>, CohortError> {
-    std::fs::read(path).map_err(|source| match source.kind() {
+/// The bytes of a text file. A file or a line that is too long ends the reading before it fills the
+/// memory.
+pub(crate) fn read_text(path: &Path, name: &str) -> Result<Vec<u8>, CohortError> {
+    let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+    let mut file = std::fs::File::open(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => CohortError::MissingFile {
             file: name.into(),
             remedy: "check the folder and the file's name".into(),
         },
-        _ => CohortError::Io { file: name.into(), action: "read", source },
-    })
+        _ => failed(source),
+    })?;
+    let size = file.metadata().map_err(failed)?.len();
+    if size > LARGEST_FILE {
+        return Err(CohortError::TooLarge {
+            file: name.into(),
+            what: format!("{} GiB of text, more than {}", size >> 30, LARGEST_FILE >> 30),
+            remedy: "split it by person, or write Parquet",
+        });
+    }
+    let mut bytes: Vec<u8> = Vec::new();
+    let (mut line_start, mut line) = (0, 1);
+    loop {
+        let before = bytes.len();
+        let piece = (&mut file).take(PIECE as u64).read_to_end(&mut bytes).map_err(failed)?;
+        if piece == 0 {
+            return Ok(bytes);
+        }
+        for (at, _) in bytes[before..].iter().enumerate().filter(|(_, byte)| **byte == b'\n') {
+            line_start = before + at + 1;
+            line += 1;
+        }
+        if bytes.len() - line_start > LONGEST_ROW && !bytes[line_start..].contains(&b'\r') {
+            return Err(CohortError::Text {
+                place: Place::row(name, line),
+                reason: "longer than 4 MiB; line ends are missing or the file is not a table",
+            });
+        }
+    }
 }
 
 /// A text of at most `limit` characters, with control characters escaped.
@@ -226,22 +326,24 @@ pub(crate) fn shorten(text: &str, limit: usize) -> String {
 }
 
 /// The bytes as text without a byte-order mark.
-fn text<'a>(bytes: &'a [u8], name: &str) -> Result<&'a str, CohortError> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    let wrong = |at: usize, reason| CohortError::Text {
-        place: Place::row(name, 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count()),
-        reason,
-    };
+fn text(mut bytes: Vec<u8>, name: &str) -> Result<String, CohortError> {
+    if bytes.starts_with(b"\xEF\xBB\xBF") {
+        bytes.drain(..3);
+    }
+    let line = |bytes: &[u8], at: usize| 1 + bytes[..at].iter().filter(|b| **b == b'\n').count();
+    let wrong = |row, reason| CohortError::Text { place: Place::row(name, row), reason };
     if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-        return Err(wrong(0, "UTF-16 text; save the file as UTF-8"));
+        return Err(wrong(1, "UTF-16 text; save the file as UTF-8"));
     }
     if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
-        return Err(wrong(at, "a zero byte; the file is not text or is damaged"));
+        return Err(wrong(line(&bytes, at), "a zero byte; the file is not text or is damaged"));
     }
-    let text = std::str::from_utf8(bytes)
-        .map_err(|error| wrong(error.valid_up_to(), "not UTF-8; save the file as UTF-8"))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        wrong(line(error.as_bytes(), at), "not UTF-8; save the file as UTF-8")
+    })?;
     if text.contains('\r') && !text.contains('\n') {
-        return Err(wrong(0, "lines end in carriage returns alone; save with line feeds"));
+        return Err(wrong(1, "lines end in carriage returns alone; save with line feeds"));
     }
     Ok(text)
 }
@@ -254,11 +356,13 @@ struct Row {
     fields: usize,
 }
 
-/// Finds the rows. Blank lines are skipped, but counted as lines.
-fn scan(text: &str, name: &str, separator: u8) -> Result<Vec<Row>, CohortError> {
+/// Finds the rows from line `first` on. Blank lines are skipped, but counted as lines.
+fn scan(text: &str, name: &str, separator: u8, first: usize) -> Result<Vec<Row>, CohortError> {
     let bytes = text.as_bytes();
     let mut rows = Vec::new();
-    let (mut at, mut line) = (0, 1_u32);
+    let above: usize = text.split_inclusive('\n').take(first - 1).map(str::len).sum();
+    let mut at = above;
+    let mut line = u32::try_from(first).unwrap_or(u32::MAX);
     while at < bytes.len() {
         let (start, first_line) = (at, line);
         let wrong =
@@ -314,11 +418,24 @@ fn scan(text: &str, name: &str, separator: u8) -> Result<Vec<Row>, CohortError> 
     Ok(rows)
 }
 
-/// The fields of the header row.
-fn fields(row: &str, separator: u8) -> Vec<String> {
-    row.split(char::from(separator))
-        .map(|field| field.trim().trim_matches('"').trim().to_owned())
-        .collect()
+/// The fields of one row, without their quotes.
+pub(crate) fn fields(row: &str, separator: u8) -> Vec<String> {
+    let mut fields = vec![String::new()];
+    let mut quoted = false;
+    let mut marks = row.chars().peekable();
+    while let Some(mark) = marks.next() {
+        let field = fields.last_mut().expect("never empty");
+        match mark {
+            '"' if quoted && marks.peek() == Some(&'"') => {
+                marks.next();
+                field.push('"');
+            }
+            '"' => quoted = !quoted,
+            mark if mark == char::from(separator) && !quoted => fields.push(String::new()),
+            mark => field.push(mark),
+        }
+    }
+    fields.iter().map(|field| field.trim().to_owned()).collect()
 }
 
 /// The rows as a frame of `width` text columns.

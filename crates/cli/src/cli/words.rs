@@ -4,7 +4,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use pipeline::Profile;
 use pipeline::stages::export::ExportFormat;
-use pipeline::stages::import::ImportFormat;
+use pipeline::stages::import::{DateOrder, ImportFormat};
 use pipeline::stages::import_model::ModelFormat;
 use pipeline::stages::pipeline::Stage;
 use pipeline::stages::reconcile::{DetectorName, Rule};
@@ -42,38 +42,17 @@ pub(super) fn profile() -> impl TypedValueParser<Value = Profile> {
 
 /// A study's format.
 pub(super) fn cohort_format() -> impl TypedValueParser<Value = ImportFormat> {
+    let formats = ImportFormat::ALL.iter();
+    let words = formats.map(|format| PossibleValue::new(format.name()).help(format.says()));
+    PossibleValuesParser::new(words)
+        .map(|typed| ImportFormat::from_name(&typed).expect("only these words pass"))
+}
+
+/// The order of day and month.
+pub(super) fn date_order() -> impl TypedValueParser<Value = DateOrder> {
     one_of([
-        (
-            "hupa-ucm",
-            "HUPA-UCM diabetes dataset: a folder of `HUPA*.csv`, or one of them",
-            ImportFormat::HupaUcm,
-        ),
-        (
-            "t1d-uom",
-            "T1D-UOM: the folder with `Glucose Data`, `Insulin Data` and the others",
-            ImportFormat::T1dUom,
-        ),
-        ("t1dsim", "The example day of T1DSim_AI: one CSV", ImportFormat::T1dSim),
-        ("nightscout", "A folder of a Nightscout site's JSON files", ImportFormat::Nightscout),
-        (
-            "tidepool",
-            "Tidepool's JSON export: a file, or a folder with one a person",
-            ImportFormat::Tidepool,
-        ),
-        (
-            "t1dexi",
-            "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others",
-            ImportFormat::T1dexi,
-        ),
-        ("metabonet", "MetaboNet: the Parquet file", ImportFormat::Metabonet),
-        ("babelbetes", "BabelBetes: the folder it writes", ImportFormat::Babelbetes),
-        ("ohio", "OhioT1DM: a folder of its XML files, or one of them", ImportFormat::Ohio),
-        (
-            "simglucose",
-            "simglucose: a folder of results like `adult#001.csv`, or one of them",
-            ImportFormat::Simglucose,
-        ),
-        ("replaybg", "ReplayBG: a table, or a folder with one a person", ImportFormat::Replaybg),
+        ("day-first", "31/12/2024", DateOrder::DayFirst),
+        ("month-first", "12/31/2024", DateOrder::MonthFirst),
     ])
 }
 

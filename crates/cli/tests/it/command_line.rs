@@ -415,3 +415,66 @@ fn published_models_do_not_behave_and_the_command_says_how() {
         &["not a population model"],
     );
 }
+
+#[test]
+fn tables_are_guessed_and_imported_and_faults_of_a_folder_listed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let exports = workspace().join("fixtures/downloads");
+    let spreadsheet = exports.join("spreadsheet.csv");
+
+    let guess = xtask(&["import", "--from", "table", text(&spreadsheet), "--guess", "-q"]);
+    let said = String::from_utf8_lossy(&guess.stderr).into_owned();
+    assert_eq!(guess.status.code(), Some(0), "{said}");
+    let map =
+        "person=Código,time=Fecha y hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos";
+    assert!(said.contains(&format!("--map \"{map}\" --unit glucose=mmol/L")), "{said}");
+
+    let out = at("mine");
+    let import = xtask(&[
+        "import",
+        "--from",
+        "table",
+        text(&spreadsheet),
+        "--map",
+        map,
+        "--unit",
+        "glucose=mmol/L,basal=U/5min",
+        "--out",
+        text(&out),
+    ]);
+    let said = String::from_utf8_lossy(&import.stderr).into_owned();
+    assert_eq!(import.status.code(), Some(0), "{said}");
+    assert!(said.contains("P-02: 2 days, 28.8 + 18.0 U/day, 175 g/day"), "{said}");
+    let check = xtask(&["cohort", "check", text(&out)]);
+    let said = String::from_utf8_lossy(&check.stderr).into_owned();
+    assert_eq!(check.status.code(), Some(0), "{said}");
+
+    let channels = exports.join("channels");
+    let toml = channels.join("map.toml");
+    let files = ["cgm.csv", "basal.csv", "bolus.csv", "meals.csv"].map(|name| channels.join(name));
+    let mut words = vec!["import", "--from", "table", "--map", text(&toml), "--out", text(&out)];
+    words.extend(files.iter().map(|file| text(file)));
+    let import = xtask(&words);
+    let said = String::from_utf8_lossy(&import.stderr).into_owned();
+    assert_eq!(import.status.code(), Some(0), "{said}");
+    assert!(said.contains("cgm: 2 days, 16.7 + 18.4 U/day"), "{said}");
+
+    let none = at("none");
+    refused(&["import", "--from", "table", text(&spreadsheet)], &none, &["--guess proposes a map"]);
+    refused(&["import", "--from", "dexcom", text(&spreadsheet)], &none, &["Timestamp", "found"]);
+    refused(
+        &["import", "--from", "t1dsim", "--utc", text(&spreadsheet)],
+        &none,
+        &["needs none of"],
+    );
+
+    assert_eq!(xtask(&["cohort", "new", text(&at("new"))]).status.code(), Some(0));
+    assert_eq!(xtask(&["cohort", "check", text(&at("new"))]).status.code(), Some(0));
+    cohort(&at("faulty"), "A,2024-01-01T00:00:00,x,,,,,,\nA,2024-01-01T00:05:00,1,-1,,,,,\n");
+    let check = xtask(&["cohort", "check", text(&at("faulty")), "-q"]);
+    let said = String::from_utf8_lossy(&check.stderr).into_owned();
+    assert_eq!(check.status.code(), Some(1), "{said}");
+    assert!(said.contains("records.csv, row 2, column cgm_mg_dl: 'x' is not a number"), "{said}");
+    assert!(said.contains("records.csv, row 3, column basal_u_h: -1 is outside"), "{said}");
+}

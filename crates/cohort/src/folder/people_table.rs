@@ -7,8 +7,9 @@ use chrono::DateTime;
 use physiology::{BeatsPerMinute, Kilograms};
 use polars::prelude::{Column, CsvWriter, DataFrame, IntoColumn, NamedFrom, SerWriter, Series};
 
-use super::{PEOPLE, write_whole};
+use super::{PEOPLE, columns, write_whole};
 use crate::error::CohortError;
+use crate::faults::Faults;
 use crate::person::{Cohort, Person, Therapy, is_person_id};
 use crate::record::Record;
 use crate::text_table::{TextColumn, TextTable};
@@ -18,8 +19,11 @@ const WEIGHT: &str = "weight_kg";
 const THERAPY: &str = "therapy";
 const HEART_RATE_BASELINE: &str = "heart_rate_baseline_bpm";
 
-/// The people, with empty records.
-pub(super) fn read(folder: &Path) -> Result<Vec<Person>, CohortError> {
+/// Columns of the file; only the first must be there.
+pub(super) const COLUMNS: [&str; 4] = [PERSON_ID, WEIGHT, THERAPY, HEART_RATE_BASELINE];
+
+/// The people, with empty records. A row whose identifier cannot be used gives none.
+pub(super) fn read(folder: &Path, faults: &mut Faults) -> Result<Vec<Person>, CohortError> {
     let path = folder.join(PEOPLE);
     if !path.exists() {
         return Err(CohortError::MissingFile {
@@ -30,34 +34,40 @@ pub(super) fn read(folder: &Path) -> Result<Vec<Person>, CohortError> {
             ),
         });
     }
-    let table = TextTable::read(&path, PEOPLE, b',')?;
+    let table = TextTable::check(&path, PEOPLE, b',', faults)?;
+    columns::check_names(PEOPLE, table.header(), &COLUMNS, faults)?;
     let ids = table.column(PERSON_ID)?;
-    let weights = table.column(WEIGHT)?;
-    let therapies = table.column(THERAPY)?;
-    let baselines = table.column(HEART_RATE_BASELINE)?;
+    let weights = table.optional(WEIGHT)?;
+    let therapies = table.optional(THERAPY)?;
+    let baselines = table.optional(HEART_RATE_BASELINE)?;
     let mut seen = HashSet::new();
-    (0..table.height())
-        .map(|i| {
-            let id = person_id(&ids, i)?;
-            if !seen.insert(id) {
-                return Err(CohortError::DuplicatePerson {
-                    place: ids.place(i),
-                    person: id.into(),
-                });
-            }
-            Ok(Person {
-                id: id.into(),
-                weight: bounded(&weights, i, 1.0, 500.0, "kg")?.map(Kilograms),
-                therapy: therapies
-                    .text(i)
-                    .and_then(Therapy::from_name)
-                    .ok_or_else(|| therapies.wrong(i, "open_loop_pump, aid, mdi or unknown"))?,
-                heart_rate_baseline: bounded(&baselines, i, 0.0, 250.0, "1/min")?
-                    .map(BeatsPerMinute),
-                record: Record::new(DateTime::UNIX_EPOCH.naive_utc(), 0)?,
-            })
-        })
-        .collect()
+    let mut people = Vec::with_capacity(table.height());
+    for i in 0..table.height() {
+        let Some(id) = faults.pass(person_id(&ids, i))? else { continue };
+        if !seen.insert(id) {
+            faults.add(CohortError::DuplicatePerson { place: ids.place(i), person: id.into() })?;
+            continue;
+        }
+        let weight = faults.pass(bounded(weights.as_ref(), i, 1.0, 500.0, "kg"))?.flatten();
+        let baseline = faults.pass(bounded(baselines.as_ref(), i, 0.0, 250.0, "1/min"))?.flatten();
+        people.push(Person {
+            id: id.into(),
+            weight: weight.map(Kilograms),
+            therapy: faults.pass(therapy(therapies.as_ref(), i))?.unwrap_or(Therapy::Unknown),
+            heart_rate_baseline: baseline.map(BeatsPerMinute),
+            record: Record::new(DateTime::UNIX_EPOCH.naive_utc(), 0)?,
+        });
+    }
+    Ok(people)
+}
+
+/// The therapy in row `i`; an absent column or an empty cell is unknown.
+fn therapy(column: Option<&TextColumn<'_>>, i: usize) -> Result<Therapy, CohortError> {
+    let Some((column, word)) = column.and_then(|column| Some((column, column.text(i)?))) else {
+        return Ok(Therapy::Unknown);
+    };
+    Therapy::from_name(word)
+        .ok_or_else(|| column.wrong(i, "open_loop_pump, aid, mdi or unknown; write one of them"))
 }
 
 /// The identifier in row `i`.
@@ -68,12 +78,13 @@ pub(super) fn person_id<'a>(column: &'a TextColumn<'_>, i: usize) -> Result<&'a 
 }
 
 fn bounded(
-    column: &TextColumn<'_>,
+    column: Option<&TextColumn<'_>>,
     i: usize,
     low: f64,
     high: f64,
     unit: &'static str,
 ) -> Result<Option<f64>, CohortError> {
+    let Some(column) = column else { return Ok(None) };
     match column.number(i)? {
         Some(value) if !(low..=high).contains(&value) => Err(CohortError::OutOfRange {
             place: column.place(i),

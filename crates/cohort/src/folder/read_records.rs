@@ -4,25 +4,39 @@ use std::collections::HashMap;
 
 use chrono::{Datelike, NaiveDateTime};
 
-use super::record_table::{RecordTable, TIME};
+use super::record_table::{PERSON_ID, RecordTable, TIME};
 use crate::error::{CohortError, Place};
+use crate::faults::Faults;
 use crate::person::Person;
 use crate::range::{check_value, looks_like_mmol};
 use crate::record::{Channel, MAX_DAYS, Record, on_grid};
 
+/// Most steps of a folder: 300 people for a year.
+const MOST_STEPS: usize = 1 << 25;
+
 /// Fills the records of `people` from the rows of `table`.
-pub(super) fn fill(people: &mut [Person], table: &RecordTable) -> Result<(), CohortError> {
-    let spans = spans(people, table)?;
-    for (person, rows) in people.iter_mut().zip(&spans) {
-        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
-            return Err(CohortError::NoRecord {
+pub(super) fn fill(
+    people: &mut [Person],
+    table: &RecordTable,
+    faults: &mut Faults,
+) -> Result<(), CohortError> {
+    let spans = spans(people, table, faults)?;
+    let lengths: Vec<usize> = spans.iter().map(|rows| length(rows)).collect();
+    if lengths.iter().sum::<usize>() > MOST_STEPS {
+        return Err(CohortError::TooLarge {
+            file: table.file().into(),
+            what: format!("the records span more than {MOST_STEPS} steps of five minutes"),
+            remedy: "look for times that are wrong, or split the cohort into folders",
+        });
+    }
+    for (person, (rows, length)) in people.iter_mut().zip(spans.iter().zip(lengths)) {
+        match rows.first() {
+            Some(first) => person.record = Record::new(first.1, length)?,
+            None => faults.add(CohortError::NoRecord {
                 file: table.file().into(),
                 person: person.id.clone(),
-            });
-        };
-        let steps = last.1.signed_duration_since(first.1).num_minutes() / 5;
-        let len = usize::try_from(steps).expect("rows ascend in time") + 1;
-        person.record = Record::new(first.1, len)?;
+            })?,
+        }
     }
     for channel in Channel::ALL {
         let Some(cells) = table.channel(channel)? else { continue };
@@ -31,9 +45,11 @@ pub(super) fn fill(people: &mut [Person], table: &RecordTable) -> Result<(), Coh
             let start = person.record.start();
             let values = person.record.channel_mut(channel);
             for &(row, time) in rows {
-                let Some(value) = cells(row as usize)? else { continue };
-                check_value(channel, value, differences)
-                    .map_err(|range| range.at(table.cell(row as usize, channel.column())))?;
+                let Some(Some(value)) = faults.pass(cells(row as usize))? else { continue };
+                if let Err(range) = check_value(channel, value, differences) {
+                    faults.add(range.at(table.cell(row as usize, channel.column())))?;
+                    continue;
+                }
                 let k = time.signed_duration_since(start).num_minutes() / 5;
                 values[usize::try_from(k).expect("rows ascend in time")] = Some(value);
             }
@@ -41,79 +57,90 @@ pub(super) fn fill(people: &mut [Person], table: &RecordTable) -> Result<(), Coh
     }
     for person in people.iter() {
         if let Some(median) = looks_like_mmol(person.record.cgm()) {
-            return Err(CohortError::LooksLikeMmol {
+            faults.add(CohortError::LooksLikeMmol {
                 place: Place::column(table.file(), Channel::Cgm.column()),
                 person: person.id.clone(),
                 median,
-            });
+            })?;
         }
     }
     Ok(())
+}
+
+/// Steps from the first to the last row.
+fn length(rows: &[(u32, NaiveDateTime)]) -> usize {
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return 0 };
+    let minutes = last.1.signed_duration_since(first.1).num_minutes();
+    usize::try_from(minutes / 5).expect("rows ascend in time") + 1
 }
 
 /// Each person's rows with their times, checked for grid and order.
 fn spans(
     people: &[Person],
     table: &RecordTable,
+    faults: &mut Faults,
 ) -> Result<Vec<Vec<(u32, NaiveDateTime)>>, CohortError> {
     let index: HashMap<&str, usize> =
         people.iter().enumerate().map(|(i, person)| (person.id.as_str(), i)).collect();
     if u32::try_from(table.height()).is_err() {
-        return Err(CohortError::Table {
+        return Err(CohortError::TooLarge {
             file: table.file().into(),
-            reason: format!("{} rows; split the cohort into folders", table.height()),
+            what: format!("{} rows", table.height()),
+            remedy: "split the cohort into folders",
         });
     }
     let mut spans: Vec<Vec<(u32, NaiveDateTime)>> = vec![Vec::new(); people.len()];
-    table.rows(|i, person, time| {
-        let Some(&p) = index.get(person) else {
-            return Err(CohortError::UnknownPerson {
-                place: table.place(i),
-                person: person.into(),
-            });
-        };
-        let place = || table.cell(i, TIME);
-        if !on_grid(time) {
-            return Err(CohortError::OffGrid { place: place(), time });
-        }
-        if !(1900..2200).contains(&time.year()) {
-            return Err(CohortError::Cell {
-                place: place(),
-                value: time.to_string(),
-                expected: "a time within the years 1900 to 2199",
-            });
-        }
-        let rows = &mut spans[p];
-        if let (Some(&(_, first)), Some(&(_, previous))) = (rows.first(), rows.last()) {
-            if time == previous {
-                return Err(CohortError::DuplicateStep {
-                    place: place(),
-                    person: person.into(),
-                    time,
-                });
-            }
-            if time < previous {
-                // A repeated time is the clearer finding where rows are also out of order.
-                let repeated = rows.binary_search_by_key(&time, |row| row.1).is_ok();
-                let (place, person) = (place(), person.to_owned());
-                return Err(if repeated {
-                    CohortError::DuplicateStep { place, person, time }
-                } else {
-                    CohortError::OutOfOrder { place, person, time, previous }
-                });
-            }
-            let days = time.signed_duration_since(first).num_days();
-            if days >= MAX_DAYS {
-                return Err(CohortError::TooLong {
-                    place: place(),
-                    person: person.into(),
-                    days,
-                    limit: MAX_DAYS,
-                });
-            }
-        }
-        rows.push((u32::try_from(i).expect("checked above"), time));
-        Ok(())
-    })?;
+    for i in 0..table.height() {
+        // Of a row with several faults the first is told; the row is then left out.
+        let Some((p, time)) = faults.pass(row(table, i, &index, &spans))? else { continue };
+        spans[p].push((u32::try_from(i).expect("checked above"), time));
+    }
     Ok(spans)
+}
+
+/// Person and time of row `i`, which follows the rows in `spans`.
+fn row(
+    table: &RecordTable,
+    i: usize,
+    index: &HashMap<&str, usize>,
+    spans: &[Vec<(u32, NaiveDateTime)>],
+) -> Result<(usize, NaiveDateTime), CohortError> {
+    let (person, time) = table.row(i)?;
+    let Some(&p) = index.get(person) else {
+        return Err(CohortError::UnknownPerson {
+            place: table.cell(i, PERSON_ID),
+            person: person.into(),
+        });
+    };
+    let place = || table.cell(i, TIME);
+    if !on_grid(time) {
+        return Err(CohortError::OffGrid { place: place(), time });
+    }
+    if !(1900..2200).contains(&time.year()) {
+        return Err(CohortError::Cell {
+            place: place(),
+            value: time.to_string(),
+            expected: "a time within the years 1900 to 2199",
+        });
+    }
+    let rows = &spans[p];
+    let (Some(&(_, first)), Some(&(_, previous))) = (rows.first(), rows.last()) else {
+        return Ok((p, time));
+    };
+    if time <= previous {
+        // A repeated time is the clearer finding where rows are also out of order.
+        let repeated = rows.binary_search_by_key(&time, |row| row.1).is_ok();
+        let (place, person) = (place(), person.to_owned());
+        return Err(if repeated {
+            CohortError::DuplicateStep { place, person, time }
+        } else {
+            CohortError::OutOfOrder { place, person, time, previous }
+        });
+    }
+    let days = time.signed_duration_since(first).num_days();
+    if days >= MAX_DAYS {
+        let person = person.into();
+        return Err(CohortError::TooLong { place: place(), person, days, limit: MAX_DAYS });
+    }
+    Ok((p, time))
 }

@@ -1,6 +1,7 @@
 //! The table of records, as text or as Parquet, before it is put on the grid.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use chrono::{DateTime, NaiveDateTime};
@@ -9,29 +10,42 @@ use polars::prelude::{
     StringChunked, TimeUnit,
 };
 
-use super::people_table::person_id;
+use super::columns::check_names;
 use super::{RECORDS_CSV, RECORDS_PARQUET, RecordsFormat};
 use crate::error::{CohortError, Place};
+use crate::faults::Faults;
 use crate::person::is_person_id;
 use crate::record::Channel;
-use crate::text_table::{TextTable, read_bytes, shorten};
+use crate::text_table::{MOST_COLUMNS, TextTable, shorten};
 use crate::wall_clock::parse_iso;
 
 pub(super) const PERSON_ID: &str = "person_id";
 pub(super) const TIME: &str = "time";
+const PERSON_EXPECTED: &str = "a person's identifier; use letters, digits, '_', '-' and '.'";
 const TIME_EXPECTED: &str = "a local time like 2024-03-01T08:05:00 without a zone";
+
+/// Most rows of a Parquet file; looked at before any column is read.
+const MOST_ROWS: usize = 1 << 25;
 
 /// The records as they are in the file.
 pub(super) enum RecordTable {
     /// Text cells.
-    Csv(TextTable),
+    Csv(Box<CsvTable>),
     /// Typed columns.
     Parquet(Box<ParquetTable>),
+}
+
+/// A text file of records, with the columns that every row is asked for.
+pub(super) struct CsvTable {
+    table: TextTable,
+    /// Index in the header of the identifier and of the time.
+    keys: [usize; 2],
 }
 
 /// The columns of a Parquet file, checked for their types.
 pub(super) struct ParquetTable {
     height: usize,
+    header: Vec<String>,
     person: StringChunked,
     time: ParquetTime,
     channels: [Option<Float64Chunked>; Channel::ALL.len()],
@@ -42,33 +56,48 @@ enum ParquetTime {
     Epoch(Int64Chunked, TimeUnit),
 }
 
+/// The columns that a file of records can have; the first three must be there.
+pub(super) fn columns() -> Vec<&'static str> {
+    [PERSON_ID, TIME].into_iter().chain(Channel::ALL.map(Channel::column)).collect()
+}
+
 impl RecordTable {
-    /// Reads the file of records and checks that every column is there.
-    pub(super) fn read(folder: &Path, format: RecordsFormat) -> Result<Self, CohortError> {
+    /// Reads the file of records and checks that the columns that must be there are.
+    pub(super) fn read(
+        folder: &Path,
+        format: RecordsFormat,
+        faults: &mut Faults,
+    ) -> Result<Self, CohortError> {
         let path = folder.join(format.file());
         match format {
             RecordsFormat::Csv => {
-                let table = TextTable::read(&path, RECORDS_CSV, b',')?;
-                table.column(PERSON_ID)?;
-                table.column(TIME)?;
-                for channel in Channel::ALL {
-                    if channel != Channel::SetChange {
-                        table.column(channel.column())?;
-                    }
+                let table = TextTable::check(&path, RECORDS_CSV, b',', faults)?;
+                check_names(RECORDS_CSV, table.header(), &columns(), faults)?;
+                let mut keys = [0; 2];
+                for (key, name) in keys.iter_mut().zip([PERSON_ID, TIME]) {
+                    *key = table.index(name)?;
                 }
-                Ok(Self::Csv(table))
+                table.index(Channel::Cgm.column())?;
+                Ok(Self::Csv(Box::new(CsvTable { table, keys })))
             }
             RecordsFormat::Parquet => {
-                let table = ParquetTable::read(read_bytes(&path, RECORDS_PARQUET)?)?;
-                Ok(Self::Parquet(Box::new(table)))
+                Ok(Self::Parquet(Box::new(ParquetTable::read(&path, faults)?)))
             }
+        }
+    }
+
+    /// The names of the columns.
+    pub(super) fn header(&self) -> &[String] {
+        match self {
+            Self::Csv(csv) => csv.table.header(),
+            Self::Parquet(table) => &table.header,
         }
     }
 
     /// Number of rows.
     pub(super) fn height(&self) -> usize {
         match self {
-            Self::Csv(table) => table.height(),
+            Self::Csv(csv) => csv.table.height(),
             Self::Parquet(table) => table.height,
         }
     }
@@ -76,7 +105,7 @@ impl RecordTable {
     /// The file's name.
     pub(super) fn file(&self) -> &str {
         match self {
-            Self::Csv(table) => table.file(),
+            Self::Csv(csv) => csv.table.file(),
             Self::Parquet(_) => RECORDS_PARQUET,
         }
     }
@@ -84,7 +113,7 @@ impl RecordTable {
     /// A row, for messages.
     pub(super) fn place(&self, i: usize) -> Place {
         match self {
-            Self::Csv(table) => table.place(i),
+            Self::Csv(csv) => csv.table.place(i),
             Self::Parquet(_) => Place::row(RECORDS_PARQUET, i + 1),
         }
     }
@@ -94,48 +123,40 @@ impl RecordTable {
         Place { column: Some(column.into()), ..self.place(i) }
     }
 
-    /// Calls `see` with each row's index, person and time, in the order of the file.
-    pub(super) fn rows(
-        &self,
-        mut see: impl FnMut(usize, &str, NaiveDateTime) -> Result<(), CohortError>,
-    ) -> Result<(), CohortError> {
+    /// Person and time of row `i`.
+    pub(super) fn row(&self, i: usize) -> Result<(&str, NaiveDateTime), CohortError> {
+        let wrong = |column, value: &str, expected| CohortError::Cell {
+            place: self.cell(i, column),
+            value: shorten(value, 40),
+            expected,
+        };
         match self {
-            Self::Csv(table) => {
-                let (people, times) = (table.column(PERSON_ID)?, table.column(TIME)?);
-                for i in 0..table.height() {
-                    let time = times
-                        .text(i)
-                        .and_then(parse_iso)
-                        .ok_or_else(|| times.wrong(i, TIME_EXPECTED))?;
-                    see(i, person_id(&people, i)?, time)?;
+            Self::Csv(csv) => {
+                let [person, time] = csv.keys.map(|key| csv.table.cell(i, key).unwrap_or(""));
+                if !is_person_id(person) {
+                    return Err(wrong(PERSON_ID, person, PERSON_EXPECTED));
                 }
+                let time = parse_iso(time).ok_or_else(|| wrong(TIME, time, TIME_EXPECTED))?;
+                Ok((person, time))
             }
             Self::Parquet(table) => {
-                for i in 0..table.height {
-                    let wrong = |column, value: &str, expected| CohortError::Cell {
-                        place: self.cell(i, column),
-                        value: shorten(value, 40),
-                        expected,
-                    };
-                    let person = table.person.get(i).unwrap_or("");
-                    if !is_person_id(person) {
-                        return Err(wrong(PERSON_ID, person, "a person's identifier"));
-                    }
-                    let time = match &table.time {
-                        ParquetTime::Text(cells) => cells
-                            .get(i)
-                            .and_then(parse_iso)
-                            .ok_or_else(|| wrong(TIME, cells.get(i).unwrap_or(""), TIME_EXPECTED)),
-                        ParquetTime::Epoch(cells, unit) => cells
-                            .get(i)
-                            .and_then(|value| epoch(value, *unit))
-                            .ok_or_else(|| wrong(TIME, "", TIME_EXPECTED)),
-                    }?;
-                    see(i, person, time)?;
+                let person = table.person.get(i).unwrap_or("");
+                if !is_person_id(person) {
+                    return Err(wrong(PERSON_ID, person, PERSON_EXPECTED));
                 }
+                let time = match &table.time {
+                    ParquetTime::Text(cells) => cells
+                        .get(i)
+                        .and_then(parse_iso)
+                        .ok_or_else(|| wrong(TIME, cells.get(i).unwrap_or(""), TIME_EXPECTED)),
+                    ParquetTime::Epoch(cells, unit) => cells
+                        .get(i)
+                        .and_then(|value| epoch(value, *unit))
+                        .ok_or_else(|| wrong(TIME, "", TIME_EXPECTED)),
+                }?;
+                Ok((person, time))
             }
         }
-        Ok(())
     }
 
     /// A channel's cells, read one at a time; `None` for an optional column that is absent.
@@ -144,8 +165,8 @@ impl RecordTable {
         channel: Channel,
     ) -> Result<Option<NumberCells<'a>>, CohortError> {
         match self {
-            Self::Csv(table) => {
-                let Some(column) = table.optional(channel.column())? else { return Ok(None) };
+            Self::Csv(csv) => {
+                let Some(column) = csv.table.optional(channel.column())? else { return Ok(None) };
                 Ok(Some(Box::new(move |i| column.number(i))))
             }
             Self::Parquet(table) => {
@@ -167,38 +188,42 @@ impl RecordTable {
 pub(super) type NumberCells<'a> = Box<dyn Fn(usize) -> Result<Option<f64>, CohortError> + 'a>;
 
 impl ParquetTable {
-    /// Reads a Parquet file. The table library panics on some damaged files; here that is an error
-    /// like any other (the library's own message still goes to the panic hook). Damage to the
-    /// length of a page can still exhaust the memory inside the library.
-    fn read(bytes: Vec<u8>) -> Result<Self, CohortError> {
-        const MARK: &[u8] = b"PAR1";
-        let damaged = |reason: &str| CohortError::Table {
-            file: RECORDS_PARQUET.into(),
-            reason: reason.into(),
-        };
-        if !(bytes.len() > 2 * MARK.len() && bytes.starts_with(MARK) && bytes.ends_with(MARK)) {
+    /// Reads a Parquet file. Number and names of its columns and rows are looked at before any of
+    /// them is read, and only known columns are. The table library panics on some damaged files;
+    /// here that is an error like any other (the library's own message still goes to the panic
+    /// hook). Damage to the length of a page can still exhaust the memory inside the library.
+    fn read(path: &Path, faults: &mut Faults) -> Result<Self, CohortError> {
+        let failed =
+            |source| CohortError::Io { file: RECORDS_PARQUET.into(), action: "read", source };
+        if !has_marks(path).map_err(failed)? {
             return Err(damaged("it does not begin and end as Parquet does; it may be cut off"));
         }
-        let parse = move || {
-            let frame = ParquetReader::new(Cursor::new(bytes)).finish().map_err(broken)?;
-            Self::new(&frame)
+        let open = || File::open(path).map_err(failed);
+        let (file, again) = (open()?, open()?);
+        let header = caught(|| header(file))?;
+        check_names(RECORDS_PARQUET, &header, &columns(), faults)?;
+        let wanted: Vec<String> = columns()
+            .into_iter()
+            .filter(|name| header.iter().any(|column| column == name))
+            .map(str::to_owned)
+            .collect();
+        let read = move || {
+            let reader = ParquetReader::new(again).with_columns(Some(wanted));
+            Self::new(&reader.finish().map_err(broken)?, header)
         };
-        std::panic::catch_unwind(parse)
-            .unwrap_or_else(|_| Err(damaged("it is damaged; write it again from its source")))
+        caught(read)
     }
 
-    fn new(frame: &DataFrame) -> Result<Self, CohortError> {
+    fn new(frame: &DataFrame, header: Vec<String>) -> Result<Self, CohortError> {
         if frame.height() == 0 {
             return Err(CohortError::Empty { file: RECORDS_PARQUET.into() });
         }
         let find = |name: &str| {
             frame.columns().iter().find(|column| column.name().as_str() == name).ok_or_else(|| {
-                let names: Vec<&str> =
-                    frame.columns().iter().map(|column| column.name().as_str()).collect();
                 CohortError::MissingColumn {
                     file: RECORDS_PARQUET.into(),
                     column: name.into(),
-                    found: shorten(&names.join(", "), 160),
+                    found: shorten(&header.join(", "), 160),
                 }
             })
         };
@@ -229,7 +254,7 @@ impl ParquetTable {
         for channel in Channel::ALL {
             let name = channel.column();
             let column = match find(name) {
-                Err(_) if channel == Channel::SetChange => continue,
+                Err(_) if channel != Channel::Cgm => continue,
                 column => column?,
             };
             if !(column.dtype().is_primitive_numeric() || column.dtype().is_null()) {
@@ -241,11 +266,59 @@ impl ParquetTable {
         }
         Ok(Self {
             height: frame.height(),
+            header: header.clone(),
             person: person.str().map_err(broken)?.rechunk().into_owned(),
             time,
             channels,
         })
     }
+}
+
+/// What `read` returns; an error if it panics.
+fn caught<T>(
+    read: impl FnOnce() -> Result<T, CohortError> + std::panic::UnwindSafe,
+) -> Result<T, CohortError> {
+    let again = "it is damaged; write it again from its source";
+    std::panic::catch_unwind(read).unwrap_or_else(|_| Err(damaged(again)))
+}
+
+fn damaged(reason: &str) -> CohortError {
+    CohortError::Table { file: RECORDS_PARQUET.into(), reason: reason.into() }
+}
+
+/// Whether the file begins and ends with the mark of Parquet.
+fn has_marks(path: &Path) -> std::io::Result<bool> {
+    const MARK: [u8; 4] = *b"PAR1";
+    let mut file = File::open(path)?;
+    if file.metadata()?.len() <= 2 * MARK.len() as u64 {
+        return Ok(false);
+    }
+    let (mut first, mut last) = ([0; 4], [0; 4]);
+    file.read_exact(&mut first)?;
+    file.seek(SeekFrom::End(-4))?;
+    file.read_exact(&mut last)?;
+    Ok(first == MARK && last == MARK)
+}
+
+/// The names of the columns, if rows and columns are as many as a study can have.
+fn header(file: File) -> Result<Vec<String>, CohortError> {
+    let too_large = |what| CohortError::TooLarge {
+        file: RECORDS_PARQUET.into(),
+        what,
+        remedy: "split the cohort into folders",
+    };
+    let mut reader = ParquetReader::new(file);
+    let metadata = reader.get_metadata().map_err(broken)?;
+    let of_groups = metadata.row_groups.iter().map(|group| group.num_rows()).sum();
+    let rows = metadata.num_rows.max(of_groups);
+    if rows > MOST_ROWS {
+        return Err(too_large(format!("{rows} rows, more than {MOST_ROWS}")));
+    }
+    let schema = reader.schema().map_err(broken)?;
+    if schema.len() > MOST_COLUMNS {
+        return Err(too_large(format!("{} columns, more than {MOST_COLUMNS}", schema.len())));
+    }
+    Ok(schema.iter_names().map(ToString::to_string).collect())
 }
 
 fn broken(error: PolarsError) -> CohortError {

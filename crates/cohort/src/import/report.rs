@@ -39,6 +39,13 @@ impl Notes {
         self.add_many(person, place, what, 1);
     }
 
+    /// Takes the notes of another, as of `person`.
+    pub(super) fn take(&mut self, person: &str, other: Self) {
+        for note in other.notes {
+            self.add_many(person, note.place, &note.what, note.count);
+        }
+    }
+
     /// Adds `count` occurrences; nothing if that is 0.
     pub(super) fn add_many(&mut self, person: &str, place: Place, what: &str, count: usize) {
         if count == 0 {

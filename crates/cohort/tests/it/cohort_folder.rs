@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use cohort::{Channel, Cohort, Person, Record, RecordsFormat, Therapy, read_folder, write_folder};
+use cohort::{
+    CellKind, Cells, Channel, Cohort, ParquetSink, Person, Record, RecordsFormat, Therapy,
+    check_folder, new_folder, read_folder, write_folder,
+};
 use physiology::{BeatsPerMinute, Kilograms};
 use proptest::prelude::*;
 
@@ -44,9 +47,8 @@ fn a_folder_is_read_with_marks_crlf_gaps_and_further_columns() {
 
 /// `(people.csv after its header, records.csv after its header, what the error must say)`.
 #[rustfmt::skip]
-const WRONG: [(&str, &str, &str); 30] = [
+const WRONG: [(&str, &str, &str); 29] = [
     ("a,70,pump,\n", ROW, "people.csv, row 2, column therapy: 'pump' is not open_loop_pump, aid, mdi or unknown"),
-    ("a,70,,\n", ROW, "people.csv, row 2, column therapy: '' is not open_loop_pump"),
     ("a,70,aid,\na,70,aid,\n", ROW, "people.csv, row 3, column person_id: person 'a' is listed twice"),
     ("a,heavy,aid,\n", ROW, "people.csv, row 2, column weight_kg: 'heavy' is not a number"),
     ("a,0.07,aid,\n", ROW, "people.csv, row 2, column weight_kg: 0.07 is outside 1 to 500 kg"),
@@ -57,7 +59,7 @@ const WRONG: [(&str, &str, &str); 30] = [
     ("", ROW, "people.csv: no data row"),
     ("a,70,aid,\n", "", "records.csv: no data row"),
     ("a,70,aid,\nb,70,aid,\n", ROW, "records.csv: no row for person 'b'; remove the person"),
-    ("b,70,aid,\n", ROW, "records.csv, row 2: person 'a' is not in people.csv; add a row there"),
+    ("b,70,aid,\n", ROW, "records.csv, row 2, column person_id: person 'a' is not in people.csv; add a row there"),
     ("a,,aid,\n", "a,2024-03-01T08:00:00,120,0.8,0,0,60,0,0\na,2024-03-01T08:00:00,120,0.8,0,0,60,0,0\n", "records.csv, row 3, column time: person 'a' has two rows at 2024-03-01 08:00:00; keep one"),
     ("a,,aid,\n", "a,2024-03-01T08:05:00,120,,,,,,\na,2024-03-01T08:00:00,120,,,,,,\n", "records.csv, row 3, column time: person 'a' at 2024-03-01 08:00:00 comes after 2024-03-01 08:05:00; sort"),
     ("a,,aid,\n", "a,2024-03-01T08:02:00,120,,,,,,\n", "records.csv, row 2, column time: 2024-03-01 08:02:00 is off the 5-minute grid"),
@@ -97,20 +99,18 @@ fn missing_files_and_columns_are_named() {
     let message = refused(folder.path());
     assert!(message.starts_with("records.csv: no such file; put records.csv or"), "{message}");
 
-    for column in RECORDS.trim_end().split(',') {
-        let folder =
-            folder_with(&format!("{PEOPLE}a,,aid,\n"), &(RECORDS.replace(column, "other") + ROW));
+    for (column, header) in
+        [("person_id", RECORDS), ("time", RECORDS), ("cgm_mg_dl", RECORDS), ("person_id", PEOPLE)]
+    {
+        let header = header.replace(column, "other");
+        let (people, records, file) = if header.starts_with("other,weight") {
+            (header, RECORDS.to_owned(), "people.csv")
+        } else {
+            (PEOPLE.to_owned(), header, "records.csv")
+        };
+        let folder = folder_with(&(people + "a,,aid,\n"), &(records + ROW));
         let message = refused(folder.path());
-        let says = format!("records.csv: no column '{column}'; found ");
-        assert!(message.starts_with(&says), "{message}");
-    }
-    for column in PEOPLE.trim_end().split(',') {
-        let folder = folder_with(
-            &(PEOPLE.replace(column, "other") + "a,,aid,\n"),
-            &format!("{RECORDS}{ROW}"),
-        );
-        let message = refused(folder.path());
-        let says = format!("people.csv: no column '{column}'; found ");
+        let says = format!("{file}: no column '{column}'; found ");
         assert!(message.starts_with(&says), "{message}");
     }
     let both = folder_with(&format!("{PEOPLE}a,,aid,\n"), &format!("{RECORDS}{ROW}"));
@@ -125,6 +125,164 @@ fn missing_files_and_columns_are_named() {
         message.contains("records.parquet: not a readable table: it does not begin"),
         "{message}"
     );
+}
+
+#[test]
+fn an_absent_column_is_not_recorded_and_an_empty_therapy_unknown() {
+    let folder = folder_with(
+        "person_id\na\n",
+        "time,cgm_mg_dl,person_id\n2024-03-01T08:00:00,120,a\n2024-03-01T08:10:00,,a\n",
+    );
+    let cohort = read_folder(folder.path()).expect("three columns are enough");
+    let person = &cohort.people[0];
+    assert_eq!((person.therapy, person.weight), (Therapy::Unknown, None));
+    assert_eq!(person.record.cgm(), &[Some(120.0), None, None]);
+    let others = Channel::ALL.into_iter().filter(|channel| *channel != Channel::Cgm);
+    for channel in others {
+        assert!(person.record.channel(channel).iter().all(Option::is_none), "{channel:?}");
+    }
+    let folder = folder_with(&format!("{PEOPLE}a,,,\n"), &format!("{RECORDS}{ROW}"));
+    assert_eq!(read_folder(folder.path()).expect("good").people[0].therapy, Therapy::Unknown);
+}
+
+#[test]
+fn a_name_near_that_of_an_absent_column_is_refused() {
+    for (header, says) in [
+        (
+            "person_id,time,cgm_mg_dl,set_chnage",
+            "records.csv: unknown column 'set_chnage': did you mean 'set_change'? rename it",
+        ),
+        ("person_id,time,glucose", "unknown column 'glucose': did you mean 'cgm_mg_dl'?"),
+        ("person_id,timestamp,cgm_mg_dl", "unknown column 'timestamp': did you mean 'time'?"),
+        ("person_id,time,cgm_mg_dl,bolus", "unknown column 'bolus': did you mean 'bolus_u'?"),
+    ] {
+        let row = "a,2024-03-01T08:00:00,120,1".split(',').take(header.split(',').count());
+        let row = row.collect::<Vec<_>>().join(",");
+        let folder = folder_with("person_id\na\n", &format!("{header}\n{row}\n"));
+        let message = read_folder(folder.path()).expect_err(says).to_string();
+        assert!(message.contains(says), "{message}");
+    }
+    // Beside the column itself the near name is one of another column.
+    let folder = folder_with(
+        "person_id,height\na,180\n",
+        "person_id,time,cgm_mg_dl,bolus_u,bolus\na,2024-03-01T08:00:00,120,1,2\n",
+    );
+    let cohort = read_folder(folder.path()).expect("both are there");
+    assert_eq!(cohort.people[0].record.bolus(), &[Some(1.0)]);
+}
+
+#[test]
+fn a_check_lists_every_fault_at_once() {
+    let folder = folder_with(
+        "person_id,therapy,weight\na,pump,70\na,aid,70\nb,aid,0.07\n",
+        "person_id,time,cgm_mg_dl,bolus_u,note\n\
+         a,2024-03-01T08:00:00,120,-1,x\n\
+         a,2024-03-01T08:02:00,121,0,\n\
+         a,2024-03-01T08:00:00,122,0,\n\
+         a,2024-03-01T08:10:00,high,0\n\
+         a,2024-03-01T08:15:00,high,two,\n\
+         c,2024-03-01T08:15:00,120,0,\n",
+    );
+    let check = check_folder(folder.path());
+    assert!(!check.passes());
+    let faults: Vec<String> = check.faults.iter().map(ToString::to_string).collect();
+    let expected = [
+        "people.csv: unknown column 'weight': did you mean 'weight_kg'?",
+        "people.csv, row 2, column therapy: 'pump' is not open_loop_pump",
+        "people.csv, row 3, column person_id: person 'a' is listed twice",
+        "records.csv, row 5: 4 fields where the header has 5",
+        "records.csv, row 3, column time: 2024-03-01 08:02:00 is off the 5-minute grid",
+        "records.csv, row 4, column time: person 'a' has two rows at",
+        "records.csv, row 7, column person_id: person 'c' is not in people.csv",
+        "records.csv: no row for person 'b'",
+        "records.csv, row 6, column cgm_mg_dl: 'high' is not a number",
+        "records.csv, row 2, column bolus_u: -1 is outside 0 to 100 U",
+        "records.csv, row 6, column bolus_u: 'two' is not a number",
+    ];
+    for (fault, says) in faults.iter().zip(expected) {
+        assert!(fault.starts_with(says), "wanted: {says}\n   got: {fault}");
+    }
+    assert_eq!(faults.len(), expected.len(), "{faults:#?}");
+    assert!(check.remarks.contains(&"records.csv: column 'note' is unknown and ignored".into()));
+    assert!(check.remarks.contains(&"records.csv: no column 'carbs_g': not recorded".into()));
+    // The first of them is what reading says.
+    assert_eq!(read_folder(folder.path()).expect_err("faulty").to_string(), faults[0]);
+}
+
+#[test]
+fn a_check_goes_on_after_a_file_that_is_no_table() {
+    let folder = folder_with("", "person_id,time,cgm_mg_dl\na,yesterday,120\n");
+    let faults: Vec<String> =
+        check_folder(folder.path()).faults.iter().map(ToString::to_string).collect();
+    assert_eq!(faults, ["people.csv: no data row; a header and at least one row are needed"]);
+    let missing = check_folder(&folder.path().join("nowhere"));
+    let faults: Vec<String> = missing.faults.iter().map(ToString::to_string).collect();
+    assert_eq!(faults.len(), 2, "{faults:?}");
+    assert!(faults[1].starts_with("records.csv: no such file"), "{faults:?}");
+}
+
+#[test]
+fn the_template_is_a_cohort_with_three_rows() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let target = folder.path().join("mine");
+    new_folder(&target).expect("writable");
+    let check = check_folder(&target);
+    assert!(check.passes() && check.remarks.is_empty(), "{check:?}");
+    let records = fs::read_to_string(target.join("records.csv")).expect("written");
+    assert_eq!(records.lines().count(), 4, "{records}");
+    assert_eq!(read_folder(&target).expect("good").people.len(), 1);
+    let again = new_folder(&target).expect_err("there are files").to_string();
+    assert!(again.contains("choose another name"), "{again}");
+}
+
+#[test]
+fn sizes_are_looked_at_before_memory_is_spent() {
+    let refused = |people: &str, records: &str| {
+        let folder = folder_with(people, records);
+        let started = std::time::Instant::now();
+        let message = read_folder(folder.path()).expect_err("too large").to_string();
+        // Milliseconds; half a minute before the columns were counted.
+        assert!(started.elapsed().as_secs() < 5, "{:?}: {message}", started.elapsed());
+        message
+    };
+    let wide: Vec<String> = (0..200_000).map(|i| format!("c{i}")).collect();
+    let row = vec!["1"; wide.len()].join(",");
+    let message = refused("person_id\na\n", &format!("{}\n{row}\n", wide.join(",")));
+    assert!(message.contains("records.csv: 200000 columns, more than 4096"), "{message}");
+    let message = refused("person_id\na\n", &"x".repeat(30 << 20));
+    assert!(message.contains("records.csv, row 1: longer than 4 MiB"), "{message}");
+    // A few rows that are far apart make a long grid each.
+    let ids: Vec<String> = (0..20).map(|i| format!("p{i}")).collect();
+    let rows: String = ids
+        .iter()
+        .map(|id| format!("{id},2000-01-01T00:00:00,100\n{id},2019-12-31T00:00:00,100\n"))
+        .collect();
+    let message = refused(
+        &format!("person_id\n{}\n", ids.join("\n")),
+        &format!("person_id,time,cgm_mg_dl\n{rows}"),
+    );
+    assert!(message.contains("the records span more than"), "{message}");
+}
+
+#[test]
+fn a_small_parquet_file_of_very_many_rows_is_refused_unread() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("people.csv"), "person_id\na\n").expect("writable");
+    let path = folder.path().join("records.parquet");
+    let file = fs::File::create(&path).expect("writable");
+    let columns = [("cgm_mg_dl", CellKind::Number), ("person_id", CellKind::Word)];
+    let mut sink = ParquetSink::new("records.parquet", file, &columns).expect("a table");
+    // Equal cells take next to no room: 40 million rows.
+    const PIECE: usize = 4_000_000;
+    for _ in 0..10 {
+        let cells = vec![Cells::Numbers(vec![Some(100.0); PIECE]), Cells::Words(vec!["a"; PIECE])];
+        sink.write(cells).expect("fits");
+    }
+    sink.finish().expect("written");
+    let size = fs::metadata(&path).expect("written").len();
+    assert!(size < 20 << 20, "{size} bytes");
+    let message = read_folder(folder.path()).expect_err("too many").to_string();
+    assert!(message.contains("records.parquet: 40000000 rows, more than 33554432"), "{message}");
 }
 
 fn small_cohort() -> Cohort {

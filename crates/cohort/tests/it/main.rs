@@ -2,7 +2,9 @@
 
 mod cohort_folder;
 mod damaged_files;
+mod downloads;
 mod exports;
 mod foreign_formats;
 mod reference_people;
 mod t1d_uom_events;
+mod tables;

@@ -1,40 +1,71 @@
 //! `import`: a study's files as a cohort folder, with an account of what was done.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
-pub use cohort::ImportFormat;
-use cohort::{RecordsFormat, import, write_folder};
+pub use cohort::{DateOrder, ImportFormat};
+use cohort::{RecordsFormat, TableOptions, guess_table, import_with, write_folder};
 use contract::{Document as _, ImportReport};
 
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::progress::{note, say};
+
+/// Largest file of a map, bytes.
+const LARGEST_MAP: u64 = 1 << 20;
 
 /// Settings of `import`.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Format of the source.
     pub from: ImportFormat,
-    /// The study's folder or file.
-    pub source: PathBuf,
+    /// The study's folder or file, or several tables.
+    pub source: Vec<PathBuf>,
     /// Output folder.
     pub out: PathBuf,
     /// Write `records.parquet` in place of `records.csv`.
     pub parquet: bool,
+    /// Columns by role, or TOML files of them.
+    pub map: Vec<String>,
+    /// Units by role.
+    pub unit: Vec<String>,
+    /// Time zone of the people.
+    pub zone: Option<String>,
+    /// Times without an offset are UTC.
+    pub utc: bool,
+    /// Order of day and month.
+    pub dates: Option<DateOrder>,
+    /// The decimal mark.
+    pub decimal: Option<char>,
+    /// Propose a map and write nothing.
+    pub guess: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    if !args.source.exists() {
-        bail!("there is nothing at '{}'", args.source.display());
+    for source in &args.source {
+        if !source.exists() {
+            bail!("there is nothing at '{}'", source.display());
+        }
     }
-    let (format, source) = (args.from, args.source.display());
-    let imported = import(format, &args.source)
-        .with_context(|| format!("importing '{source}' as {}", format.name()))?;
+    let format = args.from;
+    if args.guess {
+        return guess(args);
+    }
+    let (options, map_files) = options(args)?;
+    let sources: Vec<String> = args.source.iter().map(|s| s.display().to_string()).collect();
+    let imported = import_with(format, &args.source, &options)
+        .with_context(|| format!("importing '{}' as {}", sources.join("', '"), format.name()))?;
     let records = if args.parquet { RecordsFormat::Parquet } else { RecordsFormat::Csv };
-    let config = serde_json::json!({ "from": format.name(), "parquet": args.parquet });
-    let manifest = Manifest::new("import", config, None).with_input(&args.source)?;
+    let mut config = serde_json::json!({ "from": format.name(), "parquet": args.parquet });
+    if !options.is_default() {
+        config["options"] = serde_json::to_value(&options).context("writing the options")?;
+    }
+    let mut manifest = Manifest::new("import", config, None);
+    for input in args.source.iter().chain(&map_files) {
+        manifest = manifest.with_input(input)?;
+    }
 
     let output = OutputFolder::begin(&args.out, manifest)?;
     write_folder(&imported.cohort, output.path(), records).context("writing the cohort")?;
@@ -51,5 +82,62 @@ pub fn run(args: &Settings) -> Result<()> {
         imported.report.notes.len(),
         place.join(ImportReport::FILE).display()
     ));
+    Ok(())
+}
+
+/// What was said about the tables, and the files that say it.
+fn options(args: &Settings) -> Result<(TableOptions, Vec<PathBuf>)> {
+    let mut options = TableOptions::default();
+    let mut files = Vec::new();
+    for map in &args.map {
+        let path = Path::new(map);
+        if map.contains('=') && !path.exists() {
+            options.add_map(map)?;
+            continue;
+        }
+        let size = fs::metadata(path).with_context(|| format!("--map {map}"))?.len();
+        if size > LARGEST_MAP {
+            bail!("--map {map}: {size} bytes are no map");
+        }
+        let text = fs::read_to_string(path).with_context(|| format!("--map {map}"))?;
+        let of_file = TableOptions::from_toml(&text, map)?;
+        files.push(path.to_owned());
+        options.columns.extend(of_file.columns);
+        options.units.extend(of_file.units);
+        options.only.extend(of_file.only);
+        options.zone = of_file.zone.or(options.zone);
+        options.utc |= of_file.utc;
+        options.dates = of_file.dates.or(options.dates);
+        options.decimal = of_file.decimal.or(options.decimal);
+    }
+    for unit in &args.unit {
+        options.add_unit(unit)?;
+    }
+    options.zone = args.zone.clone().or(options.zone);
+    options.utc |= args.utc;
+    options.dates = args.dates.or(options.dates);
+    options.decimal = args.decimal.or(options.decimal);
+    Ok((options, files))
+}
+
+/// Says what the columns seem to hold, and the command that would read them so.
+fn guess(args: &Settings) -> Result<()> {
+    if args.from != ImportFormat::Table {
+        bail!("--guess: the columns of {} are known; use it with --from table", args.from.name());
+    }
+    let guess = guess_table(&args.source).context("looking at the tables")?;
+    for line in &guess.lines {
+        say(line);
+    }
+    if !guess.missing.is_empty() {
+        let missing: Vec<&str> = guess.missing.iter().map(|role| role.word()).collect();
+        bail!("no column looks like {}; map it by hand with --map", missing.join(" or "));
+    }
+    let units = match guess.units.as_str() {
+        "" => String::new(),
+        units => format!(" --unit {units}"),
+    };
+    say("a proposal, to be judged by you; several people in one file need person=COL:");
+    say(&format!("  --map \"{}\"{units}", guess.map));
     Ok(())
 }

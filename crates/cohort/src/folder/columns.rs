@@ -1,0 +1,36 @@
+//! The names in a header, beside those that a file can have.
+
+use crate::error::CohortError;
+use crate::faults::Faults;
+use crate::near_name::near;
+
+/// Refuses unknown names that are close to an absent column: what it holds would be taken for "not
+/// recorded". Other unknown columns are ignored.
+pub(super) fn check_names(
+    file: &str,
+    header: &[String],
+    known: &[&'static str],
+    faults: &mut Faults,
+) -> Result<(), CohortError> {
+    let absent: Vec<&'static str> =
+        known.iter().copied().filter(|name| !header.iter().any(|column| column == name)).collect();
+    for found in ignored(header, known) {
+        if let Some(known) = near(found, absent.iter().copied()) {
+            faults.add(CohortError::NearColumn {
+                file: file.into(),
+                found: found.into(),
+                known,
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// The named columns that are none of `known`.
+pub(super) fn ignored<'a>(
+    header: &'a [String],
+    known: &'a [&'static str],
+) -> impl Iterator<Item = &'a str> {
+    let names = header.iter().map(String::as_str);
+    names.filter(move |name| !name.is_empty() && !known.contains(name))
+}

@@ -1,0 +1,409 @@
+//! One person's events on the five-minute grid.
+//!
+//! Times are floored to their step. Readings of a step are averaged; boluses, carbohydrate and
+//! steps are summed; a basal rate holds until the next one and a step has the mean over its five
+//! minutes. The record spans the first to the last glucose reading; doses outside are counted.
+
+use chrono::{DateTime, NaiveDateTime};
+use physiology::STEPS_PER_DAY;
+
+use super::clock::Hour;
+use super::log::{Event, Log};
+use super::options::Role;
+use super::unit::Unit;
+use crate::error::{CohortError, Place};
+use crate::import::report::{Imported, Totals};
+use crate::person::{Person, Therapy};
+use crate::range::check_value;
+use crate::record::{Channel, MAX_DAYS, Record};
+
+/// Seconds of a step.
+const STEP: i64 = 300;
+/// Seconds of a step that rates must cover for it to be recorded.
+const COVERED: i64 = 240;
+/// Longest time a rate holds that is written at its changes alone, s.
+const HOLD: i64 = 86_400;
+/// Rates that are at most this far apart stand in every row, s; they hold for three rows.
+const EVERY_ROW: i64 = 900;
+/// Share of rows that differ from the row before, from which rows are changes and no others.
+const CHANGES_ALONE: f64 = 0.9;
+/// From this number of rate changes a day, a controller sets them, not a person.
+const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
+/// Share of steps with an amount, among them zeros, from which an empty cell means that nothing is
+/// known.
+const DENSE: f64 = 0.5;
+
+/// The steps of a record, counted from 1970.
+#[derive(Clone, Copy)]
+struct Span {
+    first: i64,
+    end: i64,
+}
+
+impl Span {
+    fn index(self, step: i64) -> Option<usize> {
+        (self.first..self.end).contains(&step).then(|| usize::try_from(step - self.first).ok())?
+    }
+}
+
+fn step_of(event: &Event) -> i64 {
+    event.second.div_euclid(STEP)
+}
+
+fn time_of(step: i64) -> NaiveDateTime {
+    DateTime::from_timestamp(step * STEP, 0).unwrap_or_default().naive_utc()
+}
+
+/// The person; `None` without a glucose reading.
+pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>, CohortError> {
+    for (role, events) in &mut log.events {
+        if !events.is_sorted_by_key(|event| event.second) {
+            let late = events.windows(2).filter(|pair| pair[1].second < pair[0].second).count();
+            // Newest first is a habit of exports and no disorder.
+            if late + 1 < events.len() {
+                let place = log.columns.get(role).cloned().unwrap_or_default();
+                log.notes.add_many(&log.id, place, "rows earlier than the row above: sorted", late);
+            }
+            events.sort_by_key(|event| event.second);
+        }
+    }
+    let steps = |events: &Vec<Event>| Some((step_of(events.first()?), step_of(events.last()?)));
+    let Some((first, last)) = log.events.get(&Role::Glucose).and_then(steps) else {
+        return Ok(None);
+    };
+    let span = Span { first, end: last + 1 };
+    let days = (span.end - span.first) / STEPS_PER_DAY as i64;
+    if days >= MAX_DAYS {
+        return Err(CohortError::TooLong {
+            place: log.place(Role::Glucose),
+            person: log.id,
+            days,
+            limit: MAX_DAYS,
+        });
+    }
+    let len = usize::try_from(span.end - span.first).expect("events are sorted");
+    let mut record = Record::new(time_of(span.first), len)?;
+    for role in [Role::Glucose, Role::HeartRate, Role::Sleep] {
+        mean(&mut log, role, span, &mut record);
+    }
+    let mut totals = Vec::new();
+    let mut therapy = Therapy::Unknown;
+    if log.events.contains_key(&Role::Basal) {
+        let (total, of_rates) = basal(&mut log, basal_unit, span, &mut record)?;
+        totals.push(total);
+        therapy = of_rates;
+    }
+    for (role, unit) in
+        [(Role::Bolus, "U"), (Role::Carbs, "g"), (Role::Steps, ""), (Role::SetChange, "")]
+    {
+        let known = log.events.contains_key(&role) || log.left_out.contains_key(&role);
+        if !known {
+            continue;
+        }
+        let total = sum(&mut log, role, unit, span, &mut record)?;
+        if !unit.is_empty() {
+            totals.push(total);
+        }
+    }
+    therapy = long_acting(&mut log, therapy, &mut totals);
+    let silent = pump_is_silent(&mut record);
+    log.note_of(
+        Role::Bolus,
+        "steps with a basal rate and without a bolus: 0, since the pump was recorded",
+        silent,
+    );
+    let Log { id, inferences, notes, .. } = log;
+    let person = Person { id, weight: None, therapy, heart_rate_baseline: None, record };
+    Ok(Some(Imported { person, totals, inferences, notes }))
+}
+
+/// The mean of each step's readings.
+fn mean(log: &mut Log, role: Role, span: Span, record: &mut Record) {
+    let (Some(events), Some(channel)) = (log.events.get(&role), role.channel()) else { return };
+    let mut sums = vec![(0.0, 0_u32, false); record.len()];
+    let (mut outside, mut beside, mut again) = (0, 0, 0);
+    // The hour that comes again only fills gaps, so the first one is laid first.
+    for second in [false, true] {
+        for event in events.iter().filter(|event| (event.hour == Hour::Second) == second) {
+            let Some(k) = span.index(step_of(event)) else {
+                outside += 1;
+                continue;
+            };
+            let (sum, count, of_second) = &mut sums[k];
+            if second && *count > 0 && !*of_second {
+                again += 1;
+                continue;
+            }
+            beside += usize::from(*count > 0);
+            *of_second = second;
+            *sum += event.value;
+            *count += 1;
+        }
+    }
+    for (cell, (sum, count, _)) in record.channel_mut(channel).iter_mut().zip(sums) {
+        *cell = (count > 0).then(|| sum / f64::from(count));
+    }
+    log.note_of(role, "readings in a step that has another one: averaged", beside);
+    log.note_of(role, "readings in the hour that came again: left out", again);
+    log.note_of(role, "readings outside the span of glucose: left out", outside);
+}
+
+/// The sum of each step's amounts. Where amounts are written only when there is one, a step
+/// between the first and the last one without any holds 0.
+fn sum(
+    log: &mut Log,
+    role: Role,
+    unit: &'static str,
+    span: Span,
+    record: &mut Record,
+) -> Result<Totals, CohortError> {
+    let channel = role.channel().expect("a dose has a channel");
+    let events = log.events.remove(&role).unwrap_or_default();
+    let mut source = log.left_out.get(&role).copied().unwrap_or(0.0);
+    let mut left_out = source;
+    let own = match (events.first(), events.last()) {
+        (Some(first), Some(last)) => {
+            step_of(first).max(span.first)..(step_of(last) + 1).min(span.end)
+        }
+        _ => 0..0,
+    };
+    let mut written = 0;
+    let (mut outside, mut more) = (0, 0);
+    let cells = record.channel_mut(channel);
+    for event in &events {
+        source += event.value;
+        let Some(k) = span.index(step_of(event)) else {
+            left_out += event.value;
+            outside += 1;
+            continue;
+        };
+        more += usize::from(event.value > 0.0 && cells[k].is_some_and(|amount| amount > 0.0));
+        written += usize::from(cells[k].is_none());
+        let sum = cells[k].unwrap_or(0.0) + event.value;
+        cells[k] = Some(if role == Role::SetChange { sum.min(1.0) } else { sum });
+    }
+    let steps = usize::try_from((own.end - own.start).max(0)).unwrap_or(0);
+    let log_of_events = events.iter().all(|event| event.value > 0.0);
+    let sparse = role != Role::Steps && (log_of_events || (written as f64) < DENSE * steps as f64);
+    if sparse {
+        for step in own {
+            if let Some(k) = span.index(step) {
+                cells[k] = cells[k].or(Some(0.0));
+            }
+        }
+    }
+    for (k, value) in cells.iter().enumerate() {
+        let Some(value) = value else { continue };
+        check_value(channel, *value, false).map_err(|range| {
+            let at = time_of(span.first + k as i64);
+            range.at(Place::file(format!("{}, the step at {at}", log.place(role))))
+        })?;
+    }
+    let kept: f64 = cells.iter().flatten().sum();
+    if sparse && steps > 0 {
+        let evidence =
+            format!("{written} of {steps} steps between the first and the last have one");
+        log.infer(role, "written only where there is one; other steps hold 0", evidence);
+    }
+    log.note_of(role, "amounts in a step that already has one: summed", more);
+    log.note_of(role, "amounts outside the span of glucose: left out", outside);
+    Ok(Totals { column: channel.column(), unit, source, record: kept, left_out })
+}
+
+/// A rate, U/h, from a second to another.
+struct Rate {
+    from: i64,
+    to: i64,
+    u_h: f64,
+}
+
+/// Puts the mean rate of each step into the record.
+fn basal(
+    log: &mut Log,
+    unit: Unit,
+    span: Span,
+    record: &mut Record,
+) -> Result<(Totals, Therapy), CohortError> {
+    let mut kept: Vec<Event> = Vec::new();
+    let mut twice = 0;
+    let mut replaced = 0.0;
+    for event in log.events.remove(&Role::Basal).unwrap_or_default() {
+        match kept.last_mut() {
+            Some(last) if last.second == event.second => {
+                twice += 1;
+                replaced += last.value;
+                *last = event;
+            }
+            _ => kept.push(event),
+        }
+    }
+    log.note_of(Role::Basal, "rates at one time: the last one of the file holds", twice);
+    let rates = rates(log, &kept, unit)?;
+    for rate in &rates {
+        check_value(Channel::Basal, rate.u_h, false)
+            .map_err(|range| range.at(log.place(Role::Basal)))?;
+    }
+    let mut steps = vec![(0.0, 0_i64); record.len()];
+    // Amounts whose row gives no rate are part of the source; rates without a time have none.
+    let mut source = match unit {
+        Unit::PerMinutes(_) => replaced + log.left_out.get(&Role::Basal).copied().unwrap_or(0.0),
+        _ => 0.0,
+    };
+    for rate in &rates {
+        source += rate.u_h * (rate.to - rate.from) as f64 / 3600.0;
+        let (mut at, end) = (rate.from.max(span.first * STEP), rate.to.min(span.end * STEP));
+        while at < end {
+            let step = at.div_euclid(STEP);
+            let until = end.min((step + 1) * STEP);
+            let k = span.index(step).expect("within the span");
+            steps[k].0 += rate.u_h * (until - at) as f64 / 3600.0;
+            steps[k].1 += until - at;
+            at = until;
+        }
+    }
+    let (mut amounts, mut silent) = (0.0, 0);
+    for (cell, (amount, covered)) in record.channel_mut(Channel::Basal).iter_mut().zip(steps) {
+        if covered >= COVERED {
+            *cell = Some(amount * 12.0);
+            amounts += amount;
+        } else {
+            silent += 1;
+        }
+    }
+    log.note_of(Role::Basal, "steps without a rate: not recorded", silent);
+    let mut left_out = source - amounts;
+    if left_out.abs() <= 1e-9 * source.max(1.0) {
+        left_out = 0.0;
+    } else {
+        let what = format!("{left_out:.2} U of basal outside the record: left out");
+        log.note_of(Role::Basal, &what, 1);
+    }
+    let therapy = therapy(log, &rates);
+    let column = Channel::Basal.column();
+    Ok((Totals { column, unit: "U", source, record: amounts, left_out }, therapy))
+}
+
+/// The rates and how long each holds.
+fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Rate>, CohortError> {
+    let next = |i: usize| events.get(i + 1).map(|event| event.second);
+    let mut gaps: Vec<i64> =
+        events.windows(2).map(|pair| pair[1].second - pair[0].second).collect();
+    let middle = gaps.len() / 2;
+    let gap = match gaps.len() {
+        0 => None,
+        _ => Some(*gaps.select_nth_unstable(middle).1),
+    };
+    if let Unit::PerMinutes(minutes) = unit {
+        let seconds = match (minutes, gap) {
+            (Some(minutes), _) => (minutes * 60.0).round() as i64,
+            (None, Some(gap)) if (60..=3600).contains(&gap) => {
+                let evidence = "the usual distance of rows".to_owned();
+                log.infer(Role::Basal, &format!("an amount for {} min", gap / 60), evidence);
+                gap
+            }
+            _ => {
+                return Err(CohortError::Undecided {
+                    place: log.place(Role::Basal),
+                    reason: "amounts of basal insulin at irregular times".into(),
+                    remedy: "say --unit basal=U/5min or so; map injections as long_acting",
+                });
+            }
+        };
+        let rate = |(i, event): (usize, &Event)| {
+            // Clocks are not exact: the next row ends an amount that is nearly through.
+            let usual = event.second + seconds;
+            let near = |next: &i64| (next - usual).abs() * 5 <= seconds || *next < usual;
+            let to = next(i).filter(near).unwrap_or(usual);
+            let u_h = event.value * 3600.0 / (to - event.second).max(1) as f64;
+            Rate { from: event.second, to, u_h }
+        };
+        return Ok(events.iter().enumerate().map(rate).collect());
+    }
+    // A controller's changes may be as close as rows; between two of them the rate still holds.
+    let pairs = events.windows(2);
+    let changed = pairs.clone().filter(|pair| pair[0].value != pair[1].value).count();
+    let paused = |gap| pairs.clone().any(|pair| pair[1].second - pair[0].second > 3 * gap);
+    let changes_alone = changed as f64 >= CHANGES_ALONE * pairs.len() as f64;
+    let every_row = gap.is_some_and(|gap| gap <= EVERY_ROW && !(changes_alone && paused(gap)));
+    let (hold, last) = match gap {
+        Some(gap) if every_row => (3 * gap, gap),
+        _ => (HOLD, 0),
+    };
+    let (conclusion, evidence) = if every_row {
+        ("a rate in every row", format!("rows {} s apart", gap.unwrap_or(0)))
+    } else {
+        let evidence = gap.map_or_else(String::new, |gap| format!("rows {} min apart", gap / 60));
+        ("rates at their changes: each holds until the next, for a day at most", evidence)
+    };
+    log.infer(Role::Basal, conclusion, evidence);
+    Ok(events
+        .iter()
+        .enumerate()
+        .map(|(i, event)| {
+            let to = next(i).map_or(event.second + last, |next| next.min(event.second + hold));
+            Rate { from: event.second, to, u_h: event.value }
+        })
+        .collect())
+}
+
+/// The therapy that the rates indicate.
+fn therapy(log: &mut Log, rates: &[Rate]) -> Therapy {
+    let (Some(first), Some(last)) = (rates.first(), rates.last()) else {
+        return Therapy::Unknown;
+    };
+    let days = ((last.to - first.from).max(STEP)) as f64 / HOLD as f64;
+    let changes = rates.windows(2).filter(|pair| pair[0].u_h != pair[1].u_h).count() as f64 / days;
+    let evidence = format!("{changes:.1} changes of the rate a day over {days:.1} days");
+    if changes >= CHANGES_OF_A_CONTROLLER {
+        log.infer(Role::Basal, "therapy aid: a controller sets the rate", evidence);
+        Therapy::Aid
+    } else {
+        log.infer(Role::Basal, "therapy open_loop_pump: a programmed profile", evidence);
+        Therapy::OpenLoopPump
+    }
+}
+
+/// Counts injections of long-acting insulin, which no basal rate describes without a model of
+/// their absorption.
+fn long_acting(log: &mut Log, therapy: Therapy, totals: &mut Vec<Totals>) -> Therapy {
+    let events = log.events.remove(&Role::LongActing).unwrap_or_default();
+    if events.is_empty() {
+        return therapy;
+    }
+    let injected: f64 = events.iter().map(|event| event.value).sum::<f64>()
+        + log.left_out.get(&Role::LongActing).copied().unwrap_or(0.0);
+    let what = "long-acting injections, which no basal rate describes: left out";
+    log.note_of(Role::LongActing, what, events.len());
+    let column = Channel::Basal.column();
+    match totals.iter_mut().find(|total| total.column == column) {
+        Some(total) => {
+            total.source += injected;
+            total.left_out += injected;
+            therapy
+        }
+        None => {
+            let evidence = format!("{} long-acting injections and no rate", events.len());
+            log.infer(Role::LongActing, "therapy mdi", evidence);
+            let (source, left_out) = (injected, injected);
+            totals.push(Totals { column, unit: "U", source, record: 0.0, left_out });
+            Therapy::Mdi
+        }
+    }
+}
+
+/// Where a pump's rate is recorded, a step without a bolus had none; returns how many there are.
+/// Without any bolus at all nothing is known of them.
+fn pump_is_silent(record: &mut Record) -> usize {
+    if record.bolus().iter().all(Option::is_none) {
+        return 0;
+    }
+    let basal: Vec<bool> = record.basal().iter().map(Option::is_some).collect();
+    let mut silent = 0;
+    for (bolus, basal) in record.channel_mut(Channel::Bolus).iter_mut().zip(basal) {
+        if basal && bolus.is_none() {
+            *bolus = Some(0.0);
+            silent += 1;
+        }
+    }
+    silent
+}

@@ -1,0 +1,237 @@
+//! Encoding, separator and header of a text file that anybody may have made.
+
+use std::path::Path;
+
+use crate::error::{CohortError, Place};
+use crate::faults::Faults;
+use crate::near_name::plain;
+use crate::text_table::{TextTable, fields, read_text, shorten};
+
+/// Lines at the top among which the header is looked for.
+const TOP: usize = 60;
+/// Bytes of a line at the top that are looked at.
+const LOOKED_AT: usize = 1 << 18;
+const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
+
+/// A file as a table, and how it was written.
+#[derive(Debug)]
+pub(super) struct Opened {
+    pub(super) table: TextTable,
+    /// The file's name without its ending.
+    pub(super) stem: String,
+    encoding: &'static str,
+    separator: u8,
+    /// Lines above the header.
+    above: usize,
+}
+
+impl Opened {
+    /// Reads a file; `wanted` are the columns by which the header is known, if any are.
+    pub(super) fn read(path: &Path, name: &str, wanted: &[&str]) -> Result<Self, CohortError> {
+        Self::of(read_text(path, name)?, name, wanted)
+    }
+
+    /// The same of bytes.
+    pub(super) fn of(bytes: Vec<u8>, name: &str, wanted: &[&str]) -> Result<Self, CohortError> {
+        let (text, encoding) = decode(bytes, name)?;
+        let (separator, above) = header(&text, wanted);
+        let table = TextTable::of(text, name, separator, above + 1, &mut Faults::strict())?;
+        let stem = Path::new(name)
+            .file_stem()
+            .map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned());
+        Ok(Self { table, stem, encoding, separator, above })
+    }
+
+    /// What was found out, in words.
+    pub(super) fn says(&self) -> String {
+        let separator = match self.separator {
+            b',' => "commas",
+            b';' => "semicolons",
+            b'\t' => "tabs",
+            _ => "vertical bars",
+        };
+        let above = match self.above {
+            0 => String::new(),
+            above => format!(", header in line {}", above + 1),
+        };
+        format!("{}, columns between {separator}{above}", self.encoding)
+    }
+}
+
+/// The bytes as text, and the name of their encoding.
+fn decode(bytes: Vec<u8>, name: &str) -> Result<(String, &'static str), CohortError> {
+    let wrong = |reason| CohortError::Text { place: Place::row(name, 1), reason };
+    for (mark, reason) in [
+        (&b"PK\x03\x04"[..], "an Excel workbook or ZIP archive, not text; save the sheet as CSV"),
+        (b"\xD0\xCF\x11\xE0", "an old Excel workbook, not text; save the sheet as CSV"),
+        (b"\x1F\x8B", "compressed, not text; unpack it first"),
+        (b"PAR1", "a Parquet file, not text; write it as CSV"),
+        (b"%PDF", "a PDF, not a table; export the data as CSV"),
+    ] {
+        if bytes.starts_with(mark) {
+            return Err(wrong(reason));
+        }
+    }
+    let (text, encoding) = if let Some(rest) = bytes.strip_prefix(b"\xEF\xBB\xBF") {
+        let text = std::str::from_utf8(rest).map_err(|_| wrong("damaged UTF-8; save it again"))?;
+        (text.to_owned(), "UTF-8 with a byte-order mark")
+    } else if let Some(rest) = bytes.strip_prefix(b"\xFF\xFE") {
+        (wide(rest, u16::from_le_bytes).ok_or_else(|| wrong("damaged UTF-16"))?, "UTF-16")
+    } else if let Some(rest) = bytes.strip_prefix(b"\xFE\xFF") {
+        (wide(rest, u16::from_be_bytes).ok_or_else(|| wrong("damaged UTF-16"))?, "UTF-16")
+    } else {
+        match String::from_utf8(bytes) {
+            Ok(text) => (text, "UTF-8"),
+            Err(error) => (windows_1252(error.as_bytes(), name)?, "Windows-1252 (not UTF-8)"),
+        }
+    };
+    if let Some(at) = text.find('\0') {
+        let row = 1 + text[..at].matches('\n').count();
+        let reason = "a zero byte; the file is not text or is damaged";
+        return Err(CohortError::Text { place: Place::row(name, row), reason });
+    }
+    if text.contains('\r') && !text.contains('\n') {
+        return Ok((text.replace('\r', "\n"), encoding));
+    }
+    Ok((text, encoding))
+}
+
+fn wide(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Option<String> {
+    if !bytes.len().is_multiple_of(2) {
+        return None;
+    }
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units).collect::<Result<String, _>>().ok()
+}
+
+/// What Windows-1252 has at 0x80 to 0x9F; `\0` where it has nothing.
+const WINDOWS: [char; 32] = [
+    '€', '\0', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\0', 'Ž', '\0', '\0', '‘',
+    '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\0', 'ž', 'Ÿ',
+];
+
+fn windows_1252(bytes: &[u8], name: &str) -> Result<String, CohortError> {
+    let mut text = String::with_capacity(bytes.len() + bytes.len() / 8);
+    for (at, byte) in bytes.iter().enumerate() {
+        let mark = match byte {
+            0x80..=0x9F => WINDOWS[usize::from(byte - 0x80)],
+            byte => char::from(*byte),
+        };
+        if mark == '\0' {
+            let row = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
+            let reason = "neither UTF-8 nor Windows-1252; save the file as UTF-8";
+            return Err(CohortError::Text { place: Place::row(name, row), reason });
+        }
+        text.push(mark);
+    }
+    Ok(text)
+}
+
+/// The separator and the number of lines above the header.
+fn header(text: &str, wanted: &[&str]) -> (u8, usize) {
+    let lines: Vec<&str> = text.lines().take(TOP).map(start).collect();
+    let mut best = (0, 0, 0, SEPARATORS[0], 0);
+    for separator in SEPARATORS {
+        let split: Vec<Vec<String>> = lines.iter().map(|line| fields(line, separator)).collect();
+        let widths: Vec<usize> = split.iter().map(Vec::len).collect();
+        for (above, row) in split.iter().enumerate() {
+            let known = row.iter().filter(|name| wanted.iter().any(|w| same(w, name))).count();
+            if row.iter().all(String::is_empty) {
+                continue;
+            }
+            // A header has as many columns as the lines below it, and words in them.
+            let like = widths[above..].iter().filter(|width| **width == row.len()).count();
+            let named = row.iter().filter(|name| !name.is_empty()).count();
+            let like = if row.len() > 1 && 2 * named > row.len() { like } else { 0 };
+            let candidate = (known, like, row.len(), separator, above);
+            // The first line of equals: ties go to the earlier line and separator.
+            if (candidate.0, candidate.1, candidate.2) > (best.0, best.1, best.2) {
+                best = candidate;
+            }
+        }
+    }
+    (best.3, best.4)
+}
+
+/// The beginning of a line.
+fn start(line: &str) -> &str {
+    let mut end = line.len().min(LOOKED_AT);
+    while !line.is_char_boundary(end) {
+        end -= 1;
+    }
+    &line[..end]
+}
+
+/// Whether two column names are the same but for case and marks.
+pub(super) fn same(one: &str, other: &str) -> bool {
+    one.trim() == other || (!plain(one).is_empty() && plain(one) == plain(other))
+}
+
+/// The header in a few words.
+pub(super) fn names(table: &TextTable) -> String {
+    shorten(&table.header().join(", "), 160)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open(bytes: &[u8], wanted: &[&str]) -> Result<Opened, CohortError> {
+        Opened::of(bytes.to_vec(), "t.csv", wanted)
+    }
+
+    #[test]
+    fn encodings_separators_and_lines_above_are_found() {
+        let utf16: Vec<u8> =
+            "\u{feff}zeit\twert\n1\t2\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        for (bytes, says, header) in [
+            (&b"a,b\n1,2\n"[..], "UTF-8, columns between commas", ["a", "b"]),
+            (b"a;b\r\n1,5;2,5\r\n", "UTF-8, columns between semicolons", ["a", "b"]),
+            (
+                b"\xEF\xBB\xBFa\tb\n1\t2\n",
+                "UTF-8 with a byte-order mark, columns between tabs",
+                ["a", "b"],
+            ),
+            (
+                b"caf\xE9|b\n1|2\n",
+                "Windows-1252 (not UTF-8), columns between vertical bars",
+                ["café", "b"],
+            ),
+            (&utf16, "UTF-16, columns between tabs", ["zeit", "wert"]),
+            (b"a;b\r1;2\r", "UTF-8, columns between semicolons", ["a", "b"]),
+            (
+                b"My export\nmade 1, 2, 3\n\na,b\n1,2\n3,4\n",
+                "UTF-8, columns between commas, header in line 4",
+                ["a", "b"],
+            ),
+        ] {
+            let opened = open(bytes, &[]).expect("a table");
+            assert_eq!(opened.says(), says);
+            assert_eq!(opened.table.header(), header);
+        }
+    }
+
+    #[test]
+    fn a_known_column_decides_which_line_is_the_header() {
+        let text = b"x;y;z\n1;2;3\nTime;Glucose\n1,5;2,5\n";
+        let error = open(text, &[]).expect_err("the first line is taken");
+        assert!(error.to_string().contains("row 3: 2 fields where the header has 3"), "{error}");
+        let opened = open(text, &["time"]).expect("a table");
+        assert_eq!(opened.table.header(), ["Time", "Glucose"]);
+        assert_eq!(opened.table.place(0).to_string(), "t.csv, row 4");
+    }
+
+    #[test]
+    fn what_is_no_text_is_said() {
+        for (bytes, says) in [
+            (&b"PK\x03\x04..."[..], "save the sheet as CSV"),
+            (b"a,b\n1,\x002\n", "t.csv, row 2: a zero byte"),
+            (b"a,b\n1,\x81\n", "t.csv, row 2: neither UTF-8 nor"),
+            (b"\xFF\xFEa", "damaged UTF-16"),
+            (b"", "no data row"),
+        ] {
+            let error = open(bytes, &[]).expect_err("refused").to_string();
+            assert!(error.contains(says), "{error}");
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Which columns an import looks for.
+
+use super::layout::same;
+use super::options::{Role, TableOptions};
+use crate::text_table::TextTable;
+
+/// What a format's tables hold, or what the user says of a table.
+pub(in crate::import) struct Plan {
+    /// Name of the format.
+    pub(in crate::import) format: &'static str,
+    /// Columns, units, clock and marks.
+    pub(in crate::import) options: TableOptions,
+    /// Columns that number the rows: rows that differ in nothing else are the same.
+    pub(in crate::import) numbering: &'static [&'static str],
+    /// Columns whose sum is the dose where the dose's own column is empty.
+    pub(in crate::import) bolus_parts: &'static [&'static str],
+    /// Columns whose cells are counted in the report, and what it says of them.
+    pub(in crate::import) counted: &'static [(&'static str, &'static str)],
+}
+
+impl Plan {
+    /// A plan of the user's own.
+    pub(super) fn of_user(options: TableOptions) -> Self {
+        Self { format: "table", options, numbering: &[], bolus_parts: &[], counted: &[] }
+    }
+
+    /// Whether a role has a column.
+    pub(super) fn has(&self, role: Role) -> bool {
+        self.options.columns.iter().any(|(of, _)| *of == role)
+    }
+
+    /// The columns of a role, for messages.
+    pub(super) fn names(&self, role: Role) -> Option<String> {
+        let of_role = self.options.columns.iter().filter(|(of, _)| *of == role);
+        let names: Vec<&str> = of_role.map(|(_, name)| name.as_str()).collect();
+        (!names.is_empty()).then(|| names.join("' or '"))
+    }
+
+    /// Columns whose sum stands for the role's own.
+    pub(super) fn parts(&self, role: Role) -> &'static [&'static str] {
+        if role == Role::Bolus { self.bolus_parts } else { &[] }
+    }
+
+    /// The names by which the header of a file is known.
+    pub(super) fn wanted(&self, files: &[String]) -> Vec<&str> {
+        let names = self.options.columns.iter();
+        names
+            .map(|(_, name)| in_file(name, files).map_or(name.as_str(), |(_, name)| name))
+            .collect()
+    }
+
+    /// Index of the column of a role in a table of the file `stem`.
+    pub(super) fn column(
+        &self,
+        role: Role,
+        table: &TextTable,
+        stem: &str,
+        files: &[String],
+    ) -> Option<usize> {
+        let names = self.options.columns.iter().filter(|(of, _)| *of == role);
+        let names: Vec<&str> = names
+            .filter_map(|(_, name)| match in_file(name, files) {
+                Some((file, name)) => (file == table.file() || file == stem).then_some(name),
+                None => Some(name.as_str()),
+            })
+            .collect();
+        let header = table.header();
+        let exact = names.iter().find_map(|name| header.iter().position(|column| column == name));
+        exact.or_else(|| {
+            names.iter().find_map(|name| header.iter().position(|column| same(name, column)))
+        })
+    }
+}
+
+/// `FILE:COLUMN` where the file is one of those that are read.
+fn in_file<'a>(name: &'a str, files: &[String]) -> Option<(&'a str, &'a str)> {
+    let (file, column) = name.split_once(':')?;
+    let stem = |name: &str| std::path::Path::new(name).file_stem().map(|s| s.to_owned());
+    let known =
+        |one: &String| one == file || stem(one).is_some_and(|stem| stem.to_string_lossy() == file);
+    files.iter().any(known).then_some((file, column))
+}
