@@ -26,6 +26,7 @@ pub mod example_day;
 mod interval;
 mod manifest;
 pub mod outcomes;
+pub mod quality;
 #[cfg(test)]
 mod schemas;
 pub mod training;
@@ -42,6 +43,7 @@ pub use example_day::ExampleDay;
 pub use interval::{Spread, WithInterval};
 pub use manifest::{FileHash, Manifest};
 pub use outcomes::OutcomesTable;
+pub use quality::DataInUse;
 pub use training::Training;
 pub use twins::{TwinRow, TwinsTable};
 pub use what_if::WhatIf;

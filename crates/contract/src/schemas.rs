@@ -10,8 +10,8 @@ use serde_json::{Map, Value};
 
 use crate::blind_check::{BlindCheck, CalibrationTable, PlantedCheck, Realism, Seal};
 use crate::{
-    Conformance, Diagnosis, Document, ExampleDay, GlucoseProfile, Manifest, OutcomesTable,
-    Training, TwinsTable, WhatIf,
+    Conformance, DataInUse, Diagnosis, Document, ExampleDay, GlucoseProfile, Manifest,
+    OutcomesTable, Training, TwinsTable, WhatIf,
 };
 
 /// What follows this line in `docs/outputs.md` is made from the types.
@@ -40,6 +40,7 @@ fn all() -> Vec<Described> {
         described::<WhatIf>(),
         described::<ExampleDay>(),
         described::<Diagnosis>(),
+        described::<DataInUse>(),
         described::<BlindCheck>(),
         described::<Seal>(),
         described::<CalibrationTable>(),

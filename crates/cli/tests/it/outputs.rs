@@ -5,8 +5,8 @@ use std::path::Path;
 
 use contract::blind_check::{BlindCheck, PlantedCheck, Realism, Seal};
 use contract::{
-    Conformance, Diagnosis, Document, ExampleDay, GlucoseProfile, Manifest, OutcomesTable,
-    Training, TwinsTable, WhatIf, read,
+    Conformance, DataInUse, Diagnosis, Document, ExampleDay, GlucoseProfile, Manifest,
+    OutcomesTable, Training, TwinsTable, WhatIf, read,
 };
 use serde_json::Value;
 
@@ -52,6 +52,7 @@ fn file(path: &Path) {
         GlucoseProfile::FILE => whole::<GlucoseProfile>(&bytes, path),
         WhatIf::FILE | "what_if_constrained.json" => whole::<WhatIf>(&bytes, path),
         ExampleDay::FILE => whole::<ExampleDay>(&bytes, path),
+        DataInUse::FILE => whole::<DataInUse>(&bytes, path),
         Diagnosis::<Value>::FILE => whole::<Diagnosis>(&bytes, path),
         BlindCheck::FILE => whole::<BlindCheck>(&bytes, path),
         Seal::FILE => whole::<Seal>(&bytes, path),

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use cohort::{Cohort, findings, read_folder};
+use cohort::Cohort;
+use contract::TwinsTable;
 use evaluation::{
     EvaluationSettings, HeldOutRun, Method, PersonModels, RunError, evaluate, held_out_runs,
     twins_table,
@@ -21,8 +22,9 @@ use twins::{
 use crate::manifest::Manifest;
 use crate::models::{find, read_bytes, read_population, read_twin};
 use crate::output::OutputFolder;
+use crate::people::People;
 use crate::profile::Profile;
-use crate::progress::{Progress, note};
+use crate::progress::Progress;
 use crate::stages::train;
 
 /// Settings of `twin`.
@@ -59,9 +61,6 @@ const VARIANTS: &str = "variants";
 const RUN_ERRORS: &str = "run_errors.json";
 /// Blocks of training days that are held out in turn to measure these errors.
 const ERROR_BLOCKS: usize = 4;
-
-/// Implausible figures of a cohort that are said.
-const FINDINGS_SAID: usize = 10;
 
 /// How a profile cuts records and trains; `training_days` takes the place of the profile's.
 pub(crate) fn protocol(profile: Profile, training_days: Option<usize>) -> (Protocol, TrainingPlan) {
@@ -121,7 +120,8 @@ pub fn run(args: &Settings) -> Result<()> {
         ensure!(value != Some(0), "{name} 0 must be at least 1");
     }
     let manifest = manifest(args)?;
-    let cohort = read_cohort(&args.cohort)?;
+    let people = People::read(&args.cohort)?;
+    let cohort = people.used();
     let population = Arc::new(read_population(&args.model)?);
     let (protocol, plan) = protocol(args.profile, args.training_days);
     let recipe = TwinRecipe {
@@ -137,6 +137,7 @@ pub fn run(args: &Settings) -> Result<()> {
         None => BTreeMap::new(),
     };
     let output = OutputFolder::begin(&args.out, manifest)?;
+    people.write(&output)?;
     let others = if args.variants { variants(&recipe) } else { Vec::new() };
     let spread = if args.variants { ERROR_BLOCKS + 1 } else { 0 };
     let progress = Progress::begin("twin", cohort.people.len() * (1 + others.len() + spread));
@@ -163,13 +164,15 @@ pub fn run(args: &Settings) -> Result<()> {
         .collect();
     let settings = EvaluationSettings::paper(protocol, args.seed);
     let judged = evaluate(&cohort, &models, &population, &settings).context("judging the twins")?;
-    output.write_json("twins.json", &twins_table(&built, &judged))?;
+    let table = twins_table(&built, &judged);
+    let table = TwinsTable { people: people.with_left_out(table.people), ..table };
+    output.write_json("twins.json", &table)?;
     // A twin is of no use without the model it was trained on.
     output.write(train::MODEL, &population.to_safetensors())?;
     let place = output.finish()?;
     progress.finish(&format!(
         "{trained} twins, {} people left out, {}",
-        built.len() - trained,
+        people.recorded.people.len() - trained,
         place.join("twins.json").display()
     ));
     Ok(())
@@ -290,20 +293,4 @@ pub(crate) fn variants_in(
         }
     }
     Ok(found)
-}
-
-/// A cohort folder.
-///
-/// What is implausible in it is said, a line each, up to a limit; nothing is changed.
-pub fn read_cohort(folder: &Path) -> Result<Cohort> {
-    let cohort =
-        read_folder(folder).with_context(|| format!("the cohort '{}'", folder.display()))?;
-    let found: Vec<_> = cohort.people.iter().flat_map(findings).collect();
-    for finding in found.iter().take(FINDINGS_SAID) {
-        note(format!("implausible: {finding}"));
-    }
-    if found.len() > FINDINGS_SAID {
-        note(format!("implausible: {} findings more", found.len() - FINDINGS_SAID));
-    }
-    Ok(cohort)
 }
