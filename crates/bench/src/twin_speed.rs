@@ -23,7 +23,7 @@ use twins::{
     Twin, TwinRecipe, build_twins, simulate_many, train,
 };
 
-use pipeline::stages::twin::read_cohort;
+use pipeline::people::read_cohort;
 use pipeline::usage::processor_seconds;
 use pipeline::{Manifest, OutputFolder, Progress, note, workspace_root};
 

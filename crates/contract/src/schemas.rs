@@ -16,9 +16,10 @@ use crate::blind_check::{
 use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
 use crate::posterior::{PosteriorCard, StatisticNames};
 use crate::{
-    Baselines, Certificates, Conformance, Diagnosis, Document, EffectTwins, ExampleDay, Exclusions,
-    GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile, Repair,
-    RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
+    Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, EffectTwins, ExampleDay,
+    Exclusions, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile,
+    Repair, RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf,
+    WidthSearch,
 };
 
 /// What follows this line in `docs/outputs.md` is made from the types.
@@ -78,6 +79,7 @@ fn all() -> Vec<Described> {
         described::<WhatIf>(),
         described::<ExampleDay>(),
         described::<Diagnosis>(),
+        described::<DataInUse>(),
         described::<EffectTwins>(),
         described::<Meals>(),
         described::<BlindCheck>(),

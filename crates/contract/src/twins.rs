@@ -45,3 +45,23 @@ pub struct TwinRow {
     /// Error of the twin on the test windows, mg/dL.
     pub rmse_twin: Option<f64>,
 }
+
+impl TwinRow {
+    /// The row of a person of whom nothing was used.
+    #[must_use]
+    pub const fn left_out(person_id: String, reason: String) -> Self {
+        Self {
+            person_id,
+            windows_train: 0,
+            windows_test: 0,
+            excluded: Some(reason),
+            loss_first: None,
+            loss_last: None,
+            epoch_kept: None,
+            steps_without_heart_rate: None,
+            steps_without_sleep: None,
+            rmse_population: None,
+            rmse_twin: None,
+        }
+    }
+}

@@ -13,6 +13,7 @@ use crate::filter::plants::Ode;
 use crate::free_run_statistics::free_run_statistics;
 use crate::person::{PersonOutcome, analyse};
 use crate::person_statistics::of_person;
+use crate::quality::UsedPerson;
 use crate::which::{Thresholds, which};
 use contract::diagnosis::Evidence;
 
@@ -33,7 +34,7 @@ pub fn cohort_statistics(
     let outcomes: Vec<PersonOutcome> = cohort
         .people
         .par_iter()
-        .map(|person| analyse(person, &Ode, config))
+        .map(|person| analyse(person, &UsedPerson::of(person, &config.inclusion)?, &Ode, config))
         .collect::<Result<_, _>>()?;
     let included: Vec<CalibratedPerson<'_>> = cohort
         .people

@@ -5,6 +5,7 @@ use effects::{Effect, ShownBy};
 use posterior::Posterior;
 use rayon::prelude::*;
 use stats::{Bootstrap, ReplicateMatrix};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,7 +25,7 @@ use crate::one_person::on_one;
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
-use crate::quality::identical_people;
+use crate::quality::InUse;
 use crate::questioned::doubts;
 use crate::track_record::TrackRecord;
 use crate::which::{Belief, NAMED_FROM, SAID_FROM, Thresholds, Which, is_free, power, which};
@@ -53,6 +54,7 @@ pub struct Diagnoser<'a> {
     config: &'a DiagnosisConfig,
     plants: &'a dyn Plants,
     decision: Decision<'a>,
+    in_use: Option<&'a InUse>,
     progress: &'a (dyn Fn(usize, usize) + Sync),
 }
 
@@ -72,7 +74,7 @@ impl<'a> Diagnoser<'a> {
     #[must_use]
     pub fn new(library: &'a [Box<dyn Effect>], config: &'a DiagnosisConfig) -> Self {
         let decision = Decision::InUse;
-        Self { library, config, plants: &Ode, decision, progress: &|_, _| {} }
+        Self { library, config, plants: &Ode, decision, in_use: None, progress: &|_, _| {} }
     }
 
     /// Lets another posterior decide than [that in use](crate::working_posterior).
@@ -95,6 +97,12 @@ impl<'a> Diagnoser<'a> {
     #[must_use]
     pub fn plants(self, plants: &'a dyn Plants) -> Self {
         Self { plants, ..self }
+    }
+
+    /// Uses the people and values of a list that was made before, for the cohort that is diagnosed.
+    #[must_use]
+    pub fn in_use(self, data: &'a InUse) -> Self {
+        Self { in_use: Some(data), ..self }
     }
 
     /// Calls `progress` with (people done, people) after each person, from any thread.
@@ -120,15 +128,18 @@ impl<'a> Diagnoser<'a> {
         if cohort.people.is_empty() {
             return Err(GapError::EmptyCohort);
         }
-        if let Some((one, other)) = identical_people(cohort) {
-            return Err(GapError::IdenticalPeople { one: one.to_owned(), other: other.to_owned() });
-        }
+        let data = match self.in_use {
+            Some(data) => Cow::Borrowed(data),
+            None => Cow::Owned(InUse::of(cohort, &config.inclusion)?),
+        };
         let done = AtomicUsize::new(0);
         let outcomes: Vec<PersonOutcome> = cohort
             .people
             .par_iter()
             .map(|person| {
-                let outcome = analyse(person, plants, &config);
+                let used = data.of_person(&person.id);
+                let used = used.ok_or_else(|| GapError::Unjudged { person: person.id.clone() })?;
+                let outcome = analyse(person, used, plants, &config);
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1, cohort.people.len());
                 outcome
             })

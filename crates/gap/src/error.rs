@@ -60,14 +60,22 @@ pub enum GapError {
     EmptyCohort,
     /// Two people have one record.
     #[error(
-        "{one} and {other} have the same record, value by value; leave one of them out of people.csv and of \
-         the records"
+        "{one} and {other} have the same readings and are one person; leave one of them out of people.csv and \
+         of the records"
     )]
     IdenticalPeople {
         /// The first.
         one: String,
         /// The second.
         other: String,
+    },
+    /// The list of data in use was made for another cohort.
+    #[error(
+        "nothing says what is used of {person}; make the list of data in use from the same cohort"
+    )]
+    Unjudged {
+        /// The person.
+        person: String,
     },
     /// A recorded value is not a finite number.
     #[error("person {person}, step {step}: {channel} is {value}; leave a missing value empty")]

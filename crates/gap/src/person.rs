@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use cohort::{Channel, Person};
+use cohort::Person;
 use ode_sim::{EgpMode, OdeParameters};
 use physiology::{Plant, STEPS_PER_DAY};
 
 use crate::calibrated_person::CalibratedPerson;
-use crate::config::{DiagnosisConfig, InclusionRule};
+use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, BodyAlone};
@@ -19,7 +19,7 @@ use crate::filter::plants::Plants;
 use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
 use crate::localisation::{DayCells, LocalisationRule};
 use crate::misfit;
-use crate::quality;
+use crate::quality::UsedPerson;
 use contract::diagnosis::{
     CalibrationSummary, CellFactor, DataQualityFinding, FactorEstimate, PersonSummary,
 };
@@ -121,35 +121,29 @@ impl PersonOutcome {
     }
 }
 
-/// Analyses one person.
+/// Analyses one person, of whom `used` says what is read.
 ///
 /// # Errors
 /// [`GapError::Value`] for data that cannot be. A person whose filter, calibration or free runs fail
 /// is excluded instead.
 pub(crate) fn analyse(
     person: &Person,
+    used: &UsedPerson,
     plants: &dyn Plants,
     config: &DiagnosisConfig,
 ) -> Result<PersonOutcome, GapError> {
-    let observations = Observations::from_person(person)?;
-    let quality = quality::findings(person, &observations);
-    // A channel that cannot be read as recorded is left out, and so is what it would signal.
-    let without = without_channels(person, &quality::ignored_channels(&quality));
-    let observations = match &without {
-        Some(without) => Observations::from_person(without)?,
-        None => observations,
-    };
-    let person = without.as_ref().unwrap_or(person);
-    let days = person.record.len() / STEPS_PER_DAY;
-    let reason = reason_to_exclude(person, &observations, &config.inclusion, config.missing_doses);
-    let (excluded, analysis) = match reason.or_else(|| quality::exclusion(&quality)) {
+    let read = used.read(person);
+    let days = read.record.len() / STEPS_PER_DAY;
+    let observations = Observations::from_person(read)?;
+    let unrecorded = unrecorded_doses(&observations, config.missing_doses);
+    let (excluded, analysis) = match used.left_out.clone().or(unrecorded) {
         Some(reason) => (Some(reason), None),
-        None => match plants.body_of(person).and_then(|body| {
+        None => match plants.body_of(read).and_then(|body| {
             let model = population(&observations, body, config.noise);
             calibrated(&model, &observations, &config.calibration)
                 .and_then(|calibration| {
                     let (free_run, localisation) = (&config.free_run, &config.localisation);
-                    errors_of(person, &observations, calibration, free_run, localisation)
+                    errors_of(read, &observations, calibration, free_run, localisation)
                 })
                 .map_err(|error| error.to_string())
         }) {
@@ -160,53 +154,22 @@ pub(crate) fn analyse(
             Err(reason) => (Some(reason), None),
         },
     };
-    let analysis = analysis.map(|analysis| PersonAnalysis { person: without.clone(), ..analysis });
+    let without = (!std::ptr::eq(read, person)).then(|| read.clone());
+    let analysis = analysis.map(|analysis| PersonAnalysis { person: without, ..analysis });
     let calibration = analysis.as_ref().map(|a| a.summary.clone());
     let summary = PersonSummary { person_id: person.id.clone(), days, excluded, calibration };
-    let mut findings: Vec<_> = quality.into_iter().map(|finding| finding.reported).collect();
+    let mut findings: Vec<_> = used.findings.iter().map(|f| f.reported.clone()).collect();
     if let Some(analysis) = &analysis {
         findings.extend(misfit::findings(&person.id, &analysis.calibration));
     }
     Ok(PersonOutcome { summary, findings, analysis })
 }
 
-/// The person without some channels; `None` where none is to be left out.
-fn without_channels(person: &Person, ignored: &[Channel]) -> Option<Person> {
-    let mut without = (!ignored.is_empty()).then(|| person.clone())?;
-    for channel in ignored {
-        without.record.channel_mut(*channel).fill(None);
-    }
-    Some(without)
-}
-
-fn reason_to_exclude(
-    person: &Person,
-    observations: &Observations,
-    rule: &InclusionRule,
-    missing_doses: MissingDosePolicy,
-) -> Option<String> {
-    let days = person.record.len() / STEPS_PER_DAY;
-    if days < rule.fewest_days {
-        return Some(format!("{days} whole days of record, fewer than {}", rule.fewest_days));
-    }
-    let coverage = observations.coverage();
-    if coverage < rule.least_cgm_share {
-        let (found, least) = (100.0 * coverage, 100.0 * rule.least_cgm_share);
-        return Some(format!(
-            "CGM readings cover {found:.0} % of the steps, less than {least:.0} %"
-        ));
-    }
-    if !observations.inputs.iter().any(|input| input.insulin().0 > 0.0) {
-        return Some("no insulin on record".to_owned());
-    }
-    if !observations.inputs.iter().any(|input| input.carbs.0 > 0.0) {
-        return Some("no carbohydrate on record".to_owned());
-    }
+/// Why a person cannot be diagnosed where every dose must be recorded.
+fn unrecorded_doses(observations: &Observations, policy: MissingDosePolicy) -> Option<String> {
     let unrecorded = observations.doses_recorded.iter().filter(|recorded| !**recorded).count();
-    if missing_doses == MissingDosePolicy::ExcludePerson && unrecorded > 0 {
-        return Some(format!("{unrecorded} steps with a dose that is not on record"));
-    }
-    None
+    (policy == MissingDosePolicy::ExcludePerson && unrecorded > 0)
+        .then(|| format!("{unrecorded} steps with a dose that is not on record"))
 }
 
 /// The filter with the parameters of the population.

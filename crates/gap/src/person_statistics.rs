@@ -21,6 +21,7 @@ use crate::filter::calibration::{Calibration, Factor};
 use crate::filter::observations::{Observations, Reading};
 use crate::filter::plants::Ode;
 use crate::person::analyse;
+use crate::quality::UsedPerson;
 use crate::which::{Thresholds, which};
 
 /// Quarters of the day: the levels of the statistics by hour.
@@ -53,7 +54,7 @@ pub fn person_statistics(
     library: &[Box<dyn Effect>],
     config: &DiagnosisConfig,
 ) -> Result<PersonStatistics, GapError> {
-    let outcome = analyse(person, &Ode, config)?;
+    let outcome = analyse(person, &UsedPerson::of(person, &config.inclusion)?, &Ode, config)?;
     let mut found = Values::default();
     let Some(calibrated) = outcome.calibrated(person) else {
         found.record(person, &Observations::from_person(person)?);

@@ -17,6 +17,7 @@ mod dose_is_flag;
 mod flat_cgm;
 mod heart_rate;
 mod identical_people;
+mod in_use;
 mod insulin_incomplete;
 mod interleaved_cgm;
 mod interpolated_cgm;
@@ -27,10 +28,29 @@ pub(crate) mod unusable;
 use cohort::{Channel, Person};
 
 pub use self::identical_people::identical_people;
+pub use self::in_use::{InUse, UsedPerson};
 use crate::filter::observations::Observations;
 use contract::diagnosis::{DataQualityFinding, FindingEstimate};
 
-/// What a diagnosis should do about a finding.
+/// Every check by name, in the order in which they are made.
+pub const CHECKS: [&str; 14] = [
+    "missing_channel",
+    "interpolated_cgm",
+    "flat_cgm",
+    "discontinuous_cgm",
+    "interleaved_cgm",
+    "capillary_in_cgm",
+    "insulin_incomplete",
+    "dose_is_flag",
+    "basal_unit",
+    "carb_unit",
+    "plausible_day",
+    "heart_rate_alignment",
+    "insulin_clock_offset",
+    "meal_clock_offset",
+];
+
+/// What every stage should do about a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Consequence {
     /// Say it and go on.
@@ -62,6 +82,11 @@ impl Finding {
         Self { reported, consequence: Consequence::Note }
     }
 
+    fn saying(mut self, text: impl Into<String>) -> Self {
+        self.reported.finding = text.into();
+        self
+    }
+
     fn with_estimate(mut self, estimate: FindingEstimate) -> Self {
         self.reported.estimate = Some(estimate);
         self
@@ -81,10 +106,13 @@ impl Finding {
 pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
     let mut found = missing_channel::findings(person);
     found.extend(interpolated_cgm::finding(person, observations));
-    found.extend(interleaved_cgm::finding(person));
-    found.extend(capillary_in_cgm::finding(person));
     found.extend(flat_cgm::finding(person));
-    found.extend(discontinuous_cgm::finding(person));
+    let mixed_up = discontinuous_cgm::finding(person);
+    // Rows out of order alternate by chance.
+    let two = mixed_up.is_none().then(|| interleaved_cgm::finding(person)).flatten();
+    found.extend(mixed_up);
+    found.extend(two);
+    found.extend(capillary_in_cgm::finding(person));
     found.extend(insulin_incomplete::finding(person));
     found.extend(dose_is_flag::findings(person));
     found.extend(basal_unit::finding(person));

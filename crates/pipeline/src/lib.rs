@@ -32,6 +32,7 @@ mod manifest;
 mod models;
 mod output;
 mod paper_conformance;
+pub mod people;
 mod profile;
 mod progress;
 pub mod stages;

@@ -7,6 +7,7 @@ mod meals;
 mod other_plants;
 mod outputs;
 mod own_effect;
+mod people_in_use;
 mod pipeline;
 mod population;
 mod posterior;

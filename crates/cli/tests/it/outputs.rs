@@ -11,10 +11,10 @@ use contract::blind_check::{
 use contract::development_set::{DevelopmentSetSummary, ScalerSummary};
 use contract::posterior::{PosteriorCard, StatisticNames};
 use contract::{
-    Baselines, Certificates, Conformance, Diagnosis, Document, EffectTwins, ExampleDay, Exclusions,
-    GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile, Repair,
-    RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
-    read,
+    Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, EffectTwins, ExampleDay,
+    Exclusions, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile,
+    Repair, RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf,
+    WidthSearch, read,
 };
 use serde_json::Value;
 
@@ -50,6 +50,7 @@ fn documents() -> Vec<(&'static str, Check)> {
         document::<GlucoseProfile>(),
         document::<WhatIf>(),
         document::<ExampleDay>(),
+        document::<DataInUse>(),
         document::<Diagnosis>(),
         document::<EffectTwins>(),
         document::<Meals>(),

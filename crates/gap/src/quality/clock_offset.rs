@@ -15,6 +15,8 @@
 //! between boluses and meals shows an offset and no other witness tells whose it is, both
 //! readings are reported, each naming the other.
 //!
+//! Beyond three hours, where habit ties every bolus to some meal, [`far`] compares distances with those of other days.
+//!
 //! Out of sight: offsets under [`MARGIN`], which habit explains as well (logging a meal afterwards,
 //! bolusing before it); a clock that drifts; more than one change of a clock within a record; meals
 //! without boluses; and both clocks together where corrections are few and meals well covered.
@@ -22,12 +24,14 @@
 mod controller;
 mod corrections;
 mod dose_distance;
+mod far;
 mod sensor_fit;
 
 use cohort::{Channel, Person};
 use physiology::STEPS_PER_DAY;
 
-use self::corrections::Corrections;
+use self::controller::CHANGES_A_DAY;
+use self::corrections::{Corrections, SMALLEST_BOLUS};
 use self::dose_distance::DoseDistances;
 use self::sensor_fit::{Offsets, SensorFit};
 use super::{Consequence, Finding};
@@ -103,7 +107,13 @@ impl<'a> DoseSteps<'a> {
         let amounts = |channel: Channel| -> Vec<f64> {
             person.record.channel(channel).iter().map(|dose| dose.unwrap_or(0.0)).collect()
         };
-        Self { person, carbs: amounts(Channel::Carbs), bolus: amounts(Channel::Bolus) }
+        let mut bolus = amounts(Channel::Bolus);
+        let given = bolus.iter().filter(|dose| **dose > 0.0).count();
+        // A controller that acts by small boluses gives them at every hour: they belong to no meal.
+        if given as f64 > CHANGES_A_DAY * bolus.len() as f64 / STEPS_PER_DAY as f64 {
+            bolus.iter_mut().filter(|dose| **dose < SMALLEST_BOLUS).for_each(|dose| *dose = 0.0);
+        }
+        Self { person, carbs: amounts(Channel::Carbs), bolus }
     }
 
     fn corrections(&self, apart: i32) -> Option<Corrections> {
@@ -143,13 +153,18 @@ pub(super) fn findings(person: &Person) -> Vec<Finding> {
             None => by_corrections(&doses, None),
         };
     };
-    if let Some(day) = distances.change() {
+    let far = far::distance(&doses.carbs, &doses.bolus);
+    if let (Some(far), None) = (&far, &controlled) {
+        return far_off(&doses, far);
+    }
+    if let (Some(day), None) = (distances.change(), &far) {
         let found = changed(person, &distances, day);
         if !found.is_empty() {
             return found;
         }
     }
-    let Some(distance) = distances.peak(0..distances.days()) else { return Vec::new() };
+    let distance = far.or_else(|| distances.peak(0..distances.days()));
+    let Some(distance) = distance else { return Vec::new() };
     if let Some(delay) = controlled {
         let meals = delay.minus(&distance);
         let about = "boluses lie at this distance from meals, and the basal rate answers the sensor \
@@ -205,6 +220,22 @@ fn by_controller(person: &Person, delay: &Minutes95) -> Option<Finding> {
     delay.beyond_habit().then(|| offset(person, Clock::Insulin, delay, about))
 }
 
+/// Whose offset a distance of many hours is: glucose rises after what people eat, and they dose for that.
+fn far_off(doses: &Doses<'_>, distance: &Minutes95) -> Vec<Finding> {
+    let (person, cgm) = (doses.person, doses.person.record.cgm());
+    let z = far::rises_after_boluses(&doses.carbs, &doses.bolus, cgm).unwrap_or(0.0);
+    let about = "boluses lie at this distance from the meals of the same day, and not as they lie from those of others";
+    if z >= NAMED_Z {
+        let about = format!("{about}, and glucose rises after boluses, not after meals");
+        return vec![offset(person, Clock::Meals, &distance.negated(), &about)];
+    }
+    if z <= -NAMED_Z {
+        let about = format!("{about}, and glucose rises after meals, not after boluses");
+        return vec![offset(person, Clock::Insulin, distance, &about)];
+    }
+    either(person, distance, &format!("{about}; glucose does not tell whose clock is off"), z)
+}
+
 /// Whose offset a distance between boluses and meals is, as far as the sensor tells.
 fn attributed(doses: &DoseSteps<'_>, distance: &Minutes95, when: &str) -> Vec<Finding> {
     let person = doses.person;
@@ -225,15 +256,16 @@ fn attributed(doses: &DoseSteps<'_>, distance: &Minutes95, when: &str) -> Vec<Fi
         let about = format!("{about}, and glucose follows the boluses as logged");
         return vec![offset(person, Clock::Meals, &distance.negated(), &about)];
     }
-    let about = format!("{about}; glucose does not tell whose clock is off");
+    either(person, distance, &format!("{about}; glucose does not tell whose clock is off"), z)
+}
+
+/// Both readings of a distance, each naming the other; that of meals first where glucose leans to it.
+fn either(person: &Person, distance: &Minutes95, about: &str, z: f64) -> Vec<Finding> {
+    let of_insulin = format!("{about}, or else that of meals is");
+    let of_meals = format!("{about}, or else that of insulin is");
     let mut found = vec![
-        offset(person, Clock::Insulin, distance, &format!("{about}, or else that of meals is")),
-        offset(
-            person,
-            Clock::Meals,
-            &distance.negated(),
-            &format!("{about}, or else that of insulin is"),
-        ),
+        offset(person, Clock::Insulin, distance, &of_insulin),
+        offset(person, Clock::Meals, &distance.negated(), &of_meals),
     ];
     if z < 0.0 {
         found.reverse();

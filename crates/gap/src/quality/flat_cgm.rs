@@ -1,18 +1,20 @@
 //! `flat_cgm`: a sensor that shows one value, or nothing within its range.
 //!
-//! Glucose of a person with type 1 diabetes varies by a third of its mean (coefficient of variation 36 %,
-//! Danne et al. 2017); no person stays within a few mg/dL for days, and nobody lives below 40 or above 400.
+//! A sensor's own error scatters its readings even where glucose stands still, so that a column with less scatter
+//! than that is no sensor's. And half of a person's readings cannot lie beyond its range: below 40 mg/dL nobody
+//! lives, and even without any insulin the ODE plant settles at 400 mg/dL, where the kidneys excrete what
+//! production exceeds uptake by: 9 mmol/L + (EGP0 - F01) / (0.003/min V_G).
 
 use cohort::Person;
 
 use super::{Consequence, Finding};
+use crate::filter::noise::NoiseModel;
 use crate::filter::observations::{SENSOR_HIGH, SENSOR_LOW};
 
-/// Distance between the 5th and the 95th percentile below which a column is flat, mg/dL. The least of the
-/// reference people is above 100.
-const FLAT: f64 = 10.0;
-/// Share of readings at or beyond the ends of the range from which nothing is known of glucose.
-const OUT_OF_RANGE: f64 = 0.9;
+/// Distance between the 5th and the 95th percentile of a normal distribution, standard deviations.
+const NINETY_PERCENT: f64 = 3.29;
+/// Share of readings at or beyond the ends of the range that nobody has.
+const OUT_OF_RANGE: f64 = 0.5;
 /// Fewest readings that are judged: a day of a sensor that reads every 15 min.
 const FEWEST: usize = 96;
 
@@ -31,7 +33,7 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
              {SENSOR_HIGH}; check the unit of cgm_mg_dl",
             100.0 * share
         )
-    } else if at(0.95) - at(0.05) < FLAT {
+    } else if at(0.95) - at(0.05) < NINETY_PERCENT * NoiseModel::working().sensor_sd {
         format!(
             "nine of ten readings lie between {:.0} and {:.0} mg/dL: a flat line is no person's glucose",
             at(0.05),

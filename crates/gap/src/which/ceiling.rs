@@ -23,6 +23,7 @@ use crate::design::design;
 use crate::error::GapError;
 use crate::filter::plants::Plants;
 use crate::person::{PersonOutcome, analyse};
+use crate::quality::UsedPerson;
 
 /// The exact course of an effect in a cohort.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +82,7 @@ pub fn exact_course_evidence(
     let outcomes: Vec<PersonOutcome> = cohort
         .people
         .par_iter()
-        .map(|person| analyse(person, plants, &config))
+        .map(|person| analyse(person, &UsedPerson::of(person, &config.inclusion)?, plants, &config))
         .collect::<Result<_, GapError>>()?;
     let people: Vec<(usize, CalibratedPerson<'_>)> = cohort
         .people

@@ -12,10 +12,11 @@ use twins::PersonWindows;
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
+use crate::people::People;
 use crate::profile::Profile;
 use crate::progress::Progress;
 use crate::stages::simulate::read_patients;
-use crate::stages::twin::{self, read_cohort};
+use crate::stages::twin;
 
 /// Settings of `baselines`.
 #[derive(Debug, Clone)]
@@ -64,7 +65,8 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let manifest = manifest(args)?;
-    let cohort = read_cohort(&args.cohort)?;
+    let in_use = People::read(&args.cohort)?;
+    let cohort = in_use.used();
     let population = read_population(&args.model)?;
     let (protocol, plan) = twin::protocol(args.profile, args.training_days);
     let (search, sampling, posterior_stride) = match args.profile {
@@ -82,6 +84,7 @@ pub fn run(args: &Settings) -> Result<()> {
         seed: args.seed,
     };
     let output = OutputFolder::begin(&args.out, manifest)?;
+    in_use.write(&output)?;
     let progress = Progress::begin("baselines", cohort.people.len());
     let people: Vec<Option<OdeFits>> = cohort
         .people
@@ -109,7 +112,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let place = output.finish()?;
     progress.finish(&format!(
         "{fitted} people fitted, {} left out, largest R-hat {worst:.2}, {}",
-        cohort.people.len() - fitted,
+        in_use.recorded.people.len() - fitted,
         place.join(Baselines::FILE).display()
     ));
     Ok(())

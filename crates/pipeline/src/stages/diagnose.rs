@@ -4,16 +4,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use cohort::Cohort;
-use gap::{Diagnoser, Diagnosis, DiagnosisConfig, Plants, Verdict};
+use gap::quality::InUse;
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig, InclusionRule, Plants, Verdict};
 use posterior::Posterior;
 
 use crate::diagnosed::{Diagnosed, ODE};
 use crate::documents::read_document_at;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
+use crate::people::People;
 use crate::progress::Progress;
 use crate::stages::report;
-use crate::stages::twin::read_cohort;
 
 /// Settings of `diagnose`.
 #[derive(Debug, Clone)]
@@ -67,9 +68,17 @@ fn posterior(file: &Path) -> Result<Posterior> {
 pub fn run(args: &Settings) -> Result<()> {
     let model = Diagnosed::read(&args.model, args.population.as_deref())?;
     let manifest = manifest(args)?;
-    let judged = model.judged_on(&read_cohort(&args.cohort)?)?;
+    let people = People::read(&args.cohort)?;
+    let judged = model.judged_on(&people.recorded)?;
+    let data = if judged.cohort == people.recorded {
+        people.data.clone()
+    } else {
+        let of_parts = InUse::of(&judged.cohort, &InclusionRule::working())?;
+        of_parts.without_those_of(&people.data)
+    };
     let without = model.without_residuals();
     let output = OutputFolder::begin(&args.out, manifest)?;
+    people.write(&output)?;
     let runs = 1 + usize::from(without.is_some());
     let progress = Progress::begin("diagnose", runs * judged.cohort.people.len());
     let (library, config) = (effects::library(), config(args)?);
@@ -77,6 +86,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let run = |cohort: &Cohort, plants: &dyn Plants| {
         let advance = |_, _| progress.advance("people");
         let diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);
+        let diagnoser = diagnoser.in_use(&data);
         let diagnoser = match (&posterior, &args.thresholds) {
             (Some(posterior), _) => diagnoser.posterior(posterior),
             (None, Some(_)) => diagnoser.by_thresholds(),

@@ -21,9 +21,10 @@ use twins::SteadyStates;
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
+use crate::people::People;
 use crate::profile::Profile;
 use crate::progress::{Progress, note};
-use crate::stages::twin::{self, read_cohort};
+use crate::stages::twin;
 use plants::effect_twins::{Judged, KINDS, Subject, acting, training_days};
 use plants::{Acting, check_wiring};
 
@@ -62,12 +63,14 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let manifest = manifest(args)?;
-    let cohort = read_cohort(&args.cohort)?;
+    let in_use = People::read(&args.cohort)?;
+    let cohort = in_use.used();
     let population = Arc::new(read_population(&args.model)?);
     check_wiring(&population)
         .with_context(|| format!("'{}' cannot take effects as inputs", args.model.display()))?;
     let (protocol, plan) = twin::protocol(args.profile, None);
     let output = OutputFolder::begin(&args.out, manifest)?;
+    in_use.write(&output)?;
 
     let (library, config) = (effects::library(), DiagnosisConfig::working());
     let diagnosis = Diagnoser::new(&library, &config)

@@ -19,10 +19,11 @@ use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
+use crate::people::People as InUse;
 use crate::profile::Profile;
 use crate::progress::{Progress, note};
 use crate::stages::baselines::Baselines;
-use crate::stages::twin::{read_cohort, spread_in, twins_in, variants_in};
+use crate::stages::twin::{spread_in, twins_in, variants_in};
 use crate::stages::{paper_tables, train, twin};
 
 /// Settings of `evaluate`.
@@ -62,7 +63,8 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let manifest = manifest(args)?;
-    let cohort = read_cohort(&args.cohort)?;
+    let in_use = InUse::read(&args.cohort)?;
+    let cohort = in_use.used();
     note_other_records(&args.twins, &manifest);
     let people = People::read(args, &cohort)?;
     let (profile, training_days) = trained_with(&args.twins)?;
@@ -70,9 +72,11 @@ pub fn run(args: &Settings) -> Result<()> {
     let settings = EvaluationSettings::paper(protocol, args.seed);
 
     let output = OutputFolder::begin(&args.out, manifest)?;
+    in_use.write(&output)?;
     let progress = Progress::begin("evaluate", 1);
-    let evaluation = evaluate(&cohort, &people.models, &people.population, &settings)
+    let mut evaluation = evaluate(&cohort, &people.models, &people.population, &settings)
         .context("the evaluation")?;
+    evaluation.exclusions.extend(in_use.left_out());
     let judged = evaluation.people.len();
     for excluded in &evaluation.exclusions {
         note(format!("evaluate: {} left out: {}", excluded.person_id, excluded.reason));

@@ -16,8 +16,8 @@ use world::blind::Plan;
 use crate::labels::{another_hand, label};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
+use crate::people::read_cohort;
 use crate::progress::{Progress, note};
-use crate::stages::twin::read_cohort;
 
 /// Settings of `evidence`.
 #[derive(Debug, Clone)]

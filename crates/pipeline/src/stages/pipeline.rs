@@ -15,9 +15,9 @@ use crate::documents::read_document;
 use crate::manifest::{Manifest, REPORT};
 use crate::models::read_population;
 use crate::output::{OutputFolder, write_whole};
+use crate::people::read_cohort;
 use crate::profile::Profile;
 use crate::progress::note;
-use crate::stages::twin::read_cohort;
 use crate::stages::{
     baselines, diagnose, evaluate, held_out, paper_tables, report, train, twin, verify,
 };

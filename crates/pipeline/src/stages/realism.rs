@@ -14,8 +14,8 @@ use world::blind::{Plan, PlannedWorld};
 
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
+use crate::people::read_cohort;
 use crate::progress::{Progress, note};
-use crate::stages::twin::read_cohort;
 
 /// Settings of `realism`.
 #[derive(Debug, Clone)]

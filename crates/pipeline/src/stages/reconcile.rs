@@ -14,8 +14,8 @@ use meals::{Detector, GridSettings, PlantSettings};
 
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
+use crate::people::read_cohort;
 use crate::progress::{Progress, note};
-use crate::stages::twin::read_cohort;
 
 /// How meals are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

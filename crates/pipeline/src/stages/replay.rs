@@ -13,9 +13,9 @@ use twins::{ReplayRow, ReplayStart, replay};
 use crate::manifest::Manifest;
 use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
+use crate::people::read_cohort;
 use crate::progress::{Progress, note};
 use crate::stages::steady_state::read_table;
-use crate::stages::twin::read_cohort;
 
 /// Where a replay starts.
 #[derive(Debug, Clone, PartialEq, Eq)]

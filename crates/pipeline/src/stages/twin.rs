@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use cohort::{Cohort, findings, read_folder};
+use cohort::Cohort;
 use contract::run_errors::RunError;
 use contract::{Document as _, RunErrors, TwinsTable};
 use evaluation::{
@@ -24,8 +24,9 @@ use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::models::{find, read_population, read_twin};
 use crate::output::OutputFolder;
+use crate::people::People;
 use crate::profile::Profile;
-use crate::progress::{Progress, note};
+use crate::progress::Progress;
 use crate::stages::train;
 
 /// Settings of `twin`.
@@ -61,9 +62,6 @@ const VARIANTS: &str = "variants";
 /// The errors of free runs of the twins with spread, within their folder.
 /// Blocks of training days that are held out in turn to measure these errors.
 const ERROR_BLOCKS: usize = 4;
-
-/// Implausible figures of a cohort that are said.
-const FINDINGS_SAID: usize = 10;
 
 /// How a profile cuts records and trains; `training_days` takes the place of the profile's.
 pub(crate) fn protocol(profile: Profile, training_days: Option<usize>) -> (Protocol, TrainingPlan) {
@@ -123,7 +121,8 @@ pub fn run(args: &Settings) -> Result<()> {
         ensure!(value != Some(0), "{name} 0 must be at least 1");
     }
     let manifest = manifest(args)?;
-    let cohort = read_cohort(&args.cohort)?;
+    let people = People::read(&args.cohort)?;
+    let cohort = people.used();
     let population = Arc::new(read_population(&args.model)?);
     let (protocol, plan) = protocol(args.profile, args.training_days);
     let recipe = TwinRecipe {
@@ -139,6 +138,7 @@ pub fn run(args: &Settings) -> Result<()> {
         None => BTreeMap::new(),
     };
     let output = OutputFolder::begin(&args.out, manifest)?;
+    people.write(&output)?;
     let others = if args.variants { variants(&recipe) } else { Vec::new() };
     let spread = if args.variants { ERROR_BLOCKS + 1 } else { 0 };
     let progress = Progress::begin("twin", cohort.people.len() * (1 + others.len() + spread));
@@ -165,13 +165,15 @@ pub fn run(args: &Settings) -> Result<()> {
         .collect();
     let settings = EvaluationSettings::paper(protocol, args.seed);
     let judged = evaluate(&cohort, &models, &population, &settings).context("judging the twins")?;
-    output.write_document(&twins_table(&built, &judged))?;
+    let table = twins_table(&built, &judged);
+    let table = TwinsTable { people: people.with_left_out(table.people), ..table };
+    output.write_document(&table)?;
     // A twin is of no use without the model it was trained on.
     output.write(train::MODEL, &population.to_safetensors())?;
     let place = output.finish()?;
     progress.finish(&format!(
         "{trained} twins, {} people left out, {}",
-        built.len() - trained,
+        people.recorded.people.len() - trained,
         place.join(TwinsTable::FILE).display()
     ));
     Ok(())
@@ -293,20 +295,4 @@ pub(crate) fn variants_in(
         }
     }
     Ok(found)
-}
-
-/// A cohort folder.
-///
-/// What is implausible in it is said, a line each, up to a limit; nothing is changed.
-pub fn read_cohort(folder: &Path) -> Result<Cohort> {
-    let cohort =
-        read_folder(folder).with_context(|| format!("the cohort '{}'", folder.display()))?;
-    let found: Vec<_> = cohort.people.iter().flat_map(findings).collect();
-    for finding in found.iter().take(FINDINGS_SAID) {
-        note(format!("implausible: {finding}"));
-    }
-    if found.len() > FINDINGS_SAID {
-        note(format!("implausible: {} findings more", found.len() - FINDINGS_SAID));
-    }
-    Ok(cohort)
 }

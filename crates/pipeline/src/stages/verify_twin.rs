@@ -19,8 +19,8 @@ use twins::{INPUT_NAMES, ReplayStart, Twin, replay};
 use crate::manifest::Manifest;
 use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
+use crate::people::read_cohort;
 use crate::progress::{Progress, note};
-use crate::stages::twin::read_cohort;
 use crate::stages::verify::check_limit;
 use crate::subnetworks::{network, proved};
 

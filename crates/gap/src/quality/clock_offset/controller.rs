@@ -15,7 +15,7 @@ use super::Minutes95;
 const SEARCHED: usize = 36;
 /// Changes of the basal rate a day from which something answers the sensor. The import of T1D-UOM
 /// draws the line at 48; a programme changes fewer than 24 times.
-const CHANGES_A_DAY: f64 = 48.0;
+pub(super) const CHANGES_A_DAY: f64 = 48.0;
 /// Smallest share of the variance that a real answer explains. Chance explains a few thousandths;
 /// the loops that were looked at 0.2 to 0.4.
 const SMALLEST_SHARE: f64 = 0.05;

@@ -24,7 +24,7 @@ const HALF_WIDTH: i32 = 18;
 /// Largest height that counts, mg/dL: one wild excursion must not decide.
 const CAP: f64 = 60.0;
 /// Smallest bolus that is a person's correction, U: controllers give less.
-const SMALLEST_BOLUS: f64 = 0.3;
+pub(super) const SMALLEST_BOLUS: f64 = 0.3;
 /// Steps around a bolus in which no meal is logged: half an hour.
 const ALONE: i32 = 6;
 /// Fewest corrections for a comparison, and for an estimate.

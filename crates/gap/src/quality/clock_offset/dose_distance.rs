@@ -18,9 +18,9 @@ const REACH: usize = 48;
 /// Bins of the table: distances from -[`REACH`] to [`REACH`].
 const BINS: usize = 2 * REACH + 1;
 /// Largest distance that is searched, steps: 3 h.
-const SEARCHED: usize = 36;
+pub(super) const SEARCHED: usize = 36;
 /// Half-width of the smoothing triangle and of the centroid, steps: 15 min.
-const HALF_WIDTH: usize = 3;
+pub(super) const HALF_WIDTH: usize = 3;
 /// Fewest meals and fewest boluses.
 const FEWEST_DOSES: usize = 10;
 /// Bootstrap replicates over days.
@@ -114,7 +114,7 @@ impl DoseDistances {
 }
 
 /// Steps and capped sizes of the doses above zero.
-fn sized(doses: &[f64], cap: impl Fn(&[f64]) -> f64) -> Option<Vec<(usize, f64)>> {
+pub(super) fn sized(doses: &[f64], cap: impl Fn(&[f64]) -> f64) -> Option<Vec<(usize, f64)>> {
     let given = || doses.iter().copied().enumerate().filter(|(_, dose)| *dose > 0.0);
     let mut sorted: Vec<f64> = given().map(|(_, dose)| dose).collect();
     if sorted.len() < FEWEST_DOSES {

@@ -1,0 +1,99 @@
+//! What cannot be a person is neither trained on, nor judged, nor diagnosed, and every stage says the same of it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use cohort::{Channel, Cohort, Person, RecordsFormat, read_folder, write_folder};
+use contract::{DataInUse, Diagnosis, Document, OutcomesTable, TwinsTable, read};
+
+use crate::outputs;
+
+fn xtask(arguments: &[&str]) -> (bool, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_t1d-twins")).args(arguments).output();
+    let output = output.expect("the program starts");
+    (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("temporary paths are UTF-8")
+}
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn document<T: Document>(folder: &Path) -> T {
+    read(&fs::read(folder.join(T::FILE)).expect("written")).expect("by its schema")
+}
+
+/// Twelve days of four people: one of them is a flat line, one has 98 % of the readings drawn.
+fn mixed() -> Cohort {
+    let embedded = read_folder(&workspace().join("fixtures/embedded/cohort")).expect("reads");
+    let cut = |person: &Person| {
+        let record = person.record.slice(0..12 * 288).expect("inside the record");
+        Person { record, ..person.clone() }
+    };
+    let mut people: Vec<Person> = embedded.people.iter().take(4).map(cut).collect();
+    let flat = people[1].record.channel_mut(Channel::Cgm);
+    flat.iter_mut().for_each(|value| *value = value.map(|_| 120.0));
+    let drawn = people[3].record.channel_mut(Channel::Cgm);
+    let old = drawn.to_vec();
+    for (k, value) in drawn.iter_mut().enumerate() {
+        let (from, to) = (k / 48 * 48, (k / 48 * 48 + 48).min(old.len() - 1));
+        let [a, b] = [from, to].map(|k| old[k].unwrap_or(140.0));
+        *value = Some(a + (b - a) * (k - from) as f64 / (to - from).max(1) as f64);
+    }
+    Cohort { people }
+}
+
+#[test]
+fn every_stage_leaves_the_same_people_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    write_folder(&mixed(), &at("cohort"), RecordsFormat::Parquet).expect("writable");
+    let (cohort, twin, evaluate, diagnose) =
+        (at("cohort"), at("twin"), at("evaluate"), at("diagnose"));
+    let model = workspace().join("crates/nn-statespace/model/population.safetensors");
+    let common = ["--cohort", text(&cohort)];
+    let run = |arguments: &[&str]| {
+        let (done, said) = xtask(&[arguments, &common[..]].concat());
+        assert!(done, "{arguments:?}: {said}");
+        said
+    };
+    let said = run(&["twin", "--model", text(&model), "--epochs", "1", "--out", text(&twin)]);
+    assert!(said.contains("data: 2 of 4 people in use"), "{said}");
+    assert!(said.contains("fail: flat_cgm"), "{said}");
+    run(&["evaluate", "--twins", text(&twin), "--out", text(&evaluate), "-q"]);
+    run(&["diagnose", "--out", text(&diagnose), "-q"]);
+
+    let list: DataInUse = document(&twin);
+    for other in [&evaluate, &diagnose] {
+        assert_eq!(list, document(other), "{}", other.display());
+        outputs::checked(other);
+    }
+    let left_out: Vec<(&str, &str)> = list
+        .people
+        .iter()
+        .filter_map(|person| Some((person.person_id.as_str(), person.left_out.as_deref()?)))
+        .collect();
+    let names: Vec<&str> = left_out.iter().map(|(id, _)| *id).collect();
+    assert_eq!(names, ["P02", "P04"]);
+    assert!(left_out[0].1.starts_with("flat_cgm: "), "{left_out:?}");
+    assert!(left_out[1].1.starts_with("interpolated_cgm: "), "{left_out:?}");
+
+    let twins: TwinsTable = document(&twin);
+    let outcomes: OutcomesTable = document(&evaluate);
+    let diagnosis: Diagnosis = document(&diagnose);
+    assert_eq!((twins.people.len(), outcomes.people), (4, 2));
+    for (id, reason) in left_out {
+        let row = twins.people.iter().find(|row| row.person_id == id).expect("a row");
+        assert_eq!((row.excluded.as_deref(), row.loss_first), (Some(reason), None));
+        assert!(!twin.join(format!("twins/{id}.safetensors")).exists(), "{id}");
+        let row = outcomes.exclusions.iter().find(|row| row.person_id == id).expect("a row");
+        assert_eq!(row.reason, reason);
+        let row = diagnosis.people.iter().find(|row| row.person_id == id).expect("a row");
+        assert_eq!(row.excluded.as_deref(), Some(reason));
+    }
+    assert!(twin.join("twins/P01.safetensors").is_file());
+}

@@ -1,0 +1,192 @@
+//! Clocks that are many hours off: a log that confuses morning and evening.
+//!
+//! Within three hours the distance of boluses from meals is searched by [`DoseDistances`](super::dose_distance).
+//! Further away people's habits answer: lunch lies five hours after every breakfast's bolus. Habit repeats from day to
+//! day, a clock's error ties a bolus to the meal of one day. So doses at each distance are compared with doses at
+//! the same hours of the day, some days before and after.
+
+use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::Minutes95;
+use super::dose_distance::{HALF_WIDTH, SEARCHED, sized};
+
+/// Largest distance, steps: 12 h; a larger one is a smaller one of the other sign on another day.
+const FARTHEST: usize = STEPS_PER_DAY / 2;
+/// Clocks are wrong by half hours, steps: by time zones, or by morning and evening. The triangle of 15 min to each side leaves
+/// room for habit.
+const STEP_OF_CLOCKS: usize = STEPS_PER_HOUR / 2;
+/// Days before and after that show habit.
+const MOST_DAYS: usize = 7;
+/// Fewest of them on each side.
+const FEWEST_DAYS: usize = 3;
+/// Chance that a sound record shows such a distance, over all that are searched.
+const FALSE_ALARM: f64 = 0.001;
+/// How many times what lies within the near distances, beyond habit, the far one must have: where a record ties boluses to
+/// meals nearby, its clocks agree.
+const PREFERENCE: f64 = 3.0;
+
+/// The far distance at which boluses follow meals of the same day, if there is one.
+pub(super) fn distance(carbs: &[f64], bolus: &[f64]) -> Option<Minutes95> {
+    let whole = carbs.len() / STEPS_PER_DAY;
+    let days = MOST_DAYS.min(whole / 2);
+    if days < FEWEST_DAYS {
+        return None;
+    }
+    let table = Table::count(carbs, bolus, days)?;
+    let far = FARTHEST as i64;
+    let near = SEARCHED as i64;
+    let (best, beyond) = (-far..=far)
+        .step_by(STEP_OF_CLOCKS)
+        .filter(|distance| distance.abs() > near)
+        .map(|distance| (distance, table.beyond_habit(distance, whole)))
+        .max_by(|a, b| a.1.z.total_cmp(&b.1.z))?;
+    let nearby = (-near..=near)
+        .map(|distance| table.beyond_habit(distance, whole).weight)
+        .fold(0.0, f64::max);
+    let tried = 2.0 * (FARTHEST - SEARCHED) as f64 / STEP_OF_CLOCKS as f64;
+    let freedom = 2.0 * days as f64 - 2.0;
+    let least = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(1.0 - FALSE_ALARM / tried);
+    (beyond.z > least && beyond.weight > PREFERENCE * nearby).then(|| {
+        let value = 5.0 * best as f64;
+        let width = 5.0 * HALF_WIDTH as f64;
+        Minutes95 { value, lower: value - width, upper: value + width }
+    })
+}
+
+/// Products of capped sizes of every meal and every bolus by their distance, within some days.
+struct Table {
+    days: i64,
+    weights: Vec<f64>,
+}
+
+/// What a distance has beyond habit.
+struct Beyond {
+    weight: f64,
+    /// The same in standard deviations of other days.
+    z: f64,
+}
+
+impl Table {
+    fn count(carbs: &[f64], bolus: &[f64], days: usize) -> Option<Self> {
+        // As for near distances.
+        let meals = sized(carbs, |sorted| 2.0 * sorted[sorted.len() / 2])?;
+        let boluses = sized(bolus, |sorted| sorted[sorted.len() * 3 / 4])?;
+        let reach = days * STEPS_PER_DAY + FARTHEST + HALF_WIDTH;
+        let mut weights = vec![0.0; 2 * reach + 1];
+        let mut first = 0;
+        for (meal, size) in meals {
+            while boluses.get(first).is_some_and(|(bolus, _)| bolus + reach < meal) {
+                first += 1;
+            }
+            for (bolus, units) in &boluses[first..] {
+                let place = bolus + reach - meal;
+                let Some(weight) = weights.get_mut(place) else { break };
+                *weight += size * units;
+            }
+        }
+        Some(Self { days: days as i64, weights })
+    }
+
+    /// The table around a distance under a triangle.
+    fn at(&self, distance: i64) -> f64 {
+        let (middle, half) = ((self.weights.len() / 2) as i64, HALF_WIDTH as i64);
+        (-half..=half)
+            .filter_map(|off| {
+                let place = usize::try_from(middle + distance + off).ok()?;
+                Some(self.weights.get(place)? * (half + 1 - off.abs()) as f64)
+            })
+            .sum::<f64>()
+            / (half + 1) as f64
+    }
+
+    /// `whole` is the number of days of the record: fewer pairs of days lie further apart.
+    fn beyond_habit(&self, distance: i64, whole: usize) -> Beyond {
+        let other_days = (-self.days..=self.days).filter(|day| *day != 0).map(|day| {
+            let pairs = 1.0 - day.abs() as f64 / whole as f64;
+            self.at(distance + day * STEPS_PER_DAY as i64) / pairs
+        });
+        let mut other_days: Vec<f64> = other_days.collect();
+        // A log that confuses morning and evening moves half of its meals one way and half the other, which is the
+        // same distance on another day.
+        other_days.sort_by(f64::total_cmp);
+        other_days.pop();
+        let count = other_days.len() as f64;
+        let habit = other_days.iter().sum::<f64>() / count;
+        let spread = other_days.iter().map(|v| (v - habit).powi(2)).sum::<f64>() / (count - 1.0);
+        // Counts scatter by their root at least; products are at most 1.
+        let deviation = (spread.max(habit + 1.0) * (1.0 + 1.0 / count)).sqrt();
+        let weight = self.at(distance) - habit;
+        Beyond { weight, z: weight / deviation }
+    }
+}
+
+/// By how many standard errors glucose rises more after boluses than after meals as they are logged: people dose for what
+/// they eat, so that glucose rises after whichever of the two has the sensor's clock. `None` without enough readings.
+pub(super) fn rises_after_boluses(
+    carbs: &[f64],
+    bolus: &[f64],
+    cgm: &[Option<f64>],
+) -> Option<f64> {
+    /// Time from a meal to its peak, steps: 90 min.
+    const TO_PEAK: usize = 18;
+    let rises = |doses: &[f64]| -> Option<(f64, f64)> {
+        let large = sized(doses, |sorted| sorted[sorted.len() / 2])?;
+        let rises: Vec<f64> = large
+            .into_iter()
+            .filter(|(_, size)| *size >= 1.0)
+            .filter_map(|(k, _)| Some((*cgm.get(k + TO_PEAK)?)? - (*cgm.get(k)?)?))
+            .collect();
+        let count = rises.len() as f64;
+        if rises.len() < 5 {
+            return None;
+        }
+        let mean = rises.iter().sum::<f64>() / count;
+        let spread = rises.iter().map(|rise| (rise - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        Some((mean, spread / count))
+    };
+    let ((meals, of_meals), (boluses, of_boluses)) = (rises(carbs)?, rises(bolus)?);
+    Some((boluses - meals) / f64::max(of_meals + of_boluses, f64::MIN_POSITIVE).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// Four weeks of three meals a day at about the same hours, each with its bolus, which is recorded `late` steps
+    /// after it.
+    fn doses(late: i64) -> (Vec<f64>, Vec<f64>) {
+        let days = 28;
+        let mut carbs = vec![0.0; days * STEPS_PER_DAY];
+        let mut bolus = carbs.clone();
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        for day in 0..days {
+            for hour in [7, 13, 19] {
+                let at = day * STEPS_PER_DAY + 12 * hour + rng.random_range(0..18);
+                carbs[at] = 40.0;
+                if let Ok(recorded) = usize::try_from(at as i64 + late)
+                    && let Some(bolus) = bolus.get_mut(recorded)
+                {
+                    *bolus = 4.0;
+                }
+            }
+        }
+        (carbs, bolus)
+    }
+
+    #[test]
+    fn half_a_day_and_half_a_night_are_found_and_habit_is_not() {
+        for hours in [-12, -9, 5, 12] {
+            let (carbs, bolus) = doses(12 * hours);
+            let found = distance(&carbs, &bolus).expect("tied at that distance");
+            assert!((found.value - 60.0 * hours as f64).abs() <= 5.0, "{hours}: {found:?}");
+        }
+        for steps in [0, 6, -24] {
+            let (carbs, bolus) = doses(steps);
+            assert_eq!(distance(&carbs, &bolus), None, "{steps}");
+        }
+    }
+}

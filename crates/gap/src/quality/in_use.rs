@@ -1,0 +1,303 @@
+//! What of a cohort is used: people, days and channels, decided once for every stage.
+//!
+//! A diagnosis, the training of a twin and the judging of both read the same people and the same values. Whoever is left
+//! out, or whatever is not read, has its reason here.
+
+use std::collections::BTreeMap;
+
+use chrono::NaiveDate;
+use cohort::{Channel, Cohort, Person, StraightLines};
+use contract::quality::{ChannelLeftOut, CheckOutcome, CheckResult, DayLeftOut, PersonInUse};
+use contract::{DataInUse, Document as _};
+use physiology::STEPS_PER_DAY;
+use rayon::prelude::*;
+
+use super::{
+    CHECKS, Consequence, Finding, exclusion, findings, identical_people, ignored_channels,
+};
+use crate::config::InclusionRule;
+use crate::error::GapError;
+use crate::filter::observations::{INTERPOLATED_SHARE, LONGEST_INTERPOLATION, Observations};
+
+/// The check that is none of [`CHECKS`]: whether there is enough of a record.
+const ENOUGH: &str = "enough_data";
+/// Why a day is left out on which nothing was read.
+const NO_READING: &str = "no CGM reading";
+/// Most values on one line where nobody draws lines, 1 h: whole mg/dL lie on the line between their neighbours in one case
+/// of five at most (reference people and made ones), on twelve lines in a row in 0.2^12 = 4e-9.
+const LONGEST_BY_CHANCE: usize = 12;
+
+/// The people, days and channels of a cohort that every stage uses.
+#[derive(Debug, Clone)]
+pub struct InUse {
+    people: Vec<UsedPerson>,
+}
+
+/// What is used of one person.
+#[derive(Debug, Clone)]
+pub struct UsedPerson {
+    /// The person's identifier.
+    pub person_id: String,
+    /// Every finding about the data.
+    pub findings: Vec<Finding>,
+    /// Why the person is left out; `None` for one who is used.
+    pub left_out: Option<String>,
+    /// What the record lacks to be used at all, if that is the reason.
+    lacks: Option<String>,
+    /// The person without channels that are ignored; `None` where all are read.
+    without: Option<Person>,
+    /// The values of the CGM column that are used; `None` where all are.
+    cgm: Option<Vec<Option<f64>>>,
+    table: PersonInUse,
+}
+
+impl InUse {
+    /// Judges everybody of a cohort.
+    ///
+    /// # Errors
+    /// [`GapError::IdenticalPeople`] for one record under two names, [`GapError::Value`] for data that
+    /// cannot be.
+    pub fn of(cohort: &Cohort, rule: &InclusionRule) -> Result<Self, GapError> {
+        if let Some((one, other)) = identical_people(cohort) {
+            return Err(GapError::IdenticalPeople { one: one.to_owned(), other: other.to_owned() });
+        }
+        let people = cohort.people.par_iter().map(|person| UsedPerson::of(person, rule));
+        Ok(Self { people: people.collect::<Result<_, _>>()? })
+    }
+
+    /// The same; whoever another list leaves out is left out here too, with its reason. For parts of
+    /// the same people's records.
+    #[must_use]
+    pub fn without_those_of(mut self, other: &Self) -> Self {
+        for person in &mut self.people {
+            if let Some(left_out) = other.of_person(&person.person_id).and_then(UsedPerson::reason)
+            {
+                person.left_out = Some(left_out.to_owned());
+                person.table.left_out = Some(left_out.to_owned());
+            }
+        }
+        self
+    }
+
+    /// Everybody, in the order of the cohort.
+    #[must_use]
+    pub fn people(&self) -> &[UsedPerson] {
+        &self.people
+    }
+
+    /// What is used of a person.
+    #[must_use]
+    pub fn of_person(&self, id: &str) -> Option<&UsedPerson> {
+        self.people.iter().find(|person| person.person_id == id)
+    }
+
+    /// People who are left out, with the reason.
+    pub fn left_out(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.people.iter().filter_map(|person| Some((person.person_id.as_str(), person.reason()?)))
+    }
+
+    /// The people who are used, with the values that are used: the others are missing.
+    #[must_use]
+    pub fn used(&self, cohort: &Cohort) -> Cohort {
+        let people = cohort.people.iter().filter_map(|person| {
+            let used = self.of_person(&person.id).filter(|used| used.left_out.is_none())?;
+            let mut person = used.read(person).clone();
+            if let Some(cgm) = &used.cgm {
+                person.record.channel_mut(Channel::Cgm).copy_from_slice(cgm);
+            }
+            Some(person)
+        });
+        Cohort { people: people.collect() }
+    }
+
+    /// The list as it is written.
+    #[must_use]
+    pub fn table(&self) -> DataInUse {
+        let people = self.people.iter().map(|person| person.table.clone()).collect();
+        DataInUse { schema: DataInUse::SCHEMA.to_owned(), people }
+    }
+}
+
+impl UsedPerson {
+    /// Judges one person.
+    pub(crate) fn of(person: &Person, rule: &InclusionRule) -> Result<Self, GapError> {
+        let recorded = Observations::from_person(person)?;
+        let findings = findings(person, &recorded);
+        let ignored = ignored_channels(&findings);
+        let without = without_channels(person, &ignored);
+        let read = without.as_ref().unwrap_or(person);
+        let observations =
+            if without.is_some() { Observations::from_person(read)? } else { recorded };
+        let lacks = lacking(person, &observations, rule);
+        // A record that cannot be a person's is named for that, whatever it lacks besides.
+        let left_out = exclusion(&findings).or_else(|| lacks.clone());
+        let cgm = used_readings(read, &observations);
+        let cgm = (cgm != read.record.cgm()).then_some(cgm);
+        let mut used = Self {
+            person_id: person.id.clone(),
+            findings,
+            left_out,
+            lacks,
+            without,
+            cgm,
+            table: PersonInUse {
+                person_id: person.id.clone(),
+                left_out: None,
+                checks: Vec::new(),
+                days: 0,
+                days_left_out: Vec::new(),
+                channels_left_out: Vec::new(),
+            },
+        };
+        used.table = used.as_written(person);
+        Ok(used)
+    }
+
+    /// Why the person is left out.
+    fn reason(&self) -> Option<&str> {
+        self.left_out.as_deref()
+    }
+
+    /// The person without channels that are ignored, given the person as recorded.
+    pub(crate) fn read<'a>(&'a self, person: &'a Person) -> &'a Person {
+        self.without.as_ref().unwrap_or(person)
+    }
+
+    fn as_written(&self, person: &Person) -> PersonInUse {
+        let (days, days_left_out) = self.days(person);
+        let mut checks: Vec<CheckResult> =
+            CHECKS.iter().map(|check| result(check, &self.findings)).collect();
+        checks.push(CheckResult {
+            check: ENOUGH.to_owned(),
+            result: if self.lacks.is_some() { CheckOutcome::Fail } else { CheckOutcome::Pass },
+            findings: self.lacks.iter().cloned().collect(),
+        });
+        PersonInUse {
+            person_id: self.person_id.clone(),
+            left_out: self.left_out.clone(),
+            checks,
+            days,
+            days_left_out,
+            channels_left_out: self.channels(person),
+        }
+    }
+
+    /// The number of days, and those of which nothing is used.
+    fn days(&self, person: &Person) -> (usize, Vec<DayLeftOut>) {
+        let record = &person.record;
+        // Readings on record and in use by date.
+        let mut dates: BTreeMap<NaiveDate, (bool, bool)> = BTreeMap::new();
+        let used = self.cgm.as_deref().unwrap_or(record.cgm());
+        for (k, used) in used.iter().enumerate() {
+            let day = dates.entry(record.time(k).date()).or_default();
+            *day = (day.0 || record.cgm()[k].is_some(), day.1 || used.is_some());
+        }
+        let left_out = dates.iter().filter_map(|(date, (recorded, used))| {
+            let reason = match (recorded, used) {
+                (_, true) => return None,
+                (true, false) => self.not_read(),
+                (false, false) => NO_READING.to_owned(),
+            };
+            Some(DayLeftOut { date: date.to_string(), reason })
+        });
+        let left_out = if self.left_out.is_some() { Vec::new() } else { left_out.collect() };
+        (dates.len(), left_out)
+    }
+
+    /// The checks because of which readings are not used.
+    fn not_read(&self) -> String {
+        let of_readings = ["interpolated_cgm", "interleaved_cgm", "capillary_in_cgm"];
+        let found = of_readings
+            .iter()
+            .filter(|check| self.findings.iter().any(|finding| finding.reported.check == **check));
+        let named: Vec<&str> = found.copied().collect();
+        // A single line too long to stand for glucose is no finding.
+        if named.is_empty() { "interpolated_cgm".to_owned() } else { named.join(", ") }
+    }
+
+    fn channels(&self, person: &Person) -> Vec<ChannelLeftOut> {
+        let mut left_out: Vec<ChannelLeftOut> = Vec::new();
+        for finding in &self.findings {
+            if let Consequence::IgnoreChannel(channel) = finding.consequence {
+                left_out.push(ChannelLeftOut {
+                    channel: channel.column().to_owned(),
+                    share: 1.0,
+                    reason: finding.reported.check.clone(),
+                });
+            }
+        }
+        if let Some(used) = &self.cgm {
+            let recorded = person.record.cgm();
+            let changed = recorded.iter().zip(used).filter(|(a, b)| a != b).count();
+            left_out.push(ChannelLeftOut {
+                channel: Channel::Cgm.column().to_owned(),
+                share: changed as f64 / recorded.iter().flatten().count().max(1) as f64,
+                reason: self.not_read(),
+            });
+        }
+        left_out
+    }
+}
+
+/// What one check said.
+fn result(check: &str, findings: &[Finding]) -> CheckResult {
+    let of_check = || findings.iter().filter(|finding| finding.reported.check == check);
+    let outcome = |finding: &Finding| match finding.consequence {
+        Consequence::ExcludePerson => CheckOutcome::Fail,
+        Consequence::Note | Consequence::IgnoreChannel(_) => CheckOutcome::Warn,
+    };
+    CheckResult {
+        check: check.to_owned(),
+        result: of_check().map(outcome).max().unwrap_or(CheckOutcome::Pass),
+        findings: of_check().map(|finding| finding.reported.finding.clone()).collect(),
+    }
+}
+
+/// The values of the CGM column that stand for glucose: the recorded ones, the sensor's line where a finger stick
+/// stands, none where a source drew a long line or where two sensors alternate.
+fn used_readings(person: &Person, observations: &Observations) -> Vec<Option<f64>> {
+    let recorded = person.record.cgm();
+    let mut used = recorded.to_vec();
+    let drawn = observations.interpolated_share > INTERPOLATED_SHARE;
+    let longest = if drawn { LONGEST_INTERPOLATION } else { LONGEST_BY_CHANCE };
+    for line in StraightLines::find(recorded).inside {
+        if line.len() > longest {
+            used[line].fill(None);
+        }
+    }
+    for (step, instead) in unusable(&person.record) {
+        used[step] = instead.map(|glucose| glucose.0);
+    }
+    used
+}
+
+/// The person without some channels; `None` where none is to be left out.
+fn without_channels(person: &Person, ignored: &[Channel]) -> Option<Person> {
+    let mut without = (!ignored.is_empty()).then(|| person.clone())?;
+    for channel in ignored {
+        without.record.channel_mut(*channel).fill(None);
+    }
+    Some(without)
+}
+
+/// What a record lacks to be used.
+fn lacking(person: &Person, observations: &Observations, rule: &InclusionRule) -> Option<String> {
+    let days = person.record.len() / STEPS_PER_DAY;
+    if days < rule.fewest_days {
+        return Some(format!("{days} whole days of record, fewer than {}", rule.fewest_days));
+    }
+    let coverage = observations.coverage();
+    if coverage < rule.least_cgm_share {
+        let (found, least) = (100.0 * coverage, 100.0 * rule.least_cgm_share);
+        return Some(format!(
+            "CGM readings cover {found:.0} % of the steps, less than {least:.0} %"
+        ));
+    }
+    if !observations.inputs.iter().any(|input| input.insulin().0 > 0.0) {
+        return Some("no insulin on record".to_owned());
+    }
+    if !observations.inputs.iter().any(|input| input.carbs.0 > 0.0) {
+        return Some("no carbohydrate on record".to_owned());
+    }
+    None
+}
