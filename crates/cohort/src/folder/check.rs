@@ -7,7 +7,9 @@ use super::record_table::RecordTable;
 use super::{PEOPLE, people_table, read_records, record_table, records_format};
 use crate::error::CohortError;
 use crate::faults::{Fault, Faults};
-use crate::mass_balance::MassBalance;
+use contract::import_report::MassBalance;
+
+use crate::mass_balance::mass_balance;
 use crate::plausibility::{Finding, findings};
 use crate::record::Channel;
 
@@ -84,7 +86,7 @@ fn check(folder: &Path, faults: &mut Faults, found: &mut FolderCheck) -> Result<
     }
     for person in &people {
         found.findings.extend(findings(person));
-        found.people.push(MassBalance::of(person));
+        found.people.push(mass_balance(person));
     }
     Ok(())
 }

@@ -16,7 +16,9 @@ use std::collections::{BTreeMap, HashSet};
 use chrono::{DateTime, NaiveDateTime};
 use physiology::{Kilograms, MG_PER_DL_PER_MMOL_PER_L, STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::report::{Imported, Inference, Note, Notes, Totals, assemble};
+use contract::import_report::{Inference, Totals};
+
+use super::report::{Imported, Notes, assemble_measured, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
 use crate::range::{check_value, looks_like_mmol};
@@ -34,9 +36,6 @@ const LONGEST_DOSE: i64 = 2 * 86_400;
 const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
 /// The first second of 1900 and of 2200, from 1970.
 const SECONDS: std::ops::Range<i64> = -2_208_988_800..7_258_118_400;
-
-/// What "per day" means for a record of a diary.
-pub(super) const DAYS_ARE: &str = "the span from the first to the last sensor reading";
 
 /// Sum and weight in one step of a channel; the weight is 0 where nothing was recorded.
 #[derive(Clone, Copy, Default)]
@@ -136,8 +135,7 @@ impl Diary {
 
     /// Records what was inferred.
     pub(super) fn infer(&mut self, place: Place, conclusion: &str, evidence: String) {
-        let person = self.id.clone();
-        self.inferences.push(Inference { person, place, conclusion: conclusion.into(), evidence });
+        self.inferences.push(inference(&self.id, place, conclusion, evidence));
     }
 
     fn cell(&mut self, channel: Channel, step: i64) -> &mut Cell {
@@ -370,8 +368,8 @@ impl Diary {
             let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
             self.outside(channel, unit, outside);
             totals.push(Totals {
-                column: channel.column(),
-                unit,
+                column: channel.column().into(),
+                unit: unit.into(),
                 source,
                 record: kept,
                 left_out: repeated + outside,
@@ -521,8 +519,8 @@ impl Diary {
         let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
         self.outside(Channel::Basal, "U", outside);
         Ok(Totals {
-            column: Channel::Basal.column(),
-            unit: "U",
+            column: Channel::Basal.column().into(),
+            unit: "U".into(),
             source: source + self.injected,
             record: kept,
             left_out: outside + self.injected,
@@ -582,29 +580,11 @@ pub(super) fn people(
     source: &str,
     diaries: impl IntoIterator<Item = Diary>,
 ) -> Result<super::Import, CohortError> {
-    let (mut imported, mut without) = (Vec::new(), Vec::new());
-    for diary in diaries {
+    let people = diaries.into_iter().map(|diary| {
         let (id, file) = (diary.id.clone(), diary.file.clone());
-        match diary.finish()? {
-            Some(person) => imported.push(person),
-            None => without.push(Note {
-                person: Some(id),
-                place: Place::file(file),
-                what: "no sensor reading: the person is left out".into(),
-                count: 1,
-            }),
-        }
-    }
-    if imported.is_empty() {
-        return Err(CohortError::WrongLayout {
-            file: source.into(),
-            expected: format,
-            reason: "no sensor reading of anyone".into(),
-        });
-    }
-    let mut import = assemble(format, DAYS_ARE, imported);
-    import.report.notes.extend(without);
-    Ok(import)
+        Ok((id, file, diary.finish()?))
+    });
+    assemble_measured(format, source, people)
 }
 
 fn check_second(at: i64, place: &impl Fn() -> Place) -> Result<(), CohortError> {

@@ -20,7 +20,7 @@ use super::files::files;
 use crate::error::{CohortError, Place};
 use crate::person::is_person_id;
 use crate::record::Channel;
-use crate::text_table::{read_bytes, shorten};
+use crate::text_table::{read_text, shorten};
 use crate::wall_clock::parse_day_first;
 
 const FORMAT: &str = "ohio";
@@ -41,7 +41,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
             let reason = "larger than 256 MiB; no patient's file is".into();
             return Err(CohortError::Table { file: name, reason });
         }
-        let bytes = read_bytes(&path, &name)?;
+        let bytes = read_text(&path, &name)?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let line = 1 + bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count();
             let reason = "not UTF-8; save the file as UTF-8";

@@ -2,7 +2,7 @@
 
 use contract::import_report::{ImportReport, Inference, Note, PersonImport, Totals};
 
-use crate::error::Place;
+use crate::error::{CohortError, Place};
 use crate::mass_balance::mass_balance;
 use crate::person::{Cohort, Person};
 use crate::plausibility::findings;
@@ -42,7 +42,8 @@ impl Notes {
     /// Takes the notes of another, as of `person`.
     pub(super) fn take(&mut self, person: &str, other: Self) {
         for note in other.notes {
-            self.add_many(person, note.place, &note.what, note.count);
+            let Note { file, row, column, what, count, .. } = note;
+            self.add_many(person, Place { file, row, column }, &what, count);
         }
     }
 
@@ -66,6 +67,40 @@ impl Notes {
             }
         }
     }
+}
+
+/// Combines people and their accounts: who, of which file, and the person if there is a sensor
+/// reading. Who has none is left out and named.
+pub(super) fn assemble_measured(
+    format: &'static str,
+    source: &str,
+    people: impl IntoIterator<Item = Result<(String, String, Option<Imported>), CohortError>>,
+) -> Result<super::Import, CohortError> {
+    let (mut imported, mut without) = (Vec::new(), Vec::new());
+    for person in people {
+        match person? {
+            (_, _, Some(person)) => imported.push(person),
+            (id, file, None) => without.push(Note {
+                person: Some(id),
+                file,
+                row: None,
+                column: None,
+                what: "no sensor reading: the person is left out".into(),
+                count: 1,
+            }),
+        }
+    }
+    if imported.is_empty() {
+        return Err(CohortError::WrongLayout {
+            file: source.into(),
+            expected: format,
+            reason: "no sensor reading of anyone".into(),
+        });
+    }
+    let days_are = "the span from the first to the last sensor reading";
+    let mut import = assemble(format, days_are, imported);
+    import.report.notes.extend(without);
+    Ok(import)
 }
 
 /// Combines people and their accounts.

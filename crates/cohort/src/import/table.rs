@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::files::files;
-use super::report::{Note, assemble};
-use crate::error::{CohortError, Place};
+use super::report::assemble_measured;
+use crate::error::CohortError;
 
 mod clock;
 mod grid;
@@ -36,8 +36,6 @@ use unit::Unit;
 
 /// Endings of tables in a folder.
 const ENDINGS: [&str; 4] = [".csv", ".tsv", ".txt", ".dat"];
-/// What "per day" means.
-const DAYS_ARE: &str = "the span from the first to the last glucose reading";
 
 /// Reads tables as the options map them.
 pub(super) fn import(
@@ -107,29 +105,11 @@ pub(super) fn read(sources: &[PathBuf], plan: &Plan) -> Result<super::Import, Co
     let read: Vec<Read> = read.into_iter().flatten().collect();
     every_role_is_there(plan, &read, &files)?;
     let logs = people(plan, read)?;
-    let (mut imported, mut without) = (Vec::new(), Vec::new());
-    for (_, log) in logs {
+    let imported = logs.into_values().map(|log| {
         let (id, file) = (log.id.clone(), log.file.clone());
-        match grid::person(log, basal_unit)? {
-            Some(person) => imported.push(person),
-            None => without.push(Note {
-                person: Some(id),
-                place: Place::file(file),
-                what: "no glucose reading: the person is left out".into(),
-                count: 1,
-            }),
-        }
-    }
-    if imported.is_empty() {
-        return Err(CohortError::WrongLayout {
-            file: names.join(", "),
-            expected: plan.format,
-            reason: "no glucose reading of anyone".into(),
-        });
-    }
-    let mut import = assemble(plan.format, DAYS_ARE, imported);
-    import.report.notes.extend(without);
-    Ok(import)
+        Ok((id, file, grid::person(log, basal_unit)?))
+    });
+    assemble_measured(plan.format, &names.join(", "), imported)
 }
 
 /// Reads one file, with its order of dates where it shows one; nothing where the order stays open

@@ -31,7 +31,7 @@ fn channel_options() -> TableOptions {
 fn read(format: ImportFormat, name: &str, options: &TableOptions) -> Import {
     let path = exports().join(name);
     let import = import_with(format, &[path], options).unwrap_or_else(|e| panic!("{name}: {e}"));
-    for totals in import.report.people.iter().flat_map(|person| &person.totals) {
+    for totals in import.report.people.iter().flat_map(|person| person.totals.iter().flatten()) {
         assert!(totals.closes(), "{name}: {totals:?}");
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -80,7 +80,7 @@ fn dexcom_leaves_out_what_is_no_reading_and_says_so() {
     assert_eq!((person.record.cgm()[300], person.record.cgm()[301]), (Some(40.0), Some(400.0)));
     // The alert's threshold of 250 is no reading.
     assert!(person.record.cgm().iter().flatten().filter(|value| **value == 250.0).count() == 0);
-    let basal = &import.report.people[0].totals.iter().find(|t| t.column == "basal_u_h");
+    let basal = &import.report.people[0].totals.iter().flatten().find(|t| t.column == "basal_u_h");
     assert_eq!(basal.map(|t| (t.source, t.record, t.left_out)), Some((54.0, 0.0, 54.0)));
     has(&notes(&import), "beyond the sensor's range: kept as 40 and 400 mg/dL (2x)");
     has(&notes(&import), "long-acting injections, which no basal rate describes: left out (3x)");
@@ -101,7 +101,7 @@ fn libre_takes_historic_readings_and_the_parts_of_a_calculated_dose() {
     has(&notes, "finger-stick readings: left out");
     has(&notes, "meals without an amount: left out (1x)");
     let inferences: Vec<String> =
-        import.report.inferences.iter().map(ToString::to_string).collect();
+        import.report.inferences.iter().flatten().map(ToString::to_string).collect();
     has(&inferences, "dates are day-first");
     has(&inferences, "header in line 2");
     has(&inferences, "glucose in mmol/L; median 7.");
@@ -115,7 +115,7 @@ fn a_spreadsheet_is_found_out_and_the_guess_maps_it() {
     let path = exports().join("spreadsheet.csv");
     let import = read(ImportFormat::Table, "spreadsheet.csv", &spreadsheet_options());
     let inferences: Vec<String> =
-        import.report.inferences.iter().map(ToString::to_string).collect();
+        import.report.inferences.iter().flatten().map(ToString::to_string).collect();
     has(&inferences, "Windows-1252 (not UTF-8), columns between semicolons, header in line 3");
     has(&inferences, "numbers with a decimal comma");
     has(&inferences, "dates are day-first");
@@ -145,7 +145,7 @@ fn channels_in_utc_land_on_the_wall_clock_across_the_change() {
     let notes = notes(&import);
     has(&notes, "readings in the hour that came again: left out (12x)");
     has(&notes, "bolus in a row that stands twice: the second one is left out (1x)");
-    let bolus = import.report.people[0].totals.iter().find(|t| t.column == "bolus_u");
+    let bolus = import.report.people[0].totals.iter().flatten().find(|t| t.column == "bolus_u");
     assert_eq!(bolus.map(|t| (t.source, t.left_out)), Some((43.0, 7.0)));
     // Without a zone the person's clock is not known.
     let mut nowhere = channel_options();

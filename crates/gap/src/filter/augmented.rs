@@ -179,7 +179,7 @@ impl AugmentedModel {
     /// plasma glucose at both ends of the step.
     ///
     /// # Errors
-    /// As [`OdePlant::advance`].
+    /// As [`ode_sim::OdePlant::advance`].
     #[inline]
     pub fn step(
         &self,
@@ -203,7 +203,7 @@ impl AugmentedModel {
     /// derivative is taken: it acts above its share in few steps, and the gains need no more.
     ///
     /// # Errors
-    /// As [`OdePlant::linearised`].
+    /// As [`ode_sim::OdePlant::linearised`].
     #[inline]
     pub fn linearised(
         &self,

@@ -221,7 +221,7 @@ fn by_controller(person: &Person, delay: &Minutes95) -> Option<Finding> {
 }
 
 /// Whose offset a distance of many hours is: glucose rises after what people eat, and they dose for that.
-fn far_off(doses: &Doses<'_>, distance: &Minutes95) -> Vec<Finding> {
+fn far_off(doses: &DoseSteps<'_>, distance: &Minutes95) -> Vec<Finding> {
     let (person, cgm) = (doses.person, doses.person.record.cgm());
     let z = far::rises_after_boluses(&doses.carbs, &doses.bolus, cgm).unwrap_or(0.0);
     let about = "boluses lie at this distance from the meals of the same day, and not as they lie from those of others";

@@ -12,6 +12,7 @@ use contract::{DataInUse, Document as _};
 use physiology::STEPS_PER_DAY;
 use rayon::prelude::*;
 
+use super::unusable::unusable;
 use super::{
     CHECKS, Consequence, Finding, exclusion, findings, identical_people, ignored_channels,
 };

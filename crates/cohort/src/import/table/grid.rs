@@ -12,7 +12,9 @@ use super::log::{Event, Log};
 use super::options::Role;
 use super::unit::Unit;
 use crate::error::{CohortError, Place};
-use crate::import::report::{Imported, Totals};
+use contract::import_report::Totals;
+
+use crate::import::report::Imported;
 use crate::person::{Person, Therapy};
 use crate::range::check_value;
 use crate::record::{Channel, MAX_DAYS, Record};
@@ -207,7 +209,13 @@ fn sum(
     }
     log.note_of(role, "amounts in a step that already has one: summed", more);
     log.note_of(role, "amounts outside the span of glucose: left out", outside);
-    Ok(Totals { column: channel.column(), unit, source, record: kept, left_out })
+    Ok(Totals {
+        column: channel.column().into(),
+        unit: unit.into(),
+        source,
+        record: kept,
+        left_out,
+    })
 }
 
 /// A rate, U/h, from a second to another.
@@ -280,7 +288,10 @@ fn basal(
     }
     let therapy = therapy(log, &rates);
     let column = Channel::Basal.column();
-    Ok((Totals { column, unit: "U", source, record: amounts, left_out }, therapy))
+    Ok((
+        Totals { column: column.into(), unit: "U".into(), source, record: amounts, left_out },
+        therapy,
+    ))
 }
 
 /// The rates and how long each holds.
@@ -385,7 +396,13 @@ fn long_acting(log: &mut Log, therapy: Therapy, totals: &mut Vec<Totals>) -> The
             let evidence = format!("{} long-acting injections and no rate", events.len());
             log.infer(Role::LongActing, "therapy mdi", evidence);
             let (source, left_out) = (injected, injected);
-            totals.push(Totals { column, unit: "U", source, record: 0.0, left_out });
+            totals.push(Totals {
+                column: column.into(),
+                unit: "U".into(),
+                source,
+                record: 0.0,
+                left_out,
+            });
             Therapy::Mdi
         }
     }

@@ -157,7 +157,7 @@ fn most(table: &TextTable, at: usize, passes: impl Fn(&str) -> bool) -> bool {
 /// Whether a column repeats few texts, as one that names people does.
 fn few(table: &TextTable, at: usize) -> bool {
     let texts: std::collections::HashSet<&str> = samples(table, at).collect();
-    !texts.is_empty() && 20 * texts.len() <= table.height().min(LOOKED_AT).max(20)
+    !texts.is_empty() && 20 * texts.len() <= table.height().clamp(20, LOOKED_AT)
 }
 
 fn is_number(text: &str) -> bool {

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use super::clock::Hour;
 use super::options::Role;
 use crate::error::Place;
-use crate::import::report::{Inference, Notes};
+use contract::import_report::Inference;
+
+use crate::import::report::{Notes, inference};
 
 /// A value at a local time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,8 +53,7 @@ impl Log {
 
     /// Records what was concluded about the column of a role.
     pub(super) fn infer(&mut self, role: Role, conclusion: &str, evidence: String) {
-        let (person, place) = (self.id.clone(), self.place(role));
-        self.inferences.push(Inference { person, place, conclusion: conclusion.into(), evidence });
+        self.inferences.push(inference(&self.id, self.place(role), conclusion, evidence));
     }
 
     /// The column of a role.

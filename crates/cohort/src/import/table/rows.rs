@@ -14,7 +14,7 @@ use super::plan::Plan;
 use super::stamp::{DateOrder, Stamp};
 use super::unit::{Unit, glucose_unit_in, glucose_unit_of};
 use crate::error::{CohortError, Place};
-use crate::import::report::Inference;
+use crate::import::report::inference;
 use crate::person::is_person_id;
 use crate::range::check_value;
 use crate::record::Channel;
@@ -401,12 +401,7 @@ impl<'a> File<'a> {
         let table = self.table();
         let Some(log) = logs.values_mut().find(|log| log.file == table.file()) else { return };
         for (place, conclusion, evidence) in facts {
-            log.inferences.push(Inference {
-                person: log.id.clone(),
-                place: place.clone(),
-                conclusion: conclusion.clone(),
-                evidence: evidence.clone(),
-            });
+            log.inferences.push(inference(&log.id, place.clone(), conclusion, evidence));
         }
         for (name, what) in plan.counted {
             let Some(at) = table.header().iter().position(|column| same(name, column)) else {

@@ -50,7 +50,8 @@ fn mmol_are_recognised_and_the_offset_of_each_record_is_used() {
     let record = &import.cohort.people[0].record;
     assert_eq!(record.start().to_string(), "2024-03-01 05:00:00");
     assert_eq!(record.cgm(), [Some(99.0), Some(117.0)]);
-    let inferred = import.report.inferences.iter().any(|one| one.conclusion.contains("mmol/L"));
+    let inferred =
+        import.report.inferences.iter().flatten().any(|one| one.conclusion.contains("mmol/L"));
     assert!(inferred, "{:?}", import.report.inferences);
 }
 

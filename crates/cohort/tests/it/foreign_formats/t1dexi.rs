@@ -64,7 +64,7 @@ fn injections_have_no_rate_and_are_left_out() {
     let person = &import.cohort.people[0];
     assert_eq!(person.therapy, Therapy::Mdi);
     assert!(person.record.basal().iter().all(Option::is_none));
-    let totals = &import.report.people[0].totals[0];
+    let totals = &import.report.people[0].totals.as_ref().expect("totals")[0];
     // 0.8 + 0.8 + 0.4 + 0 + 1/3 + 2/15 + 0.9 U.
     assert!((totals.left_out - 3.366_666_666_666).abs() < 1e-9, "{totals:?}");
     assert!(totals.closes() && totals.record == 0.0, "{totals:?}");
