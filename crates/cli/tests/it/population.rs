@@ -173,7 +173,11 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
     let of_model = ["--model", text(&model), "--cohort", text(&cohort)];
     let quick = ["--variants", "--epochs", "2", "--out", text(&made)];
     run(&[&["twin"], of_model.as_slice(), &quick].concat());
-    assert_eq!(crate::outputs::checked(&made), 3, "twins, errors of free runs, manifest");
+    assert_eq!(
+        crate::outputs::checked(&made),
+        4,
+        "data in use, twins, errors of free runs, manifest"
+    );
     let twin = made.join("twins/P02.safetensors");
     let of_twin = [&["verify"], of_model.as_slice(), &["--twin", text(&twin)]].concat();
     let found = out("found");

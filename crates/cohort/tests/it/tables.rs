@@ -195,7 +195,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ("t,g\n2024-03-01 08:00,\"100\n", "p.csv, row 2: a quote that is never closed"),
         ("t,glu\n2024-03-01 08:00,100\n", "p.csv: no column 'g'; found t, glu"),
         ("when,g\n2024-03-01 08:00,100\n", "p.csv: no column 't'; found when, g"),
-        ("t,g\n2024-03-01,100\n", "no glucose reading of anyone"),
+        ("t,g\n2024-03-01,100\n", "no sensor reading of anyone"),
         ("t,g\n0001-03-01 08:00,100\n", "a time within the years 1900 to 2199"),
         ("t,g\n1990-03-01 08:00,100\n2024-03-01 08:00,100\n", "person 'p' spans"),
         ("PK\u{3}\u{4}", "save the sheet as CSV"),
@@ -212,7 +212,7 @@ fn what_is_wrong_is_said_with_its_place() {
         (Box::new(|o| o.utc = true), "say also where the person lived"),
         (
             Box::new(|o| o.add_unit("glucose=mmol/L").expect("a unit")),
-            "said to be mmol/L, but a median of 100 is mg/dL",
+            "said to be mmol/L, but a median of 100.0 is mg/dL",
         ),
         (Box::new(|o| o.add_map("person=who").expect("a map")), "p.csv: no column 'who'"),
         (Box::new(|o| o.columns.clear()), "--map: say which column is what"),

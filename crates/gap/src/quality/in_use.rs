@@ -130,8 +130,11 @@ impl UsedPerson {
         let observations =
             if without.is_some() { Observations::from_person(read)? } else { recorded };
         let lacks = lacking(person, &observations, rule);
-        // A record that cannot be a person's is named for that, whatever it lacks besides.
-        let left_out = exclusion(&findings).or_else(|| lacks.clone());
+        // A record that cannot be a person's is named for that, and for what it lacks besides.
+        let left_out = match (exclusion(&findings), &lacks) {
+            (Some(fault), Some(lacks)) => Some(format!("{fault}; besides, {lacks}")),
+            (fault, lacks) => fault.or_else(|| lacks.clone()),
+        };
         let cgm = used_readings(read, &observations);
         let cgm = (cgm != read.record.cgm()).then_some(cgm);
         let mut used = Self {

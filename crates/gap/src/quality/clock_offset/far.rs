@@ -6,7 +6,7 @@
 //! the same hours of the day, some days before and after.
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ContinuousCDF as _, Normal};
 
 use super::Minutes95;
 use super::dose_distance::{HALF_WIDTH, SEARCHED, sized};
@@ -34,21 +34,19 @@ pub(super) fn distance(carbs: &[f64], bolus: &[f64]) -> Option<Minutes95> {
         return None;
     }
     let table = Table::count(carbs, bolus, days)?;
-    let far = FARTHEST as i64;
-    let near = SEARCHED as i64;
-    let (best, beyond) = (-far..=far)
+    let (far, near) = (FARTHEST as i64, SEARCHED as i64);
+    let searched: Vec<(i64, Beyond)> = (-far..=far)
         .step_by(STEP_OF_CLOCKS)
         .filter(|distance| distance.abs() > near)
         .map(|distance| (distance, table.beyond_habit(distance, whole)))
-        .max_by(|a, b| a.1.z.total_cmp(&b.1.z))?;
+        .collect();
+    let (best, beyond) = searched.iter().max_by(|a, b| a.1.z().total_cmp(&b.1.z()))?;
     let nearby = (-near..=near)
         .map(|distance| table.beyond_habit(distance, whole).weight)
         .fold(0.0, f64::max);
-    let tried = 2.0 * (FARTHEST - SEARCHED) as f64 / STEP_OF_CLOCKS as f64;
-    let freedom = 2.0 * days as f64 - 2.0;
-    let least = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(1.0 - FALSE_ALARM / tried);
-    (beyond.z > least && beyond.weight > PREFERENCE * nearby).then(|| {
-        let value = 5.0 * best as f64;
+    let least = Normal::standard().inverse_cdf(1.0 - FALSE_ALARM / searched.len() as f64);
+    (beyond.z() > least && beyond.weight > PREFERENCE * nearby).then(|| {
+        let value = 5.0 * *best as f64;
         let width = 5.0 * HALF_WIDTH as f64;
         Minutes95 { value, lower: value - width, upper: value + width }
     })
@@ -63,8 +61,18 @@ struct Table {
 /// What a distance has beyond habit.
 struct Beyond {
     weight: f64,
-    /// The same in standard deviations of other days.
-    z: f64,
+    /// Mean of other days.
+    habit: f64,
+    /// Number of other days.
+    days: f64,
+}
+
+impl Beyond {
+    /// The weight in standard deviations of a count about the mean of other days. The variance of a
+    /// count is its mean; products are at most 1.
+    fn z(&self) -> f64 {
+        self.weight / ((self.habit + 1.0) * (1.0 + 1.0 / self.days)).sqrt()
+    }
 }
 
 impl Table {
@@ -113,11 +121,7 @@ impl Table {
         other_days.pop();
         let count = other_days.len() as f64;
         let habit = other_days.iter().sum::<f64>() / count;
-        let spread = other_days.iter().map(|v| (v - habit).powi(2)).sum::<f64>() / (count - 1.0);
-        // Counts scatter by their root at least; products are at most 1.
-        let deviation = (spread.max(habit + 1.0) * (1.0 + 1.0 / count)).sqrt();
-        let weight = self.at(distance) - habit;
-        Beyond { weight, z: weight / deviation }
+        Beyond { weight: self.at(distance) - habit, habit, days: count }
     }
 }
 
