@@ -72,6 +72,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "world",
         ],
     ),
+    (
+        "fuzz-targets",
+        &["contract", "nn-statespace", "conformance", "certificate", "cohort", "twins"],
+    ),
     ("cli", &["pipeline", "bench"]),
     ("xtask", &["cli"]),
 ];

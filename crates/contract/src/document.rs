@@ -48,6 +48,51 @@ pub fn read<T: Document>(bytes: &[u8]) -> Result<T, ContractError> {
     Ok(document)
 }
 
+/// A kind of document, for what goes through all of them.
+#[derive(Debug, Clone, Copy)]
+pub struct DocumentKind {
+    /// Name of the file in an output folder; several kinds may share it.
+    pub file: &'static str,
+    same_again: fn(&[u8]) -> Result<bool, ContractError>,
+    /// Its schema name, and its JSON Schema.
+    #[cfg(test)]
+    pub(crate) schema: (&'static str, fn() -> serde_json::Value),
+}
+
+impl DocumentKind {
+    #[cfg(not(test))]
+    pub(crate) const fn of<T: Document>() -> Self {
+        Self { file: T::FILE, same_again: same_again::<T> }
+    }
+
+    #[cfg(test)]
+    pub(crate) const fn of<T: Document + schemars::JsonSchema>() -> Self {
+        let schema = (T::SCHEMA, schema::<T> as fn() -> serde_json::Value);
+        Self { file: T::FILE, same_again: same_again::<T>, schema }
+    }
+
+    /// Reads a document and writes it again: whether nothing is lost or changed.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn same_again(&self, bytes: &[u8]) -> Result<bool, ContractError> {
+        (self.same_again)(bytes)
+    }
+}
+
+#[cfg(test)]
+fn schema<T: schemars::JsonSchema>() -> serde_json::Value {
+    schemars::schema_for!(T).to_value()
+}
+
+fn same_again<T: Document>(bytes: &[u8]) -> Result<bool, ContractError> {
+    let json = |source| ContractError::Json { file: T::FILE, source };
+    let document: T = read(bytes)?;
+    let again = serde_json::to_value(&document).map_err(json)?;
+    let found: serde_json::Value = serde_json::from_slice(bytes).map_err(json)?;
+    Ok(again == found)
+}
+
 /// Gives types of the crate the file and the schema name that are theirs.
 macro_rules! documents {
     ($($type:ty: $file:literal, $schema:literal;)*) => {$(

@@ -5,22 +5,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use schemars::{JsonSchema, schema_for};
 use serde_json::{Map, Value};
 
-use crate::bench::{DiagnosisBench, MealsBench, TrainingStepBench, TwinsBench};
-use crate::blind_check::{
-    Answer, BlindCheck, CalibrationTable, Label, Labels, OpenedLabels, People, PlantedCheck,
-    Realism, Seal,
-};
-use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
-use crate::posterior::{PosteriorCard, StatisticNames};
-use crate::{
-    Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, EffectTwins, ExampleDay,
-    Exclusions, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile,
-    Repair, RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf,
-    WidthSearch,
-};
+use crate::document_kinds;
 
 /// What follows this line in `docs/outputs.md` is made from the types.
 const MARK: &str =
@@ -51,55 +38,12 @@ impl Described {
     }
 }
 
-fn described<T: Document + JsonSchema>() -> Described {
-    Described { file: T::FILE, name: T::SCHEMA, schema: schema_for!(T).to_value() }
-}
-
 fn all() -> Vec<Described> {
-    vec![
-        described::<Manifest>(),
-        described::<ImportReport>(),
-        described::<DevelopmentSetSummary>(),
-        described::<ScalerSummary>(),
-        described::<WidthSearch>(),
-        described::<Training>(),
-        described::<RegionFile>(),
-        described::<Conformance>(),
-        described::<Certificates>(),
-        described::<Repair>(),
-        described::<HeldOut>(),
-        described::<SteadyStates>(),
-        described::<Trajectories>(),
-        described::<TwinsTable>(),
-        described::<RunErrors>(),
-        described::<Baselines>(),
-        described::<OutcomesTable>(),
-        described::<Exclusions>(),
-        described::<GlucoseProfile>(),
-        described::<WhatIf>(),
-        described::<ExampleDay>(),
-        described::<Diagnosis>(),
-        described::<DataInUse>(),
-        described::<EffectTwins>(),
-        described::<Meals>(),
-        described::<BlindCheck>(),
-        described::<Seal>(),
-        described::<Answer>(),
-        described::<OpenedLabels>(),
-        described::<Label>(),
-        described::<Labels>(),
-        described::<CalibrationTable>(),
-        described::<Thresholds>(),
-        described::<PlantedCheck>(),
-        described::<Realism>(),
-        described::<People>(),
-        described::<StatisticNames>(),
-        described::<PosteriorCard>(),
-        described::<DiagnosisBench>(),
-        described::<MealsBench>(),
-        described::<TrainingStepBench>(),
-        described::<TwinsBench>(),
-    ]
+    let described = |kind: crate::DocumentKind| {
+        let (name, schema) = kind.schema;
+        Described { file: kind.file, name, schema: schema() }
+    };
+    document_kinds().into_iter().map(described).collect()
 }
 
 fn docs() -> PathBuf {

@@ -3,76 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use contract::bench::{DiagnosisBench, MealsBench, TrainingStepBench, TwinsBench};
-use contract::blind_check::{
-    Answer, BlindCheck, CalibrationTable, Label, Labels, OpenedLabels, People, PlantedCheck,
-    Realism, Seal,
-};
-use contract::development_set::{DevelopmentSetSummary, ScalerSummary};
-use contract::posterior::{PosteriorCard, StatisticNames};
-use contract::{
-    Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, EffectTwins, ExampleDay,
-    Exclusions, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile,
-    Repair, RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf,
-    WidthSearch, read,
-};
+use contract::blind_check::{Answer, Labels, Seal};
+use contract::posterior::PosteriorCard;
+use contract::{Diagnosis, Document as _, DocumentKind, RunErrors, WhatIf, document_kinds};
 use serde_json::Value;
-
-/// Reads a file by one type and writes it again; says what is wrong.
-type Check = fn(&[u8]) -> Result<(), String>;
-
-/// The file of a document, and its check.
-fn document<T: Document>() -> (&'static str, Check) {
-    (T::FILE, whole::<T>)
-}
-
-/// Every document. Two or more share a name where several commands write a file of this name.
-fn documents() -> Vec<(&'static str, Check)> {
-    vec![
-        document::<Manifest>(),
-        document::<ImportReport>(),
-        document::<DevelopmentSetSummary>(),
-        document::<ScalerSummary>(),
-        document::<WidthSearch>(),
-        document::<Training>(),
-        document::<RegionFile>(),
-        document::<Conformance>(),
-        document::<Certificates>(),
-        document::<Repair>(),
-        document::<HeldOut>(),
-        document::<SteadyStates>(),
-        document::<Trajectories>(),
-        document::<TwinsTable>(),
-        document::<RunErrors>(),
-        document::<Baselines>(),
-        document::<OutcomesTable>(),
-        document::<Exclusions>(),
-        document::<GlucoseProfile>(),
-        document::<WhatIf>(),
-        document::<ExampleDay>(),
-        document::<DataInUse>(),
-        document::<Diagnosis>(),
-        document::<EffectTwins>(),
-        document::<Meals>(),
-        document::<BlindCheck>(),
-        document::<Seal>(),
-        document::<Answer>(),
-        document::<OpenedLabels>(),
-        document::<Label>(),
-        document::<Labels>(),
-        document::<CalibrationTable>(),
-        document::<Thresholds>(),
-        document::<PlantedCheck>(),
-        document::<Realism>(),
-        document::<People>(),
-        document::<StatisticNames>(),
-        document::<PosteriorCard>(),
-        document::<DiagnosisBench>(),
-        document::<MealsBench>(),
-        document::<TrainingStepBench>(),
-        document::<TwinsBench>(),
-    ]
-}
 
 /// Reads every JSON file in `folder` and the folders within by its type; returns how many there were.
 pub(crate) fn checked(folder: &Path) -> usize {
@@ -85,7 +19,7 @@ pub(crate) fn checked(folder: &Path) -> usize {
 fn read_all(folder: &Path) -> (usize, Vec<String>) {
     let mut files = Vec::new();
     collect(folder, &mut files);
-    let documents = documents();
+    let documents = document_kinds();
     let faults = files.iter().filter_map(|file| {
         let fault = fault(file, &documents)?;
         Some(format!("'{}': {fault}", file.display()))
@@ -105,14 +39,15 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
 }
 
 /// What is wrong with a file.
-fn fault(path: &Path, documents: &[(&str, Check)]) -> Option<String> {
+fn fault(path: &Path, documents: &[DocumentKind]) -> Option<String> {
     let names = document_names(path);
     let bytes = fs::read(path).expect("readable");
     let mut found = "it has no type".to_owned();
-    for (_, check) in documents.iter().filter(|(file, _)| names.contains(file)) {
-        match check(&bytes) {
-            Ok(()) => return None,
-            Err(fault) => found = fault,
+    for document in documents.iter().filter(|document| names.contains(&document.file)) {
+        match document.same_again(&bytes) {
+            Ok(true) => return None,
+            Ok(false) => found = "not the same when it is written again".to_owned(),
+            Err(fault) => found = fault.to_string(),
         }
     }
     Some(found)
@@ -129,14 +64,6 @@ fn document_names(path: &Path) -> Vec<&str> {
         card if card.starts_with("without-") => vec![PosteriorCard::FILE],
         own => vec![own],
     }
-}
-
-/// The document as it is read, written again, is what lies there.
-fn whole<T: Document>(bytes: &[u8]) -> Result<(), String> {
-    let document: T = read(bytes).map_err(|error| error.to_string())?;
-    let again = serde_json::to_value(&document).map_err(|error| error.to_string())?;
-    let found: Value = serde_json::from_slice(bytes).map_err(|error| error.to_string())?;
-    if again == found { Ok(()) } else { Err("not the same when it is written again".to_owned()) }
 }
 
 #[test]

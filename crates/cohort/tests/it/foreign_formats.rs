@@ -4,9 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cohort::{Channel, Import, ImportFormat, RecordsFormat, Totals, import, read_folder};
-use proptest::prelude::*;
-
-use crate::damaged_files::{imports_or_refuses, mangle, mangled};
 
 mod babelbetes;
 mod metabonet;
@@ -69,50 +66,4 @@ fn refusal(format: ImportFormat, files: &[(&str, &[u8])]) -> String {
         fs::write(path, bytes).expect("writable");
     }
     import(format, &source).map(|_| ()).expect_err("refused").to_string()
-}
-
-/// The files below a folder, in order.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut found: Vec<PathBuf> = Vec::new();
-    for entry in fs::read_dir(folder).expect("readable") {
-        let path = entry.expect("readable").path();
-        if path.is_dir() { found.extend(files(&path)) } else { found.push(path) }
-    }
-    found.sort();
-    found
-}
-
-/// The formats whose fixtures are damaged at random.
-const DAMAGED: [ImportFormat; 6] = [
-    ImportFormat::Nightscout,
-    ImportFormat::Tidepool,
-    ImportFormat::T1dexi,
-    ImportFormat::Ohio,
-    ImportFormat::Simglucose,
-    ImportFormat::Replaybg,
-];
-
-proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(200) })]
-
-    /// A damaged fixture is read or refused, and its sums close.
-    #[test]
-    fn damaged_fixtures(
-        changes in prop::collection::vec(mangle(), 1..4),
-        which in any::<prop::sample::Index>(),
-    ) {
-        for format in DAMAGED {
-            let source = fixture(format.name());
-            let all = files(&source);
-            let damaged = which.index(all.len());
-            let folder = tempfile::tempdir()?;
-            for (i, path) in all.iter().enumerate() {
-                let copy = folder.path().join(path.strip_prefix(&source).expect("inside"));
-                fs::create_dir_all(copy.parent().expect("inside a folder"))?;
-                let bytes = fs::read(path)?;
-                fs::write(copy, if i == damaged { mangled(bytes, &changes) } else { bytes })?;
-            }
-            imports_or_refuses(format, folder.path());
-        }
-    }
 }

@@ -1,7 +1,6 @@
-//! Cohort folders, damaged files and real records.
+//! Cohort folders, other people's formats and real records.
 
 mod cohort_folder;
-mod damaged_files;
 mod downloads;
 mod exports;
 mod foreign_formats;
