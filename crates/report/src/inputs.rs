@@ -4,8 +4,8 @@ use std::io::Read;
 
 use contract::blind_check::Seal;
 use contract::{
-    BlindCheck, Conformance, Diagnosis, ExampleDay, GlucoseProfile, ImportReport, Manifest,
-    OutcomesTable, Training, TwinsTable, WhatIf,
+    BlindCheck, Conformance, DataInUse, Diagnosis, ExampleDay, GlucoseProfile, ImportReport,
+    Manifest, OutcomesTable, Training, TwinsTable, WhatIf,
 };
 
 use crate::ReportError;
@@ -39,11 +39,13 @@ pub enum Part {
     BlindCheck,
     /// Hashes of those labels.
     Seal,
+    /// The people, days and channels in use, and what the checks of the data said.
+    DataInUse,
 }
 
 impl Part {
     /// Every part.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Manifest,
         Self::Outcomes,
         Self::Conformance,
@@ -57,6 +59,7 @@ impl Part {
         Self::Agp,
         Self::BlindCheck,
         Self::Seal,
+        Self::DataInUse,
     ];
 
     /// Name of the file that holds the part in an output folder.
@@ -76,6 +79,7 @@ impl Part {
             Self::Agp => "agp.json",
             Self::BlindCheck => "blind_check.json",
             Self::Seal => "seal.json",
+            Self::DataInUse => "data_in_use.json",
         }
     }
 }
@@ -109,6 +113,8 @@ pub struct Inputs {
     pub blind_check: Option<BlindCheck>,
     /// From `seal.json`.
     pub seal: Option<Seal>,
+    /// From `data_in_use.json`.
+    pub data_in_use: Option<DataInUse>,
 }
 
 impl Inputs {
@@ -126,6 +132,7 @@ impl Inputs {
             && self.what_if_constrained.is_none()
             && self.agp.is_none()
             && self.blind_check.is_none()
+            && self.data_in_use.is_none()
     }
 
     /// Reads one part, strictly. A manifest is added to those already read; any other part replaces
@@ -154,6 +161,7 @@ impl Inputs {
             Part::Agp => self.agp = Some(contract::read(&bytes)?),
             Part::BlindCheck => self.blind_check = Some(contract::read(&bytes)?),
             Part::Seal => self.seal = Some(contract::read(&bytes)?),
+            Part::DataInUse => self.data_in_use = Some(contract::read(&bytes)?),
         }
         Ok(())
     }

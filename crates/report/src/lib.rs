@@ -32,6 +32,12 @@ pub use inputs::{Inputs, Part};
 pub const DISCLAIMER: &str =
     "Research software. Not a medical device; not validated for any treatment decision.";
 
+/// The answer of a diagnosis in one sentence: where, which and how far.
+#[must_use]
+pub fn verdict_sentence(diagnosis: &contract::Diagnosis) -> String {
+    section::verdict_sentence(diagnosis)
+}
+
 /// Renders the report as one HTML document.
 ///
 /// # Errors

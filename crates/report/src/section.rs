@@ -22,6 +22,8 @@ mod verdict;
 mod what_if;
 mod words;
 
+pub(crate) use verdict::sentence as verdict_sentence;
+
 use crate::html::Html;
 use crate::{DISCLAIMER, Inputs, ReportError};
 
