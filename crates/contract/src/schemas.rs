@@ -17,9 +17,9 @@ use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
 use crate::posterior::{PosteriorCard, StatisticNames};
 use crate::{
     Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, EffectTwins, ExampleDay,
-    Exclusions, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile,
-    Repair, RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf,
-    WidthSearch,
+    Exclusions, GlucoseByPerson, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals,
+    OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates, Thresholds, Training,
+    Trajectories, TwinsTable, WhatIf, WidthSearch,
 };
 
 /// What follows this line in `docs/outputs.md` is made from the types.
@@ -80,6 +80,8 @@ fn all() -> Vec<Described> {
         described::<ExampleDay>(),
         described::<Diagnosis>(),
         described::<DataInUse>(),
+        described::<GlucoseByPerson>(),
+        described::<StatedTruth>(),
         described::<EffectTwins>(),
         described::<Meals>(),
         described::<BlindCheck>(),

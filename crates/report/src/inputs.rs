@@ -4,8 +4,8 @@ use std::io::Read;
 
 use contract::blind_check::Seal;
 use contract::{
-    BlindCheck, Conformance, DataInUse, Diagnosis, ExampleDay, GlucoseProfile, ImportReport,
-    Manifest, OutcomesTable, Training, TwinsTable, WhatIf,
+    BlindCheck, Conformance, DataInUse, Diagnosis, ExampleDay, GlucoseByPerson, GlucoseProfile,
+    ImportReport, Manifest, OutcomesTable, StatedTruth, Training, TwinsTable, WhatIf,
 };
 
 use crate::ReportError;
@@ -41,11 +41,15 @@ pub enum Part {
     Seal,
     /// The people, days and channels in use, and what the checks of the data said.
     DataInUse,
+    /// Each person's measured glucose.
+    GlucoseByPerson,
+    /// What the makers of the cohort state.
+    Truth,
 }
 
 impl Part {
     /// Every part.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Manifest,
         Self::Outcomes,
         Self::Conformance,
@@ -60,6 +64,8 @@ impl Part {
         Self::BlindCheck,
         Self::Seal,
         Self::DataInUse,
+        Self::GlucoseByPerson,
+        Self::Truth,
     ];
 
     /// Name of the file that holds the part in an output folder.
@@ -80,6 +86,8 @@ impl Part {
             Self::BlindCheck => "blind_check.json",
             Self::Seal => "seal.json",
             Self::DataInUse => "data_in_use.json",
+            Self::GlucoseByPerson => "glucose_by_person.json",
+            Self::Truth => "truth.json",
         }
     }
 }
@@ -115,10 +123,14 @@ pub struct Inputs {
     pub seal: Option<Seal>,
     /// From `data_in_use.json`.
     pub data_in_use: Option<DataInUse>,
+    /// From `glucose_by_person.json`.
+    pub glucose_by_person: Option<GlucoseByPerson>,
+    /// From `truth.json`.
+    pub truth: Option<StatedTruth>,
 }
 
 impl Inputs {
-    /// Whether there is nothing that a report shows; a manifest or a seal alone is nothing.
+    /// Whether there is nothing that a report shows; a manifest, a seal or the truth alone is nothing.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.outcomes.is_none()
@@ -133,6 +145,7 @@ impl Inputs {
             && self.agp.is_none()
             && self.blind_check.is_none()
             && self.data_in_use.is_none()
+            && self.glucose_by_person.is_none()
     }
 
     /// Reads one part, strictly. A manifest is added to those already read; any other part replaces
@@ -162,6 +175,8 @@ impl Inputs {
             Part::BlindCheck => self.blind_check = Some(contract::read(&bytes)?),
             Part::Seal => self.seal = Some(contract::read(&bytes)?),
             Part::DataInUse => self.data_in_use = Some(contract::read(&bytes)?),
+            Part::GlucoseByPerson => self.glucose_by_person = Some(contract::read(&bytes)?),
+            Part::Truth => self.truth = Some(contract::read(&bytes)?),
         }
         Ok(())
     }

@@ -32,10 +32,11 @@ pub use inputs::{Inputs, Part};
 pub const DISCLAIMER: &str =
     "Research software. Not a medical device; not validated for any treatment decision.";
 
-/// The answer of a diagnosis in one sentence: where, which and how far.
+/// The answer of a diagnosis as lines of text: the sentence of the report, and what the makers of the
+/// cohort state beside what was found.
 #[must_use]
-pub fn verdict_sentence(diagnosis: &contract::Diagnosis) -> String {
-    section::verdict_sentence(diagnosis)
+pub fn answer(diagnosis: &contract::Diagnosis, truth: Option<&contract::StatedTruth>) -> String {
+    section::answer(diagnosis, truth)
 }
 
 /// Renders the report as one HTML document.

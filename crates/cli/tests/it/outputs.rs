@@ -12,9 +12,9 @@ use contract::development_set::{DevelopmentSetSummary, ScalerSummary};
 use contract::posterior::{PosteriorCard, StatisticNames};
 use contract::{
     Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, EffectTwins, ExampleDay,
-    Exclusions, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable, RegionFile,
-    Repair, RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable, WhatIf,
-    WidthSearch, read,
+    Exclusions, GlucoseByPerson, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals,
+    OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates, Thresholds, Training,
+    Trajectories, TwinsTable, WhatIf, WidthSearch, read,
 };
 use serde_json::Value;
 
@@ -51,6 +51,8 @@ fn documents() -> Vec<(&'static str, Check)> {
         document::<WhatIf>(),
         document::<ExampleDay>(),
         document::<DataInUse>(),
+        document::<GlucoseByPerson>(),
+        document::<StatedTruth>(),
         document::<Diagnosis>(),
         document::<EffectTwins>(),
         document::<Meals>(),

@@ -61,7 +61,7 @@ pub(crate) fn completed(part: Part, mut value: Value) -> Value {
         Part::Twins => {
             fill_each(&mut value, "/people", &json!({"windows_train": 0, "windows_test": 0}));
         }
-        Part::ExampleDay => fill(&mut value, json!({"schema": "example-day/1"})),
+        Part::ExampleDay => fill(&mut value, json!({"schema": "example-day/2"})),
         Part::Agp => fill(&mut value, json!({"schema": "agp/1", "windows": 412})),
         _ => {}
     }

@@ -25,8 +25,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.figure(
                 &svg,
                 &keys,
-                "Loss by epoch. The two lines should fall together; a validation line that turns up \
-                 while training falls is overfitting.",
+                "Loss by epoch. The two have different units and axes of their own: compare their courses, \
+                 not their heights. Validation that rises while training falls is overfitting; the \
+                 upright line is the epoch whose weights are kept.",
             );
         }
         None => {

@@ -71,7 +71,7 @@ fn interval_of_share(lower: Option<f64>, upper: Option<f64>) -> String {
 /// Equivalence of the first method, and of twins whose courses are drawn.
 fn outcomes(outcomes: &OutcomesTable) -> Vec<String> {
     let Some(first) = outcomes.methods.first() else {
-        return vec!["No method was evaluated against the real glucose outcomes.".to_owned()];
+        return vec!["No method was evaluated against the measured glucose outcomes.".to_owned()];
     };
     let spread = outcomes.methods[1..].iter().filter(|method| method.name == "spread_twin");
     std::iter::once(first).chain(spread).map(|method| equivalence(outcomes, method)).collect()
@@ -101,7 +101,7 @@ fn equivalence(outcomes: &OutcomesTable, method: &MethodRows) -> String {
     let mut aside = String::new();
     if !hopeless.is_empty() {
         aside.push_str(&format!(
-            " For {} so few people, scattered so much, could not have shown it of any method.",
+            " For {} these people are too few and vary too much to show it of any method.",
             list(&hopeless)
         ));
     }
@@ -115,17 +115,17 @@ fn equivalence(outcomes: &OutcomesTable, method: &MethodRows) -> String {
     let text = match (shown.is_empty(), open.is_empty()) {
         (true, true) => format!("{method}: no outcome was tested."),
         (false, true) => format!(
-            "{method}: all {} glucose outcomes are equivalent to the real ones within their \
+            "{method}: all {} glucose outcomes are equivalent to the measured ones within their \
              margins, {over}.",
             shown.len()
         ),
         (true, false) => format!(
-            "{method}: none of the {} glucose outcomes is shown to be equivalent to the real ones, \
+            "{method}: none of the {} glucose outcomes is shown to be equivalent to the measured ones, \
              {over}.",
             open.len()
         ),
         (false, false) => format!(
-            "{method}: {} of {} glucose outcomes are equivalent to the real ones within their \
+            "{method}: {} of {} glucose outcomes are equivalent to the measured ones within their \
              margins ({}), {over}; equivalence is not shown for {}.",
             shown.len(),
             shown.len() + open.len(),
@@ -150,13 +150,11 @@ fn what_if(answers: &WhatIf, one: &str, many: &str) -> Option<String> {
     let out = answers.order.iter().filter(|twin| !twin.ordered);
     let out: Vec<String> = out.map(|twin| twin.person_id.clone()).collect();
     let of = count(answers.order.len(), one, many);
-    let answer = if out.len() == 1 { "answers" } else { "answer" };
-    let are = if out.len() == 1 { "is" } else { "are" };
     match (answers.order.len(), out.len()) {
         (0, _) => None,
-        (_, 0) => Some(format!("Less insulin never means less glucose in any of {of}.")),
+        (_, 0) => Some(format!("More insulin never raises glucose in any of {of}.")),
         (_, n) => Some(format!(
-            "{n} of {of} {answer} other doses out of order and {are} not to be used for what-ifs: {}.",
+            "More insulin raises glucose in {n} of {of}, which must not be used for what-ifs: {}.",
             if n <= NAMED { list(&out) } else { "the table below names them".to_owned() }
         )),
     }

@@ -44,13 +44,12 @@ fn named(diagnosis: &Diagnosis) -> String {
     let listed = |effects: &[&FoundEffect]| -> String {
         list(&effects.iter().map(|found| with_probability(found)).collect::<Vec<_>>())
     };
-    let verb = if found.len() == 1 { "is" } else { "are" };
     match (found.is_empty(), suspected.is_empty()) {
-        (false, true) => format!("{} {verb} found", listed(&found)),
+        (false, true) => format!("found: {}", listed(&found)),
         (false, false) => {
-            format!("{} {verb} found, and {} suspected", listed(&found), listed(&suspected))
+            format!("found: {}; suspected: {}", listed(&found), listed(&suspected))
         }
-        (true, false) => format!("no effect is found, and {} suspected", listed(&suspected)),
+        (true, false) => format!("no effect is found; suspected: {}", listed(&suspected)),
         (true, true) => "an effect is named, but the file does not say which".to_owned(),
     }
 }
