@@ -99,3 +99,79 @@ fn truth(source: &str, mut effects: Vec<ActingEffect>) -> StatedTruth {
     effects.sort_by_key(|acting| (acting.effect.contains(':'), acting.effect.clone()));
     StatedTruth { schema: StatedTruth::SCHEMA.to_owned(), source: source.to_owned(), effects }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::stages::diagnose;
+    use crate::workspace_root;
+
+    #[test]
+    fn a_diagnosis_is_the_same_with_and_without_the_truth_beside_it() {
+        let temporary = tempfile::tempdir().expect("a temporary folder");
+        let embedded = workspace_root().join("fixtures/embedded");
+        // The same cohort twice: alone, and with its makers' file beside it.
+        let run = |name: &str, truth: bool| {
+            let folder = temporary.path().join(name);
+            fs::create_dir_all(folder.join("cohort")).expect("a folder");
+            for file in ["people.csv", "records.parquet"] {
+                fs::copy(embedded.join("cohort").join(file), folder.join("cohort").join(file))
+                    .expect("the embedded cohort");
+            }
+            if truth {
+                fs::copy(embedded.join(INFO), folder.join(INFO)).expect("its truth");
+            }
+            let settings = diagnose::Settings {
+                cohort: folder.join("cohort"),
+                model: crate::diagnosed::ODE.to_owned(),
+                population: None,
+                out: folder.join("out"),
+                seed: 1,
+                thresholds: None,
+                posterior: None,
+            };
+            diagnose::run(&settings).expect("a diagnosis");
+            folder.join("out")
+        };
+        let (blind, seen) = (run("blind", false), run("seen", true));
+        let bytes = |folder: &Path| fs::read(folder.join("diagnosis.json")).expect("written");
+        assert!(bytes(&blind) == bytes(&seen), "the truth changed the diagnosis");
+        assert!(!blind.join(StatedTruth::FILE).exists());
+        let truth = fs::read(seen.join(StatedTruth::FILE)).expect("written");
+        let truth: StatedTruth = contract::read(&truth).expect("a truth");
+        assert_eq!((truth.source.as_str(), truth.effects.len()), (INFO, 11));
+        let dawn = truth.effects.iter().find(|acting| acting.effect == "dawn").expect("it acts");
+        assert!(dawn.people == 6 && dawn.lowest < Some(dawn.amplitude));
+        let page = |folder: &Path| fs::read_to_string(folder.join("report.html")).expect("written");
+        assert!(page(&seen).contains("11 effects act in this cohort"));
+        assert!(!page(&blind).contains("Truth beside answer</a>"));
+    }
+
+    #[test]
+    fn a_file_about_other_people_is_no_truth() {
+        let temporary = tempfile::tempdir().expect("a temporary folder");
+        fs::create_dir(temporary.path().join("cohort")).expect("a folder");
+        fs::copy(
+            workspace_root().join("fixtures/embedded").join(INFO),
+            temporary.path().join(INFO),
+        )
+        .expect("a truth");
+        let people = |id: &str| {
+            let person = serde_json::json!({"person_id": id, "days": 9, "excluded": null, "calibration": null});
+            let text = serde_json::json!({"schema": "diagnosis/2", "verdict": "none", "effects": [],
+                "candidates": [], "untried": [], "ports": [], "power": [],
+                "evidence": {"person_days": 9.0, "gains": {}}, "where": [], "baseline": [],
+                "how_far": {"horizons": [], "outcomes": [], "amplitudes": [], "innovations": null,
+                    "people": [], "notes": []},
+                "data_quality": [], "people": [person], "plant": "ode", "seed": 1, "config": null});
+            let diagnosis: Diagnosis =
+                contract::read(text.to_string().as_bytes()).expect("a diagnosis");
+            stated_truth(&temporary.path().join("cohort"), &diagnosis)
+        };
+        assert!(people("someone").is_none());
+        let one = people("P03").expect("one of the six");
+        assert!(one.effects.iter().all(|acting| acting.people == 1));
+    }
+}

@@ -144,7 +144,7 @@ impl Html {
     fn scroll(&mut self, class: &'static str, caption: &str) -> &mut Self {
         self.literal("<div class=\"")
             .literal(class)
-            .literal("\" tabindex=\"0\" role=\"region\" aria-label=\"");
+            .literal("\" tabindex=\"0\" role=\"group\" aria-label=\"");
         self.text(caption).literal("\">\n")
     }
 

@@ -120,11 +120,12 @@ pub fn run(args: &Settings) -> Result<()> {
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
-    progress.finish(&format!(
-        "{} people, {excluded} left out, {}",
-        diagnosis.people.len(),
-        place.join("report.html").display()
-    ));
+    let people = match diagnosis.people.len() {
+        1 => "1 person".to_owned(),
+        n => format!("{n} people"),
+    };
+    progress
+        .finish(&format!("{people}, {excluded} left out, {}", place.join("report.html").display()));
     answer(&::report::answer(&written, truth.as_ref()));
     Ok(())
 }

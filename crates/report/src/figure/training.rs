@@ -29,11 +29,7 @@ pub(crate) fn training(training: &Training) -> Result<Option<Drawn>, ReportError
     let log = |loss: f64| (loss > 0.0).then(|| loss.log10());
     let of: [Course; 2] = [
         (|epoch| epoch.train_loss, MEASURED, "Training loss (scaled units)".to_owned()),
-        (
-            |epoch| epoch.validation_loss,
-            TWIN,
-            format!("Validation: {}", training.validation_loss_is),
-        ),
+        (|epoch| epoch.validation_loss, TWIN, "Validation error (mg/dL)".to_owned()),
     ];
     let svg = draw("Training and validation loss by epoch", 60 + 2 * NEXT + 40, |canvas| {
         for (index, (loss, stroke, title)) in of.iter().enumerate() {
