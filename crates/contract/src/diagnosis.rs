@@ -9,7 +9,10 @@ mod places;
 use std::collections::BTreeMap;
 
 pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
-pub use found::{CandidateEffect, DetectionPower, FoundEffect, PersonAmplitude, UntriedEffect};
+pub use found::{
+    CandidateEffect, DetectionPower, FOUND_ABOVE, FOUND_IN, FoundEffect, PersonAmplitude, Standing,
+    UntriedEffect,
+};
 pub use how_far::{
     AmplitudeChange, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
     PersonChange,
@@ -32,7 +35,9 @@ pub struct Diagnosis<C = serde_json::Value> {
     pub schema: String,
     /// The answer.
     pub verdict: Verdict,
-    /// Effects found, in the order in which the data were conditioned on them.
+    /// Effects that are named, in the order in which the data were conditioned on them. One is called found where
+    /// its probability is above 0.5, the interval of its amplitude lies above 0, and the held-out data of two people
+    /// favour it (of one, where there is one); otherwise it is called suspected.
     pub effects: Vec<FoundEffect>,
     /// Every effect that was tried; `none` and `unknown` stand among them with their probabilities.
     pub candidates: Vec<CandidateEffect>,
@@ -86,7 +91,7 @@ pub enum Verdict {
     /// Nothing that the data could show is missing. Situations in `where` may still show errors: no
     /// plant fits a person in everything.
     None,
-    /// At least one named effect was found.
+    /// At least one effect is named: found or suspected, see `effects`.
     Effect,
     /// Something varies at a port by more than it does in anybody, and nothing that was tried explains it.
     Unknown,

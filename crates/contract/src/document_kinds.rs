@@ -9,9 +9,9 @@ use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
 use crate::posterior::{PosteriorCard, StatisticNames};
 use crate::{
     Baselines, Certificates, Conformance, DataInUse, Diagnosis, DocumentKind, EffectTwins,
-    ExampleDay, Exclusions, GlucoseProfile, HeldOut, ImportReport, Manifest, Meals, OutcomesTable,
-    RegionFile, Repair, RunErrors, SteadyStates, Thresholds, Training, Trajectories, TwinsTable,
-    WhatIf, WidthSearch,
+    ExampleDay, Exclusions, GlucoseByPerson, GlucoseProfile, HeldOut, ImportReport, Manifest,
+    Meals, OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates, Thresholds,
+    Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
 };
 
 /// Every kind of document.
@@ -41,6 +41,8 @@ pub fn document_kinds() -> Vec<DocumentKind> {
         DocumentKind::of::<ExampleDay>(),
         DocumentKind::of::<Diagnosis>(),
         DocumentKind::of::<DataInUse>(),
+        DocumentKind::of::<GlucoseByPerson>(),
+        DocumentKind::of::<StatedTruth>(),
         DocumentKind::of::<EffectTwins>(),
         DocumentKind::of::<Meals>(),
         DocumentKind::of::<BlindCheck>(),

@@ -10,7 +10,7 @@ use crate::{ContractError, Document};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ExampleDay {
-    /// `example-day/1`.
+    /// `example-day/2`.
     pub schema: String,
     /// The person.
     pub person_id: String,
@@ -31,8 +31,10 @@ pub struct ExampleDay {
     /// Glucose of the closest virtual patient, mg/dL; absent where none was sought.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub closest: Option<Vec<Option<f64>>>,
-    /// Insulin, all of it as a rate, U/h.
-    pub insulin_u_h: Vec<f64>,
+    /// Basal rate, U/h.
+    pub basal_u_h: Vec<f64>,
+    /// Boluses in each step, U.
+    pub bolus_u: Vec<f64>,
     /// Carbohydrate in each step, g.
     pub carbs_g: Vec<f64>,
     /// Heart rate over its resting baseline, a difference, 1/min; 0 at rest.
@@ -78,7 +80,7 @@ pub struct TimeInRanges {
 
 impl Document for ExampleDay {
     const FILE: &'static str = "example_day.json";
-    const SCHEMA: &'static str = "example-day/1";
+    const SCHEMA: &'static str = "example-day/2";
 
     fn check(&self) -> Result<(), ContractError> {
         let closest = self.closest.as_ref().map(|series| ("closest", series.len()));
@@ -87,7 +89,8 @@ impl Document for ExampleDay {
             ("population", self.population.len()),
             ("twin", self.twin.len()),
             ("ode", self.ode.len()),
-            ("insulin_u_h", self.insulin_u_h.len()),
+            ("basal_u_h", self.basal_u_h.len()),
+            ("bolus_u", self.bolus_u.len()),
             ("carbs_g", self.carbs_g.len()),
             ("heart_rate_over_baseline", self.heart_rate_over_baseline.len()),
             ("sleep_efficiency", self.sleep_efficiency.len()),

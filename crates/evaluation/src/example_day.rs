@@ -152,7 +152,8 @@ fn simulate_day(
         twin,
         ode,
         closest,
-        insulin_u_h: inputs.iter().map(|input| input.insulin().0).collect(),
+        basal_u_h: inputs.iter().map(|input| input.basal.0).collect(),
+        bolus_u: inputs.iter().map(|input| input.bolus.0).collect(),
         carbs_g: inputs.iter().map(|input| input.carbs.0).collect(),
         heart_rate_over_baseline: inputs
             .iter()

@@ -8,6 +8,7 @@
 //! - [`evaluate()`]: five-hour windows under every [`Method`], [outcomes](outcomes_table) with equivalence
 //!   tests, [scenarios](Scenario), forecasts beside [autoregression](Forecaster);
 //! - [`example_day()`], [`glucose_profile()`]: courses to be drawn, measured and simulated;
+//! - [`glucose_by_person()`]: what a report on CGM says of each person;
 //! - [`what_if()`]: meals under several doses, and whether each twin answers in the right order.
 //!
 //! Every method runs freely from a window's first reading; what it is judged on is what a sensor
@@ -27,6 +28,7 @@ mod error;
 mod evaluate;
 mod example_day;
 mod forecast;
+mod glucose_by_person;
 mod glucose_profile;
 mod method;
 mod models;
@@ -42,6 +44,7 @@ pub use error::EvaluationError;
 pub use evaluate::{Evaluation, evaluate};
 pub use example_day::example_day;
 pub use forecast::{FORECAST_MINUTES, ForecastError, Forecaster};
+pub use glucose_by_person::glucose_by_person;
 pub use glucose_profile::glucose_profile;
 pub use method::Method;
 pub use models::{Model, PersonModels};

@@ -18,15 +18,13 @@ pub(crate) fn doubts(
         ));
     }
     if found.amplitude.lower <= 0.0 {
-        doubts.push("Its size cannot be told from 0.".to_owned());
+        doubts.push("Its size may be 0.".to_owned());
     }
     let certain = |difference: &WithInterval| difference.upper < 0.0;
     if how_far.horizons.is_empty() {
         doubts.push("No held-out day could be compared with it and without it.".to_owned());
     } else if !how_far.horizons.iter().any(|horizon| certain(&horizon.difference)) {
-        doubts.push(
-            "Adding it shrinks no error on held-out days beyond what chance does.".to_owned(),
-        );
+        doubts.push("Adding it shrinks no error on held-out days beyond chance.".to_owned());
     }
     doubts
 }
@@ -71,10 +69,7 @@ mod tests {
         };
         assert!(doubts(&found(0.4), &horizons([0.3, -0.1]), None).is_empty());
         assert_eq!(doubts(&found(0.4), &horizons([0.3, 0.1]), None).len(), 1);
-        assert_eq!(
-            doubts(&found(-0.1), &horizons([-0.3, 0.1]), None),
-            ["Its size cannot be told from 0."]
-        );
+        assert_eq!(doubts(&found(-0.1), &horizons([-0.3, 0.1]), None), ["Its size may be 0."]);
         assert_eq!(doubts(&found(0.0), &HowFar::default(), None).len(), 2);
         assert_eq!(
             doubts(&found(0.4), &horizons([0.3, -0.1]), Some(("p1", 0.123))),

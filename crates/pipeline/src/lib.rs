@@ -36,6 +36,7 @@ pub mod people;
 mod profile;
 mod progress;
 pub mod stages;
+mod stated_truth;
 mod subnetworks;
 mod training_data;
 pub mod usage;

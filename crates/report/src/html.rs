@@ -4,7 +4,9 @@
 //! and from other [`Html`]. A string from a JSON file has no other way in.
 
 mod crossed;
+mod csv;
 mod heat;
+mod ranges;
 
 pub(crate) use crossed::{Crossed, CrossedCell, CrossedRow};
 pub(crate) use heat::{Heat, HeatCell};
@@ -108,7 +110,7 @@ impl Html {
         columns: &[(&str, Column)],
         rows: &[(bool, Vec<Self>)],
     ) -> &mut Self {
-        self.literal("<div class=\"scroll\" tabindex=\"0\">\n<table>\n");
+        self.scroll("scroll", caption).literal("<table>\n");
         // The span stays in view while the table scrolls sideways under it.
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
         for (name, column) in columns {
@@ -132,7 +134,18 @@ impl Html {
             }
             self.literal("</tr>\n");
         }
-        self.literal("</tbody>\n</table>\n</div>\n")
+        self.literal("</tbody>\n</table>\n</div>\n");
+        let head = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let body = rows.iter().map(|(_, cells)| cells.iter().map(Self::plain_text).collect());
+        self.download(caption, &std::iter::once(head).chain(body).collect::<Vec<_>>())
+    }
+
+    /// A box around a table that scrolls sideways, which a keyboard can reach.
+    fn scroll(&mut self, class: &'static str, caption: &str) -> &mut Self {
+        self.literal("<div class=\"")
+            .literal(class)
+            .literal("\" tabindex=\"0\" role=\"group\" aria-label=\"");
+        self.text(caption).literal("\">\n")
     }
 
     /// Whether it is text that needs a wider column on a phone.

@@ -4,8 +4,8 @@ use std::io::Read;
 
 use contract::blind_check::Seal;
 use contract::{
-    BlindCheck, Conformance, Diagnosis, ExampleDay, GlucoseProfile, ImportReport, Manifest,
-    OutcomesTable, Training, TwinsTable, WhatIf,
+    BlindCheck, Conformance, DataInUse, Diagnosis, ExampleDay, GlucoseByPerson, GlucoseProfile,
+    ImportReport, Manifest, OutcomesTable, StatedTruth, Training, TwinsTable, WhatIf,
 };
 
 use crate::ReportError;
@@ -39,11 +39,17 @@ pub enum Part {
     BlindCheck,
     /// Hashes of those labels.
     Seal,
+    /// The people, days and channels in use, and what the checks of the data said.
+    DataInUse,
+    /// Each person's measured glucose.
+    GlucoseByPerson,
+    /// What the makers of the cohort state.
+    Truth,
 }
 
 impl Part {
     /// Every part.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 16] = [
         Self::Manifest,
         Self::Outcomes,
         Self::Conformance,
@@ -57,6 +63,9 @@ impl Part {
         Self::Agp,
         Self::BlindCheck,
         Self::Seal,
+        Self::DataInUse,
+        Self::GlucoseByPerson,
+        Self::Truth,
     ];
 
     /// Name of the file that holds the part in an output folder.
@@ -76,6 +85,9 @@ impl Part {
             Self::Agp => "agp.json",
             Self::BlindCheck => "blind_check.json",
             Self::Seal => "seal.json",
+            Self::DataInUse => "data_in_use.json",
+            Self::GlucoseByPerson => "glucose_by_person.json",
+            Self::Truth => "truth.json",
         }
     }
 }
@@ -109,10 +121,16 @@ pub struct Inputs {
     pub blind_check: Option<BlindCheck>,
     /// From `seal.json`.
     pub seal: Option<Seal>,
+    /// From `data_in_use.json`.
+    pub data_in_use: Option<DataInUse>,
+    /// From `glucose_by_person.json`.
+    pub glucose_by_person: Option<GlucoseByPerson>,
+    /// From `truth.json`.
+    pub truth: Option<StatedTruth>,
 }
 
 impl Inputs {
-    /// Whether there is nothing that a report shows; a manifest or a seal alone is nothing.
+    /// Whether there is nothing that a report shows; a manifest, a seal or the truth alone is nothing.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.outcomes.is_none()
@@ -126,6 +144,8 @@ impl Inputs {
             && self.what_if_constrained.is_none()
             && self.agp.is_none()
             && self.blind_check.is_none()
+            && self.data_in_use.is_none()
+            && self.glucose_by_person.is_none()
     }
 
     /// Reads one part, strictly. A manifest is added to those already read; any other part replaces
@@ -154,6 +174,9 @@ impl Inputs {
             Part::Agp => self.agp = Some(contract::read(&bytes)?),
             Part::BlindCheck => self.blind_check = Some(contract::read(&bytes)?),
             Part::Seal => self.seal = Some(contract::read(&bytes)?),
+            Part::DataInUse => self.data_in_use = Some(contract::read(&bytes)?),
+            Part::GlucoseByPerson => self.glucose_by_person = Some(contract::read(&bytes)?),
+            Part::Truth => self.truth = Some(contract::read(&bytes)?),
         }
         Ok(())
     }

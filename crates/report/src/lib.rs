@@ -32,6 +32,13 @@ pub use inputs::{Inputs, Part};
 pub const DISCLAIMER: &str =
     "Research software. Not a medical device; not validated for any treatment decision.";
 
+/// The answer of a diagnosis as lines of text: the sentence of the report, and what the makers of the
+/// cohort state beside what was found.
+#[must_use]
+pub fn answer(diagnosis: &contract::Diagnosis, truth: Option<&contract::StatedTruth>) -> String {
+    section::answer(diagnosis, truth)
+}
+
 /// Renders the report as one HTML document.
 ///
 /// # Errors

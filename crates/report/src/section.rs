@@ -10,13 +10,18 @@ mod data_quality;
 mod effects;
 mod example_day;
 mod exclusions;
+mod glossary;
 mod how_far;
 mod import;
 mod location;
+mod next_steps;
 mod outcomes;
+mod people;
 mod ports;
 mod provenance;
+mod shown_path;
 mod training;
+mod truth;
 mod twins;
 mod verdict;
 mod what_if;
@@ -50,14 +55,10 @@ const HAS_DIAGNOSIS: fn(&Inputs) -> bool = |inputs| inputs.diagnosis.is_some();
 const HAS_BLIND_CHECK: fn(&Inputs) -> bool = |inputs| inputs.blind_check.is_some();
 
 /// Every section below the verdict.
-const SECTIONS: [Section; 22] = [
-    section(
-        "data-quality",
-        "Data quality",
-        |inputs| inputs.diagnosis.is_some() || inputs.import_report.is_some(),
-        data_quality::body,
-    ),
+const SECTIONS: [Section; 26] = [
+    section("where", "Where the gap lies", HAS_DIAGNOSIS, location::body),
     section("which", "Which effect explains the gap", HAS_DIAGNOSIS, effects::body),
+    section("truth", "Truth beside answer", truth::applies, truth::body),
     section("how-far", "How far the gap shrinks", HAS_DIAGNOSIS, how_far::body),
     section("tried", "What was weighed", HAS_DIAGNOSIS, candidates::body),
     section(
@@ -67,7 +68,13 @@ const SECTIONS: [Section; 22] = [
         absorbed::body,
     ),
     section("ports", "At which place in the model", HAS_DIAGNOSIS, ports::body),
-    section("where", "Where the gap lies", HAS_DIAGNOSIS, location::body),
+    section(
+        "data-quality",
+        "Data checks by person",
+        |i| i.diagnosis.is_some() || i.import_report.is_some() || i.data_in_use.is_some(),
+        data_quality::body,
+    ),
+    section("people", "Every person", |i| i.glucose_by_person.is_some(), people::body),
     section("targets", "Blind check: targets", HAS_BLIND_CHECK, blind_check::targets),
     section("confusion", "Blind check: truth and answer", HAS_BLIND_CHECK, blind_check::confusion),
     section("power", "Blind check: how small an effect is found", HAS_BLIND_CHECK, {
@@ -100,11 +107,25 @@ const SECTIONS: [Section; 22] = [
     section(
         "exclusions",
         "Who was left out",
-        |i| i.diagnosis.is_some() || i.twins.is_some() || i.outcomes.is_some(),
+        |i| {
+            let takes_people = i.twins.is_some() || i.outcomes.is_some();
+            i.data_in_use.is_some() || i.diagnosis.is_some() || takes_people
+        },
         exclusions::body,
     ),
+    section("next", "What to do next", HAS_DIAGNOSIS, next_steps::body),
+    section("glossary", "Glossary", |inputs| !inputs.is_empty(), glossary::body),
     section("provenance", "How to reproduce this", |_| true, provenance::body),
 ];
+
+/// The answer of a diagnosis as lines of text.
+pub(crate) fn answer(
+    diagnosis: &contract::Diagnosis,
+    truth: Option<&contract::StatedTruth>,
+) -> String {
+    let beside = truth.map_or_else(String::new, |truth| truth::text(diagnosis, truth));
+    format!("{}\n{beside}", verdict::sentence(diagnosis))
+}
 
 /// The whole document.
 pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {

@@ -1,20 +1,22 @@
 //! `diagnose`: where a plant misses a cohort, which effect it lacks, how far adding it goes.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use cohort::Cohort;
 use gap::quality::InUse;
-use gap::{Diagnoser, Diagnosis, DiagnosisConfig, InclusionRule, Plants, Verdict};
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig, InclusionRule, Plants};
 use posterior::Posterior;
 
 use crate::diagnosed::{Diagnosed, ODE};
-use crate::documents::read_document_at;
+use crate::documents::{read_document, read_document_at};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::people::People;
 use crate::progress::Progress;
 use crate::stages::report;
+use crate::stated_truth::stated_truth;
 
 /// Settings of `diagnose`.
 #[derive(Debug, Clone)]
@@ -108,15 +110,23 @@ pub fn run(args: &Settings) -> Result<()> {
         }
     }
     output.write_document(&diagnosis)?;
+    output.write_document(&evaluation::glucose_by_person(&people.used())?)?;
+    // The truth, where it is stated, is read for the report alone: the diagnosis is final.
+    let written: contract::Diagnosis = read_document(output.path())?;
+    let truth = stated_truth(&args.cohort, &written);
+    if let Some(truth) = &truth {
+        output.write_document(truth)?;
+    }
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
-    progress.finish(&format!(
-        "{} people, {excluded} excluded, {}, {}",
-        diagnosis.people.len(),
-        verdict(&diagnosis),
-        place.join("report.html").display()
-    ));
+    let people = match diagnosis.people.len() {
+        1 => "1 person".to_owned(),
+        n => format!("{n} people"),
+    };
+    progress
+        .finish(&format!("{people}, {excluded} left out, {}", place.join("report.html").display()));
+    answer(&::report::answer(&written, truth.as_ref()));
     Ok(())
 }
 
@@ -127,14 +137,7 @@ fn included(cohort: &Cohort, diagnosis: &Diagnosis) -> Cohort {
     Cohort { people: included.map(|(person, _)| person.clone()).collect() }
 }
 
-/// The answer in a few words.
-fn verdict(diagnosis: &Diagnosis) -> String {
-    match diagnosis.verdict {
-        Verdict::None => "no effect found".to_owned(),
-        Verdict::Unknown => "something unknown is missing".to_owned(),
-        Verdict::Effect => {
-            let names: Vec<&str> = diagnosis.effects.iter().map(|e| e.effect.as_str()).collect();
-            format!("found: {}", names.join(", "))
-        }
-    }
+/// Writes the answer to standard output. That nobody listens is no reason to lose the work.
+fn answer(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
 }

@@ -49,7 +49,7 @@ pub(crate) fn write_into(folder: &Path, manifest: &Manifest) -> Result<()> {
 pub(crate) fn gather(folder: &Path) -> Result<Inputs> {
     let inputs = gather_parts(folder)?;
     if inputs.is_empty() {
-        let shown = |part: &Part| !matches!(part, Part::Manifest | Part::Seal);
+        let shown = |part: &Part| !matches!(part, Part::Manifest | Part::Seal | Part::Truth);
         let parts = Part::ALL.into_iter().filter(shown);
         let names: Vec<&str> = parts.map(Part::file_name).collect();
         let what = Manifest::read(folder)

@@ -52,7 +52,7 @@ pub(crate) fn completed(part: Part, mut value: Value) -> Value {
         Part::Training => {
             fill(
                 &mut value,
-                json!({"config": {}, "kept_epoch": 0, "validation_loss_is": "balanced error, mg/dL"}),
+                json!({"config": {}, "kept_epoch": 0, "validation_loss_is": "balanced error over three groups of windows, each weighted alike, mg/dL"}),
             );
             fill(&mut value["data"], json!({"simulated_days": 420}));
             let epoch = json!({"steps": 60, "validation_rmse_by_group_mg_dl": [9.0, null, 11.0]});
@@ -61,7 +61,7 @@ pub(crate) fn completed(part: Part, mut value: Value) -> Value {
         Part::Twins => {
             fill_each(&mut value, "/people", &json!({"windows_train": 0, "windows_test": 0}));
         }
-        Part::ExampleDay => fill(&mut value, json!({"schema": "example-day/1"})),
+        Part::ExampleDay => fill(&mut value, json!({"schema": "example-day/2"})),
         Part::Agp => fill(&mut value, json!({"schema": "agp/1", "windows": 412})),
         _ => {}
     }

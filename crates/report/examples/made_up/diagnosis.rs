@@ -46,7 +46,7 @@ fn absorbed() -> Value {
 pub(crate) fn diagnosis(verdict: &str) -> Value {
     let error = |value: f64| json!({"value": value, "lower": 0.9 * value, "upper": 1.1 * value});
     let finds = verdict == "effect";
-    json!({"schema": "diagnosis/2", "verdict": verdict, "plant": "ode", "notes": [],
+    json!({"schema": "diagnosis/2", "verdict": verdict, "plant": "ode", "notes": [], "posterior": null,
         "effects": if finds { effects() } else { json!([]) },
         "candidates": candidates(verdict),
         "untried": [

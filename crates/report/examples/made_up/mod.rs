@@ -3,6 +3,7 @@
 mod blind_check;
 mod complete;
 mod diagnosis;
+mod people;
 mod what_if;
 
 use std::f64::consts::TAU;
@@ -13,6 +14,7 @@ use serde_json::{Value, json};
 pub(crate) use blind_check::{blind_check, seal};
 pub(crate) use complete::completed;
 pub(crate) use diagnosis::diagnosis;
+pub(crate) use people::{data_in_use, glucose_by_person, truth};
 use what_if::what_if;
 
 /// The parts that the output folder of a command holds: `diagnose`, `none` and `unknown` for
@@ -45,6 +47,9 @@ pub(crate) fn parts() -> Vec<(Part, Value)> {
         (Part::Agp, agp()),
         (Part::BlindCheck, blind_check()),
         (Part::Seal, seal()),
+        (Part::DataInUse, data_in_use()),
+        (Part::GlucoseByPerson, glucose_by_person(3)),
+        (Part::Truth, truth()),
     ]
 }
 
@@ -215,7 +220,8 @@ fn example_day() -> Value {
         "twin": series(&|k| json!(glucose(k, 33.0, 0.95))),
         "ode": series(&|k| json!(glucose(k, 5.0, 1.2))),
         "closest": series(&|k| json!(glucose(k, 12.0, 1.1))),
-        "insulin_u_h": series(&|k| json!(doses(k, [88, 154, 232], [38.0, 30.0, 46.0], 0.9))),
+        "basal_u_h": series(&|_| json!(0.9)),
+        "bolus_u": series(&|k| json!(doses(k, [88, 154, 232], [5.5, 4.5, 7.2], 0.0))),
         "carbs_g": series(&|k| json!(doses(k, [90, 156, 234], [55.0, 45.0, 72.0], 0.0))),
         "heart_rate_over_baseline": series(&|k| json!(
             10.0 * (hour(k) / 24.0 * TAU - 2.0).sin()

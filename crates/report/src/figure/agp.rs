@@ -1,65 +1,97 @@
-//! Ambulatory glucose profile: the twin's percentiles over the measured ones.
+//! Ambulatory glucose profile: measured percentiles, with the twin's over them where there is one.
 
 use super::Drawn;
 use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREY, Key, MEASURED, SHADE, Stroke, TWIN, dashed};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use contract::GlucoseProfile;
+use crate::number::fixed;
 use contract::agp::Percentiles;
 
 /// Quartiles of the twin.
 const TWIN_QUARTILES: Stroke = dashed(BLUE, 3, 5, 8);
+/// Edges of the target range.
+const TARGET: Stroke = dashed(GREY, 3, 10, 10);
 
-/// Draws the profile, or `None` where it has no time of day.
-pub(crate) fn agp(agp: &GlucoseProfile) -> Result<Option<Drawn>, ReportError> {
-    if agp.hour.is_empty() {
+/// Draws the profile of `label`, or `None` where it has no time of day.
+pub(crate) fn agp(
+    label: &str,
+    hour: &[f64],
+    observed: &Percentiles,
+    twin: Option<&Percentiles>,
+) -> Result<Option<Drawn>, ReportError> {
+    if hour.is_empty() {
         return Ok(None);
     }
     let extremes =
         |p: &Percentiles| -> Vec<f64> { p.p05.iter().chain(&p.p95).flatten().copied().collect() };
-    let mut levels = extremes(&agp.observed);
-    levels.extend(extremes(&agp.twin));
+    let mut levels = extremes(observed);
+    levels.extend(twin.iter().flat_map(|twin| extremes(twin)));
     levels.extend([70.0, 180.0]);
     let panel = Panel {
         left: 110,
         right: WIDTH - 50,
         top: 60,
         bottom: 480,
-        x: Axis::clock(agp.hour[0].min(0.0), 24.0),
+        x: Axis::clock(hour[0].min(0.0), 24.0),
         y: Axis::over(levels, 5),
     };
 
-    let svg = draw("Glucose percentiles by time of day, measured and twin", 590, |canvas| {
-        let observed = &agp.observed;
-        let hours = || agp.hour.iter().copied();
+    let svg = draw(label, 590, |canvas| {
+        let hours = || hour.iter().copied();
         let between = |low: &[Option<f64>], high: &[Option<f64>]| -> Vec<_> {
             hours().zip(low).zip(high).map(|((x, low), high)| (x, *low, *high)).collect()
         };
         panel.band(canvas, between(&observed.p05, &observed.p95), SHADE, 1.0)?;
         panel.band(canvas, between(&observed.p25, &observed.p75), GREY, 0.45)?;
         panel.frame(canvas, "Time of day", "Glucose (mg/dL)")?;
-        let target = dashed(GREY, 3, 10, 10);
         for edge in [70.0, 180.0] {
             let ends = [(panel.x.range.0, Some(edge)), (panel.x.range.1, Some(edge))];
-            panel.line(canvas, ends, target)?;
+            panel.line(canvas, ends, TARGET)?;
         }
         let line = |values: &[Option<f64>], stroke| {
             panel.line(canvas, hours().zip(values.iter().copied()), stroke)
         };
         line(&observed.p50, MEASURED)?;
-        line(&agp.twin.p25, TWIN_QUARTILES)?;
-        line(&agp.twin.p75, TWIN_QUARTILES)?;
-        line(&agp.twin.p50, TWIN)
+        if let Some(twin) = twin {
+            line(&twin.p25, TWIN_QUARTILES)?;
+            line(&twin.p75, TWIN_QUARTILES)?;
+            line(&twin.p50, TWIN)?;
+        }
+        let half = (panel.right - panel.left) / (2 * hour.len() as i32).max(2);
+        for (slot, hour) in hour.iter().enumerate() {
+            let at = |series: &[Option<f64>]| series.get(slot).copied().flatten();
+            let (Some(median), Some(low), Some(high)) =
+                (at(&observed.p50), at(&observed.p25), at(&observed.p75))
+            else {
+                continue;
+            };
+            let mut words = format!(
+                "{:02}:{:02}: median {}, middle half {} to {} mg/dL",
+                *hour as u32,
+                (60.0 * hour.fract()).round() as u32,
+                fixed(median, 0),
+                fixed(low, 0),
+                fixed(high, 0)
+            );
+            if let Some(twin) = twin.and_then(|twin| at(&twin.p50)) {
+                words.push_str(&format!("; twin {}", fixed(twin, 0)));
+            }
+            let (x, _) = panel.at(*hour, median);
+            canvas.hover((x - half, panel.top), (x + half, panel.bottom), &words);
+        }
+        Ok(())
     })?;
 
-    let keys = vec![
+    let mut keys = vec![
         Key::line("Sensor, median", MEASURED),
         Key::area("Sensor, 25th\u{2013}75th percentile", GREY, 0.45),
         Key::area("Sensor, 5th\u{2013}95th percentile", SHADE, 1.0),
-        Key::line("Twin, median", TWIN),
-        Key::line("Twin, 25th and 75th percentile", TWIN_QUARTILES),
-        Key::line("70 and 180 mg/dL", dashed(GREY, 3, 10, 10)),
     ];
+    if twin.is_some() {
+        keys.push(Key::line("Twin, median", TWIN));
+        keys.push(Key::line("Twin, 25th and 75th percentile", TWIN_QUARTILES));
+    }
+    keys.push(Key::line("70 and 180 mg/dL", TARGET));
     Ok(Some((svg, keys)))
 }

@@ -37,7 +37,7 @@ pub(crate) fn before_after(rows: &[Bars]) -> Result<Option<Drawn>, ReportError> 
     }
     let height = GROUP * i32::try_from(rows.len()).unwrap_or(i32::MAX / GROUP);
     let panel = Panel {
-        left: 130,
+        left: 160,
         // Room for the number behind the longest bar.
         right: WIDTH - 110,
         top: 20,
@@ -57,6 +57,14 @@ pub(crate) fn before_after(rows: &[Bars]) -> Result<Option<Drawn>, ReportError> 
                 let place = (end + 10, top + BAR / 2);
                 canvas.text(&fixed(*value, 1), place, (HPos::Left, VPos::Center))?;
             }
+            let bound = floor
+                .map_or_else(String::new, |floor| format!(", a perfect model {}", fixed(floor, 1)));
+            let words = format!(
+                "{name}: before {}, after {}{bound} mg/dL",
+                fixed(*before, 1),
+                fixed(*after, 1)
+            );
+            canvas.hover((0, middle - GROUP / 2), (WIDTH, middle + GROUP / 2), &words);
             if let Some(floor) = *floor {
                 let (x, _) = panel.at(floor, 0.0);
                 canvas.path(vec![(x, middle - BAR - 12), (x, middle + BAR + 12)], FLOOR)?;

@@ -1,7 +1,10 @@
 //! A blank SVG and the few marks that the figures need, in canvas units.
 //!
-//! The canvas is 1,000 units wide for any page. Letters are 30 units high, which is 11 pixels on a
-//! 400-pixel phone.
+//! The canvas is 1,000 units wide for any page. Letters are 33 units high, which is 11 pixels in a
+//! card on a 400-pixel phone.
+
+use std::cell::RefCell;
+use std::fmt::Write as _;
 
 use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
@@ -18,7 +21,7 @@ use crate::html::escape_into;
 /// Width of every figure, canvas units.
 pub(super) const WIDTH: i32 = 1000;
 /// Height of letters in the drawing library's measure (it divides by 1.24).
-const LETTER: f64 = 37.0;
+const LETTER: f64 = 41.0;
 /// Half the size of a marker.
 const MARK: i32 = 11;
 
@@ -40,6 +43,8 @@ impl Svg {
 pub(super) struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Shift>,
     name: &'a str,
+    /// Places with words that show when a pointer rests there.
+    hovers: RefCell<String>,
 }
 
 /// Draws a figure of `height` canvas units; `label` describes it for a screen reader.
@@ -49,16 +54,18 @@ pub(super) fn draw(
     marks: impl FnOnce(&Canvas<'_>) -> Result<(), ReportError>,
 ) -> Result<Svg, ReportError> {
     let mut drawn = String::new();
-    {
+    let hovers = {
         let size = (WIDTH as u32, height.unsigned_abs());
         let area = SVGBackend::with_string(&mut drawn, size).into_drawing_area();
-        let canvas = Canvas { area, name: label };
+        let canvas = Canvas { area, name: label, hovers: RefCell::default() };
         canvas.accept(canvas.area.fill(&WHITE))?;
         marks(&canvas)?;
         canvas.accept(canvas.area.present())?;
-    }
+        canvas.hovers.take()
+    };
     // The backend fixes width and height in pixels; a page that must fit a phone must not.
     let body = drawn.split_once('>').map_or("", |(_, body)| body);
+    let body = body.trim_end().trim_end_matches("</svg>");
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" \
          aria-label=\""
@@ -66,6 +73,8 @@ pub(super) fn draw(
     escape_into(&mut svg, label);
     svg.push_str("\">");
     svg.push_str(body);
+    svg.push_str(&hovers);
+    svg.push_str("</svg>\n");
     Ok(Svg(svg))
 }
 
@@ -75,6 +84,19 @@ impl Canvas<'_> {
             figure: self.name.to_owned(),
             message: error.to_string(),
         })
+    }
+
+    /// Words that show when a pointer rests within a box.
+    pub(super) fn hover(&self, (x, y): At, (right, bottom): At, words: &str) {
+        let (left, top) = (x.min(right), y.min(bottom));
+        let (width, height) = ((right - x).abs().max(1), (bottom - y).abs().max(1));
+        let mut hovers = self.hovers.borrow_mut();
+        let _ = write!(
+            hovers,
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"transparent\"><title>"
+        );
+        escape_into(&mut hovers, words);
+        hovers.push_str("</title></rect>\n");
     }
 
     /// A line through points.

@@ -1,23 +1,26 @@
-//! A day or a few in three panels: glucose; insulin and carbohydrate; heart rate and sleep.
+//! A day or a few in four panels: glucose; insulin; carbohydrate; heart rate and sleep.
 
 use contract::ExampleDay;
+use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
 use super::canvas::{Canvas, WIDTH, draw};
 use super::palette::{
-    BLUE, CLOSEST, GREY, Key, MEASURED, ODE, ORANGE, POPULATION, SHADE, SKY, Stroke, TWIN,
+    BLUE, CLOSEST, GREEN, GREY, Key, MEASURED, ODE, ORANGE, POPULATION, SHADE, SKY, Stroke, TWIN,
     VERMILLION, solid,
 };
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::number::fixed;
+use crate::number::{ABSENT, fixed};
 
 /// Edges that all panels share.
 const LEFT: i32 = 110;
 const RIGHT: i32 = WIDTH - 50;
-/// Insulin rate.
-const INSULIN: Stroke = solid(BLUE, 4);
+/// Basal rate.
+const BASAL: Stroke = solid(GREEN, 4);
+/// Steps of which the glucose shows under one place of the pointer: a quarter of an hour.
+const SHOWN: usize = 3;
 /// Heart rate.
 const HEART_RATE: Stroke = solid(VERMILLION, 3);
 
@@ -55,18 +58,23 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     };
     let levels = shown.iter().flat_map(|(values, ..)| values.iter().flatten().copied());
     let upper = panel(60, 380, Axis::over(levels.chain([70.0, 180.0]), 9));
-    // Insulin keeps to the lower half of its panel, so that meals can hang from the top.
-    let most_insulin = day.insulin_u_h.iter().copied().fold(0.0, f64::max);
-    let doses_axis = Axis::over([0.0, 1.0, 1.8 * most_insulin], 4);
-    let middle = panel(525, 260, doses_axis);
-    let lower = panel(870, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
+    // A bar of the largest amount leaves room for its number.
+    let room = |amounts: &[f64], least: f64| {
+        let most = amounts.iter().copied().fold(least, f64::max);
+        Axis::over([0.0, 1.25 * most], 3)
+    };
+    let doses: Vec<f64> = day.bolus_u.iter().chain(&day.basal_u_h).copied().collect();
+    let second = panel(525, 210, room(&doses, 1.0));
+    let third = panel(820, 180, room(&day.carbs_g, 10.0));
+    let lower =
+        panel(1085, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
 
     let label = if is_long(*first, *last) {
         "Glucose, insulin, carbohydrate, heart rate and sleep over several days"
     } else {
         "Glucose, insulin, carbohydrate, heart rate and sleep over one day"
     };
-    let svg = draw(label, 1180, |canvas| {
+    let svg = draw(label, 1395, |canvas| {
         let (from, to) = (upper.at(*first, 180.0), upper.at(*last, 70.0));
         canvas.rectangle((LEFT, from.1), (RIGHT, to.1), SHADE, 1.0)?;
         upper.frame(canvas, "", "Glucose (mg/dL)")?;
@@ -75,18 +83,23 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
         for (values, stroke, _) in shown.iter().rev() {
             upper.line(canvas, hours.iter().copied().zip(values.iter().copied()), *stroke)?;
         }
-        doses(canvas, &middle, day, &hours)?;
+        readings(canvas, &upper, day, &hours);
+        insulin(canvas, &second, day, &hours)?;
+        meals(canvas, &third, day, &hours)?;
         activity(canvas, &lower, day, &hours)
     })?;
 
     let mut keys: Vec<Key> =
         shown.iter().map(|(_, stroke, name)| Key::line(name, *stroke)).collect();
     keys.push(Key::area("Target range, 70\u{2013}180 mg/dL", SHADE, 1.0));
-    if !day.insulin_u_h.is_empty() {
-        keys.push(Key::line("Insulin (U/h)", INSULIN));
+    if day.bolus_u.iter().any(|units| *units > 0.0) {
+        keys.push(Key::area("Bolus (U)", BLUE, 1.0));
+    }
+    if !day.basal_u_h.is_empty() {
+        keys.push(Key::line("Basal (U/h)", BASAL));
     }
     if day.carbs_g.iter().any(|g| *g > 0.0) {
-        keys.push(Key::area("Carbohydrate (g, from above)", ORANGE, 1.0));
+        keys.push(Key::area("Carbohydrate (g)", ORANGE, 1.0));
     }
     if has_value(&day.heart_rate_over_baseline) {
         keys.push(Key::line("Heart rate over baseline", HEART_RATE));
@@ -95,6 +108,20 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
         keys.push(Key::area("Asleep (height = share of the step)", SKY, 0.55));
     }
     Ok(Some((svg, keys)))
+}
+
+/// The sensor's and the twin's glucose under the pointer.
+fn readings(canvas: &Canvas<'_>, panel: &Panel, day: &ExampleDay, hours: &[f64]) {
+    for index in (0..hours.len()).step_by(SHOWN) {
+        let (from, _) = panel.at(hours[index], panel.y.range.0);
+        let to = hours.get(index + SHOWN).map_or(panel.right, |h| panel.at(*h, panel.y.range.0).0);
+        let at = |series: &[Option<f64>]| {
+            series.get(index).copied().flatten().map_or_else(|| ABSENT.to_owned(), |g| fixed(g, 0))
+        };
+        let words =
+            format!("{}: sensor {}, twin {} mg/dL", day.time[index], at(&day.cgm), at(&day.twin));
+        canvas.hover((from, panel.top), (to, panel.bottom), &words);
+    }
 }
 
 /// An upright line where one day ends and another begins.
@@ -109,32 +136,62 @@ fn midnights(canvas: &Canvas<'_>, panel: &Panel) -> Result<(), ReportError> {
     Ok(())
 }
 
-/// Insulin as a line from below, meals as bars from above with their grams.
-fn doses(
+/// Basal as a line and boluses as bars, one axis for U/h and U.
+fn insulin(
     canvas: &Canvas<'_>,
     panel: &Panel,
     day: &ExampleDay,
     hours: &[f64],
 ) -> Result<(), ReportError> {
-    panel.frame(canvas, "", "Insulin (U/h), carbohydrate (g)")?;
+    panel.frame(canvas, "", "Boluses (U), basal (U/h)")?;
     midnights(canvas, panel)?;
+    bars(canvas, panel, (hours, &day.bolus_u), BLUE, 1, "U")?;
+    let rate = day.basal_u_h.iter().map(|rate| Some(*rate));
+    panel.line(canvas, hours.iter().copied().zip(rate), BASAL)
+}
+
+/// Meals as bars.
+fn meals(
+    canvas: &Canvas<'_>,
+    panel: &Panel,
+    day: &ExampleDay,
+    hours: &[f64],
+) -> Result<(), ReportError> {
+    panel.frame(canvas, "", "Carbohydrate (g)")?;
+    midnights(canvas, panel)?;
+    bars(canvas, panel, (hours, &day.carbs_g), ORANGE, 0, "g")
+}
+
+/// Amounts as bars from the bottom, with their numbers above where there is room.
+fn bars(
+    canvas: &Canvas<'_>,
+    panel: &Panel,
+    (hours, amounts): (&[f64], &[f64]),
+    colour: RGBColor,
+    digits: usize,
+    unit: &str,
+) -> Result<(), ReportError> {
     let half = if is_long(panel.x.range.0, panel.x.range.1) { 4 } else { 7 };
-    let most = day.carbs_g.iter().copied().fold(0.0, f64::max);
     let mut free_from = i32::MIN;
-    for (hour, grams) in hours.iter().zip(&day.carbs_g).filter(|(_, grams)| **grams > 0.0) {
-        let (x, _) = panel.at(*hour, panel.y.range.0);
-        // Divided first: the product of a large number would overflow.
-        let height = f64::from(panel.bottom - panel.top) * 0.3 * (grams / most);
-        let end = panel.top + height.round() as i32;
-        canvas.rectangle((x - half, panel.top), (x + half, end), ORANGE, 1.0)?;
-        // A meal logged over several steps is labelled once, and so are meals close together.
-        if x >= free_from {
-            canvas.text(&fixed(*grams, 0), (x, end + 6), (HPos::Center, VPos::Top))?;
-            free_from = x + 50;
+    for (hour, amount) in hours.iter().zip(amounts).filter(|(_, amount)| **amount > 0.0) {
+        let (x, top) = panel.at(*hour, *amount);
+        canvas.rectangle((x - half, top), (x + half, panel.bottom), colour, 1.0)?;
+        let words = fixed(*amount, digits);
+        let clock = (hour.rem_euclid(24.0), (60.0 * hour.fract()).round());
+        canvas.hover(
+            (x - 2 * half, top),
+            (x + 2 * half, panel.bottom),
+            &format!("{:02}:{:02}: {words} {unit}", clock.0 as u32, clock.1 as u32),
+        );
+        // A meal logged over several steps is labelled once, and so are meals close together; small
+        // doses of an automated pump are not.
+        let stands_out = panel.bottom - top > (panel.bottom - panel.top) / 6;
+        if x >= free_from && stands_out {
+            canvas.text(&words, (x, top - 6), (HPos::Center, VPos::Bottom))?;
+            free_from = x + 64;
         }
     }
-    let rate = day.insulin_u_h.iter().map(|rate| Some(*rate));
-    panel.line(canvas, hours.iter().copied().zip(rate), INSULIN)
+    Ok(())
 }
 
 /// Sleep as shaded steps, heart rate as a line.

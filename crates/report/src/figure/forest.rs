@@ -8,6 +8,7 @@ use super::palette::{BLUE, GREEN, GREY, Key, Marker, VERMILLION, dashed, solid};
 use super::panel::{Axis, Panel};
 use super::{Drawn, Stroke};
 use crate::ReportError;
+use crate::number::interval;
 
 /// Height of a row, canvas units.
 const ROW: i32 = 52;
@@ -60,7 +61,7 @@ pub(crate) fn forest(
     let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
     let places = || frame.references.iter().map(|(place, _)| *place);
     let panel = Panel {
-        left: 40 + 16 * longest as i32,
+        left: 40 + 18 * longest as i32,
         right: WIDTH - 30,
         top: 20,
         bottom: 20 + height,
@@ -88,6 +89,8 @@ pub(crate) fn forest(
             canvas.path(vec![from, to], stroke)?;
             let marker = if row.stands_out { Marker::Disc } else { Marker::Ring };
             canvas.marker(at, marker, stroke.colour)?;
+            let words = format!("{}: {}", row.label, interval(row.value, 2));
+            canvas.hover((0, at.1 - ROW / 2), (WIDTH, at.1 + ROW / 2), &words);
         }
         Ok(())
     })?;

@@ -21,7 +21,7 @@ pub(crate) fn targets(rows: &[(String, &Target)]) -> Result<Option<Drawn>, Repor
     let longest = rows.iter().map(|(name, _)| shortened(name).chars().count()).max().unwrap_or(0);
     let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
     let panel = Panel {
-        left: 40 + 16 * longest as i32,
+        left: 40 + 19 * longest as i32,
         right: WIDTH - 50,
         top: 20,
         bottom: 20 + height,

@@ -14,7 +14,7 @@ use crate::number::compact;
 /// Panels in a row.
 const COLUMNS: usize = 3;
 /// Edges of the outer panels, and the gap between two.
-const LEFT: i32 = 90;
+const LEFT: i32 = 125;
 const RIGHT: i32 = WIDTH - 15;
 const GAP: i32 = 30;
 /// Height of a row of panels with its titles, canvas units.

@@ -40,7 +40,7 @@ impl Html {
     /// A crossed table. It scrolls sideways where it is wider than the page, and the names of its
     /// rows stay in view.
     pub(crate) fn crossed(&mut self, caption: &str, table: &Crossed) -> &mut Self {
-        self.literal("<div class=\"scroll across\" tabindex=\"0\">\n<table class=\"crossed\">\n");
+        self.scroll("scroll across", caption).literal("<table class=\"crossed\">\n");
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
         self.literal("<th scope=\"col\">").text(&table.corner).literal("</th>");
         for column in &table.columns {
@@ -60,7 +60,19 @@ impl Html {
             }
             self.literal("</tr>\n");
         }
-        self.literal("</tbody>\n</table>\n</div>\n")
+        self.literal("</tbody>\n</table>\n</div>\n");
+        let head = std::iter::once(&table.corner).chain(&table.columns).cloned().collect();
+        let body = table.rows.iter().map(|row| {
+            let name = [&*row.name, &*row.note].join(" ").trim_end().to_owned();
+            let cell = |cell: &CrossedCell| {
+                let notes = cell.notes.iter().map(String::as_str);
+                std::iter::once(&*cell.value).chain(notes).collect::<Vec<_>>().join(" ")
+            };
+            std::iter::once(name)
+                .chain(row.cells.iter().take(table.columns.len()).map(cell))
+                .collect()
+        });
+        self.download(caption, &std::iter::once(head).chain(body).collect::<Vec<_>>())
     }
 
     /// A small line beneath a value. The space before it separates the two where styles are lost.

@@ -35,7 +35,7 @@ impl Html {
     /// A heat map, with vertical column names where one is long. It scrolls sideways where it is
     /// wider than the page.
     pub(crate) fn heat(&mut self, caption: &str, heat: &Heat) -> &mut Self {
-        self.literal("<div class=\"scroll\" tabindex=\"0\">\n<table class=\"heat\">\n");
+        self.scroll("scroll", caption).literal("<table class=\"heat\">\n");
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
         self.literal("<th scope=\"col\">").text(&heat.corner).literal("</th>");
         let upright = heat.columns.iter().any(|column| column.chars().count() > LEVEL);
@@ -58,7 +58,13 @@ impl Html {
             }
             self.literal("</tr>\n");
         }
-        self.literal("</tbody>\n</table>\n</div>\n")
+        self.literal("</tbody>\n</table>\n</div>\n");
+        let head = std::iter::once(&heat.corner).chain(&heat.columns).cloned().collect();
+        let body = heat.rows.iter().map(|(name, cells)| {
+            let cells = cells.iter().take(heat.columns.len()).map(|cell| &cell.text);
+            std::iter::once(name).chain(cells).cloned().collect()
+        });
+        self.download(caption, &std::iter::once(head).chain(body).collect::<Vec<_>>())
     }
 }
 

@@ -5,7 +5,10 @@ use crate::{Inputs, ReportError, figure};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let drawn = inputs.agp.as_ref().map(|agp| Ok::<_, ReportError>((agp, figure::agp(agp)?)));
+    let name = "Glucose percentiles by time of day, measured and twin";
+    let drawn = inputs.agp.as_ref().map(|agp| {
+        Ok::<_, ReportError>((agp, figure::agp(name, &agp.hour, &agp.observed, Some(&agp.twin))?))
+    });
     match drawn.transpose()? {
         Some((agp, Some((svg, keys)))) => {
             let whose = if agp.person_id == "cohort" {

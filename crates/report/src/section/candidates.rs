@@ -1,6 +1,7 @@
 //! Every effect that was tried, and those that were not.
 
-use super::words::effect;
+use super::verdict::probability_words;
+use super::words::{effect, sentence};
 use crate::html::{Column, Html};
 use crate::number::optional;
 use crate::{Inputs, ReportError};
@@ -19,7 +20,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         let rows: Vec<(bool, Vec<Html>)> = candidates
             .into_iter()
             .map(|c| {
-                let found = diagnosis.effects.iter().any(|found| found.effect == c.effect);
+                let found = diagnosis.effects.iter().any(|named| named.effect == c.effect);
                 let cells = vec![
                     Html::of_text(&effect(&c.effect)),
                     Html::of_text(&optional(c.gain_nats, 1)),
@@ -28,12 +29,17 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 (found, cells)
             })
             .collect();
+        // Without a posterior, the probability of a named effect depends on those named before it.
+        let probability = match diagnosis.posterior {
+            Some(_) => sentence(probability_words(diagnosis)),
+            None => "Probability as the only effect".to_owned(),
+        };
         html.table_of(
-            "Every answer that was weighed, by its held-out gain; bold: found",
+            "Every answer that was weighed, by its held-out gain; bold: named",
             &[
                 ("Effect", Column::Text),
                 ("Gain, nats", Column::Number),
-                ("Probability", Column::Text),
+                (&probability, Column::Text),
             ],
             &rows,
         );

@@ -1,11 +1,12 @@
 //! Which unmodelled effect explains the gap: a card for each effect that was found.
 
+use super::verdict::probability_words;
 use super::words::{effect, list, plain, port, sentence};
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Heat, HeatCell, Html};
 use crate::number::{compact, fixed, interval, percent, significant};
 use crate::{Inputs, ReportError};
-use contract::diagnosis::{DetectionPower, FoundEffect, PersonAmplitude, Verdict};
+use contract::diagnosis::{DetectionPower, FoundEffect, PersonAmplitude, Standing, Verdict};
 use contract::{Diagnosis, WithInterval};
 
 /// People in one figure.
@@ -20,12 +21,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     match diagnosis.verdict {
         Verdict::Effect if !diagnosis.effects.is_empty() => {
             html.paragraph(
-                "Effects stand in the order in which they were found; each is judged with those \
-                 above it already in the model.",
+                "Effects stand in the order in which they were named; the size of each is judged with \
+                 those above it already in the model. An effect is found where its probability is \
+                 above 50\u{a0}%, the interval of its size lies above 0, and the held-out data of two \
+                 people favour it (of one, where there is one). Otherwise it is suspected.",
             );
         }
         Verdict::Effect => {
-            html.absent("The verdict says that an effect was found, but the file names none.");
+            html.absent("The verdict says that an effect is named, but the file names none.");
         }
         Verdict::Unknown => {
             html.paragraph(
@@ -51,7 +54,16 @@ fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html
     html.literal("<dl>\n");
     entry(&mut html, "Name in files", Html::of_text(&found.effect));
     entry(&mut html, "Enters at", Html::of_text(&port(&found.port)));
-    entry(&mut html, "Probability", Html::bar(found.probability));
+    let standing = match found.standing() {
+        Standing::Found => "found".to_owned(),
+        Standing::Suspected => {
+            let why = super::verdict::why_suspected(found).unwrap_or_default();
+            format!("suspected, not found: {why}")
+        }
+    };
+    entry(&mut html, "Answer", Html::of_text(&standing));
+    let probability = sentence(probability_words(diagnosis));
+    entry(&mut html, &probability, Html::bar(found.probability));
     entry(&mut html, "Evidence", Html::of_text(&gain_in_words(found.gain_nats)));
     let size = format!("{} times the published size", interval(found.amplitude, 2));
     entry(&mut html, "Size", Html::of_text(&size));
@@ -61,9 +73,12 @@ fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html
     } else {
         format!("{}; the answer is this set, not the one name", list(&like))
     };
-    entry(&mut html, "Cannot be told apart from", Html::of_text(&like));
+    entry(&mut html, "Cannot be separated from", Html::of_text(&like));
     if !found.people.is_empty() {
         entry(&mut html, "In single people", Html::of_text(&agreement(&found.people)));
+    }
+    if !found.questioned.is_empty() {
+        entry(&mut html, "Doubts", Html::of_text(&found.questioned.join(" ")));
     }
     html.literal("</dl>\n");
     amplitudes(&mut html, found)?;

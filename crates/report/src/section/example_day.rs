@@ -26,8 +26,8 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
 fn caption(day: &ExampleDay) -> String {
     let mut text = format!(
         "Person {}, {}. Above, glucose: compare each broken line, which runs freely from the first \
-         reading on, with the solid sensor line. Middle, what was given. Below, what the twin knows \
-         besides: heart rate and sleep. Gaps are missing data.",
+         reading on, with the solid sensor line. Then boluses and basal insulin, and meals. Below, what \
+         the twin knows besides: heart rate and sleep. Gaps are missing data.",
         day.person_id, day.date
     );
     if day.days > 1 {

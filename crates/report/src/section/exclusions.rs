@@ -9,21 +9,34 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut add = |step: &str, person: &str, reason: &str| {
         rows.push((false, vec![person.to_owned(), step.to_owned(), reason.to_owned()]));
     };
+    for person in inputs.data_in_use.iter().flat_map(|data| &data.people) {
+        if let Some(reason) = &person.left_out {
+            add("every step", &person.person_id, reason);
+        }
+    }
+    let everywhere = |id: &str| {
+        let mut people = inputs.data_in_use.iter().flat_map(|data| &data.people);
+        people.any(|person| person.person_id == id && person.left_out.is_some())
+    };
     for person in inputs.diagnosis.iter().flat_map(|d| &d.people) {
-        if let Some(reason) = &person.excluded {
+        if let Some(reason) = person.excluded.as_ref().filter(|_| !everywhere(&person.person_id)) {
             add("diagnosis", &person.person_id, reason);
         }
     }
     for person in inputs.twins.iter().flat_map(|t| &t.people) {
-        if let Some(reason) = &person.excluded {
+        if let Some(reason) = person.excluded.as_ref().filter(|_| !everywhere(&person.person_id)) {
             add("twin", &person.person_id, reason);
         }
     }
-    for exclusion in inputs.outcomes.iter().flat_map(|o| &o.exclusions) {
+    for exclusion in
+        inputs.outcomes.iter().flat_map(|o| &o.exclusions).filter(|e| !everywhere(&e.person_id))
+    {
         add("evaluation", &exclusion.person_id, &exclusion.reason);
     }
-    let any_source =
-        inputs.diagnosis.is_some() || inputs.twins.is_some() || inputs.outcomes.is_some();
+    let any_source = inputs.data_in_use.is_some()
+        || inputs.diagnosis.is_some()
+        || inputs.twins.is_some()
+        || inputs.outcomes.is_some();
     if !rows.is_empty() {
         html.table(
             "People left out of a step",

@@ -39,6 +39,11 @@ fn name(row: &HorizonChange) -> String {
     format!("{}{mark}", ahead(row.minutes))
 }
 
+/// The error of a perfect model, unless an error was measured that is smaller: then it is no floor.
+fn floor(row: &HorizonChange) -> Option<f64> {
+    row.floor.filter(|floor| *floor <= row.mae_before.min(row.mae_after))
+}
+
 fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportError> {
     if changes.is_empty() {
         return Ok(());
@@ -49,15 +54,15 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
             name: name(row),
             before: row.mae_before,
             after: row.mae_after,
-            floor: row.floor,
+            floor: floor(row),
         })
         .collect();
     if let Some((svg, keys)) = before_after(&bars)? {
         html.figure(
             &svg,
             &keys,
-            "Mean absolute error of forecasts on days that were held out. The lower bar is shorter \
-             where the effects help.",
+            "Mean absolute error on days that were held out. The lower bar is shorter where the effects \
+             help. Bars with * know the events: they are no forecast.",
         );
     }
     let rows: Vec<ForestRow> = changes
@@ -85,13 +90,13 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
         .map(|row| {
             let smaller = row.difference.upper < 0.0;
             let mark = if row.reconstructed { RECONSTRUCTED } else { "" };
-            let removed = row.share_above_floor.map(|share| share.value);
+            let removed = floor(row).and(row.share_above_floor).map(|share| share.value);
             let cells = vec![
                 format!("{}{mark}", ahead(row.minutes)),
                 fixed(row.mae_before, 1),
                 fixed(row.mae_after, 1),
                 interval(row.difference, 1),
-                optional(row.floor, 1),
+                optional(floor(row), 1),
                 removed.map_or_else(|| ABSENT.to_owned(), percent),
                 row.people.to_string(),
                 row.runs.to_string(),
@@ -145,7 +150,14 @@ fn fits(html: &mut Html, how_far: &HowFar) {
 
 fn notes(html: &mut Html, how_far: &HowFar) {
     let mut notes = how_far.notes.clone();
-    if how_far.horizons.iter().any(|row| row.share_above_floor.is_some()) {
+    if how_far.horizons.iter().any(|row| row.floor.is_some() && floor(row).is_none()) {
+        notes.push(
+            "Where a perfect model would leave more error than was measured, the bound is wrong and is \
+             not shown: the filter assumes more noise than these data have."
+                .to_owned(),
+        );
+    }
+    if how_far.horizons.iter().any(|row| floor(row).and(row.share_above_floor).is_some()) {
         notes.push(
             "Excess: the error before above that of a perfect model. The latter is a bound under the \
              noise that the filter assumes, not a measurement."

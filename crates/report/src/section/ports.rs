@@ -6,7 +6,7 @@ use crate::html::{Column, Html};
 use crate::number::{ABSENT, optional, percent};
 use crate::{Inputs, ReportError};
 use contract::Diagnosis;
-use contract::diagnosis::{PortEvidence, Verdict};
+use contract::diagnosis::{PortEvidence, Standing, Verdict};
 
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
@@ -22,12 +22,12 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     }
     let (frame, bold) = match diagnosis.verdict {
         Verdict::Effect => (
-            Some("Frame: an effect that was found enters here"),
-            "; bold: an effect that was found enters here",
+            Some("Frame: an effect that is named enters here"),
+            "; bold: an effect that is named enters here",
         ),
         Verdict::Unknown => (
-            Some("Frame: the most probable place, and any that cannot be told from it"),
-            "; bold: the most probable place and any that cannot be told from it",
+            Some("Frame: the most probable place, and any that cannot be separated from it"),
+            "; bold: the most probable place and any that cannot be separated from it",
         ),
         Verdict::None => (None, ""),
     };
@@ -61,8 +61,8 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             &[
                 ("Place", Column::Text),
                 ("Gain, nats", Column::Number),
-                ("Probability", Column::Text),
-                ("Cannot be told from", Column::Text),
+                ("Probability among the places", Column::Text),
+                ("Cannot be separated from", Column::Text),
             ],
             &rows,
         );
@@ -134,7 +134,12 @@ fn framed(diagnosis: &Diagnosis) -> Vec<&str> {
 
 /// One shade per port: its strongest evidence, or that an effect was found where none was assessed.
 fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>> {
-    let found = |port: &str| diagnosis.effects.iter().any(|effect| effect.port == port);
+    // `found` where one of the effects is, else `suspected`.
+    let named = |port: &str| {
+        let here = || diagnosis.effects.iter().filter(|effect| effect.port == port);
+        let found = here().any(|effect| effect.standing() == Standing::Found);
+        here().next().map(|_| if found { "found" } else { "suspected" })
+    };
     let mut names: Vec<&str> = Vec::new();
     for name in diagnosis.ports.iter().map(|p| p.port.as_str()).chain(framed.iter().copied()) {
         if !names.contains(&name) {
@@ -147,19 +152,28 @@ fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>
             let of_name = diagnosis.ports.iter().filter(|p| p.port == name);
             let strongest = of_name.max_by(|a, b| order(a).total_cmp(&order(b)));
             let probability = strongest.map(|p| p.probability);
-            let says = match (found(name), probability) {
-                (true, Some(probability)) => format!("found; {}", percent(probability)),
-                (true, None) => "found".to_owned(),
-                (false, Some(probability)) => percent(probability),
-                (false, None) => ABSENT.to_owned(),
+            let says = match (named(name), probability) {
+                (Some(word), Some(probability)) => format!("{word}; {}", percent(probability)),
+                (Some(word), None) => word.to_owned(),
+                (None, Some(probability)) => percent(probability),
+                (None, None) => ABSENT.to_owned(),
             };
             PortShade { port: name, probability, says, framed: framed.contains(&name) }
         })
         .collect()
 }
 
+/// The most probable place in words, with those that cannot be separated from it.
+pub(super) fn most_probable(diagnosis: &Diagnosis) -> Option<String> {
+    let best = best(diagnosis)?;
+    let mut places = vec![port(&best.port)];
+    places.extend(best.confusable_with.iter().filter(|p| **p != best.port).map(|p| port(p)));
+    let apart = if places.len() > 1 { " (the data cannot separate them)" } else { "" };
+    Some(format!("Most probably it concerns {}{apart}", places.join(" or ")))
+}
+
 /// The port with the strongest evidence.
-pub(super) fn best(diagnosis: &Diagnosis) -> Option<&PortEvidence> {
+fn best(diagnosis: &Diagnosis) -> Option<&PortEvidence> {
     diagnosis.ports.iter().max_by(|a, b| order(a).total_cmp(&order(b)))
 }
 

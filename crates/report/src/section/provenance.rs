@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::any_json::json;
+use super::shown_path::{shown_command, shown_json, shown_path};
 use crate::html::{Column, Html};
 use crate::{Inputs, ReportError};
 
@@ -15,7 +16,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     }
     for manifest in &inputs.manifests {
         html.element("h3", &manifest.stage);
-        html.literal("<pre><code>").text(&manifest.command).literal("</code></pre>\n");
+        html.literal("<pre><code>")
+            .text(&shown_command(&manifest.command))
+            .literal("</code></pre>\n");
         let seed = manifest.seed.map_or_else(|| "none".to_owned(), |seed| seed.to_string());
         let again = match manifest.seed {
             Some(seed) if !manifest.command.contains("--seed") => {
@@ -29,23 +32,25 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             Value::Object(config) => !config.is_empty(),
             _ => true,
         };
+        let mut folded = Html::default();
         if configured {
-            json(&mut html, "Resolved configuration", &manifest.config);
+            json(&mut folded, "Resolved configuration", &shown_json(&manifest.config));
         }
         if manifest.inputs.is_empty() {
-            html.paragraph("No file was read.");
+            folded.paragraph("No file was read.");
         } else {
             let rows: Vec<(bool, Vec<String>)> = manifest
                 .inputs
                 .iter()
-                .map(|input| (false, vec![input.path.clone(), input.sha256.clone()]))
+                .map(|input| (false, vec![shown_path(&input.path), input.sha256.clone()]))
                 .collect();
-            html.table(
+            folded.table(
                 "Files that were read",
                 &[("File", Column::Text), ("SHA-256", Column::Text)],
                 &rows,
             );
         }
+        html.folded("Configuration, and hashes of the files that were read", &folded);
     }
     Ok(html)
 }

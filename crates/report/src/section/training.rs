@@ -11,7 +11,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         return Ok(html);
     };
     html.paragraph(&format!(
-        "Model {}, seed {}, {}, {} for training and {} for validation, {} s. Data hash:",
+        "Model {}, seed {}, {}, {} for training and {} for validation, {} s.",
         training.model,
         training.seed,
         count(training.epochs.len(), "epoch", "epochs"),
@@ -19,15 +19,18 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         training.data.windows_validation,
         fixed(training.seconds, 1),
     ));
-    html.literal("<p>").element("code", &training.data.hash).literal("</p>\n");
+    let mut hash = Html::default();
+    hash.literal("<p>").element("code", &training.data.hash).literal("</p>\n");
+    html.folded("Hash of the data", &hash);
     match figure::training(training)? {
         Some((svg, keys)) => {
-            html.figure(
-                &svg,
-                &keys,
-                "Loss by epoch. The two lines should fall together; a validation line that turns up \
-                 while training falls is overfitting.",
+            let caption = format!(
+                "Loss by epoch. The two have different units and axes of their own: compare their \
+                 courses, not their heights. Validation is: {}. Where it rises while training falls, \
+                 the network overfits; the upright line is the epoch whose weights are kept.",
+                training.validation_loss_is
             );
+            html.figure(&svg, &keys, &caption);
         }
         None => {
             html.absent("The training record holds no epoch.");

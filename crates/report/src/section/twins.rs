@@ -11,8 +11,12 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         return Ok(html);
     };
     let made = twins.people.iter().filter(|person| person.excluded.is_none()).count();
+    let others = match twins.people.len() - made {
+        0 => "",
+        _ => "; the others are listed below with the reason",
+    };
     html.paragraph(&format!(
-        "{} trained for {}; the others are listed below with the reason.",
+        "{} trained for {}{others}.",
         count(made, "twin was", "twins were"),
         count(twins.people.len(), "person", "people")
     ));

@@ -72,6 +72,29 @@ pub(super) fn short_effect(key: &str) -> String {
     }
 }
 
+/// A check of the data in words; what this version does not know keeps its key.
+pub(super) fn check(key: &str) -> String {
+    let words = match key {
+        "missing_channel" => "a channel that is not recorded",
+        "interpolated_cgm" => "interpolated sensor readings",
+        "flat_cgm" => "a sensor that stands still",
+        "discontinuous_cgm" => "jumps between sensor readings",
+        "interleaved_cgm" => "two sensors in one record",
+        "capillary_in_cgm" => "capillary readings among those of the sensor",
+        "insulin_incomplete" => "incomplete insulin",
+        "dose_is_flag" => "doses that are flags, not amounts",
+        "basal_unit" => "the unit of basal insulin",
+        "carb_unit" => "the unit of carbohydrate",
+        "plausible_day" => "days with implausible amounts",
+        "heart_rate_alignment" => "the alignment of heart rate",
+        "insulin_clock_offset" => "the clock of insulin",
+        "meal_clock_offset" => "the clock of meals",
+        "identical_people" => "two people with one record",
+        _ => return plain(key),
+    };
+    words.to_owned()
+}
+
 /// A port of the model in words; one that this version does not know keeps its key.
 pub(super) fn port(key: &str) -> String {
     let words = match key {

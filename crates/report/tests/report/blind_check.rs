@@ -20,7 +20,7 @@ fn check_page(changes: &[(&str, Value)]) -> String {
 fn a_check_alone_is_a_page_of_its_own() {
     let html = check_page(&[]);
     assert!(html.contains("<h1>Blind check of the diagnosis</h1>"));
-    assert!(html.contains("This folder holds nothing for: Data quality; "));
+    assert!(html.contains("This folder holds nothing for: Where the gap lies; "));
     assert!(!html.contains("id=\"which\""));
     for words in [
         "7 of 10 targets are met, 2 missed, 1 not tested.",

@@ -6,5 +6,6 @@ mod diagnosis;
 #[path = "../../examples/made_up/mod.rs"]
 mod made_up;
 mod page;
+mod people;
 mod reading;
 mod results;

@@ -6,15 +6,17 @@ use serde_json::Value;
 use crate::made_up::completed;
 
 /// Anchors of all sections, in reading order.
-pub(crate) const SECTIONS: [&str; 23] = [
+pub(crate) const SECTIONS: [&str; 27] = [
     "verdict",
-    "data-quality",
+    "where",
     "which",
+    "truth",
     "how-far",
     "tried",
     "absorbed",
     "ports",
-    "where",
+    "data-quality",
+    "people",
     "targets",
     "confusion",
     "power",
@@ -29,6 +31,8 @@ pub(crate) const SECTIONS: [&str; 23] = [
     "training",
     "twins",
     "exclusions",
+    "next",
+    "glossary",
     "provenance",
 ];
 

@@ -65,7 +65,7 @@ fn what_differs_between_methods_is_said() {
 
 #[test]
 fn too_few_people_are_told_in_the_verdict() {
-    let words = "For TBR so few people, scattered so much, could not have shown it of any method.";
+    let words = "For TBR these people are too few and vary too much to show it of any method.";
     assert!(!page(&made_up::parts()).contains(words));
     let few = with(made_up::parts(), Part::Outcomes, "/methods/0/rows/2/p_unbiased", json!(0.2));
     assert!(page(&few).contains(words));
@@ -119,8 +119,8 @@ fn twins_out_of_order_are_named_where_doses_are_compared() {
         assert!(answers.contains(&format!(">\n{panel}\n</text>")), "{panel}");
     }
     let verdict = section(&html, "verdict");
-    let words = "2 of 12 twins answer other doses out of order and are not to be used for what-ifs: \
-                 p03 and p09. Less insulin never means less glucose in any of 12 twins that keep \
+    let words = "More insulin raises glucose in 2 of 12 twins, which must not be used for what-ifs: p03 \
+                 and p09. More insulin never raises glucose in any of 12 twins that keep \
                  physiology&#39;s signs.";
     assert!(verdict.contains(words), "{verdict}");
 }

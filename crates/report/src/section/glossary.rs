@@ -1,0 +1,57 @@
+//! What the short words of the page stand for.
+
+use crate::html::Html;
+use crate::{Inputs, ReportError};
+
+/// Word, what it stands for, what it is.
+const WORDS: [(&str, &str); 15] = [
+    ("TIR", "Time in range: share of readings from 70 to 180 mg/dL, %."),
+    ("TBR", "Time below range: share of readings below 70 mg/dL, %."),
+    ("TAR", "Time above range: share of readings above 180 mg/dL, %."),
+    ("LBGI", "Low blood glucose index: the risk of low glucose, weighted by how low; 0 is none."),
+    (
+        "HBGI",
+        "High blood glucose index: the risk of high glucose, weighted by how high; 0 is none.",
+    ),
+    ("MG", "Mean glucose, mg/dL."),
+    (
+        "CV",
+        "Coefficient of variation of glucose: SD over mean, %. Above 36 % glucose counts as unstable.",
+    ),
+    ("GMI", "Glucose management indicator: the HbA1c that goes with the mean glucose, %."),
+    (
+        "AGP",
+        "Ambulatory glucose profile: the median of glucose by time of day, with the middle half and the \
+         middle nine tenths of all days.",
+    ),
+    (
+        "TOST",
+        "Two one-sided tests: they show that a difference is smaller than a margin that was set before. \
+         Not equivalent means not shown, and not that they differ.",
+    ),
+    (
+        "nats",
+        "Unit of evidence: x nats say that readings that were held out are e to the power of x times as \
+         probable with the effect as without it.",
+    ),
+    ("Held-out days", "Days that no fit has seen."),
+    (
+        "Free run",
+        "A prediction from one moment on that sees no later reading, only doses, meals and activity.",
+    ),
+    (
+        "Published size",
+        "The size that the literature gives for an effect; sizes on this page are multiples of it.",
+    ),
+    ("Gap", "What a person's glucose does and the model does not: measured minus predicted."),
+];
+
+pub(super) fn body(_: &Inputs) -> Result<Html, ReportError> {
+    let mut html = Html::default();
+    html.literal("<dl>\n");
+    for (word, meaning) in WORDS {
+        html.literal("<div>").element("dt", word).element("dd", meaning).literal("</div>\n");
+    }
+    html.literal("</dl>\n");
+    Ok(html)
+}

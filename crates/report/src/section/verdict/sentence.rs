@@ -1,0 +1,125 @@
+//! The one sentence of a diagnosis: where, which and how far. Tiles and tables agree with it.
+
+use super::how_far::{Change, change};
+use super::place::{direction, worst};
+use crate::number::{fixed, percent};
+use crate::section::words::{effect, list, sentence as capital, situation};
+use contract::Diagnosis;
+use contract::diagnosis::{CellGap, FOUND_ABOVE, FoundEffect, PosteriorSaid, Standing, Verdict};
+
+/// The sentence.
+pub(crate) fn sentence(diagnosis: &Diagnosis) -> String {
+    let place = worst(diagnosis).map(gap);
+    let clauses: Vec<String> = match diagnosis.verdict {
+        Verdict::Effect => {
+            let shrinks = change(diagnosis).map(|change| shrinks(diagnosis, &change));
+            place.into_iter().chain([named(diagnosis)]).chain(shrinks).collect()
+        }
+        Verdict::Unknown => place.into_iter().chain([unknown(diagnosis)]).collect(),
+        Verdict::None => {
+            let rest =
+                place.map(|gap| format!("an error remains that no effect accounts for: {gap}"));
+            std::iter::once(nothing(diagnosis)).chain(rest).collect()
+        }
+    };
+    format!("{}.", capital(&clauses.join("; ")))
+}
+
+/// An error in one situation.
+fn gap(cell: &CellGap) -> String {
+    format!(
+        "glucose is {}-predicted by {} mg/dL {}",
+        direction(cell),
+        fixed(cell.mean_error_mg_dl.abs(), 0),
+        situation(cell.factor.name(), &cell.level),
+    )
+}
+
+/// Effects that are found, and those that are only suspected.
+fn named(diagnosis: &Diagnosis) -> String {
+    let of = |standing: Standing| -> Vec<&FoundEffect> {
+        diagnosis.effects.iter().filter(|e| e.standing() == standing).collect()
+    };
+    let (found, suspected) = (of(Standing::Found), of(Standing::Suspected));
+    let listed = |effects: &[&FoundEffect]| -> String {
+        list(&effects.iter().map(|found| with_probability(found)).collect::<Vec<_>>())
+    };
+    match (found.is_empty(), suspected.is_empty()) {
+        (false, true) => format!("found: {}", listed(&found)),
+        (false, false) => {
+            format!("found: {}; suspected: {}", listed(&found), listed(&suspected))
+        }
+        (true, false) => format!("no effect is found; suspected: {}", listed(&suspected)),
+        (true, true) => "an effect is named, but the file does not say which".to_owned(),
+    }
+}
+
+/// An effect with its probability, what cannot be separated from it, and why it is only suspected.
+fn with_probability(found: &FoundEffect) -> String {
+    let mut asides = vec![format!("probability {}", percent(found.probability))];
+    if !found.confusable_with.is_empty() {
+        let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
+        asides.push(format!("cannot be separated from {}", list(&like)));
+    }
+    asides.extend(why_suspected(found).map(str::to_owned));
+    format!("{} ({})", effect(&found.effect), asides.join("; "))
+}
+
+/// The first condition of being found that fails.
+pub(crate) fn why_suspected(found: &FoundEffect) -> Option<&'static str> {
+    if found.standing() == Standing::Found {
+        return None;
+    }
+    Some(if found.probability <= FOUND_ABOVE {
+        "not more probable than not"
+    } else if found.amplitude.lower <= 0.0 {
+        "its size may be 0"
+    } else if found.in_favour() == 0 {
+        "nobody's own data favour it"
+    } else {
+        "the data of one person alone favour it"
+    })
+}
+
+/// What the effects do to the error.
+fn shrinks(diagnosis: &Diagnosis, change: &Change<'_>) -> String {
+    let with = if diagnosis.effects.len() == 1 { "with it" } else { "with them" };
+    change.clause(with)
+}
+
+/// That something without a name is missing.
+fn unknown(diagnosis: &Diagnosis) -> String {
+    match &diagnosis.posterior {
+        Some(said) => format!(
+            "something is missing (probability {}) and no effect is probable enough to be named{}",
+            percent(said.something),
+            most_probable(diagnosis, said)
+        ),
+        None => "something is missing that no effect of the library explains".to_owned(),
+    }
+}
+
+/// The most probable answer, although not probable enough.
+fn most_probable(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
+    let candidates = diagnosis.candidates.iter().filter(|candidate| candidate.effect != "none");
+    let best = candidates.max_by(|a, b| a.probability.total_cmp(&b.probability));
+    best.map_or_else(String::new, |best| {
+        let name = match best.effect.as_str() {
+            "unknown" => "something that the library does not hold".to_owned(),
+            name => effect(name),
+        };
+        let (p, from) = (percent(best.probability), percent(said.names_from));
+        format!(" (most probable: {name}, {p}; an effect is named from {from} on)")
+    })
+}
+
+/// That nothing is missing.
+fn nothing(diagnosis: &Diagnosis) -> String {
+    match &diagnosis.posterior {
+        Some(said) => format!(
+            "no effect is found (probability that something is missing: {})",
+            percent(said.something)
+        ),
+        None => "no effect is found among those that these data could show".to_owned(),
+    }
+}

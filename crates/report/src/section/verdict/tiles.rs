@@ -1,0 +1,208 @@
+//! The four tiles of a diagnosis (where, which, how far, how sure), and who is in it.
+
+use super::how_far::change;
+use super::place::{direction, expected, worst};
+use super::sentence::why_suspected;
+use crate::Inputs;
+use crate::html::Html;
+use crate::number::{count, fixed, interval, p_value, percent};
+use crate::section::words::{ahead, effect, list, number, sentence, situation};
+use contract::diagnosis::{FoundEffect, Standing, Verdict};
+use contract::{DataInUse, Diagnosis};
+
+/// Most people whose reason is told here; the others stand under the data checks.
+const NAMED: usize = 6;
+
+/// A question, its short answer, and what the answer is.
+type Tile = (&'static str, String, String);
+
+/// The tiles, and the people under them.
+pub(super) fn tiles(html: &mut Html, diagnosis: &Diagnosis, inputs: &Inputs) {
+    let (far, far_detail) = change(diagnosis).map_or_else(
+        || {
+            (
+                "Nothing was added".to_owned(),
+                "No effect is named, so that no error was compared".to_owned(),
+            )
+        },
+        |change| change.tile(),
+    );
+    let tiles: [Tile; 4] =
+        [place(diagnosis), which(diagnosis), ("How far", far, far_detail), sure(diagnosis)];
+    html.literal("<dl class=\"tiles\">\n");
+    for (question, answer, detail) in tiles {
+        html.literal("<div class=\"tile\">").element("dt", question);
+        html.literal("<dd class=\"answer\">").text(&answer).literal("</dd>");
+        html.element("dd", &detail).literal("</div>\n");
+    }
+    html.literal("</dl>\n<p class=\"people\">").text(&people(diagnosis, inputs)).literal("</p>\n");
+}
+
+fn place(diagnosis: &Diagnosis) -> Tile {
+    let Some(cell) = worst(diagnosis) else {
+        let detail = match expected(diagnosis) {
+            Some(cell) if diagnosis.verdict != Verdict::None => format!(
+                "No situation differs from zero. Most of what is missing is expected {} ({} of it)",
+                situation(cell.factor.name(), &cell.level),
+                percent(cell.share_of_gap)
+            ),
+            _ => "No hour, situation or glucose band differs from zero".to_owned(),
+        };
+        return ("Where", "Nowhere for certain".to_owned(), detail);
+    };
+    // The step-down p can be small while the single-step interval still includes zero, so the limits
+    // keep their signs, in the direction of the error.
+    let (lower, upper) = match direction(cell) {
+        "under" => (cell.lower, cell.upper),
+        _ => (-cell.upper, -cell.lower),
+    };
+    let detail = format!(
+        "Glucose is {}-predicted by {} mg/dL, {} ahead (simultaneous interval {} to {}, adjusted p {})",
+        direction(cell),
+        fixed(cell.mean_error_mg_dl.abs(), 0),
+        ahead(cell.horizon_minutes),
+        fixed(lower, 0),
+        fixed(upper, 0),
+        p_value(cell.p_adjusted)
+    );
+    ("Where", sentence(&situation(cell.factor.name(), &cell.level)), detail)
+}
+
+fn which(diagnosis: &Diagnosis) -> Tile {
+    let named: Vec<&FoundEffect> = diagnosis.effects.iter().collect();
+    let (answer, detail) = match diagnosis.verdict {
+        Verdict::None => ("No effect".to_owned(), power_words(diagnosis)),
+        Verdict::Unknown => ("Something without a name".to_owned(), unknown_place(diagnosis)),
+        Verdict::Effect => {
+            let answers: Vec<String> = named
+                .iter()
+                .map(|found| match found.standing() {
+                    Standing::Found => effect(&found.effect),
+                    Standing::Suspected => format!("{} (suspected)", effect(&found.effect)),
+                })
+                .collect();
+            (
+                sentence(&list(&answers)),
+                named.iter().map(|found| size(found)).collect::<Vec<_>>().join(". "),
+            )
+        }
+    };
+    ("Which", answer, detail)
+}
+
+/// Size of an effect and who shows it.
+fn size(found: &FoundEffect) -> String {
+    let people = match found.people.len() {
+        0 => String::new(),
+        1 => " in this one person".to_owned(),
+        of => format!("; the data of {} of {of} people favour it", found.in_favour()),
+    };
+    let why = why_suspected(found).map_or_else(String::new, |why| format!("; {why}"));
+    let size = interval(found.amplitude, 2);
+    format!("{}: {size} times the published size{people}{why}", sentence(&effect(&found.effect)))
+}
+
+/// Where in the model it most probably is.
+fn unknown_place(diagnosis: &Diagnosis) -> String {
+    crate::section::ports::most_probable(diagnosis)
+        .unwrap_or_else(|| "No effect of the library explains it well enough".to_owned())
+}
+
+fn power_words(diagnosis: &Diagnosis) -> String {
+    super::power::would_have_been_found(diagnosis)
+        .unwrap_or_else(|| "None of those that were tried stands out".to_owned())
+}
+
+fn sure(diagnosis: &Diagnosis) -> Tile {
+    let of =
+        |name: &str| diagnosis.candidates.iter().find(|c| c.effect == name).map(|c| c.probability);
+    let something = diagnosis.posterior.as_ref().map(|said| said.something);
+    let (answer, mut detail) = match diagnosis.verdict {
+        Verdict::Effect => {
+            let each: Vec<f64> = diagnosis.effects.iter().map(|e| e.probability).collect();
+            let least = each.iter().copied().fold(f64::INFINITY, f64::min);
+            let answer = if each.is_empty() { "Not stated".to_owned() } else { percent(least) };
+            let what = format!(
+                "{}{}",
+                sentence(probability_words(diagnosis)),
+                match each.len() {
+                    0 | 1 => "",
+                    _ => "; the least of them",
+                }
+            );
+            (answer, what)
+        }
+        Verdict::Unknown => match something.or_else(|| of("unknown")) {
+            Some(p) => (percent(p), "Probability that something is missing".to_owned()),
+            None => ("Not stated".to_owned(), String::new()),
+        },
+        Verdict::None => match something.map(|p| 1.0 - p).or_else(|| of("none")) {
+            Some(p) => (percent(p), "Probability that nothing is missing".to_owned()),
+            None => ("Not stated".to_owned(), String::new()),
+        },
+    };
+    let doubts: usize = diagnosis.effects.iter().map(|found| found.questioned.len()).sum();
+    if doubts > 0 {
+        let verb = if doubts == 1 { "stands" } else { "stand" };
+        detail.push_str(&format!(
+            ". {} {verb} below",
+            match doubts {
+                1 => "One doubt".to_owned(),
+                n => format!("{} doubts", number(n)),
+            }
+        ));
+    }
+    ("How sure", answer, detail)
+}
+
+/// What the probability of an effect is conditional on; also the name of its column.
+pub(crate) fn probability_words(diagnosis: &Diagnosis) -> &'static str {
+    if diagnosis.posterior.is_some() {
+        "probability that it acts, with others or alone"
+    } else {
+        "probability given the effects above"
+    }
+}
+
+/// People and days in use, and who was left out.
+fn people(diagnosis: &Diagnosis, inputs: &Inputs) -> String {
+    let (all, left_out, days) = match &inputs.data_in_use {
+        Some(data) => of_data(data),
+        None => of_diagnosis(diagnosis),
+    };
+    let used = all - left_out.len();
+    let mut text = format!("{used} of {} in use, {days}. ", count(all, "person", "people"));
+    if left_out.is_empty() {
+        text.push_str("Nobody was left out.");
+        return text;
+    }
+    let named: Vec<String> =
+        left_out.iter().take(NAMED).map(|(person, why)| format!("{person} ({why})")).collect();
+    text.push_str(&format!("Left out: {}", named.join("; ")));
+    if left_out.len() > NAMED {
+        text.push_str(&format!("; {} more, under the data checks", left_out.len() - NAMED));
+    }
+    text.push('.');
+    text
+}
+
+/// All people, those left out with the reason, and the days in use.
+type InUse<'a> = (usize, Vec<(&'a str, &'a str)>, String);
+
+fn of_data(data: &DataInUse) -> InUse<'_> {
+    let left_out: Vec<(&str, &str)> =
+        data.people.iter().filter_map(|p| Some((&*p.person_id, p.left_out.as_deref()?))).collect();
+    let used = data.people.iter().filter(|person| person.left_out.is_none());
+    let (days, of) = used.fold((0, 0), |(days, of), person| {
+        (days + person.days.saturating_sub(person.days_left_out.len()), of + person.days)
+    });
+    (data.people.len(), left_out, format!("{days} of their {}", count(of, "day", "days")))
+}
+
+fn of_diagnosis(diagnosis: &Diagnosis) -> InUse<'_> {
+    let people = &diagnosis.people;
+    let left_out: Vec<(&str, &str)> =
+        people.iter().filter_map(|p| Some((&*p.person_id, p.excluded.as_deref()?))).collect();
+    let days: usize = people.iter().filter(|p| p.excluded.is_none()).map(|p| p.days).sum();
+    (people.len(), left_out, count(days, "day", "days"))
+}
