@@ -116,8 +116,9 @@ fn amplitudes(name: &str, amplitude: f64) -> Result<Amplitudes> {
     if name == "none" {
         return Ok(Amplitudes::NONE);
     }
-    let effect = PlannedEffect::from_name(name)
-        .with_context(|| format!("there is no effect '{name}'; give none or the name of one"))?;
+    let effect = PlannedEffect::from_name(name).with_context(|| {
+        format!("--effect: there is no effect '{name}'; give none or the name of one")
+    })?;
     Ok(effect.set(Amplitudes::NONE, amplitude))
 }
 

@@ -4,6 +4,7 @@
 //! hands everything but `check` and `same` to the same [`run`]. What was typed becomes the settings of a stage of `pipeline`.
 
 mod cli;
+mod numbers;
 mod settings;
 
 use std::process::ExitCode;
@@ -34,7 +35,12 @@ pub fn commands(program: &'static str) -> clap::Command {
             None => command,
         }
     };
-    CommandLine::command().name(program).bin_name(program).mut_subcommands(renamed)
+    let numbers = |command: clap::Command| command.mut_args(numbers::read_in_words);
+    CommandLine::command()
+        .name(program)
+        .bin_name(program)
+        .mut_args(numbers::read_in_words)
+        .mut_subcommands(|command| numbers(renamed(command)))
 }
 
 /// Runs what was typed. An error is one message on the standard error stream and exit status 1; clap has already
@@ -52,7 +58,7 @@ pub fn ended(result: Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            pipeline::say(&format!("error: {error:#}"));
+            pipeline::say(&format!("error: {}", pipeline::in_words(&error)));
             ExitCode::FAILURE
         }
     }

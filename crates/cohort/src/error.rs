@@ -185,7 +185,7 @@ pub enum CohortError {
         expected: &'static str,
     },
     /// A number is outside the range of its column.
-    #[error("{place}: {value} is outside {low} to {high} {unit}; {remedy}")]
+    #[error("{place}: {} is outside {low} to {high}{}; {remedy}", short(*value), spaced(unit))]
     OutOfRange {
         /// The cell.
         place: Place,
@@ -338,7 +338,26 @@ pub enum CohortError {
     },
 }
 
+/// A number; a very large one with its exponent.
+fn short(value: f64) -> String {
+    if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") }
+}
+
+/// A unit after its number, if there is one.
+fn spaced(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}
+
 impl CohortError {
+    /// The error of a table that could not be written. The table library wraps the system's reason in words
+    /// about what it reads.
+    pub(crate) fn not_written(file: &str, error: &impl std::fmt::Display) -> Self {
+        let text = error.to_string();
+        let reason = text.rsplit("IO error: ").next().unwrap_or_default().to_owned();
+        let source = std::io::Error::other(reason);
+        Self::Io { file: file.into(), action: "written", source }
+    }
+
     /// File, row and column, as far as the error has them.
     #[must_use]
     pub fn place(&self) -> Option<Place> {

@@ -155,7 +155,18 @@ impl<W: Write> ParquetSink<W> {
 }
 
 fn failed(file: &str, error: &PolarsError) -> CohortError {
-    CohortError::Table { file: file.into(), reason: error.to_string() }
+    CohortError::not_written(file, error)
+}
+
+/// What is wrong with a Parquet file, without the words of the library's types.
+pub(crate) fn parquet_fault(error: &PolarsError) -> String {
+    const REMEDY: &str = "it is damaged or cut off; write it again from its source";
+    let text = error.to_string();
+    match text.rsplit_once("specification: ") {
+        Some((_, reason)) => format!("{reason}; {REMEDY}"),
+        None if text.contains(['{', '[']) => REMEDY.to_owned(),
+        None => format!("{text}; {REMEDY}"),
+    }
 }
 
 #[cfg(test)]

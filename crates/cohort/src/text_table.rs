@@ -287,7 +287,16 @@ pub(crate) fn read_text(path: &Path, name: &str) -> Result<Vec<u8>, CohortError>
         },
         _ => failed(source),
     })?;
-    let size = file.metadata().map_err(failed)?.len();
+    let metadata = file.metadata().map_err(failed)?;
+    if !metadata.is_file() {
+        let reason = if metadata.is_dir() {
+            "a folder; a file is needed"
+        } else {
+            "not a file; a file is needed"
+        };
+        return Err(CohortError::Text { place: Place::file(name), reason });
+    }
+    let size = metadata.len();
     if size > LARGEST_FILE {
         return Err(CohortError::TooLarge {
             file: name.into(),

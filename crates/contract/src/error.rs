@@ -19,14 +19,22 @@ pub enum ContractError {
     },
     /// No JSON, or a key that is missing, unknown or of another type.
     #[error(
-        "{file}, line {line}, column {column}: {source}; write the file again with the command that makes it",
-        line = source.line(), column = source.column()
+        "{file}, line {line}, column {column}: {problem}; write the file again with the command that makes it",
+        line = source.line(), column = source.column(), problem = without_place(source)
     )]
     Json {
         /// Which file.
         file: &'static str,
         /// What the parser found, with its place.
         source: serde_json::Error,
+    },
+    /// A value that the type allows and its meaning does not.
+    #[error("{file}: {problem}")]
+    Value {
+        /// Which file.
+        file: &'static str,
+        /// What is wrong, and what would mend it.
+        problem: &'static str,
     },
     /// Two series that belong together have different lengths.
     #[error("{file}: '{series}' has {found} values where '{of}' has {expected}")]
@@ -42,4 +50,10 @@ pub enum ContractError {
         /// That length.
         expected: usize,
     },
+}
+
+/// What the parser says, without the place that it says at the end.
+fn without_place(source: &serde_json::Error) -> String {
+    let said = source.to_string();
+    said.rsplit_once(" at line ").map_or(said.clone(), |(problem, _)| problem.to_owned())
 }

@@ -4,9 +4,27 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
+use crate::document::Document;
+use crate::error::ContractError;
 
-documents! { Thresholds: "thresholds.json", ""; }
+impl Document for Thresholds {
+    const FILE: &'static str = "thresholds.json";
+    const SCHEMA: &'static str = "";
+
+    fn check(&self) -> Result<(), ContractError> {
+        let wrong = |problem| Err(ContractError::Value { file: Self::FILE, problem });
+        if !(self.temperature.is_finite() && self.temperature > 0.0) {
+            return wrong("the temperature must be a number above 0");
+        }
+        for threshold in self.by_name.values().chain([&self.other]) {
+            let ascend = threshold.steps.is_sorted_by(|a, b| a.person_days < b.person_days);
+            if threshold.steps.is_empty() || !ascend {
+                return wrong("a threshold needs one step or more, in ascending person_days");
+            }
+        }
+        Ok(())
+    }
+}
 
 /// Thresholds in nats, fixed on worlds in which nothing is missing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

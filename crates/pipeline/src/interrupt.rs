@@ -1,5 +1,6 @@
 //! What Ctrl-C leaves behind: nothing half-written.
 
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,6 +27,41 @@ const PAUSE: Duration = Duration::from_millis(25);
 /// # Errors
 /// Those of `make`.
 pub(crate) fn make_removable(make: impl FnOnce() -> io::Result<TempDir>) -> io::Result<TempDir> {
+    handle();
+    let mut building = building();
+    let folder = make()?;
+    building.push(folder.path().to_path_buf());
+    Ok(folder)
+}
+
+/// The same of a file.
+///
+/// # Errors
+/// Those of `make`.
+pub(crate) fn make_removable_file(
+    path: &Path,
+    make: impl FnOnce() -> io::Result<File>,
+) -> io::Result<File> {
+    handle();
+    let mut building = building();
+    let file = make()?;
+    building.push(path.to_path_buf());
+    Ok(file)
+}
+
+/// Puts folders in their places without an interruption between; `built` is then no longer removed.
+///
+/// # Errors
+/// Those of `put`.
+pub(crate) fn undisturbed(built: &Path, put: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
+    let mut building = building();
+    put()?;
+    building.retain(|known| known != built);
+    Ok(())
+}
+
+/// Begins to listen for interruptions.
+fn handle() {
     HANDLER.call_once(|| {
         // Without a handler the default applies: the program ends and the hidden folder stays, which
         // no later run mistakes for a result.
@@ -41,16 +77,16 @@ pub(crate) fn make_removable(make: impl FnOnce() -> io::Result<TempDir>) -> io::
             std::process::exit(INTERRUPTED);
         });
     });
-    let mut building = building();
-    let folder = make()?;
-    building.push(folder.path().to_path_buf());
-    Ok(folder)
 }
 
-/// Removes a folder into which another thread may still be writing its last file: it has to stay
+/// Removes a file, or a folder into which another thread may still be writing its last file: it has to stay
 /// away for a while, since a thread that makes a folder for its file brings it back.
 fn remove(folder: &Path) {
     let mut absent = false;
+    if folder.is_file() {
+        let _ = std::fs::remove_file(folder);
+        return;
+    }
     for _ in 0..ATTEMPTS {
         let _ = std::fs::remove_dir_all(folder);
         let gone = !folder.exists();

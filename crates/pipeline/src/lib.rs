@@ -21,6 +21,7 @@
 //! ```
 
 mod asked;
+mod bounds;
 mod checkpoint;
 mod children;
 mod diagnosed;
@@ -28,6 +29,7 @@ mod documents;
 mod inputs;
 mod interrupt;
 mod labels;
+mod lock;
 mod manifest;
 mod models;
 mod output;
@@ -44,7 +46,7 @@ pub mod usage;
 pub use manifest::{Manifest, call_program};
 pub use output::OutputFolder;
 pub use profile::Profile;
-pub use progress::{Progress, be_quiet, note, say};
+pub use progress::{Progress, be_quiet, in_words, note, say};
 
 /// The folder of the workspace's `Cargo.toml` when this program was built.
 #[must_use]

@@ -6,10 +6,12 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use contract::{Document as _, FileHash};
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
+
+use crate::models::check_size;
 
 /// The report's file name in an output folder.
 pub(crate) const REPORT: &str = "report.html";
@@ -27,21 +29,36 @@ pub fn call_program(name: &'static str) -> &'static str {
 /// The manifest of a folder that is written or was.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
-pub struct Manifest(contract::Manifest);
+pub struct Manifest {
+    written: contract::Manifest,
+    /// Folders that are inputs; in the file their files stand.
+    #[serde(skip)]
+    folders: Vec<PathBuf>,
+}
 
 impl Deref for Manifest {
     type Target = contract::Manifest;
 
     fn deref(&self) -> &Self::Target {
-        &self.0
+        &self.written
     }
 }
 
 impl Manifest {
+    /// Adds a model's file, whose size is looked at first.
+    pub(crate) fn with_model(self, path: &Path) -> Result<Self> {
+        check_size(path)?;
+        self.with_input(path)
+    }
+
+    fn of(written: contract::Manifest) -> Self {
+        Self { written, folders: Vec::new() }
+    }
+
     /// A manifest without inputs.
     #[must_use]
     pub fn new(stage: &str, config: serde_json::Value, seed: Option<u64>) -> Self {
-        Self(contract::Manifest {
+        let written = contract::Manifest {
             schema: contract::Manifest::SCHEMA.to_owned(),
             stage: stage.to_owned(),
             command: command_line(),
@@ -50,16 +67,20 @@ impl Manifest {
             seed,
             inputs: Vec::new(),
             outputs: Vec::new(),
-        })
+        };
+        Self::of(written)
     }
 
     /// Adds a file, or every file of a folder in the order of their names.
     pub fn with_input(mut self, path: &Path) -> Result<Self> {
         let mut files = Vec::new();
         collect(path, &mut files)?;
+        if path.is_dir() {
+            self.folders.push(path.to_path_buf());
+        }
         for file in files {
             let sha256 = hash_file(&file)?;
-            self.0.inputs.push(FileHash { path: slashed(&file), sha256 });
+            self.written.inputs.push(FileHash { path: slashed(&file), sha256 });
         }
         Ok(self)
     }
@@ -68,7 +89,7 @@ impl Manifest {
     pub(crate) fn with_outputs_in(mut self, folder: &Path) -> Result<Self> {
         let mut files = Vec::new();
         collect(folder, &mut files)?;
-        self.0.outputs = files
+        self.written.outputs = files
             .iter()
             .map(|file| {
                 let path = slashed(file.strip_prefix(folder).unwrap_or(file));
@@ -95,6 +116,16 @@ impl Manifest {
         })
     }
 
+    /// The input folder in which a path lies, which need not exist.
+    pub(crate) fn folder_around(&self, path: &Path) -> Option<&Path> {
+        let path = std::path::absolute(path).ok()?;
+        // The path itself may be an input's folder; that is told of otherwise.
+        let there = path.ancestors().skip(1).find_map(|ancestor| ancestor.canonicalize().ok())?;
+        let around =
+            |folder: &&PathBuf| folder.canonicalize().is_ok_and(|folder| there.starts_with(folder));
+        self.folders.iter().find(around).map(PathBuf::as_path)
+    }
+
     /// The first input that lies within `folder`, if any.
     pub(crate) fn input_within(&self, folder: &Path) -> Option<&str> {
         let folder = folder.canonicalize().ok()?;
@@ -119,7 +150,7 @@ impl Manifest {
     /// The manifest in `folder`, or `None` if there is none that can be read.
     #[must_use]
     pub fn read(folder: &Path) -> Option<Self> {
-        contract::read(&fs::read(folder.join(FILE)).ok()?).ok().map(Self)
+        contract::read(&fs::read(folder.join(FILE)).ok()?).ok().map(Self::of)
     }
 }
 
@@ -135,8 +166,12 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
                 collect(&entry, files)?;
             }
         }
-    } else {
+    } else if path.is_file() {
         files.push(path.to_path_buf());
+    } else if path.exists() {
+        bail!("'{}' is not a file; give a file or a folder of files", path.display());
+    } else {
+        bail!("there is no '{}'", path.display());
     }
     Ok(())
 }

@@ -8,15 +8,39 @@ use anyhow::{Context as _, Result, bail};
 use nn_statespace::PopulationModel;
 use twins::Twin;
 
+/// Largest file that is read as a whole, bytes; a model has some hundred kB.
+const LARGEST: u64 = 1 << 28;
+
 /// A file's bytes.
 ///
 /// # Errors
-/// With the path, also where it names a folder.
+/// With the path, also where it names no file, or one that is larger than any model or table of ours.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    check_size(path)?;
+    fs::read(path).with_context(|| format!("cannot read '{}'", path.display()))
+}
+
+/// Refuses what is no file, or one larger than is read as a whole.
+pub(crate) fn check_size(path: &Path) -> Result<()> {
     if path.is_dir() {
         bail!("'{}' is a folder; a file is needed", path.display());
     }
-    fs::read(path).with_context(|| format!("cannot read '{}'", path.display()))
+    if !path.exists() {
+        bail!("there is no file '{}'", path.display());
+    }
+    if !path.is_file() {
+        bail!("'{}' is not a file; a file is needed", path.display());
+    }
+    let metadata = fs::metadata(path);
+    let size = metadata.with_context(|| format!("cannot read '{}'", path.display()))?.len();
+    if size > LARGEST {
+        bail!(
+            "'{}' has {:.1} GiB, more than any model or table that is read here; give another file",
+            path.display(),
+            size as f64 / f64::from(1 << 30)
+        );
+    }
+    Ok(())
 }
 
 /// The population model in a `.safetensors` file.

@@ -7,9 +7,10 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, anyhow, bail};
 use contract::Document;
 
+use crate::lock::{self, Lock, parent};
 use crate::manifest::{self, Manifest};
 
 /// A folder under construction.
@@ -18,6 +19,8 @@ pub struct OutputFolder {
     target: PathBuf,
     building: tempfile::TempDir,
     manifest: Manifest,
+    // Dropped last: nobody else begins before the folder is in its place.
+    _lock: Lock,
 }
 
 /// How the names of folders under construction begin; the number of the process follows.
@@ -27,25 +30,19 @@ impl OutputFolder {
     /// Begins the folder `target` for the run that `manifest` describes.
     ///
     /// # Errors
-    /// If `target` is a file, holds an input of the run, or holds anything but the output of the
-    /// same command (it is not replaced), or if its parent cannot be written.
+    /// If `target` is a file, lies in a folder that is an input of the run or holds one, or holds
+    /// anything but the output of the same command (it is not replaced), if another run is writing it,
+    /// or if its parent cannot be written. A link to a folder is followed.
     pub fn begin(target: &Path, manifest: Manifest) -> Result<Self> {
+        let target = &followed(target)?;
         check_replaceable(target, &manifest)?;
-        let parent = match target.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
-            _ => PathBuf::from("."),
-        };
+        let parent = parent(target);
         fs::create_dir_all(&parent)
             .with_context(|| format!("cannot make the folder '{}'", parent.display()))?;
         sweep(&parent);
-        let building = crate::interrupt::make_removable(|| {
-            tempfile::Builder::new()
-                .prefix(&format!("{BUILDING}{}-", std::process::id()))
-                .permissions(everyones(0o777))
-                .tempdir_in(&parent)
-        })
-        .with_context(|| format!("cannot write in '{}'", parent.display()))?;
-        Ok(Self { target: target.to_path_buf(), building, manifest })
+        let lock = Lock::hold(target)?;
+        let building = hidden_in(&parent)?;
+        Ok(Self { target: target.to_path_buf(), building, manifest, _lock: lock })
     }
 
     /// The manifest of the run, outputs not yet listed.
@@ -89,15 +86,61 @@ impl OutputFolder {
     pub fn finish(self) -> Result<PathBuf> {
         let manifest = self.manifest.clone().with_outputs_in(self.path())?;
         self.write_document::<contract::Manifest>(&manifest)?;
-        if self.target.is_dir() {
-            fs::remove_dir_all(&self.target)
-                .with_context(|| format!("cannot replace '{}'", self.target.display()))?;
-        }
-        let built = self.building.keep();
-        fs::rename(&built, &self.target)
+        let aside = hidden_in(&parent(&self.target))?;
+        let built = self.building.path();
+        let put = || {
+            if self.target.is_dir() {
+                fs::rename(&self.target, aside.path().join("replaced"))?;
+            }
+            fs::rename(built, &self.target)
+        };
+        crate::interrupt::undisturbed(built, put)
             .with_context(|| format!("cannot put '{}' in its place", self.target.display()))?;
-        crate::interrupt::forget(&built);
+        // It is no longer there under its first name.
+        let _ = self.building.keep();
         Ok(self.target)
+    }
+}
+
+/// A hidden folder in `parent`, which is removed at the latest by a later run.
+fn hidden_in(parent: &Path) -> Result<tempfile::TempDir> {
+    crate::interrupt::make_removable(|| {
+        tempfile::Builder::new()
+            .prefix(&format!("{BUILDING}{}-", std::process::id()))
+            .permissions(everyones(0o777))
+            .tempdir_in(parent)
+    })
+    .with_context(|| format!("cannot write in '{}'", parent.display()))
+}
+
+/// Removes a finished folder; a run that is killed meanwhile leaves nothing of it under its name.
+///
+/// # Errors
+/// If its parent cannot be written.
+pub(crate) fn discard(folder: &Path) -> Result<()> {
+    let aside = hidden_in(&parent(folder))?;
+    fs::rename(folder, aside.path().join("discarded"))
+        .with_context(|| format!("cannot remove '{}'", folder.display()))
+}
+
+/// Where an output is to stand: the folder itself, or the one that a link names.
+///
+/// # Errors
+/// For a link to nothing, and a path that cannot be.
+pub(crate) fn followed(target: &Path) -> Result<PathBuf> {
+    match fs::symlink_metadata(target) {
+        Ok(metadata) if metadata.is_symlink() => target.canonicalize().map_err(|_| {
+            let named = fs::read_link(target).unwrap_or_default();
+            anyhow!(
+                "'{}' is a link to '{}', which is not there; make that folder, or give another --out",
+                target.display(),
+                named.display()
+            )
+        }),
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot write '{}'", target.display()))
+        }
+        _ => Ok(target.to_path_buf()),
     }
 }
 
@@ -123,11 +166,18 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// Refuses a target whose replacement would lose something.
 fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
-    if target.is_file() {
-        bail!("'{}' is a file; give --out a folder", target.display());
+    if let Some(input) = manifest.folder_around(target) {
+        bail!(
+            "'{}' lies in '{}', an input of this run, and would be read with it; give another --out",
+            target.display(),
+            input.display()
+        );
+    }
+    if !target.exists() {
+        return Ok(());
     }
     if !target.is_dir() {
-        return Ok(());
+        bail!("'{}' is a file; give --out a folder", target.display());
     }
     if let Some(input) = manifest.input_within(target) {
         bail!(
@@ -137,9 +187,7 @@ fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
     }
     let mut entries = fs::read_dir(target)
         .with_context(|| format!("cannot read the folder '{}'", target.display()))?;
-    if entries.next().is_none() {
-        return Ok(());
-    }
+    let Some(first) = entries.next() else { return Ok(()) };
     let strangers = match Manifest::read(target) {
         Some(before) if before.stage == manifest.stage => {
             let mut strangers = before.strangers_in(target)?;
@@ -152,7 +200,10 @@ fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
             target.display(),
             before.stage
         ),
-        None => vec!["no manifest of this program".to_owned()],
+        None => vec![first.map_or_else(
+            |error| error.to_string(),
+            |entry| entry.file_name().to_string_lossy().into_owned(),
+        )],
     };
     if let Some(first) = strangers.first() {
         bail!(
@@ -168,6 +219,7 @@ fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
 fn sweep(parent: &Path) {
     let Ok(entries) = fs::read_dir(parent) else { return };
     for entry in entries.flatten() {
+        lock::sweep(&entry.path());
         let name = entry.file_name();
         let process = name
             .to_str()
@@ -244,6 +296,52 @@ mod tests {
         fs::write(target.join("notes.txt"), "mine").expect("writable");
         let error = OutputFolder::begin(&target, manifest()).expect_err("a stranger's file");
         assert!(error.to_string().contains("notes.txt"), "{error}");
+    }
+
+    #[test]
+    fn a_link_is_followed_and_stays_a_link() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        let (real, link) = (parent.path().join("real"), parent.path().join("link"));
+        std::os::unix::fs::symlink("real", &link).expect("a link");
+        let error = OutputFolder::begin(&link, manifest()).expect_err("a link to nothing");
+        assert!(error.to_string().contains("a link to 'real'"), "{error}");
+        fs::create_dir(&real).expect("writable");
+        for text in ["first", "second"] {
+            let output = OutputFolder::begin(&link, manifest()).expect("a link to a folder");
+            output.write("a.txt", text.as_bytes()).expect("writable");
+            output.finish().expect("renamed");
+            assert!(link.is_symlink());
+            assert_eq!(fs::read_to_string(real.join("a.txt")).expect("a file"), text);
+        }
+    }
+
+    #[test]
+    fn an_output_does_not_lie_in_an_input() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        let input = parent.path().join("cohort");
+        fs::create_dir(&input).expect("writable");
+        fs::write(input.join("people.csv"), "x").expect("writable");
+        let with = |path: &Path| manifest().with_input(path).expect("readable");
+        for within in ["out", "new/out"] {
+            let error = OutputFolder::begin(&input.join(within), with(&input)).expect_err("in it");
+            assert!(error.to_string().contains("lies in"), "{error}");
+        }
+        assert_eq!(fs::read_dir(&input).expect("a folder").count(), 1);
+        // A file's folder is no input.
+        let beside = with(&input.join("people.csv"));
+        OutputFolder::begin(&input.join("out"), beside).expect("beside a file");
+    }
+
+    #[test]
+    fn two_runs_do_not_write_one_folder() {
+        let parent = tempfile::tempdir().expect("temporary folder");
+        let target = parent.path().join("result");
+        let first = OutputFolder::begin(&target, manifest()).expect("free");
+        let error = OutputFolder::begin(&target, manifest()).expect_err("held");
+        assert!(error.to_string().contains("another run"), "{error}");
+        first.finish().expect("renamed");
+        OutputFolder::begin(&target, manifest()).expect("free again");
+        assert_eq!(fs::read_dir(parent.path()).expect("folder").count(), 1);
     }
 
     #[test]

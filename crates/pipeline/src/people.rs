@@ -35,6 +35,14 @@ impl People {
         Ok(Self { recorded, data })
     }
 
+    /// The same, without telling what is implausible; for a look before the work.
+    pub(crate) fn read_quietly(folder: &Path) -> Result<Self> {
+        let cohort = || format!("the cohort '{}'", folder.display());
+        let recorded = read_folder(folder).with_context(cohort)?;
+        let data = InUse::of(&recorded, &InclusionRule::working()).with_context(cohort)?;
+        Ok(Self { recorded, data })
+    }
+
     /// The people who are used, with the values that are used.
     pub(crate) fn used(&self) -> Cohort {
         self.data.used(&self.recorded)

@@ -28,7 +28,36 @@ pub fn note(text: impl AsRef<str>) {
 
 /// Writes one line to standard error. That nobody listens is no reason to lose the work.
 pub fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", plain(line));
+}
+
+/// An error with its causes, each said once.
+#[must_use]
+pub fn in_words(error: &anyhow::Error) -> String {
+    let mut said: Vec<String> = Vec::new();
+    for cause in error.chain() {
+        let cause = plain(&cause.to_string());
+        if !said.iter().any(|before| before.contains(&cause)) {
+            said.push(cause);
+        }
+    }
+    said.join(": ")
+}
+
+/// Without the numbers of the operating system's errors, which say nothing to a reader.
+fn plain(text: &str) -> String {
+    const NUMBER: &str = " (os error ";
+    let mut parts = text.split(NUMBER);
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let rest = part.trim_start_matches(|c: char| c.is_ascii_digit());
+        match rest.strip_prefix(')') {
+            // The hidden folder in which a temporary file could not be made.
+            Some(rest) => plain += rest.split(" at path \"").next().unwrap_or_default(),
+            None => plain = plain + NUMBER + part,
+        }
+    }
+    plain
 }
 
 /// Progress of one stage over `total` items.
@@ -83,5 +112,23 @@ impl Progress {
         let seconds = self.bar.elapsed().as_secs_f64();
         self.bar.finish_and_clear();
         note(format!("{}: {summary} ({seconds:.1} s)", self.label));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::Context as _;
+
+    use super::*;
+
+    #[test]
+    fn numbers_of_the_system_are_left_out_and_causes_said_once() {
+        let source = std::io::Error::from_raw_os_error(2);
+        let inner = anyhow::Error::new(source).context("x.csv: No such file or directory");
+        let error = Err::<(), _>(inner).context("the cohort").expect_err("an error");
+        assert_eq!(in_words(&error), "the cohort: x.csv: No such file or directory");
+        let place = "cannot write: Denied (os error 13) at path \"/a/.building-1\"";
+        assert_eq!(plain(place), "cannot write: Denied");
+        assert_eq!(plain("a (os error b) c"), "a (os error b) c");
     }
 }

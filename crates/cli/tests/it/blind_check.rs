@@ -89,7 +89,7 @@ fn worlds_that_cannot_be_are_refused_in_words() {
         (&["blind-check", "--worlds", "20000"], 1, "20012 worlds"),
         (&["worlds", "--effect", "dusk"], 1, "there is no effect 'dusk'"),
         (&["worlds", "--days", "0"], 1, "--days 0"),
-        (&["worlds", "--shift", "-1"], 2, "-1"),
+        (&["worlds", "--shift", "-1"], 1, "--shift -1"),
         (&["worlds", "--shift=-1"], 1, "--shift -1"),
         (&["worlds", "--generator", "bergman"], 2, "hovorka, padova"),
         (&["worlds", "--mixture", "3", "--effect", "dawn"], 2, "--effect"),

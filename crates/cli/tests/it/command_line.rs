@@ -119,7 +119,11 @@ fn missing_and_wrong_inputs_are_refused_in_words() {
         &["manifest"],
     );
     refused(&["verify", "--model", text(&at("file")), "--limit", "0"], &out, &["--limit"]);
-    refused(&["verify", "--model", text(&at("file"))], &out, &["region.json"]);
+    refused(&["verify", "--model", text(&at("file"))], &out, &["not a population model"]);
+    let model = workspace().join("crates/nn-statespace/model/population.safetensors");
+    fs::copy(&model, at("alone.safetensors")).expect("copied");
+    let alone = at("alone.safetensors");
+    refused(&["verify", "--model", text(&alone)], &out, &["region.json"]);
 
     let report = xtask(&["report", text(&at("empty"))]);
     assert_eq!(report.status.code(), Some(1));

@@ -3,6 +3,8 @@
 mod blind_check;
 mod command_line;
 mod effect_removed;
+mod killed;
+mod malformed;
 mod meals;
 mod other_plants;
 mod outputs;

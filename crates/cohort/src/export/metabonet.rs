@@ -18,8 +18,7 @@ const SOURCE: &str = "cohort";
 const KG_PER_LB: f64 = 0.453_592_37;
 
 pub(super) fn write(cohort: &Cohort, folder: &Path) -> Result<(), CohortError> {
-    let failed =
-        |error: PolarsError| CohortError::Table { file: FILE.into(), reason: error.to_string() };
+    let failed = |error: PolarsError| CohortError::not_written(FILE, &error);
     let Some(first) = cohort.people.first() else {
         return Err(CohortError::Empty { file: FILE.into() });
     };

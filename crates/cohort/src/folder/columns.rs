@@ -12,6 +12,17 @@ pub(super) fn check_names(
     known: &[&'static str],
     faults: &mut Faults,
 ) -> Result<(), CohortError> {
+    if let [one] = header
+        && let Some(mark) = [';', '\t', '|'].into_iter().find(|mark| one.contains(*mark))
+    {
+        return Err(CohortError::WrongLayout {
+            file: file.into(),
+            expected: "a table separated by ','",
+            reason: format!(
+                "the header is one cell with {mark:?} in it; separate the cells by ',', or import the table"
+            ),
+        });
+    }
     let absent: Vec<&'static str> =
         known.iter().copied().filter(|name| !header.iter().any(|column| column == name)).collect();
     for found in ignored(header, known) {

@@ -106,10 +106,7 @@ pub(super) fn write(cohort: &Cohort, folder: &Path) -> Result<(), CohortError> {
     };
     let ids: Vec<&str> = people.iter().map(|person| person.id.as_str()).collect();
     let therapies: Vec<&str> = people.iter().map(|person| person.therapy.name()).collect();
-    let failed = |error: polars::prelude::PolarsError| CohortError::Table {
-        file: PEOPLE.into(),
-        reason: error.to_string(),
-    };
+    let failed = |error: polars::prelude::PolarsError| CohortError::not_written(PEOPLE, &error);
     let mut frame = DataFrame::new(
         people.len(),
         vec![

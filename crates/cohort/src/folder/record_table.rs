@@ -14,6 +14,7 @@ use super::columns::check_names;
 use super::{RECORDS_CSV, RECORDS_PARQUET, RecordsFormat};
 use crate::error::{CohortError, Place};
 use crate::faults::Faults;
+use crate::parquet_sink::parquet_fault;
 use crate::person::is_person_id;
 use crate::record::Channel;
 use crate::text_table::{MOST_COLUMNS, TextTable, shorten};
@@ -322,7 +323,7 @@ fn header(file: File) -> Result<Vec<String>, CohortError> {
 }
 
 fn broken(error: PolarsError) -> CohortError {
-    CohortError::Table { file: RECORDS_PARQUET.into(), reason: error.to_string() }
+    CohortError::Table { file: RECORDS_PARQUET.into(), reason: parquet_fault(&error) }
 }
 
 fn epoch(value: i64, unit: TimeUnit) -> Option<NaiveDateTime> {

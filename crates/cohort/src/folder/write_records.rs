@@ -71,8 +71,7 @@ pub(super) fn write(
     format: RecordsFormat,
 ) -> Result<(), CohortError> {
     let name = format.file();
-    let failed =
-        |error: PolarsError| CohortError::Table { file: name.into(), reason: error.to_string() };
+    let failed = |error: PolarsError| CohortError::not_written(name, &error);
     write_whole(folder, name, |mut file| match format {
         RecordsFormat::Csv => {
             for (i, person) in cohort.people.iter().enumerate() {

@@ -74,6 +74,13 @@ struct Part {
 
 /// Reads the output's folder.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+    if !source.is_dir() {
+        return Err(CohortError::WrongLayout {
+            file: source.display().to_string(),
+            expected: FORMAT,
+            reason: "not a folder; give the folder that it writes".into(),
+        });
+    }
     let mut parts = Vec::new();
     find(source, source, None, None, None, 0, &mut parts)?;
     parts.sort_by(|a, b| (a.table, &a.shown).cmp(&(b.table, &b.shown)));

@@ -22,6 +22,13 @@ pub(super) fn files(
             remedy: format!("give a folder or file in the layout of {expected}"),
         });
     }
+    if !source.is_dir() {
+        return Err(CohortError::WrongLayout {
+            file: shown,
+            expected,
+            reason: "neither a file nor a folder".into(),
+        });
+    }
     let failed = |error| CohortError::Io {
         file: source.display().to_string(),
         action: "read",

@@ -11,6 +11,7 @@ use polars::prelude::{
 };
 
 use crate::error::{CohortError, Place};
+use crate::parquet_sink::parquet_fault;
 use crate::wall_clock::parse_iso;
 
 /// Rows of a piece.
@@ -167,7 +168,7 @@ pub(super) fn for_each(
                 Some(column) => {
                     let found = frame.column(column).map_err(|error| CohortError::Table {
                         file: name.into(),
-                        reason: error.to_string(),
+                        reason: parquet_fault(&error),
                     })?;
                     let found = guarded(name, || typed(found, *kind))?;
                     found.ok_or_else(|| CohortError::Table {
@@ -228,5 +229,5 @@ fn guarded<T>(name: &str, run: impl FnOnce() -> PolarsResult<T>) -> Result<T, Co
     let table = |reason: String| CohortError::Table { file: name.into(), reason };
     catch_unwind(AssertUnwindSafe(run))
         .map_err(|_| table("damaged, or of a kind that cannot be read".into()))?
-        .map_err(|error| table(error.to_string()))
+        .map_err(|error| table(parquet_fault(&error)))
 }

@@ -7,6 +7,8 @@ use anyhow::{Context as _, Result, ensure};
 use contract::blind_check::{Kind, Label, TrueCell, TrueEffect, TrueWhere};
 use serde::Deserialize;
 
+use crate::models::read_bytes;
+
 /// The schema that is read.
 const SCHEMA: &str = "blind_labels/1";
 /// Contexts that mean the same there and here.
@@ -73,8 +75,7 @@ struct Context {
 /// # Errors
 /// For a file of another schema, or a kind of cohort that is not known.
 pub(crate) fn read(file: &Path, hand: &str) -> Result<Vec<Label>> {
-    let text = std::fs::read(file).with_context(|| format!("cannot read '{}'", file.display()))?;
-    of_text(&text, hand).with_context(|| format!("'{}'", file.display()))
+    of_text(&read_bytes(file)?, hand).with_context(|| format!("'{}'", file.display()))
 }
 
 fn of_text(text: &[u8], hand: &str) -> Result<Vec<Label>> {

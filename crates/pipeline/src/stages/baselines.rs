@@ -55,7 +55,7 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
     });
     let manifest = Manifest::new("baselines", config, Some(args.seed))
         .with_input(&args.cohort)?
-        .with_input(&args.model)?;
+        .with_model(&args.model)?;
     match &args.patients {
         Some(path) => manifest.with_input(path),
         None => Ok(manifest),
@@ -64,6 +64,7 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
+    twin::check_training_days(args.training_days)?;
     let manifest = manifest(args)?;
     let in_use = People::read(&args.cohort)?;
     let cohort = in_use.used();

@@ -9,7 +9,7 @@ mod tables;
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result};
 use blind::{ScoredWorld, calibration_table, seal};
 use cohort::{RecordsFormat, write_folder};
 use contract::Document as _;
@@ -22,6 +22,7 @@ use world::Generator;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
 
 use crate::asked::{Asked, ask};
+use crate::bounds;
 use crate::documents::{read_document, read_document_at};
 use crate::labels::label;
 use crate::manifest::Manifest;
@@ -65,9 +66,9 @@ pub fn run(args: &Settings) -> Result<()> {
     let (with_effects, without) = if args.full { FULL } else { QUICK };
     let worlds = args.worlds.unwrap_or(with_effects);
     let nulls = args.nulls.unwrap_or(without);
-    let asked = worlds.saturating_add(nulls);
-    ensure!((1..=MOST_WORLDS).contains(&asked), "{asked} worlds; from 1 to {MOST_WORLDS} can be");
+    bounds::worlds(("--worlds", worlds), ("--nulls", nulls), MOST_WORLDS)?;
     let seed = args.seed.unwrap_or_else(drawn_seed);
+    let asked = worlds + nulls;
     note(format!("blind-check: {asked} worlds from --seed {seed}"));
     let plan = match args.calibrate {
         Some(generator) => Plan::calibration(worlds, nulls, generator),

@@ -12,6 +12,7 @@ use posterior::Posterior;
 use crate::diagnosed::{Diagnosed, ODE};
 use crate::documents::{read_document, read_document_at};
 use crate::manifest::Manifest;
+use crate::models::read_bytes;
 use crate::output::OutputFolder;
 use crate::people::People;
 use crate::progress::Progress;
@@ -62,12 +63,12 @@ fn config(args: &Settings) -> Result<DiagnosisConfig> {
 
 /// Reads a posterior.
 fn posterior(file: &Path) -> Result<Posterior> {
-    let bytes = std::fs::read(file).with_context(|| format!("reading '{}'", file.display()))?;
-    Posterior::from_bytes(&bytes).with_context(|| format!("'{}'", file.display()))
+    Posterior::from_bytes(&read_bytes(file)?).with_context(|| format!("'{}'", file.display()))
 }
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
+    let posterior = args.posterior.as_deref().map(posterior).transpose()?;
     let model = Diagnosed::read(&args.model, args.population.as_deref())?;
     let manifest = manifest(args)?;
     let people = People::read(&args.cohort)?;
@@ -84,7 +85,6 @@ pub fn run(args: &Settings) -> Result<()> {
     let runs = 1 + usize::from(without.is_some());
     let progress = Progress::begin("diagnose", runs * judged.cohort.people.len());
     let (library, config) = (effects::library(), config(args)?);
-    let posterior = args.posterior.as_deref().map(posterior).transpose()?;
     let run = |cohort: &Cohort, plants: &dyn Plants| {
         let advance = |_, _| progress.advance("people");
         let diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);

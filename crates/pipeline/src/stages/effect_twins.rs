@@ -57,7 +57,7 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
     let config = serde_json::json!({ "profile": args.profile });
     Manifest::new("effect-twins", config, Some(args.seed))
         .with_input(&args.cohort)?
-        .with_input(&args.model)
+        .with_model(&args.model)
 }
 
 /// Runs the command.

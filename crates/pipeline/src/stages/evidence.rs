@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result};
 use candle_core::{Device, Tensor};
 use cohort::Cohort;
 use contract::Document as _;
@@ -13,6 +13,7 @@ use gap::{DiagnosisConfig, cohort_statistics};
 use rayon::prelude::*;
 use world::blind::Plan;
 
+use crate::bounds;
 use crate::labels::{another_hand, label};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -48,8 +49,7 @@ type Row = BTreeMap<String, f64>;
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    let asked = args.worlds.saturating_add(args.nulls);
-    ensure!((1..=MOST_WORLDS).contains(&asked), "{asked} worlds; from 1 to {MOST_WORLDS} can be");
+    bounds::worlds(("--worlds", args.worlds), ("--nulls", args.nulls), MOST_WORLDS)?;
     let settings = serde_json::json!({ "worlds": args.worlds, "nulls": args.nulls });
     let mut manifest = Manifest::new("evidence", settings, Some(args.seed));
     for folder in args.cohort.iter().chain(&args.labelled) {

@@ -60,7 +60,7 @@ fn paths(args: &Settings) -> Vec<&Path> {
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
     let config = serde_json::json!({ "simulated_weeks": plan(args).weeks() });
     let manifest = Manifest::new("held-out", config, Some(args.seed));
-    paths(args).into_iter().try_fold(manifest, Manifest::with_input)
+    paths(args).into_iter().try_fold(manifest, |manifest, path| manifest.with_model(path))
 }
 
 /// Runs the command.

@@ -95,6 +95,9 @@ fn options(args: &Settings) -> Result<(TableOptions, Vec<PathBuf>)> {
             options.add_map(map)?;
             continue;
         }
+        if !path.is_file() {
+            bail!("--map {map}: neither COLUMN=NAME nor a file; give a map or a TOML file of it");
+        }
         let size = fs::metadata(path).with_context(|| format!("--map {map}"))?.len();
         if size > LARGEST_MAP {
             bail!("--map {map}: {size} bytes are no map");

@@ -12,12 +12,14 @@ use contract::{Document as _, RegionFile};
 
 use crate::diagnosed::ODE;
 use crate::documents::read_document;
+use crate::lock::Lock;
 use crate::manifest::{Manifest, REPORT};
 use crate::models::read_population;
-use crate::output::{OutputFolder, write_whole};
-use crate::people::read_cohort;
+use crate::output::{self, OutputFolder, followed, write_whole};
+use crate::people::{People, read_cohort};
 use crate::profile::Profile;
 use crate::progress::note;
+use crate::stages::simulate::read_patients;
 use crate::stages::{
     baselines, diagnose, evaluate, held_out, paper_tables, report, train, twin, verify,
 };
@@ -62,13 +64,26 @@ pub fn run(args: &Settings) -> Result<()> {
     if let Some(cohort) = args.cohort.as_deref().filter(|cohort| !cohort.is_dir()) {
         bail!("there is no cohort folder '{}'", cohort.display());
     }
-    std::fs::create_dir_all(&args.out)
-        .with_context(|| format!("cannot make the folder '{}'", args.out.display()))?;
-    let at = |stage: Stage| args.out.join(stage.folder());
     let cohort = match &args.cohort {
         Some(folder) => folder.clone(),
         None => embedded_cohort()?,
     };
+    check_inputs(args, &cohort)?;
+    let out = followed(&args.out)?;
+    ensure!(out.is_dir() || !out.exists(), "'{}' is a file; give --out a folder", out.display());
+    let before = cohort_manifest(&cohort)?;
+    if let Some(input) = before.folder_around(&out.join(TABLES)) {
+        bail!(
+            "'{}' lies in '{}', an input of this run; give another --out",
+            out.display(),
+            input.display()
+        );
+    }
+    std::fs::create_dir_all(&out)
+        .with_context(|| format!("cannot make the folder '{}'", out.display()))?;
+    let _lock = Lock::hold(&out)?;
+    let args = &Settings { out, ..args.clone() };
+    let at = |stage: Stage| args.out.join(stage.folder());
 
     let folder = at(Stage::Cohort);
     step(args, Stage::Cohort, &folder, cohort_manifest(&cohort)?, || {
@@ -238,8 +253,19 @@ fn discard(args: &Settings, stage: Stage) -> Result<()> {
             folder.display()
         );
     }
-    std::fs::remove_dir_all(&folder)
-        .with_context(|| format!("cannot remove the outdated '{}'", folder.display()))
+    output::discard(&folder)
+}
+
+/// Opens every input before any work: a fault in the last of them must not show after hours.
+fn check_inputs(args: &Settings, cohort: &Path) -> Result<()> {
+    People::read_quietly(cohort)?;
+    if let Some(model) = &args.model {
+        read_population(model)?;
+    }
+    if let Some(patients) = &args.patients {
+        read_patients(patients)?;
+    }
+    Ok(())
 }
 
 /// The cohort that lies in the repository.

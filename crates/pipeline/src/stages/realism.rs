@@ -12,6 +12,7 @@ use gap::{DiagnosisConfig, person_statistics};
 use rayon::prelude::*;
 use world::blind::{Plan, PlannedWorld};
 
+use crate::bounds::within;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::people::read_cohort;
@@ -38,6 +39,8 @@ pub struct Settings {
 
 /// Most worlds of one table.
 const MOST_WORLDS: usize = 10_000;
+/// Most people of a world.
+const MOST_PEOPLE: usize = 1000;
 /// Fewest and most days of a person.
 const DAYS: std::ops::RangeInclusive<usize> = 4..=366;
 
@@ -56,7 +59,7 @@ pub fn run(args: &Settings) -> Result<()> {
         DAYS.start(),
         DAYS.end()
     );
-    ensure!(args.people >= 1, "--people must be at least 1");
+    within("--people", args.people, 1, MOST_PEOPLE)?;
     let settings = serde_json::json!({
         "worlds": args.worlds,
         "nulls": args.nulls,

@@ -49,7 +49,7 @@ pub fn run(args: &Settings) -> Result<()> {
     };
     let config = serde_json::json!({ "initial": initial, "missing_doses": "zero" });
     let mut manifest =
-        Manifest::new("replay", config, None).with_input(&args.cohort)?.with_input(&args.model)?;
+        Manifest::new("replay", config, None).with_input(&args.cohort)?.with_model(&args.model)?;
     let cohort = read_cohort(&args.cohort)?;
     let population = Arc::new(read_population(&args.model)?);
     let twin = match &args.twin {

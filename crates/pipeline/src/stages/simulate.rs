@@ -38,6 +38,8 @@ pub struct Settings {
 const MOST_DAYS: usize = 3650;
 /// Largest plausible meal, g; a larger one is said.
 const LARGE_MEAL: f64 = 250.0;
+/// Largest meal, g.
+const LARGEST_MEAL: f64 = 2000.0;
 /// Columns of `traces.csv`.
 const HEADER: &str = "patient,scenario,step,bg_mg_dl,insulin_u_h,q1,q2,s1,s2,i,x1,x2,x3";
 /// The eight states of a trace, in the order of its columns.
@@ -189,6 +191,12 @@ fn read_meals(path: &Path, last_step: usize) -> Result<Vec<Meal>> {
             let grams = table.number("carbs_g", row)?;
             if grams < 0.0 {
                 bail!("{}: a meal of {grams} g", table.place("carbs_g", row));
+            }
+            if grams > LARGEST_MEAL {
+                bail!(
+                    "{}: a meal of {grams} g is more than {LARGEST_MEAL} g; check the unit",
+                    table.place("carbs_g", row)
+                );
             }
             if grams > LARGE_MEAL {
                 note(format!(

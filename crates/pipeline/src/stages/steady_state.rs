@@ -39,7 +39,7 @@ const GLUCOSE: [f64; 9] = [60.0, 80.0, 100.0, 115.0, 128.0, 140.0, 160.0, 200.0,
 pub fn run(args: &Settings) -> Result<()> {
     let mut manifest =
         Manifest::new("steady-state", serde_json::json!({ "glucose_mg_dl": GLUCOSE }), None)
-            .with_input(&args.model)?;
+            .with_model(&args.model)?;
     let model = read_population(&args.model)?;
     let table = match &args.compare {
         None => None,

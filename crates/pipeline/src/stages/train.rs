@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, ensure};
 use contract::RegionFile;
 use contract::region::Unit;
 use contract::training::Epoch;
@@ -118,6 +118,7 @@ pub(crate) fn manifest(args: &Settings) -> Manifest {
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
+    ensure!(args.patience != Some(0), "--patience 0 must be at least 1 epoch");
     let began = Instant::now();
     let recipe = Recipe::new(args);
     let manifest = manifest(args);

@@ -40,7 +40,7 @@ pub fn run(args: &Settings) -> Result<()> {
         "without_insulin_mg_dl": rule.without_insulin.0,
         "reference_weight_kg": WEIGHT.0,
     });
-    let mut manifest = Manifest::new("trajectories", config, None).with_input(&args.model)?;
+    let mut manifest = Manifest::new("trajectories", config, None).with_model(&args.model)?;
     let population = Arc::new(read_population(&args.model)?);
     let report = match &args.twin {
         None => checked(population.as_ref(), &population, &rule),

@@ -20,6 +20,7 @@ use twins::{
     Twin, TwinLoss, TwinRecipe, build_twins, build_twins_from,
 };
 
+use crate::bounds::within;
 use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::models::{find, read_population, read_twin};
@@ -59,7 +60,10 @@ pub(crate) const TWINS: &str = "twins";
 /// Folder of the twins that see other inputs or keep signs, one folder a method.
 const VARIANTS: &str = "variants";
 
-/// The errors of free runs of the twins with spread, within their folder.
+/// Most passes over the windows; their errors are kept.
+const MOST_EPOCHS: usize = 100_000;
+/// Most days that train: ten years.
+const MOST_TRAINING_DAYS: usize = 3650;
 /// Blocks of training days that are held out in turn to measure these errors.
 const ERROR_BLOCKS: usize = 4;
 
@@ -95,6 +99,11 @@ fn without_penalties(plan: TrainingPlan) -> TrainingPlan {
     TrainingPlan { loss: TwinLoss { penalty: Penalty::NONE, ..plan.loss }, ..plan }
 }
 
+/// Refuses days of training that no record has.
+pub(crate) fn check_training_days(days: Option<usize>) -> Result<()> {
+    within("--training-days", days.unwrap_or(1), 1, MOST_TRAINING_DAYS)
+}
+
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
     let (protocol, plan) = protocol(args.profile, args.training_days);
@@ -108,8 +117,9 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
     });
     let manifest = Manifest::new("twin", config, Some(args.seed))
         .with_input(&args.cohort)?
-        .with_input(&args.model)?;
+        .with_model(&args.model)?;
     match &args.continue_from {
+        Some(folder) if !folder.join(TWINS).is_dir() => no_twins(&folder.join(TWINS)),
         Some(folder) => manifest.with_input(&folder.join(TWINS)),
         None => Ok(manifest),
     }
@@ -117,9 +127,8 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    for (name, value) in [("--training-days", args.training_days), ("--epochs", args.epochs)] {
-        ensure!(value != Some(0), "{name} 0 must be at least 1");
-    }
+    within("--epochs", args.epochs.unwrap_or(1), 1, MOST_EPOCHS)?;
+    check_training_days(args.training_days)?;
     let manifest = manifest(args)?;
     let people = People::read(&args.cohort)?;
     let cohort = people.used();
@@ -252,9 +261,16 @@ fn earlier_twins(
 ) -> Result<BTreeMap<String, Twin>> {
     let found = twins_in(&folder.join(TWINS), population)?;
     if found.is_empty() {
-        bail!("'{}' holds no twins to continue from", folder.join(TWINS).display());
+        return no_twins(&folder.join(TWINS));
     }
     Ok(found)
+}
+
+fn no_twins<T>(folder: &Path) -> Result<T> {
+    bail!(
+        "there are no twins to continue from in '{}'; give an output folder of the command twin",
+        folder.display()
+    )
 }
 
 /// The twins in a folder by person; none if there is no such folder.

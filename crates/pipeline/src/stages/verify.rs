@@ -18,8 +18,9 @@ use physiology::Compartment;
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 
+use crate::bounds::within;
 use crate::manifest::Manifest;
-use crate::models::read_population;
+use crate::models::{read_bytes, read_population};
 use crate::output::OutputFolder;
 use crate::paper_conformance::{beside_the_paper, summary as by_network};
 use crate::progress::{Progress, note};
@@ -71,6 +72,12 @@ const RELATIVE_GAP: f64 = 1e-9;
 const RELATIVE_GAP_OF_LARGE: f64 = 1e-2;
 /// Longest time limit of a row, s: a week.
 const LONGEST_LIMIT: f64 = 604_800.0;
+/// Most by which a box is widened, in its own lengths; the paper's is a tenth.
+const WIDEST: f64 = 100.0;
+/// Farthest bound from 0, scaled: beyond, no solver tells differences.
+const FARTHEST: f64 = 1e6;
+/// Longest step, scaled: a thousand interquartile ranges.
+const LONGEST_STEP: f64 = 1000.0;
 /// Points at which the violating share of the box is sampled.
 const SHARE_POINTS: usize = 100_000;
 /// Places of the slice through a counterexample.
@@ -111,7 +118,7 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
         "repair": args.repair,
     });
     Manifest::new("verify", config, Some(args.seed))
-        .with_input(&args.model)?
+        .with_model(&args.model)?
         .with_input(&region_path(args)?)
 }
 
@@ -125,8 +132,15 @@ pub(crate) fn check_limit(limit: f64) -> Result<()> {
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     check_limit(args.limit)?;
-    let manifest = manifest(args)?;
+    within("--widen", args.widen, 0.0, WIDEST)?;
+    if let Some(delta) = args.delta {
+        ensure!(
+            delta > 0.0 && delta <= LONGEST_STEP,
+            "--delta {delta} must be above 0 and at most {LONGEST_STEP}"
+        );
+    }
     let mut model = read_population(&args.model)?;
+    let manifest = manifest(args)?;
     let region = read_region(&region_path(args)?, &model)?.widened(args.widen)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     if args.repair {
@@ -261,10 +275,24 @@ fn signals(model: &PopulationModel) -> Vec<Signal> {
 }
 
 fn read_region(path: &Path, model: &PopulationModel) -> Result<Region> {
-    let file = std::fs::File::open(path)
-        .with_context(|| format!("cannot open the region '{}'", path.display()))?;
-    Region::from_json(file, &signals(model))
-        .with_context(|| format!("the region '{}'", path.display()))
+    let shown = || format!("the region '{}'", path.display());
+    let region =
+        Region::from_json(read_bytes(path)?.as_slice(), &signals(model)).with_context(shown)?;
+    for compartment in Compartment::ALL {
+        for signal in network(model, compartment)?.inputs() {
+            let bounds = region.bounds(signal).with_context(|| {
+                format!("no bounds for '{signal}', an input of network {compartment}; add them")
+            });
+            let [lower, upper] = bounds.with_context(shown)?;
+            ensure!(
+                lower.abs().max(upper.abs()) <= FARTHEST,
+                "{}: the bounds of '{signal}', {lower:?} and {upper:?} scaled, are more than {FARTHEST} \
+                 from 0; check the unit",
+                shown()
+            );
+        }
+    }
+    Ok(region)
 }
 
 /// The rows as text.

@@ -60,7 +60,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let (path, folder) = (&args.twin, &args.cohort);
     let config = serde_json::json!({ "limit_seconds": args.limit, "boxes": BOXES, "steps": STEPS });
     let manifest = Manifest::new("verify", config, Some(args.seed))
-        .with_input(&args.model)?
+        .with_model(&args.model)?
         .with_input(path)?
         .with_input(folder)?;
     let population = Arc::new(read_population(&args.model)?);

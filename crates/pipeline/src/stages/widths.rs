@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result};
 use contract::widths::BestWidths;
 use contract::{Document as _, WidthSearch};
 use nn_statespace::training::TrainingConfig;
@@ -13,6 +13,7 @@ use physiology::Compartment;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::bounds::within;
 use crate::checkpoint::CheckpointFile;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -37,6 +38,10 @@ pub struct Settings {
     /// Seed of simulated days, initial weights and proposals.
     pub seed: u64,
 }
+
+/// Most trainings of one search, and most of them side by side.
+const MOST_TRIALS: usize = 10_000;
+const MOST_AT_ONCE: usize = 256;
 
 /// What a search trains, and on what.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -76,13 +81,9 @@ fn config(args: &Settings) -> TrainingConfig {
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    if args.explore < 2 || args.at_once == 0 {
-        bail!(
-            "--explore {} must be at least 2 and --at-once {} at least 1",
-            args.explore,
-            args.at_once
-        );
-    }
+    within("--explore", args.explore, 2, MOST_TRIALS)?;
+    within("--exploit", args.exploit, 0, MOST_TRIALS)?;
+    within("--at-once", args.at_once, 1, MOST_AT_ONCE)?;
     let plan = plan(args);
     let settings = Search {
         simulated_weeks: plan.weeks(),

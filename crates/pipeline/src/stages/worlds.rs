@@ -13,6 +13,7 @@ pub use world::Generator;
 use world::Regime;
 use world::blind::{Nuisances, Plan, PlannedEffect, PlannedWorld};
 
+use crate::bounds;
 use crate::labels::label;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -114,11 +115,7 @@ fn plan(args: &Settings) -> Result<Vec<PlannedWorld>> {
         ensure!((1..=most).contains(&value), "{name} {value} must be from 1 to {most}");
     }
     if let Some(worlds) = args.mixture {
-        let asked = worlds.saturating_add(args.nulls);
-        ensure!(
-            (1..=MOST_WORLDS).contains(&asked),
-            "{asked} worlds; from 1 to {MOST_WORLDS} can be"
-        );
+        bounds::worlds(("--mixture", worlds), ("--nulls", args.nulls), MOST_WORLDS)?;
         let plan = match args.generator {
             Some(generator) => Plan::calibration(worlds, args.nulls, generator),
             None => Plan::check(worlds, args.nulls),
@@ -149,13 +146,21 @@ fn effects(names: &str, shift: f64) -> Result<Vec<(PlannedEffect, f64)>> {
     if names == "none" {
         return Ok(Vec::new());
     }
-    names
-        .split('+')
+    let split: Vec<&str> = names.split('+').collect();
+    ensure!(
+        split.len() <= 2 && (split.len() < 2 || split[0] != split[1]),
+        "--effect {names}: give one effect, or two that differ"
+    );
+    split
+        .into_iter()
         .map(|name| match PlannedEffect::from_name(name) {
             Some(effect) => Ok((effect, shift)),
             None => {
                 let known: Vec<&str> = PlannedEffect::all().map(PlannedEffect::name).collect();
-                bail!("there is no effect '{name}'; give none or one of {}", known.join(", "))
+                bail!(
+                    "--effect: there is no effect '{name}'; give none or one of {}",
+                    known.join(", ")
+                )
             }
         })
         .collect()
