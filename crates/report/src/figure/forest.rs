@@ -40,7 +40,7 @@ pub(crate) struct ForestFrame<'a> {
 impl<'a> ForestFrame<'a> {
     /// Differences around zero.
     pub(crate) const fn around_zero(label: &'a str, axis: &'a str) -> Self {
-        let keys = ["Differs from zero", "Cannot be told from zero"];
+        let keys = ["Differs from zero", "May be zero"];
         Self { label, axis, references: &[(0.0, "")], keys }
     }
 }
