@@ -14,7 +14,7 @@ use crate::manifest::Manifest;
 use crate::models::read_bytes;
 use crate::output::OutputFolder;
 use crate::people::People;
-use crate::progress::Progress;
+use crate::progress::{Progress, note};
 use crate::stages::report;
 
 /// Settings of `diagnose`.
@@ -108,6 +108,11 @@ pub fn run(args: &Settings) -> Result<()> {
         }
     }
     output.write_document(&diagnosis)?;
+    for person in &diagnosis.people {
+        if let Some(reason) = &person.excluded {
+            note(format!("diagnose: {} left out: {reason}", person.person_id));
+        }
+    }
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
@@ -117,6 +122,7 @@ pub fn run(args: &Settings) -> Result<()> {
         verdict(&diagnosis),
         place.join("report.html").display()
     ));
+    note(format!("next: open {} in a browser", place.join("report.html").display()));
     Ok(())
 }
 
