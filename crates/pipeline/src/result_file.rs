@@ -7,19 +7,19 @@ use contract::bench::DiagnosisBench;
 use contract::blind_check::{PlantedCheck, Realism};
 use contract::development_set::DevelopmentSetSummary;
 use contract::{
-    BlindCheck, Conformance, Document as _, EffectTwins, HeldOut, ImportReport, Meals,
+    Baselines, BlindCheck, Conformance, Document as _, EffectTwins, HeldOut, ImportReport, Meals,
     OutcomesTable, SteadyStates, Training, Trajectories, TwinsTable, WidthSearch,
 };
 use gap::Diagnosis;
+use ode_sim::OdeParameters;
 
 use crate::progress::{json_is_asked_for, note, print};
-use crate::stages::baselines::Baselines;
 
 /// The result's file in the output folder of a command; `None` for a command whose result is no JSON.
 #[must_use]
 pub fn result_file(command: &str) -> Option<&'static str> {
     Some(match command {
-        "baselines" => Baselines::FILE,
+        "baselines" => Baselines::<OdeParameters>::FILE,
         "bench" => DiagnosisBench::FILE,
         "blind-check" => BlindCheck::FILE,
         "development-set" => DevelopmentSetSummary::FILE,
