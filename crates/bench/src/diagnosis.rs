@@ -80,7 +80,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let output = OutputFolder::begin(&args.out, Manifest::new("bench", config, Some(args.seed)))?;
     let mut cohort = Cohort { people: people(args, amplitudes)? };
     let parts = parts(&cohort.people[..TIMED.min(args.people)])?;
-    note(parts_text(&parts));
+    pipeline::table(parts_text(&parts));
     let mut others = cohort.people.split_off(0).into_iter();
     let mut rows: Vec<DiagnosisRow> = Vec::new();
     for size in sizes(args.people) {
@@ -99,7 +99,7 @@ pub fn run(args: &Settings) -> Result<()> {
         threads,
     })?;
     let place = output.finish()?;
-    note(table);
+    pipeline::table(table);
     note(format!("bench: {}", place.join(DiagnosisBench::FILE).display()));
     Ok(())
 }

@@ -19,7 +19,7 @@ use meals::{Detected, Detector, GridSettings, PlantSettings};
 use rayon::prelude::*;
 use world::{Amplitudes, Calendar, Effect, Generator, Regime, VirtualPerson};
 
-use pipeline::{Manifest, OutputFolder, Progress, note};
+use pipeline::{Manifest, OutputFolder, Progress};
 
 /// People of each world, and their days.
 const PEOPLE: usize = 16;
@@ -125,7 +125,7 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
     output.write("bench.txt", text.as_bytes())?;
     let place = output.finish()?;
     progress.finish(&place.join(MealsBench::FILE).display().to_string());
-    note(text);
+    pipeline::table(text);
     Ok(())
 }
 

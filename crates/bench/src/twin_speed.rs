@@ -98,7 +98,7 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
     })?;
     output.write("bench.txt", format!("{text}\n").as_bytes())?;
     let place = output.finish()?;
-    note(text);
+    pipeline::table(text);
     note(format!("bench: {}", place.join(TwinsBench::FILE).display()));
     Ok(())
 }

@@ -35,9 +35,12 @@ pub(crate) struct CommandLine {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
-    /// No progress, no notes; errors only.
+    /// No progress, no notes: the result's tables and errors only.
     #[arg(short, long, global = true)]
     pub quiet: bool,
+    /// Print the result as JSON in place of its tables.
+    #[arg(long, global = true)]
+    pub json: bool,
     /// Number of threads [default: all cores]. Results do not depend on it.
     #[arg(long, global = true, value_name = "N")]
     pub threads: Option<usize>,
@@ -70,7 +73,7 @@ pub(crate) enum Command {
         after_help = "Examples:\n  cargo xtask cohort new mine\n  cargo xtask cohort check mine"
     )]
     Cohort(CohortArgs),
-    /// Simulate virtual patients of the ODE model through the two-day test scenario.
+    /// Simulate virtual patients of the ODE model through the test scenario of the published population.
     #[command(
         after_help = "Example:\n  cargo xtask simulate --patients patients.csv --meals meals.csv \
         --initial initial_states.csv --out out/traces"
@@ -200,6 +203,16 @@ pub(crate) enum Command {
         cargo xtask bench --what training-step"
     )]
     Bench(BenchArgs),
+    /// Write what a shell needs to complete commands and options.
+    #[command(after_help = "Example:\n  cargo xtask completions bash > t1d-twins.bash")]
+    Completions(CompletionsArgs),
+}
+
+/// Options of `completions`.
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell.
+    pub shell: clap_complete::Shell,
 }
 
 /// Options of `pipeline`.

@@ -49,7 +49,8 @@ pub fn commands(program: &'static str) -> clap::Command {
 pub fn run(typed: &clap::ArgMatches) -> ExitCode {
     quiet_caught_panics();
     let line = CommandLine::from_arg_matches(typed).unwrap_or_else(|error| error.exit());
-    ended(perform(line))
+    let command = typed.subcommand_name().unwrap_or_default();
+    ended(ask_for_json(&line, command).and_then(|()| perform(line)))
 }
 
 /// The exit status of a command; an error is said in one message.
@@ -74,6 +75,24 @@ fn quiet_caught_panics() {
             usual(panic);
         }
     }));
+}
+
+/// Makes the result come out as JSON, of a command that has one.
+fn ask_for_json(line: &CommandLine, command: &str) -> Result<()> {
+    if line.json {
+        anyhow::ensure!(
+            pipeline::result_file(command).is_some(),
+            "--json: the result of '{command}' is no JSON; its files are in the output folder"
+        );
+        pipeline::ask_for_json();
+    }
+    Ok(())
+}
+
+/// Writes the completions of a shell to the standard output.
+fn completions(shell: clap_complete::Shell) {
+    let program = "t1d-twins";
+    clap_complete::generate(shell, &mut commands(program), program, &mut std::io::stdout());
 }
 
 fn perform(line: CommandLine) -> Result<()> {
@@ -121,6 +140,10 @@ fn perform(line: CommandLine) -> Result<()> {
         Command::Widths(args) => stages::widths::run(&args.into()),
         Command::Trajectories(args) => stages::trajectories::run(&args.into()),
         Command::Bench(args) => bench(args),
+        Command::Completions(args) => {
+            completions(args.shell);
+            Ok(())
+        }
     }
 }
 

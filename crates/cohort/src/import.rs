@@ -34,7 +34,7 @@ pub use contract::import_report::{ImportReport, Inference, Note, PersonImport, T
 pub use table::{DateOrder, Only, Role, TableGuess, TableOptions, guess_table};
 
 /// The formats: name on the command line, what it says of the source, and the importer. `folder`
-/// importers take one folder or file; `tables` take several files and [`TableOptions`].
+/// importers take one folder or file; `zoned` ones also a time zone; `tables` take several files and [`TableOptions`].
 macro_rules! formats {
     ($($format:ident $name:literal $says:literal $kind:ident($module:ident);)*) => {
         /// A format that [`import()`] reads.
@@ -79,8 +79,8 @@ formats! {
     HupaUcm "hupa-ucm" "HUPA-UCM (doi:10.17632/3hbcscwz44.1): `HUPA*.csv` or their folder" folder(hupa_ucm);
     T1dUom "t1d-uom" "T1D-UOM (doi:10.5281/zenodo.15169263): the folder with `Glucose Data`" folder(t1d_uom);
     T1dSim "t1dsim" "The example day of T1DSim_AI: `example_subject*.csv`" folder(t1dsim);
-    Nightscout "nightscout" "A Nightscout site's JSON files in a folder, or a folder of such folders" folder(nightscout);
-    Tidepool "tidepool" "Tidepool's JSON export: a file, or a folder with one a person" folder(tidepool);
+    Nightscout "nightscout" "A Nightscout site's JSON files in a folder, or a folder of such folders" zoned(nightscout);
+    Tidepool "tidepool" "Tidepool's JSON export: a file, or a folder with one a person" zoned(tidepool);
     T1dexi "t1dexi" "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others" folder(t1dexi);
     Metabonet "metabonet" "MetaboNet: the Parquet file, or a folder with its parts" folder(metabonet);
     Babelbetes "babelbetes" "BabelBetes: the folder it writes" folder(babelbetes);
@@ -143,6 +143,32 @@ fn folder(
     }
     match sources {
         [source] => run(source),
+        several => {
+            wrong("SOURCE", format!("{name} takes one folder or file, not {}", several.len()))
+        }
+    }
+}
+
+/// Runs an importer of one folder or file whose times are instants; a zone says what the wall clock showed.
+fn zoned(
+    run: fn(&Path, Option<zone::Clock>) -> Result<Import, CohortError>,
+    format: ImportFormat,
+    sources: &[PathBuf],
+    options: &TableOptions,
+) -> Result<Import, CohortError> {
+    let wrong =
+        |option: &str, reason: String| Err(CohortError::Option { option: option.into(), reason });
+    let name = format.name();
+    let clock = match &options.zone {
+        Some(zone) => Some(zone::Clock::Zone(table::clock::find(zone)?)),
+        None => None,
+    };
+    if !(TableOptions { zone: None, ..options.clone() }).is_default() {
+        let reason = format!("{name} needs none of --map, --unit, --utc, --dates and --decimal");
+        return wrong("--from", reason);
+    }
+    match sources {
+        [source] => run(source, clock),
         several => {
             wrong("SOURCE", format!("{name} takes one folder or file, not {}", several.len()))
         }

@@ -37,6 +37,7 @@ mod paper_conformance;
 pub mod people;
 mod profile;
 mod progress;
+mod result_file;
 pub mod stages;
 mod stated_truth;
 mod subnetworks;
@@ -46,7 +47,8 @@ pub mod usage;
 pub use manifest::{Manifest, call_program};
 pub use output::OutputFolder;
 pub use profile::Profile;
-pub use progress::{Progress, be_quiet, in_words, note, say};
+pub use progress::{Progress, ask_for_json, be_quiet, in_words, note, say, table};
+pub use result_file::result_file;
 
 /// The folder of the workspace's `Cargo.toml` when this program was built.
 #[must_use]

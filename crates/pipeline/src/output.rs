@@ -12,6 +12,7 @@ use contract::Document;
 
 use crate::lock::{self, Lock, parent};
 use crate::manifest::{self, Manifest};
+use crate::result_file::print_result;
 
 /// A folder under construction.
 #[derive(Debug)]
@@ -98,6 +99,7 @@ impl OutputFolder {
             .with_context(|| format!("cannot put '{}' in its place", self.target.display()))?;
         // It is no longer there under its first name.
         let _ = self.building.keep();
+        print_result(&self.manifest.stage, &self.target);
         Ok(self.target)
     }
 }

@@ -4,12 +4,17 @@
 //! with `-q`.
 
 use std::io::{IsTerminal as _, Write as _};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 static QUIET: AtomicBool = AtomicBool::new(false);
+/// How results are printed: [`TABLES`], [`JSON`] or [`NOTHING`].
+static RESULTS: AtomicU8 = AtomicU8::new(TABLES);
+const TABLES: u8 = 0;
+const JSON: u8 = 1;
+const NOTHING: u8 = 2;
 
 /// How often a plain line is written when the output is not a terminal.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
@@ -24,6 +29,34 @@ pub fn note(text: impl AsRef<str>) {
     if !QUIET.load(Ordering::Relaxed) {
         say(text.as_ref());
     }
+}
+
+/// Makes the JSON of a result take the place of its tables on the standard output.
+pub fn ask_for_json() {
+    RESULTS.store(JSON, Ordering::Relaxed);
+}
+
+/// Whether the JSON of a result was asked for.
+pub(crate) fn json_is_asked_for() -> bool {
+    RESULTS.load(Ordering::Relaxed) == JSON
+}
+
+/// Prints neither tables nor JSON, until [`ask_for_json`].
+pub(crate) fn print_no_results() {
+    RESULTS.store(NOTHING, Ordering::Relaxed);
+}
+
+/// Writes a result's table to the standard output, unless its JSON was asked for.
+pub fn table(text: impl AsRef<str>) {
+    if RESULTS.load(Ordering::Relaxed) == TABLES {
+        print(text.as_ref().trim_end_matches('\n').as_bytes());
+    }
+}
+
+/// Writes to the standard output. That nobody reads on is no reason to lose the work.
+pub(crate) fn print(bytes: &[u8]) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(bytes).and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush());
 }
 
 /// Writes one line to standard error. That nobody listens is no reason to lose the work.

@@ -8,6 +8,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
 const SWITCH: &str = "T1D_SLOW";
+/// Keys of what the clock said.
+const CLOCK: [&str; 1] = ["seconds"];
 /// Kills of one command.
 const FEW: u32 = 3;
 const MANY: u32 = 25;
@@ -36,8 +38,8 @@ fn ended(child: Child) -> Result<(), String> {
     Err(format!("{}: {}", output.status, String::from_utf8_lossy(&output.stderr)))
 }
 
-/// The files below a folder with their bytes. Of a manifest the command line is left out, of a report the same, of a
-/// training its seconds: they are not part of the work.
+/// The files below a folder with their bytes. Of a manifest the command line is left out, of reports and tables of verdicts
+/// all, of what else the clock said its seconds: they are not part of the work.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     collect(folder, folder, &mut found);
@@ -56,19 +58,32 @@ fn collect(root: &Path, folder: &Path, found: &mut BTreeMap<PathBuf, Vec<u8>>) {
         let bytes = match path.file_name().and_then(|name| name.to_str()) {
             Some("report.html") => Vec::new(),
             Some("manifest.json") => without(&bytes, &["command", "inputs", "outputs"]),
-            Some("training.json") => without(&bytes, &["seconds"]),
+            // What the clock said is no result.
+            Some("training.json" | "conformance.json") => without(&bytes, &CLOCK),
+            // The table of verdicts has a column of seconds, and stands among the tables of a pipeline.
+            Some("conformance.txt" | "tables.txt") => Vec::new(),
             _ => bytes,
         };
         found.insert(name, bytes);
     }
 }
 
+/// JSON without these keys, at any depth.
 fn without(json: &[u8], keys: &[&str]) -> Vec<u8> {
-    let mut value: serde_json::Value = serde_json::from_slice(json).expect("JSON, and whole");
-    let object = value.as_object_mut().expect("an object");
-    for key in keys {
-        object.remove(*key);
+    fn remove(value: &mut serde_json::Value, keys: &[&str]) {
+        match value {
+            serde_json::Value::Object(object) => {
+                object.retain(|key, _| !keys.contains(&key.as_str()));
+                object.values_mut().for_each(|value| remove(value, keys));
+            }
+            serde_json::Value::Array(values) => {
+                values.iter_mut().for_each(|value| remove(value, keys));
+            }
+            _ => {}
+        }
     }
+    let mut value: serde_json::Value = serde_json::from_slice(json).expect("JSON, and whole");
+    remove(&mut value, keys);
     value.to_string().into_bytes()
 }
 
@@ -113,7 +128,29 @@ fn differing(found: &BTreeMap<PathBuf, Vec<u8>>, expected: &BTreeMap<PathBuf, Ve
     differing.map_or_else(String::new, |(name, _)| format!("{} has other bytes", name.display()))
 }
 
-/// A cohort of one person of a few days, and a model.
+/// Kills a run again and again before it ends, lets the last one end, and compares: what was finished is kept.
+fn goes_on(arguments: &[&str]) {
+    /// Pieces into which the length of a run is cut.
+    const PIECES: f64 = 8.0;
+    let folder = tempfile::tempdir().expect("a folder");
+    let undisturbed = folder.path().join("undisturbed");
+    let begun = Instant::now();
+    ended(start(arguments, &undisturbed)).expect("an undisturbed run");
+    let longest = begun.elapsed().div_f64(PIECES);
+    let apart = folder.path().join("apart");
+    let out = apart.join("out");
+    for kill in 0..kills() {
+        let mut child = start(arguments, &out);
+        std::thread::sleep(longest.mul_f64((f64::from(kill + 1) * 0.618_034).fract()));
+        let _ = child.kill();
+        child.wait().expect("a child");
+    }
+    ended(start(arguments, &out)).expect("the last run");
+    assert_eq!(differing(&files(&out), &files(&undisturbed)), "", "{arguments:?}");
+    assert_eq!(fs::read_dir(&apart).expect("a folder").count(), 1, "something is left beside");
+}
+
+/// The embedded cohort and the model that ships with the program.
 fn inputs() -> (String, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let text = |path: &str| root.join(path).to_str().expect("UTF-8").to_owned();
@@ -146,5 +183,30 @@ fn a_pipeline_that_is_killed_ends_with_the_same_bytes() {
         }
         return;
     }
-    survives(&["pipeline"]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let world = folder.path().join("world");
+    let drawn = ["worlds", "--people", "1", "--days", "20"];
+    ended(start(&drawn, &world)).expect("a world of one person");
+    let cohort = world.join("001/cohort");
+    let (_, model) = inputs();
+    goes_on(&["pipeline", "--cohort", cohort.to_str().expect("UTF-8"), "--model", &model]);
+}
+
+#[test]
+fn two_runs_on_one_folder_never_mix() {
+    let (cohort, _) = inputs();
+    let arguments = ["reconcile", "--cohort", &cohort];
+    let folder = tempfile::tempdir().expect("a folder");
+    let alone = folder.path().join("alone");
+    ended(start(&arguments, &alone)).expect("an undisturbed run");
+    let apart = folder.path().join("apart");
+    let out = apart.join("out");
+    let both = [start(&arguments, &out), start(&arguments, &out)].map(ended);
+    let refused: Vec<&String> = both.iter().filter_map(|end| end.as_ref().err()).collect();
+    assert!(refused.len() <= 1, "{refused:?}");
+    for message in refused {
+        assert!(message.contains("another run is writing"), "{message}");
+    }
+    assert_eq!(differing(&files(&out), &files(&alone)), "");
+    assert_eq!(fs::read_dir(&apart).expect("a folder").count(), 1, "something is left beside");
 }

@@ -13,4 +13,5 @@ mod people_in_use;
 mod pipeline;
 mod population;
 mod posterior;
+mod results;
 mod training;

@@ -2,8 +2,8 @@
 //! `treatments*.json` and `profile*.json`, as the site's interface or `mongoexport` writes them.
 //!
 //! A folder with entries is one person and names it; otherwise every sub-folder with entries is.
-//! Times are instants. The wall clock is that of the profile's `timezone`; without one, each record
-//! needs its `utcOffset`. The basal rate is the active profile's, changed by temporary rates,
+//! Times are instants. The wall clock is that of the zone that is given, else of the profile's `timezone`;
+//! without one, each record needs its `utcOffset`. The basal rate is the active profile's, changed by temporary rates,
 //! suspensions and profile switches. Entries other than `sgv` are not sensor readings.
 
 use std::collections::HashSet;
@@ -31,10 +31,10 @@ const FORMAT: &str = "nightscout";
 const LAST_CODE: f64 = 12.0;
 
 /// Reads a folder.
-pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import, CohortError> {
     let mut diaries = Vec::new();
     for folder in folders(source)? {
-        diaries.push(person(&folder)?);
+        diaries.push(person(&folder, zone)?);
     }
     people(FORMAT, &source.display().to_string(), diaries)
 }
@@ -90,7 +90,7 @@ fn json_files(folder: &Path, kind: &str) -> Result<Vec<(PathBuf, String)>, Cohor
     Ok(files)
 }
 
-fn person(folder: &Path) -> Result<Diary, CohortError> {
+fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     let id = std::path::absolute(folder).map_or_else(|_| name(folder), |path| name(&path));
     if !is_person_id(&id) {
         return Err(CohortError::WrongLayout {
@@ -108,8 +108,16 @@ fn person(folder: &Path) -> Result<Diary, CohortError> {
     let entries = json_files(folder, "entries")?;
     let file = entries.first().map_or("entries.json", |(_, name)| name.as_str());
     let mut diary = Diary::new(&id, file, GlucoseUnit::Inferred);
-    let clock = profiles.clock()?;
+    let stated = zone.map(|zone| (zone, Place::file(file)));
+    let clock = match stated {
+        None => profiles.clock()?,
+        stated => stated,
+    };
     match &clock {
+        Some((clock, place)) if zone.is_some() => {
+            let evidence = "--zone says it".to_owned();
+            diary.infer(place.clone(), &format!("local time of {clock:?}"), evidence);
+        }
         Some((clock, place)) => {
             let evidence = "the profile states it".to_owned();
             diary.infer(place.clone(), &format!("local time of {clock:?}"), evidence);
@@ -222,7 +230,8 @@ fn at(
             let minutes = record.number("utcOffset")?.map(|minutes| minutes as i32).or(offset);
             let minutes = minutes.filter(|minutes| minutes.abs() <= 18 * 60);
             Clock::Offset(minutes.ok_or_else(|| {
-                let expected = "minutes ahead of UTC; add profile.json, which has the time zone";
+                let expected = "minutes ahead of UTC; add profile.json, which has the time zone, or \
+                                say where the person lived with --zone";
                 record.wrong("utcOffset", expected)
             })?)
         }

@@ -11,7 +11,7 @@ use super::files::files;
 use super::report::assemble_measured;
 use crate::error::CohortError;
 
-mod clock;
+pub(super) mod clock;
 mod grid;
 mod guess;
 mod layout;

@@ -1,7 +1,8 @@
 //! JSON exports of Tidepool (tidepool.org): one file per person, an array of data.
 //!
 //! The file's name is the person. Glucose is in mmol/L or mg/dL, each datum says which. The local
-//! time is `deviceTime`; without one, `time` with `timezoneOffset`, or in the zone `timezone`.
+//! time is that of `time` in the zone that is given; without one `deviceTime`, or `time` with `timezoneOffset`,
+//! or in the zone `timezone`.
 //! Durations are milliseconds. Carbohydrate comes from `wizard` and `food`; a meal that both have
 //! is given twice.
 
@@ -26,7 +27,7 @@ const MG_PER_DL: f64 = 18.01559;
 const SAME_MEAL: i64 = 900;
 
 /// Reads a file or the folder's `*.json`.
-pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
+pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import, CohortError> {
     let mut diaries = Vec::new();
     for (path, name) in files(source, FORMAT, "*.json", |name| name.ends_with(".json"))? {
         let id = name.trim_end_matches(".json").to_owned();
@@ -40,7 +41,12 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
             });
         }
         let diary = Diary::new(&id, &name, GlucoseUnit::MgPerDl);
-        let mut reader = Reader { diary, seen: HashSet::new(), wizards: vec![], foods: vec![] };
+        let mut reader =
+            Reader { diary, zone, seen: HashSet::new(), wizards: vec![], foods: vec![] };
+        if let Some(clock) = zone {
+            let evidence = "--zone says it".to_owned();
+            reader.diary.infer(Place::file(&name), &format!("local time of {clock:?}"), evidence);
+        }
         for_each(&path, &name, |record| reader.read(&record))?;
         diaries.push(reader.finish());
     }
@@ -49,6 +55,8 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 
 struct Reader {
     diary: Diary,
+    /// The wall clock that was given.
+    zone: Option<Clock>,
     seen: HashSet<String>,
     /// Seconds and grams of carbohydrate, and where.
     wizards: Vec<(i64, f64, Place)>,
@@ -85,7 +93,7 @@ impl Reader {
             _ => return Err(record.wrong("units", "mmol/L or mg/dL")),
         };
         let value = required(record, "value")?;
-        self.diary.reading(at(record)?, value * factor, || record.place("value"))
+        self.diary.reading(at(record, self.zone)?, value * factor, || record.place("value"))
     }
 
     fn basal(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
@@ -94,7 +102,7 @@ impl Reader {
             (Some("suspend"), None) => 0.0,
             (_, None) => return Err(record.wrong("rate", "U/h; the key is missing")),
         };
-        let from = at(record)?;
+        let from = at(record, self.zone)?;
         let to = match record.number("duration")? {
             None => None,
             Some(_) => Some(from + millis(record, "duration")?),
@@ -103,7 +111,7 @@ impl Reader {
     }
 
     fn bolus(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
-        let at = at(record)?;
+        let at = at(record, self.zone)?;
         let (normal, extended) = (record.number("normal")?, record.number("extended")?);
         if normal.is_none() && extended.is_none() {
             return Err(record.wrong("normal", "U; the key (or extended) is missing"));
@@ -124,7 +132,7 @@ impl Reader {
             return Err(record.wrong("carbUnits", "grams; exchanges have no fixed weight"));
         }
         if grams != 0.0 {
-            self.wizards.push((at(record)?, grams, record.place("carbInput")));
+            self.wizards.push((at(record, self.zone)?, grams, record.place("carbInput")));
             let (at, grams, place) = &self.wizards[self.wizards.len() - 1];
             self.diary.dose(Channel::Carbs, *at, 0, *grams, || place.clone())?;
         }
@@ -143,7 +151,7 @@ impl Reader {
             value: crate::text_table::shorten(&net.to_string(), 40),
             expected: "a number",
         })?;
-        self.foods.push((at(record)?, grams, record.place(key)));
+        self.foods.push((at(record, self.zone)?, grams, record.place(key)));
         let (at, grams, place) = &self.foods[self.foods.len() - 1];
         self.diary.dose(Channel::Carbs, *at, 0, *grams, || place.clone())
     }
@@ -159,13 +167,13 @@ impl Reader {
         }
         let total = record.value("dose").and_then(|dose| number(dose.get("total")?).ok()?);
         let total = total.ok_or_else(|| record.wrong("dose", "an object with a number total"))?;
-        self.diary.dose(Channel::Bolus, at(record)?, 0, total, || record.place("dose"))
+        self.diary.dose(Channel::Bolus, at(record, self.zone)?, 0, total, || record.place("dose"))
     }
 
     fn event(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
         let prime = record.text("subType")? == Some("prime");
         if prime && record.text("primeTarget")? == Some("cannula") {
-            self.diary.set_change(at(record)?, || record.place("subType"))?;
+            self.diary.set_change(at(record, self.zone)?, || record.place("subType"))?;
         }
         Ok(())
     }
@@ -200,8 +208,11 @@ fn millis(record: &JsonRecord<'_>, key: &str) -> Result<i64, CohortError> {
 }
 
 /// The local second of a datum.
-fn at(record: &JsonRecord<'_>) -> Result<i64, CohortError> {
-    if let Some(text) = record.text("deviceTime")? {
+fn at(record: &JsonRecord<'_>, given: Option<Clock>) -> Result<i64, CohortError> {
+    let given = given.filter(|_| record.value("time").is_some());
+    if given.is_none()
+        && let Some(text) = record.text("deviceTime")?
+    {
         let time = parse_iso(text.get(..19).unwrap_or(text));
         let expected = "a local time like 2024-03-01T08:05:00";
         return time.map(second).ok_or_else(|| record.wrong("deviceTime", expected));
@@ -211,6 +222,9 @@ fn at(record: &JsonRecord<'_>) -> Result<i64, CohortError> {
     };
     let expected = "an instant like 2024-03-01T07:05:00.000Z";
     let instant = instant(text).ok_or_else(|| record.wrong("time", expected))?.to_utc();
+    if let Some(clock) = given {
+        return Ok(second(clock.local(instant)));
+    }
     let clock = match (record.number("timezoneOffset")?, record.text("timezone")?) {
         (Some(minutes), _) if minutes.abs() <= 18.0 * 60.0 => Clock::Offset(minutes as i32),
         (Some(_), _) => return Err(record.wrong("timezoneOffset", "minutes ahead of UTC")),
@@ -218,7 +232,8 @@ fn at(record: &JsonRecord<'_>) -> Result<i64, CohortError> {
             record.wrong("timezone", "the name of a time zone, like Europe/Madrid")
         })?),
         (None, None) => {
-            let expected = "a local time; deviceTime, timezoneOffset and timezone are missing";
+            let expected = "a local time; deviceTime, timezoneOffset and timezone are missing: say where \
+                            the person lived with --zone";
             return Err(record.wrong("deviceTime", expected));
         }
     };

@@ -27,7 +27,7 @@ use crate::documents::{read_document, read_document_at};
 use crate::labels::label;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, note, table as print_table};
 use crate::stages::report;
 use crate::stages::sealed::{diagnosis_seed, drawn_seed, salt};
 
@@ -232,9 +232,9 @@ fn say(check: &BlindCheck) {
             None => "",
         };
         let limit = percent(target.target);
-        note(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
+        print_table(format!("  {}: {value}{ends}, {sign} {limit}{met}", target.says));
     }
-    tables::tables(check).into_iter().for_each(note);
+    tables::tables(check).into_iter().for_each(print_table);
 }
 
 #[cfg(test)]

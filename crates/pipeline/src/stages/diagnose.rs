@@ -15,7 +15,7 @@ use crate::manifest::Manifest;
 use crate::models::read_bytes;
 use crate::output::OutputFolder;
 use crate::people::People;
-use crate::progress::Progress;
+use crate::progress::{Progress, note};
 use crate::stages::report;
 use crate::stated_truth::stated_truth;
 
@@ -117,6 +117,11 @@ pub fn run(args: &Settings) -> Result<()> {
     if let Some(truth) = &truth {
         output.write_document(truth)?;
     }
+    for person in &diagnosis.people {
+        if let Some(reason) = &person.excluded {
+            note(format!("diagnose: {} left out: {reason}", person.person_id));
+        }
+    }
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
@@ -127,6 +132,7 @@ pub fn run(args: &Settings) -> Result<()> {
     progress
         .finish(&format!("{people}, {excluded} left out, {}", place.join("report.html").display()));
     answer(&::report::answer(&written, truth.as_ref()));
+    note(format!("next: open {} in a browser", place.join("report.html").display()));
     Ok(())
 }
 

@@ -23,7 +23,7 @@ use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::people::People;
 use crate::profile::Profile;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, note, table as print_table};
 use crate::stages::twin;
 use plants::effect_twins::{Judged, KINDS, Subject, acting, training_days};
 use plants::{Acting, check_wiring};
@@ -114,7 +114,7 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write_document(&found)?;
     output.write("effect_twins.txt", text.as_bytes())?;
     let place = output.finish()?;
-    note(text);
+    print_table(text);
     progress.finish(&format!("{} people, {}", judged.len(), place.display()));
     Ok(())
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
 use cohort::Cohort;
-use contract::Exclusions;
+use contract::{Document as _, Exclusions, OutcomesTable, TwinsTable};
 use evaluation::{
     EvaluationSettings, Method, Model, PersonModels, evaluate, example_day, glucose_profile,
     outcomes_table, paper_plan, what_if,
@@ -21,7 +21,7 @@ use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::people::People as InUse;
 use crate::profile::Profile;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, note, table as print_table};
 use crate::stages::baselines::Baselines;
 use crate::stages::twin::{spread_in, twins_in, variants_in};
 use crate::stages::{paper_tables, train, twin};
@@ -83,8 +83,10 @@ pub fn run(args: &Settings) -> Result<()> {
     }
     if judged < FEWEST_PEOPLE {
         note(format!(
-            "evaluate: {judged} judged; tests over people need {FEWEST_PEOPLE}, so that there are no \
-             outcomes"
+            "evaluate: {judged} judged; outcomes are tests over people and need {FEWEST_PEOPLE}, so that there \
+             is no {}; the errors on held-out days of each person are in {} of twin",
+            OutcomesTable::FILE,
+            TwinsTable::FILE
         ));
         output.write_document(&Exclusions(evaluation.exclusions.clone()))?;
     } else {
@@ -115,7 +117,7 @@ pub fn run(args: &Settings) -> Result<()> {
             constrained.as_ref(),
         );
         output.write(TEXT, text.as_bytes())?;
-        note(text);
+        print_table(text);
     }
     let day = example_day(
         &cohort,

@@ -14,7 +14,7 @@ use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::profile::Profile;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, note, table as print_table};
 use development::held_out::{Scored, balanced, score_all};
 
 /// Settings of `held-out`.
@@ -101,7 +101,7 @@ pub fn run(args: &Settings) -> Result<()> {
     })?;
     output.write(TEXT, text.as_bytes())?;
     let place = output.finish()?;
-    note(text);
+    print_table(text);
     note(format!("held-out: {}", place.join(HeldOut::FILE).display()));
     Ok(())
 }

@@ -10,7 +10,7 @@ use contract::{Document as _, ImportReport};
 
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::{note, say};
+use crate::progress::{note, table};
 
 /// Largest file of a map, bytes.
 const LARGEST_MAP: u64 = 1 << 20;
@@ -130,7 +130,7 @@ fn guess(args: &Settings) -> Result<()> {
     }
     let guess = guess_table(&args.source).context("looking at the tables")?;
     for line in &guess.lines {
-        say(line);
+        table(line);
     }
     if !guess.missing.is_empty() {
         let missing: Vec<&str> = guess.missing.iter().map(|role| role.word()).collect();
@@ -140,7 +140,7 @@ fn guess(args: &Settings) -> Result<()> {
         "" => String::new(),
         units => format!(" --unit {units}"),
     };
-    say("a proposal, to be judged by you; several people in one file need person=COL:");
-    say(&format!("  --map \"{}\"{units}", guess.map));
+    note("a proposal, to be judged by you; several people in one file need person=COL:");
+    table(format!("  --map \"{}\"{units}", guess.map));
     Ok(())
 }

@@ -18,7 +18,8 @@ use crate::models::read_population;
 use crate::output::{self, OutputFolder, followed, write_whole};
 use crate::people::{People, read_cohort};
 use crate::profile::Profile;
-use crate::progress::note;
+use crate::progress::{ask_for_json, json_is_asked_for, note, print_no_results};
+use crate::result_file::print_result;
 use crate::stages::simulate::read_patients;
 use crate::stages::{
     baselines, diagnose, evaluate, held_out, paper_tables, report, train, twin, verify,
@@ -69,6 +70,11 @@ pub fn run(args: &Settings) -> Result<()> {
         None => embedded_cohort()?,
     };
     check_inputs(args, &cohort)?;
+    let json = json_is_asked_for();
+    if json {
+        // The results of its stages are in their folders.
+        print_no_results();
+    }
     let out = followed(&args.out)?;
     ensure!(out.is_dir() || !out.exists(), "'{}' is a file; give --out a folder", out.display());
     let before = cohort_manifest(&cohort)?;
@@ -209,6 +215,11 @@ pub fn run(args: &Settings) -> Result<()> {
     let path = args.out.join(TABLES);
     write_whole(&path, text.as_bytes())?;
     note(format!("pipeline: every table of the paper: {}", path.display()));
+    note(format!("next: open {} in a browser", args.out.join(REPORT).display()));
+    if json {
+        ask_for_json();
+        print_result("pipeline", &at(Stage::Diagnose));
+    }
     Ok(())
 }
 

@@ -25,7 +25,7 @@ use crate::asked::{Asked, ask};
 use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, note, table as print_table};
 
 /// Settings of a check of effects that are planted into real records.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let table = table(&scored);
     output.write("planted.md", table.as_bytes())?;
     let place = output.finish()?;
-    note(table);
+    print_table(table);
     note(format!("blind-check: {}", place.join(PlantedCheck::FILE).display()));
     Ok(())
 }

@@ -16,7 +16,7 @@ use crate::bounds::within;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::people::read_cohort;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, note, table as print_table};
 
 /// Settings of `realism`.
 #[derive(Debug, Clone)]
@@ -107,9 +107,7 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write_document(&People(found))?;
     output.write("realism.txt", table.as_bytes())?;
     let place = output.finish()?;
-    for line in table.lines() {
-        note(line);
-    }
+    print_table(&table);
     note(format!(
         "realism: in {} of {} statistics no more real people lie outside the central 95 % of both kinds of worlds \
          than by chance, in {} nobody does; {} of {} values lie inside; {}",

@@ -73,6 +73,15 @@ pub fn run(args: &Settings) -> Result<()> {
             cohort.people.len()
         ));
     }
+    if let Some(twin) = &twin {
+        for person in cohort.people.iter().filter(|person| person.id != twin.card.person_id) {
+            note(format!(
+                "replay: warning: this is the twin of '{}', and the record is that of '{}'; a twin answers \
+                 for its own person",
+                twin.card.person_id, person.id
+            ));
+        }
+    }
     let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("replay", cohort.people.len());
     let mut text = String::from("person_id,time,step");

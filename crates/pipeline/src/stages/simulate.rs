@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, bail};
 use ode_sim::vpp_scenario::{Meal, Row, START_GLUCOSE, Scenario, VirtualPatient, trace};
 use ode_sim::{OdeParameters, OdeState, OdeVector};
-use physiology::{Compartment, Grams, Kilograms, STEPS_PER_DAY, Units};
+use physiology::{Compartment, Grams, Kilograms, STEP, STEPS_PER_DAY, Units};
 use rayon::prelude::*;
 
 use crate::inputs::Table;
@@ -41,7 +41,7 @@ const LARGE_MEAL: f64 = 250.0;
 /// Largest meal, g.
 const LARGEST_MEAL: f64 = 2000.0;
 /// Columns of `traces.csv`.
-const HEADER: &str = "patient,scenario,step,bg_mg_dl,insulin_u_h,q1,q2,s1,s2,i,x1,x2,x3";
+const HEADER: &str = "patient,scenario,step,time_min,bg_mg_dl,insulin_u_h,q1,q2,s1,s2,i,x1,x2,x3";
 /// The eight states of a trace, in the order of its columns.
 const STATES: [(&str, Compartment); 8] = [
     ("q1", Compartment::Q1),
@@ -121,16 +121,22 @@ fn written(patient: &str, scenario: Scenario, rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {
         let x = row.state.vector();
-        // The shortest text that reads back exactly: a comparison with rounded traces is then
-        // limited by their rounding alone.
-        write!(text, "{patient},{scenario},{},{},{}", row.step, row.glucose.0, row.insulin.0)
+        let minutes = row.step as f64 * STEP.0;
+        write!(text, "{patient},{scenario},{},{minutes}", row.step)
             .expect("writing to a String cannot fail");
-        for (_, compartment) in STATES {
-            write!(text, ",{}", x[compartment]).expect("writing to a String cannot fail");
+        let numbers = [row.glucose.0, row.insulin.0];
+        for value in numbers.into_iter().chain(STATES.map(|(_, compartment)| x[compartment])) {
+            write!(text, ",{}", rounded(value)).expect("writing to a String cannot fail");
         }
         text.push('\n');
     }
     text
+}
+
+/// A number with ten significant digits: no simulation knows more, and a comparison is limited by the
+/// published traces, which have nine.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.9e}").parse().unwrap_or(value)
 }
 
 pub(crate) fn read_patients(path: &Path) -> Result<Vec<(String, VirtualPatient)>> {

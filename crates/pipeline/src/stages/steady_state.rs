@@ -19,7 +19,7 @@ use physiology::{Compartment, MgPerDl};
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::progress::{note, table as print_table};
 
 /// Settings of `steady-state`.
 #[derive(Debug, Clone)]
@@ -57,7 +57,7 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write_document(&SteadyStates { rows, schema: SteadyStates::SCHEMA.to_owned() })?;
     output.write("steady_state.txt", text.as_bytes())?;
     let place = output.finish()?;
-    note(text);
+    print_table(text);
     note(format!("steady-state: {}", place.join(SteadyStates::FILE).display()));
     Ok(())
 }

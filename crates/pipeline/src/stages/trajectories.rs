@@ -15,7 +15,7 @@ use physiology::{Kilograms, MgPerDl};
 use crate::manifest::Manifest;
 use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
-use crate::progress::note;
+use crate::progress::{note, table as print_table};
 
 /// Settings of `trajectories`.
 #[derive(Debug, Clone)]
@@ -55,7 +55,7 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write_document(&report)?;
     output.write("trajectories.txt", text.as_bytes())?;
     let place = output.finish()?;
-    note(text);
+    print_table(text);
     let count = report.findings.iter().filter(|finding| finding.passed).count();
     note(format!(
         "trajectories: {count} of {} checks passed, {}",

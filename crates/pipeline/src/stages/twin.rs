@@ -27,7 +27,7 @@ use crate::models::{find, read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::people::People;
 use crate::profile::Profile;
-use crate::progress::Progress;
+use crate::progress::{Progress, note};
 use crate::stages::train;
 
 /// Settings of `twin`.
@@ -176,6 +176,11 @@ pub fn run(args: &Settings) -> Result<()> {
     let judged = evaluate(&cohort, &models, &population, &settings).context("judging the twins")?;
     let table = twins_table(&built, &judged);
     let table = TwinsTable { people: people.with_left_out(table.people), ..table };
+    for row in &table.people {
+        if let Some(reason) = &row.excluded {
+            note(format!("twin: {} left out: {reason}", row.person_id));
+        }
+    }
     output.write_document(&table)?;
     // A twin is of no use without the model it was trained on.
     output.write(train::MODEL, &population.to_safetensors())?;
@@ -185,6 +190,13 @@ pub fn run(args: &Settings) -> Result<()> {
         people.recorded.people.len() - trained,
         place.join(TwinsTable::FILE).display()
     ));
+    if trained > 0 {
+        note(format!(
+            "next: evaluate --cohort {} --twins {}",
+            args.cohort.display(),
+            place.display()
+        ));
+    }
     Ok(())
 }
 

@@ -23,7 +23,7 @@ use crate::manifest::Manifest;
 use crate::models::{read_bytes, read_population};
 use crate::output::OutputFolder;
 use crate::paper_conformance::{beside_the_paper, summary as by_network};
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, table as print_table};
 use crate::stages::repair::repaired;
 use crate::subnetworks::{network, proved};
 use development::SimulatedSteps;
@@ -191,7 +191,7 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write(TEXT, table.as_bytes())?;
     output.write(Certificates::FILE, &proofs.file)?;
     let place = output.finish()?;
-    note(table);
+    print_table(table);
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
     Ok(())
 }

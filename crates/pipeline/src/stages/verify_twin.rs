@@ -20,7 +20,7 @@ use crate::manifest::Manifest;
 use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::people::read_cohort;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, table as print_table};
 use crate::stages::verify::check_limit;
 use crate::subnetworks::{network, proved};
 
@@ -171,7 +171,7 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write_document(&region.file())?;
     output.write("conformance.txt", table.as_bytes())?;
     let place = output.finish()?;
-    note(table);
+    print_table(table);
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
     Ok(())
 }

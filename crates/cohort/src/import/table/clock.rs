@@ -84,7 +84,8 @@ impl Clock {
     }
 }
 
-fn find(name: &str) -> Result<Tz, CohortError> {
+/// The zone of a name, or what it probably is.
+pub(in crate::import) fn find(name: &str) -> Result<Tz, CohortError> {
     let name = name.trim();
     if let Ok(zone) = Tz::from_str(name) {
         return Ok(zone);
