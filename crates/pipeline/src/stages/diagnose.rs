@@ -1,6 +1,5 @@
 //! `diagnose`: where a plant misses a cohort, which effect it lacks, how far adding it goes.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
@@ -15,7 +14,7 @@ use crate::manifest::Manifest;
 use crate::models::read_bytes;
 use crate::output::OutputFolder;
 use crate::people::People;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, note, table};
 use crate::stages::report;
 use crate::stated_truth::stated_truth;
 
@@ -131,7 +130,7 @@ pub fn run(args: &Settings) -> Result<()> {
     };
     progress
         .finish(&format!("{people}, {excluded} left out, {}", place.join("report.html").display()));
-    answer(&::report::answer(&written, truth.as_ref()));
+    table(::report::answer(&written, truth.as_ref()));
     note(format!("next: open {} in a browser", place.join("report.html").display()));
     Ok(())
 }
@@ -141,9 +140,4 @@ fn included(cohort: &Cohort, diagnosis: &Diagnosis) -> Cohort {
     let people = cohort.people.iter().zip(&diagnosis.people);
     let included = people.filter(|(_, summary)| summary.excluded.is_none());
     Cohort { people: included.map(|(person, _)| person.clone()).collect() }
-}
-
-/// Writes the answer to standard output. That nobody listens is no reason to lose the work.
-fn answer(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
 }
