@@ -15,3 +15,4 @@ mod population;
 mod posterior;
 mod results;
 mod training;
+mod tutorial;

@@ -23,10 +23,19 @@ pub(super) fn situation(factor: &str, level: &str) -> String {
             "other" => "in no particular situation".to_owned(),
             _ => format!("in the situation '{}'", plain(level)),
         },
-        ("glucose_band", _) => format!("while glucose is {level} mg/dL"),
+        ("glucose_band", _) => format!("while glucose is {} mg/dL", band(level)),
         ("person", _) => format!("in person {level}"),
         ("horizon", _) => format!("{level} min ahead"),
         _ => format!("where {} is {}", plain(factor), plain(level)),
+    }
+}
+
+/// A band of glucose in words.
+fn band(level: &str) -> String {
+    match (level.strip_prefix('<'), level.strip_prefix('>')) {
+        (Some(bound), _) => format!("below {bound}"),
+        (_, Some(bound)) => format!("above {bound}"),
+        _ => level.replacen('-', " to ", 1),
     }
 }
 
@@ -184,7 +193,8 @@ mod tests {
             ("hour", "04-08", "from 04 to 08 h"),
             ("context", "after_dinner", "after dinner"),
             ("context", "new_thing", "in the situation 'new thing'"),
-            ("glucose_band", "70-180", "while glucose is 70-180 mg/dL"),
+            ("glucose_band", "70-180", "while glucose is 70 to 180 mg/dL"),
+            ("glucose_band", "<70", "while glucose is below 70 mg/dL"),
             ("person", "p7", "in person p7"),
             ("set", "x_y", "where set is x y"),
         ] {
