@@ -14,6 +14,7 @@ use super::columns::check_names;
 use super::{RECORDS_CSV, RECORDS_PARQUET, RecordsFormat};
 use crate::error::{CohortError, Place};
 use crate::faults::Faults;
+use crate::parquet_pages;
 use crate::parquet_sink::parquet_fault;
 use crate::person::is_person_id;
 use crate::record::Channel;
@@ -192,7 +193,7 @@ impl ParquetTable {
     /// Reads a Parquet file. Number and names of its columns and rows are looked at before any of
     /// them is read, and only known columns are. The table library panics on some damaged files;
     /// here that is an error like any other (the library's own message still goes to the panic
-    /// hook). Damage to the length of a page can still exhaust the memory inside the library.
+    /// hook). What its pages claim is looked at first.
     fn read(path: &Path, faults: &mut Faults) -> Result<Self, CohortError> {
         let failed =
             |source| CohortError::Io { file: RECORDS_PARQUET.into(), action: "read", source };
@@ -208,6 +209,9 @@ impl ParquetTable {
             .filter(|name| header.iter().any(|column| column == name))
             .map(str::to_owned)
             .collect();
+        parquet_pages::check(&mut open()?, RECORDS_PARQUET, |name| {
+            wanted.iter().any(|column| column == name)
+        })?;
         let read = move || {
             let reader = ParquetReader::new(again).with_columns(Some(wanted));
             Self::new(&reader.finish().map_err(broken)?, header)

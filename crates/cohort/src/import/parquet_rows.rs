@@ -11,6 +11,7 @@ use polars::prelude::{
 };
 
 use crate::error::{CohortError, Place};
+use crate::parquet_pages;
 use crate::parquet_sink::parquet_fault;
 use crate::wall_clock::parse_iso;
 
@@ -147,6 +148,7 @@ pub(super) fn for_each(
         }
     }
     let selected: Vec<String> = columns.iter().flatten().cloned().collect();
+    parquet_pages::check(&mut open()?, name, |column| selected.iter().any(|one| one == column))?;
     let mut first = 0;
     while first < rows {
         let frame = guarded(name, {
