@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::layout::Opened;
-use super::options::Role;
+use super::options::{Role, pairs};
 use super::stamp::{DateOrder, Stamp};
 use super::unit::{glucose_unit_in, glucose_unit_of};
 use crate::error::CohortError;
@@ -123,6 +123,7 @@ pub fn guess_table(sources: &[PathBuf]) -> Result<TableGuess, CohortError> {
                 names.push((file, column));
             }
         }
+        let mut mapped = false;
         for (file, column) in &names {
             // A name that stands for something else in another file needs its file.
             let elsewhere = |(of, other, name): &(Role, String, String)| {
@@ -130,10 +131,21 @@ pub fn guess_table(sources: &[PathBuf]) -> Result<TableGuess, CohortError> {
             };
             let prefix =
                 if found.iter().any(elsewhere) { format!("{file}:") } else { String::new() };
+            let pair = format!("{}={prefix}{column}", role.word());
+            // The name of a column may look like another role and its column.
+            let meant = [(role, format!("{prefix}{column}"))];
+            if !pairs(&pair, "--map").is_ok_and(|read| read == meant) {
+                let name = shorten(column, 60);
+                guess
+                    .lines
+                    .push(format!("  '{name}' cannot stand behind --map: rename the column"));
+                continue;
+            }
             let separator = if guess.map.is_empty() { "" } else { "," };
-            guess.map.push_str(&format!("{separator}{}={prefix}{column}", role.word()));
+            guess.map.push_str(&format!("{separator}{pair}"));
+            mapped = true;
         }
-        if names.is_empty() && matches!(role, Role::Time | Role::Glucose) {
+        if !mapped && matches!(role, Role::Time | Role::Glucose) {
             guess.missing.push(role);
         }
     }
@@ -192,7 +204,9 @@ fn columns(table: &TextTable) -> Vec<(Role, usize)> {
                 _ => name.contains(word),
             })
         };
-        let candidates = || (0..names.len()).filter(free);
+        // A column without a name cannot be mapped by one.
+        let candidates =
+            || (0..names.len()).filter(free).filter(|at| !table.header()[*at].is_empty());
         let mut found = candidates().find(|at| named(at) && fits(at));
         if role == Role::Time {
             found = found.or_else(|| candidates().find(fits));

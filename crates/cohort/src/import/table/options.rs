@@ -259,7 +259,7 @@ impl TableOptions {
     }
 }
 
-fn pairs(text: &str, option: &str) -> Result<Vec<(Role, String)>, CohortError> {
+pub(super) fn pairs(text: &str, option: &str) -> Result<Vec<(Role, String)>, CohortError> {
     let mut parts: Vec<String> = Vec::new();
     for part in text.split(',') {
         let begins = part.split_once('=').is_some_and(|(word, _)| {
