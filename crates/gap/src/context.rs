@@ -95,24 +95,25 @@ impl Situation {
     }
 }
 
-/// Parts of the day: first hour, hour after the last, level name. The early morning is one part,
-/// because that is when the liver's dawn production falls.
-pub const HOURS: [(u32, u32, &str); 6] = [
-    (0, 3, "00-03"),
-    (3, 8, "03-08"),
-    (8, 12, "08-12"),
-    (12, 17, "12-17"),
-    (17, 21, "17-21"),
-    (21, 24, "21-24"),
-];
+/// Hours of a part of the day. Cells, units and courses all use these parts: a peak of three hours, like that of dawn, then
+/// lies in a part of its own.
+pub const HOURS_OF_PART: usize = 3;
+/// Parts of a day, from midnight on.
+pub const PARTS: usize = 24 / HOURS_OF_PART;
 
 /// Levels of the `glucose_band` factor, by filtered glucose: below 70, 70 to 180, above 180 mg/dL.
 pub const BANDS: [&str; 3] = ["<70", "70-180", ">180"];
 
-/// Index of a clock hour (0 to 23) in [`HOURS`].
+/// Part of the day of a clock hour (0 to 23).
 #[must_use]
-pub fn part_of_day(hour: u32) -> usize {
-    HOURS.iter().position(|(_, end, _)| hour < *end).unwrap_or(HOURS.len() - 1)
+pub const fn part_of_day(hour: usize) -> usize {
+    hour % 24 / HOURS_OF_PART
+}
+
+/// The hours of a part of the day, `HH-HH`: a level of the `hour` factor.
+#[must_use]
+pub fn hours_of_part(part: usize) -> String {
+    format!("{:02}-{:02}", HOURS_OF_PART * part, HOURS_OF_PART * (part + 1))
 }
 
 /// Index of a glucose value, mg/dL, in [`BANDS`].
@@ -373,10 +374,13 @@ mod tests {
     #[test]
     fn hours_and_bands_cover_everything_once() {
         for hour in 0..24 {
-            let (first, end, level) = HOURS[part_of_day(hour)];
+            let level = hours_of_part(part_of_day(hour));
+            let (first, end) = level.split_once('-').expect("two hours");
+            let (first, end): (usize, usize) =
+                (first.parse().expect("an hour"), end.parse().expect("an hour"));
             assert!((first..end).contains(&hour), "{hour} in {level}");
-            assert_eq!(level, format!("{first:02}-{end:02}"));
         }
+        assert_eq!((PARTS, hours_of_part(2).as_str()), (8, "06-09"));
         assert_eq!([69.9, 70.0, 180.0, 180.1].map(band), [0, 1, 1, 2]);
     }
 }

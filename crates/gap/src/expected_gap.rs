@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use posterior::Gap;
 
-use crate::context::HOURS;
+use crate::context::{HOURS_OF_PART, PARTS, hours_of_part};
 use contract::diagnosis::{CellFactor, CellGap};
 
 /// Length of the runs whose gap is expected, min: whole days from midnight.
@@ -35,9 +35,10 @@ fn expected(
         |factor: &str, level: &str| gaps.get(&format!("{MINUTES}/{factor}/{level}")).map(&what);
     match cell.factor {
         CellFactor::Hour => {
-            let (first, end, _) = HOURS.iter().find(|(_, _, level)| *level == cell.level)?;
-            let hours: Vec<f64> =
-                (*first..*end).filter_map(|h| of("hour", &format!("{h:02}"))).collect();
+            let part = (0..PARTS).find(|part| hours_of_part(*part) == cell.level)?;
+            let hours: Vec<f64> = (HOURS_OF_PART * part..HOURS_OF_PART * (part + 1))
+                .filter_map(|hour| of("hour", &format!("{hour:02}")))
+                .collect();
             (!hours.is_empty()).then(|| hours.iter().sum::<f64>() / hours.len() as f64)
         }
         CellFactor::Context => of("context", &cell.level),

@@ -8,7 +8,7 @@ use physiology::{Plant, STEPS_PER_DAY};
 
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
-use crate::context::{BANDS, HOURS, Situation, Situations, band, part_of_day};
+use crate::context::{BANDS, PARTS, Situation, Situations, band, hours_of_part, part_of_day};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, BodyAlone};
 use crate::filter::body::Body;
@@ -34,7 +34,7 @@ pub(crate) struct Cell {
 }
 
 /// Index of the first situation among the cells.
-const SITUATIONS: usize = HOURS.len();
+const SITUATIONS: usize = PARTS;
 /// Index of the first glucose band among the cells.
 const GLUCOSE: usize = SITUATIONS + Situation::ALL.len();
 /// Index of the first horizon among the cells; those before it exist in both layers.
@@ -44,7 +44,7 @@ pub(crate) const HORIZONS: usize = GLUCOSE + BANDS.len();
 pub(crate) fn cells(rule: &FreeRunRule, localisation: &LocalisationRule) -> Vec<Cell> {
     let main = main_horizon(rule, localisation);
     let of = |factor, level: &str, horizon| Cell { factor, level: level.to_owned(), horizon };
-    let hours = HOURS.iter().map(|(_, _, level)| of(CellFactor::Hour, level, main));
+    let hours = (0..PARTS).map(|part| of(CellFactor::Hour, &hours_of_part(part), main));
     let situations = Situation::ALL.iter().map(|s| of(CellFactor::Context, s.name(), main));
     let bands = BANDS.iter().map(|level| of(CellFactor::GlucoseBand, level, main));
     let horizons = rule
@@ -214,7 +214,7 @@ fn errors_of(
         let day = record.day_index(error.start);
         free_runs[day].add(HORIZONS + error.horizon, error.error);
         if error.horizon == main {
-            let hour = u32::from(record.hour(error.start + half));
+            let hour = usize::from(record.hour(error.start + half));
             free_runs[day].add(part_of_day(hour), error.error);
             mark_situations(&mut free_runs[day], &situations, error.start, false, error.error);
         }
@@ -237,7 +237,7 @@ fn errors_of(
     for (step, whitened) in calibration.whitened.iter().enumerate().skip(1) {
         if let Some(value) = whitened {
             let day = record.day_index(step - 1);
-            let hour = u32::from(record.hour(step));
+            let hour = usize::from(record.hour(step));
             let cells = &mut innovations[day];
             cells.add(part_of_day(hour), *value);
             mark_situations(cells, &situations, step - 1, false, *value);

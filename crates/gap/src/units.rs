@@ -18,7 +18,7 @@ use effects::EffectId;
 use faer::Mat;
 
 pub(crate) use self::doses::Doses;
-pub(crate) use self::port_course::{PortCourse, hours_of};
+pub(crate) use self::port_course::PortCourse;
 pub(crate) use self::scores::Nuisance;
 pub(crate) use self::tally::power;
 

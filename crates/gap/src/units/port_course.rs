@@ -9,11 +9,10 @@ use effects::{Field, Port};
 use faer::{Mat, Side};
 use physiology::STEPS_PER_HOUR;
 
+use crate::context::{HOURS_OF_PART, PARTS, part_of_day};
+
 use super::scores::{DATA, DRAWS, FIELDS, Scores};
 
-/// Parts of a day.
-pub(crate) const PARTS: usize = 8;
-const HOURS: usize = 24 / PARTS;
 /// Parts of which neighbours may share steps: a day (weights fall to 0 there; Newey and West, Econometrica 1987;55:703).
 const REACH: usize = PARTS;
 /// Standard errors of intervals that hold all parts in 95 of 100 (Bonferroni).
@@ -43,11 +42,6 @@ pub(crate) struct PortCourse {
     pub(crate) parts: [(f64, f64); PARTS],
 }
 
-/// The hours of a part of the day.
-pub(crate) fn hours_of(part: usize) -> String {
-    format!("{:02}-{:02}", HOURS * part, HOURS * (part + 1))
-}
-
 /// Scores of one person at one port, by part of the day.
 #[derive(Debug, Clone)]
 pub(super) struct CourseSums {
@@ -60,15 +54,15 @@ pub(super) struct CourseSums {
 
 /// Scores of a person at every port. `hours` is the hour of each step.
 pub(super) fn of_person(scores: &Scores, hours: &[f64]) -> Vec<CourseSums> {
-    let length = HOURS * STEPS_PER_HOUR;
-    let first = (0..hours.len()).find(|k| hours[*k].rem_euclid(HOURS as f64) < 1e-6).unwrap_or(0);
+    let length = HOURS_OF_PART * STEPS_PER_HOUR;
+    let first =
+        (0..hours.len()).find(|k| hours[*k].rem_euclid(HOURS_OF_PART as f64) < 1e-6).unwrap_or(0);
     let blocks: Vec<std::ops::Range<usize>> = (first..hours.len())
         .step_by(length)
         .map(|start| start..start + length)
         .take_while(|steps| steps.end <= hours.len())
         .collect();
-    let part =
-        |steps: &std::ops::Range<usize>| (hours[steps.start] as usize / HOURS).min(PARTS - 1);
+    let part = |steps: &std::ops::Range<usize>| part_of_day(hours[steps.start] as usize);
     OF_PORTS
         .iter()
         .map(|(_, field, ..)| {
@@ -267,10 +261,5 @@ mod tests {
         people[5] = person(lacks, 5);
         assert!(half(&people) > 1.3 * alike);
         assert!(course(&[]).is_none());
-    }
-
-    #[test]
-    fn parts_are_named_by_their_hours() {
-        assert_eq!((hours_of(0), hours_of(7)), ("00-03".to_owned(), "21-24".to_owned()));
     }
 }

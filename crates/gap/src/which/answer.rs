@@ -4,8 +4,9 @@ use effects::{Card, Effect, EffectId};
 
 use super::ports::alike;
 use super::{Belief, Candidate, Named, PortCandidate, RIVAL, Which};
+use crate::context::hours_of_part;
 use crate::log_sum::softmax_beside_none;
-use crate::units::{PortCourse, hours_of};
+use crate::units::PortCourse;
 use contract::WithInterval;
 use contract::diagnosis::{
     CandidateEffect, CoursePart, FoundEffect, PersonAmplitude, PortEvidence, UntriedEffect, Verdict,
@@ -200,7 +201,7 @@ fn course_of(port: &str, courses: &[PortCourse]) -> Vec<CoursePart> {
     let own = courses.iter().find(|course| course.port.name() == port);
     let parts = own.iter().flat_map(|course| course.parts.iter().enumerate());
     let part = |(part, (value, half)): (usize, &(f64, f64))| CoursePart {
-        hours: hours_of(part),
+        hours: hours_of_part(part),
         value: *value,
         lower: value - half,
         upper: value + half,

@@ -38,7 +38,7 @@ fn the_diagnosis_of_eight_real_people_is_finite_and_complete() {
     }
     // Heart rate, steps and meals are on record, sleep and set changes are not.
     let has = |level: &str| diagnosis.cells.iter().any(|c| c.level == level);
-    for level in ["03-08", "after_meal", "exercise", "after_exercise", ">180", "weekend", "1440"] {
+    for level in ["03-06", "after_meal", "exercise", "after_exercise", ">180", "weekend", "1440"] {
         assert!(has(level), "{level}");
     }
     assert!(!has("sleep") && !has("set_day_3_plus"));

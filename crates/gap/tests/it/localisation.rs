@@ -49,7 +49,7 @@ fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
     let diagnosis = diagnose(&cohort, &config, 1).expect("diagnosed");
     assert_eq!(diagnosis.verdict, Verdict::Effect, "{:?}", diagnosis.candidates);
     assert_eq!(diagnosis.effects[0].effect, "dawn", "{:?}", diagnosis.effects);
-    let dawn = cell(&diagnosis, CellFactor::Hour, "03-08");
+    let dawn = cell(&diagnosis, CellFactor::Hour, "03-06");
     assert!(dawn.p_adjusted <= 0.05 && dawn.lower > 0.0, "{dawn:?}");
     let innovation = dawn.innovation.expect("hours have both layers");
     assert!(innovation.p_adjusted <= 0.05 && innovation.lower > 0.0, "{innovation:?}");
@@ -58,7 +58,7 @@ fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
     assert!((3.0..33.0).contains(&dawn.mean_error_mg_dl), "{dawn:?}");
     let hours = diagnosis.cells.iter().filter(|c| c.factor == CellFactor::Hour);
     let largest = hours.max_by(|a, b| a.mean_error_mg_dl.total_cmp(&b.mean_error_mg_dl));
-    assert_eq!(largest.map(|c| c.level.as_str()), Some("03-08"));
+    assert_eq!(largest.map(|c| c.level.as_str()), Some("03-06"));
     assert!(diagnosis.cells.is_sorted_by(|a, b| a.share_of_gap >= b.share_of_gap));
 }
 
@@ -198,7 +198,7 @@ fn people_who_cannot_be_diagnosed_are_excluded_by_name_and_reason() {
 fn a_single_person_is_judged_on_their_own_days() {
     let world = World { gap: Gap::Dawn(0.6), days: 14, spread: 0.5 };
     let diagnosis = diagnose(&cohort(&world, 1, 21), &config(), 1).expect("diagnosed");
-    let dawn = cell(&diagnosis, CellFactor::Hour, "03-08");
+    let dawn = cell(&diagnosis, CellFactor::Hour, "03-06");
     assert_eq!(dawn.people, 1);
     assert!(dawn.mean_error_mg_dl > 3.0 && dawn.lower < dawn.upper, "{dawn:?}");
     assert_eq!(diagnosis.baseline.len(), 3);
