@@ -9,7 +9,7 @@ mod heat;
 mod ranges;
 
 pub(crate) use crossed::{Crossed, CrossedCell, CrossedRow};
-pub(crate) use heat::{Heat, HeatCell};
+pub(crate) use heat::{Heat, HeatCell, HeatWidth};
 
 use crate::figure::{Key, Stroke, Svg};
 use crate::number::percent;

@@ -1,5 +1,7 @@
 //! Where the gap lies: one figure per factor, one table, and the error by horizon.
 
+mod maps;
+
 use super::verdict::LEVEL;
 use super::words::plain;
 use crate::figure::{ForestFrame, ForestRow, forest};
@@ -48,9 +50,18 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no diagnosis in this folder, so the gap was not located.");
         return Ok(html);
     };
-    html.paragraph(&format!("Diagnosed model: {}.", diagnosis.plant));
+    html.paragraph(&format!(
+        "Compared with the sensor is {}. Observed \u{2212} predicted above zero: the model under-predicts glucose.",
+        model(&diagnosis.plant)
+    ));
+    if let Some(hourly) = &diagnosis.hourly {
+        maps::maps(&mut html, hourly);
+    }
     if diagnosis.cells.is_empty() {
         html.absent("The diagnosis holds no situation in which an error was measured.");
+    }
+    if diagnosis.hourly.is_some() {
+        html.element("h3", "One thing at a time, with intervals");
     }
     for (factor, name, caption) in FIGURES {
         let mut cells: Vec<&CellGap> =
@@ -98,6 +109,16 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     table(&mut html, diagnosis);
     baseline(&mut html, diagnosis);
     Ok(html)
+}
+
+/// A plant in words; one that this version does not know keeps its key.
+fn model(plant: &str) -> String {
+    match plant {
+        "ode" => "the ODE model with parameters fitted to each person".to_owned(),
+        "network" => "the population network with parameters fitted to each person".to_owned(),
+        "twin" => "each person's own digital twin".to_owned(),
+        other => format!("the model \u{201c}{other}\u{201d}"),
+    }
 }
 
 fn table(html: &mut Html, diagnosis: &Diagnosis) {
