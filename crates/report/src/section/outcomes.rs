@@ -28,7 +28,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.figure(
                 &svg,
                 &keys,
-                "Simulated minus actual with 90 % intervals, in units of the equivalence margin. An \
+                "Simulated minus recorded with 90 % intervals, in units of the equivalence margin. An \
                  outcome is equivalent where the whole interval lies in the shaded band. Values \
                  beyond four margins are drawn at the edge; the tables have them in full.",
             );
@@ -151,7 +151,7 @@ fn differences(html: &mut Html, method: &Judged<'_>) {
         &format!("{}: mean \u{b1} SD over people; bold: equivalent", method.label),
         &[
             ("Outcome", Column::Text),
-            ("Actual", Column::Number),
+            ("Records", Column::Number),
             ("Simulated", Column::Number),
             ("Difference (90 % interval)", Column::Number),
             ("Interval of the test", Column::Number),

@@ -124,8 +124,9 @@ fn a_page_fits_its_window_and_can_be_read() {
         return;
     }
     let html = page(&made_up::parts());
-    let screens =
-        [400, 800, 1200].into_iter().flat_map(|width| [(width, Look::Light), (width, Look::Dark)]);
+    let screens = [400, 800, 1000, 1200]
+        .into_iter()
+        .flat_map(|width| [(width, Look::Light), (width, Look::Dark)]);
     // The width of A4 between its margins.
     let shown = screens.chain([(720, Look::Print)]);
     let faults: Vec<String> = shown.flat_map(|(width, look)| faults(&html, width, look)).collect();

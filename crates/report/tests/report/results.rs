@@ -15,13 +15,13 @@ fn outcomes_stand_down_and_methods_across() {
     assert_eq!(outcomes.matches("class=\"crossed\"").count(), 4);
     assert_eq!(outcomes.matches("<details>").count(), 4);
     for words in [
-        "<th scope=\"col\" class=\"number\">Actual</th><th scope=\"col\" class=\"number\">Digital \
+        "<th scope=\"col\" class=\"number\">Records</th><th scope=\"col\" class=\"number\">Digital \
          twin</th>",
         "<td class=\"number marked\">69.4 \u{b1} 17.8 <span class=\"beneath\">p &lt;0.001 \u{2713}</span></td>",
         // Outside its margin although enough people could have shown it inside, and the opposite.
         "<td class=\"number\">2.90 \u{b1} 3.85 <span class=\"beneath\">p = 0.370</span></td>",
         "<td class=\"number\">2.35 \u{b1} 3.85 <span class=\"beneath\">p = 0.370 \u{2020}</span></td>",
-        "<th scope=\"col\" class=\"number\">Actual</th><th scope=\"col\" class=\"number\">Training \
+        "<th scope=\"col\" class=\"number\">Records</th><th scope=\"col\" class=\"number\">Training \
          days</th>",
         "changes too much from week to week",
         "<th scope=\"row\">RMSE <span class=\"beneath\">mg/dL</span></th><td class=\"number\"></td>\
@@ -54,7 +54,7 @@ fn what_differs_between_methods_is_said() {
     check_structure(&html);
     let outcomes = section(&html, "outcomes");
     for words in [
-        "<span class=\"beneath\">actual 66.6 \u{b1} 10.0</span>",
+        "<span class=\"beneath\">records 66.6 \u{b1} 10.0</span>",
         "<td class=\"number\">\u{2013}</td>",
         "Digital twin minus other methods within people, TIR (mg/dL)",
         "Digital twin minus other methods within people, RMSE over 5 h (mg/dL)",
