@@ -63,6 +63,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     Ok(html)
 }
 
+/// Most methods that stand side by side.
+const ACROSS: usize = 6;
+
 /// The content of a column: a method, or the training days in place of one.
 struct Judged<'a> {
     label: &'a str,
@@ -99,6 +102,8 @@ fn methods(html: &mut Html, what: &str, methods: &[MethodRows]) {
 /// Methods over the same windows: one crossed table, and the differences of each method, folded.
 fn table(html: &mut Html, what: &str, methods: &[Judged<'_>]) {
     let Some(table) = crossed(methods) else { return };
+    // More methods than outcomes stand below each other, so that the page need not scroll.
+    let table = if methods.len() > ACROSS { table.transposed("Method") } else { table };
     let rows = || methods.iter().flat_map(|method| method.rows);
     let mut caption =
         format!("{what}: mean \u{b1} SD over people, and p of equivalence within the margin");

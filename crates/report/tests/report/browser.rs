@@ -21,6 +21,9 @@ const CONTRAST: f64 = 4.5;
 /// Least height of letters in figures, CSS pixels.
 const LETTERS: f64 = 11.0;
 
+/// Width from which on no table has to be scrolled, CSS pixels.
+const ROOMY: u32 = 1000;
+
 /// How the page is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Look {
@@ -111,6 +114,10 @@ fn faults(html: &str, width: u32, look: Look) -> Vec<String> {
     fault(number("figures") != figures, format!("{} figures of {figures}", found["figures"]));
     for list in ["narrow", "out", "clipped"] {
         fault(found[list] != serde_json::json!([]), format!("{list}: {}", found[list]));
+    }
+    if width >= ROOMY {
+        let scrolled = &found["scrolled"];
+        fault(*scrolled != serde_json::json!([]), format!("tables scroll: {scrolled}"));
     }
     fault(number("letters") < LETTERS, format!("letters of {} px", found["letters"]));
     let ratio = found["contrast"]["ratio"].as_f64().expect("a ratio");

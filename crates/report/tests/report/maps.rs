@@ -23,14 +23,14 @@ fn cells_print_their_sign_and_show_their_interval_under_a_pointer() {
     let place = section(&html, "where");
     for part in [
         // Shade, frame, sign: what colour says, the cell says too.
-        "<td class=\"framed p4\" title=\"All runs, 3\u{2013}6 h: +26.5 mg/dL (interval +20.5 to +32.5), \
+        "<td class=\"framed p5\" title=\"All runs, 3\u{2013}6 h: +26.5 mg/dL (interval +20.5 to +32.5), \
          1008 runs of 12 people\">+26</td>",
         "<td class=\" m1\" title=\"All runs, 0\u{2013}3 h: \u{2212}2.0 mg/dL (interval \u{2212}8.0 to +4.0), \
          1008 runs of 12 people\">\u{2212}2</td>",
         "title=\"After meal, 0\u{2013}3 h: too few runs\">\u{2013}</td>",
         "title=\"p01, 3\u{2013}6 h: ",
-        "<span class=\"m5\">\u{2212}40</span>",
-        "<span class=\"p5\">+40</span>",
+        "<span class=\"m5\">\u{2212}30</span>",
+        "<span class=\"p5\">+30</span>",
         "Most stands out from 3 to 6 h in the row \u{201c}Sleep\u{201d}: glucose is under-predicted by 32 mg/dL.",
         "From 3 to 6 h glucose is under-predicted in 12 of 12 people",
         "5 h ahead, mg/dL, by hour of the day and situation",

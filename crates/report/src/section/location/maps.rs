@@ -2,15 +2,15 @@
 
 use crate::html::{Heat, HeatCell, HeatWidth, Html};
 use crate::number::{count, fixed};
-use crate::section::words::{ahead, plain, sentence};
+use crate::section::words::{ahead, context, sentence};
 use contract::diagnosis::{HourlyCell, HourlyGap, HourlyRow};
 
 /// People whose strips stand on the page; those of the others are folded away.
 const SHOWN: usize = 30;
 /// Ends that the scale may have, mg/dL.
 const ENDS: [f64; 8] = [5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 100.0];
-/// Share of the people's cells that the scale holds; a few extremes must not make all others pale.
-const HELD: f64 = 0.98;
+/// Share of the cells that the scale holds; a few extremes must not make all others pale.
+const HELD: f64 = 0.95;
 
 /// Both maps with one scale.
 pub(super) fn maps(html: &mut Html, gap: &HourlyGap) {
@@ -34,7 +34,8 @@ pub(super) fn maps(html: &mut Html, gap: &HourlyGap) {
 
 /// How a map is read.
 const READING: &str = "Read along a row for the hours, down a column for the situations. A plus (blue): glucose is \
-    higher than the model says; a minus (orange): it is lower; the deeper, the more. A frame: the interval leaves 0 \
+    higher than the model says; a minus (orange): it is lower; the deeper, the more, and the deepest holds all beyond. A \
+    frame: the interval leaves 0 \
     out, for all cells of the map together. A dash: too few runs. Exact values and intervals show under a pointer. \
     A situation whose row looks like the first row makes no difference of its own.";
 
@@ -140,9 +141,7 @@ fn hours(part: &str) -> String {
 fn situation(row: &HourlyRow) -> String {
     match row.name.as_str() {
         "all" => "All runs".to_owned(),
-        "other" => "None of these".to_owned(),
-        "set_day_3_plus" => "Infusion set from day 3".to_owned(),
-        name => sentence(&plain(name)),
+        name => sentence(&context(name)),
     }
 }
 
@@ -210,10 +209,11 @@ fn end(gap: &HourlyGap) -> f64 {
         sizes.sort_by(f64::total_cmp);
         sizes
     };
-    let of_people = sizes(&gap.people);
-    let held = (HELD * of_people.len() as f64).ceil() as usize;
-    let of_people = held.checked_sub(1).and_then(|index| of_people.get(index));
-    let of_situations = sizes(&gap.situations);
-    let largest = of_situations.last().into_iter().chain(of_people).copied().fold(0.0, f64::max);
+    let held = |rows: &[HourlyRow]| -> f64 {
+        let sizes = sizes(rows);
+        let held = (HELD * sizes.len() as f64).ceil() as usize;
+        held.checked_sub(1).and_then(|index| sizes.get(index)).copied().unwrap_or_default()
+    };
+    let largest = held(&gap.situations).max(held(&gap.people));
     ENDS.into_iter().find(|end| *end >= largest).unwrap_or(ENDS[ENDS.len() - 1])
 }
