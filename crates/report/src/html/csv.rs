@@ -56,7 +56,7 @@ fn file_name(caption: &str) -> String {
 fn csv(rows: &[Vec<String>]) -> String {
     let cell = |cell: &String| {
         // Programs read a hyphen as the sign of a number, and no other.
-        let cell = cell.replace('\u{2212}', "-").replace('\u{a0}', " ");
+        let cell = cell.replace('\u{2212}', "-").replace('\u{a0}', " ").replace('\u{200b}', "");
         if cell.contains([',', '"', '\n', '\r']) {
             format!("\"{}\"", cell.replace('"', "\"\""))
         } else {

@@ -30,11 +30,11 @@ pub(super) fn situation(factor: &str, level: &str) -> String {
     }
 }
 
-/// A situation as a name: `set_day_3_plus` becomes `infusion set from day 3`.
+/// A situation as a name: `set_day_3_plus` becomes `infusion set, day 3+`.
 pub(super) fn context(level: &str) -> String {
     match level {
         "other" => "none of these".to_owned(),
-        "set_day_3_plus" => "infusion set from day 3".to_owned(),
+        "set_day_3_plus" => "infusion set, day 3+".to_owned(),
         _ => plain(level),
     }
 }

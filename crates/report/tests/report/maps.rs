@@ -35,12 +35,13 @@ fn cells_print_their_sign_and_show_their_interval_under_a_pointer() {
         "From 3 to 6 h glucose is under-predicted in 12 of 12 people",
         "5 h ahead, mg/dL, by hour of the day and situation",
         "one row a person",
-        ">6\u{2013}9<",
+        ">6\u{2013}\u{200b}9<",
         "the ODE model with parameters fitted to each person",
     ] {
         assert!(place.contains(part), "{part}");
     }
     // A saved table holds numbers that programs read.
+    assert!(place.contains("Situation,0%E2%80%933,3%E2%80%936,"));
     assert!(place.contains("All%20runs,-2,%2B26,"));
 }
 

@@ -89,7 +89,12 @@ fn table<'a>(
     });
     Heat {
         corner: corner.to_owned(),
-        columns: gap.parts.iter().map(|part| hours(part)).collect(),
+        // A narrow column may break after the dash.
+        columns: gap
+            .parts
+            .iter()
+            .map(|part| hours(part).replace('\u{2013}', "\u{2013}\u{200b}"))
+            .collect(),
         rows: rows.collect(),
         width: HeatWidth::Narrow,
     }
