@@ -1,6 +1,7 @@
 //! The gap through the day, crossed with situations and people: what the report's maps show.
 //!
-//! It is a family of its own beside that of `where`, so that a finer look takes no power from the verdict.
+//! Situations and people are families of their own beside those of `where`, so that a finer look takes no power from
+//! the verdict.
 
 use crate::context::Situation;
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
