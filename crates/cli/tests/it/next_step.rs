@@ -7,13 +7,11 @@ use std::process::{Command, Output};
 const SILENT: [&str; 1] = ["completions"];
 /// Commands of which a run takes minutes or other people's files. What they write goes through the same
 /// folder of the crate `pipeline`, which remembers it.
-const LONG: [&str; 11] = [
+const LONG: [&str; 9] = [
     "baselines",
     "bench",
     "blind-check",
-    "diagnose",
     "effect-twins",
-    "evaluate",
     "import-model",
     "pipeline",
     "realism",
@@ -56,7 +54,7 @@ fn every_command_that_writes_ends_with_what_comes_next() {
     let (patients, meals) =
         (repository("fixtures/golden/patients.csv"), repository("fixtures/golden/meals.csv"));
     let nightscout = repository("fixtures/import/nightscout");
-    let verified = path("verify");
+    let (verified, twins) = (path("verify"), path("twin"));
     /// Options, and the beginning of the last line, in which OUT is the output folder.
     type Case<'a> = (&'a [&'a str], &'a str);
     let cases: &[Case<'_>] = &[
@@ -82,6 +80,8 @@ fn every_command_that_writes_ends_with_what_comes_next() {
             &["replay", "--cohort", &embedded, "--model", &model],
             "next: plot the columns of OUT/traces.csv",
         ),
+        (&["evaluate", "--cohort", &embedded, "--twins", &twins], "next: t1d-twins report OUT"),
+        (&["diagnose", "--cohort", &embedded], "next: open OUT/report.html in a browser"),
         (&["reconcile", "--cohort", &embedded], "next: t1d-twins diagnose --cohort OUT"),
         (&["evidence", "--cohort", &embedded], "next: t1d-twins train-posterior --table OUT"),
         (
