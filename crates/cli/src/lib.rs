@@ -50,7 +50,11 @@ pub fn run(typed: &clap::ArgMatches) -> ExitCode {
     quiet_caught_panics();
     let line = CommandLine::from_arg_matches(typed).unwrap_or_else(|error| error.exit());
     let command = typed.subcommand_name().unwrap_or_default();
-    ended(ask_for_json(&line, command).and_then(|()| perform(line)))
+    let done = ask_for_json(&line, command).and_then(|()| perform(line));
+    if done.is_ok() {
+        pipeline::say_next();
+    }
+    ended(done)
 }
 
 /// The exit status of a command; an error is said in one message.

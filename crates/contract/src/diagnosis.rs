@@ -2,6 +2,7 @@
 
 mod absorbed;
 mod found;
+mod hourly;
 mod how_far;
 mod people;
 mod places;
@@ -13,6 +14,7 @@ pub use found::{
     CandidateEffect, DetectionPower, FOUND_ABOVE, FOUND_IN, FoundEffect, PersonAmplitude, Standing,
     UntriedEffect,
 };
+pub use hourly::{HourlyCell, HourlyGap, HourlyRow};
 pub use how_far::{
     AmplitudeChange, HorizonChange, HorizonError, HowFar, InnovationChange, OutcomeChange,
     PersonChange,
@@ -56,6 +58,9 @@ pub struct Diagnosis<C = serde_json::Value> {
     /// The gap by situation, largest share first.
     #[serde(rename = "where")]
     pub cells: Vec<CellGap>,
+    /// The gap through the day, by situation and by person; missing in older files.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hourly: Option<HourlyGap>,
     /// What adding the effects changes.
     pub how_far: HowFar,
     /// Errors of the calibrated plant, one entry a horizon.

@@ -187,6 +187,11 @@ impl Situations {
     pub fn holds(&self, situation: Situation, step: usize) -> bool {
         self.flags.get(step).is_some_and(|flags| flags >> situation as u16 & 1 == 1)
     }
+
+    /// The situations that hold at a step.
+    pub(crate) fn at(&self, step: usize) -> impl Iterator<Item = Situation> {
+        Situation::ALL.into_iter().filter(move |situation| self.holds(*situation, step))
+    }
 }
 
 /// Whether `event` holds at each step or held within the `span` steps before it.

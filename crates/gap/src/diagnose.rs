@@ -19,6 +19,7 @@ use crate::expected_gap::share_out;
 use crate::filter::plants::{Ode, Plants};
 use crate::free_run::FreeRunRule;
 use crate::free_run_statistics::free_run_statistics;
+use crate::hourly::hourly_gap;
 use crate::how_far::{HowFarRule, NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::one_person::on_one;
@@ -169,11 +170,14 @@ impl<'a> Diagnoser<'a> {
             Decision::Thresholds => None,
         };
         // One of them waits for a thread of its own; the other uses it meanwhile.
-        let ((gaps, baseline), which) = rayon::join(
+        let ((gaps, hourly, baseline), which) = rayon::join(
             || {
                 let (rule, localisation) = (&config.free_run, &config.localisation);
                 let gaps = gaps(&included, rule, localisation, seed);
-                (gaps, baseline(&included, rule, localisation, seed))
+                let days = included.iter().map(|(id, a)| (*id, a.hourly.as_slice()));
+                let hourly =
+                    hourly_gap(&days.collect::<Vec<_>>(), localisation, derived(seed, HOURLY));
+                (gaps, hourly, baseline(&included, rule, localisation, seed))
             },
             || {
                 let free_runs = free_run_statistics(included.iter().map(|(_, a)| *a), &config);
@@ -234,6 +238,7 @@ impl<'a> Diagnoser<'a> {
             evidence: which.evidence.clone(),
             posterior: which.belief.as_ref().zip(posterior).map(|(b, p)| said(b, p)),
             cells: gaps,
+            hourly: Some(hourly),
             how_far,
             baseline,
             data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
@@ -350,6 +355,7 @@ const COHORT_FAMILY: u64 = 1;
 const PERSON_FAMILY: u64 = 2;
 const BASELINE: u64 = 3;
 const HOW_FAR: u64 = 4;
+const HOURLY: u64 = 5;
 
 fn derived(seed: u64, purpose: u64) -> u64 {
     seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(purpose)

@@ -47,6 +47,7 @@ mod f32_kernels;
 pub mod filter;
 pub mod free_run;
 mod free_run_statistics;
+mod hourly;
 pub mod how_far;
 pub mod localisation;
 mod log_sum;

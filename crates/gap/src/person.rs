@@ -17,6 +17,7 @@ use crate::filter::noise::NoiseModel;
 use crate::filter::observations::{MissingDosePolicy, Observations, Reading};
 use crate::filter::plants::Plants;
 use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
+use crate::hourly;
 use crate::localisation::{DayCells, LocalisationRule};
 use crate::misfit;
 use crate::quality::UsedPerson;
@@ -93,6 +94,8 @@ pub(crate) struct PersonAnalysis {
     pub(crate) free_runs: Vec<DayCells>,
     /// Whitened innovations by day and cell; the horizon cells stay empty.
     pub(crate) innovations: Vec<DayCells>,
+    /// Free-run errors by day, row and part of the day.
+    pub(crate) hourly: Vec<DayCells>,
     /// Sums by day and horizon.
     pub(crate) horizons: Vec<Vec<HorizonSums>>,
     pub(crate) summary: CalibrationSummary,
@@ -208,6 +211,7 @@ fn errors_of(
     let half = localisation.horizon / 2;
     let mut free_runs = vec![DayCells::empty(count); last_day + 1];
     let mut innovations = free_runs.clone();
+    let mut by_hour = vec![hourly::empty_day(); last_day + 1];
     let horizons = free_run.horizons.len();
     let mut sums = vec![vec![HorizonSums::default(); horizons]; last_day + 1];
     for error in &errors {
@@ -217,6 +221,10 @@ fn errors_of(
             let hour = usize::from(record.hour(error.start + half));
             free_runs[day].add(part_of_day(hour), error.error);
             mark_situations(&mut free_runs[day], &situations, error.start, false, error.error);
+            hourly::count(&mut by_hour[day], hour, None, error.error);
+            for situation in situations.at(error.start).filter(|s| !s.reads_glucose()) {
+                hourly::count(&mut by_hour[day], hour, Some(situation), error.error);
+            }
         }
         let sum = &mut sums[day][error.horizon];
         sum.runs += 1.0;
@@ -229,9 +237,14 @@ fn errors_of(
     let rule = FreeRunRule { horizons: vec![localisation.horizon], ..free_run.clone() };
     let kept_flux = free_run_errors_of(model, observations, &rule, states, Flux::Kept)?;
     for error in &kept_flux {
-        let day = &mut free_runs[record.day_index(error.start)];
+        let index = record.day_index(error.start);
+        let day = &mut free_runs[index];
         mark_situations(day, &situations, error.start, true, error.error);
         day.add(GLUCOSE + band(glucose[error.start]), error.error);
+        let hour = u32::from(record.hour(error.start + half));
+        for situation in situations.at(error.start).filter(|s| s.reads_glucose()) {
+            hourly::count(&mut by_hour[index], hour, Some(situation), error.error);
+        }
     }
     // An innovation belongs to the step before its reading: that is what was known.
     for (step, whitened) in calibration.whitened.iter().enumerate().skip(1) {
@@ -250,6 +263,7 @@ fn errors_of(
     Ok(PersonAnalysis {
         free_runs,
         innovations,
+        hourly: by_hour,
         horizons: sums,
         summary,
         person: None,
@@ -266,10 +280,8 @@ fn mark_situations(
     reads_glucose: bool,
     error: f64,
 ) {
-    for (index, situation) in Situation::ALL.into_iter().enumerate() {
-        if situation.reads_glucose() == reads_glucose && situations.holds(situation, step) {
-            day.add(SITUATIONS + index, error);
-        }
+    for situation in situations.at(step).filter(|s| s.reads_glucose() == reads_glucose) {
+        day.add(SITUATIONS + situation as usize, error);
     }
 }
 

@@ -32,6 +32,7 @@ mod labels;
 mod lock;
 mod manifest;
 mod models;
+mod next_step;
 mod output;
 mod paper_conformance;
 pub mod people;
@@ -45,6 +46,7 @@ mod training_data;
 pub mod usage;
 
 pub use manifest::{Manifest, call_program};
+pub use next_step::say_next;
 pub use output::OutputFolder;
 pub use profile::Profile;
 pub use progress::{Progress, ask_for_json, be_quiet, in_words, note, say, table};

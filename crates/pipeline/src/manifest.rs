@@ -126,6 +126,11 @@ impl Manifest {
         self.folders.iter().find(around).map(PathBuf::as_path)
     }
 
+    /// The first folder that is an input: the cohort, of a command that reads one.
+    pub(crate) fn first_folder(&self) -> Option<&Path> {
+        self.folders.first().map(PathBuf::as_path)
+    }
+
     /// The first input that lies within `folder`, if any.
     pub(crate) fn input_within(&self, folder: &Path) -> Option<&str> {
         let folder = folder.canonicalize().ok()?;

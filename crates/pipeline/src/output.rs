@@ -12,6 +12,7 @@ use contract::Document;
 
 use crate::lock::{self, Lock, parent};
 use crate::manifest::{self, Manifest};
+use crate::next_step::wrote;
 use crate::result_file::print_result;
 
 /// A folder under construction.
@@ -100,6 +101,7 @@ impl OutputFolder {
         // It is no longer there under its first name.
         let _ = self.building.keep();
         print_result(&self.manifest.stage, &self.target);
+        wrote(&self.manifest.stage, &self.target, self.manifest.first_folder());
         Ok(self.target)
     }
 }

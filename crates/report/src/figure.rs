@@ -22,7 +22,7 @@ pub(crate) use agp::agp;
 pub(crate) use before_after::{Bars, before_after};
 pub(crate) use canvas::Svg;
 pub(crate) use equivalence::equivalence;
-pub(crate) use error_pairs::error_pairs;
+pub(crate) use error_pairs::{ErrorPair, error_pairs};
 pub(crate) use example_day::example_day;
 pub(crate) use forest::{ForestFrame, ForestRow, forest};
 pub(crate) use palette::{Key, Stroke};

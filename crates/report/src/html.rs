@@ -9,7 +9,7 @@ mod heat;
 mod ranges;
 
 pub(crate) use crossed::{Crossed, CrossedCell, CrossedRow};
-pub(crate) use heat::{Heat, HeatCell};
+pub(crate) use heat::{Heat, HeatCell, HeatWidth};
 
 use crate::figure::{Key, Stroke, Svg};
 use crate::number::percent;
@@ -20,6 +20,8 @@ pub(crate) struct Html(String);
 
 /// A cell with longer text is long, bytes.
 const LONG: usize = 24;
+/// A table with so many columns has smaller letters.
+const DENSE: usize = 8;
 /// A cell with text up to this length is not broken, bytes.
 const SHORT: usize = 12;
 
@@ -110,7 +112,9 @@ impl Html {
         columns: &[(&str, Column)],
         rows: &[(bool, Vec<Self>)],
     ) -> &mut Self {
-        self.scroll("scroll", caption).literal("<table>\n");
+        let dense = columns.len() >= DENSE;
+        let table = if dense { "<table class=\"dense\">\n" } else { "<table>\n" };
+        self.scroll("scroll", caption).literal(table);
         // The span stays in view while the table scrolls sideways under it.
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
         for (name, column) in columns {

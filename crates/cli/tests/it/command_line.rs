@@ -360,6 +360,31 @@ fn simulate_gives_our_own_golden_traces() {
     }
 }
 
+#[test]
+fn simulate_says_its_minutes_in_few_digits() {
+    let golden = workspace().join("fixtures/golden");
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let (patients, meals) = (golden.join("patients.csv"), golden.join("meals.csv"));
+    let typed = ["simulate", "--patients", text(&patients), "--meals", text(&meals), "--days", "1"];
+    let output = xtask(&[&typed[..], &["--out", text(&out)]].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let traces = out.join("traces.csv");
+    let (steps, minutes) = (column(&traces, "step"), column(&traces, "time_min"));
+    assert!(steps.iter().zip(&minutes).all(|(step, minutes)| *minutes == 5.0 * step));
+    // Days that are said are days that are written.
+    assert!(said.contains(" 1 days in "), "{said}");
+    let last = minutes.iter().copied().fold(0.0, f64::max);
+    assert!((1435.0..=1440.0).contains(&last), "{last} min");
+    let table = fs::read_to_string(&traces).expect("readable");
+    for cell in table.lines().skip(1).flat_map(|line| line.split(',').skip(4)) {
+        let mantissa = cell.split(['e', 'E']).next().unwrap_or_default();
+        let digits = mantissa.trim_start_matches(['-', '0', '.']).replace('.', "");
+        assert!(digits.len() <= 10, "{cell}");
+    }
+}
+
 /// The rows of a `traces.csv`: patient, scenario and step to the numbers behind them.
 fn trace_rows(path: &Path) -> std::collections::HashMap<String, Vec<f64>> {
     let table = fs::read_to_string(path).expect("readable");

@@ -6,6 +6,8 @@ mod effect_removed;
 mod killed;
 mod malformed;
 mod meals;
+mod new_user;
+mod next_step;
 mod other_plants;
 mod outputs;
 mod own_effect;

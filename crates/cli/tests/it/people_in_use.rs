@@ -65,7 +65,12 @@ fn every_stage_leaves_the_same_people_out() {
     assert!(said.contains("data: 2 of 4 people in use"), "{said}");
     assert!(said.contains("fail: flat_cgm"), "{said}");
     run(&["evaluate", "--twins", text(&twin), "--out", text(&evaluate), "-q"]);
-    run(&["diagnose", "--out", text(&diagnose), "-q"]);
+    let said = run(&["diagnose", "--out", text(&diagnose)]);
+    for reason in
+        ["diagnose: P02 left out: flat_cgm: ", "diagnose: P04 left out: interpolated_cgm: "]
+    {
+        assert!(said.contains(reason), "{reason}: {said}");
+    }
 
     let list: DataInUse = document(&twin);
     for other in [&evaluate, &diagnose] {
@@ -96,4 +101,52 @@ fn every_stage_leaves_the_same_people_out() {
         assert_eq!(row.excluded.as_deref(), Some(reason));
     }
     assert!(twin.join("twins/P01.safetensors").is_file());
+}
+
+#[test]
+fn a_twin_without_basal_is_refused_by_person_and_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let mut without = mixed();
+    without.people.truncate(1);
+    without.people[0].record.channel_mut(Channel::Basal).fill(None);
+    write_folder(&without, &at("cohort"), RecordsFormat::Parquet).expect("writable");
+    let model = workspace().join("crates/nn-statespace/model/population.safetensors");
+    let (cohort, twin) = (at("cohort"), at("twin"));
+    let typed = ["twin", "--cohort", text(&cohort), "--model", text(&model), "--epochs", "1"];
+    let (done, said) = xtask(&[&typed[..], &["--out", text(&twin)]].concat());
+    assert!(done, "{said}");
+    let table: TwinsTable = document(&twin);
+    let reason = table.people[0].excluded.as_deref().expect("left out");
+    assert!(reason.contains("basal"), "{reason}");
+    // Who and why stand on the terminal, not the number alone.
+    assert!(said.contains(&format!("twin: P01 left out: {reason}")), "{said}");
+    assert!(said.contains("0 twins, 1 people left out"), "{said}");
+    let last = said.lines().last().unwrap_or_default();
+    assert!(last.starts_with("next: read why nobody has a twin in "), "{last}");
+}
+
+#[test]
+fn one_person_is_judged_and_told_why_there_is_no_table_of_outcomes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let mut alone = mixed();
+    alone.people.truncate(1);
+    write_folder(&alone, &at("cohort"), RecordsFormat::Parquet).expect("writable");
+    let model = workspace().join("crates/nn-statespace/model/population.safetensors");
+    let (cohort, twin, evaluate) = (at("cohort"), at("twin"), at("evaluate"));
+    let run = |arguments: &[&str]| {
+        let (done, said) = xtask(&[arguments, &["--cohort", text(&cohort)]].concat());
+        assert!(done, "{arguments:?}: {said}");
+        said
+    };
+    run(&["twin", "--model", text(&model), "--epochs", "1", "--out", text(&twin)]);
+    let twins: TwinsTable = document(&twin);
+    assert!(twins.people[0].rmse_twin.is_some_and(f64::is_finite), "{twins:?}");
+    let said = run(&["evaluate", "--twins", text(&twin), "--out", text(&evaluate)]);
+    assert!(
+        said.contains("evaluate: 1 judged; outcomes are tests over people and need 2"),
+        "{said}"
+    );
+    assert!(!evaluate.join(OutcomesTable::FILE).exists());
 }

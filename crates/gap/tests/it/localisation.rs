@@ -1,7 +1,7 @@
 //! A planted gap is found where it was planted, and none where there is none.
 
 use cohort::Cohort;
-use gap::diagnosis::{CellFactor, CellGap};
+use gap::diagnosis::{CellFactor, CellGap, HourlyRow};
 use gap::{
     Diagnoser, Diagnosis, DiagnosisConfig, Evidence, GapError, LocalisationRule, Thresholds,
     Verdict,
@@ -60,6 +60,28 @@ fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
     let largest = hours.max_by(|a, b| a.mean_error_mg_dl.total_cmp(&b.mean_error_mg_dl));
     assert_eq!(largest.map(|c| c.level.as_str()), Some("03-06"));
     assert!(diagnosis.cells.is_sorted_by(|a, b| a.share_of_gap >= b.share_of_gap));
+
+    // The maps by hour show it in the same hours, in everybody.
+    let maps = diagnosis.hourly.as_ref().expect("maps are made");
+    let largest = |row: &HourlyRow| {
+        let cells = row.cells.iter().zip(&maps.parts);
+        let cells = cells.filter_map(|(cell, part)| Some((cell.as_ref()?, part.as_str())));
+        cells.max_by(|a, b| a.0.mean_error_mg_dl.total_cmp(&b.0.mean_error_mg_dl)).map_or_else(
+            String::new,
+            |(cell, part)| {
+                assert!(cell.lower < cell.mean_error_mg_dl && cell.mean_error_mg_dl < cell.upper);
+                part.to_owned()
+            },
+        )
+    };
+    let all = &maps.situations[0];
+    assert_eq!(all.name, "all");
+    let part = largest(all);
+    assert!(["03-06", "06-09"].contains(&part.as_str()), "{all:?}");
+    assert_eq!(maps.people.len(), 5);
+    let early = ["03-06", "06-09"];
+    let same = maps.people.iter().filter(|row| early.contains(&largest(row).as_str()));
+    assert!(same.count() >= 4, "{:?}", maps.people);
 }
 
 #[test]

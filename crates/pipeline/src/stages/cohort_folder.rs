@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail};
 use cohort::{check_folder, new_folder};
 
+use crate::next_step::wrote;
 use crate::progress::{note, say};
 
 /// Lists everything that is wrong with a folder; an error if anything is.
@@ -22,11 +23,14 @@ pub fn check(folder: &Path) -> Result<()> {
     }
     let faults: usize = found.faults.iter().map(|fault| 1 + fault.more).sum();
     match faults {
-        0 => note(format!(
-            "cohort: '{}' can be read; {} unlikely figures",
-            folder.display(),
-            found.findings.len()
-        )),
+        0 => {
+            note(format!(
+                "cohort: '{}' can be read; {} unlikely figures",
+                folder.display(),
+                found.findings.len()
+            ));
+            wrote("cohort check", folder, None);
+        }
         1 => bail!("'{}' has the fault above", folder.display()),
         faults => bail!("'{}' has the {faults} faults above", folder.display()),
     }
@@ -36,10 +40,7 @@ pub fn check(folder: &Path) -> Result<()> {
 /// Writes a template with three example rows.
 pub fn new(folder: &Path) -> Result<()> {
     new_folder(folder).context("writing the template")?;
-    note(format!(
-        "cohort: fill in people.csv and records.csv in '{}', then run cohort check; docs/cohort.md \
-         describes the columns",
-        folder.display()
-    ));
+    note(format!("cohort: a template in '{}'", folder.display()));
+    wrote("cohort new", folder, None);
     Ok(())
 }

@@ -131,7 +131,6 @@ pub fn run(args: &Settings) -> Result<()> {
     progress
         .finish(&format!("{people}, {excluded} left out, {}", place.join("report.html").display()));
     table(::report::answer(&written, truth.as_ref()));
-    note(format!("next: open {} in a browser", place.join("report.html").display()));
     Ok(())
 }
 

@@ -15,6 +15,7 @@ use crate::documents::read_document;
 use crate::lock::Lock;
 use crate::manifest::{Manifest, REPORT};
 use crate::models::read_population;
+use crate::next_step::wrote;
 use crate::output::{self, OutputFolder, followed, write_whole};
 use crate::people::{People, read_cohort};
 use crate::profile::Profile;
@@ -215,7 +216,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let path = args.out.join(TABLES);
     write_whole(&path, text.as_bytes())?;
     note(format!("pipeline: every table of the paper: {}", path.display()));
-    note(format!("next: open {} in a browser", args.out.join(REPORT).display()));
+    wrote("pipeline", &args.out, None);
     if json {
         ask_for_json();
         print_result("pipeline", &at(Stage::Diagnose));

@@ -8,6 +8,7 @@ use anyhow::{Context as _, Result, bail};
 use report::{Inputs, Part, render};
 
 use crate::manifest::{Manifest, REPORT};
+use crate::next_step::wrote;
 use crate::output::write_whole;
 use crate::progress::note;
 
@@ -29,6 +30,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let path = folder.join(REPORT);
     write_whole(&path, html.as_bytes())?;
     note(format!("report: {}", path.display()));
+    wrote("report", folder, None);
     Ok(())
 }
 

@@ -190,13 +190,6 @@ pub fn run(args: &Settings) -> Result<()> {
         people.recorded.people.len() - trained,
         place.join(TwinsTable::FILE).display()
     ));
-    if trained > 0 {
-        note(format!(
-            "next: evaluate --cohort {} --twins {}",
-            args.cohort.display(),
-            place.display()
-        ));
-    }
     Ok(())
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn equivalence(methods: &[MethodRows]) -> Result<Option<Drawn>, Repor
             let (left, _) = panel.at(-1.0, 0.0);
             let (right, _) = panel.at(1.0, 0.0);
             canvas.rectangle((left, panel.top), (right, panel.bottom), SHADE, 1.0)?;
-            panel.frame(canvas, "(simulated \u{2212} actual) / margin", "")?;
+            panel.frame(canvas, "(simulated \u{2212} recorded) / margin", "")?;
             for edge in [-1.0, 1.0] {
                 let ends = [(edge, Some(0.0)), (edge, Some(panel.y.range.1))];
                 panel.line(canvas, ends, dashed(BLACK, 3, 10, 8))?;

@@ -30,7 +30,7 @@ const PARTS: [(&str, Lane, i32); 8] = [
     ("Insulin doses", LEFT, 20),
     ("Liver", CENTRE, 20),
     ("Logged meals", RIGHT, 20),
-    ("Depot under skin", LEFT, 224),
+    ("Skin depot", LEFT, 224),
     ("Gut", RIGHT, 224),
     ("Plasma insulin", LEFT, 428),
     ("Blood glucose", CENTRE, 530),
@@ -42,13 +42,13 @@ const PART: i32 = 56;
 /// Ports: key, name in the sketch, column, top.
 const PORTS: [(&str, &str, Lane, i32); 9] = [
     ("insulin_input", "insulin available", LEFT, 106),
-    ("insulin_absorption", "insulin absorption", LEFT, 310),
+    ("insulin_absorption", "absorption", LEFT, 310),
     ("insulin_action", "action on uptake", LEFT, 514),
     ("insulin_action_liver", "action on liver", CENTRE, 262),
-    ("egp", "glucose production", CENTRE, 106),
+    ("egp", "production", CENTRE, 106),
     ("carb_amount", "carbs eaten", RIGHT, 106),
     ("gut_absorption", "gut absorption", RIGHT, 310),
-    ("glucose_flux", "other glucose flux", RIGHT, 514),
+    ("glucose_flux", "other flux", RIGHT, 514),
     ("sensor", "sensor", CENTRE, 650),
 ];
 /// Height of a port.

@@ -1,15 +1,17 @@
 //! Meals under several insulin-to-carbohydrate ratios: one panel a meal, one line a ratio.
 
+use std::fmt::Write as _;
+
 use contract::WhatIf;
 use contract::what_if::WhatIfCurve;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
-use super::canvas::{WIDTH, draw};
+use super::canvas::{Canvas, WIDTH, draw};
 use super::palette::{BLUE, GREEN, Key, PURPLE, SHADE, Stroke, VERMILLION, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::number::compact;
+use crate::number::{compact, fixed};
 
 /// Panels in a row.
 const COLUMNS: usize = 3;
@@ -82,6 +84,8 @@ pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
                     curve.minutes.iter().copied().zip(curve.median.iter().map(|x| Some(*x)));
                 panel.line(canvas, points, stroke(curve.ratio_g_per_u))?;
             }
+            let meal: Vec<&WhatIfCurve> = of_meal().copied().collect();
+            values(canvas, &panel, &title, &meal);
         }
         Ok(())
     })?;
@@ -92,6 +96,37 @@ pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
     keys.push(Key::area("Middle half of the twins, in the line's colour", BLUE, VEIL));
     keys.push(Key::area("Target range, 70\u{2013}180 mg/dL", SHADE, 1.0));
     Ok(Some((svg, keys)))
+}
+
+/// Minutes from one place with values to the next.
+const APART: f64 = 15.0;
+
+/// Lets every ratio's median and middle half show where a pointer rests.
+fn values(canvas: &Canvas<'_>, panel: &Panel, meal: &str, curves: &[&WhatIfCurve]) {
+    let Some(first) = curves.first() else { return };
+    for (index, minute) in first.minutes.iter().enumerate() {
+        if minute.rem_euclid(APART) > 1e-9 {
+            continue;
+        }
+        let mut words = format!("{meal}, after {} min", compact(*minute));
+        for curve in curves {
+            let at = |series: &[f64]| series.get(index).copied();
+            let all = at(&curve.median).zip(at(&curve.lower)).zip(at(&curve.upper));
+            if let Some(((median, lower), upper)) = all {
+                let _ = write!(
+                    words,
+                    "; {} g/U: {} ({} to {}) mg/dL",
+                    compact(curve.ratio_g_per_u),
+                    fixed(median, 0),
+                    fixed(lower, 0),
+                    fixed(upper, 0)
+                );
+            }
+        }
+        let edge = |minutes: f64| panel.at(minutes.clamp(panel.x.range.0, panel.x.range.1), 0.0).0;
+        let (left, right) = (edge(minute - APART / 2.0), edge(minute + APART / 2.0));
+        canvas.hover((left, panel.top), (right, panel.bottom), &words);
+    }
 }
 
 /// The different values of a quantity, ascending.

@@ -36,6 +36,24 @@ pub(crate) struct CrossedCell {
     pub(crate) marked: bool,
 }
 
+impl Crossed {
+    /// The same with rows for columns; a row's note stands beside its name.
+    pub(crate) fn transposed(self, corner: &str) -> Self {
+        let name = |row: &CrossedRow| [&*row.name, &*row.note].join(" ").trim_end().to_owned();
+        let columns = self.rows.iter().map(name).collect();
+        let rows = self.columns.iter().enumerate().map(|(place, column)| CrossedRow {
+            name: column.clone(),
+            note: String::new(),
+            cells: self
+                .rows
+                .iter()
+                .map(|row| row.cells.get(place).cloned().unwrap_or_default())
+                .collect(),
+        });
+        Self { corner: corner.to_owned(), columns, rows: rows.collect() }
+    }
+}
+
 impl Html {
     /// A crossed table. It scrolls sideways where it is wider than the page, and the names of its
     /// rows stay in view.
@@ -118,5 +136,24 @@ mod tests {
             assert!(text.contains(part), "{part} in {text}");
         }
         assert!(!text.contains("too many"));
+    }
+
+    #[test]
+    fn rows_become_columns() {
+        let cell = |value: &str| CrossedCell { value: value.to_owned(), ..CrossedCell::default() };
+        let row = |name: &str, note: &str, cells: [&str; 2]| CrossedRow {
+            name: name.to_owned(),
+            note: note.to_owned(),
+            cells: cells.map(cell).to_vec(),
+        };
+        let table = Crossed {
+            corner: "Outcome".to_owned(),
+            columns: vec!["Records".to_owned(), "Twin".to_owned()],
+            rows: vec![row("TIR", "\u{b1}5 %", ["70", "68"]), row("RMSE", "", ["", "31"])],
+        };
+        let turned = table.transposed("Method");
+        assert_eq!((turned.corner.as_str(), turned.columns.len()), ("Method", 2));
+        assert_eq!(turned.columns, ["TIR \u{b1}5 %", "RMSE"]);
+        assert_eq!(turned.rows[1], row("Twin", "", ["68", "31"]));
     }
 }

@@ -55,10 +55,12 @@ fn file_name(caption: &str) -> String {
 /// Rows as RFC 4180 has them, with line feeds.
 fn csv(rows: &[Vec<String>]) -> String {
     let cell = |cell: &String| {
+        // Programs read a hyphen as the sign of a number, and no other.
+        let cell = cell.replace('\u{2212}', "-").replace('\u{a0}', " ").replace('\u{200b}', "");
         if cell.contains([',', '"', '\n', '\r']) {
             format!("\"{}\"", cell.replace('"', "\"\""))
         } else {
-            cell.clone()
+            cell
         }
     };
     rows.iter().map(|row| row.iter().map(cell).collect::<Vec<_>>().join(",") + "\n").collect()
@@ -85,8 +87,12 @@ mod tests {
     #[test]
     fn a_table_can_be_saved_with_commas_quotes_and_letters_of_any_language() {
         let row = |cells: [&str; 2]| cells.map(str::to_owned).to_vec();
-        let rows =
-            [row(["Name", "n, %"]), row(["a \"b\"", "1"]), row(["é", "<2"]), row(["x", "3"])];
+        let rows = [
+            row(["Name", "n, %"]),
+            row(["a \"b\"", "1"]),
+            row(["é", "<2"]),
+            row(["x", "\u{2212}3"]),
+        ];
         let mut html = Html::default();
         html.download("Errors by person: mg/dL", &rows);
         let text = html.into_string();
@@ -95,7 +101,7 @@ mod tests {
             text.contains("utf-8,Name,%22n%2C%20%25%22%0A".replace("%2C", ",").as_str()),
             "{text}"
         );
-        assert!(text.contains("%22a%20%22%22b%22%22%22,1%0A%C3%A9,%3C2%0Ax,3%0A"), "{text}");
+        assert!(text.contains("%22a%20%22%22b%22%22%22,1%0A%C3%A9,%3C2%0Ax,-3%0A"), "{text}");
         let mut html = Html::default();
         html.download("Two rows", &rows[..3]);
         assert_eq!(html.into_string(), "");

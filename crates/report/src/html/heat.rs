@@ -1,6 +1,7 @@
 //! Tables whose cells are shaded by their value: a heat map that can be read aloud and copied.
 
 use super::Html;
+use crate::number::fixed;
 
 /// A table of shaded cells.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -11,6 +12,18 @@ pub(crate) struct Heat {
     pub(crate) columns: Vec<String>,
     /// Name and cells of each row.
     pub(crate) rows: Vec<(String, Vec<HeatCell>)>,
+    /// How wide the columns are.
+    pub(crate) width: HeatWidth,
+}
+
+/// Width of the columns.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum HeatWidth {
+    /// As wide as the text asks for.
+    #[default]
+    Roomy,
+    /// Eight columns of short numbers fit a phone.
+    Narrow,
 }
 
 /// One shaded cell.
@@ -22,6 +35,8 @@ pub(crate) struct HeatCell {
     pub(crate) shade: f64,
     /// Whether it has a frame.
     pub(crate) framed: bool,
+    /// What shows under a pointer, or nothing.
+    pub(crate) hover: String,
 }
 
 /// Longest name of a column that is written horizontally, characters.
@@ -35,7 +50,10 @@ impl Html {
     /// A heat map, with vertical column names where one is long. It scrolls sideways where it is
     /// wider than the page.
     pub(crate) fn heat(&mut self, caption: &str, heat: &Heat) -> &mut Self {
-        self.scroll("scroll", caption).literal("<table class=\"heat\">\n");
+        self.scroll("scroll", caption).literal(match heat.width {
+            HeatWidth::Roomy => "<table class=\"heat\">\n",
+            HeatWidth::Narrow => "<table class=\"heat narrow\">\n",
+        });
         self.literal("<caption><span>").text(caption).literal("</span></caption>\n<thead><tr>");
         self.literal("<th scope=\"col\">").text(&heat.corner).literal("</th>");
         let upright = heat.columns.iter().any(|column| column.chars().count() > LEVEL);
@@ -54,6 +72,9 @@ impl Html {
             for cell in cells.iter().take(heat.columns.len()) {
                 let frame = if cell.framed { "framed" } else { "" };
                 self.literal("<td class=\"").literal(frame).literal(shade(cell.shade));
+                if !cell.hover.is_empty() {
+                    self.literal("\" title=\"").text(&cell.hover);
+                }
                 self.literal("\">").text(&cell.text).literal("</td>");
             }
             self.literal("</tr>\n");
@@ -65,6 +86,18 @@ impl Html {
             std::iter::once(name).chain(cells).cloned().collect()
         });
         self.download(caption, &std::iter::once(head).chain(body).collect::<Vec<_>>())
+    }
+
+    /// The scale of a heat map from `-end` to `end`: each shade with the value at its far edge.
+    pub(crate) fn shades(&mut self, end: f64) -> &mut Self {
+        self.literal("<p class=\"shades\"><span class=\"unseen\">Scale, mg/dL: </span>");
+        for step in -5..=5_i32 {
+            let share = f64::from(step) / 5.0;
+            let sign = if step > 0 { "+" } else { "" };
+            self.literal("<span class=\"").literal(shade(share).trim_start()).literal("\">");
+            self.text(&format!("{sign}{}", fixed(share * end, 0))).literal("</span> ");
+        }
+        self.literal("</p>\n")
     }
 }
 
@@ -97,8 +130,25 @@ mod tests {
     }
 
     #[test]
+    fn the_scale_says_the_far_edge_of_every_shade() {
+        let mut html = Html::default();
+        html.shades(20.0);
+        let text = html.into_string();
+        assert!(text.contains("<span class=\"m5\">\u{2212}20</span>"), "{text}");
+        assert!(
+            text.contains("<span class=\"\">0</span>")
+                && text.contains("<span class=\"p1\">+4</span>")
+        );
+    }
+
+    #[test]
     fn names_are_escaped_and_rows_fit_the_columns() {
-        let cell = |text: &str| HeatCell { text: text.to_owned(), shade: 1.0, framed: true };
+        let cell = |text: &str| HeatCell {
+            text: text.to_owned(),
+            shade: 1.0,
+            framed: true,
+            hover: "one \"&\" all".to_owned(),
+        };
         let mut html = Html::default();
         html.heat(
             "what",
@@ -106,10 +156,14 @@ mod tests {
                 corner: "truth".to_owned(),
                 columns: vec!["<b>".to_owned()],
                 rows: vec![("&".to_owned(), vec![cell("1"), cell("one too many")])],
+                ..Heat::default()
             },
         );
         let text = html.into_string();
         assert!(text.contains("<span>&lt;b&gt;</span>") && text.contains(">&amp;</th>"), "{text}");
-        assert!(text.contains("<td class=\"framed p5\">1</td>") && !text.contains("too many"));
+        assert!(
+            text.contains("<td class=\"framed p5\" title=\"one &quot;&amp;&quot; all\">1</td>")
+                && !text.contains("too many")
+        );
     }
 }

@@ -231,6 +231,7 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
                         text: percent(row.power),
                         shade: row.power,
                         framed: row.power >= super::verdict::POWER,
+                        ..HeatCell::default()
                     })
                 })
                 .collect();
@@ -241,7 +242,7 @@ fn power(html: &mut Html, diagnosis: &Diagnosis) {
     html.heat(
         "Probability of finding an effect by the mean shift of glucose that it causes (mg/dL); \
          framed: 90 % or more",
-        &Heat { corner: "Effect".to_owned(), columns: columns.collect(), rows },
+        &Heat { corner: "Effect".to_owned(), columns: columns.collect(), rows, ..Heat::default() },
     );
 }
 

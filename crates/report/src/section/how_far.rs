@@ -3,7 +3,7 @@
 mod outcomes;
 mod people;
 
-use super::words::{ahead, effect};
+use super::words::{ahead, effect, sentence};
 use crate::figure::{Bars, ForestFrame, ForestRow, before_after, forest};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, fixed, interval, optional, percent};
@@ -148,8 +148,18 @@ fn fits(html: &mut Html, how_far: &HowFar) {
     }
 }
 
+/// A note that begins with the key of an effect, in words.
+fn in_words(note: &str) -> String {
+    let (key, rest) = note.split_once(' ').unwrap_or((note, ""));
+    let end = if note.ends_with('.') { "" } else { "." };
+    match key.contains('_') {
+        true => format!("{} {rest}{end}", sentence(&effect(key))),
+        false => format!("{note}{end}"),
+    }
+}
+
 fn notes(html: &mut Html, how_far: &HowFar) {
-    let mut notes = how_far.notes.clone();
+    let mut notes: Vec<String> = how_far.notes.iter().map(|note| in_words(note)).collect();
     if how_far.horizons.iter().any(|row| row.floor.is_some() && floor(row).is_none()) {
         notes.push(
             "Where a perfect model would leave more error than was measured, the bound is wrong and is \

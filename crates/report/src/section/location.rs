@@ -1,7 +1,9 @@
 //! Where the gap lies: one figure per factor, one table, and the error by horizon.
 
+mod maps;
+
 use super::verdict::LEVEL;
-use super::words::plain;
+use super::words::{ahead, context, factor, model};
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Html};
 use crate::number::{fixed, interval, optional, p_value};
@@ -48,9 +50,18 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         html.absent("There is no diagnosis in this folder, so the gap was not located.");
         return Ok(html);
     };
-    html.paragraph(&format!("Diagnosed model: {}.", diagnosis.plant));
+    html.paragraph(&format!(
+        "Compared with the sensor is {}. Observed \u{2212} predicted above zero: the model under-predicts glucose.",
+        model(&diagnosis.plant)
+    ));
+    if let Some(hourly) = &diagnosis.hourly {
+        maps::maps(&mut html, hourly);
+    }
     if diagnosis.cells.is_empty() {
         html.absent("The diagnosis holds no situation in which an error was measured.");
+    }
+    if diagnosis.hourly.is_some() {
+        html.element("h3", "One thing at a time, with intervals");
     }
     for (factor, name, caption) in FIGURES {
         let mut cells: Vec<&CellGap> =
@@ -72,12 +83,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         let rows: Vec<ForestRow> = cells
             .into_iter()
             .map(|cell| ForestRow {
-                label: match factor {
-                    CellFactor::Hour => format!("{} h", cell.level),
-                    CellFactor::GlucoseBand => format!("{} mg/dL", cell.level),
-                    CellFactor::Context => plain(&cell.level),
-                    _ => cell.level.clone(),
-                },
+                label: level(cell),
                 value: WithInterval {
                     value: cell.mean_error_mg_dl,
                     lower: cell.lower,
@@ -100,6 +106,17 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     Ok(html)
 }
 
+/// A level in words, with its unit.
+fn level(cell: &CellGap) -> String {
+    match cell.factor {
+        CellFactor::Hour => format!("{} h", cell.level),
+        CellFactor::GlucoseBand => format!("{} mg/dL", cell.level),
+        CellFactor::Context => context(&cell.level),
+        CellFactor::Horizon => cell.level.parse().map_or_else(|_| cell.level.clone(), ahead),
+        CellFactor::Person => cell.level.clone(),
+    }
+}
+
 fn table(html: &mut Html, diagnosis: &Diagnosis) {
     if diagnosis.cells.is_empty() {
         return;
@@ -111,8 +128,8 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
             let mean =
                 WithInterval { value: cell.mean_error_mg_dl, lower: cell.lower, upper: cell.upper };
             let mut cells = vec![
-                plain(cell.factor.name()),
-                plain(&cell.level),
+                factor(cell.factor.name()),
+                level(cell),
                 interval(mean, 1),
                 p_value(cell.p_adjusted),
                 format!("{} %", fixed(100.0 * cell.share_of_gap, 1)),
@@ -140,7 +157,7 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
         )
     };
     let mut columns = vec![
-        ("Factor", Column::Text),
+        ("Set apart by", Column::Text),
         ("Level", Column::Text),
         ("Observed \u{2212} predicted, mg/dL (simultaneous interval)", Column::Number),
         ("Adjusted p", Column::Number),
@@ -151,7 +168,9 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
     if diagnosis.posterior.is_some() {
         columns.push(("Expected of what is missing, whole days, mg/dL", Column::Number));
     }
-    html.table(title, &columns, &rows);
+    let mut folded = Html::default();
+    folded.table(title, &columns, &rows);
+    html.folded("Every situation in numbers", &folded);
 }
 
 fn baseline(html: &mut Html, diagnosis: &Diagnosis) {

@@ -28,7 +28,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             html.figure(
                 &svg,
                 &keys,
-                "Simulated minus actual with 90 % intervals, in units of the equivalence margin. An \
+                "Simulated minus recorded with 90 % intervals, in units of the equivalence margin. An \
                  outcome is equivalent where the whole interval lies in the shaded band. Values \
                  beyond four margins are drawn at the edge; the tables have them in full.",
             );
@@ -62,6 +62,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     comparisons(&mut html, outcomes);
     Ok(html)
 }
+
+/// Most methods that stand side by side.
+const ACROSS: usize = 6;
 
 /// The content of a column: a method, or the training days in place of one.
 struct Judged<'a> {
@@ -99,6 +102,8 @@ fn methods(html: &mut Html, what: &str, methods: &[MethodRows]) {
 /// Methods over the same windows: one crossed table, and the differences of each method, folded.
 fn table(html: &mut Html, what: &str, methods: &[Judged<'_>]) {
     let Some(table) = crossed(methods) else { return };
+    // More methods than outcomes stand below each other, so that the page need not scroll.
+    let table = if methods.len() > ACROSS { table.transposed("Method") } else { table };
     let rows = || methods.iter().flat_map(|method| method.rows);
     let mut caption =
         format!("{what}: mean \u{b1} SD over people, and p of equivalence within the margin");
@@ -151,7 +156,7 @@ fn differences(html: &mut Html, method: &Judged<'_>) {
         &format!("{}: mean \u{b1} SD over people; bold: equivalent", method.label),
         &[
             ("Outcome", Column::Text),
-            ("Actual", Column::Number),
+            ("Records", Column::Number),
             ("Simulated", Column::Number),
             ("Difference (90 % interval)", Column::Number),
             ("Interval of the test", Column::Number),

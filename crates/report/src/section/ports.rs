@@ -8,6 +8,9 @@ use crate::{Inputs, ReportError};
 use contract::Diagnosis;
 use contract::diagnosis::{PortEvidence, Standing, Verdict};
 
+/// Most places that are listed as inseparable; of more the number is said.
+const LISTED: usize = 3;
+
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
     let Some(diagnosis) = &inputs.diagnosis else {
@@ -39,31 +42,40 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
          blood glucose, which the sensor reads. The deeper the colour of a place, the more probable \
          it is that something is missing there. The table says the same in numbers.",
     );
+    // Where a posterior decides, the gain of a place is not what its probability comes from.
+    let by_gain = diagnosis.posterior.is_none();
     let mut ports: Vec<&PortEvidence> = diagnosis.ports.iter().collect();
     ports.sort_by(|a, b| order(b).total_cmp(&order(a)));
     let rows: Vec<(bool, Vec<Html>)> = ports
         .into_iter()
         .map(|p| {
             let like: Vec<String> = p.confusable_with.iter().map(|key| port(key)).collect();
-            let like = if like.is_empty() { ABSENT.to_owned() } else { list(&like) };
-            let cells = vec![
-                Html::of_text(&sentence(&port(&p.port))),
-                Html::of_text(&optional(p.gain_nats, 1)),
-                Html::bar(p.probability),
-                Html::of_text(&like),
-            ];
+            let like = match like.len() {
+                0 => ABSENT.to_owned(),
+                1..=LISTED => list(&like),
+                more => format!("{more} other places"),
+            };
+            let mut cells =
+                vec![Html::of_text(&sentence(&port(&p.port))), Html::bar(p.probability)];
+            if by_gain {
+                cells.insert(1, Html::of_text(&optional(p.gain_nats, 1)));
+            }
+            cells.push(Html::of_text(&like));
             (framed.contains(&p.port.as_str()), cells)
         })
         .collect();
+    let mut columns = vec![
+        ("Place", Column::Text),
+        ("Probability among the places", Column::Text),
+        ("Cannot be separated from", Column::Text),
+    ];
+    if by_gain {
+        columns.insert(1, ("Gain, nats", Column::Number));
+    }
     if !rows.is_empty() {
         html.table_of(
             &format!("Evidence that something is missing, by place in the model{bold}"),
-            &[
-                ("Place", Column::Text),
-                ("Gain, nats", Column::Number),
-                ("Probability among the places", Column::Text),
-                ("Cannot be separated from", Column::Text),
-            ],
+            &columns,
             &rows,
         );
     }

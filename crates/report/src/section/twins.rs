@@ -1,5 +1,6 @@
 //! The twin of every person.
 
+use crate::figure::ErrorPair;
 use crate::html::{Column, Html};
 use crate::number::{count, optional, significant};
 use crate::{Inputs, ReportError, figure};
@@ -20,20 +21,27 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         count(made, "twin was", "twins were"),
         count(twins.people.len(), "person", "people")
     ));
-    let points: Vec<(f64, f64)> =
-        twins.people.iter().filter_map(|p| Some((p.rmse_population?, p.rmse_twin?))).collect();
+    let points: Vec<ErrorPair<'_>> = twins
+        .people
+        .iter()
+        .filter_map(|p| {
+            let (first, second) = (p.rmse_population?, p.rmse_twin?);
+            Some(ErrorPair { person: &p.person_id, first, second })
+        })
+        .collect();
     let titles = [
         "Error of each twin against the population model",
         "RMSE of the population network (mg/dL)",
         "RMSE of the twin (mg/dL)",
     ];
-    if let Some((svg, keys)) = figure::error_pairs(titles, &points)? {
+    if let Some((svg, keys)) = figure::error_pairs(titles, ["population network", "twin"], &points)?
+    {
         html.figure(
             &svg,
             &keys,
             "Error on the test windows, one mark a person. Marks below the line are people whose twin \
              is closer than the population network; marks above it are people whom the twin made \
-             worse.",
+             worse. A person's values show under a pointer.",
         );
     } else {
         html.absent("No person has an error of both the population network and the twin.");

@@ -1,6 +1,7 @@
 //! The answer, before everything else: four tiles, one sentence, and what speaks against it.
 
 mod how_far;
+mod open;
 mod others;
 mod place;
 mod power;
@@ -40,6 +41,8 @@ pub(super) fn body(inputs: &Inputs) -> Html {
     if let Some(diagnosis) = &inputs.diagnosis {
         tiles::tiles(&mut html, diagnosis, inputs);
         lead(&mut html, &sentence(diagnosis));
+        html.literal("<p class=\"open\"><strong>Not known.</strong> ");
+        html.text(&open::open(diagnosis)).literal("</p>\n");
         doubts(&mut html, diagnosis);
     } else if let Some(first) = others.next() {
         lead(&mut html, &first);

@@ -30,6 +30,35 @@ pub(super) fn situation(factor: &str, level: &str) -> String {
     }
 }
 
+/// A situation as a name: `set_day_3_plus` becomes `infusion set, day 3+`.
+pub(super) fn context(level: &str) -> String {
+    match level {
+        "other" => "none of these".to_owned(),
+        "set_day_3_plus" => "infusion set, day 3+".to_owned(),
+        _ => plain(level),
+    }
+}
+
+/// What sets a cell apart, in words.
+pub(super) fn factor(key: &str) -> String {
+    match key {
+        "hour" => "hour of the day".to_owned(),
+        "context" => "situation".to_owned(),
+        "horizon" => "time ahead".to_owned(),
+        _ => plain(key),
+    }
+}
+
+/// A plant in words; one that this version does not know keeps its key.
+pub(super) fn model(plant: &str) -> String {
+    match plant {
+        "ode" => "the ODE model with parameters fitted to each person".to_owned(),
+        "network" => "the population network with parameters fitted to each person".to_owned(),
+        "twin" => "each person's own digital twin".to_owned(),
+        other => format!("the model \u{201c}{other}\u{201d}"),
+    }
+}
+
 /// A band of glucose in words.
 fn band(level: &str) -> String {
     match (level.strip_prefix('<'), level.strip_prefix('>')) {

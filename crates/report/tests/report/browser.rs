@@ -21,6 +21,9 @@ const CONTRAST: f64 = 4.5;
 /// Least height of letters in figures, CSS pixels.
 const LETTERS: f64 = 11.0;
 
+/// Width from which on no table has to be scrolled, CSS pixels.
+const ROOMY: u32 = 1000;
+
 /// How the page is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Look {
@@ -112,6 +115,10 @@ fn faults(html: &str, width: u32, look: Look) -> Vec<String> {
     for list in ["narrow", "out", "clipped"] {
         fault(found[list] != serde_json::json!([]), format!("{list}: {}", found[list]));
     }
+    if width >= ROOMY {
+        let scrolled = &found["scrolled"];
+        fault(*scrolled != serde_json::json!([]), format!("tables scroll: {scrolled}"));
+    }
     fault(number("letters") < LETTERS, format!("letters of {} px", found["letters"]));
     let ratio = found["contrast"]["ratio"].as_f64().expect("a ratio");
     fault(ratio < CONTRAST, format!("contrast: {}", found["contrast"]));
@@ -124,8 +131,9 @@ fn a_page_fits_its_window_and_can_be_read() {
         return;
     }
     let html = page(&made_up::parts());
-    let screens =
-        [400, 800, 1200].into_iter().flat_map(|width| [(width, Look::Light), (width, Look::Dark)]);
+    let screens = [400, 800, 1000, 1200]
+        .into_iter()
+        .flat_map(|width| [(width, Look::Light), (width, Look::Dark)]);
     // The width of A4 between its margins.
     let shown = screens.chain([(720, Look::Print)]);
     let faults: Vec<String> = shown.flat_map(|(width, look)| faults(&html, width, look)).collect();

@@ -5,6 +5,7 @@ mod browser;
 mod diagnosis;
 #[path = "../../examples/made_up/mod.rs"]
 mod made_up;
+mod maps;
 mod page;
 mod people;
 mod reading;

@@ -33,6 +33,7 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                         text: if *count == 0 { "\u{b7}".to_owned() } else { count.to_string() },
                         shade: if framed { share } else { -share },
                         framed,
+                        ..HeatCell::default()
                     }
                 })
                 .collect();
@@ -42,7 +43,7 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let columns = confusion.answers.iter().map(|answer| short_effect(answer)).collect();
     html.heat(
         "Worlds by truth (row, with their number) and answer (column)",
-        &Heat { corner: "Truth".to_owned(), columns, rows },
+        &Heat { corner: "Truth".to_owned(), columns, rows, ..Heat::default() },
     );
     html.literal("<p class=\"note\">").text(
         "Framed cells are right, others are not; the deeper the colour, the larger their share of \

@@ -82,7 +82,7 @@ fn by_effect(html: &mut Html, rows: &[&PowerRow]) {
             if row.named_or_in_set.count > named.count {
                 text.push_str(&format!(" +{}", row.named_or_in_set.count - named.count));
             }
-            HeatCell { text, shade: named.value.unwrap_or(0.0), framed: false }
+            HeatCell { text, shade: named.value.unwrap_or(0.0), ..HeatCell::default() }
         })
     };
     let cells = names
@@ -96,7 +96,7 @@ fn by_effect(html: &mut Html, rows: &[&PowerRow]) {
     html.heat(
         "Worlds in which the effect was named, of how many, by effect and shift (mg/dL); \
          \u{201c}+1\u{201d}: one more has it in the set that cannot be told apart",
-        &Heat { corner: "Effect".to_owned(), columns, rows: cells },
+        &Heat { corner: "Effect".to_owned(), columns, rows: cells, ..Heat::default() },
     );
 }
 

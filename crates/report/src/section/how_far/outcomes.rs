@@ -35,7 +35,7 @@ pub(super) fn table(html: &mut Html, changes: &[OutcomeChange]) {
         })
         .collect();
     html.table(
-        "Equivalence of simulated and real outcomes (p of the two one-sided tests; below 0.05: \
+        "Equivalence of the model's outcomes with those of the records (p of the two one-sided tests; below 0.05: \
          equivalent within the margin); bold: changes",
         &[
             ("Outcome", Column::Text),

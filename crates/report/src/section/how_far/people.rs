@@ -1,6 +1,7 @@
 //! Held-out errors of every person before and after.
 
 use super::super::words::ahead;
+use crate::figure::ErrorPair;
 use crate::html::{Column, Html};
 use crate::number::{count, optional};
 use crate::{ReportError, figure};
@@ -21,17 +22,25 @@ pub(super) fn body(html: &mut Html, how_far: &HowFar) -> Result<(), ReportError>
     });
     if let Some(place) = surest {
         let minutes = ahead(horizons[place].minutes);
-        let pair = |p: &PersonChange| Some((at(&p.mae_before, place)?, at(&p.mae_after, place)?));
-        let points: Vec<(f64, f64)> = how_far.people.iter().filter_map(pair).collect();
+        let pair =
+            |p: &'_ PersonChange| Some((at(&p.mae_before, place)?, at(&p.mae_after, place)?));
+        let points: Vec<ErrorPair<'_>> = how_far
+            .people
+            .iter()
+            .filter_map(|person| {
+                let (first, second) = pair(person)?;
+                Some(ErrorPair { person: &person.person_id, first, second })
+            })
+            .collect();
         let x = format!("Before, {minutes} ahead (mg/dL)");
         let y = format!("After, {minutes} ahead (mg/dL)");
         let titles = ["Held-out error of every person before and after", &x, &y];
-        if let Some((svg, keys)) = figure::error_pairs(titles, &points)? {
+        if let Some((svg, keys)) = figure::error_pairs(titles, ["before", "after"], &points)? {
             html.figure(
                 &svg,
                 &keys,
                 "Mean absolute error of every person on held-out days. Marks below the line are \
-                 people for whom the effects help.",
+                 people for whom the effects help. A person's values show under a pointer.",
             );
         }
     }

@@ -20,7 +20,7 @@ pub(super) fn crossed(methods: &[Judged<'_>]) -> Option<Crossed> {
             metrics.push(&row.metric);
         }
     }
-    let mut columns = vec!["Actual".to_owned()];
+    let mut columns = vec!["Records".to_owned()];
     columns.extend(methods.iter().map(|method| method.label.to_owned()));
     let mut rows: Vec<CrossedRow> =
         metrics.into_iter().filter_map(|metric| row(methods, metric)).collect();
@@ -61,7 +61,7 @@ fn row(methods: &[Judged<'_>], metric: &str) -> Option<CrossedRow> {
         // A method that some people lack is compared with the others alone.
         let own = spread(row.actual, digits);
         if own != actual {
-            notes.push(format!("actual {own}"));
+            notes.push(format!("records {own}"));
         }
         cells.push(CrossedCell {
             value: spread(row.simulated, digits),

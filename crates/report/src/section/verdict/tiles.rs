@@ -6,7 +6,7 @@ use super::sentence::why_suspected;
 use crate::Inputs;
 use crate::html::Html;
 use crate::number::{count, fixed, interval, p_value, percent};
-use crate::section::words::{ahead, effect, list, number, sentence, situation};
+use crate::section::words::{ahead, effect, list, model, number, sentence, situation};
 use contract::diagnosis::{FoundEffect, Standing, Verdict};
 use contract::{DataInUse, Diagnosis};
 
@@ -35,7 +35,9 @@ pub(super) fn tiles(html: &mut Html, diagnosis: &Diagnosis, inputs: &Inputs) {
         html.literal("<dd class=\"answer\">").text(&answer).literal("</dd>");
         html.element("dd", &detail).literal("</div>\n");
     }
-    html.literal("</dl>\n<p class=\"people\">").text(&people(diagnosis, inputs)).literal("</p>\n");
+    html.literal("</dl>\n<p class=\"people\">").text(&people(diagnosis, inputs));
+    let compared = format!(" Compared with the sensor: {}.", model(&diagnosis.plant));
+    html.text(&compared).literal("</p>\n");
 }
 
 fn place(diagnosis: &Diagnosis) -> Tile {

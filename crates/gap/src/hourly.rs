@@ -1,0 +1,130 @@
+//! The gap through the day, crossed with situations and people: what the report's maps show.
+//!
+//! Situations and people are families of their own beside those of `where`, so that a finer look takes no power from
+//! the verdict.
+
+use crate::context::Situation;
+use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
+use contract::diagnosis::{HourlyCell, HourlyGap, HourlyRow};
+
+/// Hours of a part of the day.
+const LENGTH: u32 = 3;
+/// Parts of the day.
+const PARTS: usize = 8;
+/// Rows: every run, then the situations.
+const ROWS: usize = 1 + Situation::ALL.len();
+
+/// A day without errors.
+pub(crate) fn empty_day() -> DayCells {
+    DayCells::empty(ROWS * PARTS)
+}
+
+/// Counts an error at an hour of the day (0 to 23): among all, or in a situation.
+pub(crate) fn count(day: &mut DayCells, hour: u32, situation: Option<Situation>, error: f64) {
+    let row = situation.map_or(0, |situation| 1 + situation as usize);
+    day.add(row * PARTS + (hour / LENGTH) as usize % PARTS, error);
+}
+
+/// The gap by part of the day; `people` are names with their days.
+///
+/// Two families: situations over people, and the people themselves.
+pub(crate) fn hourly_gap(
+    people: &[(&str, &[DayCells])],
+    rule: &LocalisationRule,
+    seed: u64,
+) -> HourlyGap {
+    let days: Vec<Vec<DayCells>> = people.iter().map(|(_, days)| days.to_vec()).collect();
+    let crossed = over_people(&days, rule, rule.error_rate, seed);
+    let names = std::iter::once("all").chain(Situation::ALL.iter().map(|s| s.name()));
+    let situations = names
+        .zip(crossed.chunks(PARTS))
+        .map(|(name, cells)| row(name, cells.iter().copied()))
+        .filter(|row| row.cells.iter().any(Option::is_some))
+        .collect();
+    // The parts of the day share the error rate of the people equally.
+    let of_part = |part: usize| {
+        let seed = seed.wrapping_add(1 + part as u64);
+        of_each_person(&days, part, rule, rule.error_rate / PARTS as f64, seed)
+    };
+    let by_part: Vec<_> = (0..PARTS).map(of_part).collect();
+    let people = people
+        .iter()
+        .enumerate()
+        .map(|(person, (name, _))| row(name, by_part.iter().map(|people| people[person])))
+        .collect();
+    let hours = (0..PARTS as u32).map(|part| (part * LENGTH, (part + 1) * LENGTH));
+    HourlyGap {
+        horizon_minutes: u32::try_from(5 * rule.horizon).unwrap_or(u32::MAX),
+        parts: hours.map(|(from, to)| format!("{from:02}-{to:02}")).collect(),
+        situations,
+        people,
+    }
+}
+
+fn row(name: &str, cells: impl Iterator<Item = Option<CellEstimate>>) -> HourlyRow {
+    let cell = |estimate: CellEstimate| HourlyCell {
+        mean_error_mg_dl: estimate.mean,
+        lower: estimate.lower,
+        upper: estimate.upper,
+        people: estimate.people,
+        runs: estimate.errors,
+    };
+    HourlyRow { name: name.to_owned(), cells: cells.map(|c| c.map(cell)).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twelve days with two runs an hour, which miss by `error(hour)` and up to 1 mg/dL more or less.
+    fn days(error: impl Fn(u32) -> f64) -> Vec<DayCells> {
+        (0..12_u32)
+            .map(|date| {
+                let mut day = empty_day();
+                for hour in 0..24 {
+                    for half in 0..2 {
+                        let wobble = f64::from((7 * date + 5 * hour + 3 * half) % 11) / 5.0 - 1.0;
+                        count(&mut day, hour, None, error(hour) + wobble);
+                        if (12..15).contains(&hour) {
+                            let situation = Some(Situation::AfterMeal);
+                            count(&mut day, hour, situation, error(hour) + wobble);
+                        }
+                    }
+                }
+                day
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_miss_in_the_morning_stands_in_its_part_with_its_sign() {
+        let early = |hour: u32| if (3..6).contains(&hour) { 20.0 } else { 0.0 };
+        let (own, other) = (days(early), days(|hour| 0.5 * early(hour)));
+        let people: [(&str, &[DayCells]); 2] = [("a", &own), ("b", &other)];
+        let found = hourly_gap(&people, &LocalisationRule::working(), 1);
+        assert_eq!(found.parts.first().map(String::as_str), Some("00-03"));
+        assert_eq!(found.parts.last().map(String::as_str), Some("21-24"));
+        assert_eq!(found.horizon_minutes, 60);
+        let names = |rows: &[HourlyRow]| -> Vec<String> {
+            rows.iter().map(|row| row.name.clone()).collect()
+        };
+        // Situations that nobody was in have no row.
+        assert_eq!(names(&found.situations), ["all", "after_meal"]);
+        assert_eq!(names(&found.people), ["a", "b"]);
+        for (row, size) in [(&found.people[0], 20.0), (&found.people[1], 10.0)] {
+            for (part, cell) in row.cells.iter().enumerate() {
+                let cell = cell.expect("72 runs on 12 days");
+                let expected = if part == 1 { size } else { 0.0 };
+                // The wobble of 72 runs averages out to less than 0.1.
+                assert!((cell.mean_error_mg_dl - expected).abs() < 0.1, "{part} {cell:?}");
+                assert_eq!((cell.people, cell.runs), (1, 72));
+                assert_eq!(cell.is_certain(), part == 1, "{part} {cell:?}");
+            }
+        }
+        let all = found.situations[0].cells[1].expect("both people");
+        assert!((all.mean_error_mg_dl - 15.0).abs() < 0.1, "{all:?}");
+        assert_eq!((all.people, all.runs), (2, 144));
+        let meal: Vec<bool> = found.situations[1].cells.iter().map(Option::is_some).collect();
+        assert_eq!(meal, [false, false, false, false, true, false, false, false]);
+    }
+}
