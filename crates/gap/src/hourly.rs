@@ -3,14 +3,10 @@
 //! Situations and people are families of their own beside those of `where`, so that a finer look takes no power from
 //! the verdict.
 
-use crate::context::Situation;
+use crate::context::{PARTS, Situation, hours_of_part, part_of_day};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use contract::diagnosis::{HourlyCell, HourlyGap, HourlyRow};
 
-/// Hours of a part of the day.
-const LENGTH: u32 = 3;
-/// Parts of the day.
-const PARTS: usize = 8;
 /// Rows: every run, then the situations.
 const ROWS: usize = 1 + Situation::ALL.len();
 
@@ -20,9 +16,9 @@ pub(crate) fn empty_day() -> DayCells {
 }
 
 /// Counts an error at an hour of the day (0 to 23): among all, or in a situation.
-pub(crate) fn count(day: &mut DayCells, hour: u32, situation: Option<Situation>, error: f64) {
+pub(crate) fn count(day: &mut DayCells, hour: usize, situation: Option<Situation>, error: f64) {
     let row = situation.map_or(0, |situation| 1 + situation as usize);
-    day.add(row * PARTS + (hour / LENGTH) as usize % PARTS, error);
+    day.add(row * PARTS + part_of_day(hour), error);
 }
 
 /// The gap by part of the day; `people` are names with their days.
@@ -52,10 +48,9 @@ pub(crate) fn hourly_gap(
         .enumerate()
         .map(|(person, (name, _))| row(name, by_part.iter().map(|people| people[person])))
         .collect();
-    let hours = (0..PARTS as u32).map(|part| (part * LENGTH, (part + 1) * LENGTH));
     HourlyGap {
         horizon_minutes: u32::try_from(5 * rule.horizon).unwrap_or(u32::MAX),
-        parts: hours.map(|(from, to)| format!("{from:02}-{to:02}")).collect(),
+        parts: (0..PARTS).map(hours_of_part).collect(),
         situations,
         people,
     }
@@ -77,13 +72,13 @@ mod tests {
     use super::*;
 
     /// Twelve days with two runs an hour, which miss by `error(hour)` and up to 1 mg/dL more or less.
-    fn days(error: impl Fn(u32) -> f64) -> Vec<DayCells> {
-        (0..12_u32)
+    fn days(error: impl Fn(usize) -> f64) -> Vec<DayCells> {
+        (0..12_usize)
             .map(|date| {
                 let mut day = empty_day();
                 for hour in 0..24 {
                     for half in 0..2 {
-                        let wobble = f64::from((7 * date + 5 * hour + 3 * half) % 11) / 5.0 - 1.0;
+                        let wobble = ((7 * date + 5 * hour + 3 * half) % 11) as f64 / 5.0 - 1.0;
                         count(&mut day, hour, None, error(hour) + wobble);
                         if (12..15).contains(&hour) {
                             let situation = Some(Situation::AfterMeal);
@@ -98,7 +93,7 @@ mod tests {
 
     #[test]
     fn a_miss_in_the_morning_stands_in_its_part_with_its_sign() {
-        let early = |hour: u32| if (3..6).contains(&hour) { 20.0 } else { 0.0 };
+        let early = |hour: usize| if (3..6).contains(&hour) { 20.0 } else { 0.0 };
         let (own, other) = (days(early), days(|hour| 0.5 * early(hour)));
         let people: [(&str, &[DayCells]); 2] = [("a", &own), ("b", &other)];
         let found = hourly_gap(&people, &LocalisationRule::working(), 1);

@@ -241,7 +241,7 @@ fn errors_of(
         let day = &mut free_runs[index];
         mark_situations(day, &situations, error.start, true, error.error);
         day.add(GLUCOSE + band(glucose[error.start]), error.error);
-        let hour = u32::from(record.hour(error.start + half));
+        let hour = usize::from(record.hour(error.start + half));
         for situation in situations.at(error.start).filter(|s| s.reads_glucose()) {
             hourly::count(&mut by_hour[index], hour, Some(situation), error.error);
         }
