@@ -175,8 +175,8 @@ impl<'a> Diagnoser<'a> {
                 let (rule, localisation) = (&config.free_run, &config.localisation);
                 let gaps = gaps(&included, rule, localisation, seed);
                 let days = included.iter().map(|(id, a)| (*id, a.hourly.as_slice()));
-                let hourly =
-                    hourly_gap(&days.collect::<Vec<_>>(), localisation, derived(seed, HOURLY));
+                let days: Vec<_> = days.collect();
+                let hourly = hourly_gap(&gaps, &days, localisation, derived(seed, HOURLY));
                 (gaps, hourly, baseline(&included, rule, localisation, seed))
             },
             || {

@@ -5,7 +5,7 @@
 
 use crate::context::{PARTS, Situation, hours_of_part, part_of_day};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
-use contract::diagnosis::{HourlyCell, HourlyGap, HourlyRow};
+use contract::diagnosis::{CellFactor, CellGap, HourlyCell, HourlyGap, HourlyRow};
 
 /// Rows: every run, then the situations.
 const ROWS: usize = 1 + Situation::ALL.len();
@@ -23,18 +23,22 @@ pub(crate) fn count(day: &mut DayCells, hour: usize, situation: Option<Situation
 
 /// The gap by part of the day; `people` are names with their days.
 ///
-/// Two families: situations over people, and the people themselves.
+/// All runs are those of `gaps`, the cells of `where`, so that a part of the day has one interval. Two families beside them:
+/// situations over people, and the people themselves.
 pub(crate) fn hourly_gap(
+    gaps: &[CellGap],
     people: &[(&str, &[DayCells])],
     rule: &LocalisationRule,
     seed: u64,
 ) -> HourlyGap {
     let days: Vec<Vec<DayCells>> = people.iter().map(|(_, days)| days.to_vec()).collect();
     let crossed = over_people(&days, rule, rule.error_rate, seed);
-    let names = std::iter::once("all").chain(Situation::ALL.iter().map(|s| s.name()));
-    let situations = names
-        .zip(crossed.chunks(PARTS))
-        .map(|(name, cells)| row(name, cells.iter().copied()))
+    let situations = Situation::ALL
+        .iter()
+        .zip(crossed.chunks(PARTS).skip(1))
+        .map(|(situation, cells)| row(situation.name(), cells.iter().copied()));
+    let situations = std::iter::once(all_runs(gaps))
+        .chain(situations)
         .filter(|row| row.cells.iter().any(Option::is_some))
         .collect();
     // The parts of the day share the error rate of the people equally.
@@ -54,6 +58,22 @@ pub(crate) fn hourly_gap(
         situations,
         people,
     }
+}
+
+/// The row of all runs, from the cells of `where`.
+fn all_runs(gaps: &[CellGap]) -> HourlyRow {
+    let of_part = |part: usize| {
+        let level = hours_of_part(part);
+        let gap = gaps.iter().find(|gap| gap.factor == CellFactor::Hour && gap.level == level)?;
+        Some(HourlyCell {
+            mean_error_mg_dl: gap.mean_error_mg_dl,
+            lower: gap.lower,
+            upper: gap.upper,
+            people: gap.people,
+            runs: gap.runs,
+        })
+    };
+    HourlyRow { name: "all".to_owned(), cells: (0..PARTS).map(of_part).collect() }
 }
 
 fn row(name: &str, cells: impl Iterator<Item = Option<CellEstimate>>) -> HourlyRow {
@@ -96,7 +116,21 @@ mod tests {
         let early = |hour: usize| if (3..6).contains(&hour) { 20.0 } else { 0.0 };
         let (own, other) = (days(early), days(|hour| 0.5 * early(hour)));
         let people: [(&str, &[DayCells]); 2] = [("a", &own), ("b", &other)];
-        let found = hourly_gap(&people, &LocalisationRule::working(), 1);
+        let morning = CellGap {
+            factor: CellFactor::Hour,
+            level: "03-06".to_owned(),
+            mean_error_mg_dl: 15.0,
+            lower: 9.0,
+            upper: 21.0,
+            p_adjusted: 0.01,
+            share_of_gap: 0.5,
+            expected_mg_dl: None,
+            horizon_minutes: 60,
+            people: 2,
+            runs: 144,
+            innovation: None,
+        };
+        let found = hourly_gap(&[morning], &people, &LocalisationRule::working(), 1);
         assert_eq!(found.parts.first().map(String::as_str), Some("00-03"));
         assert_eq!(found.parts.last().map(String::as_str), Some("21-24"));
         assert_eq!(found.horizon_minutes, 60);
@@ -116,9 +150,10 @@ mod tests {
                 assert_eq!(cell.is_certain(), part == 1, "{part} {cell:?}");
             }
         }
-        let all = found.situations[0].cells[1].expect("both people");
-        assert!((all.mean_error_mg_dl - 15.0).abs() < 0.1, "{all:?}");
-        assert_eq!((all.people, all.runs), (2, 144));
+        // All runs are the cells of `where`, interval and all.
+        let all = found.situations[0].cells[1].expect("a cell of `where`");
+        assert_eq!((all.lower, all.upper, all.people, all.runs), (9.0, 21.0, 2, 144));
+        assert!(found.situations[0].cells[2].is_none());
         let meal: Vec<bool> = found.situations[1].cells.iter().map(Option::is_some).collect();
         assert_eq!(meal, [false, false, false, false, true, false, false, false]);
     }

@@ -13,7 +13,8 @@ pub struct HourlyGap {
     pub horizon_minutes: u32,
     /// Parts of the day, `HH-HH`, by the clock halfway through a run.
     pub parts: Vec<String>,
-    /// `all`, then each situation that anybody was in. Intervals hold for all of these rows together in 95 of 100.
+    /// `all`, the cells of `where`, then each situation that anybody was in. Intervals of situations hold for all of them
+    /// together in 95 of 100, those of `all` with the rest of `where`.
     pub situations: Vec<HourlyRow>,
     /// Each person who was diagnosed, in the order of the cohort. Intervals hold for all people together in 95 of 100.
     pub people: Vec<HourlyRow>,

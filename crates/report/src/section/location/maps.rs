@@ -35,8 +35,7 @@ pub(super) fn maps(html: &mut Html, gap: &HourlyGap) {
 /// How a map is read.
 const READING: &str = "Read along a row for the hours, down a column for the situations. A plus (blue): glucose is \
     higher than the model says; a minus (orange): it is lower; the deeper, the more, and the deepest holds all beyond. A \
-    frame: the interval leaves 0 \
-    out, for all cells of the map together. A dash: too few runs. Exact values and intervals show under a pointer. \
+    frame: the interval leaves 0 out, however many cells are looked at. A dash: too few runs. Exact values and intervals show under a pointer. \
     A situation whose row looks like the first row makes no difference of its own.";
 
 /// Strips of all people; the largest errors first where they do not all fit.
