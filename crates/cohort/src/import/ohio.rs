@@ -132,7 +132,7 @@ fn read(
             }
             _ => continue,
         };
-        let name = String::from_utf8_lossy(element.name().as_ref()).into_owned();
+        let name = element.name().as_ref().to_owned();
         let attributes =
             attributes(element).map_err(|reason| table(&reader, reason.into_owned()))?;
         if name == "patient" {
@@ -183,9 +183,9 @@ fn attributes(element: &BytesStart<'_>) -> Result<Vec<(String, String)>, Cow<'st
     let mut found = Vec::new();
     for attribute in element.attributes() {
         let attribute = attribute.map_err(|error| error.to_string())?;
-        let name = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
+        let name = attribute.key.as_ref().to_owned();
         // The study's numbers and times need no entity.
-        found.push((name, String::from_utf8_lossy(&attribute.value).into_owned()));
+        found.push((name, attribute.value.into_owned()));
     }
     Ok(found)
 }

@@ -121,14 +121,50 @@ fn a_spreadsheet_is_found_out_and_the_guess_maps_it() {
     has(&inferences, "dates are day-first");
     let (_, second) = import.cohort.find("P-02").expect("there");
     assert_eq!(second.record.start().to_string(), "2024-02-11 00:00:00");
-    let guess = guess_table(&[path]).expect("a table");
+    let guess = guess_table(&[path], None).expect("a table");
     assert_eq!(
         guess.map,
         "person=Código,time=Fecha y hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos"
     );
     assert_eq!((guess.units.as_str(), guess.missing.len()), ("glucose=mmol/L", 0));
-    let channels = guess_table(&[exports().join("channels")]).expect("tables");
+    let channels = guess_table(&[exports().join("channels")], None).expect("tables");
     assert_eq!(channels.missing, [Role::Glucose], "no name says what 'value' is");
+}
+
+#[test]
+fn a_workbook_is_read_as_the_table_that_it_was_made_of() {
+    let told = read(ImportFormat::Table, "spreadsheet.csv", &spreadsheet_options());
+    let first = read(ImportFormat::Table, "spreadsheet.xlsx", &spreadsheet_options());
+    assert_eq!(first.cohort, told.cohort);
+    let inferences: Vec<String> =
+        first.report.inferences.iter().flatten().map(ToString::to_string).collect();
+    has(&inferences, "Excel workbook, sheet 'Datos', of 2 sheets, header in line 3");
+    let mut options = TableOptions { sheet: Some("Fecha aparte".into()), ..Default::default() };
+    let map = "person=Código,date=Día,clock=Hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos";
+    options.add_map(map).expect("a map");
+    options.add_unit("glucose=mmol/L,basal=U/5min").expect("units");
+    let second = read(ImportFormat::Table, "spreadsheet.xlsx", &options);
+    assert_eq!(second.cohort, told.cohort);
+
+    let path = exports().join("spreadsheet.xlsx");
+    let guess = guess_table(std::slice::from_ref(&path), None).expect("a table");
+    assert_eq!((guess.units.as_str(), guess.missing.len()), ("glucose=mmol/L", 0));
+    let refused = |sheet: &str, path: PathBuf, options: TableOptions| {
+        let options = TableOptions { sheet: Some(sheet.into()), ..options };
+        import_with(ImportFormat::Table, &[path], &options).map(|_| ()).expect_err("refused")
+    };
+    let message = refused("Otra", path, spreadsheet_options()).to_string();
+    assert_eq!(message, "--sheet: spreadsheet.xlsx has the sheets Datos, Fecha aparte");
+    let message = refused("Datos", exports().join("spreadsheet.csv"), spreadsheet_options());
+    assert!(message.to_string().contains("spreadsheet.csv is no Excel workbook"), "{message}");
+    // A cell that is no number is named by its row in the sheet.
+    let mut options = spreadsheet_options();
+    options.columns.retain(|(role, _)| *role != Role::Carbs);
+    options.add_map("carbs=Código").expect("a map");
+    options.columns.retain(|(role, _)| *role != Role::Person);
+    let path = exports().join("spreadsheet.xlsx");
+    let error = import_with(ImportFormat::Table, &[path], &options).expect_err("text").to_string();
+    assert!(error.contains("spreadsheet.xlsx, row 4, column Código: 'P-01' is not"), "{error}");
 }
 
 #[test]

@@ -38,6 +38,8 @@ pub struct Settings {
     pub dates: Option<DateOrder>,
     /// The decimal mark.
     pub decimal: Option<char>,
+    /// The sheet of an Excel workbook.
+    pub sheet: Option<String>,
     /// Propose a map and write nothing.
     pub guess: bool,
 }
@@ -112,6 +114,7 @@ fn options(args: &Settings) -> Result<(TableOptions, Vec<PathBuf>)> {
         options.utc |= of_file.utc;
         options.dates = of_file.dates.or(options.dates);
         options.decimal = of_file.decimal.or(options.decimal);
+        options.sheet = of_file.sheet.or(options.sheet);
     }
     for unit in &args.unit {
         options.add_unit(unit)?;
@@ -120,6 +123,7 @@ fn options(args: &Settings) -> Result<(TableOptions, Vec<PathBuf>)> {
     options.utc |= args.utc;
     options.dates = args.dates.or(options.dates);
     options.decimal = args.decimal.or(options.decimal);
+    options.sheet = args.sheet.clone().or(options.sheet);
     Ok((options, files))
 }
 
@@ -128,7 +132,8 @@ fn guess(args: &Settings) -> Result<()> {
     if args.from != ImportFormat::Table {
         bail!("--guess: the columns of {} are known; use it with --from table", args.from.name());
     }
-    let guess = guess_table(&args.source).context("looking at the tables")?;
+    let guess =
+        guess_table(&args.source, args.sheet.as_deref()).context("looking at the tables")?;
     for line in &guess.lines {
         table(line);
     }
