@@ -11,6 +11,7 @@ use contract::{Document as _, ImportReport};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{note, table};
+use ::report::count;
 
 /// Largest file of a map, bytes.
 const LARGEST_MAP: u64 = 1 << 20;
@@ -79,9 +80,10 @@ pub fn run(args: &Settings) -> Result<()> {
     }
     let findings: usize = imported.report.people.iter().map(|p| p.findings.len()).sum();
     note(format!(
-        "import: {} people, {} notes and {findings} findings in {}",
-        imported.cohort.people.len(),
-        imported.report.notes.len(),
+        "import: {}, {} and {} in {}",
+        count(imported.cohort.people.len(), "person", "people"),
+        count(imported.report.notes.len(), "note", "notes"),
+        count(findings, "finding", "findings"),
         place.join(ImportReport::FILE).display()
     ));
     Ok(())
