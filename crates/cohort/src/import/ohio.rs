@@ -3,7 +3,8 @@
 //!
 //! Files of one patient are one person. Times are `DD-MM-YYYY HH:MM:SS` on the local clock. `basal`
 //! holds until the next one, `temp_basal` replaces it from begin to end. Boluses are spread from
-//! begin to end. The weight is 99 for everybody, so it is not one. Sleep is that of the armband.
+//! begin to end. Finger sticks, and what only one of the two years has (skin and air temperature,
+//! galvanic response, acceleration), are no part of a record. The weight is 99 for everybody, so it is not one. Sleep is that of the armband.
 //!
 //! A row in a message is the number of the event in its file, from 1.
 
@@ -226,7 +227,12 @@ impl Patient {
             }
             "basis_sleep" => {
                 let (from, to) = (entry.time("tbegin")?, entry.time("tend")?);
-                diary.asleep(from, to, || entry.place("tend"))
+                if to < from {
+                    let what = "sleep that ends before it begins: left out";
+                    diary.note(what, || entry.place("tend"));
+                    return Ok(());
+                }
+                diary.asleep(from, to, to - from, || entry.place("tend"))
             }
             _ => Ok(()),
         }
