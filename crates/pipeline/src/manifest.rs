@@ -27,6 +27,11 @@ pub fn call_program(name: &'static str) -> &'static str {
     PROGRAM.get_or_init(|| name)
 }
 
+/// What the program is called.
+pub(crate) fn program() -> &'static str {
+    PROGRAM.get().copied().unwrap_or("cargo xtask")
+}
+
 /// The manifest of a folder that is written or was.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
@@ -216,10 +221,7 @@ fn slashed(path: &Path) -> String {
 
 fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
-    std::iter::once(PROGRAM.get().copied().unwrap_or("cargo xtask").to_owned())
-        .chain(arguments)
-        .collect::<Vec<_>>()
-        .join(" ")
+    std::iter::once(program().to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

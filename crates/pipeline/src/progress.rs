@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 static QUIET: AtomicBool = AtomicBool::new(false);
+static PART: AtomicBool = AtomicBool::new(false);
 /// How results are printed: [`TABLES`], [`JSON`] or [`NOTHING`].
 static RESULTS: AtomicU8 = AtomicU8::new(TABLES);
 const TABLES: u8 = 0;
@@ -28,6 +29,18 @@ pub fn be_quiet() {
 pub fn note(text: impl AsRef<str>) {
     if !QUIET.load(Ordering::Relaxed) {
         say(text.as_ref());
+    }
+}
+
+/// Leaves out what a stage would do next, since a pipeline does it.
+pub(crate) fn be_part_of_a_pipeline() {
+    PART.store(true, Ordering::Relaxed);
+}
+
+/// Says what to do after a stage, unless the stage is part of a pipeline.
+pub(crate) fn next(what: impl AsRef<str>) {
+    if !PART.load(Ordering::Relaxed) {
+        note(format!("next: {}", what.as_ref()));
     }
 }
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use chrono::{DateTime, Utc};
 
 use super::diary::{Diary, GlucoseUnit, people, second};
-use super::files::name;
+use super::files::{self, name};
 use super::json_records::{JsonRecord, for_each};
 use super::zone::{Clock, from_millis, instant};
 use crate::error::{CohortError, Place};
@@ -42,13 +42,7 @@ pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import
 
 /// The folders that have entries: the source or those inside it, in order.
 fn folders(source: &Path) -> Result<Vec<PathBuf>, CohortError> {
-    if !source.is_dir() {
-        return Err(CohortError::MissingFile {
-            file: source.display().to_string(),
-            remedy: "give the folder that has entries.json, treatments.json and profile.json"
-                .into(),
-        });
-    }
+    files::folder(source, FORMAT, "entries.json, treatments.json and profile.json")?;
     if !json_files(source, "entries")?.is_empty() {
         return Ok(vec![source.to_owned()]);
     }
@@ -117,11 +111,11 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     match &clock {
         Some((clock, place)) if zone.is_some() => {
             let evidence = "--zone says it".to_owned();
-            diary.infer(place.clone(), &format!("local time of {clock:?}"), evidence);
+            diary.infer(place.clone(), &format!("local time of {clock}"), evidence);
         }
         Some((clock, place)) => {
             let evidence = "the profile states it".to_owned();
-            diary.infer(place.clone(), &format!("local time of {clock:?}"), evidence);
+            diary.infer(place.clone(), &format!("local time of {clock}"), evidence);
         }
         None => diary.infer(
             Place::file(file),

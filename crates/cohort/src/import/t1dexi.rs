@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use physiology::Kilograms;
 
 use super::diary::{Diary, GlucoseUnit, Rate, people};
-use super::files::name;
+use super::files::{self, name};
 use crate::error::CohortError;
 use crate::person::{Therapy, is_person_id};
 use crate::record::Channel;
@@ -83,12 +83,7 @@ fn domains(source: &Path) -> Result<HashMap<String, PathBuf>, CohortError> {
         action: "read",
         source: error,
     };
-    if !source.is_dir() {
-        return Err(CohortError::MissingFile {
-            file: source.display().to_string(),
-            remedy: "give the folder that has LB.xpt, FACM.xpt and the others".into(),
-        });
-    }
+    files::folder(source, FORMAT, "LB.xpt, FACM.xpt and the others")?;
     let mut found = HashMap::new();
     for entry in std::fs::read_dir(source).map_err(failed)? {
         let path = entry.map_err(failed)?.path();

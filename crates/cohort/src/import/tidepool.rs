@@ -71,7 +71,7 @@ pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import
         };
         if let Some(clock) = zone {
             let evidence = "--zone says it".to_owned();
-            reader.diary.infer(Place::file(&name), &format!("local time of {clock:?}"), evidence);
+            reader.diary.infer(Place::file(&name), &format!("local time of {clock}"), evidence);
         }
         if is_archive(&path) {
             sheets::read(&mut Workbook::open(&path, &name)?, &name, &mut reader)?;

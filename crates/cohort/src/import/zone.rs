@@ -25,6 +25,15 @@ impl Clock {
     }
 }
 
+impl std::fmt::Display for Clock {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Zone(zone) => f.write_str(zone.name()),
+            Self::Offset(minutes) => write!(f, "UTC {minutes:+} min"),
+        }
+    }
+}
+
 /// The zone of a name like `Europe/Madrid`, in either case: some sites write `ETC/GMT+5`.
 pub(super) fn zone(name: &str) -> Option<Tz> {
     TZ_VARIANTS.iter().copied().find(|zone| zone.name().eq_ignore_ascii_case(name.trim()))

@@ -14,7 +14,7 @@ use crate::manifest::Manifest;
 use crate::models::read_bytes;
 use crate::output::OutputFolder;
 use crate::people::People;
-use crate::progress::{Progress, note, table};
+use crate::progress::{Progress, next, note, table};
 use crate::stages::report;
 use crate::stated_truth::stated_truth;
 use ::report::count;
@@ -129,7 +129,7 @@ pub fn run(args: &Settings) -> Result<()> {
     progress
         .finish(&format!("{people}, {excluded} left out, {}", place.join("report.html").display()));
     table(::report::answer(&written, truth.as_ref()));
-    note(format!("next: open {} in a browser", place.join("report.html").display()));
+    next(format!("open {} in a browser", place.join("report.html").display()));
     Ok(())
 }
 

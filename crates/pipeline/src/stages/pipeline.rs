@@ -18,7 +18,9 @@ use crate::models::read_population;
 use crate::output::{self, OutputFolder, followed, write_whole};
 use crate::people::{People, read_cohort};
 use crate::profile::Profile;
-use crate::progress::{ask_for_json, json_is_asked_for, note, print_no_results};
+use crate::progress::{
+    ask_for_json, be_part_of_a_pipeline, json_is_asked_for, note, print_no_results,
+};
 use crate::result_file::print_result;
 use crate::stages::simulate::read_patients;
 use crate::stages::{
@@ -57,6 +59,7 @@ const TABLES: &str = "tables.txt";
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
+    be_part_of_a_pipeline();
     if let Some(model) = args.model.as_deref().filter(|model| !model.is_file()) {
         bail!("there is no model file '{}'", model.display());
     }

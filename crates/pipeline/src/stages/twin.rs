@@ -22,12 +22,12 @@ use twins::{
 
 use crate::bounds::within;
 use crate::documents::read_document;
-use crate::manifest::Manifest;
+use crate::manifest::{Manifest, program};
 use crate::models::{find, read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::people::People;
 use crate::profile::Profile;
-use crate::progress::{Progress, note};
+use crate::progress::{Progress, next, note};
 use crate::stages::train;
 use ::report::count;
 
@@ -193,8 +193,9 @@ pub fn run(args: &Settings) -> Result<()> {
         place.join(TwinsTable::FILE).display()
     ));
     if trained > 0 {
-        note(format!(
-            "next: evaluate --cohort {} --twins {}",
+        next(format!(
+            "{} evaluate --cohort {} --twins {}",
+            program(),
             args.cohort.display(),
             place.display()
         ));

@@ -177,6 +177,7 @@ fn decode(bytes: Vec<u8>, name: &str) -> Result<(String, &'static str), CohortEr
         (b"\x1F\x8B", "compressed, not text; unpack it first"),
         (b"PAR1", "a Parquet file, not text; write it as CSV"),
         (b"%PDF", "a PDF, not a table; export the data as CSV"),
+        (b"<", "a web page or XML, not a table; export the data as CSV"),
     ] {
         if bytes.starts_with(mark) {
             return Err(wrong(reason));
