@@ -277,6 +277,9 @@ pub(crate) struct ImportArgs {
     /// The decimal mark, where a table leaves it open: `.` or `,`.
     #[arg(long, value_name = "MARK")]
     pub decimal: Option<char>,
+    /// The sheet of an Excel workbook; without it the first.
+    #[arg(long, value_name = "SHEET")]
+    pub sheet: Option<String>,
     /// Propose a map of the tables, and write nothing.
     #[arg(long)]
     pub guess: bool,

@@ -17,7 +17,7 @@ macro_rules! settings {
 settings! {
     PipelineArgs => pipeline { profile, cohort, model, patients, from, out, seed }
     ImportArgs => import {
-        from, source, out, parquet, map, unit, zone, utc, dates, decimal, guess
+        from, source, out, parquet, map, unit, zone, utc, dates, decimal, sheet, guess
     }
     ExportArgs => export { cohort, to, out }
     SimulateArgs => simulate { patients, meals, initial, days, scenario, out }

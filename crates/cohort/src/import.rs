@@ -28,6 +28,7 @@ mod t1dexi;
 mod t1dsim;
 mod table;
 mod tidepool;
+mod workbook;
 mod zone;
 
 pub use contract::import_report::{ImportReport, Inference, Note, PersonImport, Totals};
@@ -73,14 +74,14 @@ macro_rules! formats {
 }
 
 formats! {
-    Table "table" "Anybody's CSV, one file or one a channel, as `--map` says" tables(table);
+    Table "table" "Anybody's CSV or Excel sheet, one file or one a channel, as `--map` says" tables(table);
     Dexcom "dexcom" "Dexcom Clarity: exported CSVs, or a folder of them" tables(dexcom);
     Libre "libre" "LibreView: exported CSVs, or a folder of them" tables(libre);
     HupaUcm "hupa-ucm" "HUPA-UCM (doi:10.17632/3hbcscwz44.1): `HUPA*.csv` or their folder" folder(hupa_ucm);
     T1dUom "t1d-uom" "T1D-UOM (doi:10.5281/zenodo.15169263): the folder with `Glucose Data`" folder(t1d_uom);
     T1dSim "t1dsim" "The example day of T1DSim_AI: `example_subject*.csv`" folder(t1dsim);
     Nightscout "nightscout" "A Nightscout site's JSON files in a folder, or a folder of such folders" zoned(nightscout);
-    Tidepool "tidepool" "Tidepool's JSON export: a file, or a folder with one a person" zoned(tidepool);
+    Tidepool "tidepool" "Tidepool's JSON or XLSX export: a file, or a folder with one a person" zoned(tidepool);
     T1dexi "t1dexi" "T1DEXI or T1DEXIP: the folder with `LB.xpt`, `FACM.xpt` and the others" folder(t1dexi);
     Metabonet "metabonet" "MetaboNet: the Parquet file, or a folder with its parts" folder(metabonet);
     Babelbetes "babelbetes" "BabelBetes: the folder it writes" folder(babelbetes);
@@ -138,7 +139,8 @@ fn folder(
         |option: &str, reason: String| Err(CohortError::Option { option: option.into(), reason });
     let name = format.name();
     if !options.is_default() {
-        let reason = format!("{name} needs none of --map, --unit, --zone, --dates and --decimal");
+        let reason =
+            format!("{name} needs none of --map, --unit, --zone, --dates, --decimal and --sheet");
         return wrong("--from", reason);
     }
     match sources {
@@ -164,7 +166,8 @@ fn zoned(
         None => None,
     };
     if !(TableOptions { zone: None, ..options.clone() }).is_default() {
-        let reason = format!("{name} needs none of --map, --unit, --utc, --dates and --decimal");
+        let reason =
+            format!("{name} needs none of --map, --unit, --utc, --dates, --decimal and --sheet");
         return wrong("--from", reason);
     }
     match sources {

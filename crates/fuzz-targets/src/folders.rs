@@ -179,13 +179,61 @@ pub(crate) mod table {
         let place = folder();
         unpack_into(bytes, place.path());
         let mut options = TableOptions::default();
-        if let Ok(guess) = guess_table(&[place.path().to_owned()])
+        if let Ok(guess) = guess_table(&[place.path().to_owned()], None)
             && guess.missing.is_empty()
             && !guess.map.is_empty()
         {
             options.add_map(&guess.map).expect("a proposed map is a map");
         }
         import_files(ImportFormat::Table, bytes, &options);
+    }
+}
+
+/// The parts of a workbook, read as Tidepool's and as anybody's table.
+pub(crate) mod workbook {
+    use std::io::{Cursor, Read as _, Write as _};
+
+    use super::*;
+
+    fn parts(name: &str) -> Vec<u8> {
+        let file = fs::File::open(fixtures().join(name)).expect("a fixture");
+        let mut archive = zip::ZipArchive::new(file).expect("an archive");
+        let mut parts = Vec::new();
+        for i in 0..archive.len() {
+            let mut part = archive.by_index(i).expect("a part");
+            let title = part.name().expect("a name").into_owned();
+            let mut content = Vec::new();
+            part.read_to_end(&mut content).expect("a part");
+            // Enough rows for a fuzzer.
+            if content.len() > 20_000 {
+                let cut = content[..20_000].windows(6).rposition(|end| end == b"</row>");
+                content.truncate(cut.map_or(20_000, |at| at + 6));
+                content.extend_from_slice(b"</sheetData></worksheet>");
+            }
+            parts.push((title, content));
+        }
+        pack(&parts)
+    }
+
+    pub(crate) fn seeds() -> Vec<Vec<u8>> {
+        vec![parts("import/tidepool-xlsx/p1.xlsx"), parts("downloads/spreadsheet.xlsx")]
+    }
+
+    pub(crate) fn run(bytes: &[u8]) {
+        let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        let stored = zip::write::SimpleFileOptions::default()
+            .compression_method(zip::CompressionMethod::Stored);
+        for (name, content) in unpack(bytes) {
+            // A name that came before is refused.
+            if archive.start_file(name, stored).is_ok() && archive.write_all(content).is_err() {
+                return;
+            }
+        }
+        let Ok(archive) = archive.finish() else { return };
+        let packed = pack(&[("p1.xlsx".to_owned(), archive.into_inner())]);
+        let madrid = TableOptions { zone: Some("Europe/Madrid".into()), ..Default::default() };
+        import_files(ImportFormat::Tidepool, &packed, &madrid);
+        table::run(&packed);
     }
 }
 
@@ -230,7 +278,7 @@ imported! {
     t1d_uom: T1dUom, vec![files(&UOM)];
     t1dsim: T1dSim, vec![files(&[("example_subject1.csv", T1DSIM)])];
     nightscout: Nightscout, fixture("nightscout");
-    tidepool: Tidepool, fixture("tidepool");
+    tidepool: Tidepool, ["tidepool", "tidepool-site", "tidepool-xlsx"].map(fixture).concat();
     t1dexi: T1dexi, fixture("t1dexi");
     metabonet: Metabonet, fixture("metabonet");
     babelbetes: Babelbetes, fixture("babelbetes");

@@ -41,6 +41,7 @@ targets! {
     cohort_csv: folders;
     cohort_parquet: folders;
     table: folders;
+    workbook: folders;
     dexcom: folders;
     libre: folders;
     hupa_ucm: folders;

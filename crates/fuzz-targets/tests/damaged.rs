@@ -122,6 +122,7 @@ each! {
     cohort_csv: 400;
     cohort_parquet: 200;
     table: 300;
+    workbook: 400;
     dexcom: 200;
     libre: 200;
     hupa_ucm: 300;

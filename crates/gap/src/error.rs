@@ -44,8 +44,7 @@ pub enum GapError {
     },
     /// Nobody in the cohort can be diagnosed.
     #[error(
-        "none of the {people} people can be diagnosed; the first, {person}, is excluded because \
-         of {reason}"
+        "nobody of {people} can be diagnosed; the first, {person}, is excluded because of {reason}"
     )]
     NobodyLeft {
         /// People in the cohort.

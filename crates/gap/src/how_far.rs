@@ -194,9 +194,7 @@ fn remarks(index: usize, found: &NamedEffect<'_>, subjects: &[Subject<'_>]) -> V
     let unsignalled = subjects.iter().filter(|s| !s.drivers[index].signalled).count();
     if unsignalled > 0 {
         let people = subjects.len();
-        remarks.push(format!(
-            "{name}: the records of {unsignalled} of {people} people do not signal it"
-        ));
+        remarks.push(format!("{name}: {unsignalled} of {people} records do not signal it"));
     }
     if subjects.iter().any(|s| s.drivers[index].reads_glucose) {
         remarks.push(format!("{name} depends on glucose: free runs drive it with their own"));

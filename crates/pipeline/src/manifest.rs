@@ -1,5 +1,6 @@
 //! What a run was: written beside every output, and what resumption compares.
 
+use std::collections::HashSet;
 use std::fs;
 use std::io::Read as _;
 use std::ops::Deref;
@@ -24,6 +25,11 @@ static PROGRAM: OnceLock<&'static str> = OnceLock::new();
 /// Says what manifests call the program, unless it was said before; returns what they do.
 pub fn call_program(name: &'static str) -> &'static str {
     PROGRAM.get_or_init(|| name)
+}
+
+/// What the program is called.
+pub(crate) fn program() -> &'static str {
+    PROGRAM.get().copied().unwrap_or("cargo xtask")
 }
 
 /// The manifest of a folder that is written or was.
@@ -73,8 +79,7 @@ impl Manifest {
 
     /// Adds a file, or every file of a folder in the order of their names.
     pub fn with_input(mut self, path: &Path) -> Result<Self> {
-        let mut files = Vec::new();
-        collect(path, &mut files)?;
+        let files = files_in(path)?;
         if path.is_dir() {
             self.folders.push(path.to_path_buf());
         }
@@ -87,8 +92,7 @@ impl Manifest {
 
     /// The manifest with the hashes of every file in `folder`, which is about to be finished.
     pub(crate) fn with_outputs_in(mut self, folder: &Path) -> Result<Self> {
-        let mut files = Vec::new();
-        collect(folder, &mut files)?;
+        let files = files_in(folder)?;
         self.written.outputs = files
             .iter()
             .map(|file| {
@@ -101,8 +105,7 @@ impl Manifest {
 
     /// Files in `folder` that this manifest does not name, the manifest itself left out.
     pub(crate) fn strangers_in(&self, folder: &Path) -> Result<Vec<String>> {
-        let mut files = Vec::new();
-        collect(folder, &mut files)?;
+        let files = files_in(folder)?;
         let names = files.iter().map(|file| slashed(file.strip_prefix(folder).unwrap_or(file)));
         Ok(names.filter(|name| !self.outputs.iter().any(|known| known.path == *name)).collect())
     }
@@ -159,8 +162,22 @@ impl Manifest {
     }
 }
 
-fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+/// A file, or every file of a folder in the order of their names. Links are followed; a folder that
+/// they lead to again is refused.
+fn files_in(path: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    collect(path, &mut files, &mut HashSet::new())?;
+    Ok(files)
+}
+
+fn collect(path: &Path, files: &mut Vec<PathBuf>, folders: &mut HashSet<PathBuf>) -> Result<()> {
     if path.is_dir() {
+        let place = path
+            .canonicalize()
+            .with_context(|| format!("cannot read the folder '{}'", path.display()))?;
+        if !folders.insert(place) {
+            bail!("'{}' leads to a folder that was read already; remove the link", path.display());
+        }
         let mut entries = fs::read_dir(path)
             .and_then(|entries| entries.map(|e| e.map(|e| e.path())).collect::<Result<Vec<_>, _>>())
             .with_context(|| format!("cannot read the folder '{}'", path.display()))?;
@@ -168,7 +185,7 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
         for entry in entries {
             // A manifest names the command line as typed, which is not part of the work.
             if entry.file_name().is_none_or(|name| name != FILE) {
-                collect(&entry, files)?;
+                collect(&entry, files, folders)?;
             }
         }
     } else if path.is_file() {
@@ -209,10 +226,7 @@ fn slashed(path: &Path) -> String {
 
 fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
-    std::iter::once(PROGRAM.get().copied().unwrap_or("cargo xtask").to_owned())
-        .chain(arguments)
-        .collect::<Vec<_>>()
-        .join(" ")
+    std::iter::once(program().to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
@@ -229,6 +243,34 @@ mod tests {
             hash_file(&file).expect("readable"),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
         );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_once() {
+        use std::os::unix::fs::symlink;
+
+        let place = tempfile::tempdir().expect("temporary folder");
+        let (study, elsewhere) = (place.path().join("study"), place.path().join("elsewhere"));
+        for folder in [&study, &elsewhere] {
+            fs::create_dir(folder).expect("writable");
+            fs::write(folder.join("a.csv"), "a").expect("writable");
+        }
+        let hashed = |folder: &Path| {
+            let manifest = Manifest::new("x", serde_json::Value::Null, None).with_input(folder);
+            manifest.map(|manifest| manifest.inputs.len()).map_err(|error| error.to_string())
+        };
+        symlink(&elsewhere, study.join("linked")).expect("a link");
+        symlink(&study, place.path().join("link")).expect("a link");
+        assert_eq!(hashed(&place.path().join("link")), Ok(2));
+        symlink(&elsewhere, study.join("twice")).expect("a link");
+        let refused = hashed(&study).expect_err("counted twice");
+        assert!(refused.contains("twice' leads to a folder that was read already"), "{refused}");
+        fs::remove_file(study.join("twice")).expect("ours");
+        symlink("..", study.join("up")).expect("a link");
+        symlink(".", study.join("itself")).expect("a link");
+        let refused = hashed(&study).expect_err("a loop");
+        assert!(refused.contains("itself' leads to a folder that was read already"), "{refused}");
     }
 
     #[test]

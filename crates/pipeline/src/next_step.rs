@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use contract::{Document as _, TwinsTable};
 
-use crate::manifest::call_program;
+use crate::manifest::program;
 use crate::progress::note;
 use crate::result_file::result_file;
 
@@ -36,9 +36,7 @@ pub(crate) fn wrote(command: &str, folder: &Path, cohort: Option<&Path>) {
 pub fn say_next() {
     let last = LAST.lock().unwrap_or_else(PoisonError::into_inner).take();
     if let Some(Written { command, folder, cohort }) = last {
-        // Only a program without a command line was not yet told its name.
-        let program = call_program("t1d-twins");
-        note(format!("next: {}", next(program, &command, &folder, cohort.as_deref())));
+        note(format!("next: {}", next(program(), &command, &folder, cohort.as_deref())));
     }
 }
 

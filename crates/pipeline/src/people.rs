@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ::report::count;
 use anyhow::{Context as _, Result};
 use cohort::{Cohort, findings, read_folder};
 use contract::outcomes::ExclusionRow;
@@ -83,15 +84,16 @@ fn say(table: &DataInUse) {
         return;
     }
     note(format!(
-        "data: {} of {} people in use",
+        "data: {} of {} in use",
         table.people.len() - left_out,
-        table.people.len()
+        count(table.people.len(), "person", "people")
     ));
     for person in found.iter().take(SAID) {
         note(line(person));
     }
     if found.len() > SAID {
-        note(format!("data: {} people more, in {}", found.len() - SAID, DataInUse::FILE));
+        let more = count(found.len() - SAID, "person", "people");
+        note(format!("data: {more} more, in {}", DataInUse::FILE));
     }
 }
 
@@ -131,7 +133,8 @@ pub fn read_cohort(folder: &Path) -> Result<Cohort> {
         note(format!("implausible: {finding}"));
     }
     if found.len() > FINDINGS_SAID {
-        note(format!("implausible: {} findings more", found.len() - FINDINGS_SAID));
+        let more = count(found.len() - FINDINGS_SAID, "finding", "findings");
+        note(format!("implausible: {more} more"));
     }
     Ok(cohort)
 }

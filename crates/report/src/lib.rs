@@ -27,6 +27,7 @@ mod section;
 
 pub use error::ReportError;
 pub use inputs::{Inputs, Part};
+pub use number::count;
 
 /// What every report says about its use.
 pub const DISCLAIMER: &str =

@@ -102,7 +102,8 @@ pub(crate) fn interval(x: WithInterval, digits: usize) -> String {
 }
 
 /// A count with its noun: `1 person`, `3 people`.
-pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
+#[must_use]
+pub fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 

@@ -48,6 +48,40 @@ fn mixed() -> Cohort {
 }
 
 #[test]
+fn a_twin_of_people_without_basal_insulin_is_left_out_by_name_and_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let model = workspace().join("crates/nn-statespace/model/population.safetensors");
+    let mut cohort = mixed();
+    cohort.people.retain(|person| person.id == "P01" || person.id == "P03");
+    for (name, without) in [("nobody", 2), ("one", 1)] {
+        let mut cohort = cohort.clone();
+        for person in cohort.people.iter_mut().take(without) {
+            person.record.channel_mut(Channel::Basal).fill(None);
+        }
+        let (place, out) = (at(name), at(&format!("{name}-twins")));
+        write_folder(&cohort, &place, RecordsFormat::Parquet).expect("writable");
+        let typed = ["twin", "--cohort", text(&place), "--model", text(&model)];
+        let (done, said) = xtask(&[&typed[..], &["--epochs", "1", "--out", text(&out)]].concat());
+        // The folder of twins says who has none: the work is done.
+        assert!(done, "{said}");
+        for person in ["P01", "P03"].iter().take(without) {
+            let says = format!("twin: {person} left out: ");
+            let line = said.lines().find(|line| line.starts_with(&says));
+            assert!(line.is_some_and(|line| line.contains("basal")), "{says}\n{said}");
+        }
+        let (trained, out_of) = (2 - without, if without == 1 { "1 person" } else { "2 people" });
+        let sum =
+            format!("{trained} {}, {out_of} left out", if trained == 1 { "twin" } else { "twins" });
+        assert!(said.contains(&sum), "{sum}\n{said}");
+        assert_eq!(said.contains("next: "), trained > 0, "{said}");
+        let table: TwinsTable = document(&out);
+        let excluded = table.people.iter().filter(|row| row.excluded.is_some()).count();
+        assert_eq!((table.people.len(), excluded), (2, without));
+    }
+}
+
+#[test]
 fn every_stage_leaves_the_same_people_out() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);

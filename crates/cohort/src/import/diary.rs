@@ -255,11 +255,12 @@ impl Diary {
         Ok(())
     }
 
-    /// An interval asleep.
+    /// An interval in bed, of which `seconds` asleep are spread evenly over it.
     pub(super) fn asleep(
         &mut self,
         from: i64,
         to: i64,
+        seconds: i64,
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
         check_second(from, &place)?;
@@ -271,7 +272,8 @@ impl Diary {
             });
         }
         if to > from {
-            self.spread(Channel::SleepEfficiency, from, to - from, (to - from) as f64);
+            let seconds = seconds.clamp(0, to - from);
+            self.spread(Channel::SleepEfficiency, from, to - from, seconds as f64);
         }
         Ok(())
     }

@@ -53,6 +53,19 @@ pub(super) fn files(
     Ok(found)
 }
 
+/// Refuses what is no folder; `with` says what the folder has.
+pub(super) fn folder(source: &Path, expected: &'static str, with: &str) -> Result<(), CohortError> {
+    let file = source.display().to_string();
+    if source.is_dir() {
+        Ok(())
+    } else if source.exists() {
+        let reason = format!("not a folder; give the one that has {with}");
+        Err(CohortError::WrongLayout { file, expected, reason })
+    } else {
+        Err(CohortError::MissingFile { file, remedy: format!("give the folder that has {with}") })
+    }
+}
+
 /// The last part of a path.
 pub(super) fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())

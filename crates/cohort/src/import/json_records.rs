@@ -23,9 +23,21 @@ pub(super) struct JsonRecord<'a> {
     file: &'a str,
     number: usize,
     fields: Map<String, Value>,
+    /// Columns of a sheet and their keys; nothing for a JSON file.
+    columns: &'static [(&'static str, &'static str)],
 }
 
-impl JsonRecord<'_> {
+impl<'a> JsonRecord<'a> {
+    /// A row of a sheet whose columns have these keys; messages name the column.
+    pub(super) fn of_row(
+        file: &'a str,
+        number: usize,
+        fields: Map<String, Value>,
+        columns: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        Self { file, number, fields, columns }
+    }
+
     /// The value at a key; `None` if it is absent or null.
     pub(super) fn value(&self, key: &str) -> Option<&Value> {
         self.fields.get(key).filter(|value| !value.is_null())
@@ -49,7 +61,9 @@ impl JsonRecord<'_> {
 
     /// The key of this object, for messages.
     pub(super) fn place(&self, key: &str) -> Place {
-        Place::cell(self.file, self.number, key)
+        let first = key.split('.').next().unwrap_or(key);
+        let column = self.columns.iter().find(|(_, of)| *of == first);
+        Place::cell(self.file, self.number, column.map_or(key, |(column, _)| *column))
     }
 
     /// The error that says this value is not what was expected.
@@ -163,7 +177,8 @@ impl<F: FnMut(JsonRecord<'_>) -> Result<(), CohortError>> Objects<'_, F> {
     fn take(&self, fields: Map<String, Value>) -> Result<(), ()> {
         self.used.set(0);
         self.number.set(self.number.get() + 1);
-        let record = JsonRecord { file: self.name, number: self.number.get(), fields };
+        let record =
+            JsonRecord { file: self.name, number: self.number.get(), fields, columns: &[] };
         (self.each.borrow_mut())(record).map_err(|error| {
             self.refused.replace(Some(error));
         })

@@ -4,7 +4,8 @@
 //! A folder with entries is one person and names it; otherwise every sub-folder with entries is.
 //! Times are instants. The wall clock is that of the zone that is given, else of the profile's `timezone`;
 //! without one, each record needs its `utcOffset`. The basal rate is the active profile's, changed by temporary rates,
-//! suspensions and profile switches. Entries other than `sgv` are not sensor readings.
+//! suspensions and profile switches. Entries other than `sgv` are not sensor readings. What the site
+//! marks as deleted (`isValid` false, interface version 3) is not read.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 use chrono::{DateTime, Utc};
 
 use super::diary::{Diary, GlucoseUnit, people, second};
-use super::files::name;
+use super::files::{self, name};
 use super::json_records::{JsonRecord, for_each};
 use super::zone::{Clock, from_millis, instant};
 use crate::error::{CohortError, Place};
@@ -41,13 +42,7 @@ pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import
 
 /// The folders that have entries: the source or those inside it, in order.
 fn folders(source: &Path) -> Result<Vec<PathBuf>, CohortError> {
-    if !source.is_dir() {
-        return Err(CohortError::MissingFile {
-            file: source.display().to_string(),
-            remedy: "give the folder that has entries.json, treatments.json and profile.json"
-                .into(),
-        });
-    }
+    files::folder(source, FORMAT, "entries.json, treatments.json and profile.json")?;
     if !json_files(source, "entries")?.is_empty() {
         return Ok(vec![source.to_owned()]);
     }
@@ -116,11 +111,11 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     match &clock {
         Some((clock, place)) if zone.is_some() => {
             let evidence = "--zone says it".to_owned();
-            diary.infer(place.clone(), &format!("local time of {clock:?}"), evidence);
+            diary.infer(place.clone(), &format!("local time of {clock}"), evidence);
         }
         Some((clock, place)) => {
             let evidence = "the profile states it".to_owned();
-            diary.infer(place.clone(), &format!("local time of {clock:?}"), evidence);
+            diary.infer(place.clone(), &format!("local time of {clock}"), evidence);
         }
         None => diary.infer(
             Place::file(file),
@@ -135,6 +130,9 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     let mut seen = HashSet::new();
     for (path, name) in json_files(folder, "treatments")? {
         for_each(&path, &name, |record| {
+            if deleted(&record, &mut diary) {
+                return Ok(());
+            }
             if repeated(&record, &mut seen)? {
                 diary
                     .note("records with an _id that came before: left out", || record.place("_id"));
@@ -154,6 +152,15 @@ fn repeated(record: &JsonRecord<'_>, seen: &mut HashSet<String>) -> Result<bool,
     Ok(id.is_some_and(|id| !seen.insert(id)))
 }
 
+/// Whether the site says that a record was deleted.
+fn deleted(record: &JsonRecord<'_>, diary: &mut Diary) -> bool {
+    let deleted = record.value("isValid").and_then(serde_json::Value::as_bool) == Some(false);
+    if deleted {
+        diary.note("records that were deleted: left out", || record.place("isValid"));
+    }
+    deleted
+}
+
 /// A reading before the unit is known.
 struct Reading {
     at: i64,
@@ -169,6 +176,9 @@ fn read_entries(
     let mut readings: Vec<Reading> = Vec::new();
     for (path, name) in files {
         for_each(path, name, |record| {
+            if deleted(&record, diary) {
+                return Ok(());
+            }
             if record.text("type")?.is_some_and(|kind| kind != "sgv") {
                 diary.note("entries that are not sensor readings: left out", || {
                     record.place("type")

@@ -3,7 +3,8 @@
 //!
 //! Files of one patient are one person. Times are `DD-MM-YYYY HH:MM:SS` on the local clock. `basal`
 //! holds until the next one, `temp_basal` replaces it from begin to end. Boluses are spread from
-//! begin to end. The weight is 99 for everybody, so it is not one. Sleep is that of the armband.
+//! begin to end. Finger sticks, and what only one of the two years has (skin and air temperature,
+//! galvanic response, acceleration), are no part of a record. The weight is 99 for everybody, so it is not one. Sleep is that of the armband.
 //!
 //! A row in a message is the number of the event in its file, from 1.
 
@@ -132,7 +133,7 @@ fn read(
             }
             _ => continue,
         };
-        let name = String::from_utf8_lossy(element.name().as_ref()).into_owned();
+        let name = element.name().as_ref().to_owned();
         let attributes =
             attributes(element).map_err(|reason| table(&reader, reason.into_owned()))?;
         if name == "patient" {
@@ -183,9 +184,9 @@ fn attributes(element: &BytesStart<'_>) -> Result<Vec<(String, String)>, Cow<'st
     let mut found = Vec::new();
     for attribute in element.attributes() {
         let attribute = attribute.map_err(|error| error.to_string())?;
-        let name = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
+        let name = attribute.key.as_ref().to_owned();
         // The study's numbers and times need no entity.
-        found.push((name, String::from_utf8_lossy(&attribute.value).into_owned()));
+        found.push((name, attribute.value.into_owned()));
     }
     Ok(found)
 }
@@ -226,7 +227,12 @@ impl Patient {
             }
             "basis_sleep" => {
                 let (from, to) = (entry.time("tbegin")?, entry.time("tend")?);
-                diary.asleep(from, to, || entry.place("tend"))
+                if to < from {
+                    let what = "sleep that ends before it begins: left out";
+                    diary.note(what, || entry.place("tend"));
+                    return Ok(());
+                }
+                diary.asleep(from, to, to - from, || entry.place("tend"))
             }
             _ => Ok(()),
         }

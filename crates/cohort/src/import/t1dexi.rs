@@ -7,8 +7,13 @@
 //! | `FAMLPM`, `FAMLPI` | `DCARBT` of `FACAT` CONSUMED, g |
 //! | `VS` | heart rate, weight |
 //! | `FA` | steps in ten seconds |
-//! | `NV` | sleep, where a row has start and end |
+//! | `NV` | sleep: its stages between start and end |
 //! | `DX` | the device that gives insulin |
+//!
+//! The variables of `NV` and `PR` are those of the study's own Define-XML (`docs/t1d-define.xml` and
+//! `data/vlm.json` of `swhume/T1Dexi`); suspensions, times, and extended boluses are read as
+//! `nudgebg/egvinsulin` (`babelbetes/studies/t1dexi.py`) reads them. Exercise (`PR`) is counted, since
+//! a record has no column for it.
 //!
 //! Times are seconds since 1960 on the local clock. A pump's basal insulin is in `FACM` twice, as
 //! rates and as amounts: the rates are used. Basal injections have no rate and are left out.
@@ -19,12 +24,13 @@ use std::path::{Path, PathBuf};
 use physiology::Kilograms;
 
 use super::diary::{Diary, GlucoseUnit, Rate, people};
-use super::files::name;
+use super::files::{self, name};
 use crate::error::CohortError;
 use crate::person::{Therapy, is_person_id};
 use crate::record::Channel;
 
 mod duration;
+mod sleep;
 mod xpt;
 
 use xpt::{Variable, Xpt, XptRow};
@@ -59,6 +65,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
         ("VS", Study::vital_signs),
         ("FA", Study::steps),
         ("NV", Study::sleep),
+        ("PR", Study::exercise),
     ] {
         if let Some(path) = files.get(domain) {
             read(&mut study, open(path)?)?;
@@ -76,12 +83,7 @@ fn domains(source: &Path) -> Result<HashMap<String, PathBuf>, CohortError> {
         action: "read",
         source: error,
     };
-    if !source.is_dir() {
-        return Err(CohortError::MissingFile {
-            file: source.display().to_string(),
-            remedy: "give the folder that has LB.xpt, FACM.xpt and the others".into(),
-        });
-    }
+    files::folder(source, FORMAT, "LB.xpt, FACM.xpt and the others")?;
     let mut found = HashMap::new();
     for entry in std::fs::read_dir(source).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
@@ -307,24 +309,13 @@ impl Study {
         })
     }
 
-    fn sleep(&mut self, file: Xpt) -> Result<(), CohortError> {
-        let (id, test, from) =
-            (file.variable("USUBJID")?, file.variable("NVTEST")?, file.variable("NVDTC")?);
-        let to = file.optional("NVENDTC");
+    /// Counts exercise of people who have a record.
+    fn exercise(&mut self, file: Xpt) -> Result<(), CohortError> {
+        let (id, name) = (file.variable("USUBJID")?, file.variable("PRTRT")?);
         file.for_each(|row| {
-            let name = row.text(&test).to_ascii_uppercase();
-            if !name.contains("SLEEP") || name.contains("WAKE") {
-                return Ok(());
-            }
-            let diary = self.person(&row, &id)?;
-            let end = match &to {
-                Some(to) if row.number(to)?.is_some() => at(&row, to)?,
-                _ => {
-                    diary.note("sleep without an end: left out", || row.place(&test));
-                    return Ok(());
-                }
-            };
-            diary.asleep(at(&row, &from)?, end, || row.place(&from))
+            let what = "exercise: a record has no column for it, left out";
+            self.person(&row, &id)?.note(what, || row.place(&name));
+            Ok(())
         })
     }
 }

@@ -1,4 +1,5 @@
-//! Anybody's tables: one CSV, one per person, or one per channel, as the user maps them.
+//! Anybody's tables: one CSV or Excel sheet, one per person, or one per channel, as the user maps
+//! them.
 //!
 //! Encoding, separator, decimal mark, order of dates and units are found out where the file shows
 //! them, refused where it leaves them open, and told in the report. [`dexcom`](super::dexcom) and
@@ -35,7 +36,7 @@ use rows::File;
 use unit::Unit;
 
 /// Endings of tables in a folder.
-const ENDINGS: [&str; 4] = [".csv", ".tsv", ".txt", ".dat"];
+const ENDINGS: [&str; 6] = [".csv", ".tsv", ".txt", ".dat", ".xlsx", ".xlsm"];
 
 /// Reads tables as the options map them.
 pub(super) fn import(
@@ -60,7 +61,7 @@ fn tables(
 ) -> Result<Vec<(PathBuf, String)>, CohortError> {
     let mut found = Vec::new();
     for source in sources {
-        found.extend(files(source, format, "*.csv, *.tsv or *.txt", |name| {
+        found.extend(files(source, format, "*.csv, *.tsv, *.txt or *.xlsx", |name| {
             let name = name.to_lowercase();
             ENDINGS.iter().any(|ending| name.ends_with(ending))
         })?);
@@ -121,7 +122,7 @@ fn one(
     names: &[String],
     agreed: Option<DateOrder>,
 ) -> Result<(Option<Read>, Option<DateOrder>), CohortError> {
-    let opened = Opened::read(path, name, &plan.wanted(names))?;
+    let opened = Opened::read(path, name, &plan.wanted(names), plan.options.sheet.as_deref())?;
     let file = File::new(&opened, plan, names)?;
     let (order, shown) = match (plan.options.dates, file.order()?) {
         (Some(told), Some((order, shown))) if order != told && !shown.is_empty() => {

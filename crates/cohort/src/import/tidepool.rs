@@ -1,12 +1,17 @@
-//! JSON exports of Tidepool (tidepool.org): one file per person, an array of data.
+//! Exports of Tidepool (tidepool.org): one JSON or XLSX file per person.
 //!
-//! The file's name is the person. Glucose is in mmol/L or mg/dL, each datum says which. The local
-//! time is that of `time` in the zone that is given; without one `deviceTime`, or `time` with `timezoneOffset`,
-//! or in the zone `timezone`.
-//! Durations are milliseconds. Carbohydrate comes from `wizard` and `food`; a meal that both have
-//! is given twice.
+//! The file's name is the person. A JSON file is an array of data; a workbook has a sheet for each
+//! type of data and a datum a row ([`sheets`]). Glucose is in mmol/L or mg/dL, each datum says
+//! which. The local time is that of `time` in the zone that is given; without one `deviceTime`, or
+//! `time` with `timezoneOffset`, or in the zone `timezone`. Carbohydrate comes from `wizard` and
+//! `food`; a meal that both have is given twice.
+//!
+//! Durations are milliseconds in Tidepool's own data, and minutes in what its site exports, which
+//! also writes `nutrition` as text and leaves out the doses of injections (package
+//! `@tidepool/data-tools` 2.5, which `tidepool-org/export` calls). The longest duration of a file
+//! shows which it is.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use serde_json::Value;
@@ -14,40 +19,65 @@ use serde_json::Value;
 use super::diary::{Diary, GlucoseUnit, Rate, people, second};
 use super::files::files;
 use super::json_records::{JsonRecord, for_each, number};
+use super::workbook::{Workbook, is_archive};
 use super::zone::{Clock, instant, zone};
 use crate::error::{CohortError, Place};
 use crate::person::is_person_id;
 use crate::record::Channel;
 use crate::wall_clock::parse_iso;
 
+mod sheets;
+
 const FORMAT: &str = "tidepool";
 /// mg/dL in a mmol/L as Tidepool converts them (its data model, `units`).
 const MG_PER_DL: f64 = 18.01559;
 /// Food within this many seconds of a bolus calculator's entry may be the same meal.
 const SAME_MEAL: i64 = 900;
+/// Ends of the names of exports in a folder.
+const ENDINGS: [&str; 2] = [".json", ".xlsx"];
+/// Longest duration, ms: 10 days.
+const LONGEST: f64 = 8.64e8;
+const INCOMPLETE: &str = "the export says that it is not complete: export a shorter range of dates";
+/// ms in a minute.
+const MINUTE: f64 = 60_000.0;
 
-/// Reads a file or the folder's `*.json`.
+/// Reads a file or the folder's `*.json` and `*.xlsx`.
 pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import, CohortError> {
     let mut diaries = Vec::new();
-    for (path, name) in files(source, FORMAT, "*.json", |name| name.ends_with(".json"))? {
-        let id = name.trim_end_matches(".json").to_owned();
+    let mut known: HashMap<String, String> = HashMap::new();
+    let wanted = |name: &str| ENDINGS.iter().any(|ending| name.ends_with(ending));
+    for (path, name) in files(source, FORMAT, "*.json or *.xlsx", wanted)? {
+        let stem = ENDINGS.iter().find_map(|ending| name.strip_suffix(ending));
+        let id = stem.unwrap_or(&name).to_owned();
+        let wrong =
+            |reason| CohortError::WrongLayout { file: name.clone(), expected: FORMAT, reason };
         if !is_person_id(&id) {
-            return Err(CohortError::WrongLayout {
-                file: name,
-                expected: FORMAT,
-                reason: "the file's name becomes the person's identifier; use letters, digits, \
-                         '_', '-' and '.'"
+            return Err(wrong(
+                "the file's name becomes the person's identifier; use letters, digits, '_', '-' \
+                 and '.'"
                     .into(),
-            });
+            ));
         }
-        let diary = Diary::new(&id, &name, GlucoseUnit::MgPerDl);
-        let mut reader =
-            Reader { diary, zone, seen: HashSet::new(), wizards: vec![], foods: vec![] };
+        if let Some(other) = known.insert(id.clone(), name.clone()) {
+            return Err(wrong(format!("'{other}' is of the same person; keep one of them")));
+        }
+        let mut reader = Reader {
+            diary: Diary::new(&id, &name, GlucoseUnit::MgPerDl),
+            zone,
+            duration: MINUTE,
+            seen: HashSet::new(),
+            wizards: vec![],
+            foods: vec![],
+        };
         if let Some(clock) = zone {
             let evidence = "--zone says it".to_owned();
-            reader.diary.infer(Place::file(&name), &format!("local time of {clock:?}"), evidence);
+            reader.diary.infer(Place::file(&name), &format!("local time of {clock}"), evidence);
         }
-        for_each(&path, &name, |record| reader.read(&record))?;
+        if is_archive(&path) {
+            sheets::read(&mut Workbook::open(&path, &name)?, &name, &mut reader)?;
+        } else {
+            reader.json(&path, &name)?;
+        }
         diaries.push(reader.finish());
     }
     people(FORMAT, &source.display().to_string(), diaries)
@@ -57,6 +87,8 @@ struct Reader {
     diary: Diary,
     /// The wall clock that was given.
     zone: Option<Clock>,
+    /// ms in the unit of durations.
+    duration: f64,
     seen: HashSet<String>,
     /// Seconds and grams of carbohydrate, and where.
     wizards: Vec<(i64, f64, Place)>,
@@ -64,7 +96,32 @@ struct Reader {
 }
 
 impl Reader {
+    /// Reads a JSON file, after a look at its durations.
+    fn json(&mut self, path: &Path, name: &str) -> Result<(), CohortError> {
+        let mut longest = 0.0_f64;
+        for_each(path, name, |record| {
+            if matches!(record.text("type"), Ok(Some("basal" | "bolus")))
+                && let Ok(Some(duration)) = record.number("duration")
+            {
+                longest = longest.max(duration);
+            }
+            Ok(())
+        })?;
+        self.duration = if longest > LONGEST / MINUTE { 1.0 } else { MINUTE };
+        if longest > 0.0 {
+            let unit = if self.duration == MINUTE { "minutes" } else { "milliseconds" };
+            let evidence = format!("the longest is {longest}");
+            let place = Place::column(name, "duration");
+            self.diary.infer(place, &format!("durations in {unit}"), evidence);
+        }
+        for_each(path, name, |record| self.read(&record))
+    }
+
     fn read(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        if record.value("exportError").is_some() {
+            self.diary.note(INCOMPLETE, || record.place("exportError"));
+            return Ok(());
+        }
         let Some(kind) = record.text("type")? else {
             return Err(record.wrong("type", "the kind of datum, like cbg; the key is missing"));
         };
@@ -105,7 +162,7 @@ impl Reader {
         let from = at(record, self.zone)?;
         let to = match record.number("duration")? {
             None => None,
-            Some(_) => Some(from + millis(record, "duration")?),
+            Some(_) => Some(from + self.seconds(record)?),
         };
         self.diary.rate(Rate { from, to, u_h }, || record.place("rate"))
     }
@@ -120,7 +177,7 @@ impl Reader {
             self.diary.dose(Channel::Bolus, at, 0, amount, || record.place("normal"))?;
         }
         if let Some(amount) = extended {
-            let seconds = millis(record, "duration")?;
+            let seconds = self.seconds(record)?;
             self.diary.dose(Channel::Bolus, at, seconds, amount, || record.place("extended"))?;
         }
         Ok(())
@@ -141,7 +198,16 @@ impl Reader {
 
     fn food(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
         let key = "nutrition.carbohydrate.net";
-        let net = record.value("nutrition").and_then(|food| food.get("carbohydrate")?.get("net"));
+        let parsed = match record.value("nutrition") {
+            // As the site exports it.
+            Some(Value::String(text)) => {
+                let parsed = serde_json::from_str::<Value>(text);
+                Some(parsed.map_err(|_| record.wrong("nutrition", "JSON of what food contains"))?)
+            }
+            _ => None,
+        };
+        let food = parsed.as_ref().or_else(|| record.value("nutrition"));
+        let net = food.and_then(|food| food.get("carbohydrate")?.get("net"));
         let Some(net) = net else {
             self.diary.note("food without carbohydrate: left out", || record.place("nutrition"));
             return Ok(());
@@ -158,6 +224,12 @@ impl Reader {
 
     /// An injection: rapid insulin is a bolus, long-acting insulin has no rate.
     fn injection(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
+        if record.value("formulation").is_none() && record.value("dose").is_none() {
+            let what = "injections without dose and insulin, which Tidepool's site does not export: \
+                        left out";
+            self.diary.note(what, || record.place("dose"));
+            return Ok(());
+        }
         let kind = record.value("formulation").and_then(|one| one.get("simple")?.get("actingType"));
         if kind.and_then(Value::as_str) != Some("rapid") {
             self.diary.note("injections that are not rapid insulin: left out", || {
@@ -168,6 +240,15 @@ impl Reader {
         let total = record.value("dose").and_then(|dose| number(dose.get("total")?).ok()?);
         let total = total.ok_or_else(|| record.wrong("dose", "an object with a number total"))?;
         self.diary.dose(Channel::Bolus, at(record, self.zone)?, 0, total, || record.place("dose"))
+    }
+
+    /// Whole seconds of a duration.
+    fn seconds(&self, record: &JsonRecord<'_>) -> Result<i64, CohortError> {
+        let millis = required(record, "duration")? * self.duration;
+        if !(0.0..=LONGEST).contains(&millis) {
+            return Err(record.wrong("duration", "a duration from 0 to 10 days"));
+        }
+        Ok((millis / 1000.0).round() as i64)
     }
 
     fn event(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
@@ -196,15 +277,6 @@ impl Reader {
 
 fn required(record: &JsonRecord<'_>, key: &str) -> Result<f64, CohortError> {
     record.number(key)?.ok_or_else(|| record.wrong(key, "a number; the key is missing"))
-}
-
-/// Whole seconds of a duration in ms.
-fn millis(record: &JsonRecord<'_>, key: &str) -> Result<i64, CohortError> {
-    let millis = required(record, key)?;
-    if !(0.0..=8.64e8).contains(&millis) {
-        return Err(record.wrong(key, "milliseconds, from 0 to those of 10 days"));
-    }
-    Ok((millis / 1000.0).round() as i64)
 }
 
 /// The local second of a datum.

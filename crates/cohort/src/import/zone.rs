@@ -25,14 +25,26 @@ impl Clock {
     }
 }
 
+impl std::fmt::Display for Clock {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Zone(zone) => f.write_str(zone.name()),
+            Self::Offset(minutes) => write!(f, "UTC {minutes:+} min"),
+        }
+    }
+}
+
 /// The zone of a name like `Europe/Madrid`, in either case: some sites write `ETC/GMT+5`.
 pub(super) fn zone(name: &str) -> Option<Tz> {
     TZ_VARIANTS.iter().copied().find(|zone| zone.name().eq_ignore_ascii_case(name.trim()))
 }
 
-/// An instant as JSON files write it: `2024-03-01T07:00:00.000Z` or with another offset.
+/// An instant as JSON files write it: `2024-03-01T07:00:00.000Z` or with another offset, which
+/// xDrip writes without a colon (`+0100`).
 pub(super) fn instant(text: &str) -> Option<DateTime<FixedOffset>> {
-    DateTime::parse_from_rfc3339(text.trim()).ok()
+    let text = text.trim();
+    let loose = || DateTime::parse_from_str(text, "%Y-%m-%dT%H:%M:%S%.f%z");
+    DateTime::parse_from_rfc3339(text).or_else(|_| loose()).ok()
 }
 
 /// The instant of milliseconds since 1970.
@@ -54,6 +66,7 @@ mod tests {
         assert_eq!(local("2024-03-31T01:00:00Z"), "2024-03-31 03:00:00");
         assert_eq!(local("2024-10-27T02:30:00+02:00"), "2024-10-27 02:30:00");
         assert_eq!(local("2024-10-27T02:30:00+01:00"), "2024-10-27 02:30:00");
+        assert_eq!(local("2023-11-17T03:32:37.089+0100"), "2023-11-17 03:32:37.089");
         assert_eq!(zone("Mars/Olympus"), None);
         let at = from_millis(1_709_280_000_000.0).expect("a time");
         assert_eq!(Clock::Offset(-300).local(at).to_string(), "2024-03-01 03:00:00");

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cohort::{
-    Channel, CohortError, Import, ImportFormat, RecordsFormat, Role, TableOptions, Therapy,
-    guess_table, import_with, read_folder, write_folder,
+    Channel, CohortError, DateOrder, Import, ImportFormat, RecordsFormat, Role, TableOptions,
+    Therapy, guess_table, import_with, read_folder, write_folder,
 };
 
 fn exports() -> PathBuf {
@@ -110,6 +110,91 @@ fn libre_takes_historic_readings_and_the_parts_of_a_calculated_dose() {
     assert!(!serde_json::to_string(&import.report).expect("JSON").contains("Nobody"));
 }
 
+/// The first reading, bolus and carbohydrate of a text, and what is noted.
+fn first_values(
+    format: ImportFormat,
+    text: &str,
+) -> (Option<f64>, Option<f64>, Option<f64>, Vec<String>) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("p1.csv");
+    fs::write(&path, text).expect("writable");
+    let options = TableOptions { dates: Some(DateOrder::DayFirst), ..Default::default() };
+    let import = import_with(format, &[path], &options).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let record = &import.cohort.people[0].record;
+    (record.cgm()[0], record.bolus()[0], record.carbs()[0], notes(&import))
+}
+
+#[test]
+fn libre_is_read_in_the_languages_of_its_accounts() {
+    // As public readers and writers of these files have them.
+    let german = "Glukose-Werte,Erstellt am,25-02-2021 17:28 UTC,Erstellt von,x\n\nGerät,Seriennummer,\
+        Gerätezeitstempel,Aufzeichnungstyp,Glukosewert-Verlauf mg/dL,Glukose-Scan mg/dL,\
+        Schnellwirkendes Insulin (Einheiten),Kohlenhydrate (Gramm),Depotinsulin (Einheiten)\n";
+    let dutch = "Glucosegegevens,Gegenereerd op,x UTC,Gegenereerd door,x\nApparaat,Serienummer,\
+        Tijdstempel apparaat,Gegevenstype,Historische glucose mmol/l,Scan Glucose mmol/l,\
+        Snelwerkende insuline (eenheden),Koolhydraten (gram),Langwerkende insuline (eenheden)\n";
+    let french = "Glucose,Généré le,x UTC,Généré par,x\nAppareil,Numéro de série,\
+        Horodatage de l'appareil,Type d'enregistrement,Historique de la glycémie mg/dL,\
+        Numérisation de la glycémie mg/dL,Insuline à action rapide (unités),Glucides (grammes),\
+        Insuline à action longue (unités)\n";
+    let spanish = "Informe,Generado el,x UTC,Generado por,x\nDispositivo,Número de serie,\
+        Sello de tiempo del dispositivo,Tipo de registro,Historial de glucosa mg/dL,\
+        Escaneo de glucosa mg/dL,Insulina de acción rápida (unidades),Carbohidratos (gramos),\
+        Insulina de acción larga (unidades)\n";
+    let italian = "Dati,Generato il,x UTC,Generato da,x\nDispositivo,Numero di serie,\
+        Timestamp del dispositivo,Tipo,Storico del glucosio mg/dL,Scan,\
+        Insulina ad azione rapida (unità),Carboidrati (grammi),\
+        Insulina ad effetto prolungato (unità)\n";
+    let older = "x\nID,Serial,Time,Record Type,Historic Glucose(mg/dL),Scan Glucose(mg/dL),\
+        Rapid-Acting Insulin (units),Carbohydrates (grams),Long-Acting Insulin (units)\n";
+    for header in [german, dutch, french, spanish, italian, older] {
+        let (reading, scan) = if header == dutch { ("5.0", "6.0") } else { ("90", "108") };
+        let row = |kind, cells: String| format!("Libre,1,18-02-2021 10:55,{kind},{cells}\n");
+        let text = [
+            header.to_owned(),
+            row(0, format!("{reading},,,,")),
+            row(1, format!(",{scan},,,")),
+            row(4, ",,4.5,,".into()),
+            row(5, ",,,30,".into()),
+            row(4, ",,,,12".into()),
+        ]
+        .concat();
+        let (glucose, bolus, carbs, notes) = first_values(ImportFormat::Libre, &text);
+        assert_eq!((glucose, bolus, carbs), (Some(90.0), Some(4.5), Some(30.0)), "{text}");
+        has(&notes, "long-acting injections");
+        if header != italian {
+            has(&notes, "scans: left out");
+        }
+    }
+}
+
+#[test]
+fn dexcom_is_read_in_the_languages_of_its_accounts() {
+    let german = "Index;Zeitstempel (JJJJ-MM-TTThh:mm:ss);Ereignistyp;Ereignisuntertyp;\
+        Glukosewert (mmol/l);Insulinwert (IE);Kohlenhydratwert (Gramm)\n\
+        1;;Vorname;;;;\n\
+        2;2026-06-02T00:00:00;EGW;;5,0;;\n3;2026-06-02T00:05:00;EGW;;Niedrig;;\n\
+        4;2026-06-02T00:10:00;EGW;;Hoch;;\n5;2026-06-02T00:00:00;Kohlenhydrate;;;;30\n\
+        6;2026-06-02T00:00:00;Insulin;Fast-Acting;;4,5;\n\
+        7;2026-06-02T00:00:00;Insulin;unbekannt;;3,5;\n";
+    let spanish = "Índice;Marca temporal (AAAA-MM-DDThh:mm:ss);Tipo de evento;Subtipo de evento;\
+        Nivel de glucosa (mg/dl);Nivel de insulina (u);Nivel de carbohidratos (gramos)\n\
+        1;;Nombre;;;;\n\
+        2;2020-06-02T00:00:00;Niveles estimados de glucosa;;90;;\n\
+        3;2020-06-02T00:05:00;Niveles estimados de glucosa;;Bajo;;\n\
+        4;2020-06-02T00:10:00;Niveles estimados de glucosa;;Alto;;\n\
+        5;2020-06-02T00:00:00;Carbohidratos;;;;30\n\
+        6;2020-06-02T00:00:00;Insulina;Fast-Acting;;4.5;\n\
+        7;2020-06-02T00:00:00;Insulina;desconocida;;3.5;\n\
+        8;2020-06-02T00:00:00;Alerta;;55;;\n";
+    for text in [german, spanish] {
+        let (glucose, bolus, carbs, notes) = first_values(ImportFormat::Dexcom, text);
+        assert_eq!((glucose, bolus, carbs), (Some(90.0), Some(4.5), Some(30.0)), "{text}");
+        has(&notes, "beyond the sensor's range: kept as 40 and 400 mg/dL (2x)");
+        has(&notes, "doses of a kind that is not known: left out (1x)");
+    }
+}
+
 #[test]
 fn a_spreadsheet_is_found_out_and_the_guess_maps_it() {
     let path = exports().join("spreadsheet.csv");
@@ -121,14 +206,50 @@ fn a_spreadsheet_is_found_out_and_the_guess_maps_it() {
     has(&inferences, "dates are day-first");
     let (_, second) = import.cohort.find("P-02").expect("there");
     assert_eq!(second.record.start().to_string(), "2024-02-11 00:00:00");
-    let guess = guess_table(&[path]).expect("a table");
+    let guess = guess_table(&[path], None).expect("a table");
     assert_eq!(
         guess.map,
         "person=Código,time=Fecha y hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos"
     );
     assert_eq!((guess.units.as_str(), guess.missing.len()), ("glucose=mmol/L", 0));
-    let channels = guess_table(&[exports().join("channels")]).expect("tables");
+    let channels = guess_table(&[exports().join("channels")], None).expect("tables");
     assert_eq!(channels.missing, [Role::Glucose], "no name says what 'value' is");
+}
+
+#[test]
+fn a_workbook_is_read_as_the_table_that_it_was_made_of() {
+    let told = read(ImportFormat::Table, "spreadsheet.csv", &spreadsheet_options());
+    let first = read(ImportFormat::Table, "spreadsheet.xlsx", &spreadsheet_options());
+    assert_eq!(first.cohort, told.cohort);
+    let inferences: Vec<String> =
+        first.report.inferences.iter().flatten().map(ToString::to_string).collect();
+    has(&inferences, "Excel workbook, sheet 'Datos', of 2 sheets, header in line 3");
+    let mut options = TableOptions { sheet: Some("Fecha aparte".into()), ..Default::default() };
+    let map = "person=Código,date=Día,clock=Hora,glucose=Glucosa,basal=Basal (U),bolus=Bolo,carbs=Hidratos";
+    options.add_map(map).expect("a map");
+    options.add_unit("glucose=mmol/L,basal=U/5min").expect("units");
+    let second = read(ImportFormat::Table, "spreadsheet.xlsx", &options);
+    assert_eq!(second.cohort, told.cohort);
+
+    let path = exports().join("spreadsheet.xlsx");
+    let guess = guess_table(std::slice::from_ref(&path), None).expect("a table");
+    assert_eq!((guess.units.as_str(), guess.missing.len()), ("glucose=mmol/L", 0));
+    let refused = |sheet: &str, path: PathBuf, options: TableOptions| {
+        let options = TableOptions { sheet: Some(sheet.into()), ..options };
+        import_with(ImportFormat::Table, &[path], &options).map(|_| ()).expect_err("refused")
+    };
+    let message = refused("Otra", path, spreadsheet_options()).to_string();
+    assert_eq!(message, "--sheet: spreadsheet.xlsx has the sheets Datos, Fecha aparte");
+    let message = refused("Datos", exports().join("spreadsheet.csv"), spreadsheet_options());
+    assert!(message.to_string().contains("spreadsheet.csv is no Excel workbook"), "{message}");
+    // A cell that is no number is named by its row in the sheet.
+    let mut options = spreadsheet_options();
+    options.columns.retain(|(role, _)| *role != Role::Carbs);
+    options.add_map("carbs=Código").expect("a map");
+    options.columns.retain(|(role, _)| *role != Role::Person);
+    let path = exports().join("spreadsheet.xlsx");
+    let error = import_with(ImportFormat::Table, &[path], &options).expect_err("text").to_string();
+    assert!(error.contains("spreadsheet.xlsx, row 4, column Código: 'P-01' is not"), "{error}");
 }
 
 #[test]

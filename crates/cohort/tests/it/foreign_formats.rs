@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use cohort::{Channel, Import, ImportFormat, RecordsFormat, Totals, import, read_folder};
+use cohort::{
+    Channel, Import, ImportFormat, RecordsFormat, TableOptions, Totals, import, import_with,
+    read_folder,
+};
 
 mod babelbetes;
 mod metabonet;
@@ -21,7 +24,17 @@ fn fixture(name: &str) -> PathBuf {
 
 /// Imports a fixture, compares `channels` with the morning, and writes and reads the result.
 fn check(format: ImportFormat, channels: &[Channel]) -> Import {
-    let import = import(format, &fixture(format.name())).expect("a good fixture");
+    check_at(format, &fixture(format.name()), &TableOptions::default(), channels)
+}
+
+/// The same of another fixture, with options.
+fn check_at(
+    format: ImportFormat,
+    source: &Path,
+    options: &TableOptions,
+    channels: &[Channel],
+) -> Import {
+    let import = import_with(format, &[source.to_owned()], options).expect("a good fixture");
     let expected = read_folder(&fixture("expected")).expect("a good cohort");
     let (person, truth) = (&import.cohort.people[0], &expected.people[0]);
     assert_eq!(import.cohort.people.len(), 1);

@@ -198,7 +198,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ("t,g\n2024-03-01,100\n", "no sensor reading of anyone"),
         ("t,g\n0001-03-01 08:00,100\n", "a time within the years 1900 to 2199"),
         ("t,g\n1990-03-01 08:00,100\n2024-03-01 08:00,100\n", "person 'p' spans"),
-        ("PK\u{3}\u{4}", "save the sheet as CSV"),
+        ("PK\u{3}\u{4}", "not an Excel workbook, or cut off"),
     ] {
         let error = import(&[("p.csv", text)], same).expect_err(says);
         assert!(error.contains(says), "wanted: {says}\n   got: {error}");
@@ -256,7 +256,7 @@ fn a_folder_of_something_else_has_no_column_that_is_mapped() {
         "{dexcom}"
     );
     assert!(from(ImportFormat::Libre).contains("no column 'Device Timestamp'"));
-    let guess = guess_table(&[folder.path().to_owned()]).expect("a table");
+    let guess = guess_table(&[folder.path().to_owned()], None).expect("a table");
     assert_eq!((guess.map.as_str(), guess.missing.len()), ("", 2));
 }
 
@@ -319,6 +319,6 @@ proptest! {
             }
             Err(error) => prop_assert!(!error.to_string().is_empty()),
         }
-        drop(guess_table(&[path]));
+        drop(guess_table(&[path], None));
     }
 }

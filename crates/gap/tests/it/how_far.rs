@@ -274,7 +274,7 @@ fn what_depends_on_glucose_and_who_lacks_a_channel_is_said() {
     let exercise = effects::find("exercise").expect("in the library");
     let found = measured(&cohort, &[(exercise.as_ref(), 0)]);
     let expected = [
-        "exercise: the records of 1 of 3 people do not signal it",
+        "exercise: 1 of 3 records do not signal it",
         "exercise depends on glucose: free runs drive it with their own",
     ];
     assert_eq!(found.notes, expected);

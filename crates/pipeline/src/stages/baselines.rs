@@ -17,6 +17,7 @@ use crate::profile::Profile;
 use crate::progress::Progress;
 use crate::stages::simulate::read_patients;
 use crate::stages::twin;
+use ::report::count;
 
 /// Settings of `baselines`.
 #[derive(Debug, Clone)]
@@ -112,7 +113,8 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write_document(&Baselines { schema, candidates: described, people })?;
     let place = output.finish()?;
     progress.finish(&format!(
-        "{fitted} people fitted, {} left out, largest R-hat {worst:.2}, {}",
+        "{} fitted, {} left out, largest R-hat {worst:.2}, {}",
+        count(fitted, "person", "people"),
         in_use.recorded.people.len() - fitted,
         place.join(Baselines::FILE).display()
     ));

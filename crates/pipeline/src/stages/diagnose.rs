@@ -17,6 +17,7 @@ use crate::people::People;
 use crate::progress::{Progress, note, table};
 use crate::stages::report;
 use crate::stated_truth::stated_truth;
+use ::report::count;
 
 /// Settings of `diagnose`.
 #[derive(Debug, Clone)]
@@ -124,10 +125,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let excluded = diagnosis.people.iter().filter(|person| person.excluded.is_some()).count();
     report::write_into(output.path(), output.manifest())?;
     let place = output.finish()?;
-    let people = match diagnosis.people.len() {
-        1 => "1 person".to_owned(),
-        n => format!("{n} people"),
-    };
+    let people = count(diagnosis.people.len(), "person", "people");
     progress
         .finish(&format!("{people}, {excluded} left out, {}", place.join("report.html").display()));
     table(::report::answer(&written, truth.as_ref()));

@@ -25,6 +25,7 @@ use crate::people::People;
 use crate::profile::Profile;
 use crate::progress::{Progress, note, table as print_table};
 use crate::stages::twin;
+use ::report::count;
 use plants::effect_twins::{Judged, KINDS, Subject, acting, training_days};
 use plants::{Acting, check_wiring};
 
@@ -86,7 +87,7 @@ pub fn run(args: &Settings) -> Result<()> {
     }
     ensure!(
         people.len() >= FEWEST_PEOPLE,
-        "{} people have complete windows in both parts; a comparison needs {FEWEST_PEOPLE}",
+        "people with complete windows in both parts: {}; a comparison needs {FEWEST_PEOPLE}",
         people.len()
     );
     let (acting, left_out) = acting(&diagnosis, &people, &population)?;
@@ -115,7 +116,8 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write("effect_twins.txt", text.as_bytes())?;
     let place = output.finish()?;
     print_table(text);
-    progress.finish(&format!("{} people, {}", judged.len(), place.display()));
+    let people = count(judged.len(), "person", "people");
+    progress.finish(&format!("{people}, {}", place.display()));
     Ok(())
 }
 
@@ -178,7 +180,11 @@ fn found(
 }
 
 fn text(of: &EffectTwins) -> String {
-    let mut text = format!("{} people, {} held-out windows\n", of.people, of.windows);
+    let mut text = format!(
+        "{}, {}\n",
+        count(of.people, "person", "people"),
+        count(of.windows, "held-out window", "held-out windows")
+    );
     for effect in &of.effects {
         let _ = writeln!(
             text,

@@ -25,6 +25,7 @@ use crate::progress::{Progress, note, table as print_table};
 use crate::stages::baselines::Baselines;
 use crate::stages::twin::{spread_in, twins_in, variants_in};
 use crate::stages::{paper_tables, train, twin};
+use ::report::count;
 
 /// Settings of `evaluate`.
 #[derive(Debug, Clone)]
@@ -134,7 +135,8 @@ pub fn run(args: &Settings) -> Result<()> {
     progress.advance("people");
     let place = output.finish()?;
     progress.finish(&format!(
-        "{judged} people judged, {} left out, {}",
+        "{} judged, {} left out, {}",
+        count(judged, "person", "people"),
         evaluation.exclusions.len(),
         place.display()
     ));

@@ -9,6 +9,7 @@ use cohort::{export, read_folder};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::note;
+use ::report::count;
 
 /// Settings of `export`.
 #[derive(Debug, Clone)]
@@ -29,6 +30,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let output = OutputFolder::begin(&args.out, manifest)?;
     export(&cohort, args.to, output.path()).context("writing the cohort")?;
     let place = output.finish()?;
-    note(format!("export: {} people in {}", cohort.people.len(), place.display()));
+    let people = count(cohort.people.len(), "person", "people");
+    note(format!("export: {people} in {}", place.display()));
     Ok(())
 }

@@ -11,6 +11,7 @@ use contract::{Document as _, ImportReport};
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{note, table};
+use ::report::count;
 
 /// Largest file of a map, bytes.
 const LARGEST_MAP: u64 = 1 << 20;
@@ -38,6 +39,8 @@ pub struct Settings {
     pub dates: Option<DateOrder>,
     /// The decimal mark.
     pub decimal: Option<char>,
+    /// The sheet of an Excel workbook.
+    pub sheet: Option<String>,
     /// Propose a map and write nothing.
     pub guess: bool,
 }
@@ -77,9 +80,10 @@ pub fn run(args: &Settings) -> Result<()> {
     }
     let findings: usize = imported.report.people.iter().map(|p| p.findings.len()).sum();
     note(format!(
-        "import: {} people, {} notes and {findings} findings in {}",
-        imported.cohort.people.len(),
-        imported.report.notes.len(),
+        "import: {}, {} and {} in {}",
+        count(imported.cohort.people.len(), "person", "people"),
+        count(imported.report.notes.len(), "note", "notes"),
+        count(findings, "finding", "findings"),
         place.join(ImportReport::FILE).display()
     ));
     Ok(())
@@ -112,6 +116,7 @@ fn options(args: &Settings) -> Result<(TableOptions, Vec<PathBuf>)> {
         options.utc |= of_file.utc;
         options.dates = of_file.dates.or(options.dates);
         options.decimal = of_file.decimal.or(options.decimal);
+        options.sheet = of_file.sheet.or(options.sheet);
     }
     for unit in &args.unit {
         options.add_unit(unit)?;
@@ -120,6 +125,7 @@ fn options(args: &Settings) -> Result<(TableOptions, Vec<PathBuf>)> {
     options.utc |= args.utc;
     options.dates = args.dates.or(options.dates);
     options.decimal = args.decimal.or(options.decimal);
+    options.sheet = args.sheet.clone().or(options.sheet);
     Ok((options, files))
 }
 
@@ -128,7 +134,8 @@ fn guess(args: &Settings) -> Result<()> {
     if args.from != ImportFormat::Table {
         bail!("--guess: the columns of {} are known; use it with --from table", args.from.name());
     }
-    let guess = guess_table(&args.source).context("looking at the tables")?;
+    let guess =
+        guess_table(&args.source, args.sheet.as_deref()).context("looking at the tables")?;
     for line in &guess.lines {
         table(line);
     }

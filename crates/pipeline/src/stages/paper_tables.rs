@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use ::report::count;
 use anyhow::{Context as _, Result};
 use contract::WhatIf;
 use contract::outcomes::{MethodRows, OutcomeRow, OutcomesTable};
@@ -57,9 +58,9 @@ pub(crate) fn text(
     constrained: Option<&WhatIf>,
 ) -> String {
     let mut text = format!(
-        "Cohort '{}': {} people judged, {} left out, {} windows of {} min\n",
+        "Cohort '{}': {} judged, {} left out, {} windows of {} min\n",
         table.cohort,
-        table.people,
+        count(table.people, "person", "people"),
         table.exclusions.len(),
         table.windows,
         table.window_minutes
@@ -86,8 +87,10 @@ pub(crate) fn text(
     for scenario in &table.scenarios {
         let _ = writeln!(
             text,
-            "\nScenario (paper, Table 'inputsContributions'): {}: {} people, {} windows",
-            scenario.label, scenario.people, scenario.windows
+            "\nScenario (paper, Table 'inputsContributions'): {}: {}, {}",
+            scenario.label,
+            count(scenario.people, "person", "people"),
+            count(scenario.windows, "window", "windows")
         );
         if scenario.methods.is_empty() {
             text.push_str("fewer than two people have such windows\n");

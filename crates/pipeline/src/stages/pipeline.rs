@@ -26,6 +26,7 @@ use crate::stages::{
     baselines, diagnose, evaluate, held_out, paper_tables, report, train, twin, verify,
 };
 use crate::workspace_root;
+use ::report::count;
 
 /// Settings of `pipeline`.
 #[derive(Debug, Clone)]
@@ -307,7 +308,7 @@ fn judge_cohort(folder: &Path, out: &Path) -> Result<()> {
         note(mass_balance(person).to_string());
     }
     output.finish()?;
-    note(format!("cohort: {} people", cohort.people.len()));
+    note(format!("cohort: {}", count(cohort.people.len(), "person", "people")));
     Ok(())
 }
 

@@ -26,6 +26,7 @@ use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note, table as print_table};
+use ::report::count;
 
 /// Settings of a check of effects that are planted into real records.
 #[derive(Debug, Clone)]
@@ -61,7 +62,8 @@ pub fn run(args: &Settings) -> Result<()> {
         );
     }
     let cohort = read_folder(folder).with_context(|| format!("reading '{}'", folder.display()))?;
-    note(format!("blind-check: planted into {} people with --seed {seed}", cohort.people.len()));
+    let people = count(cohort.people.len(), "person", "people");
+    note(format!("blind-check: planted into {people} with --seed {seed}"));
     let config = serde_json::json!({ "planted": folder, "sizes": times });
     let manifest = Manifest::new("blind-check", config, Some(seed)).with_input(folder)?;
     let output = OutputFolder::begin(&args.out, manifest)?;

@@ -16,6 +16,7 @@ use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::people::read_cohort;
 use crate::progress::{Progress, note};
+use ::report::count;
 
 /// How meals are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -69,7 +70,8 @@ pub fn run(args: &Settings) -> Result<()> {
     let counts: Vec<String> =
         fates.iter().map(|(fate, count)| format!("{count} {}", fate.name())).collect();
     note(format!("reconcile: {}", counts.join(", ")));
-    progress.finish(&format!("{} people in {}", after.people.len(), place.display()));
+    let people = count(after.people.len(), "person", "people");
+    progress.finish(&format!("{people} in {}", place.display()));
     Ok(())
 }
 

@@ -29,6 +29,7 @@ use crate::people::People;
 use crate::profile::Profile;
 use crate::progress::{Progress, note};
 use crate::stages::train;
+use ::report::count;
 
 /// Settings of `twin`.
 #[derive(Debug, Clone)]
@@ -186,8 +187,9 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write(train::MODEL, &population.to_safetensors())?;
     let place = output.finish()?;
     progress.finish(&format!(
-        "{trained} twins, {} people left out, {}",
-        people.recorded.people.len() - trained,
+        "{}, {} left out, {}",
+        count(trained, "twin", "twins"),
+        count(people.recorded.people.len() - trained, "person", "people"),
         place.join(TwinsTable::FILE).display()
     ));
     Ok(())

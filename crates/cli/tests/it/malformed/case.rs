@@ -1,6 +1,7 @@
 //! One malformed input: what is typed, and what the answer must say.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 /// A command on a malformed input.
@@ -17,6 +18,8 @@ pub(super) struct Case {
     pub(super) apart: PathBuf,
     /// Whether `--out` is added.
     pub(super) out: bool,
+    /// Whether the program must not run as root, for whom nothing is closed.
+    pub(super) ordinary: bool,
 }
 
 /// The cases, and a folder for their inputs.
@@ -56,6 +59,24 @@ impl Cases {
         self.add(name, arguments, 1, words, false);
     }
 
+    /// The same for a user who may not do everything; `--out` is added where `out` says so.
+    pub(super) fn refused_for_a_user(
+        &mut self,
+        name: &str,
+        arguments: &[&str],
+        words: &[&str],
+        out: bool,
+    ) {
+        self.add(name, arguments, 1, words, out);
+        let case = self.all.last_mut().expect("just added");
+        case.ordinary = true;
+        // The user is somebody else where the tests run as root.
+        for folder in [&self.root, &case.apart] {
+            let open = fs::Permissions::from_mode(0o777);
+            fs::set_permissions(folder, open).expect("ours");
+        }
+    }
+
     /// Wrong usage: status 2.
     pub(super) fn usage(&mut self, name: &str, arguments: &[&str], words: &[&str]) {
         self.add(name, arguments, 2, words, true);
@@ -72,6 +93,7 @@ impl Cases {
             words: owned(words),
             apart,
             out,
+            ordinary: false,
         });
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt as _, symlink};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::case::{Cases, repository, text};
@@ -38,6 +38,7 @@ pub(super) fn add(cases: &mut Cases) {
     }
     cases.usage("an empty --seed", &["train", "--seed", ""], &["--seed"]);
     within_inputs(cases, &cohort);
+    closed(cases, &cohort);
     unwritable(cases, &cohort);
     sources(cases, &cohort, &model);
 }
@@ -50,11 +51,7 @@ fn out_is(cases: &mut Cases, stage: &[&str], fault: &str, out: &str, words: &[&s
 /// Outputs that would lie among the inputs.
 fn within_inputs(cases: &mut Cases, cohort: &str) {
     for stage in ["export", "reconcile", "diagnose"] {
-        let copy = cases.place("cohort");
-        fs::create_dir(&copy).expect("writable");
-        for file in ["people.csv", "records.parquet"] {
-            fs::copy(Path::new(cohort).join(file), copy.join(file)).expect("copied");
-        }
+        let copy = copy(cases, cohort);
         let mut typed = vec![stage, "--cohort"];
         let (folder, within) = (text(&copy), text(&copy.join("deep/out")));
         typed.push(&folder);
@@ -73,32 +70,45 @@ fn within_inputs(cases: &mut Cases, cohort: &str) {
     }
 }
 
-/// Places that take no files: read-only (nothing is for root), and a full disk (where one can be made).
-fn unwritable(cases: &mut Cases, cohort: &str) {
-    let typed = ["export", "--cohort", cohort, "--to", "iglu"];
+/// A copy of a cohort that anybody can read.
+fn copy(cases: &Cases, cohort: &str) -> PathBuf {
+    let copy = cases.place("cohort");
+    fs::create_dir(&copy).expect("writable");
+    for file in ["people.csv", "records.parquet"] {
+        fs::copy(Path::new(cohort).join(file), copy.join(file)).expect("copied");
+    }
+    copy
+}
+
+/// Places that an ordinary user cannot write to or read.
+fn closed(cases: &mut Cases, cohort: &str) {
+    let mode = |path: &Path, mode| {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("ours");
+    };
+    let readable = text(&copy(cases, cohort));
     let closed = cases.place("closed");
     fs::create_dir(&closed).expect("writable");
-    fs::set_permissions(&closed, fs::Permissions::from_mode(0o555)).expect("ours");
-    if fs::write(closed.join("probe"), "").is_ok() {
-        said("a folder that is read-only: everything can be written here");
-    } else {
-        let out = text(&closed.join("out"));
-        let typed = [&typed[..], &["--out", &out]].concat();
-        cases.refused_as_it_is("export: --out is read-only", &typed, &["cannot write", "closed"]);
-    }
-    let secret = cases.place("cohort");
-    fs::create_dir(&secret).expect("writable");
-    for file in ["people.csv", "records.parquet"] {
-        fs::copy(Path::new(cohort).join(file), secret.join(file)).expect("copied");
-    }
-    let people = secret.join("people.csv");
-    fs::set_permissions(&people, fs::Permissions::from_mode(0o000)).expect("ours");
-    if fs::read(&people).is_ok() {
-        said("a file that cannot be read: everything can be read here");
-    } else {
-        let typed = ["reconcile", "--cohort", &text(&secret)];
-        cases.refused("reconcile: a file that cannot be read", &typed, &["people.csv", "denied"]);
-    }
+    mode(&closed, 0o555);
+    let typed = ["export", "--cohort", &readable, "--to", "iglu"];
+    let out = text(&closed.join("out"));
+    let within = [&typed[..], &["--out", &out]].concat();
+    let words = ["cannot write", "closed"];
+    cases.refused_for_a_user("export: --out is read-only", &within, &words, false);
+    let secret = copy(cases, cohort);
+    mode(&secret.join("people.csv"), 0o000);
+    let typed = ["reconcile", "--cohort", &text(&secret)];
+    let words = ["people.csv", "denied"];
+    cases.refused_for_a_user("reconcile: a file that cannot be read", &typed, &words, true);
+    let secret = copy(cases, cohort);
+    mode(&secret, 0o000);
+    let typed = ["diagnose", "--cohort", &text(&secret)];
+    let words = ["cohort", "denied"];
+    cases.refused_for_a_user("diagnose: a folder that cannot be read", &typed, &words, true);
+}
+
+/// Places that take no files: those of the system, and a full disk (where one can be made).
+fn unwritable(cases: &mut Cases, cohort: &str) {
+    let typed = ["export", "--cohort", cohort, "--to", "iglu"];
     for system in ["/proc/out", "/sys/out"] {
         let typed = [&typed[..], &["--out", system]].concat();
         cases.refused_as_it_is("export: --out is of the system", &typed, &["cannot write"]);

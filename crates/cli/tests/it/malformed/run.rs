@@ -1,6 +1,8 @@
 //! Runs a case in a process of its own and judges how it ended.
 
 use std::fs::{self, File};
+use std::os::unix::fs::MetadataExt as _;
+use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -11,6 +13,8 @@ use super::case::{Case, text};
 const LONGEST: Duration = Duration::from_secs(10);
 /// Largest peak of memory, MiB.
 const LARGEST_MIB: u64 = 1024;
+/// The user and group without rights.
+const NOBODY: u32 = 65_534;
 /// How often a process is looked after: often enough to see a gibibyte being filled.
 const PAUSE: Duration = Duration::from_millis(2);
 /// What no message for a user holds.
@@ -36,7 +40,11 @@ pub(super) struct Ended {
 /// Runs the case.
 pub(super) fn run(case: &Case, scratch: &Path) -> Ended {
     let (said, printed) = (scratch.join("stderr"), scratch.join("stdout"));
-    let mut command = Command::new(env!("CARGO_BIN_EXE_t1d-twins"));
+    let mut command = if case.ordinary {
+        as_ordinary_user(scratch)
+    } else {
+        Command::new(env!("CARGO_BIN_EXE_t1d-twins"))
+    };
     command.args(&case.arguments);
     if case.out {
         command.args(["--out", &text(&case.apart.join("out"))]);
@@ -75,6 +83,28 @@ pub(super) fn run(case: &Case, scratch: &Path) -> Ended {
         faults.push(format!("left behind: '{}'", path.display()));
     }
     Ended { message: message.trim().to_owned(), seconds, peak_mib, faults }
+}
+
+/// The program, run by nobody in particular where the tests run as root.
+fn as_ordinary_user(scratch: &Path) -> Command {
+    let mut program = PathBuf::from(env!("CARGO_BIN_EXE_t1d-twins"));
+    let is_root = fs::metadata("/proc/self").is_ok_and(|this| this.uid() == 0);
+    if !is_root {
+        return Command::new(program);
+    }
+    let of_nobody = |program: &Path| {
+        let mut command = Command::new(program);
+        command.uid(NOBODY).gid(NOBODY);
+        command
+    };
+    let starts = of_nobody(&program).arg("--version").output();
+    if !starts.is_ok_and(|output| output.status.success()) {
+        // The build lies where only root can go.
+        let copy = scratch.join("t1d-twins");
+        fs::copy(&program, &copy).expect("writable");
+        program = copy;
+    }
+    of_nobody(&program)
 }
 
 /// Exit status, seconds and largest peak of memory in MiB; no status if the process had to be stopped.

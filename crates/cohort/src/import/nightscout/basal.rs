@@ -1,5 +1,7 @@
 //! The basal rate that was given: the schedule in force, changed by temporary rates.
 
+use std::borrow::Cow;
+
 use super::profile::{Profiles, Schedule};
 use super::treatments::{Change, Switch, Treatments};
 use crate::error::{CohortError, Place};
@@ -11,7 +13,7 @@ const LONGEST_SUSPENSION: i64 = 86_400;
 /// A schedule that is in force from a second on, and the share of its rates.
 struct InForce<'a> {
     from: i64,
-    schedule: &'a Schedule,
+    schedule: Cow<'a, Schedule>,
     share: f64,
 }
 
@@ -33,7 +35,11 @@ pub(super) fn place(
         .iter()
         .filter_map(|document| {
             let local = clock.map_or(document.from.naive_utc(), |clock| clock.local(document.from));
-            Some(InForce { from: second(local), schedule: document.active()?, share: 1.0 })
+            Some(InForce {
+                from: second(local),
+                schedule: Cow::Borrowed(document.active()?),
+                share: 1.0,
+            })
         })
         .collect();
     if in_force.is_empty() && !temporaries.is_empty() {
@@ -101,13 +107,18 @@ fn switch<'a>(
             continue;
         };
         let before = in_force.iter().rposition(|one| one.from <= switch.from);
+        let schedule = match switch.hours {
+            0.0 => Cow::Borrowed(schedule),
+            hours => Cow::Owned(schedule.shifted(hours)),
+        };
         let new = InForce { from: switch.from, schedule, share: switch.share };
         let at = before.map_or(0, |before| before + 1);
         if switch.seconds > 0
             && let Some(before) = before
         {
-            let InForce { schedule, share, .. } = in_force[before];
-            let back = InForce { from: switch.from + switch.seconds, schedule, share };
+            let InForce { schedule, share, .. } = &in_force[before];
+            let from = switch.from + switch.seconds;
+            let back = InForce { from, schedule: schedule.clone(), share: *share };
             if in_force.get(at).is_none_or(|next| back.from < next.from) {
                 in_force.insert(at, back);
             }

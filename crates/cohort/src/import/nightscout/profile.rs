@@ -43,6 +43,20 @@ impl Schedule {
         pieces
     }
 
+    /// The schedule that has at any time of day the rate of `hours` later (`timeshift` of a switch).
+    pub(super) fn shifted(&self, hours: f64) -> Self {
+        let shift = (hours * 3600.0).round() as i64;
+        let mut rates: Vec<(i64, f64)> =
+            self.rates.iter().map(|(start, u_h)| ((start - shift).rem_euclid(DAY), *u_h)).collect();
+        rates.sort_by_key(|rate| rate.0);
+        if let (Some((first, _)), Some((_, u_h))) = (rates.first(), rates.last())
+            && *first > 0
+        {
+            rates.insert(0, (0, *u_h));
+        }
+        Self { rates }
+    }
+
     /// Reads `basal` of a profile: a list of `time` and `value`, or one number.
     pub(super) fn read(
         basal: &Value,

@@ -42,6 +42,8 @@ pub(super) struct Switch {
     pub(super) schedule: Option<Schedule>,
     /// Share of the schedule's rates, 1 for all.
     pub(super) share: f64,
+    /// Hours by which the schedule is read ahead.
+    pub(super) hours: f64,
     pub(super) place: crate::error::Place,
 }
 
@@ -73,6 +75,8 @@ impl Treatments {
         let known = matches!(
             kind,
             "Temp Basal"
+                | "Temp Basal Start"
+                | "Temp Basal End"
                 | "Profile Switch"
                 | "Suspend Pump"
                 | "Resume Pump"
@@ -91,7 +95,9 @@ impl Treatments {
         }
         let seconds = (minutes * 60.0).round() as i64;
         match kind {
-            "Temp Basal" => return self.temporary(record, at, seconds),
+            "Temp Basal" | "Temp Basal Start" | "Temp Basal End" => {
+                return self.temporary(record, at, seconds);
+            }
             "Profile Switch" => return self.switch(record, at, seconds),
             "Suspend Pump" | "Resume Pump" => {
                 let change = if kind == "Suspend Pump" { Change::Rate(0.0) } else { Change::End };
@@ -178,9 +184,15 @@ impl Treatments {
         if !(0.0..=10.0).contains(&share) {
             return Err(record.wrong("percentage", "per cent of the profile, from 0 to 1000"));
         }
+        // Hours; more than a day of them are milliseconds.
+        let shift = record.number("timeshift")?.unwrap_or(0.0);
+        let hours = if shift.abs() > 24.0 { shift / 3.6e6 } else { shift };
+        if hours.abs() > 24.0 {
+            return Err(record.wrong("timeshift", "hours, from -24 to 24"));
+        }
         let name = record.text("profile")?.map(str::to_owned);
         let place = record.place("profile");
-        self.switches.push(Switch { from, seconds, name, schedule, share, place });
+        self.switches.push(Switch { from, seconds, name, schedule, share, hours, place });
         Ok(())
     }
 }

@@ -79,17 +79,18 @@ pub struct TableGuess {
     pub missing: Vec<Role>,
 }
 
-/// Proposes a map of tables by the names and the first cells of their columns.
+/// Proposes a map of tables by the names and the first cells of their columns; `sheet` is that of
+/// workbooks.
 ///
 /// # Errors
 /// If a file cannot be read as a table.
-pub fn guess_table(sources: &[PathBuf]) -> Result<TableGuess, CohortError> {
+pub fn guess_table(sources: &[PathBuf], sheet: Option<&str>) -> Result<TableGuess, CohortError> {
     let files = super::tables(sources, "table")?;
     let mut guess =
         TableGuess { lines: vec![], map: String::new(), units: String::new(), missing: vec![] };
     let mut found: Vec<(Role, String, String)> = Vec::new();
     for (path, name) in &files {
-        let opened = Opened::read(path, name, &[])?;
+        let opened = Opened::read(path, name, &[], sheet)?;
         let table = &opened.table;
         guess.lines.push(format!("{name}: {}, {} rows", opened.says(), table.height()));
         let columns = columns(table);

@@ -1,9 +1,10 @@
-//! Encoding, separator and header of a text file that anybody may have made.
+//! Encoding, separator and header of a text file or workbook that anybody may have made.
 
 use std::path::Path;
 
 use crate::error::{CohortError, Place};
 use crate::faults::Faults;
+use crate::import::workbook::{self, Workbook};
 use crate::near_name::plain;
 use crate::text_table::{TextTable, fields, read_text, shorten};
 
@@ -11,6 +12,9 @@ use crate::text_table::{TextTable, fields, read_text, shorten};
 const TOP: usize = 60;
 /// Bytes of a line at the top that are looked at.
 const LOOKED_AT: usize = 1 << 18;
+/// Most cells of a sheet, and most bytes of their text.
+const MOST_CELLS: usize = 1 << 25;
+const LARGEST_SHEET: usize = 1 << 29;
 const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
 /// A file as a table, and how it was written.
@@ -19,54 +23,161 @@ pub(super) struct Opened {
     pub(super) table: TextTable,
     /// The file's name without its ending.
     pub(super) stem: String,
-    encoding: &'static str,
-    separator: u8,
+    /// Encoding and separator, or the sheet, in words.
+    form: String,
     /// Lines above the header.
     above: usize,
 }
 
 impl Opened {
-    /// Reads a file; `wanted` are the columns by which the header is known, if any are.
-    pub(super) fn read(path: &Path, name: &str, wanted: &[&str]) -> Result<Self, CohortError> {
+    /// Reads a file; `wanted` are the columns by which the header is known, if any are. `sheet` is
+    /// that of a workbook; without it the first that is seen.
+    pub(super) fn read(
+        path: &Path,
+        name: &str,
+        wanted: &[&str],
+        sheet: Option<&str>,
+    ) -> Result<Self, CohortError> {
+        if workbook::is_archive(path) {
+            return Self::of_workbook(Workbook::open(path, name)?, name, wanted, sheet);
+        }
+        if sheet.is_some() {
+            let reason = format!("{name} is no Excel workbook; leave the option out");
+            return Err(CohortError::Option { option: "--sheet".into(), reason });
+        }
         Self::of(read_text(path, name)?, name, wanted)
     }
 
-    /// The same of bytes.
+    /// The same of the bytes of a text.
     pub(super) fn of(bytes: Vec<u8>, name: &str, wanted: &[&str]) -> Result<Self, CohortError> {
         let (text, encoding) = decode(bytes, name)?;
-        let (separator, above) = header(&text, wanted);
-        let table = TextTable::of(text, name, separator, above + 1, &mut Faults::strict())?;
-        let stem = Path::new(name)
-            .file_stem()
-            .map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned());
-        Ok(Self { table, stem, encoding, separator, above })
-    }
-
-    /// What was found out, in words.
-    pub(super) fn says(&self) -> String {
-        let separator = match self.separator {
+        let (separator, above) = header(&text, &SEPARATORS, wanted);
+        let between = match separator {
             b',' => "commas",
             b';' => "semicolons",
             b'\t' => "tabs",
             _ => "vertical bars",
         };
-        let above = match self.above {
-            0 => String::new(),
-            above => format!(", header in line {}", above + 1),
-        };
-        format!("{}, columns between {separator}{above}", self.encoding)
+        let form = format!("{encoding}, columns between {between}");
+        Self::with(text, name, separator, above, form)
     }
+
+    fn of_workbook(
+        mut book: Workbook,
+        name: &str,
+        wanted: &[&str],
+        sheet: Option<&str>,
+    ) -> Result<Self, CohortError> {
+        let sheets = book.sheets();
+        let of = match sheets.len() {
+            1 => String::new(),
+            several => format!(", of {several} sheets"),
+        };
+        let chosen = match sheet {
+            Some(wanted) => sheets.iter().find(|sheet| sheet.name.trim() == wanted.trim()),
+            None => sheets.iter().find(|sheet| sheet.visible),
+        };
+        let Some(chosen) = chosen else {
+            let names: Vec<&str> = sheets.iter().map(|sheet| sheet.name.as_str()).collect();
+            let reason = format!("{name} has the sheets {}", shorten(&names.join(", "), 160));
+            return Err(CohortError::Option { option: "--sheet".into(), reason });
+        };
+        let text = sheet_text(&mut book, &chosen.name, name)?;
+        let (separator, above) = header(&text, b",", wanted);
+        let form = format!("Excel workbook, sheet '{}'{of}", shorten(&chosen.name, 40));
+        Self::with(text, name, separator, above, form)
+    }
+
+    fn with(
+        text: String,
+        name: &str,
+        separator: u8,
+        above: usize,
+        form: String,
+    ) -> Result<Self, CohortError> {
+        let table = TextTable::of(text, name, separator, above + 1, &mut Faults::strict())?;
+        let stem = Path::new(name)
+            .file_stem()
+            .map_or_else(|| name.to_owned(), |stem| stem.to_string_lossy().into_owned());
+        Ok(Self { table, stem, form, above })
+    }
+
+    /// What was found out, in words.
+    pub(super) fn says(&self) -> String {
+        match self.above {
+            0 => self.form.clone(),
+            above => format!("{}, header in line {}", self.form, above + 1),
+        }
+    }
+}
+
+/// A sheet as text between commas, each row in the line of its number.
+fn sheet_text(book: &mut Workbook, sheet: &str, name: &str) -> Result<String, CohortError> {
+    let large = |what: String| CohortError::TooLarge {
+        file: name.into(),
+        what,
+        remedy: "save the rows and columns that are needed as CSV",
+    };
+    let (mut rows, mut width, mut size) = (Vec::new(), 0, 0);
+    // Columns of times: whether one of them is not midnight.
+    let mut timed: Vec<Option<bool>> = Vec::new();
+    book.rows(sheet, |number, cells| {
+        let mut row = Vec::with_capacity(cells.len());
+        for (column, cell) in cells {
+            if let workbook::Cell::Time(time) = cell {
+                timed.resize(timed.len().max(column + 1), None);
+                let midnight = time.time() == chrono::NaiveTime::MIN;
+                timed[*column] = Some(timed[*column].unwrap_or(false) || !midnight);
+            }
+            let text = cell.text().into_owned();
+            size += text.len() + size_of::<(usize, String)>();
+            width = width.max(column + 1);
+            row.push((*column, text));
+        }
+        rows.push((number, row));
+        if size > LARGEST_SHEET || rows.len().saturating_mul(width) > MOST_CELLS {
+            return Err(large(format!("sheet '{}' is too large", shorten(sheet, 40))));
+        }
+        Ok(())
+    })?;
+    let mut text = String::with_capacity(size + rows.len() * width);
+    let mut line = 1;
+    for (number, mut row) in rows {
+        while line < number {
+            text.push('\n');
+            line += 1;
+        }
+        row.sort_by_key(|(column, _)| *column);
+        let mut at = 0;
+        for (column, cell) in row {
+            while at < column {
+                text.push(',');
+                at += 1;
+            }
+            // A column of dates alone has no time of day.
+            let dates = timed.get(column) == Some(&Some(false));
+            let cell = if dates { cell.trim_end_matches(" 00:00:00") } else { cell.as_str() };
+            text.push('"');
+            text.extend(cell.chars().map(|c| if matches!(c, '\n' | '\r' | '"') { ' ' } else { c }));
+            text.push('"');
+        }
+        text.extend(std::iter::repeat_n(',', width - 1 - at));
+    }
+    Ok(text)
 }
 
 /// The bytes as text, and the name of their encoding.
 fn decode(bytes: Vec<u8>, name: &str) -> Result<(String, &'static str), CohortError> {
     let wrong = |reason| CohortError::Text { place: Place::row(name, 1), reason };
     for (mark, reason) in [
-        (&b"PK\x03\x04"[..], "an Excel workbook or ZIP archive, not text; save the sheet as CSV"),
-        (b"\xD0\xCF\x11\xE0", "an old Excel workbook, not text; save the sheet as CSV"),
+        (
+            &b"\xD0\xCF\x11\xE0"[..],
+            "an old Excel workbook, or one with a password; save the sheet as .xlsx or CSV",
+        ),
         (b"\x1F\x8B", "compressed, not text; unpack it first"),
         (b"PAR1", "a Parquet file, not text; write it as CSV"),
         (b"%PDF", "a PDF, not a table; export the data as CSV"),
+        (b"<", "a web page or XML, not a table; export the data as CSV"),
     ] {
         if bytes.starts_with(mark) {
             return Err(wrong(reason));
@@ -128,10 +239,10 @@ fn windows_1252(bytes: &[u8], name: &str) -> Result<String, CohortError> {
 }
 
 /// The separator and the number of lines above the header.
-fn header(text: &str, wanted: &[&str]) -> (u8, usize) {
+fn header(text: &str, separators: &[u8], wanted: &[&str]) -> (u8, usize) {
     let lines: Vec<&str> = text.lines().take(TOP).map(start).collect();
-    let mut best = (0, 0, 0, SEPARATORS[0], 0);
-    for separator in SEPARATORS {
+    let mut best = (0, 0, 0, separators[0], 0);
+    for separator in separators.iter().copied() {
         let split: Vec<Vec<String>> = lines.iter().map(|line| fields(line, separator)).collect();
         let widths: Vec<usize> = split.iter().map(Vec::len).collect();
         for (above, row) in split.iter().enumerate() {
@@ -224,7 +335,7 @@ mod tests {
     #[test]
     fn what_is_no_text_is_said() {
         for (bytes, says) in [
-            (&b"PK\x03\x04..."[..], "save the sheet as CSV"),
+            (&b"\xD0\xCF\x11\xE0..."[..], "save the sheet as .xlsx or CSV"),
             (b"a,b\n1,\x002\n", "t.csv, row 2: a zero byte"),
             (b"a,b\n1,\x81\n", "t.csv, row 2: neither UTF-8 nor"),
             (b"\xFF\xFEa", "damaged UTF-16"),

@@ -138,6 +138,8 @@ pub struct TableOptions {
     pub dates: Option<DateOrder>,
     /// The decimal mark, where the file leaves it open.
     pub decimal: Option<char>,
+    /// The sheet of an Excel workbook; without it the first that is seen.
+    pub sheet: Option<String>,
 }
 
 /// The TOML form of the options.
@@ -155,6 +157,7 @@ struct Settings {
     utc: bool,
     dates: Option<DateOrder>,
     decimal: Option<char>,
+    sheet: Option<String>,
 }
 
 #[derive(serde::Deserialize)]
@@ -174,8 +177,8 @@ impl OneOrMore {
 }
 
 impl TableOptions {
-    /// The options in a TOML file: tables `map`, `unit` and `only`, keys `zone`, `utc`, `dates` and
-    /// `decimal`.
+    /// The options in a TOML file: tables `map`, `unit` and `only`, keys `zone`, `utc`, `dates`,
+    /// `decimal` and `sheet`.
     ///
     /// # Errors
     /// If it is not TOML or has an unknown key.
@@ -189,6 +192,7 @@ impl TableOptions {
             utc: settings.utc,
             dates: settings.dates,
             decimal: settings.decimal,
+            sheet: settings.sheet,
             ..Self::default()
         };
         for (word, columns) in settings.map {

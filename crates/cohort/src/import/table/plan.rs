@@ -14,6 +14,8 @@ pub(in crate::import) struct Plan {
     pub(in crate::import) numbering: &'static [&'static str],
     /// Columns whose sum is the dose where the dose's own column is empty.
     pub(in crate::import) bolus_parts: &'static [&'static str],
+    /// Names of columns in other languages, and the name by which the plan calls them.
+    pub(in crate::import) names: &'static [(&'static str, &'static str)],
     /// Columns whose cells are counted in the report, and what it says of them.
     pub(in crate::import) counted: &'static [(&'static str, &'static str)],
 }
@@ -21,7 +23,14 @@ pub(in crate::import) struct Plan {
 impl Plan {
     /// A plan of the user's own.
     pub(super) fn of_user(options: TableOptions) -> Self {
-        Self { format: "table", options, numbering: &[], bolus_parts: &[], counted: &[] }
+        Self {
+            format: "table",
+            options,
+            numbering: &[],
+            bolus_parts: &[],
+            names: &[],
+            counted: &[],
+        }
     }
 
     /// Whether a role has a column.
@@ -46,7 +55,14 @@ impl Plan {
         let names = self.options.columns.iter();
         names
             .map(|(_, name)| in_file(name, files).map_or(name.as_str(), |(_, name)| name))
+            .chain(self.names.iter().map(|(other, _)| *other))
             .collect()
+    }
+
+    /// Whether a column of a file is the one that the plan calls `name`, in any language.
+    pub(super) fn is(&self, name: &str, column: &str) -> bool {
+        let others = self.names.iter().filter(|(_, of)| *of == name);
+        same(name, column) || others.into_iter().any(|(other, _)| same(other, column))
     }
 
     /// Index of the column of a role in a table of the file `stem`.
@@ -67,7 +83,7 @@ impl Plan {
         let header = table.header();
         let exact = names.iter().find_map(|name| header.iter().position(|column| column == name));
         exact.or_else(|| {
-            names.iter().find_map(|name| header.iter().position(|column| same(name, column)))
+            names.iter().find_map(|name| header.iter().position(|column| self.is(name, column)))
         })
     }
 }

@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use chrono::{Datelike as _, NaiveDateTime};
 
 use super::clock::{Clock, Hour, Local};
-use super::layout::{Opened, names, same};
+use super::layout::{Opened, names};
 use super::log::{Event, Log};
 use super::numbers::{Evidence, Numbers};
 use super::options::Role;
@@ -23,8 +23,23 @@ use crate::text_table::TextTable;
 /// Texts that say that there is no value.
 const NOTHING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "none", "nr", "-", "--", "---"];
 /// What a sensor writes beyond its range, and the bound it stands for, mg/dL.
-const BOUNDS: [(&str, f64); 6] =
-    [("low", 40.0), ("lo", 40.0), ("<40", 40.0), ("high", 400.0), ("hi", 400.0), (">400", 400.0)];
+const BOUNDS: [(&str, f64); 12] = [
+    ("low", LOWEST),
+    ("lo", LOWEST),
+    ("<40", LOWEST),
+    ("bajo", LOWEST),
+    ("niedrig", LOWEST),
+    ("laag", LOWEST),
+    ("high", HIGHEST),
+    ("hi", HIGHEST),
+    (">400", HIGHEST),
+    ("alto", HIGHEST),
+    ("hoch", HIGHEST),
+    ("hoog", HIGHEST),
+];
+/// The bounds of a sensor, mg/dL.
+const LOWEST: f64 = 40.0;
+const HIGHEST: f64 = 400.0;
 /// Share of the span of dates at which an order of day and month is the continuous one.
 const CONTINUOUS: f64 = 0.2;
 const TIME_EXPECTED: &str = "a time like 2024-03-01 08:05 or 31/12/2024 08:05";
@@ -78,12 +93,12 @@ impl<'a> File<'a> {
             let parts: Vec<usize> = plan
                 .parts(role)
                 .iter()
-                .filter_map(|name| table.header().iter().position(|column| same(name, column)))
+                .filter_map(|name| table.header().iter().position(|column| plan.is(name, column)))
                 .collect();
             let Some(index) = find(role).or_else(|| parts.first().copied()) else { continue };
             let mut only = Vec::new();
             for rule in plan.options.only.iter().filter(|rule| rule.role == role) {
-                let at = table.header().iter().position(|name| same(&rule.column, name));
+                let at = table.header().iter().position(|name| plan.is(&rule.column, name));
                 let at = at.ok_or_else(|| CohortError::MissingColumn {
                     file: table.file().into(),
                     column: rule.column.clone(),
@@ -128,10 +143,13 @@ impl<'a> File<'a> {
 
     /// Whether row `i` belongs to the rows of a column.
     fn counts(&self, column: &Column, i: usize) -> bool {
-        column.only.iter().all(|(at, values)| {
-            let text = self.table().cell(i, *at).unwrap_or("");
-            values.iter().any(|value| value.trim().eq_ignore_ascii_case(text))
-        })
+        column.only.iter().all(|(at, values)| self.holds(i, *at, values))
+    }
+
+    /// Whether a cell of row `i` holds one of some texts.
+    fn holds(&self, i: usize, at: usize, values: &[String]) -> bool {
+        let text = self.table().cell(i, at).unwrap_or("");
+        values.iter().any(|value| value.trim().eq_ignore_ascii_case(text))
     }
 
     /// The order of day and month, with what shows it; `None` if the file leaves it open.
@@ -404,7 +422,7 @@ impl<'a> File<'a> {
             log.inferences.push(inference(&log.id, place.clone(), conclusion, evidence));
         }
         for (name, what) in plan.counted {
-            let Some(at) = table.header().iter().position(|column| same(name, column)) else {
+            let Some(at) = table.header().iter().position(|column| plan.is(name, column)) else {
                 continue;
             };
             let rows = || (0..table.height()).filter(|i| table.cell(*i, at).is_some());
@@ -412,12 +430,29 @@ impl<'a> File<'a> {
                 log.notes.add_many(&log.id, self.place(first, at), what, rows().count());
             }
         }
+        let unknown: Vec<(usize, usize)> =
+            (0..table.height()).filter_map(|i| Some((i, self.unknown_kind(i)?))).collect();
+        if let Some((first, at)) = unknown.first() {
+            let what = "doses of a kind that is not known: left out";
+            log.notes.add_many(&log.id, self.place(*first, *at), what, unknown.len());
+        }
         for (id, written) in renamed {
             if let Some(log) = logs.get_mut(id) {
                 let place = Place::file(table.file());
                 log.note(place, &format!("'{written}' is called {id}: names of people and files"));
             }
         }
+    }
+
+    /// The column of row `i` whose kind of event is read, but not the kind below it.
+    fn unknown_kind(&self, i: usize) -> Option<usize> {
+        let of_kind = |column: &&Column| match column.only.as_slice() {
+            [(at, values), _, ..] => self.holds(i, *at, values),
+            _ => false,
+        };
+        let index = self.columns.iter().find(of_kind)?.index;
+        let read = self.columns.iter().any(|one| one.index == index && self.counts(one, i));
+        (!read && self.table().cell(i, index).is_some()).then_some(index)
     }
 
     /// The stamp of each row; `None` where the cell is empty.
@@ -464,9 +499,9 @@ impl<'a> File<'a> {
             let Some(value) = value else { continue };
             // A bound is in mg/dL whatever the unit of the others.
             let value = if value == f64::NEG_INFINITY {
-                BOUNDS[0].1
+                LOWEST
             } else if value == f64::INFINITY {
-                BOUNDS[3].1
+                HIGHEST
             } else {
                 value * factor
             };
@@ -502,7 +537,7 @@ impl<'a> File<'a> {
         }
         let bound = BOUNDS.iter().find(|(bound, _)| role == Role::Glucose && *bound == word);
         if let Some((_, bound)) = bound {
-            let low = *bound == BOUNDS[0].1;
+            let low = *bound == LOWEST;
             return Ok(Some(if low { f64::NEG_INFINITY } else { f64::INFINITY }));
         }
         if role == Role::SetChange {

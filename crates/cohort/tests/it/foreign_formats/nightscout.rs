@@ -95,6 +95,41 @@ fn switches_change_the_schedule_for_a_while_or_for_good() {
 }
 
 #[test]
+fn a_switch_may_shift_the_schedule_and_a_deleted_record_counts_for_nothing() {
+    let profile = r#"[{"defaultProfile":"A","store":{"A":{"timezone":"UTC","basal":[
+        {"time":"00:00","value":1},{"time":"10:00","value":3}]}}}]"#;
+    // xDrip's way to write an offset; 08:00 UTC.
+    let entries: String = (0..12)
+        .map(|k| {
+            format!("{{\"sgv\":100,\"dateString\":\"2024-03-01T09:{:02}:00.000+0100\"}}\n", 5 * k)
+        })
+        .collect();
+    let entries = format!("{entries}{{\"sgv\":300,\"date\":1709280000000,\"isValid\":false}}\n");
+    let treatments = r#"[
+        {"eventType":"Profile Switch","created_at":"2024-03-01T08:15:00Z","profile":"A",
+         "CircadianPercentageProfile":true,"percentage":200,"timeshift":2,"duration":15},
+        {"eventType":"Temp Basal Start","created_at":"2024-03-01T08:40:00Z","absolute":0.5,
+         "duration":30},
+        {"eventType":"Temp Basal End","created_at":"2024-03-01T08:50:00Z"},
+        {"eventType":"Correction Bolus","created_at":"2024-03-01T08:20:00Z","insulin":2,
+         "isValid":false},
+        {"eventType":"Correction Bolus","created_at":"2024-03-01T08:25:00Z","insulin":1}]"#;
+    let import = read(&[
+        ("entries.json", &entries),
+        ("treatments.json", treatments),
+        ("profile.json", profile),
+    ]);
+    let record = &import.cohort.people[0].record;
+    assert_eq!((record.start().to_string().as_str(), record.len()), ("2024-03-01 08:00:00", 12));
+    let rates: Vec<f64> = record.basal().iter().map(|rate| rate.expect("recorded")).collect();
+    // 08:15 is read as 10:15: twice 3 U/h.
+    assert_eq!(rates, [1.0, 1.0, 1.0, 6.0, 6.0, 6.0, 1.0, 1.0, 0.5, 0.5, 1.0, 1.0]);
+    assert_eq!(record.bolus().iter().flatten().sum::<f64>(), 1.0);
+    assert_eq!(record.cgm()[0], Some(100.0));
+    assert!(notes(&import).contains("records that were deleted: left out"), "{}", notes(&import));
+}
+
+#[test]
 fn broken_files_are_refused_with_their_place() {
     let entry = r#"{"type":"sgv","sgv":100,"date":1709280000000}"#;
     let good = format!("[{entry}]");

@@ -27,6 +27,7 @@ fn the_morning_is_read() {
     for says in [
         "FACM.xpt, row 1, column FAORRES: basal amounts, which the rates repeat: left out (7x)",
         "FACM.xpt, row 8, column FAORRES: missing rates: a suspension, 0 U/h (1x)",
+        "PR.xpt, row 1, column PRTRT: exercise: a record has no column for it, left out (1x)",
     ] {
         assert!(notes.contains(says), "{says} is not in\n{notes}");
     }
@@ -49,6 +50,29 @@ fn changed(name: &str, from: &[u8], to: &[u8]) -> Vec<u8> {
     }
     assert!(found > 0, "nothing to change in {name}");
     bytes
+}
+
+#[test]
+fn stages_of_sleep_are_shares_of_the_night() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("LB.xpt"), domain("LB.xpt")).expect("writable");
+    let first = |night: Vec<u8>| {
+        fs::write(folder.path().join("NV.xpt"), night).expect("writable");
+        let import = import(FORMAT, folder.path()).expect("a good folder");
+        (import.cohort.people[0].record.sleep_efficiency()[0], notes(&import))
+    };
+    // 300 s deep and 75 s light of 750 s.
+    let (half, _) = first(changed("NV.xpt", b"450", b"075"));
+    assert!(half.is_some_and(|share| (share - 0.5).abs() < 1e-9), "{half:?}");
+    // Without an end the stages are the night: 75 s of them light, 300 s deep, none awake.
+    let (whole, _) = first(changed("NV.xpt", b"NVENDTC ", b"NVTPTREF"));
+    assert_eq!(whole, Some(1.0));
+    let (all, said) = first(changed("NV.xpt", b"450", b"990"));
+    assert_eq!(all, Some(1.0));
+    assert!(said.contains("stages of sleep longer than the night"), "{said}");
+    let (none, said) = first(changed("NV.xpt", b"sec", b"lap"));
+    assert_eq!(none, None);
+    assert!(said.contains("column NVTESTCD: sleep without a duration in seconds"), "{said}");
 }
 
 #[test]
