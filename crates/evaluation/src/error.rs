@@ -28,7 +28,7 @@ pub enum EvaluationError {
     #[error(transparent)]
     Stats(#[from] stats::StatsError),
     /// Tests and intervals over people need at least two.
-    #[error("{found} people to judge and {excluded} left out; at least 2 needed")]
+    #[error("people to judge: {found}; left out: {excluded}; at least 2 are needed")]
     TooFewPeople {
         /// People judged.
         found: usize,

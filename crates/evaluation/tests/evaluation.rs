@@ -153,7 +153,7 @@ fn people_without_a_twin_or_with_too_little_are_listed() {
         [("p0", "no twin was given"), ("p1", "no carbohydrate recorded in the training days")]
     );
     let error = outcomes_table("made", &found, &settings()).expect_err("one person is left");
-    assert!(error.to_string().contains("1 people to judge and 2 left out"), "{error}");
+    assert!(error.to_string().contains("people to judge: 1; left out: 2"), "{error}");
 }
 
 #[test]

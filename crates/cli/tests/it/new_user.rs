@@ -50,7 +50,10 @@ const FINDINGS: [Finding; 9] = [
         "4. Who is left out is named with the reason",
         &[
             ("CLI/people_in_use.rs", "every_stage_leaves_the_same_people_out"),
-            ("CLI/people_in_use.rs", "a_twin_without_basal_is_refused_by_person_and_reason"),
+            (
+                "CLI/people_in_use.rs",
+                "a_twin_of_people_without_basal_insulin_is_left_out_by_name_and_reason",
+            ),
             ("REPORT/people.rs", "checks_stand_in_one_table_by_person"),
         ],
     ),
