@@ -13,6 +13,8 @@ mod metabonet;
 mod replaybg;
 mod simglucose;
 
+pub use self::csv::{Cell as CsvCell, Csv};
+
 /// A format of other programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExportFormat {

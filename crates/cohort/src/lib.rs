@@ -53,7 +53,7 @@ mod window;
 
 pub use contract::import_report::MassBalance;
 pub use error::{CohortError, Place};
-pub use export::{ExportFormat, export};
+pub use export::{Csv, CsvCell, ExportFormat, export};
 pub use faults::Fault;
 pub use folder::{FolderCheck, RecordsFormat, check_folder, new_folder, read_folder, write_folder};
 pub use import::{

@@ -42,6 +42,7 @@ mod result_file;
 pub mod stages;
 mod stated_truth;
 mod subnetworks;
+mod tidy;
 mod training_data;
 pub mod usage;
 

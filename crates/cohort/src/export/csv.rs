@@ -8,13 +8,14 @@ use std::path::Path;
 use crate::error::CohortError;
 
 /// A CSV file that is being written.
-pub(super) struct Csv {
+pub struct Csv {
     file: String,
     writer: BufWriter<File>,
 }
 
-/// A cell.
-pub(super) enum Cell<'a> {
+/// A cell of a CSV file.
+pub enum Cell<'a> {
+    /// Words; what a spreadsheet would take for a formula gets an apostrophe.
     Text(&'a str),
     /// Digits that read back as the same number; nothing if it is missing.
     Number(Option<f64>),
@@ -22,7 +23,10 @@ pub(super) enum Cell<'a> {
 
 impl Csv {
     /// Begins a file with a header.
-    pub(super) fn new(folder: &Path, name: &str, header: &[&str]) -> Result<Self, CohortError> {
+    ///
+    /// # Errors
+    /// [`CohortError::Io`] if it cannot be written.
+    pub fn new(folder: &Path, name: &str, header: &[&str]) -> Result<Self, CohortError> {
         let file = File::create(folder.join(name)).map_err(|source| failed(name, source))?;
         let mut csv = Self { file: name.into(), writer: BufWriter::new(file) };
         csv.row(header.iter().map(|name| Cell::Text(name)))?;
@@ -30,7 +34,10 @@ impl Csv {
     }
 
     /// Writes a row.
-    pub(super) fn row<'a>(
+    ///
+    /// # Errors
+    /// [`CohortError::Io`] if it cannot be written.
+    pub fn row<'a>(
         &mut self,
         cells: impl IntoIterator<Item = Cell<'a>>,
     ) -> Result<(), CohortError> {
@@ -50,7 +57,10 @@ impl Csv {
     }
 
     /// Writes what is left.
-    pub(super) fn finish(mut self) -> Result<(), CohortError> {
+    ///
+    /// # Errors
+    /// [`CohortError::Io`] if it cannot be written.
+    pub fn finish(mut self) -> Result<(), CohortError> {
         self.writer.flush().map_err(|source| failed(&self.file, source))
     }
 }

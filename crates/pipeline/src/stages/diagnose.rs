@@ -17,6 +17,7 @@ use crate::people::People;
 use crate::progress::{Progress, note, table};
 use crate::stages::report;
 use crate::stated_truth::stated_truth;
+use crate::tidy::write_diagnosis;
 use ::report::count;
 
 /// Settings of `diagnose`.
@@ -113,6 +114,7 @@ pub fn run(args: &Settings) -> Result<()> {
     output.write_document(&evaluation::glucose_by_person(&people.used())?)?;
     // The truth, where it is stated, is read for the report alone: the diagnosis is final.
     let written: contract::Diagnosis = read_document(output.path())?;
+    write_diagnosis(output.path(), &written)?;
     let truth = stated_truth(&args.cohort, &written);
     if let Some(truth) = &truth {
         output.write_document(truth)?;

@@ -25,6 +25,7 @@ use crate::progress::{Progress, note, table as print_table};
 use crate::stages::baselines::Baselines;
 use crate::stages::twin::{spread_in, twins_in, variants_in};
 use crate::stages::{paper_tables, train, twin};
+use crate::tidy::write_outcomes;
 use ::report::count;
 
 /// Settings of `evaluate`.
@@ -93,6 +94,7 @@ pub fn run(args: &Settings) -> Result<()> {
     } else {
         let table = outcomes_table(&cohort_name(&args.cohort), &evaluation, &settings)?;
         output.write_document(&table)?;
+        write_outcomes(output.path(), &evaluation)?;
         let profile =
             glucose_profile(&cohort, &people.twins, &people.population, &evaluation, &protocol)
                 .context("the glucose profile")?;
