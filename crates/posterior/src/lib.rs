@@ -1,8 +1,8 @@
 //! Probabilities of what a cohort lacks, learned on worlds whose truth is known.
 //!
-//! A [`Posterior`] reads the statistics of a cohort by name and answers with probabilities over nothing, something
-//! unknown, every effect, and every pair of effects. It is an ensemble of small networks, trained on a [`Table`] of
-//! made worlds ([`train`]): amortised model comparison (Radev et al., IEEE Trans Neural Netw Learn Syst
+//! A [`Posterior`] reads the statistics of a cohort by name and answers with probabilities of nothing, something
+//! unknown, every effect, and two at once. It is an ensemble of small networks and of logistic
+//! regressions on few statistics each, trained on a [`Table`] of made worlds ([`train`]): amortised model comparison (Radev et al., IEEE Trans Neural Netw Learn Syst
 //! 2023;34:4903; Elsemueller et al., Psychol Methods 2024). What it saw is in its [`PosteriorCard`].
 //!
 //! Nothing here knows a plant or a filter: a downstream tool can train a posterior on statistics of its own.
@@ -24,16 +24,16 @@
 //! Research software. Not a medical device; not validated for any treatment decision.
 
 mod error;
+mod joint;
 mod network;
 mod posterior;
 mod reading;
-mod sets;
+mod regression;
 mod table;
 mod training;
 
 pub use contract::posterior::PosteriorCard;
 pub use error::PosteriorError;
 pub use posterior::{Answer, Gap, Posterior};
-pub use sets::{Lacking, Sets};
 pub use table::{Table, Truth};
-pub use training::{Training, train};
+pub use training::{Training, train, with_regressions_of};

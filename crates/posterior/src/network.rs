@@ -1,10 +1,9 @@
 //! One member of the ensemble: a small network with three answers.
 
-use candle_core::{D, Device, Tensor};
+use candle_core::{D, Tensor};
 use candle_nn::ops::log_softmax;
 
 use crate::error::PosteriorError;
-use crate::sets::Sets;
 
 /// Size of a gap that networks call 1, mg/dL, and the largest that they are shown.
 pub(crate) const GAP_UNIT: f64 = 10.0;
@@ -49,8 +48,8 @@ pub(crate) struct Network {
 
 /// What a network answers, a row a cohort.
 pub(crate) struct Output {
-    /// Log probabilities of the sets.
-    pub(crate) sets: Tensor,
+    /// Log odds of the effects and of something unknown.
+    pub(crate) odds: Tensor,
     /// Log probabilities of the ports, given that something is missing.
     pub(crate) ports: Tensor,
     /// The mean gap by cell, then its mean size, in units of [`GAP_UNIT`].
@@ -64,34 +63,14 @@ pub(crate) struct Kept {
     pub(crate) second: Tensor,
 }
 
-/// The constants by which odds become probabilities of sets.
-#[derive(Debug, Clone)]
-pub(crate) struct Constants {
-    /// (odds, sets)
-    membership: Tensor,
-    /// (1, sets)
-    pairs: Tensor,
-}
-
-impl Constants {
-    pub(crate) fn of(sets: &Sets) -> Result<Self, PosteriorError> {
-        let (odds, all) = (sets.odds(), sets.all().len());
-        Ok(Self {
-            membership: Tensor::from_vec(sets.membership(), (odds, all), &Device::Cpu)?,
-            pairs: Tensor::from_vec(sets.pairs(), (1, all), &Device::Cpu)?,
-        })
-    }
-}
-
 impl Network {
     /// Of what was read: (cohorts, statistics).
     pub(crate) fn answer(
         &self,
         read: &Tensor,
-        constants: &Constants,
         kept: Option<&Kept>,
     ) -> Result<Output, PosteriorError> {
-        let [w1, b1, w2, b2, odds_w, odds_b, pair, ports_w, ports_b, gaps_w, gaps_b] =
+        let [w1, b1, w2, b2, odds_w, odds_b, _, ports_w, ports_b, gaps_w, gaps_b] =
             &self.weights[..]
         else {
             return Err(PosteriorError::File("a network with other weights".to_owned()));
@@ -105,14 +84,16 @@ impl Network {
         let x = dropped(x, |kept| &kept.first)?;
         let x = x.matmul(w2)?.broadcast_add(b2)?.relu()?;
         let x = dropped(x, |kept| &kept.second)?;
-        let odds = x.matmul(odds_w)?.broadcast_add(odds_b)?;
-        let sets = odds.matmul(&constants.membership)?;
-        let sets = sets.broadcast_add(&constants.pairs.broadcast_mul(pair)?)?;
         let ports = x.matmul(ports_w)?.broadcast_add(ports_b)?;
         Ok(Output {
-            sets: log_softmax(&sets, D::Minus1)?,
+            odds: x.matmul(odds_w)?.broadcast_add(odds_b)?,
             ports: log_softmax(&ports, D::Minus1)?,
             gaps: x.matmul(gaps_w)?.broadcast_add(gaps_b)?,
         })
+    }
+
+    /// The number for pairs.
+    pub(crate) fn pair(&self) -> &Tensor {
+        &self.weights[6]
     }
 }

@@ -8,22 +8,24 @@ use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
 
 use crate::error::PosteriorError;
+use crate::joint::Joint;
 use crate::network::GAP_UNIT;
-use crate::network::{Constants, Network, Shape};
+use crate::network::{Network, Shape};
 use crate::reading::Reading;
-use crate::sets::{Lacking, Sets};
+use crate::regression::Regression;
 use crate::table::Table;
 
 /// Key of the description in a file's metadata.
 const DESCRIPTION: &str = "posterior";
+/// First part of the names of the regression's weights.
+const REGRESSION: &str = "regression";
 
 /// Probabilities of what a cohort lacks.
 #[derive(Debug, Clone)]
 pub struct Posterior {
     described: Described,
-    sets: Sets,
-    constants: Constants,
-    members: Vec<Network>,
+    networks: Vec<Network>,
+    regression: Regression,
 }
 
 /// Everything but the weights.
@@ -34,6 +36,8 @@ struct Described {
     cells: Vec<String>,
     hidden: usize,
     reading: Reading,
+    /// What the regressions read.
+    regression: Reading,
     card: PosteriorCard,
 }
 
@@ -54,9 +58,9 @@ impl Described {
 pub struct Answer {
     /// Probability that nothing is missing.
     pub nothing: f64,
-    /// Probability that something is missing that is none of the effects.
+    /// Probability that something is missing that is none of the effects, alone or beside them.
     pub unknown: f64,
-    /// Probability of each effect, alone or beside another.
+    /// Probability of each effect, alone or beside others.
     pub effects: Vec<(String, f64)>,
     /// Probabilities of all sets of one or two effects, most probable first.
     pub sets: Vec<(Vec<String>, f64)>,
@@ -89,18 +93,29 @@ impl Posterior {
         ports: Vec<String>,
         cells: Vec<String>,
         reading: Reading,
-        members: Vec<Network>,
+        networks: Vec<Network>,
+        regression: Regression,
         card: PosteriorCard,
-    ) -> Result<Self, PosteriorError> {
-        let hidden = members.first().and_then(|m| m.weights.first()).map_or(0, |w| w.dims()[1]);
-        let described = Described { effects, ports, cells, hidden, reading, card };
-        Self::described(described, members)
+    ) -> Self {
+        let hidden = networks.first().and_then(|m| m.weights.first()).map_or(0, |w| w.dims()[1]);
+        let read = regression.reading.clone();
+        let described =
+            Described { effects, ports, cells, hidden, reading, regression: read, card };
+        Self { described, networks, regression }
     }
 
-    fn described(described: Described, members: Vec<Network>) -> Result<Self, PosteriorError> {
-        let sets = Sets::of(described.effects.len());
-        let constants = Constants::of(&sets)?;
-        Ok(Self { described, sets, constants, members })
+    /// The same networks with other regressions, fitted on worlds of these hands.
+    pub(crate) fn with_regression(
+        &self,
+        regression: Regression,
+        hands: Vec<(String, usize)>,
+        source: &str,
+    ) -> Self {
+        let mut described = self.described.clone();
+        described.regression = regression.reading.clone();
+        described.card.hands_of_regressions = hands;
+        described.card.source = format!("{}; {source}", described.card.source);
+        Self { described, networks: self.networks.clone(), regression }
     }
 
     /// What it saw.
@@ -120,8 +135,8 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError::Tensor`].
     pub fn answer(&self, statistics: &BTreeMap<String, f64>) -> Result<Answer, PosteriorError> {
-        let read = self.described.reading.of_cohort(statistics);
-        let mut answers = self.answers_to(read, 1)?;
+        let read = [&self.described.reading, &self.regression.reading];
+        let mut answers = self.answers_to(read.map(|reading| reading.of_cohort(statistics)), 1)?;
         answers.pop().ok_or_else(|| PosteriorError::File("it has no members".to_owned()))
     }
 
@@ -130,48 +145,57 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError::Tensor`].
     pub fn answers(&self, table: &Table) -> Result<Vec<Answer>, PosteriorError> {
-        self.answers_to(self.described.reading.of_table(table), table.len())
+        let read = [&self.described.reading, &self.regression.reading];
+        self.answers_to(read.map(|reading| reading.of_table(table)), table.len())
     }
 
-    fn answers_to(&self, read: Vec<f32>, rows: usize) -> Result<Vec<Answer>, PosteriorError> {
-        let Described { effects, ports, cells, .. } = &self.described;
-        let read = Tensor::from_vec(read, (rows, self.described.shape().statistics), &Device::Cpu)?;
-        let count = self.members.len() as f64;
-        let mut sums = [
-            Tensor::zeros((rows, self.sets.all().len()), DType::F32, &Device::Cpu)?,
-            Tensor::zeros((rows, ports.len()), DType::F32, &Device::Cpu)?,
-            Tensor::zeros((rows, 2 * cells.len()), DType::F32, &Device::Cpu)?,
-        ];
-        for member in &self.members {
-            let found = member.answer(&read, &self.constants, None)?;
-            for (sum, own) in sums.iter_mut().zip([found.sets, found.ports, found.gaps]) {
-                *sum = (&*sum + (own / count)?)?;
-            }
+    /// `read` is what networks read of each row, and what the regressions read.
+    fn answers_to(
+        &self,
+        [read, regressed]: [Vec<f32>; 2],
+        rows: usize,
+    ) -> Result<Vec<Answer>, PosteriorError> {
+        let shape = self.described.shape();
+        let tensor = |read: Vec<f32>| {
+            let width = read.len() / rows.max(1);
+            Tensor::from_vec(read, (rows, width), &Device::Cpu)
+        };
+        let (read, regressed) = (tensor(read)?, tensor(regressed)?);
+        let zeros = |width: usize| Tensor::zeros((rows, width), DType::F32, &Device::Cpu);
+        let (mut odds, mut by_port) = (zeros(shape.odds)?, zeros(shape.ports)?);
+        let mut gaps = zeros(2 * shape.cells)?;
+        let mut pair = Tensor::zeros(1, DType::F32, &Device::Cpu)?;
+        for network in &self.networks {
+            let found = network.answer(&read, None)?;
+            odds = (odds + found.odds)?;
+            pair = (pair + network.pair())?;
+            by_port = (by_port + found.ports)?;
+            gaps = (gaps + found.gaps)?;
         }
-        let [sets, by_port, gaps] = sums;
-        // Members are joined by the mean of their logarithms.
-        let sets = candle_nn::ops::softmax(&sets, 1)?.to_vec2::<f32>()?;
-        let by_port = candle_nn::ops::softmax(&by_port, 1)?.to_vec2::<f32>()?;
-        let gaps = gaps.to_vec2::<f32>()?;
-        let answers = sets.iter().zip(&by_port).zip(&gaps);
+        // Networks are joined by the mean of their logarithms, and so are networks and regressions.
+        let networks = self.networks.len() as f64;
+        let odds = (((odds / networks)? + self.regression.odds(&regressed)?)? / 2.0)?;
+        let pair = (((pair / networks)? + self.regression.pair())? / 2.0)?;
+        let pair = f64::from(pair.to_vec1::<f32>()?[0]);
+        let by_port = candle_nn::ops::softmax(&(by_port / networks)?, 1)?.to_vec2::<f32>()?;
+        let gaps = (gaps / networks)?.to_vec2::<f32>()?;
+        let odds = odds.to_vec2::<f32>()?;
+        let answers = odds.iter().zip(&by_port).zip(&gaps);
         Ok(answers
-            .map(|((sets, by_port), gaps)| self.in_words(effects, sets, by_port, gaps))
+            .map(|((odds, by_port), gaps)| {
+                let odds: Vec<f64> = odds.iter().map(|a| f64::from(*a)).collect();
+                self.in_words(&odds, pair, by_port, gaps)
+            })
             .collect())
     }
 
-    fn in_words(&self, effects: &[String], sets: &[f32], ports: &[f32], gaps: &[f32]) -> Answer {
-        let all = || self.sets.all().iter().zip(sets.iter().map(|p| f64::from(*p)));
-        let of = |wanted: &dyn Fn(Lacking) -> bool| -> f64 {
-            all().filter(|(set, _)| wanted(**set)).map(|(_, p)| p).sum()
-        };
-        let named = |set: &Lacking| match *set {
-            Lacking::Nothing | Lacking::Unknown => None,
-            Lacking::One(one) => Some(vec![effects[one].clone()]),
-            Lacking::Two(one, other) => Some(vec![effects[one].clone(), effects[other].clone()]),
-        };
-        let mut by_set: Vec<(Vec<String>, f64)> =
-            all().filter_map(|(set, p)| Some((named(set)?, p))).collect();
-        by_set.sort_by(|a, b| b.1.total_cmp(&a.1));
+    fn in_words(&self, odds: &[f64], pair: f64, ports: &[f32], gaps: &[f32]) -> Answer {
+        let joint = Joint::of(odds, pair);
+        let Described { effects, cells, .. } = &self.described;
+        let named = |set: Vec<usize>| set.into_iter().map(|index| effects[index].clone()).collect();
+        let mut sets: Vec<(Vec<String>, f64)> =
+            joint.sets(odds, pair).into_iter().map(|(set, p)| (named(set), p)).collect();
+        sets.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut by_port: Vec<(String, f64)> = self
             .described
             .ports
@@ -180,19 +204,16 @@ impl Posterior {
             .map(|(port, p)| (port.clone(), f64::from(*p)))
             .collect();
         by_port.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let cells = self.described.cells.iter().enumerate();
-        let count = self.described.cells.len();
+        let count = cells.len();
         Answer {
-            nothing: of(&|set| set == Lacking::Nothing),
-            unknown: of(&|set| set == Lacking::Unknown),
-            effects: effects
-                .iter()
-                .enumerate()
-                .map(|(index, name)| (name.clone(), of(&|set| set.has(index))))
-                .collect(),
-            sets: by_set,
+            nothing: joint.nothing,
+            unknown: joint.each.last().copied().unwrap_or(0.0),
+            effects: effects.iter().cloned().zip(joint.each).collect(),
+            sets,
             ports: by_port,
             gaps: cells
+                .iter()
+                .enumerate()
                 .map(|(index, cell)| {
                     let mean = GAP_UNIT * f64::from(gaps[index]);
                     let size = GAP_UNIT * f64::from(gaps[count + index]);
@@ -207,12 +228,16 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError::Tensor`] and [`PosteriorError::File`].
     pub fn bytes(&self) -> Result<Vec<u8>, PosteriorError> {
-        let shape = self.described.shape().weights();
+        let shape = self.described.shape();
         let mut tensors: Vec<(String, Tensor)> = Vec::new();
-        for (index, member) in self.members.iter().enumerate() {
-            for ((name, _), weights) in shape.iter().zip(&member.weights) {
+        for (index, network) in self.networks.iter().enumerate() {
+            for ((name, _), weights) in shape.weights().iter().zip(&network.weights) {
                 tensors.push((format!("{index}.{name}"), weights.to_dtype(DType::F16)?));
             }
+        }
+        let shapes = Regression::shapes(self.regression.reading.names.len(), shape.odds);
+        for ((name, _), weights) in shapes.iter().zip(&self.regression.weights) {
+            tensors.push((format!("{REGRESSION}.{name}"), weights.to_dtype(DType::F16)?));
         }
         let description = serde_json::to_string(&self.described)
             .map_err(|error| PosteriorError::File(error.to_string()))?;
@@ -233,23 +258,29 @@ impl Posterior {
             .ok_or_else(|| PosteriorError::File("its metadata describe no posterior".to_owned()))?;
         let described: Described = serde_json::from_str(description).map_err(|e| wrong(&e))?;
         let tensors = candle_core::safetensors::load_buffer(bytes, &Device::Cpu)?;
-        let members = (0..described.card.members)
-            .map(|index| {
-                let weights = described.shape().weights().into_iter().map(|(name, shape)| {
-                    let key = format!("{index}.{name}");
-                    let found = tensors.get(&key).filter(|tensor| tensor.dims() == shape);
-                    let found = found.ok_or_else(|| {
-                        PosteriorError::File(format!("`{key}` is absent or of another shape"))
-                    })?;
-                    Ok(found.to_dtype(DType::F32)?)
-                });
-                Ok(Network { weights: weights.collect::<Result<_, PosteriorError>>()? })
-            })
+        let shape = described.shape();
+        let weights_of = |member: &str, shapes: &[(&'static str, Vec<usize>)]| {
+            let one = |(name, shape): &(&'static str, Vec<usize>)| {
+                let key = format!("{member}.{name}");
+                let found = tensors.get(&key).filter(|tensor| tensor.dims() == *shape);
+                let found = found.ok_or_else(|| {
+                    PosteriorError::File(format!("`{key}` is absent or of another shape"))
+                })?;
+                Ok(found.to_dtype(DType::F32)?)
+            };
+            shapes.iter().map(one).collect::<Result<Vec<Tensor>, PosteriorError>>()
+        };
+        let networks = (0..described.card.members)
+            .map(|member| weights_of(&member.to_string(), &shape.weights()))
+            .map(|weights| Ok(Network { weights: weights? }))
             .collect::<Result<Vec<Network>, PosteriorError>>()?;
-        if members.is_empty() {
+        let reading = described.regression.clone();
+        let shapes = Regression::shapes(reading.names.len(), shape.odds);
+        let regression = Regression { reading, weights: weights_of(REGRESSION, &shapes)? };
+        if networks.is_empty() {
             return Err(PosteriorError::File("it has no members".to_owned()));
         }
-        Self::described(described, members)
+        Ok(Self { described, networks, regression })
     }
 }
 
