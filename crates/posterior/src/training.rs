@@ -524,6 +524,23 @@ mod tests {
     }
 
     #[test]
+    fn regressions_are_fitted_anew_beside_the_same_networks() {
+        let kept = trained(160);
+        let settings = Training::working(1);
+        let other = with_regressions_of(&kept, &table(96, 5), &settings, "again").expect("fitted");
+        let test = table(8, 2);
+        let answers = |posterior: &Posterior| posterior.answers(&test).expect("finite");
+        for (one, other) in answers(&kept).iter().zip(&answers(&other)) {
+            assert_eq!((&one.ports, &one.gaps), (&other.ports, &other.gaps));
+            assert_ne!(one.effects, other.effects);
+        }
+        let card = other.card();
+        assert_eq!(card.hands, [("made".to_owned(), 160)]);
+        assert_eq!(card.hands_of_regressions, [("made".to_owned(), 96)]);
+        assert_eq!(card.source, "a test; again");
+    }
+
+    #[test]
     fn a_table_without_rows_or_with_a_strange_effect_is_refused() {
         let of = |table: &Table| {
             let settings = Training::working(1);
