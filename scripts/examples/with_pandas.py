@@ -27,7 +27,7 @@ def main() -> None:
             profile[f"{of}_{percentile}"] = pd.Series(agp[of][percentile], dtype=float)
     draw_profile(profile, agp["windows"], out / "agp.png")
 
-    diagnosis = read(source, "8-diagnose/diagnosis.json", "diagnosis/2")
+    diagnosis = read(source, "8-diagnose/diagnosis.json", "diagnosis/3")
     hours = [cell for cell in diagnosis["where"] if cell["factor"] == "hour"]
     if hours:
         errors = pd.json_normalize(hours).sort_values("level")

@@ -35,7 +35,7 @@ def main() -> None:
     # A slot without a sample is null; matplotlib leaves a gap where a value is not a number.
     draw_profile(profile.fill_null(float("nan")), agp["windows"], out / "agp.png")
 
-    diagnosis = read(source, "8-diagnose/diagnosis.json", "diagnosis/2")
+    diagnosis = read(source, "8-diagnose/diagnosis.json", "diagnosis/3")
     hours = [cell for cell in diagnosis["where"] if cell["factor"] == "hour"]
     if hours:
         errors = pl.DataFrame(hours, infer_schema_length=None).sort("level")

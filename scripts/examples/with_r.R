@@ -60,7 +60,7 @@ legend("topleft", c("sensor", "twin"), col = c(measured_colour, twin_colour), lw
 invisible(dev.off())
 
 # Mean error of free runs by part of the day, with simultaneous intervals.
-cells <- read_document("8-diagnose/diagnosis.json", "diagnosis/2")$where
+cells <- read_document("8-diagnose/diagnosis.json", "diagnosis/3")$where
 hours <- if (is.data.frame(cells)) which(cells$factor == "hour") else integer(0)
 if (length(hours) == 0) {
   message("the diagnosis has no errors by hour: too few people, days or runs")

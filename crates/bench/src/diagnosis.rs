@@ -227,14 +227,7 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     }
     add("design", clock);
     let clock = Instant::now();
-    which(
-        &inputs,
-        &library,
-        &config.thresholds,
-        Some(gap::working_posterior()),
-        &config.calibration,
-        BTreeMap::new(),
-    )?;
+    which(&inputs, &library, gap::working_posterior(), &config.calibration, BTreeMap::new())?;
     add("which, with a design for each round", clock);
     Ok(parts)
 }

@@ -5,6 +5,18 @@ use contract::blind_check::{BlindCheck, Ceiling, ExactCourse, Kind, Outcome, Pow
 
 use crate::error::BlindError;
 
+/// Share of the courses of effects that do not act that may be above the bar: the names that are allowed where nothing
+/// is missing.
+const FALSE: f64 = 0.02;
+
+/// The evidence that no larger share of these courses exceeds, nats; 0 where there is none.
+fn bar(courses: &[ExactCourse]) -> f64 {
+    let idle = courses.iter().filter(|course| !course.acts);
+    let mut gains: Vec<f64> = idle.filter_map(|course| course.gain_nats).collect();
+    gains.sort_by(|a, b| b.total_cmp(a));
+    gains.get((FALSE * gains.len() as f64) as usize).copied().unwrap_or(0.0).max(0.0)
+}
+
 /// The same check, with what exact courses would name added to the power.
 ///
 /// # Errors
@@ -13,6 +25,8 @@ pub fn with_ceiling(
     mut check: BlindCheck,
     courses: Vec<ExactCourse>,
 ) -> Result<BlindCheck, BlindError> {
+    let bar = bar(&courses);
+    let is_above = |course: &ExactCourse| course.gain_nats.is_some_and(|gain| gain > bar);
     let singles: Vec<(Single<'_>, bool)> = check
         .worlds
         .iter()
@@ -21,7 +35,7 @@ pub fn with_ceiling(
             let truth = row.truth.first()?;
             let course = courses.iter().find(|c| c.acts && c.id == row.id)?;
             let shift = truth.achieved_mg_dl;
-            let single = Single { effect: &truth.effect, shift, above: course.is_above() };
+            let single = Single { effect: &truth.effect, shift, above: is_above(course) };
             Some((single, row.outcome == Outcome::Correct))
         })
         .collect();
@@ -29,12 +43,13 @@ pub fn with_ceiling(
     let above = |from: f64| among(moved(from), |(single, _)| single.above);
     let right = |from: f64| among(moved(from), |(_, right)| *right);
     let ceiling = Ceiling {
+        bar_nats: bar,
         named: above(0.0)?,
         named_at_5: above(5.0)?,
         answered_at_5: right(5.0)?,
         named_at_10: above(10.0)?,
         answered_at_10: right(10.0)?,
-        false_alarms: among(courses.iter().filter(|c| !c.acts), |c| c.is_above())?,
+        false_alarms: among(courses.iter().filter(|c| !c.acts), |c| is_above(c))?,
         courses: Vec::new(),
     };
     for row in &mut check.power {

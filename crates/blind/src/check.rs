@@ -1,4 +1,4 @@
-//! The whole check: `blind_check.json`, schema `blind-check/2`.
+//! The whole check: `blind_check.json`, schema `blind-check/3`.
 
 use crate::amplitude::amplitude_recovery;
 use crate::confusion::confusion;

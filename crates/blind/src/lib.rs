@@ -22,7 +22,6 @@
 mod amplitude;
 mod answer;
 mod by_hand;
-mod calibration_table;
 mod ceiling;
 mod check;
 mod confusion;
@@ -47,7 +46,6 @@ pub mod seal;
 
 pub use answer::answer;
 pub use by_hand::hand_table;
-pub use calibration_table::calibration_table;
 pub use ceiling::with_ceiling;
 pub use check::score;
 pub use error::BlindError;

@@ -209,14 +209,15 @@ fn a_check_reads_back_as_it_was_written() {
 
 #[test]
 fn an_answer_is_the_part_of_a_diagnosis_that_is_scored() {
-    let text = r#"{"schema": "diagnosis/2", "verdict": "effect",
+    let text = r#"{"schema": "diagnosis/3", "verdict": "effect",
         "effects": [{"effect": "dawn", "port": "egp", "gain_nats": 31.2, "probability": 0.97,
                      "amplitude": {"value": 1.1, "lower": 0.7, "upper": 1.5}, "confusable_with": [],
                      "people": [], "questioned": []}],
         "candidates": [{"effect": "dawn", "gain_nats": 31.2, "probability": 0.97}], "untried": [],
         "ports": [{"port": "egp", "gain_nats": 30.0, "probability": 0.9, "confusable_with": [],
                    "unit": "factor", "course": []}],
-        "power": [], "evidence": {"person_days": 7, "gains": {}}, "where": [],
+        "posterior": {"something": 0.1, "sets": [], "speaks_from": 0.75, "names_from": 0.5, "source": "made up"},
+        "evidence": {"person_days": 7, "gains": {}}, "where": [],
         "how_far": {"horizons": [], "outcomes": [], "amplitudes": [], "innovations": null,
                     "people": [], "notes": []},
         "baseline": [], "data_quality": [], "people": [], "plant": "ode", "seed": 1, "config": null}"#;

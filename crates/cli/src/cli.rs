@@ -593,9 +593,6 @@ pub(crate) struct DiagnoseArgs {
     /// Seed of the bootstrap.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Thresholds of the evidence, as `blind-check --calibrate` writes them, in place of those in use.
-    #[arg(long, value_name = "FILE", hide = true)]
-    pub thresholds: Option<PathBuf>,
     /// A posterior, as `train-posterior` writes it, in place of that in use.
     #[arg(long, value_name = "FILE", hide = true)]
     pub posterior: Option<PathBuf>,
@@ -614,12 +611,11 @@ pub(crate) struct BlindCheckArgs {
     /// As many worlds as it takes to test every target.
     #[arg(long)]
     pub full: bool,
-    /// Worlds of one generator on which to fix thresholds: writes calibration.json in place of a
-    /// score.
-    #[arg(long, value_name = "GENERATOR", value_parser = words::generator, hide = true)]
-    pub calibrate: Option<Generator>,
+    /// The plant that is asked: `ode`, or the file of a population model.
+    #[arg(long, value_name = "MODEL", default_value = "ode")]
+    pub model: String,
     /// In place of worlds: effects planted into the records of this cohort of real people.
-    #[arg(long, value_name = "COHORT", conflicts_with_all = ["worlds", "nulls", "full", "calibrate"])]
+    #[arg(long, value_name = "COHORT", conflicts_with_all = ["worlds", "nulls", "full", "model"])]
     pub planted: Option<PathBuf>,
     /// With --planted: multiples of each effect's usual size [default: 1,2].
     #[arg(long, value_name = "TIMES", value_delimiter = ',', requires = "planted")]

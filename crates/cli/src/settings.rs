@@ -32,14 +32,14 @@ settings! {
     ReplayArgs => replay { cohort, model, twin, initial, out }
     ReconcileArgs => reconcile { cohort, detector, rule, out }
     EvaluateArgs => evaluate { cohort, twins, baselines, out, seed }
-    DiagnoseArgs => diagnose { cohort, model, population, out, seed, thresholds, posterior }
+    DiagnoseArgs => diagnose { cohort, model, population, out, seed, posterior }
     EffectTwinsArgs => effect_twins { cohort, model, profile, out, seed }
-    BlindCheckArgs => blind_check { worlds, nulls, full, calibrate, out, seed }
+    BlindCheckArgs => blind_check { worlds, nulls, full, model, out, seed }
     WorldsArgs => worlds {
         effect, shift, generator, regime, people, days, nuisances, count, mixture, nulls, out, seed
     }
     RealismArgs => realism { cohort, worlds, nulls, people, days, out, seed }
-    EvidenceArgs => evidence { worlds, nulls, cohort, labelled, out, seed }
+    EvidenceArgs => evidence { worlds, nulls, narrow, cohort, labelled, out, seed }
     TrainPosteriorArgs => train_posterior { table, networks, out, seed }
     ReportArgs => report { folder }
     SteadyStateArgs => steady_state { model, compare, out }

@@ -1,7 +1,6 @@
 //! `blind_check.json`: answers of the diagnosis scored against labels that it could not see.
 
 mod answer;
-mod calibration;
 mod ceiling;
 mod label;
 mod places;
@@ -11,7 +10,6 @@ mod scores;
 mod seal;
 
 pub use answer::{Answer, Outcome, Verdict};
-pub use calibration::{CalibrationTable, CalibrationWorld};
 pub use ceiling::{Ceiling, ExactCourse};
 pub use label::{Kind, Label, Labels, PortCourse, TrueCell, TrueEffect, TrueWhere};
 pub use places::{ContextScore, CoverageScore, EquationScore, WhereScore, WorldWhere};
@@ -29,14 +27,14 @@ use serde::{Deserialize, Serialize};
 use crate::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};
 use crate::document::documents;
 
-documents! { BlindCheck: "blind_check.json", "blind-check/2"; }
+documents! { BlindCheck: "blind_check.json", "blind-check/3"; }
 
 /// Answers scored against labels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BlindCheck {
-    /// `blind-check/2`.
+    /// `blind-check/3`.
     pub schema: String,
     /// Seed from which the plan was drawn.
     pub master_seed: u64,

@@ -11,8 +11,7 @@ use std::collections::BTreeMap;
 
 pub use absorbed::{Absorbed, AbsorbedEffect, AbsorbedError};
 pub use found::{
-    CandidateEffect, DetectionPower, FOUND_ABOVE, FOUND_IN, FoundEffect, PersonAmplitude, Standing,
-    UntriedEffect,
+    CandidateEffect, FOUND_ABOVE, FOUND_IN, FoundEffect, PersonAmplitude, Standing, UntriedEffect,
 };
 pub use hourly::{HourlyCell, HourlyGap, HourlyRow};
 pub use how_far::{
@@ -33,7 +32,7 @@ use crate::Document;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Diagnosis<C = serde_json::Value> {
-    /// `diagnosis/2`.
+    /// `diagnosis/3`.
     pub schema: String,
     /// The answer.
     pub verdict: Verdict,
@@ -47,14 +46,10 @@ pub struct Diagnosis<C = serde_json::Value> {
     pub untried: Vec<UntriedEffect>,
     /// Evidence by place in the equations.
     pub ports: Vec<PortEvidence>,
-    /// How small an effect these data would have shown where thresholds decide; effects of which no believable size would
-    /// have been found are missing. Empty where a posterior decides.
-    pub power: Vec<DetectionPower>,
-    /// The evidence by name before any effect is conditioned on, from which thresholds can be fixed.
+    /// The evidence by name before any effect is conditioned on.
     pub evidence: Evidence,
-    /// What the posterior said, if one decided.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub posterior: Option<PosteriorSaid>,
+    /// What the posterior said.
+    pub posterior: PosteriorSaid,
     /// The gap by situation, largest share first.
     #[serde(rename = "where")]
     pub cells: Vec<CellGap>,
@@ -85,7 +80,7 @@ pub struct Diagnosis<C = serde_json::Value> {
 
 impl<C: Serialize + DeserializeOwned> Document for Diagnosis<C> {
     const FILE: &'static str = "diagnosis.json";
-    const SCHEMA: &'static str = "diagnosis/2";
+    const SCHEMA: &'static str = "diagnosis/3";
 }
 
 /// The answer of a diagnosis.
@@ -98,7 +93,7 @@ pub enum Verdict {
     None,
     /// At least one effect is named: found or suspected, see `effects`.
     Effect,
-    /// Something varies at a port by more than it does in anybody, and nothing that was tried explains it.
+    /// Something is missing, and nothing that was tried is probable enough to be named.
     Unknown,
 }
 

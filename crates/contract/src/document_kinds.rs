@@ -2,16 +2,15 @@
 
 use crate::bench::{DiagnosisBench, MealsBench, TrainingStepBench, TwinsBench};
 use crate::blind_check::{
-    Answer, BlindCheck, CalibrationTable, Label, Labels, OpenedLabels, People, PlantedCheck,
-    Realism, Seal,
+    Answer, BlindCheck, Label, Labels, OpenedLabels, People, PlantedCheck, Realism, Seal,
 };
 use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
 use crate::posterior::{PosteriorCard, StatisticNames};
 use crate::{
     Baselines, Certificates, Conformance, DataInUse, Diagnosis, DocumentKind, EffectTwins,
     ExampleDay, Exclusions, GlucoseByPerson, GlucoseProfile, HeldOut, ImportReport, Manifest,
-    Meals, OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates, Thresholds,
-    Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
+    Meals, OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates, Training,
+    Trajectories, TwinsTable, WhatIf, WidthSearch,
 };
 
 /// Every kind of document.
@@ -51,8 +50,6 @@ pub fn document_kinds() -> Vec<DocumentKind> {
         DocumentKind::of::<OpenedLabels>(),
         DocumentKind::of::<Label>(),
         DocumentKind::of::<Labels>(),
-        DocumentKind::of::<CalibrationTable>(),
-        DocumentKind::of::<Thresholds>(),
         DocumentKind::of::<PlantedCheck>(),
         DocumentKind::of::<Realism>(),
         DocumentKind::of::<People>(),

@@ -44,7 +44,6 @@ pub mod run_errors;
 #[cfg(test)]
 mod schemas;
 pub mod steady_state;
-pub mod thresholds;
 pub mod training;
 pub mod trajectories;
 pub mod truth;
@@ -75,7 +74,6 @@ pub use region::RegionFile;
 pub use repair::Repair;
 pub use run_errors::RunErrors;
 pub use steady_state::SteadyStates;
-pub use thresholds::Thresholds;
 pub use training::Training;
 pub use trajectories::Trajectories;
 pub use truth::StatedTruth;

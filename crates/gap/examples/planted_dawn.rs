@@ -58,7 +58,7 @@ fn person(index: u64) -> Result<Person, Box<dyn std::error::Error>> {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let people = (0..4).map(person).collect::<Result<_, _>>()?;
     let (library, config) = (effects::library(), DiagnosisConfig::working());
-    let diagnosis = Diagnoser::new(&library, &config).by_thresholds().run(&Cohort { people }, 1)?;
+    let diagnosis = Diagnoser::new(&library, &config).run(&Cohort { people }, 1)?;
     println!("verdict: {:?}", diagnosis.verdict);
     for horizon in &diagnosis.baseline {
         let (mae, bias) = (horizon.mae, horizon.bias);

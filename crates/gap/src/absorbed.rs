@@ -64,9 +64,10 @@ mod tests {
         let gains: serde_json::Map<String, serde_json::Value> =
             gains.iter().map(|(name, gain)| ((*name).to_owned(), (*gain).into())).collect();
         let diagnosis = serde_json::json!({
-            "schema": "diagnosis/2", "verdict": "none", "effects": [],
-            "candidates": [], "untried": [], "power": [], "ports": [], "where": [],
+            "schema": "diagnosis/3", "verdict": "none", "effects": [],
+            "candidates": [], "untried": [], "ports": [], "where": [],
             "evidence": {"person_days": 7.0, "gains": gains},
+            "posterior": {"something": 0.1, "sets": [], "speaks_from": 0.75, "names_from": 0.5, "source": "made up"},
             "how_far": contract::diagnosis::HowFar::default(),
             "baseline": [{"minutes": 60, "mae": error(mae), "rmse": error(mae),
                 "bias": error(0.0), "people": 1, "runs": 10}],

@@ -14,7 +14,7 @@ use crate::free_run_statistics::free_run_statistics;
 use crate::person::{PersonOutcome, analyse};
 use crate::person_statistics::of_person;
 use crate::quality::UsedPerson;
-use crate::which::{Thresholds, which};
+use crate::which::first_round;
 use contract::diagnosis::Evidence;
 
 /// Channels whose presence decides what a record can show.
@@ -45,11 +45,9 @@ pub fn cohort_statistics(
     if included.is_empty() {
         return Ok(None);
     }
-    // One round, in which nothing is named.
     let analyses = outcomes.iter().filter_map(|outcome| outcome.analysis.as_ref());
     let free_runs = free_run_statistics(analyses, config);
-    let never = Thresholds::never();
-    let found = which(&included, library, &never, None, &config.calibration, free_runs)?;
+    let found = first_round(&included, library, &config.calibration, free_runs)?;
     Ok(Some(found.statistics))
 }
 

@@ -8,7 +8,6 @@ use crate::filter::noise::NoiseModel;
 use crate::filter::observations::MissingDosePolicy;
 use crate::free_run::FreeRunRule;
 use crate::localisation::LocalisationRule;
-use crate::which::Thresholds;
 
 /// Settings of a diagnosis. There is no default: each changes the result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,8 +24,6 @@ pub struct DiagnosisConfig {
     pub inclusion: InclusionRule,
     /// What is done about unrecorded doses.
     pub missing_doses: MissingDosePolicy,
-    /// Evidence that an effect or a port must show.
-    pub thresholds: Thresholds,
 }
 
 impl DiagnosisConfig {
@@ -40,7 +37,6 @@ impl DiagnosisConfig {
             localisation: LocalisationRule::working(),
             inclusion: InclusionRule::working(),
             missing_doses: MissingDosePolicy::HoldBasal,
-            thresholds: Thresholds::working(),
         }
     }
 

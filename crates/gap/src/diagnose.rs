@@ -29,7 +29,7 @@ use crate::person::{
 use crate::quality::InUse;
 use crate::questioned::doubts;
 use crate::track_record::TrackRecord;
-use crate::which::{Belief, NAMED_FROM, SAID_FROM, Thresholds, Which, is_free, power, which};
+use crate::which::{Belief, NAMED_FROM, SAID_FROM, Which, is_free, which};
 use contract::WithInterval;
 use contract::diagnosis::{
     CellFactor, CellGap, HorizonError, HowFar, InnovationGap, PosteriorSaid, ProbableSet,
@@ -54,47 +54,28 @@ pub struct Diagnoser<'a> {
     library: &'a [Box<dyn Effect>],
     config: &'a DiagnosisConfig,
     plants: &'a dyn Plants,
-    decision: Decision<'a>,
+    posterior: Option<&'a Posterior>,
     in_use: Option<&'a InUse>,
     progress: &'a (dyn Fn(usize, usize) + Sync),
-}
-
-/// What decides whether an effect is named.
-#[derive(Clone, Copy)]
-enum Decision<'a> {
-    /// The posterior in use, where it knows the plant, else thresholds.
-    InUse,
-    /// A posterior.
-    Posterior(&'a Posterior),
-    /// Thresholds.
-    Thresholds,
 }
 
 impl<'a> Diagnoser<'a> {
     /// Tries the effects of `library` on the ODE plant.
     #[must_use]
     pub fn new(library: &'a [Box<dyn Effect>], config: &'a DiagnosisConfig) -> Self {
-        let decision = Decision::InUse;
-        Self { library, config, plants: &Ode, decision, in_use: None, progress: &|_, _| {} }
+        let progress = &|_, _| {};
+        Self { library, config, plants: &Ode, posterior: None, in_use: None, progress }
     }
 
     /// Lets another posterior decide than [that in use](crate::working_posterior).
     #[must_use]
     pub fn posterior(self, posterior: &'a Posterior) -> Self {
-        Self { decision: Decision::Posterior(posterior), ..self }
-    }
-
-    /// Lets the thresholds of the settings decide about every effect.
-    #[must_use]
-    pub fn by_thresholds(self) -> Self {
-        Self { decision: Decision::Thresholds, ..self }
+        Self { posterior: Some(posterior), ..self }
     }
 
     /// Diagnoses another plant than the ODE.
     ///
-    /// The posterior in use knows the ODE alone, so that thresholds decide about other plants. Those of the settings
-    /// are used as they are; see
-    /// [`Thresholds::for_other_plants`](crate::Thresholds::for_other_plants).
+    /// The posterior in use was trained on what the ODE misses.
     #[must_use]
     pub fn plants(self, plants: &'a dyn Plants) -> Self {
         Self { plants, ..self }
@@ -164,11 +145,7 @@ impl<'a> Diagnoser<'a> {
             .zip(&outcomes)
             .filter_map(|(person, outcome)| outcome.calibrated(person))
             .collect();
-        let posterior = match self.decision {
-            Decision::InUse => (plants.name() == Ode.name()).then(working_posterior),
-            Decision::Posterior(posterior) => Some(posterior),
-            Decision::Thresholds => None,
-        };
+        let posterior: &Posterior = self.posterior.unwrap_or_else(|| working_posterior());
         // One of them waits for a thread of its own; the other uses it meanwhile.
         let ((gaps, hourly, baseline), which) = rayon::join(
             || {
@@ -181,47 +158,24 @@ impl<'a> Diagnoser<'a> {
             },
             || {
                 let free_runs = free_run_statistics(included.iter().map(|(_, a)| *a), &config);
-                which(
-                    &inputs,
-                    library,
-                    &config.thresholds,
-                    posterior,
-                    &config.calibration,
-                    free_runs,
-                )
+                which(&inputs, library, posterior, &config.calibration, free_runs)
             },
         );
         let (baseline, which) = (baseline?, which?);
         let mut gaps = gaps;
-        if let Some(belief) = &which.belief {
-            share_out(&mut gaps, &belief.answer.gaps);
-        }
+        share_out(&mut gaps, &which.belief.answer.gaps);
         let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
-        let answer = which.answer(library, &ids, config.thresholds.temperature);
+        let answer = which.answer(library, &ids);
         let settings = Settings {
             calibration: &config.calibration,
             free_run: &config.free_run,
             resampling: &config.localisation,
             rule: &HowFarRule::working(),
         };
-        let (power, how_far) = rayon::join(
-            // What thresholds would have found says nothing of a posterior.
-            || {
-                if posterior.is_none() {
-                    power(&inputs, library, &which.detectable)
-                } else {
-                    Vec::new()
-                }
-            },
-            || held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR)),
-        );
-        let how_far = how_far?;
+        let how_far = held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR))?;
         let mut effects = answer.effects;
         let analyses: Vec<&PersonAnalysis> = included.iter().map(|(_, own)| *own).collect();
-        let resting = posterior
-            .map(|posterior| on_one(&which, &inputs, &analyses, library, posterior, &config))
-            .transpose()?
-            .unwrap_or_default();
+        let resting = on_one(&which, &inputs, &analyses, library, posterior, &config)?;
         for found in &mut effects {
             let carried = resting.iter().find(|one| one.effect.name() == found.effect);
             let carried = carried.map(|one| (ids[one.person], one.without));
@@ -234,9 +188,8 @@ impl<'a> Diagnoser<'a> {
             candidates: answer.candidates,
             untried: answer.untried,
             ports: answer.ports,
-            power,
-            evidence: which.evidence.clone(),
-            posterior: which.belief.as_ref().zip(posterior).map(|(b, p)| said(b, p)),
+            evidence: which.first.evidence.clone(),
+            posterior: said(&which.belief, posterior),
             cells: gaps,
             hourly: Some(hourly),
             how_far,
@@ -244,10 +197,7 @@ impl<'a> Diagnoser<'a> {
             data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
             people: outcomes.into_iter().map(|o| o.summary).collect(),
             plant: plants.name().to_owned(),
-            notes: known(plants)
-                .into_iter()
-                .chain(uncalibrated(library, &config.thresholds))
-                .collect(),
+            notes: known(plants).into_iter().chain(of_own(library, posterior)).collect(),
             absorbed: None,
             seed,
             config,
@@ -301,20 +251,18 @@ fn known(plants: &dyn Plants) -> Option<String> {
     (plants.name() == Ode.name()).then(|| TrackRecord::measured().sentence())
 }
 
-/// What is to be said of effects whose threshold was never calibrated.
-fn uncalibrated(library: &[Box<dyn Effect>], thresholds: &Thresholds) -> Vec<String> {
-    library
-        .iter()
-        .map(|effect| effect.card())
-        .filter(|card| !thresholds.by_name.contains_key(card.id.name()))
-        .map(|card| {
-            format!(
-                "How often `{}` is named where nothing is missing was never measured: it must show as much evidence \
-                 as the strictest of the effects that share its port or that it is confusable with.",
-                card.id
-            )
-        })
-        .collect()
+/// What is to be said of effects that the posterior does not know.
+fn of_own(library: &[Box<dyn Effect>], posterior: &Posterior) -> Vec<String> {
+    let cards = library.iter().map(|effect| effect.card());
+    let own = cards.filter(|card| !posterior.effects().iter().any(|e| e == card.id.name()));
+    own.map(|card| {
+        format!(
+            "`{}` is no effect that the posterior knows. It is named where it explains more than each effect of \
+             the library that is tested in the same way; how often that happens by chance was not measured.",
+            card.id
+        )
+    })
+    .collect()
 }
 
 /// What adding the named effects changes on held-out days; nothing where none was named.

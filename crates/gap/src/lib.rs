@@ -85,7 +85,7 @@ pub use modulated_plant::{ModulatedPlant, ModulatedState};
 pub use person_statistics::{PersonStatistics, person_statistics};
 pub use track_record::{Counted, TrackRecord};
 pub use which::ceiling;
-pub use which::{Threshold, ThresholdStep, Thresholds, Which, which};
+pub use which::{FirstRound, Which, first_round, which};
 
 /// A diagnosis with the settings of this crate: `diagnosis.json`.
 pub type Diagnosis = contract::Diagnosis<DiagnosisConfig>;

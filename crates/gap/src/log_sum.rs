@@ -33,15 +33,6 @@ pub(crate) fn softmax(logs: &[f64]) -> Vec<f64> {
     raised.iter().map(|raised| raised / sum).collect()
 }
 
-/// Shares of "none", whose logarithm is 0, and of each other, by the exponential of its logarithm over a temperature.
-pub(crate) fn softmax_beside_none(logs: &[f64], temperature: f64) -> (f64, Vec<f64>) {
-    let top = largest(logs).max(0.0);
-    let raised: Vec<f64> = logs.iter().map(|log| ((log - top) / temperature).exp()).collect();
-    let none = (-top / temperature).exp();
-    let sum = none + raised.iter().sum::<f64>();
-    (none / sum, raised.into_iter().map(|raised| raised / sum).collect())
-}
-
 fn largest(logs: &[f64]) -> f64 {
     logs.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
@@ -64,14 +55,5 @@ mod tests {
         assert!((log_sum(&[1e4, 1e4]) - (1e4 + 2.0_f64.ln())).abs() < 1e-11);
         assert_eq!(log_sum(&[]), f64::NEG_INFINITY);
         assert!((log_with_probability(1e4, 0.5) - (1e4 - 2.0_f64.ln())).abs() < 1e-11);
-    }
-
-    #[test]
-    fn strong_rivals_keep_their_order_and_shares_add_up() {
-        let (none, shares) = softmax_beside_none(&[155.0, 64.0, f64::NEG_INFINITY, -3.0], 1.5);
-        assert!(shares[0] > 0.999 && shares[1] < 1e-6 && shares[2] == 0.0);
-        assert!((none + shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        let (none, shares) = softmax_beside_none(&[-3.0, -6.0], 1.5);
-        assert!(none > 0.8 && shares[0] > shares[1]);
     }
 }

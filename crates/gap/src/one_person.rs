@@ -8,7 +8,7 @@ use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::free_run_statistics::free_run_statistics;
 use crate::person::PersonAnalysis;
-use crate::which::{Named, Thresholds, Which, which};
+use crate::which::{Named, Which, believed, first_round};
 
 /// People beyond whom none of them can carry a name.
 const MOST_PEOPLE: usize = 20;
@@ -28,7 +28,7 @@ pub(crate) struct OnOne {
 /// The posterior is asked again without that person; people are not analysed again.
 ///
 /// # Errors
-/// As [`which`].
+/// As [`first_round`].
 pub(crate) fn on_one(
     found: &Which,
     inputs: &[CalibratedPerson<'_>],
@@ -37,27 +37,26 @@ pub(crate) fn on_one(
     posterior: &Posterior,
     config: &DiagnosisConfig,
 ) -> Result<Vec<OnOne>, GapError> {
-    let Some(belief) = &found.belief else { return Ok(Vec::new()) };
+    let belief = &found.belief;
     if !(2..=MOST_PEOPLE).contains(&inputs.len()) {
         return Ok(Vec::new());
     }
     let before = (1.0 - posterior.card().nothing) / posterior.effects().len() as f64;
     let mut beliefs_without: Vec<(usize, crate::which::Belief)> = Vec::new();
     let mut resting = Vec::new();
-    for named in found.named.iter().filter(|named| belief.knows(named.effect)) {
+    let known = |named: &&Named| posterior.effects().iter().any(|e| e == named.effect.name());
+    for named in found.named.iter().filter(known) {
         let person = who_shows_most(named);
         if beliefs_without.iter().all(|(known, _)| *known != person) {
             let people: Vec<CalibratedPerson<'_>> = others(inputs, person).copied().collect();
             let free_runs = free_run_statistics(others(analyses, person).copied(), config);
-            let never = Thresholds::never();
-            let rest =
-                which(&people, library, &never, None, &config.calibration, free_runs)?.statistics;
-            beliefs_without.push((person, crate::which::believed(posterior, &rest)?));
+            let rest = first_round(&people, library, &config.calibration, free_runs)?.statistics;
+            beliefs_without.push((person, believed(posterior, &rest)?));
         }
         let Some((_, rest)) = beliefs_without.iter().find(|(known, _)| *known == person) else {
             continue;
         };
-        let (with, without) = (belief.of(named.effect), rest.of(named.effect));
+        let (with, without) = (belief.of_known(named.effect), rest.of_known(named.effect));
         if is_carried(with, without, before) {
             resting.push(OnOne { effect: named.effect, person, without });
         }

@@ -1,6 +1,6 @@
 //! Every statistic that the diagnosis reads of one person, for holding made people against real ones.
 //!
-//! Thresholds, priors and noise are chosen on made people. That says something of real people only where these
+//! Posterior, priors and noise are chosen on made people. That says something of real people only where these
 //! numbers of theirs are no rarity among made ones (a posterior predictive check: Gelman, Meng and Stern, Stat Sin
 //! 1996;6:733).
 
@@ -22,7 +22,7 @@ use crate::filter::observations::{Observations, Reading};
 use crate::filter::plants::Ode;
 use crate::person::analyse;
 use crate::quality::UsedPerson;
-use crate::which::{Thresholds, which};
+use crate::which::first_round;
 
 /// Quarters of the day: the levels of the statistics by hour.
 const QUARTERS: [&str; 4] = ["00-06", "06-12", "12-18", "18-24"];
@@ -60,11 +60,9 @@ pub fn person_statistics(
         found.record(person, &Observations::from_person(person)?);
         return Ok(PersonStatistics { excluded: outcome.summary.excluded, values: found.0 });
     };
-    // One round, in which nothing is named.
     let people = [calibrated];
     found.0 = of_person(&people[0]);
-    let never = Thresholds::never();
-    let answer = which(&people, library, &never, None, &config.calibration, BTreeMap::new())?;
+    let answer = first_round(&people, library, &config.calibration, BTreeMap::new())?;
     for (name, spread) in &answer.spreads {
         found.set(&format!("spread/{name}"), Some(*spread));
     }

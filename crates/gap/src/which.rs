@@ -2,21 +2,21 @@
 //!
 //! Every effect of the library is tested by held-out evidence on the linear model of the innovations
 //! ([`design`](crate::design)), with the background profiled and random differences between days integrated
-//! out. The effect that exceeds its threshold by most is named. The plant is then run again with it, and
-//! the others are tested on what is left. Where nothing is named and a port varies by more than it does in
-//! anybody, the answer is "unknown".
+//! out. A posterior reads what the first round shows and says which effects are probable; an effect that it does not
+//! know is held against those of the library (`own_effects`). Once one is named, the plant is run again with it,
+//! and the others are tested on what is left.
 
 mod amplitude;
 mod answer;
 mod backgrounds;
 pub mod ceiling;
 mod conditioned;
-mod detection;
 mod events;
 mod folds;
 mod held_out;
 mod lag;
 mod naming;
+mod own_effects;
 mod ports;
 mod random_effects;
 mod round;
@@ -25,16 +25,17 @@ mod round_person;
 mod sample;
 mod scores;
 mod statistics;
-mod thresholds;
 mod tried;
 mod variance;
 
 use contract::diagnosis::Evidence;
 use std::collections::BTreeMap;
 
-use effects::{Effect, EffectId, Port};
+use effects::{Effect, EffectId};
+use physiology::STEPS_PER_DAY;
 use posterior::Posterior;
 
+use self::ports::PortGain;
 use self::round::{Round, Score, ScoreOf};
 use self::tried::Tried;
 use crate::calibrated_person::CalibratedPerson;
@@ -44,41 +45,38 @@ use crate::filter::calibration::CalibrationRule;
 use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
-pub(crate) use self::detection::power;
-pub use self::thresholds::{Threshold, ThresholdStep, Thresholds};
 
 /// Most effects that are named.
 const MOST_EFFECTS: usize = 3;
-/// How much more evidence an effect must show beside one that is named: what the first leaves unexplained, in form
-/// or in people, looks like another effect.
-const LATER: f64 = 1.5;
-/// Nats within which a rival that clears its threshold is no worse an answer.
-const RIVAL: f64 = 3.0;
+
+/// What the first round shows, in which nothing is named.
+#[derive(Debug, Clone)]
+pub struct FirstRound {
+    /// Every effect that was tried, the largest evidence first.
+    pub candidates: Vec<Candidate>,
+    /// Effects that no record could show.
+    pub untried: Vec<EffectId>,
+    /// The evidence by name.
+    pub evidence: Evidence,
+    /// Spreads of the random factors, log or relative, by port: `egp/day`, `egp/block` and so on.
+    pub spreads: BTreeMap<String, f64>,
+    /// What a posterior reads of the cohort.
+    pub statistics: BTreeMap<String, f64>,
+    /// What is lacking at the ports through the day.
+    pub(crate) courses: Vec<PortCourse>,
+}
+
 /// The answer to "which".
 #[derive(Debug, Clone)]
 pub struct Which {
     /// The effects named, in the order of conditioning.
     pub named: Vec<Named>,
-    /// Every effect that was tried, at the first round.
-    pub candidates: Vec<Candidate>,
+    /// What the first round showed.
+    pub first: FirstRound,
+    /// What the posterior says of it.
+    pub belief: Belief,
     /// Evidence by port and scale, once the named effects are conditioned on.
-    pub ports: Vec<PortCandidate>,
-    /// Effects that no record could show.
-    pub untried: Vec<EffectId>,
-    /// People times days.
-    pub person_days: f64,
-    /// The evidence of the first round by name.
-    pub evidence: Evidence,
-    /// Spreads of the random factors at the first round, log or relative, by port: `egp/day`, `egp/block` and so on.
-    pub spreads: BTreeMap<String, f64>,
-    /// What the first round would have found of each driven effect.
-    pub detectable: Vec<Detectable>,
-    /// What a posterior reads of the cohort.
-    pub statistics: BTreeMap<String, f64>,
-    /// What the posterior says of them; `None` where thresholds decided.
-    pub belief: Option<Belief>,
-    /// What is lacking at the ports through the day.
-    pub(crate) courses: Vec<PortCourse>,
+    pub(crate) ports: Vec<PortGain>,
 }
 
 /// Probability from which on an effect is named where something is missing: it is more likely there than not.
@@ -95,29 +93,26 @@ pub struct Belief {
 }
 
 impl Belief {
-    /// The next to be named: an effect that the posterior does not know and that clears its threshold, or else the most
-    /// probable that is left of those that it knows.
-    fn next<'a>(&self, candidates: &'a [Candidate], named: &[Named]) -> Option<&'a Candidate> {
-        let open = candidates.iter().filter_map(|candidate| {
-            let id = candidate.effect;
-            named.iter().all(|n| n.effect != id).then_some((candidate, id))
-        });
-        let own = open.clone().find(|(candidate, id)| !self.knows(*id) && candidate.excess > 0.0);
-        let known =
-            open.filter(|(_, id)| self.alarms() && self.knows(*id) && self.of(*id) >= NAMED_FROM);
-        let best = known.max_by(|a, b| self.of(a.1).total_cmp(&self.of(b.1)));
-        own.or(best).map(|(candidate, _)| candidate)
+    /// The most probable of the effects that may be named next: those that the posterior knows, and the user's own by
+    /// their odds beside the library. The user's own come first.
+    fn next<'a>(&self, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
+        let best = |own: bool| {
+            let open = candidates.iter().filter(|c| c.own.is_some() == own);
+            let probable = open.filter(|c| self.of(c) >= NAMED_FROM && (own || self.alarms()));
+            probable.max_by(|a, b| self.of(a).total_cmp(&self.of(b)))
+        };
+        best(true).or_else(|| best(false))
+    }
+
+    /// The probability of an effect that was tried.
+    pub(crate) fn of(&self, candidate: &Candidate) -> f64 {
+        candidate.own.unwrap_or_else(|| self.of_known(candidate.effect))
     }
 
     /// The probability of an effect; 0 of one that the posterior does not know.
-    pub(crate) fn of(&self, id: EffectId) -> f64 {
+    pub(crate) fn of_known(&self, id: EffectId) -> f64 {
         let own = self.answer.effects.iter().find(|(name, _)| name == id.name());
         own.map_or(0.0, |(_, p)| *p)
-    }
-
-    /// Whether the posterior knows an effect.
-    pub(crate) fn knows(&self, id: EffectId) -> bool {
-        self.answer.effects.iter().any(|(name, _)| name == id.name())
     }
 
     /// Whether something is said to be missing.
@@ -126,39 +121,15 @@ impl Belief {
     }
 }
 
-/// The size of an effect that would have been found with 90 % probability.
-#[derive(Debug, Clone)]
-pub struct Detectable {
-    /// The effect.
-    pub effect: EffectId,
-    /// Its amplitude.
-    pub amplitude: f64,
-    /// Each person's variant.
-    pub variants: Vec<usize>,
-}
-
 /// What was tried.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// Which effect.
     pub effect: EffectId,
     /// Held-out evidence, nats.
     pub gain: f64,
-    /// Evidence over the threshold, nats.
-    pub excess: f64,
-}
-
-/// A port that was tried.
-#[derive(Debug, Clone, Copy)]
-pub struct PortCandidate {
-    /// The port.
-    pub port: Port,
-    /// Evidence, nats.
-    pub gain: f64,
-    /// Evidence over the threshold, nats.
-    pub excess: f64,
-    /// Whether it varies within days rather than between them.
-    pub within_days: bool,
+    /// Of an effect that no posterior knows: its probability beside the effects of the library.
+    pub own: Option<f64>,
 }
 
 /// What was named.
@@ -168,8 +139,8 @@ pub struct Named {
     pub effect: EffectId,
     /// Held-out evidence in the round in which it was named, nats.
     pub gain: f64,
-    /// Evidence over the threshold, nats.
-    pub excess: f64,
+    /// Its probability.
+    pub probability: f64,
     /// Mean amplitude over people and its standard error.
     pub amplitude: (f64, f64),
     /// Each person's amplitude and its standard deviation.
@@ -180,10 +151,6 @@ pub struct Named {
     pub variants: Vec<usize>,
     /// Hidden events.
     pub events: Vec<NamedEvent>,
-    /// What cannot be separated from it.
-    pub confusable: Vec<EffectId>,
-    /// Candidates of its round.
-    pub rivals: Vec<Candidate>,
 }
 
 /// A hidden event of an effect that was named.
@@ -199,140 +166,97 @@ pub struct NamedEvent {
     pub size: f64,
 }
 
-/// Names the effects that are missing. `calibration` says which innovations are scored when a filter is run again, and
-/// `free_runs` is what a posterior reads of free runs.
+/// Reads what people show before anything is named. `calibration` says which innovations are scored, and `free_runs` is
+/// what a posterior reads of free runs.
 ///
-/// With a posterior, its probabilities decide about the effects that it knows, and thresholds about the others: an effect
-/// of the caller's own that clears its threshold comes first. Without one, thresholds decide about all.
+/// # Errors
+/// As [`design`](crate::design::design).
+pub fn first_round(
+    people: &[CalibratedPerson<'_>],
+    library: &[Box<dyn Effect>],
+    calibration: &CalibrationRule,
+    free_runs: BTreeMap<String, f64>,
+) -> Result<FirstRound, GapError> {
+    let tried = Tried::of(library);
+    let round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
+    let scores = round.scores(&tried, &[]);
+    Ok(FirstRound::of(people, &tried, &round, &scores, free_runs))
+}
+
+/// Names the effects that are missing, by the probabilities of a posterior.
+///
+/// An effect of the caller's own comes first where it is probable beside those of the library. `calibration` says which
+/// innovations are scored when a filter is run again, and `free_runs` is what the posterior reads of free runs.
 ///
 /// # Errors
 /// As [`design`](crate::design::design), and [`GapError::Posterior`].
 pub fn which(
     people: &[CalibratedPerson<'_>],
     library: &[Box<dyn Effect>],
-    thresholds: &Thresholds,
-    posterior: Option<&Posterior>,
+    posterior: &Posterior,
     calibration: &CalibrationRule,
-    mut free_runs: BTreeMap<String, f64>,
+    free_runs: BTreeMap<String, f64>,
 ) -> Result<Which, GapError> {
     let tried = Tried::of(library);
-    let days: Vec<f64> = people
-        .iter()
-        .map(|p| p.observations.len() as f64 / physiology::STEPS_PER_DAY as f64)
-        .collect();
-    let person_days: f64 = days.iter().sum();
+    let mut round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
+    let mut scores = round.scores(&tried, &[]);
+    let mut first = FirstRound::of(people, &tried, &round, &scores, free_runs);
+    let belief = believed(posterior, &first.statistics)?;
+    let known = |id: EffectId| posterior.effects().iter().any(|name| name == id.name());
+    let mut candidates = own_effects::beside_the_library(&scores, known, |id| tried.is_guard(id));
+    first.candidates.clone_from(&candidates);
     let mut named: Vec<Named> = Vec::new();
-    let mut first: Option<First> = None;
-    let mut banks = vec![Vec::new(); people.len()];
-    loop {
-        let round = Round::of(people, &tried, &named, banks, calibration)?;
-        let scores = round.scores(&tried, &named);
-        let mut candidates: Vec<Candidate> = scores
-            .iter()
-            .map(|score| {
-                let effect = score.effect;
-                let threshold = thresholds.of_effect(&tried.get(effect).card(), tried.effects());
-                let needed =
-                    if named.is_empty() { 1.0 } else { LATER } * threshold.over(person_days);
-                let gain = score.gain();
-                let excess = gain - needed;
-                // Once something is named, what is left shows in how glucose is shed and defended.
-                let left = !named.is_empty() && tried.is_guard(effect);
-                Candidate { effect, gain, excess: if left { excess.min(0.0) } else { excess } }
-            })
-            .collect();
-        candidates.sort_by(|a, b| b.excess.total_cmp(&a.excess));
-        let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
-        let library = tried.effects().iter().map(|effect| effect.card().id);
-        let untried: Vec<EffectId> = library.filter(nobodys).collect();
-        let evidence = || {
-            let of_port =
-                |p: ports::PortGain| (ports::threshold_name(p.port, p.within_days), p.gain);
-            let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain));
-            let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
-            Evidence { person_days, gains: gains.collect() }
-        };
-        let found = match first.take() {
-            Some(found) => found,
-            None => {
-                let (evidence, spreads) = (evidence(), round.estimated.spreads.by_name());
-                let natural: Vec<&units::PersonUnits> =
-                    round.subjects.iter().filter_map(|s| s.natural.as_ref()).collect();
-                let of_units = units::of_cohort(&natural);
-                let mut statistics = statistics(people, &evidence, &spreads, &of_units);
-                statistics.append(&mut free_runs);
-                statistics.extend(scores.iter().flat_map(|score| {
-                    evidence_of_people(score.effect.name(), score.gains(), &days)
-                }));
-                First {
-                    courses: units::courses(&natural),
-                    candidates: candidates.clone(),
-                    untried,
-                    evidence,
-                    spreads,
-                    detectable: detectable(&scores, &tried, thresholds, person_days),
-                    belief: posterior.map(|p| believed(p, &statistics)).transpose()?,
-                    statistics,
-                }
-            }
-        };
-        let found = first.insert(found);
-        let best = match &found.belief {
-            Some(belief) => belief.next(&candidates, &named),
-            None => candidates.first().filter(|best| best.excess > 0.0),
-        };
-        let best = best.filter(|_| named.len() < MOST_EFFECTS);
-        let Some(best) = best else {
-            let ports = round.ports(thresholds, person_days);
-            let First {
-                candidates,
-                untried,
-                evidence,
-                spreads,
-                detectable,
-                statistics,
-                belief,
-                courses,
-            } = found.clone();
-            return Ok(Which {
-                courses,
-                named,
-                candidates,
-                ports,
-                untried,
-                person_days,
-                evidence,
-                spreads,
-                detectable,
-                statistics,
-                belief,
-            });
-        };
+    while let Some(best) = belief.next(&candidates).filter(|_| named.len() < MOST_EFFECTS) {
         let score = scores
             .iter()
             .find(|score| score.effect == best.effect)
             .expect("a candidate comes from a score");
-        named.push(round.named(score, best, &candidates, &tried));
+        named.push(round.named(score, belief.of(best)));
         // Hidden events that are named change what readings weigh, and with it the information of others.
-        banks = if matches!(score.evidence, ScoreOf::Driven(_)) {
+        let banks = if matches!(score.evidence, ScoreOf::Driven(_)) {
             round.subjects.into_iter().map(|subject| subject.events).collect()
         } else {
             vec![Vec::new(); people.len()]
         };
+        round = Round::of(people, &tried, &named, banks, calibration)?;
+        scores = round.scores(&tried, &named);
+        candidates = own_effects::beside_the_library(&scores, known, |id| tried.is_guard(id));
     }
+    let ports = ports::gains(&round.estimated);
+    Ok(Which { named, first, belief, ports })
 }
 
-/// What is kept of the first round.
-#[derive(Clone)]
-struct First {
-    candidates: Vec<Candidate>,
-    untried: Vec<EffectId>,
-    evidence: Evidence,
-    spreads: BTreeMap<String, f64>,
-    detectable: Vec<Detectable>,
-    statistics: BTreeMap<String, f64>,
-    belief: Option<Belief>,
-    courses: Vec<PortCourse>,
+impl FirstRound {
+    fn of(
+        people: &[CalibratedPerson<'_>],
+        tried: &Tried<'_>,
+        round: &Round,
+        scores: &[Score],
+        mut free_runs: BTreeMap<String, f64>,
+    ) -> Self {
+        let days: Vec<f64> =
+            people.iter().map(|p| p.observations.len() as f64 / STEPS_PER_DAY as f64).collect();
+        let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
+        let untried: Vec<EffectId> = tried.ids().into_iter().filter(nobodys).collect();
+        let candidates = own_effects::beside_the_library(scores, |_| true, |_| false);
+        let of_port = |p: PortGain| (ports::name(p.port, p.within_days), p.gain);
+        let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain));
+        let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
+        let evidence = Evidence { person_days: days.iter().sum(), gains: gains.collect() };
+        let spreads = round.estimated.spreads.by_name();
+        let natural: Vec<&units::PersonUnits> =
+            round.subjects.iter().filter_map(|s| s.natural.as_ref()).collect();
+        let of_units = units::of_cohort(&natural);
+        let mut statistics = statistics(people, &evidence, &spreads, &of_units);
+        statistics.append(&mut free_runs);
+        statistics.extend(
+            scores
+                .iter()
+                .flat_map(|score| evidence_of_people(score.effect.name(), score.gains(), &days)),
+        );
+        let courses = units::courses(&natural);
+        Self { candidates, untried, evidence, spreads, statistics, courses }
+    }
 }
 
 /// What a posterior says of a cohort.
@@ -342,27 +266,4 @@ pub(crate) fn believed(
 ) -> Result<Belief, GapError> {
     let answer = posterior.answer(statistics).map_err(|e| GapError::Posterior(e.to_string()))?;
     Ok(Belief { answer })
-}
-
-/// What a round would have found of each driven effect.
-fn detectable(
-    scores: &[Score],
-    tried: &Tried<'_>,
-    thresholds: &Thresholds,
-    person_days: f64,
-) -> Vec<Detectable> {
-    scores
-        .iter()
-        .filter_map(|score| {
-            let effect = score.effect;
-            let ScoreOf::Driven(found) = &score.evidence else { return None };
-            let threshold =
-                thresholds.of_effect(&tried.get(effect).card(), tried.effects()).over(person_days);
-            Some(Detectable {
-                effect,
-                amplitude: detection::amplitude(found.information, threshold)?,
-                variants: found.variants.clone(),
-            })
-        })
-        .collect()
 }

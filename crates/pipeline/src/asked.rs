@@ -7,9 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
+use contract::Diagnosis;
 use contract::blind_check::{Answer, CalibratedPeople};
-use contract::{Diagnosis, Document as _};
-use gap::Thresholds;
 
 use crate::children::{self, end, held, running};
 use crate::interrupt;
@@ -40,12 +39,11 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Characters of a failed diagnosis' message that are kept.
 const KEPT: usize = 400;
 
-/// Names of the files of thresholds and of the posterior beside the cohort.
-const THRESHOLDS: &str = contract::Thresholds::FILE;
+/// Name of the file of the posterior beside the cohort.
 const POSTERIOR: &str = "posterior.safetensors";
 
-/// Diagnoses a copy of the cohort in `folder`, under a random name and without any environment. Nothing that answers has
-/// seen the worlds of the hand `unseen`.
+/// Diagnoses a copy of the cohort in `folder` with the plant `model`, under a random name and without any environment.
+/// Nothing that answers has seen the worlds of the hand `unseen`.
 ///
 /// Returns the answer and what was written. A diagnosis that fails is an answer.
 ///
@@ -53,6 +51,7 @@ const POSTERIOR: &str = "posterior.safetensors";
 /// If the copy cannot be made or a process not be started: that is no fault of the diagnosis.
 pub(crate) fn ask(
     folder: &Path,
+    model: &str,
     unseen: Option<&str>,
     seed: u64,
     asked: Asked,
@@ -60,16 +59,14 @@ pub(crate) fn ask(
     let apart = Scratch::new()?;
     let copy = apart.path().join("cohort");
     copy_files(folder, &copy)?;
-    let thresholds = unseen.map_or_else(Thresholds::working, Thresholds::without);
     let posterior = gap::posterior_file_without(unseen.unwrap_or_default());
-    fs::write(apart.path().join(THRESHOLDS), serde_json::to_vec(&thresholds)?)
-        .and_then(|()| fs::write(apart.path().join(POSTERIOR), posterior))
+    fs::write(apart.path().join(POSTERIOR), posterior)
         .context("cannot write in the temporary folder")?;
     let begun = Instant::now();
     let ended = match asked {
-        Asked::AnotherProcess => in_another_process(apart.path(), seed)?,
+        Asked::AnotherProcess => in_another_process(apart.path(), model, seed)?,
         #[cfg(test)]
-        Asked::ThisProcess => in_this_process(apart.path(), seed),
+        Asked::ThisProcess => in_this_process(apart.path(), model, seed),
     };
     let seconds = begun.elapsed().as_secs_f64();
     let text = match ended {
@@ -90,7 +87,7 @@ pub(crate) fn ask(
 }
 
 /// The arguments after the name of the program, which is the one that runs: the words of its command `diagnose`.
-fn arguments(seed: u64) -> [String; 13] {
+fn arguments(model: &str, seed: u64) -> [String; 13] {
     let seed = seed.to_string();
     [
         "diagnose",
@@ -98,8 +95,8 @@ fn arguments(seed: u64) -> [String; 13] {
         "cohort",
         "--out",
         "answer",
-        "--thresholds",
-        THRESHOLDS,
+        "--model",
+        model,
         "--posterior",
         POSTERIOR,
         "--seed",
@@ -113,13 +110,13 @@ fn arguments(seed: u64) -> [String; 13] {
 /// `Err` holds why there is no answer.
 type Ended = Result<(), String>;
 
-fn in_another_process(apart: &Path, seed: u64) -> Result<Ended> {
+fn in_another_process(apart: &Path, model: &str, seed: u64) -> Result<Ended> {
     let program = std::env::current_exe().context("cannot tell which program this is")?;
     let messages = apart.join("messages");
     let errors = File::create(&messages).context("cannot write in the temporary folder")?;
     let mut running = running();
     let child = Command::new(program)
-        .args(arguments(seed))
+        .args(arguments(model, seed))
         .arg("--quiet")
         .current_dir(apart)
         .env_clear()
@@ -160,16 +157,15 @@ fn wait(child: &Mutex<Child>) -> Result<Option<ExitStatus>> {
 }
 
 #[cfg(test)]
-fn in_this_process(apart: &Path, seed: u64) -> Ended {
+fn in_this_process(apart: &Path, model: &str, seed: u64) -> Ended {
     use crate::stages::diagnose;
 
     let settings = diagnose::Settings {
         cohort: apart.join("cohort"),
-        model: crate::diagnosed::ODE.to_owned(),
+        model: model.to_owned(),
         population: None,
         out: apart.join("answer"),
         seed,
-        thresholds: Some(apart.join(THRESHOLDS)),
         posterior: Some(apart.join(POSTERIOR)),
     };
     diagnose::run(&settings).map_err(|error| format!("{error:#}"))
@@ -217,6 +213,7 @@ fn copy_files(from: &Path, to: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosed::ODE;
     use contract::blind_check::Verdict;
 
     #[test]
@@ -225,12 +222,12 @@ mod tests {
         fs::write(folder.path().join("people.csv"), "not,a,cohort\n").expect("writable");
         // As another process this is the test program, which knows no diagnosis.
         for asked in [Asked::ThisProcess, Asked::AnotherProcess] {
-            let (answer, text) = ask(folder.path(), None, 1, asked).expect("asked");
+            let (answer, text) = ask(folder.path(), ODE, None, 1, asked).expect("asked");
             assert_eq!(answer.verdict, Verdict::Failed, "{asked:?}");
             assert!(answer.failure.is_some_and(|reason| !reason.is_empty()), "{asked:?}");
             assert_eq!(text, None);
         }
-        let (answer, _) = ask(folder.path(), None, 1, Asked::ThisProcess).expect("asked");
+        let (answer, _) = ask(folder.path(), ODE, None, 1, Asked::ThisProcess).expect("asked");
         let reason = answer.failure.expect("a reason");
         assert!(reason.contains("people.csv"), "{reason}");
     }
@@ -239,7 +236,8 @@ mod tests {
     fn what_is_no_cohort_is_not_copied() {
         let folder = tempfile::tempdir().expect("a folder");
         fs::create_dir(folder.path().join("labels")).expect("writable");
-        let error = ask(folder.path(), None, 1, Asked::ThisProcess).expect_err("a folder in it");
+        let error =
+            ask(folder.path(), ODE, None, 1, Asked::ThisProcess).expect_err("a folder in it");
         assert!(error.to_string().contains("labels"), "{error}");
     }
 }

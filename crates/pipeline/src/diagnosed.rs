@@ -62,7 +62,7 @@ impl Diagnosed {
             Self::Network(population) => Ok(Judged {
                 cohort: cohort.clone(),
                 plants: Box::new(network(population)),
-                notes: vec![THRESHOLDS.to_owned()],
+                notes: vec![OTHER_PLANT.to_owned()],
             }),
             Self::Twins(_, twins) => of_twins(cohort, twins),
         }
@@ -87,8 +87,9 @@ pub(crate) struct Judged {
     pub(crate) notes: Vec<String>,
 }
 
-const THRESHOLDS: &str = "The evidence needed was fixed on the ODE plant and is multiplied for this plant (config.thresholds.source). \
-     How often a cohort in which nothing is missing gets a name is not calibrated here: read a name as a direction to look in.";
+/// What the posterior knows of other plants than the ODE.
+const OTHER_PLANT: &str = "The posterior learned from what the ODE plant misses in made people; what it says of another plant is less \
+     certain (docs/blind-check.md counts it for the network of the repository). Read a name as a direction to look in.";
 
 /// The network for everybody.
 struct NetworkPlants(Arc<dyn Body>);
@@ -134,7 +135,7 @@ fn of_twins(cohort: &Cohort, twins: &BTreeMap<String, Arc<Twin>>) -> Result<Judg
         );
     }
     let fewest = gap::InclusionRule::working().fewest_days;
-    let mut notes = vec![THRESHOLDS.to_owned()];
+    let mut notes = vec![OTHER_PLANT.to_owned()];
     let mut bodies = BTreeMap::new();
     let mut cut = cohort.clone();
     let mut unknown = Vec::new();

@@ -129,7 +129,6 @@ mod tests {
                 population: None,
                 out: folder.join("out"),
                 seed: 1,
-                thresholds: None,
                 posterior: None,
             };
             diagnose::run(&settings).expect("a diagnosis");
@@ -160,8 +159,9 @@ mod tests {
         .expect("a truth");
         let people = |id: &str| {
             let person = serde_json::json!({"person_id": id, "days": 9, "excluded": null, "calibration": null});
-            let text = serde_json::json!({"schema": "diagnosis/2", "verdict": "none", "effects": [],
-                "candidates": [], "untried": [], "ports": [], "power": [],
+            let text = serde_json::json!({"schema": "diagnosis/3", "verdict": "none", "effects": [],
+                "candidates": [], "untried": [], "ports": [],
+                "posterior": {"something": 0.1, "sets": [], "speaks_from": 0.75, "names_from": 0.5, "source": "made up"},
                 "evidence": {"person_days": 9.0, "gains": {}}, "where": [], "baseline": [],
                 "how_far": {"horizons": [], "outcomes": [], "amplitudes": [], "innovations": null,
                     "people": [], "notes": []},

@@ -13,6 +13,9 @@ pub(crate) struct EvidenceArgs {
     /// Worlds in which nothing is missing.
     #[arg(long, value_name = "N", default_value_t = 150)]
     pub nulls: usize,
+    /// Let everyday life vary as little as in the embedded cohort, and effects have their typical forms.
+    #[arg(long, conflicts_with_all = ["cohort", "labelled"])]
+    pub narrow: bool,
     /// Cohorts to be read in the place of worlds; may be given more than once.
     #[arg(long, value_name = "DIR")]
     pub cohort: Vec<PathBuf>,

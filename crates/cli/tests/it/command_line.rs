@@ -223,7 +223,7 @@ fn a_diagnosis_is_the_same_for_any_number_of_threads_and_ends_in_a_report() {
     assert_eq!(read(&one, "diagnosis.json"), read(&three, "diagnosis.json"));
     let diagnosis: serde_json::Value =
         serde_json::from_slice(&read(&one, "diagnosis.json")).expect("JSON");
-    assert_eq!(diagnosis["schema"], "diagnosis/2");
+    assert_eq!(diagnosis["schema"], "diagnosis/3");
     assert!(diagnosis["where"].as_array().is_some_and(|cells| !cells.is_empty()));
     let html = String::from_utf8(read(&one, "report.html")).expect("UTF-8");
     assert!(html.contains("Not a medical device"));

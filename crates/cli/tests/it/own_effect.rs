@@ -16,9 +16,6 @@ use world::blind::{Nuisances, PlannedEffect, PlannedWorld, Variation};
 use world::{Amplitudes, Generator, OutsideEffect, Regime, VirtualPerson};
 
 /// Size of the worlds, and how far coffee moves glucose there, mg/dL.
-///
-/// Large, so that evidence clears the thresholds in use, which were fixed on people who vary as widely as real ones: 15 mg/dL is
-/// not enough for them in three of the four worlds below.
 const PEOPLE: usize = 5;
 const DAYS: usize = 14;
 const SHIFT: f64 = 25.0;
@@ -77,8 +74,9 @@ fn it_is_named_where_it_acts_and_nowhere_else() {
         assert_eq!(
             named(&found).first(),
             Some(&"caffeine"),
-            "{generator:?}, {regime:?}: {:?}",
-            named(&found)
+            "{generator:?}, {regime:?}: {:?} of {:?}",
+            named(&found),
+            found.evidence.gains
         );
         assert!(found.notes.iter().any(|note| note.contains("`caffeine`")), "{:?}", found.notes);
         let horizons = &found.how_far.horizons;

@@ -81,7 +81,7 @@ fn an_answer_is_the_same_for_any_number_of_threads_and_a_file_that_is_none_is_re
     let one = of("1");
     assert_eq!(one, of("2"));
     let diagnosis: gap::Diagnosis = serde_json::from_slice(&one).expect("a diagnosis");
-    let said = diagnosis.posterior.expect("a posterior decided");
+    let said = diagnosis.posterior;
     let none = diagnosis.candidates.iter().find(|candidate| candidate.effect == "none");
     let none = none.expect("an answer that nothing is missing").probability;
     assert!((said.something + none - 1.0).abs() < 1e-6, "{} and {none}", said.something);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use cohort::{Import, ImportFormat, TableOptions, Therapy, guess_table, import_with};
+use cohort::{CohortError, Import, ImportFormat, TableOptions, Therapy, guess_table, import_with};
 use proptest::prelude::*;
 
 /// Writes files and imports all of them.
@@ -311,8 +311,11 @@ proptest! {
         match import_with(format, std::slice::from_ref(&path), &options) {
             Ok(import) => {
                 let out = folder.path().join("out");
-                cohort::write_folder(&import.cohort, &out, cohort::RecordsFormat::Csv)
-                    .expect("what is imported can be written");
+                let written =
+                    cohort::write_folder(&import.cohort, &out, cohort::RecordsFormat::Csv);
+                // A damaged digit can leave a glucose that no sensor shows, which is refused in words.
+                let refused = matches!(written, Err(CohortError::LooksLikeMmol { .. }));
+                prop_assert!(written.is_ok() || refused, "{:?}", written);
                 for totals in import.report.people.iter().flat_map(|person| person.totals.iter().flatten()) {
                     prop_assert!(totals.closes(), "{:?}", totals);
                 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Share;
 
-/// Evidence of the exact course of one effect in one world, against the threshold that the answer was given.
+/// Evidence of the exact course of one effect in one world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -20,16 +20,16 @@ pub struct ExactCourse {
     /// Estimated share of the course that is there, mean over people: 1 where filter and background leave an effect
     /// as it is.
     pub amplitude: Option<f64>,
-    /// What must be exceeded for the effect to be named, nats.
-    pub threshold_nats: f64,
 }
 
-/// What exact courses would name, with the background and the thresholds of the answers.
+/// What exact courses would name, with the background of the answers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ceiling {
-    /// Worlds with one effect whose exact course is above its threshold.
+    /// Evidence that at most one in fifty courses of effects that do not act exceeds, nats: what a name requires here.
+    pub bar_nats: f64,
+    /// Worlds with one effect whose exact course is above the bar.
     pub named: Share,
     /// The same of effects that move glucose by 5 mg/dL or more, and what the answers named of those worlds.
     pub named_at_5: Share,
@@ -39,16 +39,8 @@ pub struct Ceiling {
     pub named_at_10: Share,
     /// What the answers named of those worlds.
     pub answered_at_10: Share,
-    /// Courses of effects that do not act, in worlds without an effect, that are above their threshold.
+    /// Courses of effects that do not act, in worlds without an effect, that are above the bar.
     pub false_alarms: Share,
     /// Every course.
     pub courses: Vec<ExactCourse>,
-}
-
-impl ExactCourse {
-    /// Whether the evidence exceeds the threshold.
-    #[must_use]
-    pub fn is_above(&self) -> bool {
-        self.gain_nats.is_some_and(|gain| gain > self.threshold_nats)
-    }
 }

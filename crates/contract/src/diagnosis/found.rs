@@ -30,8 +30,7 @@ pub struct FoundEffect {
     pub port: String,
     /// Held-out evidence, nats.
     pub gain_nats: f64,
-    /// Where a posterior decided: the probability that it acts, with others or alone. Otherwise: among the
-    /// candidates, given the effects above it in the list.
+    /// The probability that it acts, with others or alone.
     pub probability: f64,
     /// Amplitude; 1 is the published size.
     pub amplitude: WithInterval,
@@ -60,20 +59,6 @@ pub struct PersonAmplitude {
     pub gain_nats: f64,
 }
 
-/// A size at which an effect would have been found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct DetectionPower {
-    /// The effect's name.
-    pub effect: String,
-    /// Mean absolute shift of glucose that it causes at that size in free runs of a day, mg/dL.
-    pub shift_mg_dl: f64,
-    /// Probability that it would have been found, if its form is that of the library and the filter's noise
-    /// that of the person.
-    pub power: f64,
-}
-
 /// An effect that could not be tried.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -94,8 +79,7 @@ pub struct CandidateEffect {
     pub effect: String,
     /// Held-out evidence, nats.
     pub gain_nats: f64,
-    /// Where a posterior decided: the probability that it acts, with others or alone, the same as that of an
-    /// effect that is named. Otherwise: as the only effect, before any is conditioned on.
+    /// The probability that it acts, with others or alone.
     pub probability: f64,
 }
 

@@ -75,12 +75,10 @@ pub struct CellGap {
     pub upper: f64,
     /// p-value adjusted for every cell and both layers.
     pub p_adjusted: f64,
-    /// Where a posterior decided: the cell's share of the gap that it expects of what is missing, as squared sizes of hours,
-    /// contexts and glucose bands; 0 for persons and horizons. Otherwise the share of the mean squared free-run error
-    /// that the cell's mean error accounts for: share of the runs that lie in the cell times the squared mean error over
-    /// the mean squared error. Shares of cells that overlap do not add up.
+    /// The cell's share of the gap that the posterior expects of what is missing, as squared sizes of hours,
+    /// contexts and glucose bands; 0 for persons and horizons.
     pub share_of_gap: f64,
-    /// Where a posterior decided: the mean that it expects of what is missing, mg/dL, in runs of whole days from midnight;
+    /// The mean that the posterior expects of what is missing, mg/dL, in runs of whole days from midnight;
     /// shrunken towards 0, as it is a mean over everything that may be missing. `None` for persons and horizons.
     pub expected_mg_dl: Option<f64>,
     /// Length of the free runs, min.

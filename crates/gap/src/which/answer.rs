@@ -2,10 +2,8 @@
 
 use effects::{Card, Effect, EffectId};
 
-use super::ports::alike;
-use super::{Belief, Candidate, Named, PortCandidate, RIVAL, Which};
+use super::{Belief, Candidate, Named, Which};
 use crate::context::hours_of_part;
-use crate::log_sum::softmax_beside_none;
 use crate::units::PortCourse;
 use contract::WithInterval;
 use contract::diagnosis::{
@@ -38,60 +36,39 @@ pub(crate) struct Answer {
 
 impl Which {
     /// The answer in words and numbers. `people` names the people in the order of the analysis.
-    pub(crate) fn answer(
-        &self,
-        library: &[Box<dyn Effect>],
-        people: &[&str],
-        temperature: f64,
-    ) -> Answer {
+    pub(crate) fn answer(&self, library: &[Box<dyn Effect>], people: &[&str]) -> Answer {
         let known: Vec<(&Named, Card)> =
             self.named.iter().filter_map(|n| Some((n, card(library, n.effect)?))).collect();
-        let unknown_port = self.ports.iter().any(|port| port.excess > 0.0);
-        let something = match &self.belief {
-            Some(belief) => belief.alarms(),
-            None => unknown_port,
-        };
-        let verdict = match (known.is_empty(), something) {
+        let verdict = match (known.is_empty(), self.belief.alarms()) {
             (false, _) => Verdict::Effect,
             (true, true) => Verdict::Unknown,
             (true, false) => Verdict::None,
         };
-        let first = match &self.belief {
-            Some(belief) => Odds::believed(belief, &self.candidates, temperature),
-            None => Odds::of(&self.candidates, &self.ports, temperature),
-        };
+        let odds = Odds::of(&self.belief, &self.first.candidates);
         let effects = known
             .iter()
-            .map(|(named, card)| {
-                let is_first = |first: &Named| first.effect == named.effect;
-                let ports =
-                    if self.named.first().is_some_and(is_first) { &*self.ports } else { &[] };
-                let probability = match self.belief {
-                    Some(_) => first.of_effect(card.id),
-                    None => Odds::of(&named.rivals, ports, temperature).of_effect(card.id),
-                };
-                FoundEffect {
-                    effect: card.id.name().to_owned(),
-                    port: card.port.name().to_owned(),
-                    gain_nats: named.gain,
-                    probability,
-                    amplitude: interval(named.amplitude),
-                    confusable_with: self.confusable(named, probability, &first),
-                    people: amplitudes(named, people),
-                    questioned: Vec::new(),
-                }
+            .map(|(named, card)| FoundEffect {
+                effect: card.id.name().to_owned(),
+                port: card.port.name().to_owned(),
+                gain_nats: named.gain,
+                probability: named.probability,
+                amplitude: interval(named.amplitude),
+                confusable_with: self.confusable(named, &odds),
+                people: amplitudes(named, people),
+                questioned: Vec::new(),
             })
             .collect();
         let mut candidates: Vec<CandidateEffect> = self
+            .first
             .candidates
             .iter()
             .map(|candidate| CandidateEffect {
                 effect: candidate.effect.name().to_owned(),
                 gain_nats: candidate.gain,
-                probability: first.of_effect(candidate.effect),
+                probability: odds.of_effect(candidate.effect),
             })
             .collect();
-        for (effect, probability) in [(NONE, first.none), (UNKNOWN, first.unknown)] {
+        for (effect, probability) in [(NONE, odds.none), (UNKNOWN, odds.unknown)] {
             let effect = effect.to_owned();
             candidates.push(CandidateEffect { effect, gain_nats: 0.0, probability });
         }
@@ -99,6 +76,7 @@ impl Which {
             b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
         });
         let untried = self
+            .first
             .untried
             .iter()
             .filter_map(|id| card(library, *id))
@@ -113,87 +91,40 @@ impl Which {
                 }
             })
             .collect();
-        Answer { verdict, effects, candidates, ports: self.by_port(temperature), untried }
+        Answer { verdict, effects, candidates, ports: self.by_port(), untried }
     }
 
     /// Effects that the data cannot tell from a named one.
-    fn confusable(&self, named: &Named, probability: f64, odds: &Odds) -> Vec<String> {
-        let ids: Vec<EffectId> = match self.belief {
-            Some(_) => {
-                let rivals = odds.effects.iter().filter(|(id, p)| {
-                    *p >= RIVAL_SHARE * probability && self.named.iter().all(|n| n.effect != *id)
-                });
-                rivals.map(|(id, _)| *id).collect()
-            }
-            None => named.confusable.clone(),
+    fn confusable(&self, named: &Named, odds: &Odds) -> Vec<String> {
+        let rivals = odds.effects.iter().filter(|(id, p)| {
+            *p >= RIVAL_SHARE * named.probability && self.named.iter().all(|n| n.effect != *id)
+        });
+        rivals.map(|(id, _)| id.name().to_owned()).collect()
+    }
+
+    /// The ports as the posterior believes in them, each with the evidence of its better scale.
+    fn by_port(&self) -> Vec<PortEvidence> {
+        let ports = &self.belief.answer.ports;
+        let gain = |name: &str| {
+            let scales = self.ports.iter().filter(|own| own.port.name() == name);
+            scales.map(|own| own.gain).reduce(f64::max).unwrap_or(0.0)
         };
-        ids.into_iter().map(|id| id.name().to_owned()).collect()
-    }
-
-    /// The better scale of each port.
-    fn by_port(&self, temperature: f64) -> Vec<PortEvidence> {
-        let mut best: Vec<(effects::Port, f64, f64)> = Vec::new();
-        for (port, gain, excess) in self.ports.iter().map(|p| (p.port, p.gain, p.excess)) {
-            match best.iter_mut().find(|(known, _, _)| *known == port) {
-                Some(entry) if entry.2 < excess => *entry = (port, gain, excess),
-                Some(_) => {}
-                None => best.push((port, gain, excess)),
-            }
-        }
-        let excess: Vec<f64> = best.iter().map(|(_, _, excess)| *excess).collect();
-        let (_, shares) = softmax_beside_none(&excess, temperature);
-        if let Some(belief) = &self.belief {
-            return believed_ports(belief, &best, &self.courses);
-        }
-        let mut ports: Vec<PortEvidence> = best
-            .iter()
-            .zip(&shares)
-            .map(|((port, gain, excess), share)| PortEvidence {
-                port: port.name().to_owned(),
-                gain_nats: *gain,
-                probability: *share,
-                confusable_with: best
-                    .iter()
-                    .filter(|(_, rival, above)| {
-                        *excess > 0.0 && *above > 0.0 && (gain - rival).abs() < RIVAL
-                    })
-                    .map(|(other, _, _)| *other)
-                    .filter(|other| other != port && !alike(*port).any(|a| a == *other))
-                    .chain(alike(*port))
-                    .map(|other| other.name().to_owned())
-                    .collect(),
-                unit: unit_of(port.name(), &self.courses),
-                course: course_of(port.name(), &self.courses),
-            })
-            .collect();
-        ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         ports
+            .iter()
+            .map(|(port, probability)| PortEvidence {
+                port: port.clone(),
+                gain_nats: gain(port),
+                probability: *probability,
+                confusable_with: ports
+                    .iter()
+                    .filter(|(other, p)| other != port && *p >= RIVAL_SHARE * probability)
+                    .map(|(other, _)| other.clone())
+                    .collect(),
+                unit: unit_of(port, &self.first.courses),
+                course: course_of(port, &self.first.courses),
+            })
+            .collect()
     }
-}
-
-/// The ports as a posterior believes in them, with the evidence that there is of each.
-fn believed_ports(
-    belief: &Belief,
-    evidence: &[(effects::Port, f64, f64)],
-    courses: &[PortCourse],
-) -> Vec<PortEvidence> {
-    let ports = &belief.answer.ports;
-    let gain = |name: &str| evidence.iter().find(|(port, ..)| port.name() == name).map(|e| e.1);
-    ports
-        .iter()
-        .map(|(port, probability)| PortEvidence {
-            port: port.clone(),
-            gain_nats: gain(port).unwrap_or(0.0),
-            probability: *probability,
-            confusable_with: ports
-                .iter()
-                .filter(|(other, p)| other != port && *p >= RIVAL_SHARE * probability)
-                .map(|(other, _)| other.clone())
-                .collect(),
-            unit: unit_of(port, courses),
-            course: course_of(port, courses),
-        })
-        .collect()
 }
 
 /// The course at a port as it is written; empty where no record tells of it.
@@ -219,7 +150,7 @@ fn card(library: &[Box<dyn Effect>], id: EffectId) -> Option<Card> {
     library.iter().map(|effect| effect.card()).find(|card| card.id == id)
 }
 
-/// Probabilities of the answers of one round.
+/// Probabilities of all answers.
 struct Odds {
     none: f64,
     unknown: f64,
@@ -227,35 +158,19 @@ struct Odds {
 }
 
 impl Odds {
-    /// A softmax of the evidence over the thresholds, "none" and "unknown" in it.
-    fn of(candidates: &[Candidate], ports: &[PortCandidate], temperature: f64) -> Self {
-        let unknown = ports.iter().map(|p| p.excess).fold(f64::NEG_INFINITY, f64::max);
-        let effects: Vec<(EffectId, f64)> =
-            candidates.iter().map(|c| (c.effect, c.excess)).collect();
-        let excess: Vec<f64> =
-            effects.iter().map(|(_, excess)| *excess).chain(std::iter::once(unknown)).collect();
-        let (none, shares) = softmax_beside_none(&excess, temperature);
-        Self {
-            none,
-            unknown: shares[effects.len()],
-            effects: effects.iter().zip(&shares).map(|((id, _), share)| (*id, *share)).collect(),
-        }
-    }
-
-    /// What a posterior says; of effects that it does not know, what the evidence does.
-    fn believed(belief: &Belief, candidates: &[Candidate], temperature: f64) -> Self {
-        let by_evidence = Self::of(candidates, &[], temperature);
-        let of =
-            |id: EffectId| if belief.knows(id) { belief.of(id) } else { by_evidence.of_effect(id) };
-        let own: f64 =
-            by_evidence.effects.iter().filter(|(id, _)| !belief.knows(*id)).map(|(_, p)| p).sum();
+    /// What a posterior says, and beside it what is said of effects that it does not know.
+    fn of(belief: &Belief, candidates: &[Candidate]) -> Self {
+        let own: f64 = candidates.iter().filter_map(|candidate| candidate.own).sum();
         let left = 1.0 - own.min(1.0);
-        let effects = by_evidence
-            .effects
-            .iter()
-            .map(|(id, _)| (*id, if belief.knows(*id) { left * of(*id) } else { of(*id) }))
-            .collect();
-        Self { none: left * belief.answer.nothing, unknown: left * belief.answer.unknown, effects }
+        let of = |candidate: &Candidate| match candidate.own {
+            Some(own) => own,
+            None => left * belief.of(candidate),
+        };
+        Self {
+            none: left * belief.answer.nothing,
+            unknown: left * belief.answer.unknown,
+            effects: candidates.iter().map(|c| (c.effect, of(c))).collect(),
+        }
     }
 
     fn of_effect(&self, effect: EffectId) -> f64 {

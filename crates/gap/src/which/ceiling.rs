@@ -6,11 +6,10 @@
 //! person. Its held-out evidence passes the same background, the same random differences between days, the same folds
 //! and hierarchy as a driven effect of the library, and directions that rival the effect are left out as they are
 //! for it. What the library loses by its form is then the distance between an effect's power and the share
-//! of worlds in which its exact course exceeds the threshold.
+//! of worlds in which its exact course shows more than courses of effects that do not act.
 
 use cohort::Cohort;
 use effects::{Card, Course, Effect, EffectId, Field, Form, Modulation, Structure};
-use physiology::STEPS_PER_DAY;
 use rayon::prelude::*;
 
 use super::held_out::held_out;
@@ -28,7 +27,7 @@ use crate::quality::UsedPerson;
 /// The exact course of an effect in a cohort.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactCourse {
-    /// The card of the effect: its identity, under which thresholds are kept, and what rivals it.
+    /// The card of the effect: its identity, and what rivals it.
     pub card: Card,
     /// What readings show more with the effect than without it: a list a person of the cohort, an entry a step of
     /// the record, mg/dL; `None` where it is not known.
@@ -54,8 +53,6 @@ pub struct ExactEvidence {
     pub effect: EffectId,
     /// Held-out evidence, nats.
     pub gain: f64,
-    /// Evidence at which a diagnosis of this cohort names the effect, nats.
-    pub threshold: f64,
     /// Estimated share of the course that is there: mean over people; 1 is all of it.
     pub amplitude: f64,
 }
@@ -104,8 +101,6 @@ pub fn exact_course_evidence(
             reason: first.excluded.clone().unwrap_or_default(),
         }));
     }
-    let steps: usize = people.iter().map(|(_, person)| person.observations.len()).sum();
-    let person_days = steps as f64 / STEPS_PER_DAY as f64;
     courses
         .par_iter()
         .map(|course| {
@@ -123,7 +118,6 @@ pub fn exact_course_evidence(
             Ok(ExactEvidence {
                 effect: course.card.id,
                 gain: found.gain(),
-                threshold: config.thresholds.of(course.card.id.name()).over(person_days),
                 amplitude: found.hierarchy.mean,
             })
         })

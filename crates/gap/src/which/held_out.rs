@@ -115,8 +115,6 @@ pub(super) struct HeldOutEvidence {
     pub(super) personal: Vec<(f64, f64)>,
     /// Each person's best variant on all days.
     pub(super) variants: Vec<usize>,
-    /// Information about the amplitude over all people and days.
-    pub(super) information: Information,
 }
 
 impl HeldOutEvidence {
@@ -402,13 +400,7 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOutEvidence {
             None => (hierarchy.mean, hierarchy.spread),
         })
         .collect();
-    let none = Information { information: 0.0, score: 0.0 };
-    let information = fits.iter().zip(&variants).fold(none, |sum, (fit, variant)| {
-        let own = fit.as_ref().map_or(none, |fit| fit.variants[*variant].0);
-        Information { information: sum.information + own.information, score: sum.score + own.score }
-    });
     HeldOutEvidence {
-        information,
         gains: (0..trials.len()).map(|person| gains.iter().map(|g| g[person]).sum()).collect(),
         hierarchy,
         personal,
@@ -475,42 +467,6 @@ pub(super) fn fitted_to_all(folds: &[Sums], allowed: &[Allowed]) -> (Vec<f64>, V
     let solved = factor.solve(&right);
     let rows = (0..n).map(|i| (0..=i).map(|j| factor.L()[(i, j)]).collect()).collect();
     ((0..n).map(|i| solved[(i, 0)]).collect(), rows)
-}
-
-/// Information about two directions once what is allowed for is profiled out.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Profiled {
-    pub(super) own: f64,
-    pub(super) other: f64,
-    pub(super) cross: f64,
-}
-
-impl Profiled {
-    pub(super) fn correlation(&self) -> f64 {
-        self.cross / (self.own * self.other).max(f64::MIN_POSITIVE).sqrt()
-    }
-}
-
-/// Profiled information of the columns `own` and `other`.
-pub(super) fn profiled(
-    folds: &FoldSums,
-    allowed: &[Allowed],
-    own: usize,
-    other: usize,
-) -> Profiled {
-    let trial = Trial { folds, allowed: allowed.to_vec(), variants: vec![own, other] };
-    let fitted = trial.fitted(None);
-    let total = |row: usize, column: usize| -> f64 {
-        folds.tests.iter().map(|sums| sums.a[(row, column)]).sum()
-    };
-    let answer = &fitted.variants[1].1;
-    let taken: f64 =
-        allowed.iter().zip(answer).map(|(a, value)| total(own, a.column) * value).sum();
-    Profiled {
-        own: fitted.variants[0].0.information,
-        other: fitted.variants[1].0.information,
-        cross: total(own, other) - taken,
-    }
 }
 
 #[cfg(test)]

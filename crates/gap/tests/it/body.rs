@@ -328,21 +328,3 @@ fn a_person_is_followed_and_calibrated_alike() {
         assert!(distance < 2.0, "{factor:?}: {distance} posterior standard deviations");
     }
 }
-
-/// A plant on which thresholds were not fixed has to show more, and the output says so.
-#[test]
-fn thresholds_of_other_plants_are_wider_and_say_so() {
-    let working = gap::Thresholds::working();
-    let wider = working.clone().for_other_plants();
-    for name in effects::names() {
-        let (a, b) = (working.of(name), wider.of(name));
-        assert_eq!(a.steps.len(), b.steps.len(), "{name}");
-        for (a, b) in a.steps.iter().zip(&b.steps) {
-            assert!(b.nats > a.nats || b.nats >= 60.0, "{name}: {} against {}", b.nats, a.nats);
-            assert_eq!(a.person_days, b.person_days, "{name}");
-        }
-    }
-    let days = 70.0;
-    assert!(wider.other.over(days) > working.other.over(days));
-    assert!(wider.source.contains("fixed for the ODE plant, here times"), "{}", wider.source);
-}

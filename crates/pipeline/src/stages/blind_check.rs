@@ -10,20 +10,16 @@ mod tables;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
-use blind::{ScoredWorld, calibration_table, seal};
+use blind::{ScoredWorld, seal};
 use cohort::{RecordsFormat, write_folder};
-use contract::Document as _;
-use contract::blind_check::{
-    Answer, BlindCheck, Bound, CalibrationTable, Label, OpenedLabel, OpenedLabels, Seal,
-};
-use gap::Thresholds;
+use contract::blind_check::{Answer, BlindCheck, Bound, Label, OpenedLabel, OpenedLabels, Seal};
 use rayon::prelude::*;
-use world::Generator;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
 
 use crate::asked::{Asked, ask};
 use crate::bounds;
-use crate::documents::{read_document, read_document_at};
+use crate::diagnosed::{Diagnosed, ODE};
+use crate::documents::read_document;
 use crate::labels::label;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -41,9 +37,8 @@ pub struct Settings {
     pub nulls: Option<usize>,
     /// As many worlds as it takes to test every target.
     pub full: bool,
-    /// Worlds of one generator on which to fix thresholds: writes calibration.json in place of a
-    /// score.
-    pub calibrate: Option<Generator>,
+    /// The plant that is asked: `ode`, or the file of a population model.
+    pub model: String,
     /// Output folder.
     pub out: PathBuf,
     /// Seed of the worlds; a fresh one, which is said, if not given.
@@ -70,25 +65,18 @@ pub fn run(args: &Settings) -> Result<()> {
     let seed = args.seed.unwrap_or_else(drawn_seed);
     let asked = worlds + nulls;
     note(format!("blind-check: {asked} worlds from --seed {seed}"));
-    let plan = match args.calibrate {
-        Some(generator) => Plan::calibration(worlds, nulls, generator),
-        None => Plan::check(worlds, nulls),
+    let plan = Plan::check(worlds, nulls);
+    let config = serde_json::json!({ "worlds": worlds, "nulls": nulls, "model": args.model });
+    let model = if args.model == ODE {
+        args.model.clone()
+    } else {
+        // Whoever answers works in a folder of its own.
+        Diagnosed::read(&args.model, None)?;
+        std::path::absolute(&args.model)?.display().to_string()
     };
-    let config = serde_json::json!({
-        "worlds": worlds,
-        "nulls": nulls,
-        "calibrate": args.calibrate.map(world::Generator::name),
-    });
     let output = OutputFolder::begin(&args.out, Manifest::new("blind-check", config, Some(seed)))?;
-    let (answered, worlds) = check(plan.worlds(seed), seed, Asked::AnotherProcess, &output)?;
-    if let Some(generator) = args.calibrate {
-        let thresholds = fitted(generator, seed, &answered, &output)?;
-        output.write_document::<contract::Thresholds>(&thresholds)?;
-        output.write_document(&calibration_table(seed, answered))?;
-        let place = output.finish()?;
-        note(format!("blind-check: {}", place.join(CalibrationTable::FILE).display()));
-        return Ok(());
-    }
+    let (answered, worlds) =
+        check(plan.worlds(seed), &model, seed, Asked::AnotherProcess, &output)?;
     let scored = score(seed, answered)?;
     let scored = blind::with_ceiling(scored, ceiling::exact_courses(&worlds)?)?;
     output.write_document(&scored)?;
@@ -105,6 +93,7 @@ pub fn run(args: &Settings) -> Result<()> {
 /// Writes `seal.json` before anything else, `cohorts/` and `answers/`, and at the end `labels.json`.
 fn check(
     planned: Vec<PlannedWorld>,
+    model: &str,
     seed: u64,
     asked: Asked,
     output: &OutputFolder,
@@ -140,7 +129,7 @@ fn check(
         .par_iter()
         .enumerate()
         .map(|(index, world)| {
-            let answer = answer(index, world, seed, asked, output)?;
+            let answer = answer(index, world, model, seed, asked, output)?;
             progress.advance("");
             Ok(answer)
         })
@@ -158,6 +147,7 @@ fn check(
 fn answer(
     index: usize,
     world: &RealisedWorld,
+    model: &str,
     seed: u64,
     asked: Asked,
     output: &OutputFolder,
@@ -170,36 +160,12 @@ fn answer(
     drop(cohort);
     // Nothing that answers a world has seen the hand that made it.
     let hand = world.planned.generator.name();
-    let (answer, written) = ask(&folder, Some(hand), diagnosis_seed(seed, index), asked)?;
+    let (answer, written) = ask(&folder, model, Some(hand), diagnosis_seed(seed, index), asked)?;
     match written {
         Some(written) => output.write(&format!("answers/{id}.json"), &written.text)?,
         None => output.write_document_as(&format!("answers/{id}.json"), &answer)?,
     }
     Ok(answer)
-}
-
-/// Thresholds that no world without an effect reaches, from the answers in `output`.
-fn fitted(
-    generator: Generator,
-    seed: u64,
-    answered: &[(Label, Answer)],
-    output: &OutputFolder,
-) -> Result<Thresholds> {
-    let mut nulls = Vec::new();
-    for (label, answer) in answered {
-        if label.effects.is_empty() && answer.failure.is_none() {
-            let file = output.path().join("answers").join(format!("{}.json", label.id));
-            let diagnosis: contract::Diagnosis = read_document_at(&file)?;
-            nulls.push(diagnosis.evidence);
-        }
-    }
-    let source = format!(
-        "{} worlds of {} without an effect, blind-check --calibrate {} --seed {seed}",
-        nulls.len(),
-        generator.name(),
-        generator.name(),
-    );
-    Ok(Thresholds::fit(&source, &nulls))
 }
 
 fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
@@ -241,7 +207,7 @@ fn say(check: &BlindCheck) {
 mod tests {
     use super::*;
     use world::blind::PlannedEffect;
-    use world::{Effect, OutsideEffect};
+    use world::{Effect, Generator, OutsideEffect};
 
     /// Four small worlds: none, one effect, two, and one outside the library.
     fn planned() -> Vec<PlannedWorld> {
@@ -270,7 +236,7 @@ mod tests {
         let manifest = Manifest::new("blind-check", serde_json::json!({}), Some(1));
         let output = OutputFolder::begin(&target, manifest).expect("new");
         let (answered, worlds) =
-            check(planned(), 1, Asked::ThisProcess, &output).expect("answered");
+            check(planned(), ODE, 1, Asked::ThisProcess, &output).expect("answered");
         let courses = ceiling::exact_courses(&worlds).expect("courses");
         let scored = score(1, answered).expect("countable");
         let scored = blind::with_ceiling(scored, courses).expect("countable");

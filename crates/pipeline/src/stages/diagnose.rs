@@ -9,7 +9,7 @@ use gap::{Diagnoser, Diagnosis, DiagnosisConfig, InclusionRule, Plants};
 use posterior::Posterior;
 
 use crate::diagnosed::{Diagnosed, ODE};
-use crate::documents::{read_document, read_document_at};
+use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::models::read_bytes;
 use crate::output::OutputFolder;
@@ -34,32 +34,23 @@ pub struct Settings {
     pub out: PathBuf,
     /// Seed of the bootstrap.
     pub seed: u64,
-    /// Thresholds of the evidence, as `blind-check --calibrate` writes them, in place of those in use.
-    pub thresholds: Option<PathBuf>,
     /// A posterior, as `train-posterior` writes it, in place of that in use.
     pub posterior: Option<PathBuf>,
 }
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
-    let manifest = Manifest::new("diagnose", serde_json::to_value(config(args)?)?, Some(args.seed));
+    let manifest = Manifest::new(
+        "diagnose",
+        serde_json::to_value(DiagnosisConfig::working())?,
+        Some(args.seed),
+    );
     let mut manifest = manifest.with_input(&args.cohort)?;
     let model = Some(Path::new(&args.model)).filter(|_| args.model != ODE);
     for path in model.into_iter().chain(args.population.as_deref()) {
         manifest = manifest.with_input(path)?;
     }
     Ok(manifest)
-}
-
-/// The settings in use, with the thresholds that were asked for.
-fn config(args: &Settings) -> Result<DiagnosisConfig> {
-    let mut working = DiagnosisConfig::working();
-    if args.model != ODE {
-        working.thresholds = working.thresholds.for_other_plants();
-    }
-    let Some(file) = &args.thresholds else { return Ok(working) };
-    let thresholds: contract::Thresholds = read_document_at(file)?;
-    Ok(DiagnosisConfig { thresholds: thresholds.into(), ..working })
 }
 
 /// Reads a posterior.
@@ -85,15 +76,14 @@ pub fn run(args: &Settings) -> Result<()> {
     people.write(&output)?;
     let runs = 1 + usize::from(without.is_some());
     let progress = Progress::begin("diagnose", runs * judged.cohort.people.len());
-    let (library, config) = (effects::library(), config(args)?);
+    let (library, config) = (effects::library(), DiagnosisConfig::working());
     let run = |cohort: &Cohort, plants: &dyn Plants| {
         let advance = |_, _| progress.advance("people");
         let diagnoser = Diagnoser::new(&library, &config).plants(plants).progress(&advance);
         let diagnoser = diagnoser.in_use(&data);
-        let diagnoser = match (&posterior, &args.thresholds) {
-            (Some(posterior), _) => diagnoser.posterior(posterior),
-            (None, Some(_)) => diagnoser.by_thresholds(),
-            (None, None) => diagnoser,
+        let diagnoser = match &posterior {
+            Some(posterior) => diagnoser.posterior(posterior),
+            None => diagnoser,
         };
         diagnoser.run(cohort, args.seed).context("the diagnosis")
     };

@@ -11,7 +11,7 @@ use contract::blind_check::{Label, Labels};
 use contract::posterior::StatisticNames;
 use gap::{DiagnosisConfig, cohort_statistics};
 use rayon::prelude::*;
-use world::blind::Plan;
+use world::blind::{Plan, Variation};
 
 use crate::bounds;
 use crate::labels::{another_hand, label};
@@ -27,6 +27,8 @@ pub struct Settings {
     pub worlds: usize,
     /// Worlds in which nothing is missing.
     pub nulls: usize,
+    /// Whether everyday life varies as little as in the embedded cohort, and effects have their typical forms.
+    pub narrow: bool,
     /// Cohorts to be read in the place of worlds.
     pub cohort: Vec<PathBuf>,
     /// Worlds of another hand to be read in the place of ours: a folder with `worlds/` and `labels.json` (schema
@@ -50,7 +52,9 @@ type Row = BTreeMap<String, f64>;
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     bounds::worlds(("--worlds", args.worlds), ("--nulls", args.nulls), MOST_WORLDS)?;
-    let settings = serde_json::json!({ "worlds": args.worlds, "nulls": args.nulls });
+    let settings = serde_json::json!({
+        "worlds": args.worlds, "nulls": args.nulls, "narrow": args.narrow,
+    });
     let mut manifest = Manifest::new("evidence", settings, Some(args.seed));
     for folder in args.cohort.iter().chain(&args.labelled) {
         manifest = manifest.with_input(folder)?;
@@ -83,7 +87,9 @@ pub fn run(args: &Settings) -> Result<()> {
 
 /// Draws worlds and reads them; those of which nobody can be read are left out.
 fn of_worlds(args: &Settings) -> Result<Vec<(Label, Row)>> {
-    let planned = Plan::training(args.worlds, args.nulls).worlds(args.seed);
+    let variation = if args.narrow { Variation::Narrow } else { Variation::Wide };
+    let plan = Plan { variation, ..Plan::training(args.worlds, args.nulls) };
+    let planned = plan.worlds(args.seed);
     let world = |index: usize| -> Result<(Label, Cohort)> {
         let world = planned[index].realise()?;
         Ok((label(&format!("{}-{index}", args.seed), &world)?, world.cohort()?))

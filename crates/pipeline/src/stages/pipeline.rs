@@ -199,7 +199,6 @@ pub fn run(args: &Settings) -> Result<()> {
         population: None,
         out: at(Stage::Diagnose),
         seed: args.seed,
-        thresholds: None,
         posterior: None,
     };
     step(args, Stage::Diagnose, &diagnose.out, diagnose::manifest(&diagnose)?, || {

@@ -22,6 +22,7 @@ use world::planted::{Exactness, Planting, Truth, plant};
 
 use super::sealed::{diagnosis_seed, drawn_seed, salt, stream};
 use crate::asked::{Asked, ask};
+use crate::diagnosed::ODE;
 use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -169,7 +170,7 @@ fn answer(
         }
     }
     .with_context(|| format!("cohort {id}"))?;
-    let (answer, written) = ask(&folder, None, diagnosis_seed(seed, index), asked)?;
+    let (answer, written) = ask(&folder, ODE, None, diagnosis_seed(seed, index), asked)?;
     let calibrated = match written {
         Some(written) => {
             output.write(&format!("answers/{id}.json"), &written.text)?;

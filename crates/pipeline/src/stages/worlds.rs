@@ -117,7 +117,9 @@ fn plan(args: &Settings) -> Result<Vec<PlannedWorld>> {
     if let Some(worlds) = args.mixture {
         bounds::worlds(("--mixture", worlds), ("--nulls", args.nulls), MOST_WORLDS)?;
         let plan = match args.generator {
-            Some(generator) => Plan::calibration(worlds, args.nulls, generator),
+            Some(generator) => {
+                Plan { generators: vec![generator], ..Plan::check(worlds, args.nulls) }
+            }
             None => Plan::check(worlds, args.nulls),
         };
         return Ok(plan.worlds(args.seed));

@@ -72,8 +72,8 @@ fn complete_diagnosis(value: &mut Value) {
     let interval = json!({"value": 1.0, "lower": 0.5, "upper": 1.5});
     fill(
         value,
-        json!({"schema": "diagnosis/2", "verdict": "none", "effects": [], "candidates": [], "untried": [],
-            "ports": [], "power": [], "evidence": {"person_days": 84.0, "gains": {}}, "where": [],
+        json!({"schema": "diagnosis/3", "verdict": "none", "effects": [], "candidates": [], "untried": [],
+            "ports": [], "evidence": {"person_days": 84.0, "gains": {}}, "where": [],
             "how_far": {}, "baseline": [], "data_quality": [], "people": [], "plant": "ode", "seed": 1,
             "config": null}),
     );

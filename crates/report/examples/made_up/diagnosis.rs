@@ -46,7 +46,10 @@ fn absorbed() -> Value {
 pub(crate) fn diagnosis(verdict: &str) -> Value {
     let error = |value: f64| json!({"value": value, "lower": 0.9 * value, "upper": 1.1 * value});
     let finds = verdict == "effect";
-    json!({"schema": "diagnosis/2", "verdict": verdict, "plant": "ode", "notes": [], "posterior": null,
+    let something = if verdict == "none" { 0.07 } else { 0.97 };
+    json!({"schema": "diagnosis/3", "verdict": verdict, "plant": "ode", "notes": [],
+        "posterior": {"something": something, "sets": [], "speaks_from": 0.75, "names_from": 0.5,
+            "source": "made up"},
         "effects": if finds { effects() } else { json!([]) },
         "candidates": candidates(verdict),
         "untried": [
@@ -56,7 +59,6 @@ pub(crate) fn diagnosis(verdict: &str) -> Value {
         "where": if verdict == "none" { json!([]) } else { cells() },
         "hourly": if verdict == "none" { Value::Null } else { hourly(12) },
         "how_far": if finds { how_far() } else { json!({"horizons": [], "outcomes": []}) },
-        "power": power(),
         "absorbed": if finds { absorbed() } else { Value::Null },
         "baseline": [
             {"minutes": 60, "mae": error(14.5), "rmse": error(20.1), "bias": error(1.2)},
@@ -107,20 +109,6 @@ fn ports() -> Value {
     let rows = PORTS.map(|(port, gain, probability, like)| {
         json!({"port": port, "gain_nats": gain, "probability": probability, "confusable_with": like})
     });
-    json!(rows)
-}
-
-fn power() -> Value {
-    let rows: Vec<Value> =
-        [("dawn", 4.0), ("exercise", 4.6), ("slow_meals", 5.5), ("alcohol", 14.0)]
-            .iter()
-            .flat_map(|(effect, half)| {
-                [2.5, 5.0, 10.0, 15.0].map(|shift: f64| {
-                    let power = 1.0 / (1.0 + (shift / half).powi(-4));
-                    json!({"effect": effect, "shift_mg_dl": shift, "power": power})
-                })
-            })
-            .collect();
     json!(rows)
 }
 

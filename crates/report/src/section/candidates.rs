@@ -1,6 +1,6 @@
 //! Every effect that was tried, and those that were not.
 
-use super::verdict::probability_words;
+use super::verdict::PROBABILITY;
 use super::words::{effect, sentence};
 use crate::html::{Column, Html};
 use crate::number::optional;
@@ -29,17 +29,12 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 (found, cells)
             })
             .collect();
-        // Without a posterior, the probability of a named effect depends on those named before it.
-        let probability = match diagnosis.posterior {
-            Some(_) => sentence(probability_words(diagnosis)),
-            None => "Probability as the only effect".to_owned(),
-        };
         html.table_of(
             "Every answer that was weighed, by its held-out gain; bold: named",
             &[
                 ("Effect", Column::Text),
                 ("Gain, nats", Column::Number),
-                (&probability, Column::Text),
+                (&sentence(PROBABILITY), Column::Text),
             ],
             &rows,
         );

@@ -1,12 +1,12 @@
 //! Which unmodelled effect explains the gap: a card for each effect that was found.
 
-use super::verdict::probability_words;
+use super::verdict::PROBABILITY;
 use super::words::{effect, list, plain, port, sentence};
 use crate::figure::{ForestFrame, ForestRow, forest};
-use crate::html::{Column, Heat, HeatCell, Html};
-use crate::number::{compact, fixed, interval, percent, significant};
+use crate::html::Html;
+use crate::number::{fixed, interval, significant};
 use crate::{Inputs, ReportError};
-use contract::diagnosis::{DetectionPower, FoundEffect, PersonAmplitude, Standing, Verdict};
+use contract::diagnosis::{FoundEffect, PersonAmplitude, Standing, Verdict};
 use contract::{Diagnosis, WithInterval};
 
 /// People in one figure.
@@ -42,7 +42,6 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     for (index, found) in diagnosis.effects.iter().enumerate() {
         html.push(&card(index, found, diagnosis)?);
     }
-    power(&mut html, diagnosis);
     Ok(html)
 }
 
@@ -62,7 +61,7 @@ fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html
         }
     };
     entry(&mut html, "Answer", Html::of_text(&standing));
-    let probability = sentence(probability_words(diagnosis));
+    let probability = sentence(PROBABILITY);
     entry(&mut html, &probability, Html::bar(found.probability));
     entry(&mut html, "Evidence", Html::of_text(&gain_in_words(found.gain_nats)));
     let size = format!("{} times the published size", interval(found.amplitude, 2));
@@ -178,72 +177,6 @@ fn amplitudes(html: &mut Html, found: &FoundEffect) -> Result<(), ReportError> {
         html.figure(&svg, &keys, &format!("{caption}{shown}"));
     }
     Ok(())
-}
-
-/// What would have been found.
-fn power(html: &mut Html, diagnosis: &Diagnosis) {
-    if diagnosis.power.is_empty() {
-        return;
-    }
-    html.element("h3", "What these data would have shown");
-    let mut names: Vec<&str> = Vec::new();
-    for row in &diagnosis.power {
-        if !names.contains(&row.effect.as_str()) {
-            names.push(&row.effect);
-        }
-    }
-    if names.len() == diagnosis.power.len() {
-        // One shift per effect: a map by shift would be a diagonal.
-        let mut rows: Vec<&DetectionPower> = diagnosis.power.iter().collect();
-        rows.sort_by(|a, b| a.shift_mg_dl.total_cmp(&b.shift_mg_dl));
-        let rows: Vec<(bool, Vec<String>)> = rows
-            .into_iter()
-            .map(|row| {
-                let shift = fixed(row.shift_mg_dl, 1);
-                (false, vec![effect(&row.effect), shift, percent(row.power)])
-            })
-            .collect();
-        html.table(
-            "Effects that would have been found, by the mean shift of glucose that they cause",
-            &[
-                ("Effect", Column::Text),
-                ("Shift, mg/dL", Column::Number),
-                ("Probability", Column::Number),
-            ],
-            &rows,
-        );
-        return;
-    }
-    let mut shifts: Vec<f64> = diagnosis.power.iter().map(|p| p.shift_mg_dl).collect();
-    shifts.sort_by(f64::total_cmp);
-    shifts.dedup();
-    let rows = names
-        .iter()
-        .map(|name| {
-            let cells = shifts
-                .iter()
-                .map(|shift| {
-                    let row = diagnosis
-                        .power
-                        .iter()
-                        .find(|p| p.effect == *name && p.shift_mg_dl == *shift);
-                    row.map_or_else(HeatCell::default, |row| HeatCell {
-                        text: percent(row.power),
-                        shade: row.power,
-                        framed: row.power >= super::verdict::POWER,
-                        ..HeatCell::default()
-                    })
-                })
-                .collect();
-            (effect(name), cells)
-        })
-        .collect();
-    let columns = shifts.iter().map(|shift| compact(*shift));
-    html.heat(
-        "Probability of finding an effect by the mean shift of glucose that it causes (mg/dL); \
-         framed: 90 % or more",
-        &Heat { corner: "Effect".to_owned(), columns: columns.collect(), rows, ..Heat::default() },
-    );
 }
 
 #[cfg(test)]

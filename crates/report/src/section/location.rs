@@ -127,7 +127,7 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
         .map(|cell| {
             let mean =
                 WithInterval { value: cell.mean_error_mg_dl, lower: cell.lower, upper: cell.upper };
-            let mut cells = vec![
+            let cells = vec![
                 factor(cell.factor.name()),
                 level(cell),
                 interval(mean, 1),
@@ -135,39 +135,24 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
                 format!("{} %", fixed(100.0 * cell.share_of_gap, 1)),
                 cell.horizon_minutes.to_string(),
                 cell.people.to_string(),
+                optional(cell.expected_mg_dl, 1),
             ];
-            if diagnosis.posterior.is_some() {
-                cells.push(optional(cell.expected_mg_dl, 1));
-            }
             (cell.p_adjusted < LEVEL, cells)
         })
         .collect();
-    let (title, share) = if diagnosis.posterior.is_some() {
-        (
-            "Every situation, first where the posterior expects most of what is missing (share of the expected \
-             squared gap; people and horizons have none); errors are measured, bold: they differ from zero at a \
-             family-wise level of 0.05",
-            "Share of expected gap",
-        )
-    } else {
-        (
-            "Every situation, in the order of the diagnosis; bold: differs from zero at a family-wise \
-             level of 0.05",
-            "Share of squared error",
-        )
-    };
-    let mut columns = vec![
+    let title = "Every situation, first where the posterior expects most of what is missing (share of the expected \
+                 squared gap; people and horizons have none); errors are measured, bold: they differ from zero at a \
+                 family-wise level of 0.05";
+    let columns = [
         ("Set apart by", Column::Text),
         ("Level", Column::Text),
         ("Observed \u{2212} predicted, mg/dL (simultaneous interval)", Column::Number),
         ("Adjusted p", Column::Number),
-        (share, Column::Number),
+        ("Share of expected gap", Column::Number),
         ("Min ahead", Column::Number),
         ("People", Column::Number),
+        ("Expected of what is missing, whole days, mg/dL", Column::Number),
     ];
-    if diagnosis.posterior.is_some() {
-        columns.push(("Expected of what is missing, whole days, mg/dL", Column::Number));
-    }
     let mut folded = Html::default();
     folded.table(title, &columns, &rows);
     html.folded("Every situation in numbers", &folded);

@@ -73,8 +73,8 @@ fn of_verdict(diagnosis: &Diagnosis) -> Vec<String> {
                 .to_owned(),
         ),
         Verdict::None => steps.push(
-            "Do not read this as proof that the model is complete: effects smaller than the power stated \
-             above would not have been found."
+            "Do not read this as proof that the model is complete: effects that are small, or that follow no \
+             record, are not found."
                 .to_owned(),
         ),
     }

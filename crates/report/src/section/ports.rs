@@ -3,7 +3,7 @@
 use super::words::{list, port, sentence};
 use crate::figure::{PortShade, port_course, schematic};
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, optional, percent};
+use crate::number::{ABSENT, percent};
 use crate::{Inputs, ReportError};
 use contract::Diagnosis;
 use contract::diagnosis::{PortEvidence, Standing, Verdict};
@@ -42,8 +42,6 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
          blood glucose, which the sensor reads. The deeper the colour of a place, the more probable \
          it is that something is missing there. The table says the same in numbers.",
     );
-    // Where a posterior decides, the gain of a place is not what its probability comes from.
-    let by_gain = diagnosis.posterior.is_none();
     let mut ports: Vec<&PortEvidence> = diagnosis.ports.iter().collect();
     ports.sort_by(|a, b| order(b).total_cmp(&order(a)));
     let rows: Vec<(bool, Vec<Html>)> = ports
@@ -55,23 +53,16 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 1..=LISTED => list(&like),
                 more => format!("{more} other places"),
             };
-            let mut cells =
-                vec![Html::of_text(&sentence(&port(&p.port))), Html::bar(p.probability)];
-            if by_gain {
-                cells.insert(1, Html::of_text(&optional(p.gain_nats, 1)));
-            }
-            cells.push(Html::of_text(&like));
+            let place = Html::of_text(&sentence(&port(&p.port)));
+            let cells = vec![place, Html::bar(p.probability), Html::of_text(&like)];
             (framed.contains(&p.port.as_str()), cells)
         })
         .collect();
-    let mut columns = vec![
+    let columns = [
         ("Place", Column::Text),
         ("Probability among the places", Column::Text),
         ("Cannot be separated from", Column::Text),
     ];
-    if by_gain {
-        columns.insert(1, ("Gain, nats", Column::Number));
-    }
     if !rows.is_empty() {
         html.table_of(
             &format!("Evidence that something is missing, by place in the model{bold}"),

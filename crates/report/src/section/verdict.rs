@@ -4,13 +4,12 @@ mod how_far;
 mod open;
 mod others;
 mod place;
-mod power;
 mod sentence;
 mod tiles;
 
 pub(crate) use sentence::sentence;
 pub(super) use sentence::why_suspected;
-pub(super) use tiles::probability_words;
+pub(super) use tiles::PROBABILITY;
 
 use super::words::{effect, sentence as capital};
 use crate::Inputs;
@@ -19,9 +18,6 @@ use contract::Diagnosis;
 
 /// Family-wise level at which the verdict names a situation.
 pub(super) const LEVEL: f64 = 0.05;
-
-/// Power from which an effect counts as one that would have been found.
-pub(super) const POWER: f64 = 0.9;
 
 /// Title of the page.
 pub(super) fn title(inputs: &Inputs) -> String {

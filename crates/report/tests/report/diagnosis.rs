@@ -25,8 +25,6 @@ fn verdict_of(html: &str) -> &str {
 #[test]
 fn every_verdict_has_its_words() {
     let places = |like: Value| json!([{"port": "egp", "gain_nats": 12.0, "probability": 0.8, "confusable_with": like}]);
-    let strong = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.95});
-    let weak = |shift: f64| json!({"effect": "dawn", "shift_mg_dl": shift, "power": 0.5});
     let said = |something: f64, from: f64| {
         json!({"something": something, "sets": [], "speaks_from": 0.75,
         "names_from": from, "source": "made up"})
@@ -37,7 +35,7 @@ fn every_verdict_has_its_words() {
         (
             "unknown",
             &[("/ports", places(json!([])))],
-            "something is missing that no effect of the library explains.</p>",
+            "something is missing (probability 97\u{a0}%) and no effect is probable enough to be named",
         ),
         (
             "unknown",
@@ -61,20 +59,8 @@ fn every_verdict_has_its_words() {
              probable: something that the library does not hold, 93\u{a0}%; an effect is named from 50\u{a0}% on).",
         ),
         ("none", &[("/posterior", said(0.12, 0.5))], "<dd class=\"answer\">88\u{a0}%</dd>"),
-        ("none", &[], "No effect is found among those that these data could show"),
-        (
-            "none",
-            &[],
-            "Effects that move glucose by at least 10 mg/dL would have been found with 90\u{a0}% \
-             probability. This does not hold for alcohol, at any size that was tried.",
-        ),
-        (
-            "none",
-            // Found at 5 but not at 10 means: found from no shift below 15.
-            &[("/power", json!([strong(5.0), weak(10.0), strong(15.0)]))],
-            "by at least 15 mg/dL",
-        ),
-        ("none", &[("/power", json!([weak(5.0)]))], "There was no such power for dawn phenomenon"),
+        ("none", &[], "No effect is found (probability that something is missing: 7\u{a0}%)"),
+        ("none", &[], "<dd>None of those that were tried stands out</dd>"),
     ];
     for (verdict, changes, words) in cases {
         let html = diagnosis_page(verdict, changes);
@@ -82,8 +68,6 @@ fn every_verdict_has_its_words() {
     }
     let html = diagnosis_page("none", &[("/ports", json!([]))]);
     assert!(html.contains("No place in the model was assessed."));
-    let html = diagnosis_page("none", &[("/power", json!([]))]);
-    assert!(!verdict_of(&html).contains("would have been found"));
 }
 
 #[test]
@@ -133,10 +117,6 @@ fn what_is_not_found_is_called_suspected_everywhere() {
 #[test]
 fn a_probability_says_what_it_is_conditional_on() {
     let html = diagnosis_page("effect", &[]);
-    assert!(section(&html, "which").contains("<dt>Probability given the effects above</dt>"));
-    assert!(section(&html, "tried").contains(">Probability as the only effect</th>"));
-    let said = json!({"something": 0.9, "sets": [], "speaks_from": 0.75, "names_from": 0.5, "source": "made up"});
-    let html = diagnosis_page("effect", &[("/posterior", said)]);
     let words = "Probability that it acts, with others or alone";
     assert!(section(&html, "which").contains(&format!("<dt>{words}</dt>")));
     assert!(section(&html, "tried").contains(&format!(">{words}</th>")));
@@ -152,7 +132,7 @@ fn the_first_screen_has_four_tiles_and_who_is_in_use() {
     for words in [
         "<dd class=\"answer\">From 04 to 08 h</dd>",
         "<dd class=\"answer\">30.4 \u{2192} 27.9 mg/dL</dd>",
-        "<dd class=\"answer\">91\u{a0}%</dd><dd>Probability given the effects above; the least of them",
+        "<dd class=\"answer\">91\u{a0}%</dd><dd>Probability that it acts, with others or alone; the least of them",
         "the data of 11 of 11 people favour it",
         "1 of 2 people in use, 28 days. Left out: p11 (fewer than 7 days of record).",
     ] {
@@ -366,22 +346,6 @@ fn a_frame_marks_what_the_verdict_is_about() {
 }
 
 #[test]
-fn one_detectable_shift_an_effect_is_a_list() {
-    let found = page(&made_up::parts());
-    assert!(
-        section(&found, "which").contains("Probability of finding an effect by the mean shift")
-    );
-    let rows = json!([{"effect": "exercise", "shift_mg_dl": 4.63, "power": 0.9},
-        {"effect": "dawn", "shift_mg_dl": 2.25, "power": 0.9}]);
-    let html = page(&with(made_up::parts(), Part::Diagnosis, "/power", rows));
-    check_structure(&html);
-    let effects = section(&html, "which");
-    assert!(!effects.contains("Probability of finding an effect by the mean shift"));
-    let (dawn, exercise) = (effects.find(">2.2</td>"), effects.find(">4.6</td>"));
-    assert!(dawn.is_some() && dawn < exercise, "by size");
-}
-
-#[test]
 fn what_is_not_known_stands_under_the_answer() {
     let said = json!({"something": 0.93, "sets": [], "speaks_from": 0.75, "names_from": 0.5,
         "source": "made up"});
@@ -400,7 +364,6 @@ fn what_is_not_known_stands_under_the_answer() {
     ] {
         assert!(verdict_of(&html).contains(words), "{words}: {}", verdict_of(&html));
     }
-    // Without a posterior probabilities are conditional on what is named, and say nothing here.
     let html = diagnosis_page("none", &[("/untried", json!([]))]);
     assert!(verdict_of(&html).contains("<strong>Not known.</strong> An effect that is small"));
 }

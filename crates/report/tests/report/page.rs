@@ -128,7 +128,6 @@ fn what_comes_from_data_is_text() {
         (Part::Diagnosis, "/untried/0/reason"),
         (Part::Diagnosis, "/ports/0/port"),
         (Part::Diagnosis, "/ports/1/confusable_with/0"),
-        (Part::Diagnosis, "/power/0/effect"),
         (Part::Diagnosis, "/how_far/outcomes/0/metric"),
         (Part::Diagnosis, "/how_far/notes/0"),
         (Part::BlindCheck, "/targets/0/name"),

@@ -22,9 +22,7 @@ const INJECTIONS: f64 = 0.2;
 pub const PEOPLE: [usize; 3] = [3, 5, 10];
 /// Numbers of days.
 pub const DAYS: [usize; 3] = [7, 14, 28];
-/// Separates the seeds of calibration worlds from those of a check.
-const CALIBRATION: u64 = 0x6361_6c69_6272_6174;
-/// Separates the seeds of the worlds that train a posterior from both.
+/// Separates the seeds of the worlds that train a posterior from those of a check.
 const TRAINING: u64 = 0x7472_6169_6e69_6e67;
 /// Days on which a record may begin: two years from 2023 on.
 const FIRST_DAYS: i64 = 730;
@@ -34,8 +32,6 @@ const FIRST_DAYS: i64 = 730;
 pub enum Role {
     /// A diagnosis is tested on them.
     Check,
-    /// They set the thresholds.
-    Calibration,
     /// They train a posterior.
     Training,
 }
@@ -55,6 +51,8 @@ pub struct Plan {
     pub nulls: usize,
     /// Generators, used in turn.
     pub generators: Vec<Generator>,
+    /// How much varies in everyday life, and which forms effects take.
+    pub variation: Variation,
 }
 
 /// A world to be made.
@@ -105,15 +103,8 @@ impl Plan {
             outside,
             nulls,
             generators: Generator::ALL.to_vec(),
+            variation: Variation::Wide,
         }
-    }
-
-    /// As [`Self::check`], from one generator: worlds on which thresholds are set that are tested
-    /// on the others.
-    #[must_use]
-    pub fn calibration(worlds: usize, nulls: usize, generator: Generator) -> Self {
-        let role = Role::Calibration;
-        Self { role, generators: vec![generator], ..Self::check(worlds, nulls) }
     }
 
     /// As [`Self::check`]: worlds of all generators that train a posterior.
@@ -130,7 +121,6 @@ impl Plan {
     pub fn worlds(&self, master_seed: u64) -> Vec<PlannedWorld> {
         let master_seed = match self.role {
             Role::Check => master_seed,
-            Role::Calibration => master_seed ^ CALIBRATION,
             Role::Training => master_seed ^ TRAINING,
         };
         let mut rng = stream(master_seed, Purpose::Plan, 0);
@@ -171,7 +161,7 @@ impl Plan {
             days: DAYS[rng.random_range(0..DAYS.len())],
             start: first_day(&mut rng),
             nuisances: Nuisances::sample(people, &mut rng),
-            variation: Variation::Wide,
+            variation: self.variation,
         }
     }
 
@@ -278,8 +268,6 @@ mod tests {
         let plan = Plan::check(28, 12);
         assert_eq!(plan.worlds(1), plan.worlds(1));
         assert_ne!(plan.worlds(1), plan.worlds(2));
-        let calibration = Plan { role: Role::Calibration, ..plan.clone() };
-        assert!(calibration.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
         let training = Plan::training(28, 12);
         assert!(training.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
         let seeds: BTreeSet<u64> = plan.worlds(1).iter().map(|w| w.seed).collect();
@@ -287,10 +275,8 @@ mod tests {
     }
 
     #[test]
-    fn two_effects_differ_and_calibration_has_one_generator() {
-        let plan = Plan::calibration(140, 60, Generator::Padova);
-        for world in plan.worlds(8) {
-            assert_eq!(world.generator, Generator::Padova);
+    fn two_effects_differ() {
+        for world in Plan::check(140, 60).worlds(8) {
             if let [(one, _), (other, _)] = world.effects[..] {
                 assert_ne!(one, other);
             }

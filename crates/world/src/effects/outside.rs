@@ -37,7 +37,7 @@ pub enum OutsideEffect {
     LateProtein,
     /// Insulin acts less on the liver in the night after fat evenings.
     FattyEvenings,
-    /// A drug that sensors read as glucose.
+    /// Sites that lose a part of the insulin for the whole life of a set.
     HardenedSites,
     /// A drug that sensors take for glucose.
     Paracetamol,

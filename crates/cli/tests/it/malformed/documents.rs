@@ -130,24 +130,6 @@ fn others(cases: &mut Cases) {
         cases.refused(name, &["evaluate", "--cohort", &cohort, "--twins", &folder], words);
     }
     let diagnose = ["diagnose", "--cohort", &cohort];
-    for (name, content, words) in [
-        ("thresholds: truncated", "{\"source\": \"x\"", &["thresholds.json", "line"][..]),
-        ("thresholds: unknown key", "{\"source\": \"x\", \"colour\": 1}", &["colour"]),
-        ("thresholds: nothing in them", "{}", &["thresholds.json"]),
-        (
-            "thresholds: no step",
-            "{\"source\": \"x\", \"by_name\": {}, \"other\": {\"steps\": []}, \"temperature\": 1}",
-            &["thresholds.json"],
-        ),
-        (
-            "thresholds: temperature of zero",
-            "{\"source\": \"x\", \"by_name\": {}, \"other\": {\"steps\": [{\"person_days\": 1, \"nats\": 1}]}, \"temperature\": 0}",
-            &["thresholds.json", "temperature"],
-        ),
-    ] {
-        let file = cases.file("thresholds.json", content);
-        cases.refused(name, &[&diagnose[..], &["--thresholds", &file]].concat(), words);
-    }
     for (name, content) in [("garbage", "garbage"), ("empty", "")] {
         let file = cases.file("posterior.safetensors", content);
         let typed = [&diagnose[..], &["--posterior", &file]].concat();

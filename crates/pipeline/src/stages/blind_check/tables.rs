@@ -107,7 +107,8 @@ fn ceiling(check: &BlindCheck) -> Vec<String> {
         ));
     }
     lines.push(format!(
-        "  exact courses of effects that do not act, above their threshold: {}",
+        "  above {:.1} nats: exact courses of effects that do not act {}",
+        found.bar_nats,
         counted(&found.false_alarms)
     ));
     lines

@@ -21,9 +21,8 @@ pub(super) fn open(diagnosis: &Diagnosis) -> String {
     parts.join(" ")
 }
 
-/// Effects that are neither named nor improbable, where a posterior decides.
+/// Effects that are neither named nor improbable.
 fn perhaps(diagnosis: &Diagnosis) -> Option<String> {
-    let said = diagnosis.posterior.as_ref()?;
     let mut open: Vec<&CandidateEffect> = diagnosis
         .candidates
         .iter()
@@ -45,7 +44,7 @@ fn perhaps(diagnosis: &Diagnosis) -> Option<String> {
         format!(
             "Whether {} {verb}: neither named (from {}) nor excluded.",
             list(&words),
-            percent(said.names_from)
+            percent(diagnosis.posterior.names_from)
         )
     })
 }

@@ -89,14 +89,12 @@ fn shrinks(diagnosis: &Diagnosis, change: &Change<'_>) -> String {
 
 /// That something without a name is missing.
 fn unknown(diagnosis: &Diagnosis) -> String {
-    match &diagnosis.posterior {
-        Some(said) => format!(
-            "something is missing (probability {}) and no effect is probable enough to be named{}",
-            percent(said.something),
-            most_probable(diagnosis, said)
-        ),
-        None => "something is missing that no effect of the library explains".to_owned(),
-    }
+    let said = &diagnosis.posterior;
+    format!(
+        "something is missing (probability {}) and no effect is probable enough to be named{}",
+        percent(said.something),
+        most_probable(diagnosis, said)
+    )
 }
 
 /// The most probable answer, although not probable enough.
@@ -115,11 +113,8 @@ fn most_probable(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
 
 /// That nothing is missing.
 fn nothing(diagnosis: &Diagnosis) -> String {
-    match &diagnosis.posterior {
-        Some(said) => format!(
-            "no effect is found (probability that something is missing: {})",
-            percent(said.something)
-        ),
-        None => "no effect is found among those that these data could show".to_owned(),
-    }
+    format!(
+        "no effect is found (probability that something is missing: {})",
+        percent(diagnosis.posterior.something)
+    )
 }

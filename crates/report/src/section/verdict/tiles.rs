@@ -73,7 +73,9 @@ fn place(diagnosis: &Diagnosis) -> Tile {
 fn which(diagnosis: &Diagnosis) -> Tile {
     let named: Vec<&FoundEffect> = diagnosis.effects.iter().collect();
     let (answer, detail) = match diagnosis.verdict {
-        Verdict::None => ("No effect".to_owned(), power_words(diagnosis)),
+        Verdict::None => {
+            ("No effect".to_owned(), "None of those that were tried stands out".to_owned())
+        }
         Verdict::Unknown => ("Something without a name".to_owned(), unknown_place(diagnosis)),
         Verdict::Effect => {
             let answers: Vec<String> = named
@@ -110,15 +112,8 @@ fn unknown_place(diagnosis: &Diagnosis) -> String {
         .unwrap_or_else(|| "No effect of the library explains it well enough".to_owned())
 }
 
-fn power_words(diagnosis: &Diagnosis) -> String {
-    super::power::would_have_been_found(diagnosis)
-        .unwrap_or_else(|| "None of those that were tried stands out".to_owned())
-}
-
 fn sure(diagnosis: &Diagnosis) -> Tile {
-    let of =
-        |name: &str| diagnosis.candidates.iter().find(|c| c.effect == name).map(|c| c.probability);
-    let something = diagnosis.posterior.as_ref().map(|said| said.something);
+    let something = diagnosis.posterior.something;
     let (answer, mut detail) = match diagnosis.verdict {
         Verdict::Effect => {
             let each: Vec<f64> = diagnosis.effects.iter().map(|e| e.probability).collect();
@@ -126,7 +121,7 @@ fn sure(diagnosis: &Diagnosis) -> Tile {
             let answer = if each.is_empty() { "Not stated".to_owned() } else { percent(least) };
             let what = format!(
                 "{}{}",
-                sentence(probability_words(diagnosis)),
+                sentence(PROBABILITY),
                 match each.len() {
                     0 | 1 => "",
                     _ => "; the least of them",
@@ -134,14 +129,12 @@ fn sure(diagnosis: &Diagnosis) -> Tile {
             );
             (answer, what)
         }
-        Verdict::Unknown => match something.or_else(|| of("unknown")) {
-            Some(p) => (percent(p), "Probability that something is missing".to_owned()),
-            None => ("Not stated".to_owned(), String::new()),
-        },
-        Verdict::None => match something.map(|p| 1.0 - p).or_else(|| of("none")) {
-            Some(p) => (percent(p), "Probability that nothing is missing".to_owned()),
-            None => ("Not stated".to_owned(), String::new()),
-        },
+        Verdict::Unknown => {
+            (percent(something), "Probability that something is missing".to_owned())
+        }
+        Verdict::None => {
+            (percent(1.0 - something), "Probability that nothing is missing".to_owned())
+        }
     };
     let doubts: usize = diagnosis.effects.iter().map(|found| found.questioned.len()).sum();
     if doubts > 0 {
@@ -157,14 +150,8 @@ fn sure(diagnosis: &Diagnosis) -> Tile {
     ("How sure", answer, detail)
 }
 
-/// What the probability of an effect is conditional on; also the name of its column.
-pub(crate) fn probability_words(diagnosis: &Diagnosis) -> &'static str {
-    if diagnosis.posterior.is_some() {
-        "probability that it acts, with others or alone"
-    } else {
-        "probability given the effects above"
-    }
-}
+/// What the probability of an effect is; also the name of its column.
+pub(crate) const PROBABILITY: &str = "probability that it acts, with others or alone";
 
 /// People and days in use, and who was left out.
 fn people(diagnosis: &Diagnosis, inputs: &Inputs) -> String {
