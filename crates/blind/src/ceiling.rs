@@ -7,14 +7,14 @@ use crate::error::BlindError;
 
 /// Share of the courses of effects that do not act that may be above the bar: the names that are allowed where nothing
 /// is missing.
-const FALSE: f64 = 0.02;
+const ALLOWED: f64 = 0.02;
 
 /// The evidence that no larger share of these courses exceeds, nats; 0 where there is none.
 fn bar(courses: &[ExactCourse]) -> f64 {
     let idle = courses.iter().filter(|course| !course.acts);
     let mut gains: Vec<f64> = idle.filter_map(|course| course.gain_nats).collect();
     gains.sort_by(|a, b| b.total_cmp(a));
-    gains.get((FALSE * gains.len() as f64) as usize).copied().unwrap_or(0.0).max(0.0)
+    gains.get((ALLOWED * gains.len() as f64) as usize).copied().unwrap_or(0.0).max(0.0)
 }
 
 /// The same check, with what exact courses would name added to the power.

@@ -180,7 +180,8 @@ pub fn first_round(
     let tried = Tried::of(library);
     let round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
     let scores = round.scores(&tried, &[]);
-    Ok(FirstRound::of(people, &tried, &round, &scores, free_runs))
+    let candidates = own_effects::beside_the_library(&scores, |_| true, |_| false);
+    Ok(FirstRound::of(people, &tried, &round, &scores, candidates, free_runs))
 }
 
 /// Names the effects that are missing, by the probabilities of a posterior.
@@ -200,11 +201,12 @@ pub fn which(
     let tried = Tried::of(library);
     let mut round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
     let mut scores = round.scores(&tried, &[]);
-    let mut first = FirstRound::of(people, &tried, &round, &scores, free_runs);
-    let belief = believed(posterior, &first.statistics)?;
     let known = |id: EffectId| posterior.effects().iter().any(|name| name == id.name());
-    let mut candidates = own_effects::beside_the_library(&scores, known, |id| tried.is_guard(id));
-    first.candidates.clone_from(&candidates);
+    let weighed =
+        |scores: &[Score]| own_effects::beside_the_library(scores, known, |id| tried.is_guard(id));
+    let mut candidates = weighed(&scores);
+    let first = FirstRound::of(people, &tried, &round, &scores, candidates.clone(), free_runs);
+    let belief = believed(posterior, &first.statistics)?;
     let mut named: Vec<Named> = Vec::new();
     while let Some(best) = belief.next(&candidates).filter(|_| named.len() < MOST_EFFECTS) {
         let score = scores
@@ -220,7 +222,7 @@ pub fn which(
         };
         round = Round::of(people, &tried, &named, banks, calibration)?;
         scores = round.scores(&tried, &named);
-        candidates = own_effects::beside_the_library(&scores, known, |id| tried.is_guard(id));
+        candidates = weighed(&scores);
     }
     let ports = ports::gains(&round.estimated);
     Ok(Which { named, first, belief, ports })
@@ -232,13 +234,13 @@ impl FirstRound {
         tried: &Tried<'_>,
         round: &Round,
         scores: &[Score],
+        candidates: Vec<Candidate>,
         mut free_runs: BTreeMap<String, f64>,
     ) -> Self {
         let days: Vec<f64> =
             people.iter().map(|p| p.observations.len() as f64 / STEPS_PER_DAY as f64).collect();
         let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
         let untried: Vec<EffectId> = tried.ids().into_iter().filter(nobodys).collect();
-        let candidates = own_effects::beside_the_library(scores, |_| true, |_| false);
         let of_port = |p: PortGain| (ports::name(p.port, p.within_days), p.gain);
         let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain));
         let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));

@@ -78,9 +78,8 @@ fn it_is_named_where_it_explains_most_and_nowhere_without_it() {
         if named(&found).first() == Some(&"caffeine") {
             times_named += 1;
             let horizons = &found.how_far.horizons;
-            let shrinks = |minutes| move |d: &f64| minutes == 300 && *d < 0.0;
             assert!(
-                horizons.iter().any(|h| shrinks(h.minutes)(&h.difference.value)),
+                horizons.iter().any(|h| h.minutes == 300 && h.difference.value < 0.0),
                 "{generator:?}, {regime:?}: {horizons:?}"
             );
         } else {

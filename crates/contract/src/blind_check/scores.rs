@@ -184,7 +184,7 @@ pub struct PowerRow {
     pub named_or_in_set: Share,
     /// Worlds in which the answer was not "none".
     pub detected: Share,
-    /// Worlds in which the exact course of the effect would be above its threshold
+    /// Worlds in which the exact course of the effect would be above the bar
     /// (the ceiling); `None` where that was not asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ceiling: Option<Share>,

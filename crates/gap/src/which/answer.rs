@@ -158,18 +158,15 @@ struct Odds {
 }
 
 impl Odds {
-    /// What a posterior says, and beside it what is said of effects that it does not know.
+    /// What a posterior says, and beside it what is said of effects that it does not know. These may act beside those of
+    /// the library, but where one acts something is missing, and has a name.
     fn of(belief: &Belief, candidates: &[Candidate]) -> Self {
         let own: f64 = candidates.iter().filter_map(|candidate| candidate.own).sum();
         let left = 1.0 - own.min(1.0);
-        let of = |candidate: &Candidate| match candidate.own {
-            Some(own) => own,
-            None => left * belief.of(candidate),
-        };
         Self {
             none: left * belief.answer.nothing,
             unknown: left * belief.answer.unknown,
-            effects: candidates.iter().map(|c| (c.effect, of(c))).collect(),
+            effects: candidates.iter().map(|c| (c.effect, belief.of(c))).collect(),
         }
     }
 

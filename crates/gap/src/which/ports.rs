@@ -36,3 +36,30 @@ pub(super) fn gains(estimated: &Estimated) -> Vec<PortGain> {
 pub(super) fn name(port: Port, within_days: bool) -> String {
     format!("{}/{}", port.name(), if within_days { "block" } else { "day" })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::round::none;
+    use super::*;
+
+    #[test]
+    fn evidence_of_days_and_of_blocks_has_names_of_its_own() {
+        let mut estimated = none();
+        estimated.day[1].beyond_usual = 27.0;
+        estimated.block[1].beyond_usual = 9.0;
+        let shown: Vec<PortGain> =
+            gains(&estimated).into_iter().filter(|found| found.gain != 0.0).collect();
+        let port = RANDOM[1].port;
+        let expected = [(27.0, false), (9.0, true)].map(|(gain, within_days)| PortGain {
+            port,
+            gain,
+            within_days,
+        });
+        assert_eq!(shown, expected);
+        let names = shown.iter().map(|found| name(found.port, found.within_days));
+        let suffixes: Vec<String> =
+            names.map(|name| name.trim_start_matches(port.name()).to_owned()).collect();
+        assert_eq!(suffixes, ["/day", "/block"]);
+        assert_eq!(gains(&estimated).len(), 2 * RANDOM.len());
+    }
+}

@@ -268,6 +268,9 @@ mod tests {
         let plan = Plan::check(28, 12);
         assert_eq!(plan.worlds(1), plan.worlds(1));
         assert_ne!(plan.worlds(1), plan.worlds(2));
+        let narrow = Plan { variation: Variation::Narrow, ..plan.clone() }.worlds(1);
+        assert!(narrow.iter().all(|world| world.variation == Variation::Narrow));
+        assert!(narrow.iter().zip(plan.worlds(1)).all(|(a, b)| a.seed == b.seed));
         let training = Plan::training(28, 12);
         assert!(training.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
         let seeds: BTreeSet<u64> = plan.worlds(1).iter().map(|w| w.seed).collect();

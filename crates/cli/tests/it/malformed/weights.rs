@@ -73,6 +73,14 @@ pub(super) fn add(cases: &mut Cases) {
     for turn in [1, 3, 5] {
         commands(cases, turn, "model: 64 GiB", &vast, &["vast.safetensors", "GiB"]);
     }
+    let text = cases.file("network.safetensors", "not a model");
+    for (name, model, words) in [
+        ("blind check: no model", text.as_str(), &["neither a population model nor a twin"][..]),
+        ("blind check: a cohort for a model", &cohort, &["no twins"]),
+        ("blind check: no file for a model", &nowhere, &["nowhere.safetensors"]),
+    ] {
+        cases.refused(name, &["blind-check", "--worlds", "1", "--model", model], words);
+    }
     twins(cases, &cohort);
     published(cases);
 }
