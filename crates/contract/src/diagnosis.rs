@@ -37,8 +37,8 @@ pub struct Diagnosis<C = serde_json::Value> {
     /// The answer.
     pub verdict: Verdict,
     /// Effects that are named, in the order in which the data were conditioned on them. One is called found where
-    /// its probability is above 0.5, the interval of its amplitude lies above 0, and the held-out data of two people
-    /// favour it (of one, where there is one); otherwise it is called suspected.
+    /// its probability is above 0.5, the interval of its amplitude lies above 0, the held-out data of two people
+    /// favour it (of one, where there is one), and nothing questions it; otherwise it is called suspected.
     pub effects: Vec<FoundEffect>,
     /// Every effect that was tried; `none` and `unknown` stand among them with their probabilities.
     pub candidates: Vec<CandidateEffect>,

@@ -12,10 +12,10 @@ pub const FOUND_IN: usize = 2;
 /// What may be said of an effect that is named. One rule holds for one person and for many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
-    /// It is found: its probability is above [`FOUND_ABOVE`], the interval of its size lies above 0, and the
-    /// held-out data of [`FOUND_IN`] people favour it, where there are that many.
+    /// It is found: its probability is above [`FOUND_ABOVE`], the interval of its size lies above 0, the
+    /// held-out data of [`FOUND_IN`] people favour it, where there are that many, and nothing questions it.
     Found,
-    /// It is suspected: it is named, and one of the three conditions fails.
+    /// It is suspected: it is named, and one of the four conditions fails.
     Suspected,
 }
 
@@ -90,7 +90,8 @@ impl FoundEffect {
         let asked = FOUND_IN.min(self.people.len());
         let found = self.probability > FOUND_ABOVE
             && self.amplitude.lower > 0.0
-            && self.in_favour() >= asked;
+            && self.in_favour() >= asked
+            && self.questioned.is_empty();
         if found { Standing::Found } else { Standing::Suspected }
     }
 
@@ -145,5 +146,8 @@ mod tests {
         ] {
             assert_eq!(effect(probability, lower, gains).standing(), standing, "{gains:?}");
         }
+        let doubted = vec!["It rests on one person.".to_owned()];
+        let doubted = FoundEffect { questioned: doubted, ..effect(0.97, 0.4, &[3.0, 1.0]) };
+        assert_eq!(doubted.standing(), Standing::Suspected);
     }
 }

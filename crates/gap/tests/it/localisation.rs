@@ -81,9 +81,9 @@ fn worlds_without_a_gap_raise_few_alarms() {
             diagnose(&cohort, &config(), *seed).expect("diagnosed").verdict != Verdict::None
         })
         .count();
-    // These people repeat the same day, unlike all on whom the posterior was trained: 9 of 40 (decision 0041). At one in
-    // five, more than 14 of 40 happen in 1 % of such tests.
-    assert!(alarms <= 14, "{alarms} alarms in {worlds} worlds");
+    // These people repeat the same day, unlike all on whom the posterior was trained (decision 0041). At one in ten, more
+    // than 9 of 40 happen in 1 % of such tests.
+    assert!(alarms <= 9, "{alarms} alarms in {worlds} worlds");
 }
 
 #[test]

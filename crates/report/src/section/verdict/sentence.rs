@@ -61,24 +61,34 @@ fn with_probability(found: &FoundEffect) -> String {
         let like: Vec<String> = found.confusable_with.iter().map(|key| effect(key)).collect();
         asides.push(format!("cannot be separated from {}", list(&like)));
     }
-    asides.extend(why_suspected(found).map(str::to_owned));
+    asides.extend(why_suspected(found));
     format!("{} ({})", effect(&found.effect), asides.join("; "))
 }
 
 /// The first condition of being found that fails.
-pub(crate) fn why_suspected(found: &FoundEffect) -> Option<&'static str> {
+pub(crate) fn why_suspected(found: &FoundEffect) -> Option<String> {
     if found.standing() == Standing::Found {
         return None;
     }
-    Some(if found.probability <= FOUND_ABOVE {
+    let why = if found.probability <= FOUND_ABOVE {
         "not more probable than not"
     } else if found.amplitude.lower <= 0.0 {
         "its size may be 0"
     } else if found.in_favour() == 0 {
         "nobody's own data favour it"
+    } else if let Some(doubt) = found.questioned.first() {
+        return Some(inside_a_sentence(doubt));
     } else {
         "the data of one person alone favour it"
-    })
+    };
+    Some(why.to_owned())
+}
+
+/// A sentence as a part of another.
+fn inside_a_sentence(sentence: &str) -> String {
+    let mut letters = sentence.trim_end_matches('.').chars();
+    let first = letters.next().map(|first| first.to_lowercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
 }
 
 /// What the effects do to the error.
