@@ -42,7 +42,7 @@ diagnose=$(cargo metadata --format-version 1 --no-deps |
 for cohort in "$out"/worlds/*/; do
   name=$(basename "$cohort")
   [ -f "$out/answers/$name/diagnosis.json" ] && continue
-  "$diagnose" diagnose --quiet --posterior crates/gap/posterior/without-another.safetensors --cohort "$cohort" --out "$out/answers/$name" ||
+  "$diagnose" diagnose --quiet --posterior crates/pipeline/posterior/without-another.safetensors --cohort "$cohort" --out "$out/answers/$name" ||
     printf 'other-hand: no answer to %s, which counts as wrong\n' "$name"
 done
 

@@ -65,7 +65,7 @@ mod units;
 pub mod which;
 
 pub use absorbed::absorbed;
-pub use belief::{posterior_file_without, working_posterior};
+pub use belief::working_posterior;
 pub use calibrated_person::CalibratedPerson;
 pub use cohort_statistics::cohort_statistics;
 pub use config::{DiagnosisConfig, InclusionRule};

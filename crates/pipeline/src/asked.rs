@@ -12,6 +12,7 @@ use contract::blind_check::{Answer, CalibratedPeople};
 
 use crate::children::{self, end, held, running};
 use crate::interrupt;
+use crate::unseen;
 
 /// Where the diagnosis runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +60,7 @@ pub(crate) fn ask(
     let apart = Scratch::new()?;
     let copy = apart.path().join("cohort");
     copy_files(folder, &copy)?;
-    let posterior = gap::posterior_file_without(unseen.unwrap_or_default());
+    let posterior = unseen::posterior_file(unseen)?;
     fs::write(apart.path().join(POSTERIOR), posterior)
         .context("cannot write in the temporary folder")?;
     let begun = Instant::now();

@@ -44,6 +44,7 @@ mod stated_truth;
 mod subnetworks;
 mod tidy;
 mod training_data;
+mod unseen;
 pub mod usage;
 
 pub use manifest::{Manifest, call_program};

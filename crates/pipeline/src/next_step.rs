@@ -72,7 +72,9 @@ fn next(program: &str, command: &str, folder: &Path, cohort: Option<&Path>) -> S
         "verify" | "evaluate" => format!("{program} report {out} draws it as a page"),
         "evidence" => format!("{program} train-posterior --table {out}"),
         "train-posterior" => {
-            format!("the six files of {out} take the place of those in crates/gap/posterior")
+            format!(
+                "the six files of {out} take the place of those in crates/gap/posterior and crates/pipeline/posterior"
+            )
         }
         "worlds" => format!("{program} diagnose --cohort {}", shown(&first_cohort(folder))),
         "simulate" | "replay" => format!("plot the columns of {}", file("traces.csv")),

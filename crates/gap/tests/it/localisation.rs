@@ -82,7 +82,7 @@ fn worlds_without_a_gap_raise_few_alarms() {
         })
         .count();
     // These people repeat the same day, unlike all on whom the posterior was trained (decision 0041). At one in ten, more
-    // than 9 of 40 happen in 1 % of such tests.
+    // than 9 of 40 happen in 0.5 % of such tests.
     assert!(alarms <= 9, "{alarms} alarms in {worlds} worlds");
 }
 

@@ -173,6 +173,11 @@ fn a_name_that_is_doubted_is_doubted_in_the_verdict() {
     let words = "<li>Dawn phenomenon is doubtful. It rests on one person: without 02 its probability is 12 %.</li>";
     assert!(verdict_of(&html).contains(words), "{}", verdict_of(&html));
     assert!(verdict_of(&html).contains("One doubt stands below"));
+    let sentence = "suspected: dawn phenomenon (probability";
+    assert!(verdict_of(&html).contains(sentence), "{}", verdict_of(&html));
+    assert!(
+        verdict_of(&html).contains("; it rests on one person: without 02 its probability is 12 %")
+    );
     assert!(!verdict_of(&diagnosis_page("effect", &[])).contains("doubt"));
 }
 
