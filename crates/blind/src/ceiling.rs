@@ -27,18 +27,18 @@ pub fn with_ceiling(
 ) -> Result<BlindCheck, BlindError> {
     let bar = bar(&courses);
     let is_above = |course: &ExactCourse| course.gain_nats.is_some_and(|gain| gain > bar);
-    let singles: Vec<(Single<'_>, bool)> = check
-        .worlds
-        .iter()
-        .filter(|row| row.kind == Kind::Single)
-        .filter_map(|row| {
+    let of_kind = |kind: Kind| -> Vec<(Single<'_>, bool)> {
+        let rows = check.worlds.iter().filter(|row| row.kind == kind);
+        rows.filter_map(|row| {
             let truth = row.truth.first()?;
             let course = courses.iter().find(|c| c.acts && c.id == row.id)?;
             let shift = truth.achieved_mg_dl;
             let single = Single { effect: &truth.effect, shift, above: is_above(course) };
             Some((single, row.outcome == Outcome::Correct))
         })
-        .collect();
+        .collect()
+    };
+    let (singles, outside) = (of_kind(Kind::Single), of_kind(Kind::Outside));
     let moved = |from: f64| singles.iter().filter(move |(single, _)| single.shift >= from);
     let above = |from: f64| among(moved(from), |(single, _)| single.above);
     let right = |from: f64| among(moved(from), |(_, right)| *right);
@@ -49,6 +49,8 @@ pub fn with_ceiling(
         answered_at_5: right(5.0)?,
         named_at_10: above(10.0)?,
         answered_at_10: right(10.0)?,
+        unknown: among(&outside, |(single, _)| single.above)?,
+        answered_unknown: among(&outside, |(_, right)| *right)?,
         false_alarms: among(courses.iter().filter(|c| !c.acts), |c| is_above(c))?,
         courses: Vec::new(),
     };

@@ -189,6 +189,11 @@ fn the_ceiling_stands_beside_the_power() {
         .collect();
     worlds[2].label.effects[0].achieved_mg_dl = 5.0;
     worlds.push(ScoredWorld { label: label("n", None), answer: Answer::none() });
+    for id in ["o", "p"] {
+        let mut outside = label(id, Some(morning()));
+        outside.kind = Kind::Outside;
+        worlds.push(ScoredWorld { label: outside, answer: Answer::none() });
+    }
     let check = score(1, &worlds).expect("countable");
     assert!(check.ceiling.is_none() && check.power.iter().all(|row| row.ceiling.is_none()));
     let check = with_ceiling(
@@ -197,6 +202,8 @@ fn the_ceiling_stands_beside_the_power() {
             course("a", true, Some(5.1)),
             course("b", true, Some(4.9)),
             course("c", true, None),
+            course("o", true, Some(5.2)),
+            course("p", true, Some(1.0)),
             course("n", false, Some(0.0)),
             course("n", false, Some(5.0)),
         ],
@@ -206,6 +213,8 @@ fn the_ceiling_stands_beside_the_power() {
     assert_eq!((ceiling.named.count, ceiling.named.of), (1, 3));
     assert_eq!((ceiling.named_at_10.count, ceiling.named_at_10.of), (1, 2));
     assert_eq!((ceiling.answered_at_5.count, ceiling.answered_at_5.of), (0, 3));
+    assert_eq!((ceiling.unknown.count, ceiling.unknown.of), (1, 2));
+    assert_eq!((ceiling.answered_unknown.count, ceiling.answered_unknown.of), (0, 2));
     // Of two courses that do not act none may be above the bar; of fifty, one.
     assert_eq!(ceiling.bar_nats, 5.0);
     assert_eq!((ceiling.false_alarms.count, ceiling.false_alarms.of), (0, 2));

@@ -39,6 +39,10 @@ pub struct Ceiling {
     pub named_at_10: Share,
     /// What the answers named of those worlds.
     pub answered_at_10: Share,
+    /// Worlds with an effect outside the library whose exact course is above the bar.
+    pub unknown: Share,
+    /// What the answers called unknown of those worlds.
+    pub answered_unknown: Share,
     /// Courses of effects that do not act, in worlds without an effect, that are above the bar.
     pub false_alarms: Share,
     /// Every course.

@@ -4,6 +4,7 @@
 
 use anyhow::{Context as _, Result};
 use contract::blind_check::ExactCourse;
+use effects::{Card, EffectId, Port, Prior, Relations};
 use gap::{DiagnosisConfig, GapError, Ode, ceiling};
 use rayon::prelude::*;
 use world::blind::{PlannedEffect, RealisedWorld};
@@ -16,8 +17,8 @@ const IDLE: usize = 3;
 /// Mean absolute course below which an effect finds no occasion in a world, mg/dL.
 const NO_OCCASION: f64 = 0.25;
 
-/// The evidence of exact courses: of the effect in worlds with one effect of the library, and of some effects that do
-/// not act in worlds without any. `worlds` stand in the order of the check.
+/// The evidence of exact courses: of the effect in worlds with one effect, and of some effects that do not act in
+/// worlds without any. `worlds` stand in the order of the check.
 pub(super) fn exact_courses(worlds: &[RealisedWorld]) -> Result<Vec<ExactCourse>> {
     let mut nulls = 0;
     let asked: Vec<(usize, Vec<PlannedEffect>)> = worlds
@@ -28,7 +29,7 @@ pub(super) fn exact_courses(worlds: &[RealisedWorld]) -> Result<Vec<ExactCourse>
                 nulls += 1;
                 Some((index, idle(nulls - 1)))
             }
-            [one] if one.effect.in_library() => Some((index, Vec::new())),
+            [_] => Some((index, Vec::new())),
             _ => None,
         })
         .collect();
@@ -65,9 +66,9 @@ fn of_world(
     let asked = courses
         .iter()
         .map(|course| {
-            let effect = effects::find(course.effect.name())
-                .with_context(|| format!("the library has no {}", course.effect.name()))?;
-            Ok(ceiling::ExactCourse { card: effect.card(), people: course.people.clone() })
+            let card = card(course.effect)
+                .with_context(|| format!("no port is that of {}", course.effect.name()))?;
+            Ok(ceiling::ExactCourse { card, people: course.people.clone() })
         })
         .collect::<Result<Vec<_>>>()?;
     let config = DiagnosisConfig::working();
@@ -87,12 +88,32 @@ fn of_world(
     }
 }
 
+/// The card of an effect. One outside the library has none of its own: nothing rivals it, and people differ in it by
+/// half.
+fn card(effect: PlannedEffect) -> Option<Card> {
+    if let Some(known) = effects::find(effect.name()) {
+        return Some(known.card());
+    }
+    Some(Card {
+        id: EffectId::new(effect.name()),
+        port: Port::ALL.into_iter().find(|port| port.name() == effect.port().name())?,
+        summary: "an effect outside the library",
+        size_at_one: "as it acts in its world",
+        source: "its world",
+        signature: "its exact course",
+        channels: &[],
+        confusable_with: &[],
+        relations: Relations::USUAL,
+        prior: Prior { median: 1.0, log_sd: 0.5, largest: 3.0 },
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use gap::Diagnoser;
     use world::blind::{Nuisances, Plan, PlannedWorld, Variation};
-    use world::{Effect, Generator};
+    use world::{Effect, Generator, OutsideEffect};
 
     fn planned(effects: Vec<(PlannedEffect, f64)>, generator: Generator) -> RealisedWorld {
         let drawn = Plan { nulls: 1, ..Plan::check(0, 0) }.worlds(1).swap_remove(0);
@@ -129,6 +150,19 @@ mod tests {
             // All of the course is there; filter and calibration have taken up to half of it.
             assert!((0.4..1.5).contains(&share), "{}: {share}", effect.name());
         }
+    }
+
+    #[test]
+    fn the_exact_course_of_an_effect_outside_the_library_is_found() {
+        let effect = PlannedEffect::Outside(OutsideEffect::Caffeine);
+        let world = planned(vec![(effect, 15.0)], Generator::Hovorka);
+        let [exact] = &of_world(0, &world, &[]).expect("evidence")[..] else {
+            panic!("one course")
+        };
+        assert_eq!((exact.effect.as_str(), exact.acts), ("caffeine", true));
+        assert!(exact.gain_nats.is_some_and(|gain| gain > 4.0), "{exact:?}");
+        let all = PlannedEffect::all().filter_map(card).count();
+        assert_eq!(all, PlannedEffect::all().count());
     }
 
     #[test]

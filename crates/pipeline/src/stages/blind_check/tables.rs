@@ -107,6 +107,11 @@ fn ceiling(check: &BlindCheck) -> Vec<String> {
         ));
     }
     lines.push(format!(
+        "  outside the library: called unknown {}, ceiling {}",
+        counted(&found.answered_unknown),
+        counted(&found.unknown)
+    ));
+    lines.push(format!(
         "  above {:.1} nats: exact courses of effects that do not act {}",
         found.bar_nats,
         counted(&found.false_alarms)
