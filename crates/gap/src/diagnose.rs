@@ -179,7 +179,8 @@ impl<'a> Diagnoser<'a> {
         for found in &mut effects {
             let carried = resting.iter().find(|one| one.effect.name() == found.effect);
             let carried = carried.map(|one| (ids[one.person], one.without));
-            found.questioned = doubts(found, &how_far, carried);
+            let is_ode = plants.name() == Ode.name();
+            found.questioned = doubts(found, &how_far, carried, is_ode);
         }
         Ok(Diagnosis {
             schema: <Diagnosis as contract::Document>::SCHEMA.to_owned(),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The figures of the last full blind check, by hands that nothing of the diagnosis they judge has seen.
+/// The figures of the full blind checks of today's posterior, by hands that nothing of the diagnosis they judge has seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackRecord {
     /// The commands that print the figures.
@@ -80,5 +80,22 @@ mod tests {
         assert!(record.nulls_with_name.count <= record.nulls_with_alarm.count);
         let alarms = format!("{} of {}", record.nulls_with_alarm.count, record.nulls_with_alarm.of);
         assert!(record.sentence().contains(&alarms));
+    }
+
+    #[test]
+    fn the_readme_has_the_same_figures() {
+        let words: Vec<&str> = include_str!("../../../README.md").split_whitespace().collect();
+        let readme = words.join(" ");
+        let record = TrackRecord::measured();
+        let of = |counted: Counted| format!("{} of {}", counted.count, counted.of);
+        for said in [
+            format!("a false alarm in {} cohorts", of(record.nulls_with_alarm)),
+            format!("names an effect in {};", record.nulls_with_name.count),
+            format!("names {} effects that move", of(record.named_from_5)),
+            format!("another effect in {} cohorts", of(record.another_named)),
+            format!("newly names {} effects", of(record.planted_named)),
+        ] {
+            assert!(readme.contains(&said), "the README does not say `{said}`");
+        }
     }
 }
