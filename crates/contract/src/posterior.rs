@@ -18,8 +18,6 @@ pub struct PosteriorCard {
     pub source: String,
     /// Hands whose worlds it saw, with the number of worlds.
     pub hands: Vec<(String, usize)>,
-    /// The same for its regressions, which can be fitted on other worlds of the same hands.
-    pub hands_of_regressions: Vec<(String, usize)>,
     /// Share of the worlds in which nothing is missing: its prior.
     pub nothing: f64,
     /// Networks of the ensemble; the regressions are one more member.

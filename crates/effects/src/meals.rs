@@ -23,13 +23,13 @@ pub(crate) fn any(course: &Course) -> bool {
     course.carbs.iter().any(|grams| *grams > 0.0)
 }
 
-/// Whether carbohydrate was logged within so many minutes of each step, on either side.
-pub(crate) fn near(course: &Course, minutes: f64) -> Vec<bool> {
-    let reach = steps(minutes);
+/// Whether each step lies at most `before` minutes before logged carbohydrate, or at most `after` minutes after it.
+pub(crate) fn near(course: &Course, before: f64, after: f64) -> Vec<bool> {
+    let (before, after) = (steps(before), steps(after));
     let mut near = vec![false; course.len()];
     for k in (0..course.len()).filter(|k| logged(course, *k) > 0.0) {
-        let until = (k + reach + 1).min(near.len());
-        near[k.saturating_sub(reach)..until].fill(true);
+        let until = (k + after + 1).min(near.len());
+        near[k.saturating_sub(before)..until].fill(true);
     }
     near
 }
@@ -55,10 +55,10 @@ mod tests {
         let course = Course { hour: vec![0.0; 20], carbs, ..Course::default() };
         let sums = so_far(&course);
         assert_eq!((sums[2], sums[8], sums[9], sums[15]), (10.0, 40.0, 0.0, 5.0));
-        let near = near(&course, 10.0);
+        let near = near(&course, 5.0, 10.0);
         assert_eq!(
-            (near[0], near[4], near[5], near[17], near[18]),
-            (true, true, false, true, false)
+            [0, 1, 4, 5, 6, 7, 17, 18].map(|k| near[k]),
+            [false, true, true, false, false, true, true, false]
         );
     }
 }

@@ -1,12 +1,14 @@
-//! What is missing: nothing, something unknown, one effect, or two.
+//! What is missing: nothing, one effect, two, or something outside the library.
 //!
-//! With log odds a_i of each effect and of something unknown, beside nothing, and one number c for pairs,
+//! With log odds a_i of each effect and of each kind of thing outside the library, beside nothing, and one number c for
+//! pairs,
 //!
 //! ```text
 //! P(S) = exp(sum of a_i over S + c [S is a pair]) / Z:
 //! ```
 //!
-//! two effects act independently but for how often two do, and what is unknown stands alone.
+//! two effects act independently but for how often two do, and what is outside the library stands alone. It is unknown
+//! with the sum of the probabilities of its kinds.
 
 /// Largest size of log odds: two such still multiply to a finite number.
 const LARGEST_ODDS: f64 = 40.0;
@@ -21,41 +23,47 @@ fn weight(odds: f64) -> f64 {
 pub(crate) struct Joint {
     /// That nothing is missing.
     pub(crate) nothing: f64,
-    /// Of each effect, alone or beside another, and last of something unknown.
+    /// Of each effect, alone or beside another, and then of each kind outside the library.
     pub(crate) each: Vec<f64>,
     /// Of two effects together.
     pub(crate) two: f64,
+    effects: usize,
 }
 
 impl Joint {
-    /// `odds` of each effect and last of something unknown; `pair` is c.
-    pub(crate) fn of(odds: &[f64], pair: f64) -> Self {
+    /// `odds` of so many `effects` and then of each kind outside the library; `pair` is c.
+    pub(crate) fn of(odds: &[f64], effects: usize, pair: f64) -> Self {
         let weights: Vec<f64> = odds.iter().map(|odds| weight(*odds)).collect();
-        let Some((unknown, effects)) = weights.split_last() else {
-            return Self { nothing: 1.0, each: Vec::new(), two: 0.0 };
-        };
-        let partners = |index: usize| -> f64 {
-            let others = effects.iter().enumerate().filter(|(other, _)| *other != index);
-            weight(pair) * others.map(|(_, weight)| weight).sum::<f64>()
-        };
-        let beside: Vec<f64> =
-            effects.iter().enumerate().map(|(index, own)| own * partners(index)).collect();
+        let (library, outside) = weights.split_at(effects);
+        let all: f64 = library.iter().sum();
+        let partners = weight(pair);
+        let beside: Vec<f64> = (0..effects)
+            .map(|index| {
+                let others = library.iter().enumerate().filter(|(other, _)| *other != index);
+                library[index] * partners * others.map(|(_, weight)| weight).sum::<f64>()
+            })
+            .collect();
         let two = 0.5 * beside.iter().sum::<f64>();
-        let z = 1.0 + effects.iter().sum::<f64>() + two + unknown;
-        let effects = effects.iter().zip(&beside).map(|(alone, beside)| (alone + beside) / z);
-        Self { nothing: 1.0 / z, each: effects.chain([unknown / z]).collect(), two: two / z }
+        let z = 1.0 + all + two + outside.iter().sum::<f64>();
+        let library = library.iter().zip(&beside).map(|(alone, beside)| (alone + beside) / z);
+        let outside = outside.iter().map(|alone| alone / z);
+        Self { nothing: 1.0 / z, each: library.chain(outside).collect(), two: two / z, effects }
+    }
+
+    /// Of something outside the library.
+    pub(crate) fn unknown(&self) -> f64 {
+        self.each[self.effects..].iter().sum()
     }
 
     /// Every set of one or two effects with its probability, under the odds and the number that this was made of.
     pub(crate) fn sets(&self, odds: &[f64], pair: f64) -> Vec<(Vec<usize>, f64)> {
-        let effects = odds.len().saturating_sub(1);
         let one = |index: usize| (vec![index], self.nothing * weight(odds[index]));
         let two = |one: usize, other: usize| {
             let both = weight(odds[one]) * weight(odds[other]) * weight(pair);
             (vec![one, other], self.nothing * both)
         };
-        let pairs = (0..effects).flat_map(|i| (i + 1..effects).map(move |j| two(i, j)));
-        (0..effects).map(one).chain(pairs).collect()
+        let pairs = (0..self.effects).flat_map(|i| (i + 1..self.effects).map(move |j| two(i, j)));
+        (0..self.effects).map(one).chain(pairs).collect()
     }
 
     /// Slopes of minus the log probability that these are missing and nothing else: by the odds, and by the number for pairs.
@@ -77,8 +85,8 @@ mod tests {
 
     #[test]
     fn probabilities_are_those_of_all_sets_written_down() {
-        let (odds, pair) = ([0.7_f64, -1.2, 0.1, -0.4], 0.5_f64);
-        let mut sets: Vec<Vec<usize>> = vec![vec![], vec![0], vec![1], vec![2], vec![3]];
+        let (odds, pair) = ([0.7_f64, -1.2, 0.1, -0.4, 0.9], 0.5_f64);
+        let mut sets: Vec<Vec<usize>> = vec![vec![], vec![0], vec![1], vec![2], vec![3], vec![4]];
         sets.extend([vec![0, 1], vec![0, 2], vec![1, 2]]);
         let weight = |set: &Vec<usize>| {
             let extra = if set.len() == 2 { pair } else { 0.0 };
@@ -88,7 +96,8 @@ mod tests {
         let share = |of: &dyn Fn(&Vec<usize>) -> bool| {
             sets.iter().filter(|set| of(set)).map(weight).sum::<f64>() / z
         };
-        let joint = Joint::of(&odds, pair);
+        let joint = Joint::of(&odds, 3, pair);
+        assert!((joint.unknown() - share(&|set| set.iter().any(|i| *i > 2))).abs() < 1e-12);
         assert!((joint.nothing - share(&|set| set.is_empty())).abs() < 1e-12);
         assert!((joint.two - share(&|set| set.len() == 2)).abs() < 1e-12);
         let written = joint.sets(&odds, pair);
@@ -106,8 +115,8 @@ mod tests {
         let (odds, pair, step) = ([0.3, -0.8, 1.1, 0.2], -0.6, 1e-5);
         let missing = [true, false, true, false];
         let log =
-            |odds: &[f64], pair: f64| Joint::of(odds, pair).nothing.ln() + odds[0] + odds[2] + pair;
-        let (by_odds, by_pair) = Joint::of(&odds, pair).slopes(&missing);
+            |odds: &[f64], pair: f64| Joint::of(odds, 3, pair).nothing.ln() + odds[0] + odds[2] + pair;
+        let (by_odds, by_pair) = Joint::of(&odds, 3, pair).slopes(&missing);
         for (index, slope) in by_odds.iter().enumerate() {
             let at = |sign: f64| {
                 let mut moved = odds;
@@ -122,7 +131,7 @@ mod tests {
 
     #[test]
     fn the_largest_odds_stay_finite() {
-        let joint = Joint::of(&[1e9; 19], 0.0);
+        let joint = Joint::of(&[1e9; 19], 18, 0.0);
         assert!(joint.each[..18].iter().all(|p| (p - 2.0 / 18.0).abs() < 1e-9), "{joint:?}");
     }
 }

@@ -36,4 +36,4 @@ pub use contract::posterior::PosteriorCard;
 pub use error::PosteriorError;
 pub use posterior::{Answer, Gap, Posterior};
 pub use table::{Table, Truth};
-pub use training::{Training, train, with_regressions_of};
+pub use training::{Training, train};

@@ -13,7 +13,7 @@ pub(crate) const GAP_UNIT: f64 = 10.0;
 pub(crate) struct Shape {
     pub(crate) statistics: usize,
     pub(crate) hidden: usize,
-    /// Effects, and something unknown.
+    /// Effects, and kinds outside the library.
     pub(crate) odds: usize,
     pub(crate) ports: usize,
     /// Cells of the gap.
@@ -48,7 +48,7 @@ pub(crate) struct Network {
 
 /// What a network answers, a row a cohort.
 pub(crate) struct Output {
-    /// Log odds of the effects and of something unknown.
+    /// Log odds of the effects and of the kinds outside the library.
     pub(crate) odds: Tensor,
     /// Log probabilities of the ports, given that something is missing.
     pub(crate) ports: Tensor,

@@ -14,6 +14,7 @@ use crate::network::{Network, Shape};
 use crate::reading::Reading;
 use crate::regression::Regression;
 use crate::table::Table;
+use crate::training::Things;
 
 /// Key of the description in a file's metadata.
 const DESCRIPTION: &str = "posterior";
@@ -32,6 +33,8 @@ pub struct Posterior {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Described {
     effects: Vec<String>,
+    /// Kinds outside the library, by the names that hands give them.
+    outside: Vec<String>,
     ports: Vec<String>,
     cells: Vec<String>,
     hidden: usize,
@@ -46,7 +49,7 @@ impl Described {
         Shape {
             statistics: self.reading.names.len(),
             hidden: self.hidden,
-            odds: self.effects.len() + 1,
+            odds: self.effects.len() + self.outside.len(),
             ports: self.ports.len(),
             cells: self.cells.len(),
         }
@@ -89,7 +92,7 @@ impl Answer {
 
 impl Posterior {
     pub(crate) fn new(
-        effects: Vec<String>,
+        things: Things,
         ports: Vec<String>,
         cells: Vec<String>,
         reading: Reading,
@@ -99,23 +102,10 @@ impl Posterior {
     ) -> Self {
         let hidden = networks.first().and_then(|m| m.weights.first()).map_or(0, |w| w.dims()[1]);
         let read = regression.reading.clone();
+        let Things { effects, outside } = things;
         let described =
-            Described { effects, ports, cells, hidden, reading, regression: read, card };
+            Described { effects, outside, ports, cells, hidden, reading, regression: read, card };
         Self { described, networks, regression }
-    }
-
-    /// The same networks with other regressions, fitted on worlds of these hands.
-    pub(crate) fn with_regression(
-        &self,
-        regression: Regression,
-        hands: Vec<(String, usize)>,
-        source: &str,
-    ) -> Self {
-        let mut described = self.described.clone();
-        described.regression = regression.reading.clone();
-        described.card.hands_of_regressions = hands;
-        described.card.source = format!("{}; {source}", described.card.source);
-        Self { described, networks: self.networks.clone(), regression }
     }
 
     /// What it saw.
@@ -190,7 +180,7 @@ impl Posterior {
     }
 
     fn in_words(&self, odds: &[f64], pair: f64, ports: &[f32], gaps: &[f32]) -> Answer {
-        let joint = Joint::of(odds, pair);
+        let joint = Joint::of(odds, self.described.effects.len(), pair);
         let Described { effects, cells, .. } = &self.described;
         let named = |set: Vec<usize>| set.into_iter().map(|index| effects[index].clone()).collect();
         let mut sets: Vec<(Vec<String>, f64)> =
@@ -207,7 +197,7 @@ impl Posterior {
         let count = cells.len();
         Answer {
             nothing: joint.nothing,
-            unknown: joint.each.last().copied().unwrap_or(0.0),
+            unknown: joint.unknown(),
             effects: effects.iter().cloned().zip(joint.each).collect(),
             sets,
             ports: by_port,

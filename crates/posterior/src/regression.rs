@@ -22,7 +22,7 @@ const LEAST_CURVATURE: f64 = 0.01;
 /// Halvings of a step before a block is left as it is.
 const HALVINGS: i32 = 8;
 
-/// Logistic regressions of the effects and of something unknown, coupled by the number for pairs.
+/// Logistic regressions of the effects and of the kinds outside the library, coupled by the number for pairs.
 #[derive(Debug, Clone)]
 pub(crate) struct Regression {
     pub(crate) reading: Reading,
@@ -47,12 +47,13 @@ impl Regression {
     }
 
     /// Fits the regressions. `read` is (rows, statistics) of `reading`, `missing` (rows, things), and `columns` are the
-    /// statistics of each thing.
+    /// statistics of each thing, of which the first `effects` can act in pairs.
     pub(crate) fn fitted(
         reading: Reading,
         read: &[f32],
         missing: &[Vec<bool>],
         columns: &[Vec<usize>],
+        effects: usize,
         ridge: f64,
     ) -> Result<Self, PosteriorError> {
         let (rows, things, width) = (missing.len(), columns.len(), reading.names.len());
@@ -65,6 +66,7 @@ impl Regression {
         let read: Vec<Mat<f64>> = columns.iter().map(of_thing).collect();
         let mut fit = Fit {
             missing,
+            effects,
             ridge,
             weights: columns.iter().map(|c| vec![0.0; c.len()]).collect(),
             biases: vec![START; things],
@@ -97,6 +99,7 @@ impl Regression {
 
 struct Fit<'a> {
     missing: &'a [Vec<bool>],
+    effects: usize,
     ridge: f64,
     weights: Vec<Vec<f64>>,
     biases: Vec<f64>,
@@ -111,7 +114,7 @@ impl Fit<'_> {
         let of_row = |(odds, missing): (&Vec<f64>, &Vec<bool>)| -> f64 {
             let own: f64 = odds.iter().zip(missing).filter(|(_, is)| **is).map(|(a, _)| a).sum();
             let extra = if is_pair(missing) { self.pair } else { 0.0 };
-            Joint::of(odds, self.pair).nothing.ln() + own + extra
+            Joint::of(odds, self.effects, self.pair).nothing.ln() + own + extra
         };
         let likelihood: Vec<f64> = self.odds.par_iter().zip(self.missing).map(of_row).collect();
         let squares: f64 = self.weights.iter().flatten().map(|w| w * w).sum();
@@ -121,7 +124,7 @@ impl Fit<'_> {
     /// A Newton step of one thing's weights and bias; the loss after it.
     fn step_of(&mut self, thing: usize, read: &Mat<f64>, loss: f64) -> f64 {
         let probabilities: Vec<f64> =
-            self.odds.par_iter().map(|odds| Joint::of(odds, self.pair).each[thing]).collect();
+            self.odds.par_iter().map(|odds| Joint::of(odds, self.effects, self.pair).each[thing]).collect();
         let count = read.ncols();
         let last = count - 1;
         let apart = Mat::from_fn(read.nrows(), 1, |row, _| {
@@ -167,7 +170,7 @@ impl Fit<'_> {
     fn step_of_pair(&mut self, loss: f64) -> f64 {
         let (mut slope, mut curvature) = (0.0, LEAST_CURVATURE);
         for (odds, missing) in self.odds.iter().zip(self.missing) {
-            let joint = Joint::of(odds, self.pair);
+            let joint = Joint::of(odds, self.effects, self.pair);
             slope += joint.slopes(missing).1;
             curvature += joint.two * (1.0 - joint.two);
         }
@@ -209,7 +212,7 @@ mod tests {
         let names = ["one", "other"].map(str::to_owned).to_vec();
         let reading = Reading { names, centre: vec![0.0; 2], spread: vec![1.0; 2] };
         let columns = vec![vec![0], vec![0, 1], vec![]];
-        let fit = Regression::fitted(reading, &read, &missing, &columns, ridge).expect("a fit");
+        let fit = Regression::fitted(reading, &read, &missing, &columns, 2, ridge).expect("a fit");
         let weight = fit.weights[0].to_vec2::<f32>().expect("weights");
         assert_eq!(weight[1][0], 0.0);
         assert!(weight[0][0] > 0.5 && weight[1][1] > 0.5, "{weight:?}");
@@ -219,7 +222,7 @@ mod tests {
         let mut slope = f64::from(weight[0][0]) * ridge;
         for ((row, own), missing) in odds.iter().enumerate().zip(&missing) {
             let own: Vec<f64> = own.iter().map(|a| f64::from(*a)).collect();
-            let joint = Joint::of(&own, f64::from(pair[0]));
+            let joint = Joint::of(&own, 2, f64::from(pair[0]));
             slope += joint.slopes(missing).0[0] * f64::from(read[2 * row]);
         }
         // Of some 100 nats; rounds end at a gain of 0.05.

@@ -11,8 +11,8 @@ pub struct Truth {
     pub hand: String,
     /// Names of the effects that act; empty for none.
     pub effects: Vec<String>,
-    /// Whether what acts is none of the effects that have names.
-    pub unknown: bool,
+    /// What acts, by the name that its hand gives it, where it is none of the effects.
+    pub outside: Option<String>,
     /// Names of the ports at which they act.
     pub ports: Vec<String>,
     /// The gap by cell, mg/dL; cells that it does not state are absent. All 0 where nothing acts.

@@ -88,7 +88,8 @@ pub fn train(
     settings: &Training,
     source: &str,
 ) -> Result<Posterior, PosteriorError> {
-    let prepared = Prepared::of(table, effects)?;
+    let things = Things::of(table, effects);
+    let prepared = Prepared::of(table, &things)?;
     let regression = prepared.regression(settings)?;
     let of_any: Vec<f64> = (0..prepared.all.names.len())
         .map(|column| prepared.told.iter().map(|one| one[column]).fold(0.0, f64::max))
@@ -101,13 +102,14 @@ pub fn train(
     let shape = Shape {
         statistics: reading.names.len(),
         hidden: settings.hidden,
-        odds: effects.len() + 1,
+        odds: things.count(),
         ports: ports.len(),
         cells: cells.len(),
     };
     let examples = Examples {
         read,
         missing: &prepared.missing,
+        effects: effects.len(),
         ports: table.truths.iter().flat_map(|truth| shares(truth, ports)).collect(),
         gaps: table.truths.iter().flat_map(|truth| gaps(truth, &cells)).collect(),
         rows: table.len(),
@@ -118,30 +120,51 @@ pub fn train(
         .map(|member| examples.fitted(settings, member as u64))
         .collect::<Result<Vec<Network>, _>>()?;
     let nothing = prepared.missing.iter().filter(|row| !row.contains(&true)).count();
-    let hands = by_hand(table);
     let card = PosteriorCard {
         source: source.to_owned(),
-        hands_of_regressions: hands.clone(),
-        hands,
+        hands: by_hand(table),
         nothing: nothing as f64 / table.len() as f64,
         members: networks.len(),
     };
-    let (effects, ports) = (effects.to_vec(), ports.to_vec());
-    Ok(Posterior::new(effects, ports, cells, reading, networks, regression, card))
+    Ok(Posterior::new(things, ports.to_vec(), cells, reading, networks, regression, card))
 }
 
-/// The same networks with regressions that are fitted on this table. `source` is the command, for the card.
-///
-/// # Errors
-/// As [`train`].
-pub fn with_regressions_of(
-    posterior: &Posterior,
-    table: &Table,
-    settings: &Training,
-    source: &str,
-) -> Result<Posterior, PosteriorError> {
-    let regression = Prepared::of(table, posterior.effects())?.regression(settings)?;
-    Ok(posterior.with_regression(regression, by_hand(table), source))
+/// What can be missing, in the order of log odds.
+pub(crate) struct Things {
+    pub(crate) effects: Vec<String>,
+    /// Kinds outside the library. Each has odds of its own: what is unknown is many things, of which no two look alike
+    /// (decision 0044).
+    pub(crate) outside: Vec<String>,
+}
+
+impl Things {
+    fn of(table: &Table, effects: &[String]) -> Self {
+        let outside = table.truths.iter().filter_map(|truth| truth.outside.clone());
+        let outside = outside.collect::<BTreeSet<_>>().into_iter().collect();
+        Self { effects: effects.to_vec(), outside }
+    }
+
+    fn count(&self) -> usize {
+        self.effects.len() + self.outside.len()
+    }
+
+    /// Which of them a world lacks.
+    fn missing(&self, truth: &Truth) -> Result<Vec<bool>, PosteriorError> {
+        if let Some(strange) = truth.effects.iter().find(|name| !self.effects.contains(name)) {
+            return Err(PosteriorError::Table(format!("it has a world with `{strange}`")));
+        }
+        let known = self.effects.iter().map(|effect| truth.effects.contains(effect));
+        let outside = self.outside.iter().map(|kind| truth.outside.as_ref() == Some(kind));
+        let missing: Vec<bool> = known.chain(outside).collect();
+        let count = missing.iter().filter(|is| **is).count();
+        if count > 2 || truth.outside.is_some() && count > 1 {
+            return Err(PosteriorError::Table(format!(
+                "a world lacks {:?} and more",
+                truth.effects
+            )));
+        }
+        Ok(missing)
+    }
 }
 
 /// Numbers of worlds by the hand that made them.
@@ -158,14 +181,15 @@ struct Prepared {
     all: Reading,
     /// (rows, statistics)
     read: Vec<f32>,
-    /// By row: each effect, and last something unknown.
+    /// By row and thing.
     missing: Vec<Vec<bool>>,
-    /// By effect, something unknown, and nothing: what each statistic tells.
+    /// By thing, and last for nothing: what each statistic tells.
     told: Vec<Vec<f64>>,
+    effects: usize,
 }
 
 impl Prepared {
-    fn of(table: &Table, effects: &[String]) -> Result<Self, PosteriorError> {
+    fn of(table: &Table, things: &Things) -> Result<Self, PosteriorError> {
         table.checked()?;
         if table.is_empty() {
             return Err(PosteriorError::Table("it has no rows".to_owned()));
@@ -173,7 +197,7 @@ impl Prepared {
         let missing = table
             .truths
             .iter()
-            .map(|truth| missing(truth, effects))
+            .map(|truth| things.missing(truth))
             .collect::<Result<Vec<Vec<bool>>, _>>()?;
         let all = Reading::of(table);
         if all.names.is_empty() {
@@ -185,7 +209,7 @@ impl Prepared {
         if told.iter().flatten().all(|tells| *tells == 0.0) {
             return Err(PosteriorError::Table("none of its statistics tells anything".to_owned()));
         }
-        Ok(Self { all, read, missing, told })
+        Ok(Self { all, read, missing, told, effects: things.effects.len() })
     }
 
     /// Some of the statistics.
@@ -206,22 +230,9 @@ impl Prepared {
         let columns: Vec<Vec<usize>> =
             by_thing.iter().map(|columns| columns.iter().map(place).collect()).collect();
         let (reading, read) = self.only(&kept);
-        Regression::fitted(reading, &read, &self.missing, &columns, settings.ridge)
+        let Training { ridge, .. } = *settings;
+        Regression::fitted(reading, &read, &self.missing, &columns, self.effects, ridge)
     }
-}
-
-/// Which effects a world lacks, and last whether it lacks something that is none of them.
-fn missing(truth: &Truth, effects: &[String]) -> Result<Vec<bool>, PosteriorError> {
-    if let Some(strange) = truth.effects.iter().find(|name| !effects.contains(name)) {
-        return Err(PosteriorError::Table(format!("it has a world with `{strange}`")));
-    }
-    let known = effects.iter().map(|effect| truth.effects.contains(effect));
-    let missing: Vec<bool> = known.chain([truth.unknown]).collect();
-    let count = missing.iter().filter(|is| **is).count();
-    if count > 2 || truth.unknown && count > 1 {
-        return Err(PosteriorError::Table(format!("a world lacks {:?} and more", truth.effects)));
-    }
-    Ok(missing)
 }
 
 /// What each statistic tells of each thing, and last of nothing being missing: the standardised difference between the
@@ -285,7 +296,7 @@ fn shares(truth: &Truth, ports: &[String]) -> Vec<f32> {
 
 /// The gap by cell in units of [`GAP_UNIT`]; not a number where the truth does not state it.
 fn gaps(truth: &Truth, cells: &[String]) -> Vec<f32> {
-    let nothing = truth.effects.is_empty() && !truth.unknown;
+    let nothing = truth.effects.is_empty() && truth.outside.is_none();
     let of_cell = |cell: &String| match truth.gaps.get(cell) {
         Some(gap) => (gap / GAP_UNIT).clamp(-LARGEST_GAP, LARGEST_GAP) as f32,
         None if nothing => 0.0,
@@ -299,6 +310,7 @@ struct Examples<'a> {
     read: Vec<f32>,
     /// By row and thing.
     missing: &'a [Vec<bool>],
+    effects: usize,
     ports: Vec<f32>,
     gaps: Vec<f32>,
     rows: usize,
@@ -430,7 +442,7 @@ impl Examples<'_> {
         let (mut by_odds, mut by_pair) = (Vec::with_capacity(rows.len() * self.shape.odds), 0.0);
         for (row, own) in rows.iter().zip(odds.to_vec2::<f32>()?) {
             let own: Vec<f64> = own.into_iter().map(f64::from).collect();
-            let slopes = Joint::of(&own, of_pairs).slopes(&self.missing[*row]);
+            let slopes = Joint::of(&own, self.effects, of_pairs).slopes(&self.missing[*row]);
             by_odds.extend(slopes.0.iter().map(|slope| (share * slope) as f32));
             by_pair += share * slopes.1;
         }
@@ -476,7 +488,7 @@ mod tests {
             table.truths.push(Truth {
                 hand: "made".to_owned(),
                 effects: named.map(|(name, _)| (*name).to_owned()).collect(),
-                unknown: false,
+                outside: None,
                 ports: ports.map(|(name, _)| (*name).to_owned()).collect(),
                 gaps: BTreeMap::from([("60/hour/05".to_owned(), if acts[0] { 20.0 } else { 0.0 })]),
             });
@@ -521,23 +533,6 @@ mod tests {
             pool.expect("a pool").install(|| trained(160).bytes().expect("written"))
         };
         assert_eq!(in_pool(1), in_pool(2));
-    }
-
-    #[test]
-    fn regressions_are_fitted_anew_beside_the_same_networks() {
-        let kept = trained(160);
-        let settings = Training::working(1);
-        let other = with_regressions_of(&kept, &table(96, 5), &settings, "again").expect("fitted");
-        let test = table(8, 2);
-        let answers = |posterior: &Posterior| posterior.answers(&test).expect("finite");
-        for (one, other) in answers(&kept).iter().zip(&answers(&other)) {
-            assert_eq!((&one.ports, &one.gaps), (&other.ports, &other.gaps));
-            assert_ne!(one.effects, other.effects);
-        }
-        let card = other.card();
-        assert_eq!(card.hands, [("made".to_owned(), 160)]);
-        assert_eq!(card.hands_of_regressions, [("made".to_owned(), 96)]);
-        assert_eq!(card.source, "a test; again");
     }
 
     #[test]

@@ -10,9 +10,6 @@ pub(crate) struct TrainPosteriorArgs {
     /// A table of `evidence`; may be given more than once.
     #[arg(long, value_name = "DIR", required = true)]
     pub table: Vec<PathBuf>,
-    /// A folder of posteriors, as this command writes it, whose networks are kept: the regressions alone are fitted.
-    #[arg(long, value_name = "DIR")]
-    pub networks: Option<PathBuf>,
     /// Output folder.
     #[arg(long, value_name = "DIR", default_value = "out/posterior")]
     pub out: PathBuf,

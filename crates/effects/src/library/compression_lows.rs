@@ -4,7 +4,7 @@ use crate::card::{Card, Channel, Prior};
 use crate::course::Course;
 use crate::effect::{Effect, EventShape, Form};
 use crate::effect_id::EffectId;
-use crate::meals::steps;
+use crate::meals::{self, steps};
 use crate::modulation::{Field, Modulation};
 use crate::port::Port;
 use crate::relations::Relations;
@@ -22,6 +22,9 @@ const SIZES: [(f64, f64); 3] = [(0.5, 0.3), (1.0, 0.45), (2.0, 0.25)];
 const PER_DAY: f64 = 0.34;
 /// Share of a step asleep from which the person lies.
 const ASLEEP: f64 = 0.5;
+/// No low starts so shortly before carbohydrate is logged, min: a breakfast that is eaten before it is logged raises
+/// glucose as the end of a low does (decision 0043).
+const BEFORE_A_LOG: f64 = 120.0;
 /// Hours of the night where sleep is unknown.
 const NIGHT: (f64, f64) = (23.0, 7.0);
 
@@ -51,9 +54,10 @@ impl Effect for CompressionLows {
             let share = course.asleep.as_ref().and_then(|shares| shares.get(k).copied().flatten());
             share.map_or(hour >= NIGHT.0 || hour < NIGHT.1, |share| share >= ASLEEP)
         };
+        let eaten = meals::near(course, BEFORE_A_LOG, 0.0);
         let steps = course.hour.iter().enumerate();
         let onsets: Vec<usize> =
-            steps.filter(|(k, hour)| lying(*k, **hour)).map(|(k, _)| k).collect();
+            steps.filter(|(k, hour)| lying(*k, **hour) && !eaten[*k]).map(|(k, _)| k).collect();
         (!onsets.is_empty()).then(|| {
             Form::Events(EventShape {
                 field: Field::SensorOffset,
@@ -99,5 +103,16 @@ mod tests {
         assert!(asleep.iter().all(|k| course.hour[*k] < 7.0 || course.hour[*k] >= 23.0));
         course.asleep = None;
         assert!(onsets(&course).contains(&awake_at_5h), "by the clock where sleep is unknown");
+    }
+
+    #[test]
+    fn a_breakfast_that_is_logged_late_ends_no_low() {
+        let course = fortnight();
+        let Some(Form::Events(events)) = CompressionLows.form(&course) else {
+            panic!("nights are there");
+        };
+        let breakfast = course.carbs.iter().position(|grams| *grams > 0.0).expect("a meal");
+        assert!(events.onsets.contains(&(breakfast - 25)));
+        assert!(!events.onsets.contains(&(breakfast - 24)));
     }
 }

@@ -15,8 +15,11 @@ const GRAMS: f64 = 25.0;
 const SIZES: [(f64, f64); 4] = [(0.6, 0.3), (1.0, 0.35), (1.6, 0.25), (2.4, 0.1)];
 /// Missed meals a day.
 const PER_DAY: f64 = 0.4;
-/// A log this close speaks for itself, min.
-const LOGGED_WITHIN: f64 = 60.0;
+/// No meal is missed so shortly before a log, min: it speaks for itself.
+const BEFORE_A_LOG: f64 = 60.0;
+/// No meal is missed so soon after a log, min: what comes late of the logged meal cannot be told from another (decision
+/// 0043).
+const AFTER_A_LOG: f64 = 180.0;
 /// Share of a step asleep from which nothing is eaten.
 const ASLEEP: f64 = 0.8;
 
@@ -51,7 +54,7 @@ impl Effect for MissedMeals {
         if !meals::any(course) {
             return None;
         }
-        let near = meals::near(course, LOGGED_WITHIN);
+        let near = meals::near(course, BEFORE_A_LOG, AFTER_A_LOG);
         let asleep = |k: usize| {
             let share = course.asleep.as_ref().and_then(|shares| shares.get(k).copied().flatten());
             share.is_some_and(|share| share >= ASLEEP)
@@ -80,8 +83,10 @@ mod tests {
             panic!("the sample logs meals");
         };
         let breakfast = course.carbs.iter().position(|g| *g > 0.0).expect("a meal");
-        assert!(!events.onsets.contains(&(breakfast + 12)));
-        assert!(events.onsets.contains(&(breakfast + 13)));
+        assert!(events.onsets.contains(&(breakfast - 13)));
+        assert!(!events.onsets.contains(&(breakfast - 12)));
+        assert!(!events.onsets.contains(&(breakfast + 36)));
+        assert!(events.onsets.contains(&(breakfast + 37)));
         assert!(!events.onsets.contains(&(DAY + 24)), "asleep at 02 h");
         assert!(events.profiles[0].iter().all(|grams| *grams > 0.0));
     }

@@ -77,7 +77,7 @@ impl Effect for UnloggedRescueCarbs {
 /// Steps in and shortly after lows with no log nearby.
 fn onsets(course: &Course) -> Vec<usize> {
     let reacts = meals::steps(REACTS);
-    let near = meals::near(course, LOGGED_WITHIN);
+    let near = meals::near(course, LOGGED_WITHIN, LOGGED_WITHIN);
     let mut last_low = None;
     (0..course.len())
         .filter(|k| {

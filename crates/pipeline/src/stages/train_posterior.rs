@@ -8,7 +8,7 @@ use candle_core::Device;
 use contract::blind_check::{Label, Labels};
 use contract::posterior::StatisticNames;
 use effects::Effect;
-use posterior::{Posterior, Table, Training, Truth, train, with_regressions_of};
+use posterior::{Posterior, Table, Training, Truth, train};
 
 use crate::documents::read_document;
 use crate::manifest::Manifest;
@@ -20,8 +20,6 @@ use crate::progress::{Progress, note};
 pub struct Settings {
     /// Tables of `evidence`.
     pub table: Vec<PathBuf>,
-    /// A folder of posteriors whose networks are kept; their regressions alone are fitted.
-    pub networks: Option<PathBuf>,
     /// Output folder.
     pub out: PathBuf,
     /// Seed of the networks.
@@ -43,9 +41,6 @@ pub fn run(args: &Settings) -> Result<()> {
         let part = read(folder, &library).with_context(|| format!("'{}'", folder.display()))?;
         table.append(part)?;
     }
-    if let Some(folder) = &args.networks {
-        manifest = manifest.with_input(folder)?;
-    }
     let hands: BTreeSet<String> = table.truths.iter().map(|truth| truth.hand.clone()).collect();
     ensure!(hands.len() > 1, "worlds of one hand; leave one out of two or more");
     let output = OutputFolder::begin(&args.out, manifest)?;
@@ -53,24 +48,7 @@ pub fn run(args: &Settings) -> Result<()> {
     for left_out in hands.iter().map(Some).chain([None]) {
         let seen = table.rows_where(|truth| Some(&truth.hand) != left_out);
         let name = left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"));
-        let trained = match &args.networks {
-            None => trained(&seen, &library, args.seed)?,
-            Some(folder) => {
-                let file = folder.join(format!("{name}.safetensors"));
-                let bytes = std::fs::read(&file)
-                    .with_context(|| format!("cannot read '{}'", file.display()))?;
-                let kept = Posterior::from_bytes(&bytes)
-                    .with_context(|| format!("'{}'", file.display()))?;
-                let saw = |hand: &String| kept.card().hands.iter().any(|(own, _)| own == hand);
-                ensure!(
-                    !left_out.is_some_and(saw),
-                    "'{}' has seen the hand that it must not know",
-                    file.display()
-                );
-                let source = "train-posterior --networks";
-                with_regressions_of(&kept, &seen, &Training::working(args.seed), source)?
-            }
-        };
+        let trained = trained(&seen, &library, args.seed)?;
         output.write(&format!("{name}.safetensors"), &trained.bytes()?)?;
         output.write_document_as(&format!("{name}.json"), trained.card())?;
         progress.advance(&name);
@@ -133,7 +111,9 @@ fn truth(label: &Label, library: &[Box<dyn Effect>]) -> Result<Truth> {
                 truth.effects.push(effect.effect.clone());
             }
         }
-        truth.unknown |= !effect.in_library;
+        if !effect.in_library {
+            truth.outside = Some(effect.effect.clone());
+        }
     }
     if let Some(gap) = &label.gap {
         for cell in gap.cells.iter().filter(|cell| cell.factor != PERSON) {
