@@ -114,8 +114,9 @@ mod tests {
     fn slopes_are_differences_of_the_log_probability() {
         let (odds, pair, step) = ([0.3, -0.8, 1.1, 0.2], -0.6, 1e-5);
         let missing = [true, false, true, false];
-        let log =
-            |odds: &[f64], pair: f64| Joint::of(odds, 3, pair).nothing.ln() + odds[0] + odds[2] + pair;
+        let log = |odds: &[f64], pair: f64| {
+            Joint::of(odds, 3, pair).nothing.ln() + odds[0] + odds[2] + pair
+        };
         let (by_odds, by_pair) = Joint::of(&odds, 3, pair).slopes(&missing);
         for (index, slope) in by_odds.iter().enumerate() {
             let at = |sign: f64| {

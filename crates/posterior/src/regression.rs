@@ -123,8 +123,11 @@ impl Fit<'_> {
 
     /// A Newton step of one thing's weights and bias; the loss after it.
     fn step_of(&mut self, thing: usize, read: &Mat<f64>, loss: f64) -> f64 {
-        let probabilities: Vec<f64> =
-            self.odds.par_iter().map(|odds| Joint::of(odds, self.effects, self.pair).each[thing]).collect();
+        let probabilities: Vec<f64> = self
+            .odds
+            .par_iter()
+            .map(|odds| Joint::of(odds, self.effects, self.pair).each[thing])
+            .collect();
         let count = read.ncols();
         let last = count - 1;
         let apart = Mat::from_fn(read.nrows(), 1, |row, _| {
