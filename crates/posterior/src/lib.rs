@@ -30,6 +30,7 @@ mod posterior;
 mod reading;
 mod regression;
 mod table;
+mod things;
 mod training;
 
 pub use contract::posterior::PosteriorCard;

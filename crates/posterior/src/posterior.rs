@@ -14,7 +14,7 @@ use crate::network::{Network, Shape};
 use crate::reading::Reading;
 use crate::regression::Regression;
 use crate::table::Table;
-use crate::training::Things;
+use crate::things::Things;
 
 /// Key of the description in a file's metadata.
 const DESCRIPTION: &str = "posterior";
