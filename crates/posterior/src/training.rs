@@ -460,11 +460,15 @@ mod tests {
     }
 
     fn trained(rows: usize) -> Posterior {
+        trained_on(&table(rows, 1))
+    }
+
+    fn trained_on(table: &Table) -> Posterior {
         let settings =
             Training { networks: 2, hidden: 16, epochs: 80, batch: 32, ..Training::working(1) };
         let effects = ["dawn".to_owned(), "exercise".to_owned()];
         let ports = ["egp".to_owned(), "insulin_action".to_owned()];
-        train(&table(rows, 1), &effects, &ports, &settings, "a test").expect("trained")
+        train(table, &effects, &ports, &settings, "a test").expect("trained")
     }
 
     #[test]
@@ -487,6 +491,29 @@ mod tests {
         }
         // The statistics do not overlap; one in twenty is left to chance.
         assert!(right >= 190, "{right} of 200");
+    }
+
+    /// One class for both kinds would see the same mean of the statistic in it as outside it.
+    #[test]
+    fn kinds_that_differ_in_opposite_directions_are_both_unknown() {
+        let with_kinds = |mut table: Table| {
+            for (row, truth) in table.truths.iter_mut().enumerate().filter(|(r, _)| r % 8 == 7) {
+                let (kind, shift) = if row % 16 == 7 { ("bath", 4.0) } else { ("tea", -4.0) };
+                truth.outside = Some(kind.to_owned());
+                table.values[3 * row + 2] += shift;
+            }
+            table
+        };
+        let posterior = trained_on(&with_kinds(table(800, 1)));
+        let test = with_kinds(table(200, 2));
+        let unknown = |row: usize| posterior.answer(&test.row(row)).expect("finite").unknown;
+        let mean = |kind: Option<&str>| {
+            let rows: Vec<usize> =
+                (0..200).filter(|r| test.truths[*r].outside.as_deref() == kind).collect();
+            rows.iter().map(|row| unknown(*row)).sum::<f64>() / rows.len() as f64
+        };
+        let (bath, tea, rest) = (mean(Some("bath")), mean(Some("tea")), mean(None));
+        assert!(bath > 2.0 * rest && tea > 2.0 * rest, "{bath} {tea} {rest}");
     }
 
     #[test]
