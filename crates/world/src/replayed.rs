@@ -312,7 +312,7 @@ fn sensors_differ(one: &Amplitudes, other: &Amplitudes) -> bool {
     let named = |e: &Effect| e.port() == Port::Sensor && one.of(*e) != other.of(*e);
     let outside =
         |e: &OutsideEffect| e.port() == Port::Sensor && one.of_outside(*e) != other.of_outside(*e);
-    Effect::ALL.iter().any(named) || OutsideEffect::ALL.iter().any(outside)
+    Effect::ALL.iter().any(named) || OutsideEffect::all().any(|e| outside(&e))
 }
 
 /// Mean absolute difference; 0 for no values.

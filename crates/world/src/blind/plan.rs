@@ -45,8 +45,10 @@ pub struct Plan {
     pub singles: usize,
     /// Worlds with two effects of the library.
     pub pairs: usize,
-    /// Worlds with an effect outside the library.
+    /// Worlds with an effect outside the library that an author thought of.
     pub outside: usize,
+    /// Worlds with an effect outside the library whose form is drawn.
+    pub random: usize,
     /// Worlds without an effect.
     pub nulls: usize,
     /// Generators, used in turn.
@@ -101,6 +103,7 @@ impl Plan {
             singles: worlds - pairs - outside,
             pairs,
             outside,
+            random: 0,
             nulls,
             generators: Generator::ALL.to_vec(),
             variation: Variation::Wide,
@@ -111,6 +114,12 @@ impl Plan {
     #[must_use]
     pub fn training(worlds: usize, nulls: usize) -> Self {
         Self { role: Role::Training, ..Self::check(worlds, nulls) }
+    }
+
+    /// Worlds that train a posterior, with effects outside the library whose form is drawn.
+    #[must_use]
+    pub fn random(worlds: usize, nulls: usize) -> Self {
+        Self { random: worlds, ..Self::training(0, nulls) }
     }
 
     /// Draws the worlds, in an order that does not reveal what acts.
@@ -128,7 +137,8 @@ impl Plan {
             .single_effects(&mut rng)
             .into_iter()
             .chain(self.two_effects(&mut rng))
-            .chain(self.outside_effects(&mut rng))
+            .chain(outside_effects(&OutsideEffect::AUTHORED, self.outside, &mut rng))
+            .chain(outside_effects(&OutsideEffect::RANDOM, self.random, &mut rng))
             .chain((0..self.nulls).map(|index| (Vec::new(), index)));
         let mut worlds: Vec<PlannedWorld> = truths
             .enumerate()
@@ -191,18 +201,18 @@ impl Plan {
             })
             .collect()
     }
+}
 
-    fn outside_effects(&self, rng: &mut impl Rng) -> Vec<Truth> {
-        let mut order = OutsideEffect::ALL;
-        order.shuffle(rng);
-        (0..self.outside)
-            .map(|k| {
-                let (pass, place) = (k / order.len(), k % order.len());
-                let effect = PlannedEffect::Outside(order[place]);
-                (vec![(effect, larger_shift(rng))], pass + place)
-            })
-            .collect()
-    }
+fn outside_effects(kinds: &[OutsideEffect], worlds: usize, rng: &mut impl Rng) -> Vec<Truth> {
+    let mut order = kinds.to_vec();
+    order.shuffle(rng);
+    (0..worlds)
+        .map(|k| {
+            let (pass, place) = (k / order.len(), k % order.len());
+            let effect = PlannedEffect::Outside(order[place]);
+            (vec![(effect, larger_shift(rng))], pass + place)
+        })
+        .collect()
 }
 
 /// What acts, with a number that selects the generator.
@@ -214,7 +224,9 @@ fn needs_a_set(effects: &[(PlannedEffect, f64)]) -> bool {
         matches!(
             effect,
             PlannedEffect::Named(Effect::SetAgeing | Effect::SetFailure)
-                | PlannedEffect::Outside(OutsideEffect::HardenedSites)
+                | PlannedEffect::Outside(
+                    OutsideEffect::HardenedSites | OutsideEffect::RandomInput
+                )
         )
     })
 }
@@ -275,6 +287,26 @@ mod tests {
         assert!(training.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
         let seeds: BTreeSet<u64> = plan.worlds(1).iter().map(|w| w.seed).collect();
         assert_eq!(seeds.len(), 40);
+    }
+
+    #[test]
+    fn drawn_forms_train_a_posterior_and_are_in_no_check() {
+        let drawn = |plan: Plan| {
+            let worlds = plan.worlds(4).into_iter();
+            let random = worlds.filter(|world| {
+                let own = |e: &(PlannedEffect, f64)| {
+                    matches!(e.0, PlannedEffect::Outside(o) if OutsideEffect::RANDOM.contains(&o))
+                };
+                world.effects.iter().any(own)
+            });
+            random.count()
+        };
+        assert_eq!((drawn(Plan::check(70, 30)), drawn(Plan::training(70, 30))), (0, 0));
+        assert_eq!(drawn(Plan::random(70, 30)), 70);
+        let plan = Plan::random(70, 30);
+        let each = plan.worlds(4).into_iter().filter_map(|world| world.effects.first().copied());
+        let kinds: BTreeSet<PlannedEffect> = each.map(|(effect, _)| effect).collect();
+        assert_eq!(kinds.len(), OutsideEffect::RANDOM.len());
     }
 
     #[test]

@@ -22,7 +22,7 @@ enum Switch {
 impl Switch {
     fn all() -> impl Iterator<Item = Self> {
         let named = Effect::ALL.into_iter().map(Self::Named);
-        named.chain(OutsideEffect::ALL.into_iter().map(Self::Outside))
+        named.chain(OutsideEffect::AUTHORED.into_iter().map(Self::Outside))
     }
 
     fn at(self, amplitude: f64) -> Amplitudes {
