@@ -545,7 +545,7 @@ mod tests {
         assert!(bath > 2.0 * rest && tea > 2.0 * rest, "{bath} {tea} {rest}");
     }
 
-    /// Outcomes with the same odds by an effect have other odds by something unknown, by the factor asked for.
+    /// Odds of something unknown change by the factor asked for, and those of an effect do not.
     #[test]
     fn what_is_outside_is_as_rare_as_asked() {
         let mut table = table(400, 1);
@@ -557,7 +557,8 @@ mod tests {
         let of = |outside_to_nothing: f64| {
             let settings = Training { hidden: 8, epochs: 5, ..Training::working(1) };
             let settings = Training { outside_to_nothing, ..settings };
-            let posterior = train(&table, &effects, &[], &settings, "").expect("trained");
+            let ports = ["egp".to_owned(), "insulin_action".to_owned()];
+            let posterior = train(&table, &effects, &ports, &settings, "").expect("trained");
             let answer = posterior.answer(&table.row(7)).expect("finite");
             (answer.unknown / answer.nothing, answer.effects[0].1 / answer.nothing)
         };
