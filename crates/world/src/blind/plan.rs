@@ -224,9 +224,7 @@ fn needs_a_set(effects: &[(PlannedEffect, f64)]) -> bool {
         matches!(
             effect,
             PlannedEffect::Named(Effect::SetAgeing | Effect::SetFailure)
-                | PlannedEffect::Outside(
-                    OutsideEffect::HardenedSites | OutsideEffect::RandomInput
-                )
+                | PlannedEffect::Outside(OutsideEffect::HardenedSites | OutsideEffect::RandomInput)
         )
     })
 }

@@ -109,9 +109,8 @@ impl Form {
     /// First steps and lengths, h, of all occasions of a life.
     fn of_life(&self, life: &Life, rng: &mut (impl Rng + ?Sized)) -> Vec<(i64, f64)> {
         let calendar = &life.calendar;
-        let after = |step: i64| {
-            (step + (self.late * STEPS_PER_HOUR as f64).round() as i64, self.hours)
-        };
+        let after =
+            |step: i64| (step + (self.late * STEPS_PER_HOUR as f64).round() as i64, self.hours);
         let days = || 0..calendar.days();
         match self.occasion {
             Occasion::Hour => {
