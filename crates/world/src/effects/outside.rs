@@ -257,11 +257,11 @@ pub(super) fn act(course: &mut [Condition], events: &Events, amplitudes: &Amplit
 
 /// Lets the effects act on the offset of the sensor, mg/dL, one value a step.
 pub(super) fn act_on_sensor(offset: &mut [f64], events: &Events, amplitudes: &Amplitudes) {
-    let of_sensor: [(OutsideEffect, fn(f64) -> f64); 2] = [
-        (OutsideEffect::Paracetamol, paracetamol::offset),
-        (OutsideEffect::RandomReading, random::offset),
-    ];
-    for (effect, added) in of_sensor {
+    for effect in [OutsideEffect::Paracetamol, OutsideEffect::RandomReading] {
+        let added = match effect {
+            OutsideEffect::Paracetamol => paracetamol::offset,
+            _ => random::offset,
+        };
         let amplitude = amplitudes.of_outside(effect);
         if amplitude == 0.0 {
             continue;
