@@ -1,8 +1,8 @@
 //! Something that nobody has thought of: at one port, on occasions and in a direction that a world draws.
 //!
 //! An author's idea of an effect teaches a posterior that idea. These have no author: all people of a world share a form
-//! that is drawn. Forms that an effect of the library has are left out, so that such a world does not hold that effect
-//! under another name.
+//! that is drawn. The occasions on which an effect of the library acts at a port are left out there, so that few such
+//! worlds hold that effect under another name. Gut times by the hour come near slow evening meals.
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rand::seq::IndexedRandom as _;
@@ -45,7 +45,7 @@ enum Occasion {
     Spell,
 }
 
-/// The occasions that no effect of the library has at a port.
+/// The occasions at a port that are not those of an effect of the library there.
 fn occasions(port: Port) -> &'static [Occasion] {
     use Occasion::{Hour, Meal, Session, Set, Spell, Waking, Weekend};
     match port {
@@ -60,7 +60,7 @@ fn occasions(port: Port) -> &'static [Occasion] {
         Port::InsulinAbsorption => &[Hour, Waking, Meal, Session, Weekend],
         // Not late in the life of a set (`set_ageing`, `set_failure`).
         Port::InsulinInput => &[Hour, Session, Set, Weekend, Spell],
-        // Neither in the night (`compression_lows`) nor with the sensor's age (`sensor_drift`).
+        // The sensor: neither in the night (`compression_lows`, see `events`) nor by its age (`sensor_drift`).
         _ => &[Waking, Meal, Session, Weekend, Spell],
     }
 }
@@ -89,6 +89,8 @@ impl Form {
         let meals =
             [None, Some(MealKind::Breakfast), Some(MealKind::Lunch), Some(MealKind::Dinner)];
         let meal = *meals.choose(rng).expect("four");
+        // What follows dinner is mostly in the night.
+        let meal = meal.filter(|kind| port != Port::Sensor || *kind != MealKind::Dinner);
         let hours = LENGTHS.0 * (LENGTHS.1 / LENGTHS.0).powf(rng.random());
         Self {
             occasion,
@@ -161,12 +163,18 @@ pub(super) fn events(
     let form = Form::sample(port, of_world);
     let whole = matches!(form.occasion, Occasion::Weekend | Occasion::Set | Occasion::Spell);
     let edge = if whole { 0.0 } else { form.edge };
+    let steps = life.calendar.steps();
+    // Readings that are off for hours of the night would be those of `compression_lows`.
+    let of_the_night = |event: &Event| {
+        port == Port::Sensor && !whole && event.steps(steps).any(|step| life.is_asleep(step))
+    };
     form.of_life(life, rng)
         .into_iter()
         .filter_map(|(from, hours)| {
             let (draw, size) = (rng.random::<f64>(), form.sign * rng.random_range(0.75..1.25));
             (draw < form.share).then_some(Event { from, hours, edge, size })
         })
+        .filter(|event| !of_the_night(event))
         .collect()
 }
 
@@ -197,7 +205,7 @@ mod tests {
     use super::*;
     use crate::behaviour::Habits;
     use crate::calendar::Calendar;
-    use crate::effects::OutsideEffect;
+    use crate::effects::{Events, OutsideEffect};
     use crate::stream::{Concept, stream};
 
     fn life(person: usize) -> Life {
@@ -206,49 +214,70 @@ mod tests {
         Life::sample(&habits, Calendar::new(monday, 28), 3, person)
     }
 
-    fn drawn(port: Port, world: u64, person: usize) -> Vec<Event> {
-        let of_world = &mut stream(world, 0, Concept::Outside);
-        events(port, &life(person), of_world, &mut stream(world, person + 1, Concept::Outside))
-    }
-
     #[test]
     fn people_of_a_world_share_a_form_and_worlds_differ() {
-        let of = |world: u64| {
-            let mut rng = stream(world, 0, Concept::Outside);
-            Form::sample(Port::InsulinAction, &mut rng)
+        // Every event of a world has the direction and, but for weekends, sets and spells, the length of its form.
+        let of = |world: u64, person: usize| {
+            let events = Events::sample(&life(person), world, person);
+            let own = events.of(OutsideEffect::RandomFlux).to_vec();
+            own.first().map(|first| {
+                assert!(own.iter().all(|e| e.size * first.size > 0.0 && e.hours == first.hours));
+                (first.size > 0.0, first.hours.to_bits())
+            })
         };
-        assert_eq!(of(1), of(1));
-        assert!((0..20).any(|world| of(world).occasion != of(1).occasion));
-        // Both people have the sign and the length of the form.
-        for world in 0..40 {
-            let sign = of(world).sign;
-            for person in 0..2 {
-                let own = drawn(Port::InsulinAction, world, person);
-                assert!(own.iter().all(|event| event.size * sign > 0.0), "{world}");
-            }
-        }
+        let forms: Vec<_> = (0..30).map(|world| (of(world, 0), of(world, 1))).collect();
+        assert!(forms.iter().all(|(one, other)| one == other && one.is_some()), "{forms:?}");
+        let up = forms.iter().filter(|(form, _)| form.is_some_and(|form| form.0)).count();
+        assert!((5..=25).contains(&up), "{up} of 30 add glucose");
     }
 
     #[test]
     fn every_port_acts_within_the_record_in_nearly_every_world() {
+        let life = life(0);
+        let steps = life.calendar.steps();
         for effect in OutsideEffect::RANDOM {
-            let acts = |world: u64| {
-                let steps = life(0).calendar.steps();
-                let events = drawn(effect.port(), world, 0);
-                events.iter().any(|event| !event.steps(steps).is_empty() && event.hours > 0.0)
+            let acts = |world: &u64| {
+                let events = Events::sample(&life, *world, 0);
+                events.of(effect).iter().any(|event| event.steps(steps).len() > 12)
             };
             // A person without exercise has no occasion after it.
-            let share = (0..60).filter(|world| acts(*world)).count();
+            let share = (0..60).filter(acts).count();
             assert!(share >= 48, "{}: {share} of 60", effect.name());
         }
     }
 
     #[test]
-    fn occasions_of_the_library_are_left_out() {
-        assert!(!occasions(Port::InsulinAction).contains(&Occasion::Hour));
-        assert!(!occasions(Port::Egp).contains(&Occasion::Waking));
-        assert!(!occasions(Port::GlucoseFlux).contains(&Occasion::Session));
-        assert!(!occasions(Port::InsulinAbsorption).contains(&Occasion::Spell));
-        assert!(!occasions(Port::Sensor).contains(&Occasion::Hour));
+    fn readings_are_not_off_for_hours_of_the_night() {
+        let life = life(0);
+        let steps = life.calendar.steps();
+        let mut hours_of_nights = 0;
+        for world in 0..60 {
+            let events = Events::sample(&life, world, 0);
+            let asleep = |event: &Event| event.steps(steps).any(|step| life.is_asleep(step));
+            let (long, short): (Vec<&Event>, Vec<&Event>) =
+                events.of(OutsideEffect::RandomReading).iter().partition(|e| e.hours >= 24.0);
+            assert!(!short.into_iter().any(asleep), "world {world}");
+            hours_of_nights += long.into_iter().filter(|event| asleep(event)).count();
+        }
+        assert!(hours_of_nights > 0, "spells of days hold their nights");
+    }
+
+    /// None begins by the clock where an effect of the library does: the first of a day would be at the same hour.
+    #[test]
+    fn action_production_and_readings_do_not_follow_the_clock() {
+        let life = life(0);
+        for effect in [
+            OutsideEffect::RandomAction,
+            OutsideEffect::RandomProduction,
+            OutsideEffect::RandomReading,
+        ] {
+            for world in 0..60 {
+                let events = Events::sample(&life, world, 0);
+                let own = events.of(effect).iter().filter(|event| event.hours < 12.0);
+                let hours: std::collections::BTreeSet<i64> =
+                    own.clone().map(|event| event.from.rem_euclid(STEPS_PER_DAY as i64)).collect();
+                assert!(own.count() < 3 || hours.len() > 1, "{} in world {world}", effect.name());
+            }
+        }
     }
 }
