@@ -135,7 +135,7 @@ fn unknown(at: &str) -> Answer {
 }
 
 fn candidate(effect: &str, gain_nats: f64, probability: f64) -> CandidateEffect {
-    CandidateEffect { effect: effect.to_owned(), gain_nats, probability }
+    CandidateEffect { effect: effect.to_owned(), gain_nats, probability, not_named: None }
 }
 
 fn port(port: &str, gain_nats: f64) -> PortEvidence {

@@ -203,6 +203,7 @@ mod tests {
                 effect: (*effect).to_owned(),
                 gain_nats: *gain_nats,
                 probability: 0.5,
+                not_named: None,
             })
             .collect();
         let lost = planting == "sleep_struck";

@@ -121,6 +121,7 @@ mod tests {
             effect: "none".to_owned(),
             gain_nats: 0.0,
             probability: 0.8,
+            not_named: None,
         });
         let of_null = stated(&world("a", Kind::Null, &[], none.clone()));
         assert!(of_null[0].came_true && of_null[0].probability == 0.8);

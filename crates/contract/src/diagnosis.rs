@@ -93,7 +93,7 @@ pub enum Verdict {
     None,
     /// At least one effect is named: found or suspected, see `effects`.
     Effect,
-    /// Something is missing, and nothing that was tried is probable enough to be named.
+    /// Something is missing, and nothing that was tried can be named.
     Unknown,
 }
 

@@ -22,7 +22,7 @@ use crate::free_run_statistics::free_run_statistics;
 use crate::hourly::hourly_gap;
 use crate::how_far::{HowFarRule, NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
-use crate::one_person::on_one;
+use crate::one_person::others;
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
 };
@@ -157,8 +157,14 @@ impl<'a> Diagnoser<'a> {
                 (gaps, hourly, baseline(&included, rule, localisation, seed))
             },
             || {
-                let free_runs = free_run_statistics(included.iter().map(|(_, a)| *a), &config);
-                which(&inputs, library, posterior, &config.calibration, free_runs)
+                let analyses: Vec<&PersonAnalysis> = included.iter().map(|(_, own)| *own).collect();
+                let free_runs = |without: Option<usize>| match without {
+                    Some(person) => {
+                        free_run_statistics(others(&analyses, person).copied(), &config)
+                    }
+                    None => free_run_statistics(analyses.iter().copied(), &config),
+                };
+                which(&inputs, library, posterior, &config.calibration, &free_runs)
             },
         );
         let (baseline, which) = (baseline?, which?);
@@ -174,13 +180,8 @@ impl<'a> Diagnoser<'a> {
         };
         let how_far = held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR))?;
         let mut effects = answer.effects;
-        let analyses: Vec<&PersonAnalysis> = included.iter().map(|(_, own)| *own).collect();
-        let resting = on_one(&which, &inputs, &analyses, library, posterior, &config)?;
         for found in &mut effects {
-            let carried = resting.iter().find(|one| one.effect.name() == found.effect);
-            let carried = carried.map(|one| (ids[one.person], one.without));
-            let is_ode = plants.name() == Ode.name();
-            found.questioned = doubts(found, &how_far, carried, is_ode);
+            found.questioned = doubts(found, &how_far, plants.name() == Ode.name());
         }
         Ok(Diagnosis {
             schema: <Diagnosis as contract::Document>::SCHEMA.to_owned(),

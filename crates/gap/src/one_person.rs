@@ -1,19 +1,19 @@
-//! Whether a name rests on one person.
+//! Whether a name would rest on one person: then it is not given.
+
+use std::collections::BTreeMap;
 
 use effects::{Effect, EffectId};
 use posterior::Posterior;
 
 use crate::calibrated_person::CalibratedPerson;
-use crate::config::DiagnosisConfig;
 use crate::error::GapError;
-use crate::free_run_statistics::free_run_statistics;
-use crate::person::PersonAnalysis;
-use crate::which::{Named, Which, believed, first_round};
+use crate::filter::calibration::CalibrationRule;
+use crate::which::{Belief, believed, first_round};
 
 /// People beyond whom none of them can carry a name.
 const MOST_PEOPLE: usize = 20;
 
-/// A name that rests on one person.
+/// A name that would rest on one person.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OnOne {
     pub(crate) effect: EffectId,
@@ -23,55 +23,67 @@ pub(crate) struct OnOne {
     pub(crate) without: f64,
 }
 
-/// The names of which more than half of the log odds, over those before any data, is the person's who shows most.
-///
-/// The posterior is asked again without that person; people are not analysed again.
-///
-/// # Errors
-/// As [`first_round`].
-pub(crate) fn on_one(
-    found: &Which,
-    inputs: &[CalibratedPerson<'_>],
-    analyses: &[&PersonAnalysis],
-    library: &[Box<dyn Effect>],
-    posterior: &Posterior,
-    config: &DiagnosisConfig,
-) -> Result<Vec<OnOne>, GapError> {
-    let belief = &found.belief;
-    if !(2..=MOST_PEOPLE).contains(&inputs.len()) {
-        return Ok(Vec::new());
-    }
-    let before = (1.0 - posterior.card().nothing) / posterior.effects().len() as f64;
-    let mut beliefs_without: Vec<(usize, crate::which::Belief)> = Vec::new();
-    let mut resting = Vec::new();
-    let known = |named: &&Named| posterior.effects().iter().any(|e| e == named.effect.name());
-    for named in found.named.iter().filter(known) {
-        let person = who_shows_most(named);
-        if beliefs_without.iter().all(|(known, _)| *known != person) {
-            let people: Vec<CalibratedPerson<'_>> = others(inputs, person).copied().collect();
-            let free_runs = free_run_statistics(others(analyses, person).copied(), config);
-            let rest = first_round(&people, library, &config.calibration, free_runs)?.statistics;
-            beliefs_without.push((person, believed(posterior, &rest)?));
-        }
-        let Some((_, rest)) = beliefs_without.iter().find(|(known, _)| *known == person) else {
-            continue;
-        };
-        let (with, without) = (belief.of_known(named.effect), rest.of_known(named.effect));
-        if is_carried(with, without, before) {
-            resting.push(OnOne { effect: named.effect, person, without });
-        }
-    }
-    Ok(resting)
+/// What a posterior read, to be read again without one person.
+pub(crate) struct ReadAgain<'a> {
+    pub(crate) people: &'a [CalibratedPerson<'a>],
+    pub(crate) library: &'a [Box<dyn Effect>],
+    pub(crate) posterior: &'a Posterior,
+    pub(crate) calibration: &'a CalibrationRule,
+    /// What is read of free runs: of all people, or without the one of this index.
+    pub(crate) free_runs: &'a dyn Fn(Option<usize>) -> BTreeMap<String, f64>,
 }
 
-fn others<T>(of: &[T], person: usize) -> impl Iterator<Item = &T> + Clone {
+impl ReadAgain<'_> {
+    /// Those of these effects of which more than half of the log odds, over those before any data, is the person's who shows
+    /// most. `gains` has the effects with each person's evidence.
+    ///
+    /// The posterior is asked again without that person; people are not analysed again.
+    ///
+    /// # Errors
+    /// As [`first_round`].
+    pub(crate) fn on_one(
+        &self,
+        belief: &Belief,
+        gains: &[(EffectId, &[f64])],
+    ) -> Result<Vec<OnOne>, GapError> {
+        if !(2..=MOST_PEOPLE).contains(&self.people.len()) {
+            return Ok(Vec::new());
+        }
+        let known = self.posterior.effects().len() as f64;
+        let before = (1.0 - self.posterior.card().nothing) / known;
+        let mut without_person: BTreeMap<usize, Belief> = BTreeMap::new();
+        let mut resting = Vec::new();
+        for (effect, gains) in gains {
+            let person = who_shows_most(gains);
+            if !without_person.contains_key(&person) {
+                without_person.insert(person, self.without(person)?);
+            }
+            let (with, without) =
+                (belief.of_known(*effect), without_person[&person].of_known(*effect));
+            if is_carried(with, without, before) {
+                resting.push(OnOne { effect: *effect, person, without });
+            }
+        }
+        Ok(resting)
+    }
+
+    /// What the posterior says without a person.
+    fn without(&self, person: usize) -> Result<Belief, GapError> {
+        let others: Vec<CalibratedPerson<'_>> = others(self.people, person).copied().collect();
+        let free_runs = (self.free_runs)(Some(person));
+        let rest = first_round(&others, self.library, self.calibration, free_runs)?;
+        believed(self.posterior, &rest.statistics)
+    }
+}
+
+/// All but one.
+pub(crate) fn others<T>(of: &[T], person: usize) -> impl Iterator<Item = &T> + Clone {
     of.iter().enumerate().filter(move |(index, _)| *index != person).map(|(_, own)| own)
 }
 
 /// The person with the largest evidence.
-fn who_shows_most(named: &Named) -> usize {
-    let people = 0..named.gains.len();
-    people.max_by(|a, b| named.gains[*a].total_cmp(&named.gains[*b])).unwrap_or(0)
+fn who_shows_most(gains: &[f64]) -> usize {
+    (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b])).unwrap_or(0)
 }
 
 /// Whether more than half of the log odds over those before any data goes with the person.

@@ -9,22 +9,11 @@ const OTHER_PLANT: &str = "Its probability was learned on what the ODE lacks, an
                            of the repository, 5 of 40 made cohorts in which nothing was missing got a name.";
 
 /// Reasons, in sentences, why a name is to be doubted; empty where its size and the errors on held-out days agree with it.
-/// `carried` is the person on whom it rests, and the probability without her; `is_ode` is whether the plant is the ODE.
-pub(crate) fn doubts(
-    found: &FoundEffect,
-    how_far: &HowFar,
-    carried: Option<(&str, f64)>,
-    is_ode: bool,
-) -> Vec<String> {
+/// `is_ode` is whether the plant is the ODE.
+pub(crate) fn doubts(found: &FoundEffect, how_far: &HowFar, is_ode: bool) -> Vec<String> {
     let mut doubts = Vec::new();
     if !is_ode {
         doubts.push(OTHER_PLANT.to_owned());
-    }
-    if let Some((person, without)) = carried {
-        doubts.push(format!(
-            "It rests on one person: without {person} its probability is {:.0} %.",
-            100.0 * without
-        ));
     }
     if found.amplitude.lower <= 0.0 {
         doubts.push("Its size may be 0.".to_owned());
@@ -76,17 +65,10 @@ mod tests {
             horizons: vec![change(60, uppers[0]), change(300, uppers[1])],
             ..HowFar::default()
         };
-        assert!(doubts(&found(0.4), &horizons([0.3, -0.1]), None, true).is_empty());
-        assert_eq!(doubts(&found(0.4), &horizons([0.3, 0.1]), None, true).len(), 1);
-        assert_eq!(
-            doubts(&found(-0.1), &horizons([-0.3, 0.1]), None, true),
-            ["Its size may be 0."]
-        );
-        assert_eq!(doubts(&found(0.0), &HowFar::default(), None, true).len(), 2);
-        assert_eq!(
-            doubts(&found(0.4), &horizons([0.3, -0.1]), Some(("p1", 0.123)), true),
-            ["It rests on one person: without p1 its probability is 12 %."]
-        );
-        assert_eq!(doubts(&found(0.4), &horizons([0.3, -0.1]), None, false), [OTHER_PLANT]);
+        assert!(doubts(&found(0.4), &horizons([0.3, -0.1]), true).is_empty());
+        assert_eq!(doubts(&found(0.4), &horizons([0.3, 0.1]), true).len(), 1);
+        assert_eq!(doubts(&found(-0.1), &horizons([-0.3, 0.1]), true), ["Its size may be 0."]);
+        assert_eq!(doubts(&found(0.0), &HowFar::default(), true).len(), 2);
+        assert_eq!(doubts(&found(0.4), &horizons([0.3, -0.1]), false), [OTHER_PLANT]);
     }
 }

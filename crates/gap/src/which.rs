@@ -42,6 +42,7 @@ use crate::calibrated_person::CalibratedPerson;
 use crate::cohort_statistics::{evidence_of_people, statistics};
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
+use crate::one_person::{OnOne, ReadAgain};
 use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
@@ -71,6 +72,8 @@ pub struct FirstRound {
 pub struct Which {
     /// The effects named, in the order of conditioning.
     pub named: Vec<Named>,
+    /// Those that are probable enough to be named and rest on one person.
+    pub(crate) withheld: Vec<OnOne>,
     /// What the first round showed.
     pub first: FirstRound,
     /// What the posterior says of it.
@@ -95,11 +98,12 @@ pub struct Belief {
 impl Belief {
     /// The most probable of the effects that may be named next: those that the posterior knows, and the user's own by
     /// their odds beside the library. The user's own come first.
-    fn next<'a>(&self, candidates: &'a [Candidate]) -> Option<&'a Candidate> {
+    fn next<'a>(&self, candidates: &'a [Candidate], withheld: &[OnOne]) -> Option<&'a Candidate> {
         let best = |own: bool| {
             let open = candidates.iter().filter(|c| c.own.is_some() == own);
             let probable = open.filter(|c| self.of(c) >= NAMED_FROM && (own || self.alarms()));
-            probable.max_by(|a, b| self.of(a).total_cmp(&self.of(b)))
+            let shared = probable.filter(|c| withheld.iter().all(|one| one.effect != c.effect));
+            shared.max_by(|a, b| self.of(a).total_cmp(&self.of(b)))
         };
         best(true).or_else(|| best(false))
     }
@@ -187,7 +191,8 @@ pub fn first_round(
 /// Names the effects that are missing, by the probabilities of a posterior.
 ///
 /// An effect of the caller's own comes first where it is probable beside those of the library. `calibration` says which
-/// innovations are scored when a filter is run again, and `free_runs` is what the posterior reads of free runs.
+/// innovations are scored when a filter is run again, and `free_runs` gives what the posterior reads of free runs: those of
+/// all people, or of all but the one of an index.
 ///
 /// # Errors
 /// As [`design`](crate::design::design), and [`GapError::Posterior`].
@@ -196,7 +201,7 @@ pub fn which(
     library: &[Box<dyn Effect>],
     posterior: &Posterior,
     calibration: &CalibrationRule,
-    free_runs: BTreeMap<String, f64>,
+    free_runs: &dyn Fn(Option<usize>) -> BTreeMap<String, f64>,
 ) -> Result<Which, GapError> {
     let tried = Tried::of(library);
     let mut round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
@@ -205,10 +210,20 @@ pub fn which(
     let weighed =
         |scores: &[Score]| own_effects::beside_the_library(scores, known, |id| tried.is_guard(id));
     let mut candidates = weighed(&scores);
-    let first = FirstRound::of(people, &tried, &round, &scores, candidates.clone(), free_runs);
+    let first =
+        FirstRound::of(people, &tried, &round, &scores, candidates.clone(), free_runs(None));
     let belief = believed(posterior, &first.statistics)?;
+    let probable: Vec<(EffectId, &[f64])> = scores
+        .iter()
+        .filter(|score| belief.alarms() && belief.of_known(score.effect) >= NAMED_FROM)
+        .map(|score| (score.effect, score.gains()))
+        .collect();
+    let withheld = ReadAgain { people, library, posterior, calibration, free_runs }
+        .on_one(&belief, &probable)?;
     let mut named: Vec<Named> = Vec::new();
-    while let Some(best) = belief.next(&candidates).filter(|_| named.len() < MOST_EFFECTS) {
+    while let Some(best) =
+        belief.next(&candidates, &withheld).filter(|_| named.len() < MOST_EFFECTS)
+    {
         let score = scores
             .iter()
             .find(|score| score.effect == best.effect)
@@ -225,7 +240,7 @@ pub fn which(
         candidates = weighed(&scores);
     }
     let ports = ports::gains(&round.estimated);
-    Ok(Which { named, first, belief, ports })
+    Ok(Which { named, withheld, first, belief, ports })
 }
 
 impl FirstRound {
@@ -268,4 +283,35 @@ pub(crate) fn believed(
 ) -> Result<Belief, GapError> {
     let answer = posterior.answer(statistics).map_err(|e| GapError::Posterior(e.to_string()))?;
     Ok(Belief { answer })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_rests_on_one_person_is_passed_over() {
+        let of = |effect: EffectId, p: f64| (effect.name().to_owned(), p);
+        let answer = posterior::Answer {
+            nothing: 0.05,
+            unknown: 0.1,
+            effects: vec![of(EffectId::EXERCISE, 0.8), of(EffectId::DAWN, 0.6)],
+            sets: Vec::new(),
+            ports: Vec::new(),
+            gaps: BTreeMap::new(),
+        };
+        let belief = Belief { answer };
+        let candidates = [EffectId::EXERCISE, EffectId::DAWN].map(|effect| Candidate {
+            effect,
+            gain: 9.0,
+            own: None,
+        });
+        let named = |withheld: &[OnOne]| {
+            belief.next(&candidates, withheld).map(|candidate| candidate.effect)
+        };
+        let one = |effect| OnOne { effect, person: 0, without: 0.1 };
+        assert_eq!(named(&[]), Some(EffectId::EXERCISE));
+        assert_eq!(named(&[one(EffectId::EXERCISE)]), Some(EffectId::DAWN));
+        assert_eq!(named(&[one(EffectId::EXERCISE), one(EffectId::DAWN)]), None);
+    }
 }

@@ -132,6 +132,7 @@ mod tests {
             effect: effect.to_owned(),
             gain_nats: 2.0,
             probability,
+            not_named: None,
         };
         let people = ["a", "b"].map(|id| PersonAmplitude {
             person_id: id.to_owned(),

@@ -81,6 +81,9 @@ pub struct CandidateEffect {
     pub gain_nats: f64,
     /// The probability that it acts, with others or alone.
     pub probability: f64,
+    /// Why it has no name although it is probable enough; absent where there is nothing to say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_named: Option<String>,
 }
 
 impl FoundEffect {

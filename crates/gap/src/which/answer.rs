@@ -66,11 +66,17 @@ impl Which {
                 effect: candidate.effect.name().to_owned(),
                 gain_nats: candidate.gain,
                 probability: odds.of_effect(candidate.effect),
+                not_named: self.why_not(candidate.effect, people),
             })
             .collect();
         for (effect, probability) in [(NONE, odds.none), (UNKNOWN, odds.unknown)] {
             let effect = effect.to_owned();
-            candidates.push(CandidateEffect { effect, gain_nats: 0.0, probability });
+            candidates.push(CandidateEffect {
+                effect,
+                gain_nats: 0.0,
+                probability,
+                not_named: None,
+            });
         }
         candidates.sort_by(|a, b| {
             b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
@@ -92,6 +98,13 @@ impl Which {
             })
             .collect();
         Answer { verdict, effects, candidates, ports: self.by_port(), untried }
+    }
+
+    /// Why an effect has no name although it is probable enough.
+    fn why_not(&self, effect: EffectId, people: &[&str]) -> Option<String> {
+        let one = self.withheld.iter().find(|one| one.effect == effect)?;
+        let (person, without) = (people[one.person], 100.0 * one.without);
+        Some(format!("It rests on one person: without {person} its probability is {without:.0} %."))
     }
 
     /// Effects that the data cannot tell from a named one.

@@ -35,7 +35,7 @@ fn every_verdict_has_its_words() {
         (
             "unknown",
             &[("/ports", places(json!([])))],
-            "something is missing (probability 97\u{a0}%) and no effect is probable enough to be named",
+            "something is missing (probability 97\u{a0}%) and no effect can be named",
         ),
         (
             "unknown",
@@ -55,7 +55,7 @@ fn every_verdict_has_its_words() {
         (
             "unknown",
             &[("/posterior", said(0.93, 0.5))],
-            "something is missing (probability 93\u{a0}%) and no effect is probable enough to be named (most \
+            "something is missing (probability 93\u{a0}%) and no effect can be named (most \
              probable: something that the library does not hold, 93\u{a0}%; an effect is named from 50\u{a0}% on).",
         ),
         ("none", &[("/posterior", said(0.12, 0.5))], "<dd class=\"answer\">88\u{a0}%</dd>"),
@@ -371,4 +371,21 @@ fn what_is_not_known_stands_under_the_answer() {
     }
     let html = diagnosis_page("none", &[("/untried", json!([]))]);
     assert!(verdict_of(&html).contains("<strong>Not known.</strong> An effect that is small"));
+}
+
+#[test]
+fn what_rests_on_one_person_is_told_and_not_named() {
+    let why = "It rests on one person: without P-02 its probability is 12 %.";
+    let candidates = json!([{"effect": "exercise", "gain_nats": 12.4, "probability": 0.76, "not_named": why},
+        {"effect": "alcohol", "gain_nats": 2.0, "probability": 0.08},
+        {"effect": "unknown", "gain_nats": 0.0, "probability": 0.2}]);
+    let html = diagnosis_page("unknown", &[("/candidates", candidates)]);
+    for words in [
+        "no effect can be named (most probable: glucose uptake during exercise, 76\u{a0}%; it rests on one person: without P-02 its \
+         probability is 12 %)",
+        "Probable enough, and not named all the same: glucose uptake during exercise (76\u{a0}%; it rests on one person",
+        "Whether alcohol (8\u{a0}%) acts: neither named",
+    ] {
+        assert!(verdict_of(&html).contains(words), "{words}: {}", verdict_of(&html));
+    }
 }

@@ -1,5 +1,6 @@
 //! What is not known after a diagnosis.
 
+use super::sentence::inside_a_sentence;
 use crate::number::percent;
 use crate::section::words::{effect, list};
 use contract::Diagnosis;
@@ -14,11 +15,24 @@ const NO_EFFECT: [&str; 2] = ["none", "unknown"];
 
 /// What the diagnosis leaves open, in one paragraph.
 pub(super) fn open(diagnosis: &Diagnosis) -> String {
-    let parts: Vec<String> = [perhaps(diagnosis), untried(diagnosis), Some(never(diagnosis))]
-        .into_iter()
-        .flatten()
+    let parts =
+        [withheld(diagnosis), perhaps(diagnosis), untried(diagnosis), Some(never(diagnosis))];
+    parts.into_iter().flatten().collect::<Vec<String>>().join(" ")
+}
+
+/// Effects that are probable enough to be named, and why they are not.
+fn withheld(diagnosis: &Diagnosis) -> Option<String> {
+    let words: Vec<String> = diagnosis
+        .candidates
+        .iter()
+        .filter_map(|candidate| {
+            let (name, why) = (effect(&candidate.effect), candidate.not_named.as_deref()?);
+            let why = inside_a_sentence(why);
+            Some(format!("{name} ({}; {why})", percent(candidate.probability)))
+        })
         .collect();
-    parts.join(" ")
+    (!words.is_empty())
+        .then(|| format!("Probable enough, and not named all the same: {}.", list(&words)))
 }
 
 /// Effects that are neither named nor improbable.
@@ -28,7 +42,8 @@ fn perhaps(diagnosis: &Diagnosis) -> Option<String> {
         .iter()
         .filter(|candidate| {
             let named = diagnosis.effects.iter().any(|found| found.effect == candidate.effect);
-            candidate.probability >= TOLD_FROM && !named && !NO_EFFECT.contains(&&*candidate.effect)
+            let told = named || candidate.not_named.is_some();
+            candidate.probability >= TOLD_FROM && !told && !NO_EFFECT.contains(&&*candidate.effect)
         })
         .collect();
     open.sort_by(|a, b| b.probability.total_cmp(&a.probability));

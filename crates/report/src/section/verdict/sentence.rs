@@ -85,7 +85,7 @@ pub(crate) fn why_suspected(found: &FoundEffect) -> Option<String> {
 }
 
 /// A sentence as a part of another.
-fn inside_a_sentence(sentence: &str) -> String {
+pub(super) fn inside_a_sentence(sentence: &str) -> String {
     let mut letters = sentence.trim_end_matches('.').chars();
     let first = letters.next().map(|first| first.to_lowercase().to_string());
     first.unwrap_or_default() + letters.as_str()
@@ -101,7 +101,7 @@ fn shrinks(diagnosis: &Diagnosis, change: &Change<'_>) -> String {
 fn unknown(diagnosis: &Diagnosis) -> String {
     let said = &diagnosis.posterior;
     format!(
-        "something is missing (probability {}) and no effect is probable enough to be named{}",
+        "something is missing (probability {}) and no effect can be named{}",
         percent(said.something),
         most_probable(diagnosis, said)
     )
@@ -116,8 +116,11 @@ fn most_probable(diagnosis: &Diagnosis, said: &PosteriorSaid) -> String {
             "unknown" => "something that the library does not hold".to_owned(),
             name => effect(name),
         };
-        let (p, from) = (percent(best.probability), percent(said.names_from));
-        format!(" (most probable: {name}, {p}; an effect is named from {from} on)")
+        let why = best.not_named.as_deref().map_or_else(
+            || format!("an effect is named from {} on", percent(said.names_from)),
+            inside_a_sentence,
+        );
+        format!(" (most probable: {name}, {}; {why})", percent(best.probability))
     })
 }
 
