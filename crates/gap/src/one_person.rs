@@ -1,6 +1,7 @@
 //! Whether a name would rest on one person: then it is not given.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use effects::{Effect, EffectId};
 use posterior::Posterior;
@@ -55,11 +56,11 @@ impl ReadAgain<'_> {
         let mut resting = Vec::new();
         for (effect, gains) in gains {
             let person = who_shows_most(gains);
-            if !without_person.contains_key(&person) {
-                without_person.insert(person, self.without(person)?);
-            }
-            let (with, without) =
-                (belief.of_known(*effect), without_person[&person].of_known(*effect));
+            let rest = match without_person.entry(person) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(open) => open.insert(self.without(person)?),
+            };
+            let (with, without) = (belief.of_known(*effect), rest.of_known(*effect));
             if is_carried(with, without, before) {
                 resting.push(OnOne { effect: *effect, person, without });
             }
