@@ -70,10 +70,10 @@ impl ReadAgain<'_> {
 
     /// What the posterior says without a person.
     fn without(&self, person: usize) -> Result<Belief, GapError> {
-        let others: Vec<CalibratedPerson<'_>> = others(self.people, person).copied().collect();
-        let free_runs = (self.free_runs)(Some(person));
-        let rest = first_round(&others, self.library, self.calibration, free_runs)?;
-        believed(self.posterior, &rest.statistics)
+        let Self { people, library, posterior, calibration, free_runs } = self;
+        let others: Vec<CalibratedPerson<'_>> = others(people, person).copied().collect();
+        let rest = first_round(&others, library, calibration, free_runs(Some(person)))?;
+        believed(posterior, &rest.statistics)
     }
 }
 

@@ -94,6 +94,7 @@ mod tests {
             format!("names {} effects that move", of(record.named_from_5)),
             format!("another effect in {} cohorts", of(record.another_named)),
             format!("newly names {} effects", of(record.planted_named)),
+            format!("and another in {} changed records", of(record.planted_another)),
         ] {
             assert!(readme.contains(&said), "the README does not say `{said}`");
         }

@@ -381,9 +381,10 @@ fn what_rests_on_one_person_is_told_and_not_named() {
         {"effect": "unknown", "gain_nats": 0.0, "probability": 0.2}]);
     let html = diagnosis_page("unknown", &[("/candidates", candidates)]);
     for words in [
-        "no effect can be named (most probable: glucose uptake during exercise, 76\u{a0}%; it rests on one person: without P-02 its \
-         probability is 12 %)",
-        "Probable enough, and not named all the same: glucose uptake during exercise (76\u{a0}%; it rests on one person",
+        "no effect can be named (most probable: glucose uptake during exercise, 76\u{a0}%; it rests on \
+         one person: without P-02 its probability is 12 %)",
+        "Probable enough, and not named all the same: glucose uptake during exercise (76\u{a0}%; it rests \
+         on one person",
         "Whether alcohol (8\u{a0}%) acts: neither named",
     ] {
         assert!(verdict_of(&html).contains(words), "{words}: {}", verdict_of(&html));

@@ -262,7 +262,7 @@ mod tests {
         assert!(hours_of_nights > 0, "spells of days hold their nights");
     }
 
-    /// None begins by the clock where an effect of the library does: the first of a day would be at the same hour.
+    /// Events by the clock would all begin at the same hour.
     #[test]
     fn action_production_and_readings_do_not_follow_the_clock() {
         let life = life(0);
