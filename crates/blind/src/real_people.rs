@@ -20,7 +20,7 @@ use crate::error::BlindError;
 /// Nats by which evidence must rise to count as risen: odds of 20 to 1.
 pub const RISEN_NATS: f64 = 3.0;
 
-/// Nats that undoing a change exactly must gain for the change to count as visible in the record.
+/// Nats that are expected of a reader who does not know where it happened for a change to count as visible in the record.
 pub const TELLABLE_NATS: f64 = 6.0;
 
 /// Counts the people of a diagnosis by their calibration.
@@ -53,6 +53,8 @@ pub struct AnsweredCohort {
     /// What undoing the change exactly would gain in likelihood, nats; `None` where the readings
     /// were changed.
     pub undone_nats: Option<f64>,
+    /// The evidence that is expected of a reader who knows everything but where it happened, nats.
+    pub at_best_nats: Option<f64>,
 }
 
 fn evidence_pair(effect: &str, before: &Answer, after: &Answer) -> EvidencePair {
@@ -81,7 +83,7 @@ fn gone(pair: &EvidencePair) -> bool {
 }
 
 fn planted_row(cohort: &AnsweredCohort, before: &Answer) -> PlantedRow {
-    let AnsweredCohort { label, answer, calibrated, undone_nats } = cohort;
+    let AnsweredCohort { label, answer, calibrated, undone_nats, at_best_nats } = cohort;
     let (old, new) = (names(before), names(answer));
     let planted = label.effect.as_deref();
     let asked = planted.into_iter().chain(label.evidence_lost.iter().map(String::as_str));
@@ -106,6 +108,7 @@ fn planted_row(cohort: &AnsweredCohort, before: &Answer) -> PlantedRow {
         evidence,
         calibrated: *calibrated,
         undone_nats: *undone_nats,
+        at_best_nats: *at_best_nats,
         seconds: answer.seconds,
         label: label.clone(),
     }
@@ -125,8 +128,8 @@ fn planted_totals(what: &str, rows: &[&PlantedRow]) -> Result<PlantedTotals, Bli
         named_or_in_set: among(rows(), |row| row.named_or_in_set)?,
         risen: among(rows(), |row| row.risen)?,
         strangers: among(rows(), |row| !row.strangers.is_empty())?,
-        tellable: among(rows().filter(|row| row.undone_nats.is_some()), |row| {
-            row.undone_nats.is_some_and(|nats| nats >= TELLABLE_NATS)
+        tellable: among(rows().filter(|row| row.at_best_nats.is_some()), |row| {
+            row.at_best_nats.is_some_and(|nats| nats >= TELLABLE_NATS)
         })?,
     })
 }
@@ -221,6 +224,7 @@ mod tests {
             answer: Answer { candidates, ..answer(named) },
             calibrated: CalibratedPeople { people: 4, at_bound: 1, ill: 1, ..Default::default() },
             undone_nats: None,
+            at_best_nats: None,
         }
     }
 

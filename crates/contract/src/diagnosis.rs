@@ -104,7 +104,7 @@ pub enum Verdict {
 pub struct PosteriorSaid {
     /// Probability that something is missing.
     pub something: f64,
-    /// The most probable sets of one or two effects.
+    /// The most probable sets of effects.
     pub sets: Vec<ProbableSet>,
     /// Probability that something is missing from which on the verdict is not `none`.
     pub speaks_from: f64,
@@ -119,7 +119,7 @@ pub struct PosteriorSaid {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ProbableSet {
-    /// One or two effects.
+    /// Effects, one or more.
     pub effects: Vec<String>,
     /// Probability that these and no others act.
     pub probability: f64,

@@ -236,7 +236,6 @@ fn said(belief: &Belief, posterior: &Posterior) -> PosteriorSaid {
         sets: answer
             .sets
             .iter()
-            .take(SETS)
             .map(|(effects, probability)| ProbableSet {
                 effects: effects.clone(),
                 probability: *probability,
@@ -298,8 +297,6 @@ fn commonest(variants: &[usize]) -> usize {
     variants.iter().copied().max_by_key(|v| (count(*v), usize::MAX - v)).unwrap_or(0)
 }
 
-/// Sets of effects whose probabilities are written.
-const SETS: usize = 5;
 /// Streams of the two families and of the baseline, so that none reuses another's draws.
 const COHORT_FAMILY: u64 = 1;
 const PERSON_FAMILY: u64 = 2;

@@ -67,9 +67,54 @@ fn of_innovations(innovations: &[f64]) -> f64 {
     -0.5 * n * variance.ln() - 0.5 * (FREEDOM + 1.0) * tails
 }
 
+/// Largest distance of a log likelihood ratio from its mean, in standard deviations, and steps over it.
+const WIDEST: f64 = 8.0;
+const STEPS: u32 = 400;
+
+/// The evidence that is expected of what happened `count` times and could have at `places`, where undoing it exactly gains
+/// `gain` nats: of a reader who knows how it looks, how often it happens and where it could have, but not where it
+/// did. Never more than the gain.
+///
+/// Each happening gains as much as the others, and what a place says of one is Gaussian: with a gain of g each, the log
+/// likelihood ratio has mean g where it happened, -g where it did not, and variance 2 g.
+#[must_use]
+pub fn without_knowing_where(count: usize, places: usize, gain: f64) -> f64 {
+    if count == 0 || count >= places || gain <= 0.0 {
+        return gain;
+    }
+    let share = count as f64 / places as f64;
+    let each = gain / count as f64;
+    let spread = (2.0 * each).sqrt();
+    let of = |log_ratio: f64| (share * log_ratio.exp_m1()).ln_1p();
+    let mean = |centre: f64| {
+        let mut sums = (0.0, 0.0);
+        for step in 0..=STEPS {
+            let z = WIDEST * (2.0 * f64::from(step) / f64::from(STEPS) - 1.0);
+            let weight = (-0.5 * z * z).exp();
+            sums = (sums.0 + weight * of(centre + spread * z), sums.1 + weight);
+        }
+        sums.0 / sums.1
+    };
+    let found = places as f64 * (share * mean(each) + (1.0 - share) * mean(-each));
+    found.min(gain)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn not_knowing_where_costs_little_of_few_large_changes_and_most_of_many_small_ones() {
+        // Ten of 20 nats each among 100: what is lost is about what it costs to say which.
+        let large = without_knowing_where(10, 100, 200.0);
+        let entropy = -(10.0 * 0.1_f64.ln() + 90.0 * 0.9_f64.ln());
+        assert!((large - (200.0 - entropy)).abs() < 3.0, "{large}");
+        // A hundred of a third of a nat among a thousand.
+        let small = without_knowing_where(100, 1000, 33.0);
+        assert!((0.0..6.0).contains(&small), "{small}");
+        assert_eq!(without_knowing_where(5, 5, 7.0), 7.0);
+        assert_eq!(without_knowing_where(5, 50, -7.0), -7.0);
+    }
 
     #[test]
     fn wider_innovations_are_less_likely_and_one_far_off_costs_little() {

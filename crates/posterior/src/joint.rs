@@ -55,17 +55,6 @@ impl Joint {
         self.each[self.effects..].iter().sum()
     }
 
-    /// Every set of one or two effects with its probability, under the odds and the number that this was made of.
-    pub(crate) fn sets(&self, odds: &[f64], pair: f64) -> Vec<(Vec<usize>, f64)> {
-        let one = |index: usize| (vec![index], self.nothing * weight(odds[index]));
-        let two = |one: usize, other: usize| {
-            let both = weight(odds[one]) * weight(odds[other]) * weight(pair);
-            (vec![one, other], self.nothing * both)
-        };
-        let pairs = (0..self.effects).flat_map(|i| (i + 1..self.effects).map(move |j| two(i, j)));
-        (0..self.effects).map(one).chain(pairs).collect()
-    }
-
     /// Slopes of minus the log probability that these are missing and nothing else: by the odds, and by the number for pairs.
     pub(crate) fn slopes(&self, missing: &[bool]) -> (Vec<f64>, f64) {
         let acts = |is: bool| f64::from(u8::from(is));
@@ -100,11 +89,6 @@ mod tests {
         assert!((joint.unknown() - share(&|set| set.iter().any(|i| *i > 2))).abs() < 1e-12);
         assert!((joint.nothing - share(&|set| set.is_empty())).abs() < 1e-12);
         assert!((joint.two - share(&|set| set.len() == 2)).abs() < 1e-12);
-        let written = joint.sets(&odds, pair);
-        assert_eq!(written.len(), 6);
-        for (set, probability) in written {
-            assert!((probability - share(&|other| *other == set)).abs() < 1e-12, "{set:?}");
-        }
         for (index, found) in joint.each.iter().enumerate() {
             assert!((found - share(&|set| set.contains(&index))).abs() < 1e-12, "{index}");
         }

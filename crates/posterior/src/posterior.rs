@@ -7,6 +7,7 @@ use contract::posterior::PosteriorCard;
 use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
 
+use crate::any_number::AnyNumber;
 use crate::error::PosteriorError;
 use crate::joint::Joint;
 use crate::network::GAP_UNIT;
@@ -18,6 +19,8 @@ use crate::things::Things;
 
 /// Key of the description in a file's metadata.
 const DESCRIPTION: &str = "posterior";
+/// How many sets of effects an answer holds.
+const SETS: usize = 5;
 /// First part of the names of the regression's weights.
 const REGRESSION: &str = "regression";
 
@@ -65,7 +68,7 @@ pub struct Answer {
     pub unknown: f64,
     /// Probability of each effect, alone or beside others.
     pub effects: Vec<(String, f64)>,
-    /// Probabilities of all sets of one or two effects, most probable first.
+    /// The most probable sets of effects with their probabilities, most probable first.
     pub sets: Vec<(Vec<String>, f64)>,
     /// Probability of each port, given that something is missing; most probable first.
     pub ports: Vec<(String, f64)>,
@@ -80,14 +83,6 @@ pub struct Gap {
     pub mean: f64,
     /// The mean of its size.
     pub size: f64,
-}
-
-impl Answer {
-    /// Probability of everything: 1 but for rounding.
-    #[must_use]
-    pub fn total(&self) -> f64 {
-        self.nothing + self.unknown + self.sets.iter().map(|(_, p)| p).sum::<f64>()
-    }
 }
 
 impl Posterior {
@@ -180,12 +175,15 @@ impl Posterior {
     }
 
     fn in_words(&self, odds: &[f64], pair: f64, ports: &[f32], gaps: &[f32]) -> Answer {
-        let joint = Joint::of(odds, self.described.effects.len(), pair);
         let Described { effects, cells, .. } = &self.described;
-        let named = |set: Vec<usize>| set.into_iter().map(|index| effects[index].clone()).collect();
-        let mut sets: Vec<(Vec<String>, f64)> =
-            joint.sets(odds, pair).into_iter().map(|(set, p)| (named(set), p)).collect();
-        sets.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let joint = Joint::of(odds, effects.len(), pair);
+        let unknown = joint.unknown();
+        let any = AnyNumber::of(&odds[..effects.len()], pair);
+        let any_is = (1.0 - joint.nothing - unknown).max(0.0);
+        let each = effects.iter().cloned().zip(any.each());
+        let named = |(set, p): (Vec<usize>, f64)| {
+            (set.into_iter().map(|index| effects[index].clone()).collect(), any_is * p)
+        };
         let mut by_port: Vec<(String, f64)> = self
             .described
             .ports
@@ -197,9 +195,9 @@ impl Posterior {
         let count = cells.len();
         Answer {
             nothing: joint.nothing,
-            unknown: joint.unknown(),
-            effects: effects.iter().cloned().zip(joint.each).collect(),
-            sets,
+            unknown,
+            effects: each.map(|(effect, p)| (effect, any_is * p)).collect(),
+            sets: any.sets(SETS).into_iter().map(named).collect(),
             ports: by_port,
             gaps: cells
                 .iter()

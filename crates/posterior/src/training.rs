@@ -510,7 +510,8 @@ mod tests {
             let both = answer.effects.iter().filter(|(_, p)| *p > 0.5);
             let named: Vec<String> = both.map(|(name, _)| name.clone()).collect();
             right += usize::from(named == truth.effects);
-            assert!((answer.total() - 1.0).abs() < 1e-9);
+            let sets: f64 = answer.sets.iter().map(|(_, p)| p).sum();
+            assert!((answer.nothing + answer.unknown + sets - 1.0).abs() < 1e-9);
             if truth.effects == ["dawn"] {
                 assert_eq!(answer.ports[0].0, "egp");
                 let gap = &answer.gaps["60/hour/05"];

@@ -187,15 +187,23 @@ impl Planting {
         }
     }
 
-    /// Changes one record; returns how many of its entries have a new value.
-    fn change(self, record: &mut Record, size: f64, rng: &mut ChaCha8Rng) -> usize {
+    /// Changes one record; returns how many of its entries have a new value, and what happened in it.
+    fn change(
+        self,
+        record: &mut Record,
+        size: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> (usize, Option<Happenings>) {
         let before = record.clone();
+        let mut happenings = None;
         match self {
-            Self::MissedMeals => missed_meals::plant(record, size, rng),
+            Self::MissedMeals => happenings = Some(missed_meals::plant(record, size, rng)),
             Self::CarbMiscount => carb_miscount::plant(record, size),
-            Self::UnloggedRescueCarbs => unlogged_rescue_carbs::plant(record, size, rng),
+            Self::UnloggedRescueCarbs => {
+                happenings = Some(unlogged_rescue_carbs::plant(record, size, rng));
+            }
             Self::SlowMeals => slow_meals::plant(record, size),
-            Self::SetFailure => set_failure::plant(record, size, rng),
+            Self::SetFailure => happenings = Some(set_failure::plant(record, size, rng)),
             Self::SetAgeing => set_ageing::plant(record, size, rng),
             Self::InsulinAbsorption => insulin_absorption::plant(record, size, rng),
             Self::LateBoluses => late_boluses::plant(record, size),
@@ -211,7 +219,7 @@ impl Planting {
             let pairs = before.channel(channel).iter().zip(record.channel(channel));
             pairs.filter(|(a, b)| a != b).count()
         };
-        Channel::ALL.into_iter().map(differ).sum()
+        (Channel::ALL.into_iter().map(differ).sum(), happenings)
     }
 }
 
@@ -222,6 +230,17 @@ pub struct Planted {
     pub cohort: Cohort,
     /// Number of entries of all records with a new value; 0 where there was nothing to change.
     pub changed: usize,
+    /// What happened, where what is planted happens now and then; `None` where it acts all the time or at every meal.
+    pub happenings: Option<Happenings>,
+}
+
+/// How often something happened that happens now and then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Happenings {
+    /// Times it happened.
+    pub count: usize,
+    /// Times it could have happened: meals that were logged, stretches of a failure's length.
+    pub places: usize,
 }
 
 /// Plants into every record of a cohort.
@@ -230,11 +249,18 @@ pub struct Planted {
 #[must_use]
 pub fn plant(cohort: &Cohort, planting: Planting, size: f64, seed: u64) -> Planted {
     let mut cohort = cohort.clone();
-    let mut changed = 0;
+    let (mut changed, mut happenings) = (0, None);
     for (index, person) in cohort.people.iter_mut().enumerate() {
-        changed += planting.change(&mut person.record, size, &mut stream(seed, planting, index));
+        let mut rng = stream(seed, planting, index);
+        let (differ, own) = planting.change(&mut person.record, size, &mut rng);
+        changed += differ;
+        if let Some(own) = own {
+            let before = happenings.unwrap_or(Happenings { count: 0, places: 0 });
+            let (count, places) = (before.count + own.count, before.places + own.places);
+            happenings = Some(Happenings { count, places });
+        }
     }
-    Planted { cohort, changed }
+    Planted { cohort, changed, happenings }
 }
 
 /// Separates these streams from those of worlds.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Answer, Share, Verdict};
 use crate::document::documents;
 
-documents! { PlantedCheck: "planted.json", "planted/2"; }
+documents! { PlantedCheck: "planted.json", "planted/3"; }
 
 /// The label of a cohort of real people: what is sealed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,6 +91,9 @@ pub struct PlantedRow {
     pub calibrated: CalibratedPeople,
     /// What undoing the change exactly would gain, nats: what an oracle would win that judges glucose through this plant.
     pub undone_nats: Option<f64>,
+    /// The evidence that is expected of a reader who knows how it looks, how often it happens and where it could have, but
+    /// not where it did, nats; what undoing it gains where it acts all the time or at every meal.
+    pub at_best_nats: Option<f64>,
     /// Time of the diagnosis, s.
     pub seconds: f64,
 }
@@ -112,7 +115,7 @@ pub struct PlantedTotals {
     pub risen: Share,
     /// Cohorts in which another effect is named that was not before.
     pub strangers: Share,
-    /// Of the cohorts for which it is known: those in which undoing the change exactly gains 6 nats.
+    /// Of the cohorts for which it is known: those in which 6 nats are expected at best.
     pub tellable: Share,
 }
 
@@ -121,7 +124,7 @@ pub struct PlantedTotals {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PlantedCheck {
-    /// `planted/2`.
+    /// `planted/3`.
     pub schema: String,
     /// Seed of what was drawn.
     pub seed: u64,

@@ -18,7 +18,7 @@ use contract::blind_check::{
 use gap::undone;
 use rand::seq::SliceRandom as _;
 use rayon::prelude::*;
-use world::planted::{Exactness, Planting, Truth, plant};
+use world::planted::{Exactness, Happenings, Planting, Truth, plant};
 
 use super::sealed::{diagnosis_seed, drawn_seed, salt, stream};
 use crate::asked::{Asked, ask};
@@ -132,12 +132,16 @@ fn check(
         .enumerate()
         .map(|(index, label)| {
             let what = order[index].0;
-            let undone_nats = what.and_then(|(planting, size)| {
-                let planted = plant(cohort, planting, size, seed).cohort;
-                undone::gain(cohort, &likelihoods, &planted)
+            let gains = what.and_then(|(planting, size)| {
+                let planted = plant(cohort, planting, size, seed);
+                let gain = undone::gain(cohort, &likelihoods, &planted.cohort)?;
+                let at_best = planted.happenings.map_or(gain, |Happenings { count, places }| {
+                    undone::without_knowing_where(count, places, gain)
+                });
+                Some((gain, at_best))
             });
             let mut answered = answer(cohort, what, label, (seed, index), asked, output)?;
-            answered.undone_nats = undone_nats;
+            (answered.undone_nats, answered.at_best_nats) = gains.unzip();
             progress.advance("");
             Ok(answered)
         })
@@ -181,7 +185,7 @@ fn answer(
             CalibratedPeople::default()
         }
     };
-    Ok(AnsweredCohort { label, answer, calibrated, undone_nats: None })
+    Ok(AnsweredCohort { label, answer, calibrated, undone_nats: None, at_best_nats: None })
 }
 
 fn label(id: String, what: What, changed: usize) -> PlantedLabel {
@@ -224,8 +228,8 @@ fn name(index: usize) -> String {
 /// The check in a table of Markdown.
 fn table(check: &PlantedCheck) -> String {
     let mut text = String::from(
-        "| planted | size | entries changed | undone, nats | named | evidence, nats | up by 3 | new names | ill calibrated |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
+        "| planted | size | entries changed | undone, nats | at best, nats | named | evidence, nats | up by 3 | new names | ill calibrated |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
     );
     let people =
         |calibrated: &CalibratedPeople| format!("{} of {}", calibrated.ill, calibrated.people);
@@ -237,13 +241,14 @@ fn table(check: &PlantedCheck) -> String {
     };
     let named: Vec<String> =
         check.as_it_is.found.iter().map(|found| found.effect.clone()).collect();
-    let mut line = |cells: [String; 9]| {
+    let mut line = |cells: [String; 10]| {
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     };
     line([
         "nothing".to_owned(),
         String::new(),
         "0".to_owned(),
+        String::new(),
         String::new(),
         said(check.as_it_is.verdict, &named),
         String::new(),
@@ -263,6 +268,7 @@ fn table(check: &PlantedCheck) -> String {
             format!("{} {}", short(row.label.size), row.label.unit),
             row.label.changed.to_string(),
             nats(row.undone_nats),
+            nats(row.at_best_nats),
             said(row.verdict, &row.named),
             evidence.collect::<Vec<_>>().join("; "),
             if row.risen { "yes" } else { "" }.to_owned(),
@@ -271,7 +277,7 @@ fn table(check: &PlantedCheck) -> String {
         ]);
     }
     text.push_str(
-        "\n| | named | named, not so before | or in its set | up by 3 nats | another name anew | undone, 6 nats |\n\
+        "\n| | named | named, not so before | or in its set | up by 3 nats | another name anew | at best 6 nats |\n\
          |---|---|---|---|---|---|---|\n",
     );
     let totals = [&check.all].into_iter().chain(&check.by_size).chain(&check.by_effect);

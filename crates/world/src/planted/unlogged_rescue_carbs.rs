@@ -7,6 +7,7 @@ use cohort::Record;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
+use super::Happenings;
 use super::meals::{logged, strike};
 
 /// Most carbohydrate of a rescue, g: the rule of 15 g, doubled.
@@ -17,7 +18,7 @@ const LOW: f64 = 80.0;
 const BEFORE: usize = 4;
 
 /// Removes a share `size` of the logged rescues.
-pub(super) fn plant(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
+pub(super) fn plant(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) -> Happenings {
     let low = |step: usize| {
         let shown = &record.cgm()[step.saturating_sub(BEFORE)..=step];
         shown.iter().flatten().any(|glucose| *glucose < LOW)
@@ -27,7 +28,10 @@ pub(super) fn plant(record: &mut Record, size: f64, rng: &mut ChaCha8Rng) {
         .filter(|(step, grams)| *grams <= MOST_RESCUE && low(*step))
         .map(|(step, _)| step)
         .collect();
+    let places = rescues.len();
     // One draw per rescue, so that a larger share contains the smaller one.
     let struck: Vec<usize> = rescues.into_iter().filter(|_| rng.random::<f64>() < size).collect();
+    let happenings = Happenings { count: struck.len(), places };
     strike(record, struck);
+    happenings
 }
