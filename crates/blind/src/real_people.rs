@@ -239,11 +239,17 @@ mod tests {
                 cohort("sensor_lag", 6.0, &["dawn", "exercise"], &[("sensor_lag", 3.9)]),
                 // Less evidence against it is not more for it.
                 cohort("missed_meals", 0.5, &["dawn"], &[("missed_meals", -1.0)]),
-                cohort("dawn", 1.0, &["dawn"], &[("dawn", 12.5)]),
+                AnsweredCohort {
+                    undone_nats: Some(20.0),
+                    at_best_nats: Some(5.9),
+                    ..cohort("dawn", 1.0, &["dawn"], &[("dawn", 12.5)])
+                },
                 cohort("sleep_struck", 1.0, &["dawn"], &[]),
             ],
         )
         .expect("countable");
+        // What an oracle gains does not count where a reader cannot expect it.
+        assert_eq!((check.all.tellable.count, check.all.tellable.of), (0, 1));
         let sizes: Vec<(&str, f64)> =
             check.cohorts.iter().map(|row| (row.label.planting.as_str(), row.label.size)).collect();
         let expected = [

@@ -48,7 +48,7 @@ impl TrackRecord {
         format!(
             "How much to believe: on made cohorts by hands that its posterior never saw this diagnosis raised an \
              alarm in {} in which nothing was missing (a name in {}), named {} effects of 5 mg/dL or more, and named \
-             another effect in {}; of effects planted into real people's records it named {}, with another name in {}.",
+             another effect in {}; of effects planted into real people's records it newly named {}, with another name in {}.",
             of(self.nulls_with_alarm),
             self.nulls_with_name.count,
             of(self.named_from_5),

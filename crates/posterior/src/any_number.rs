@@ -10,7 +10,7 @@
 //!
 //! effects act independently with odds exp(a_i + c), given that one does (decision 0048).
 
-/// Largest size of log odds: eighteen such still multiply to a finite number.
+/// Largest size of log odds: effects that are all as improbable as this still have a sum that is not 0.
 const LARGEST_ODDS: f64 = 35.0;
 
 /// Sets of any number of effects, given that one is missing at least.
@@ -20,6 +20,8 @@ pub(crate) struct AnyNumber {
     odds: Vec<f64>,
     /// Log of the sum over all sets but the empty one.
     log_sum: f64,
+    /// Probability that one is missing at least, were effects independent with these odds.
+    at_least_one: f64,
 }
 
 impl AnyNumber {
@@ -28,13 +30,13 @@ impl AnyNumber {
         let bounded = |odds: &f64| (odds + further).clamp(-LARGEST_ODDS, LARGEST_ODDS);
         let odds: Vec<f64> = odds.iter().map(bounded).collect();
         let all: f64 = odds.iter().map(|odds| odds.exp().ln_1p()).sum();
-        Self { log_sum: all.exp_m1().ln(), odds }
+        let at_least_one = -(-all).exp_m1();
+        Self { odds, log_sum: all + at_least_one.ln(), at_least_one }
     }
 
     /// Probability of each effect, alone or beside others.
     pub(crate) fn each(&self) -> Vec<f64> {
-        let all: f64 = self.odds.iter().map(|odds| odds.exp().ln_1p()).sum();
-        let one = |odds: &f64| (odds - odds.exp().ln_1p() + all - self.log_sum).exp().min(1.0);
+        let one = |odds: &f64| (1.0 / (1.0 + (-odds).exp()) / self.at_least_one).min(1.0);
         self.odds.iter().map(one).collect()
     }
 
@@ -126,7 +128,7 @@ mod tests {
         for (odds, c, expected) in [(1e9, 0.0, 1.0), (-1e9, 0.0, 1.0 / 18.0), (1e9, -1e9, 0.5)] {
             let any = AnyNumber::of(&[odds; 18], c);
             assert!(any.each().iter().all(|p| (p - expected).abs() < 1e-5), "{odds} {any:?}");
-            assert!(any.sets(5).iter().all(|(_, p)| p.is_finite()));
+            assert!(any.sets(5).iter().all(|(_, p)| (0.0..=1.0).contains(p)));
         }
     }
 }

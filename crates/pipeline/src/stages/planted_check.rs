@@ -357,6 +357,13 @@ mod tests {
         assert_eq!((answered.len(), scored.cohorts.len()), (4, 3));
         assert_eq!((scored.failed.count, scored.all.named.of), (0, 2));
         assert!(answered.iter().all(|cohort| cohort.calibrated.people == 2));
+        for row in &scored.cohorts {
+            let (undone, at_best) = (row.undone_nats, row.at_best_nats);
+            assert_eq!(undone.is_some(), at_best.is_some());
+            assert!(undone.zip(at_best).is_none_or(|(gain, best)| best <= gain), "{row:?}");
+            let meals = row.label.planting == Planting::MissedMeals.name();
+            assert!(!meals || at_best.is_some(), "the log is what was changed");
+        }
         let read = |name: &str| std::fs::read(target.join(name)).expect("written");
         let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
         let OpenedLabels(mut labels) = contract::read(&read("labels.json")).expect("labels");

@@ -65,6 +65,13 @@ fn only_the_channels_of_a_planting_change_and_what_was_missing_stays_missing() {
             }
         }
         assert_eq!(planted.changed, differ, "{planting:?}");
+        let struck = matches!(planting, Planting::MissedMeals | Planting::UnloggedRescueCarbs);
+        let now_and_then = struck || planting == Planting::SetFailure;
+        assert_eq!(planted.happenings.is_some(), now_and_then, "{planting:?}");
+        if let Some(happenings) = planted.happenings {
+            assert!(happenings.count <= happenings.places, "{planting:?} {happenings:?}");
+            assert!(!struck || happenings.count == differ, "{planting:?} {happenings:?}");
+        }
         // People of the embedded cohort log rescues seldom, and record what the others need.
         assert!(differ > 0 || planting == Planting::UnloggedRescueCarbs, "{planting:?}");
     }
