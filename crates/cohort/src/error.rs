@@ -254,9 +254,10 @@ pub enum CohortError {
         /// The time.
         time: NaiveDateTime,
     },
-    /// A record would be longer than any study.
+    /// A record would be longer than any study, or than what it holds can fill.
     #[error(
-        "{place}: person '{person}' spans {days} days, more than {limit}; a time is probably wrong"
+        "{place}: person '{person}' spans {days} days, more than {limit} (one for each entry, at least 28, at most 7320); a \
+         time is probably wrong"
     )]
     TooLong {
         /// The row that extends the record.
@@ -278,6 +279,17 @@ pub enum CohortError {
         /// The person's identifier.
         person: String,
         /// Median of the column.
+        median: f64,
+    },
+    /// Glucose that nobody has, after the unit of the files was turned into mg/dL.
+    #[error(
+        "person '{person}': the median glucose would be {median} mg/dL, which nobody has; check the unit of glucose in the \
+         files"
+    )]
+    GlucoseTooLow {
+        /// The person's identifier.
+        person: String,
+        /// Median of the readings, mg/dL.
         median: f64,
     },
     /// A record's grid cannot be built.
@@ -385,7 +397,8 @@ impl CohortError {
             | Self::TooLong { place, .. }
             | Self::LooksLikeMmol { place, .. }
             | Self::Undecided { place, .. } => Some(place.clone()),
-            Self::Grid { .. }
+            Self::GlucoseTooLow { .. }
+            | Self::Grid { .. }
             | Self::Range { .. }
             | Self::MissingDose { .. }
             | Self::NonFinite { .. }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::CohortError;
 use crate::person::Cohort;
+use crate::range::looks_like_mmol;
 
 mod babelbetes;
 mod dexcom;
@@ -125,7 +126,13 @@ pub fn import_with(
     sources: &[PathBuf],
     options: &TableOptions,
 ) -> Result<Import, CohortError> {
-    format.read(sources, options)
+    let imported = format.read(sources, options)?;
+    for person in &imported.cohort.people {
+        if let Some(median) = looks_like_mmol(person.record.cgm()) {
+            return Err(CohortError::GlucoseTooLow { person: person.id.clone(), median });
+        }
+    }
+    Ok(imported)
 }
 
 /// Runs an importer of one folder or file.

@@ -7,6 +7,15 @@ use crate::error::CohortError;
 /// Longest record, days: 20 years. Anything longer is a wrong date.
 pub(crate) const MAX_DAYS: i64 = 20 * 366;
 
+/// Shortest span that is never too long for what it holds, days.
+const FEW_DAYS: i64 = 28;
+
+/// Longest span of a record that holds so many entries, days: one for each. Whatever is sparser has a wrong date, and would
+/// fill the memory with empty steps.
+pub(crate) fn longest(entries: usize) -> i64 {
+    i64::try_from(entries).unwrap_or(MAX_DAYS).clamp(FEW_DAYS, MAX_DAYS)
+}
+
 /// A column of the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Channel {
@@ -266,6 +275,11 @@ mod tests {
         assert_eq!(record.step_at(record.time(300)), None);
         assert_eq!(record.step_at(at("2024-03-08T23:51:00")), None);
         assert_eq!(record.step_at(at("2024-03-08T23:45:00")), None);
+    }
+
+    #[test]
+    fn a_record_is_no_longer_than_what_it_holds_can_fill() {
+        assert_eq!([0, 28, 400, 1 << 20, usize::MAX].map(longest), [28, 28, 400, 7320, 7320]);
     }
 
     #[test]

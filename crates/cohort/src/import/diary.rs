@@ -22,7 +22,7 @@ use super::report::{Imported, Notes, assemble_measured, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
 use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, MAX_DAYS, Record};
+use crate::record::{Channel, Record, longest};
 
 /// Seconds of a step.
 const STEP: i64 = 300;
@@ -337,13 +337,11 @@ impl Diary {
     pub(super) fn finish(mut self) -> Result<Option<Imported>, CohortError> {
         let Some((first, last)) = self.span() else { return Ok(None) };
         let days = (last - first) / 86_400;
-        if days >= MAX_DAYS {
-            return Err(CohortError::TooLong {
-                place: Place::file(&self.file),
-                person: self.id,
-                days,
-                limit: MAX_DAYS,
-            });
+        let entries = self.pages.values().flat_map(|page| page.iter());
+        let limit = longest(entries.filter(|cell| cell.weight > 0.0).count());
+        if days >= limit {
+            let place = Place::file(&self.file);
+            return Err(CohortError::TooLong { place, person: self.id, days, limit });
         }
         let len = usize::try_from((last - first) / STEP).expect("readings ascend") + 1;
         let mut record = Record::new(time_of(first), len)?;

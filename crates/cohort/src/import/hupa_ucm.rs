@@ -19,7 +19,7 @@ use super::report::{Imported, Notes, assemble, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy, is_person_id};
 use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, MAX_DAYS, Record, on_grid};
+use crate::record::{Channel, Record, longest, on_grid};
 use crate::straight_lines::StraightLines;
 use crate::text_table::TextTable;
 use crate::wall_clock::parse_iso;
@@ -122,13 +122,9 @@ fn grid(table: &TextTable, person: &str) -> Result<Grid, CohortError> {
             _ => previous = Some(time),
         }
         let elapsed = time.signed_duration_since(start);
-        if elapsed.num_days() >= MAX_DAYS {
-            return Err(CohortError::TooLong {
-                place,
-                person: person.into(),
-                days: elapsed.num_days(),
-                limit: MAX_DAYS,
-            });
+        let (days, limit) = (elapsed.num_days(), longest(table.height()));
+        if days >= limit {
+            return Err(CohortError::TooLong { place, person: person.into(), days, limit });
         }
         at.push(usize::try_from(elapsed.num_minutes() / 5).expect("times ascend"));
     }

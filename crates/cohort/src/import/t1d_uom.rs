@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::report::{Imported, Notes, assemble, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy, is_person_id};
-use crate::record::{Channel, MAX_DAYS, Record};
+use crate::record::{Channel, Record, longest};
 use crate::text_table::TextTable;
 
 mod events;
@@ -245,13 +245,10 @@ fn span(
         });
     }
     let days = (span.end - span.first) / 288;
-    if days >= MAX_DAYS {
-        return Err(CohortError::TooLong {
-            place: Place::file(format!("{GLUCOSE}/UoMGlucose{}.csv", account.id)),
-            person: account.id.into(),
-            days,
-            limit: MAX_DAYS,
-        });
+    let limit = longest(readings.len());
+    if days >= limit {
+        let place = Place::file(format!("{GLUCOSE}/UoMGlucose{}.csv", account.id));
+        return Err(CohortError::TooLong { place, person: account.id.into(), days, limit });
     }
     Ok(span)
 }

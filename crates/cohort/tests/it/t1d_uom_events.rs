@@ -228,6 +228,11 @@ fn broken_events_are_errors_with_their_place() {
         ),
         (
             "Glucose Data/UoMGlucose1.csv",
+            "bg_ts,value\n01/03/2024 08:00,.5\n01/03/2024 08:15,.5\n01/03/2024 08:30,.5\n",
+            "person '1': the median glucose would be 9 mg/dL, which nobody has; check the unit",
+        ),
+        (
+            "Glucose Data/UoMGlucose1.csv",
             "bg_ts,glucose\n01/03/2024 08:00,7\n",
             "no column 'value'; found bg_ts, glucose",
         ),

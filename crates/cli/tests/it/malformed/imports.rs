@@ -168,6 +168,15 @@ fn tables(cases: &mut Cases) {
         let typed = ["import", "--from", "table", &file, "--map", "time=Time,glucose=Glucose"];
         cases.refused(&format!("table: {name}"), &typed, words);
     }
+    let sparse: String = (0..300)
+        .map(|person| format!("{person};2004-01-01 00:00;120\n{person};2023-01-01 00:00;121\n"))
+        .collect();
+    let file = cases.file("my.csv", format!("Who;Time;Glucose\n{sparse}"));
+    cases.refused(
+        "table: two readings in twenty years, of 300 people",
+        &["import", "--from", "table", &file, "--map", "person=Who,time=Time,glucose=Glucose"],
+        &["my.csv", "Glucose", "person '0'", "spans 6940 days"],
+    );
     let empty = cases.file("empty.csv", "");
     cases.refused_as_it_is(
         "table: nothing to guess",

@@ -47,6 +47,11 @@ pub(super) fn read(table: &TextTable, account: &mut Account<'_>) -> Result<Readi
 }
 
 impl Readings {
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.events.events.len()
+    }
+
     /// The steps from the first to the last reading.
     pub(super) fn span(&self) -> Span {
         match (self.events.events.first(), self.events.events.last()) {

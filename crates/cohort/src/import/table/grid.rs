@@ -17,7 +17,7 @@ use contract::import_report::Totals;
 use crate::import::report::Imported;
 use crate::person::{Person, Therapy};
 use crate::range::check_value;
-use crate::record::{Channel, MAX_DAYS, Record};
+use crate::record::{Channel, Record, longest};
 
 /// Seconds of a step.
 const STEP: i64 = 300;
@@ -75,13 +75,10 @@ pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>,
     };
     let span = Span { first, end: last + 1 };
     let days = (span.end - span.first) / STEPS_PER_DAY as i64;
-    if days >= MAX_DAYS {
-        return Err(CohortError::TooLong {
-            place: log.place(Role::Glucose),
-            person: log.id,
-            days,
-            limit: MAX_DAYS,
-        });
+    let limit = longest(log.events.values().map(Vec::len).sum());
+    if days >= limit {
+        let place = log.place(Role::Glucose);
+        return Err(CohortError::TooLong { place, person: log.id, days, limit });
     }
     let len = usize::try_from(span.end - span.first).expect("events are sorted");
     let mut record = Record::new(time_of(span.first), len)?;

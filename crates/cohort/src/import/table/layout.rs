@@ -1,5 +1,6 @@
 //! Encoding, separator and header of a text file or workbook that anybody may have made.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::error::{CohortError, Place};
@@ -240,13 +241,17 @@ fn windows_1252(bytes: &[u8], name: &str) -> Result<String, CohortError> {
 
 /// The separator and the number of lines above the header.
 fn header(text: &str, separators: &[u8], wanted: &[&str]) -> (u8, usize) {
+    let exactly: BTreeSet<&str> = wanted.iter().map(|name| name.trim()).collect();
+    let mut but_for_marks: BTreeSet<String> = wanted.iter().map(|name| plain(name)).collect();
+    but_for_marks.remove("");
+    let is_wanted = |name: &str| exactly.contains(name) || but_for_marks.contains(&plain(name));
     let lines: Vec<&str> = text.lines().take(TOP).map(start).collect();
     let mut best = (0, 0, 0, separators[0], 0);
     for separator in separators.iter().copied() {
         let split: Vec<Vec<String>> = lines.iter().map(|line| fields(line, separator)).collect();
         let widths: Vec<usize> = split.iter().map(Vec::len).collect();
         for (above, row) in split.iter().enumerate() {
-            let known = row.iter().filter(|name| wanted.iter().any(|w| same(w, name))).count();
+            let known = row.iter().filter(|name| is_wanted(name)).count();
             if row.iter().all(String::is_empty) {
                 continue;
             }
