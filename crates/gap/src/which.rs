@@ -47,9 +47,6 @@ use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
 
-/// Most effects that are named.
-const MOST_EFFECTS: usize = 3;
-
 /// What the first round shows, in which nothing is named.
 #[derive(Debug, Clone)]
 pub struct FirstRound {
@@ -221,9 +218,7 @@ pub fn which(
     let withheld = ReadAgain { people, library, posterior, calibration, free_runs }
         .on_one(&belief, &probable)?;
     let mut named: Vec<Named> = Vec::new();
-    while let Some(best) =
-        belief.next(&candidates, &withheld).filter(|_| named.len() < MOST_EFFECTS)
-    {
+    while let Some(best) = belief.next(&candidates, &withheld) {
         let score = scores
             .iter()
             .find(|score| score.effect == best.effect)

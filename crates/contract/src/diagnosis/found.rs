@@ -34,7 +34,7 @@ pub struct FoundEffect {
     pub probability: f64,
     /// Amplitude; 1 is the published size.
     pub amplitude: WithInterval,
-    /// Effects that the data cannot tell from it.
+    /// Effects that the data cannot tell from it: at least a third as probable, and not likelier than not themselves.
     pub confusable_with: Vec<String>,
     /// Every person's amplitude and evidence.
     pub people: Vec<PersonAmplitude>,

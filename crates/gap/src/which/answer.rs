@@ -2,7 +2,7 @@
 
 use effects::{Card, Effect, EffectId};
 
-use super::{Belief, Candidate, Named, Which};
+use super::{Belief, Candidate, NAMED_FROM, Named, Which};
 use crate::context::hours_of_part;
 use crate::units::PortCourse;
 use contract::WithInterval;
@@ -53,7 +53,7 @@ impl Which {
                 gain_nats: named.gain,
                 probability: named.probability,
                 amplitude: interval(named.amplitude),
-                confusable_with: self.confusable(named, &odds),
+                confusable_with: odds.rivals(named.probability),
                 people: amplitudes(named, people),
                 questioned: Vec::new(),
             })
@@ -105,14 +105,6 @@ impl Which {
         let one = self.withheld.iter().find(|one| one.effect == effect)?;
         let (person, without) = (people[one.person], 100.0 * one.without);
         Some(format!("It rests on one person: without {person} its probability is {without:.0} %."))
-    }
-
-    /// Effects that the data cannot tell from a named one.
-    fn confusable(&self, named: &Named, odds: &Odds) -> Vec<String> {
-        let rivals = odds.effects.iter().filter(|(id, p)| {
-            *p >= RIVAL_SHARE * named.probability && self.named.iter().all(|n| n.effect != *id)
-        });
-        rivals.map(|(id, _)| id.name().to_owned()).collect()
     }
 
     /// The ports as the posterior believes in them, each with the evidence of its better scale.
@@ -183,6 +175,13 @@ impl Odds {
         }
     }
 
+    /// Effects that may act in the place of a named one. What is likelier than not acts beside it, named or withheld.
+    fn rivals(&self, named: f64) -> Vec<String> {
+        let probable = RIVAL_SHARE * named..NAMED_FROM;
+        let rivals = self.effects.iter().filter(|(_, p)| probable.contains(p));
+        rivals.map(|(id, _)| id.name().to_owned()).collect()
+    }
+
     fn of_effect(&self, effect: EffectId) -> f64 {
         self.effects.iter().find(|(id, _)| *id == effect).map_or(0.0, |(_, p)| *p)
     }
@@ -213,6 +212,19 @@ fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_likelier_than_not_is_no_rival_of_a_name() {
+        let effects = vec![
+            (EffectId::DAWN, 0.9),
+            (EffectId::EXERCISE, 0.5),
+            (EffectId::ALCOHOL, 0.49),
+            (EffectId::SLEEP_LOSS, 0.31),
+            (EffectId::SET_AGEING, 0.29),
+        ];
+        let odds = Odds { none: 0.01, unknown: 0.01, effects };
+        assert_eq!(odds.rivals(0.9), ["alcohol", "sleep_loss"]);
+    }
 
     #[test]
     fn names_of_the_output_are_not_free_and_those_of_the_library_are() {

@@ -138,6 +138,14 @@ fn the_first_screen_has_four_tiles_and_who_is_in_use() {
     ] {
         assert!(tiles.contains(words), "{words}: {tiles}");
     }
+    let mut three = made_up::diagnosis("effect")["effects"].as_array().expect("a list").clone();
+    let mut third = three[1].clone();
+    third["effect"] = json!("sleep_loss");
+    three.push(third);
+    let html = diagnosis_page("effect", &[("/effects", json!(three))]);
+    let tiles = verdict_of(&html);
+    assert!(tiles.contains("<dd class=\"answer\">Three effects</dd><dd>"), "{tiles}");
+    assert_eq!(tiles.matches("times the published size").count(), 3, "{tiles}");
     let known = json!([{"minutes": 300, "mae_before": 43.5, "mae_after": 39.8, "reconstructed": true,
         "floor": null, "share_above_floor": null,
         "difference": {"value": -3.7, "lower": -5.5, "upper": -1.9}}]);

@@ -55,13 +55,14 @@ fn perhaps(diagnosis: &Diagnosis) -> Option<String> {
         })
         .collect();
     let verb = if words.len() == 1 { "acts" } else { "act" };
-    (!words.is_empty()).then(|| {
-        format!(
-            "Whether {} {verb}: neither named (from {}) nor excluded.",
-            list(&words),
-            percent(diagnosis.posterior.names_from)
-        )
-    })
+    let said = &diagnosis.posterior;
+    let named = if said.something < said.speaks_from {
+        format!("where something is missing with {}", percent(said.speaks_from))
+    } else {
+        format!("from {}", percent(said.names_from))
+    };
+    (!words.is_empty())
+        .then(|| format!("Whether {} {verb}: neither named ({named}) nor excluded.", list(&words)))
 }
 
 /// Effects that these records cannot show.

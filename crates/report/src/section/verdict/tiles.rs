@@ -13,8 +13,11 @@ use contract::{DataInUse, Diagnosis};
 /// Most people whose reason is told here; the others stand under the data checks.
 const NAMED: usize = 6;
 
-/// A question, its short answer, and what the answer is.
-type Tile = (&'static str, String, String);
+/// Most effects whose names are the short answer; of more it is their number.
+const LISTED: usize = 2;
+
+/// A question, its short answer, and what the answer is, in paragraphs.
+type Tile = (&'static str, String, Vec<String>);
 
 /// The tiles, and the people under them.
 pub(super) fn tiles(html: &mut Html, diagnosis: &Diagnosis, inputs: &Inputs) {
@@ -28,12 +31,15 @@ pub(super) fn tiles(html: &mut Html, diagnosis: &Diagnosis, inputs: &Inputs) {
         |change| change.tile(),
     );
     let tiles: [Tile; 4] =
-        [place(diagnosis), which(diagnosis), ("How far", far, far_detail), sure(diagnosis)];
+        [place(diagnosis), which(diagnosis), ("How far", far, vec![far_detail]), sure(diagnosis)];
     html.literal("<dl class=\"tiles\">\n");
-    for (question, answer, detail) in tiles {
+    for (question, answer, details) in tiles {
         html.literal("<div class=\"tile\">").element("dt", question);
         html.literal("<dd class=\"answer\">").text(&answer).literal("</dd>");
-        html.element("dd", &detail).literal("</div>\n");
+        for detail in details {
+            html.element("dd", &detail);
+        }
+        html.literal("</div>\n");
     }
     html.literal("</dl>\n<p class=\"people\">").text(&people(diagnosis, inputs));
     let compared = format!(" Compared with the sensor: {}.", model(&diagnosis.plant));
@@ -50,7 +56,7 @@ fn place(diagnosis: &Diagnosis) -> Tile {
             ),
             _ => "No hour, situation or glucose band differs from zero".to_owned(),
         };
-        return ("Where", "Nowhere for certain".to_owned(), detail);
+        return ("Where", "Nowhere for certain".to_owned(), vec![detail]);
     };
     // The step-down p can be small while the single-step interval still includes zero, so the limits
     // keep their signs, in the direction of the error.
@@ -67,16 +73,16 @@ fn place(diagnosis: &Diagnosis) -> Tile {
         fixed(upper, 0),
         p_value(cell.p_adjusted)
     );
-    ("Where", sentence(&situation(cell.factor.name(), &cell.level)), detail)
+    ("Where", sentence(&situation(cell.factor.name(), &cell.level)), vec![detail])
 }
 
 fn which(diagnosis: &Diagnosis) -> Tile {
     let named: Vec<&FoundEffect> = diagnosis.effects.iter().collect();
     let (answer, detail) = match diagnosis.verdict {
         Verdict::None => {
-            ("No effect".to_owned(), "None of those that were tried stands out".to_owned())
+            ("No effect".to_owned(), vec!["None of those that were tried stands out".to_owned()])
         }
-        Verdict::Unknown => ("Something without a name".to_owned(), unknown_place(diagnosis)),
+        Verdict::Unknown => ("Something without a name".to_owned(), vec![unknown_place(diagnosis)]),
         Verdict::Effect => {
             let answers: Vec<String> = named
                 .iter()
@@ -85,10 +91,12 @@ fn which(diagnosis: &Diagnosis) -> Tile {
                     Standing::Suspected => format!("{} (suspected)", effect(&found.effect)),
                 })
                 .collect();
-            (
-                sentence(&list(&answers)),
-                named.iter().map(|found| size(found)).collect::<Vec<_>>().join(". "),
-            )
+            let answer = if answers.len() > LISTED {
+                format!("{} effects", number(answers.len()))
+            } else {
+                list(&answers)
+            };
+            (sentence(&answer), named.iter().map(|found| size(found)).collect())
         }
     };
     ("Which", answer, detail)
@@ -147,7 +155,7 @@ fn sure(diagnosis: &Diagnosis) -> Tile {
             }
         ));
     }
-    ("How sure", answer, detail)
+    ("How sure", answer, vec![detail])
 }
 
 /// What the probability of an effect is; also the name of its column.
