@@ -7,6 +7,9 @@ use crate::error::CohortError;
 /// Longest record, days: 20 years. Anything longer is a wrong date.
 pub(crate) const MAX_DAYS: i64 = 20 * 366;
 
+/// Most steps of a cohort: 300 people for a year.
+const MOST_STEPS: usize = 1 << 25;
+
 /// Shortest span that is never too long for what it holds, days.
 const FEW_DAYS: i64 = 28;
 
@@ -14,6 +17,28 @@ const FEW_DAYS: i64 = 28;
 /// fill the memory with empty steps.
 pub(crate) fn longest(entries: usize) -> i64 {
     i64::try_from(entries).unwrap_or(MAX_DAYS).clamp(FEW_DAYS, MAX_DAYS)
+}
+
+/// Steps of the people of a cohort so far.
+#[derive(Debug, Default)]
+pub(crate) struct GridSteps(usize);
+
+impl GridSteps {
+    /// Adds those of a person in `file`.
+    ///
+    /// # Errors
+    /// [`CohortError::TooLarge`] where they are too many for one cohort.
+    pub(crate) fn add(&mut self, steps: usize, file: &str) -> Result<(), CohortError> {
+        self.0 = self.0.saturating_add(steps);
+        if self.0 <= MOST_STEPS {
+            return Ok(());
+        }
+        Err(CohortError::TooLarge {
+            file: file.into(),
+            what: format!("the records span more than {MOST_STEPS} steps of five minutes"),
+            remedy: "look for times that are wrong, or split the cohort into folders",
+        })
+    }
 }
 
 /// A column of the record.
@@ -280,6 +305,15 @@ mod tests {
     #[test]
     fn a_record_is_no_longer_than_what_it_holds_can_fill() {
         assert_eq!([0, 28, 400, 1 << 20, usize::MAX].map(longest), [28, 28, 400, 7320, 7320]);
+    }
+
+    #[test]
+    fn a_cohort_has_so_many_steps_and_no_more() {
+        let mut steps = GridSteps::default();
+        steps.add(MOST_STEPS, "a.csv").expect("as many as there may be");
+        let error = steps.add(1, "b.csv").expect_err("one more").to_string();
+        assert!(error.contains("b.csv") && error.contains("more than 33554432 steps"), "{error}");
+        assert!(steps.add(usize::MAX, "c.csv").is_err());
     }
 
     #[test]

@@ -10,10 +10,7 @@ use crate::error::{CohortError, Place};
 use crate::faults::Faults;
 use crate::person::Person;
 use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, MAX_DAYS, Record, longest, on_grid};
-
-/// Most steps of a folder: 300 people for a year.
-const MOST_STEPS: usize = 1 << 25;
+use crate::record::{Channel, GridSteps, MAX_DAYS, Record, longest, on_grid};
 
 /// Fills the records of `people` from the rows of `table`.
 pub(super) fn fill(
@@ -23,13 +20,8 @@ pub(super) fn fill(
 ) -> Result<(), CohortError> {
     let spans = spans(people, table, faults)?;
     let lengths: Vec<usize> = spans.iter().map(|rows| length(rows)).collect();
-    if lengths.iter().sum::<usize>() > MOST_STEPS {
-        return Err(CohortError::TooLarge {
-            file: table.file().into(),
-            what: format!("the records span more than {MOST_STEPS} steps of five minutes"),
-            remedy: "look for times that are wrong, or split the cohort into folders",
-        });
-    }
+    let mut steps = GridSteps::default();
+    lengths.iter().try_for_each(|length| steps.add(*length, table.file()))?;
     for (person, (rows, length)) in people.iter_mut().zip(spans.iter().zip(lengths)) {
         let (days, limit) = ((length / STEPS_PER_DAY) as i64, longest(rows.len()));
         if let Some((row, _)) = rows.last().filter(|_| days >= limit) {

@@ -6,6 +6,7 @@ use crate::error::{CohortError, Place};
 use crate::mass_balance::mass_balance;
 use crate::person::{Cohort, Person};
 use crate::plausibility::findings;
+use crate::record::GridSteps;
 
 /// What was concluded of a person's unit or meaning at `place`, from which figures.
 pub(super) fn inference(
@@ -76,10 +77,13 @@ pub(super) fn assemble_measured(
     source: &str,
     people: impl IntoIterator<Item = Result<(String, String, Option<Imported>), CohortError>>,
 ) -> Result<super::Import, CohortError> {
-    let (mut imported, mut without) = (Vec::new(), Vec::new());
+    let (mut imported, mut without, mut steps) = (Vec::new(), Vec::new(), GridSteps::default());
     for person in people {
         match person? {
-            (_, _, Some(person)) => imported.push(person),
+            (_, file, Some(person)) => {
+                steps.add(person.person.record.len(), &file)?;
+                imported.push(person);
+            }
             (id, file, None) => without.push(Note {
                 person: Some(id),
                 file,
