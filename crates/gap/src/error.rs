@@ -35,8 +35,7 @@ pub enum GapError {
     },
     /// The output uses the name of an effect for something else.
     #[error(
-        "an effect is named '{effect}'; the names none and unknown, names that start with unknown_, names with a slash \
-         and empty ones are taken"
+        "an effect is named '{effect}'; the names none and unknown, names with a slash and empty ones are taken"
     )]
     EffectName {
         /// Its name.

@@ -17,7 +17,6 @@ mod held_out;
 mod lag;
 mod naming;
 mod own_effects;
-mod ports;
 mod random_effects;
 mod round;
 mod round_person;
@@ -35,7 +34,6 @@ use effects::{Effect, EffectId};
 use physiology::STEPS_PER_DAY;
 use posterior::Posterior;
 
-use self::ports::PortGain;
 use self::round::{Round, Score, ScoreOf};
 use self::tried::Tried;
 use crate::calibrated_person::CalibratedPerson;
@@ -76,7 +74,7 @@ pub struct Which {
     /// What the posterior says of it.
     pub belief: Belief,
     /// Evidence by port and scale, once the named effects are conditioned on.
-    pub(crate) ports: Vec<PortGain>,
+    pub(crate) ports: BTreeMap<String, f64>,
 }
 
 /// Probability from which on an effect is named where something is missing: it is more likely there than not.
@@ -234,7 +232,7 @@ pub fn which(
         scores = round.scores(&tried, &named);
         candidates = weighed(&scores);
     }
-    let ports = ports::gains(&round.estimated);
+    let ports = round.estimated.beyond_usual.by_name();
     Ok(Which { named, withheld, first, belief, ports })
 }
 
@@ -251,9 +249,8 @@ impl FirstRound {
             people.iter().map(|p| p.observations.len() as f64 / STEPS_PER_DAY as f64).collect();
         let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
         let untried: Vec<EffectId> = tried.ids().into_iter().filter(nobodys).collect();
-        let of_port = |p: PortGain| (ports::name(p.port, p.within_days), p.gain);
         let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain));
-        let gains = gains.chain(ports::gains(&round.estimated).into_iter().map(of_port));
+        let gains = gains.chain(round.estimated.beyond_usual.by_name());
         let evidence = Evidence { person_days: days.iter().sum(), gains: gains.collect() };
         let spreads = round.estimated.spreads.by_name();
         let natural: Vec<&units::PersonUnits> =

@@ -2,6 +2,7 @@
 
 use effects::{Card, Effect, EffectId};
 
+use super::variance::SCALES;
 use super::{Belief, Candidate, NAMED_FROM, Named, Which};
 use crate::context::hours_of_part;
 use crate::units::PortCourse;
@@ -111,8 +112,8 @@ impl Which {
     fn by_port(&self) -> Vec<PortEvidence> {
         let ports = &self.belief.answer.ports;
         let gain = |name: &str| {
-            let scales = self.ports.iter().filter(|own| own.port.name() == name);
-            scales.map(|own| own.gain).reduce(f64::max).unwrap_or(0.0)
+            let scales = SCALES.map(|scale| self.ports.get(&format!("{name}/{scale}")));
+            scales.into_iter().flatten().copied().reduce(f64::max).unwrap_or(0.0)
         };
         ports
             .iter()

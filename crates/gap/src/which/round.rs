@@ -11,9 +11,9 @@ use super::held_out::{self, Allowed, FoldSums, HeldOutEvidence, Trial};
 use super::lag::{self, LagEvidence};
 use super::random_effects::{UnitEvidence, UnitSums};
 use super::round_person::RoundPerson;
-use super::statistics::{self, Sums, TestStatistics};
+use super::statistics::{Sums, TestStatistics};
 use super::tried::Tried;
-use super::variance::{self, Estimated, Spreads};
+use super::variance::{self, Estimated};
 use crate::background::calibrated_factor;
 use crate::calibrated_person::CalibratedPerson;
 use crate::design::{Background, Column, Design, EventBank, design};
@@ -127,7 +127,8 @@ impl Round {
 
     /// The round of these linear models: random differences between days are estimated and integrated out.
     pub(super) fn estimated(subjects: Vec<RoundPerson>, guards: Vec<(EffectId, f64)>) -> Self {
-        let mut round = Self { subjects, marginal: Vec::new(), estimated: none(), guards };
+        let mut round =
+            Self { subjects, marginal: Vec::new(), estimated: Estimated::default(), guards };
         // Constant directions, then spreads given them, twice: each needs the other.
         for _ in 0..2 {
             let spreads = round.estimated.spreads;
@@ -260,18 +261,6 @@ fn of_calibration(which: Background, person: &CalibratedPerson<'_>) -> Option<(f
     Some((-person.calibration.factors.get(factor), factor.prior_sd()))
 }
 
-pub(super) fn none() -> Estimated {
-    let zero = variance::SpreadEvidence { gain: 0.0, beyond_usual: 0.0, spread: 0.0 };
-    Estimated {
-        spreads: Spreads {
-            day: [0.0; statistics::RANDOM.len()],
-            block: [0.0; statistics::RANDOM.len()],
-        },
-        day: [zero; statistics::RANDOM.len()],
-        block: [zero; statistics::RANDOM.len()],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::sample::{
@@ -303,9 +292,12 @@ mod tests {
     #[test]
     fn a_constant_direction_is_shrunk_by_its_prior() {
         let subjects = vec![week(CLOCK, 0.4), week(CLOCK, 0.8)];
-        let of = |subject: &RoundPerson| variance::marginal(&subject.statistics, &none().spreads);
+        let of = |subject: &RoundPerson| {
+            variance::marginal(&subject.statistics, &variance::Spreads::default())
+        };
         let marginal = subjects.iter().map(of).collect();
-        let round = Round { subjects, marginal, estimated: none(), guards: Vec::new() };
+        let round =
+            Round { subjects, marginal, estimated: Estimated::default(), guards: Vec::new() };
         let n = (7 * A_DAY) as f64;
         for (person, amplitude) in [0.4, 0.8].into_iter().enumerate() {
             let expected = only(CLOCK, n * amplitude / (n + PRIOR_SD.powi(-2)));

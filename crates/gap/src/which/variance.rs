@@ -21,11 +21,13 @@ use super::statistics::{DayStatistics, RANDOM, TestStatistics, add_gram, mirror}
 const COUNT: usize = RANDOM.len();
 /// Spreads that are tried; a spread of the flux is in units of 0.016 mmol/kg/min, nominal production.
 pub(super) const GRID: [f64; 9] = [0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.45];
+/// Names of the scales of days and of blocks within them.
+pub(super) const SCALES: [&str; 2] = ["day", "block"];
 /// Sweeps over the spreads.
 const SWEEPS: usize = 2;
 
-/// Spreads of the random factors, log or relative.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Spreads of the random factors, log or relative; or a number for each of them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Spreads {
     /// From day to day.
     pub(super) day: [f64; COUNT],
@@ -49,7 +51,8 @@ impl Spreads {
                 .zip(spreads)
                 .map(move |(random, s)| (format!("{}/{scale}", random.port.name()), s))
         };
-        of("day", self.day).chain(of("block", self.block)).collect()
+        let [day, block] = SCALES;
+        of(day, self.day).chain(of(block, self.block)).collect()
     }
 
     fn get_mut(&mut self, scale: Scale, factor: usize) -> &mut f64 {
@@ -249,25 +252,13 @@ const USUAL: Spreads = Spreads {
     block: [0.04, 0.0, 0.07, 0.0, 0.0, 0.04, 0.0],
 };
 
-/// Evidence for one spread.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SpreadEvidence {
-    /// Log likelihood of the best spread over that of none, nats.
-    pub(super) gain: f64,
-    /// Log likelihood of the best spread over that of the usual one, nats; 0 if it is no larger.
-    pub(super) beyond_usual: f64,
-    /// The best spread.
-    pub(super) spread: f64,
-}
-
-/// The cohort's spreads, and the evidence for each: by scale and factor.
+/// The cohort's spreads, and the evidence for each.
+#[derive(Default)]
 pub(super) struct Estimated {
     /// The best spreads together.
     pub(super) spreads: Spreads,
-    /// From day to day.
-    pub(super) day: [SpreadEvidence; COUNT],
-    /// From block to block.
-    pub(super) block: [SpreadEvidence; COUNT],
+    /// Log likelihood of each spread over that of the usual one, nats; 0 if it is no larger.
+    pub(super) beyond_usual: Spreads,
 }
 
 /// Estimates the spreads by climbing one at a time over [`GRID`]. `fixed` holds each person's constant
@@ -313,20 +304,16 @@ pub(super) fn estimate(
             }
         }
     }
-    let evidence = |scale: Scale| {
+    let beyond_usual = |scale: Scale| {
         std::array::from_fn(|factor| {
-            let mut without = spreads;
-            let spread = *without.get_mut(scale, factor);
-            *without.get_mut(scale, factor) = 0.0;
-            let gain = if spread > 0.0 { best - of(&without) } else { 0.0 };
-            let mut usual = USUAL;
+            let (mut without, mut usual) = (spreads, USUAL);
             let usually = *usual.get_mut(scale, factor);
-            *without.get_mut(scale, factor) = usually;
-            let beyond_usual = if spread > usually { best - of(&without) } else { 0.0 };
-            SpreadEvidence { gain, beyond_usual, spread }
+            let spread = std::mem::replace(without.get_mut(scale, factor), usually);
+            if spread > usually { best - of(&without) } else { 0.0 }
         })
     };
-    Estimated { spreads, day: evidence(Scale::Day), block: evidence(Scale::Block) }
+    let beyond_usual = Spreads { day: beyond_usual(Scale::Day), block: beyond_usual(Scale::Block) };
+    Estimated { spreads, beyond_usual }
 }
 
 #[cfg(test)]
