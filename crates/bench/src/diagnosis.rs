@@ -228,7 +228,13 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     add("design", clock);
     let clock = Instant::now();
     let free_runs = |_| BTreeMap::new();
-    which(&inputs, &library, gap::working_posterior(), &config.calibration, &free_runs)?;
+    which(
+        (&inputs, inputs.len()),
+        &library,
+        gap::working_posterior(),
+        &config.calibration,
+        &free_runs,
+    )?;
     add("which, with a design for each round", clock);
     Ok(parts)
 }

@@ -164,7 +164,8 @@ impl<'a> Diagnoser<'a> {
                     }
                     None => free_run_statistics(analyses.iter().copied(), &config),
                 };
-                which(&inputs, library, posterior, &config.calibration, &free_runs)
+                let people = (&inputs[..], outcomes.len());
+                which(people, library, posterior, &config.calibration, &free_runs)
             },
         );
         let (baseline, which) = (baseline?, which?);

@@ -27,6 +27,8 @@ pub(crate) struct OnOne {
 /// What a posterior read, to be read again without one person.
 pub(crate) struct ReadAgain<'a> {
     pub(crate) people: &'a [CalibratedPerson<'a>],
+    /// Number of people of the cohort, with those left out.
+    pub(crate) asked: usize,
     pub(crate) library: &'a [Box<dyn Effect>],
     pub(crate) posterior: &'a Posterior,
     pub(crate) calibration: &'a CalibrationRule,
@@ -38,7 +40,8 @@ impl ReadAgain<'_> {
     /// Those of these effects of which more than half of the log odds, over those before any data, is the person's who shows
     /// most. `gains` has the effects with each person's evidence.
     ///
-    /// The posterior is asked again without that person; people are not analysed again.
+    /// The posterior is asked again without that person; people are not analysed again. Where only one of several
+    /// people is in use, everything rests on that one. A cohort of one person is asked as it is.
     ///
     /// # Errors
     /// As [`first_round`].
@@ -47,7 +50,7 @@ impl ReadAgain<'_> {
         belief: &Belief,
         gains: &[(EffectId, &[f64])],
     ) -> Result<Vec<OnOne>, GapError> {
-        if !(2..=MOST_PEOPLE).contains(&self.people.len()) {
+        if self.asked == 1 || self.people.len() > MOST_PEOPLE {
             return Ok(Vec::new());
         }
         let known = self.posterior.effects().len() as f64;
@@ -56,11 +59,16 @@ impl ReadAgain<'_> {
         let mut resting = Vec::new();
         for (effect, gains) in gains {
             let person = who_shows_most(gains);
-            let rest = match without_person.entry(person) {
-                Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(open) => open.insert(self.without(person)?),
+            let with = belief.of_known(*effect);
+            let without = if self.people.len() == 1 {
+                before
+            } else {
+                let rest = match without_person.entry(person) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(open) => open.insert(self.without(person)?),
+                };
+                rest.of_known(*effect)
             };
-            let (with, without) = (belief.of_known(*effect), rest.of_known(*effect));
             if is_carried(with, without, before) {
                 resting.push(OnOne { effect: *effect, person, without });
             }
@@ -70,7 +78,7 @@ impl ReadAgain<'_> {
 
     /// What the posterior says without a person.
     fn without(&self, person: usize) -> Result<Belief, GapError> {
-        let Self { people, library, posterior, calibration, free_runs } = self;
+        let Self { people, library, posterior, calibration, free_runs, .. } = self;
         let others: Vec<CalibratedPerson<'_>> = others(people, person).copied().collect();
         let rest = first_round(&others, library, calibration, free_runs(Some(person)))?;
         believed(posterior, &rest.statistics)

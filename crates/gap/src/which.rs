@@ -185,14 +185,15 @@ pub fn first_round(
 
 /// Names the effects that are missing, by the probabilities of a posterior.
 ///
-/// An effect of the caller's own comes first where it is probable beside those of the library. `calibration` says which
+/// `asked` is the number of people of the cohort, with those left out. An effect of the caller's own comes first where
+/// it is probable beside those of the library. `calibration` says which
 /// innovations are scored when a filter is run again, and `free_runs` gives what the posterior reads of free runs: those of
 /// all people, or of all but the one of an index.
 ///
 /// # Errors
 /// As [`design`](crate::design::design), and [`GapError::Posterior`].
 pub fn which(
-    people: &[CalibratedPerson<'_>],
+    (people, asked): (&[CalibratedPerson<'_>], usize),
     library: &[Box<dyn Effect>],
     posterior: &Posterior,
     calibration: &CalibrationRule,
@@ -213,7 +214,7 @@ pub fn which(
         .filter(|score| belief.alarms() && belief.of_known(score.effect) >= NAMED_FROM)
         .map(|score| (score.effect, score.gains()))
         .collect();
-    let withheld = ReadAgain { people, library, posterior, calibration, free_runs }
+    let withheld = ReadAgain { people, asked, library, posterior, calibration, free_runs }
         .on_one(&belief, &probable)?;
     let mut named: Vec<Named> = Vec::new();
     while let Some(best) = belief.next(&candidates, &withheld) {

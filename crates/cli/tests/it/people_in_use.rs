@@ -48,6 +48,31 @@ fn mixed() -> Cohort {
 }
 
 #[test]
+fn what_one_person_of_a_cohort_shows_alone_has_no_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let embedded = read_folder(&workspace().join("fixtures/embedded/cohort")).expect("reads");
+    let alone: Vec<Person> = embedded.people.into_iter().filter(|p| p.id == "P04").collect();
+    let mut short = Person { id: "short".into(), ..alone[0].clone() };
+    short.record = short.record.slice(0..288).expect("a day");
+    short.record.channel_mut(Channel::Cgm).iter_mut().flatten().for_each(|glucose| *glucose += 1.0);
+    let diagnosed = |name: &str, people: Vec<Person>| -> Diagnosis {
+        let (cohort, out) = (folder.path().join(name), folder.path().join(format!("{name}-out")));
+        write_folder(&Cohort { people }, &cohort, RecordsFormat::Csv).expect("writable");
+        let (done, said) = xtask(&["diagnose", "--cohort", text(&cohort), "--out", text(&out)]);
+        assert!(done, "{said}");
+        document(&out)
+    };
+    let one = diagnosed("one", alone.clone());
+    assert!(one.effects.iter().any(|found| found.effect == "missed_meals"), "{:?}", one.effects);
+    let of_two = diagnosed("of-two", [alone, vec![short]].concat());
+    assert!(of_two.effects.is_empty(), "{:?}", of_two.effects);
+    assert_eq!(of_two.verdict, contract::diagnosis::Verdict::Unknown);
+    let meals = of_two.candidates.iter().find(|c| c.effect == "missed_meals").expect("tried");
+    let why = meals.not_named.as_deref().unwrap_or_default();
+    assert!(why.starts_with("It rests on one person: without P04 its probability is "), "{why}");
+}
+
+#[test]
 fn a_twin_of_people_without_basal_insulin_is_left_out_by_name_and_reason() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
