@@ -256,8 +256,7 @@ pub enum CohortError {
     },
     /// A record would be longer than any study, or than what it holds can fill.
     #[error(
-        "{place}: person '{person}' spans {days} days, more than {limit} (one for each entry, at least 28, at most 7320); a \
-         time is probably wrong"
+        "{place}: person '{person}' spans {days} days, more than {limit}; a time is probably wrong"
     )]
     TooLong {
         /// The row that extends the record.

@@ -13,8 +13,8 @@ const MOST_STEPS: usize = 1 << 25;
 /// Shortest span that is never too long for what it holds, days.
 const FEW_DAYS: i64 = 28;
 
-/// Longest span of a record that holds so many entries, days: one for each. Whatever is sparser has a wrong date, and would
-/// fill the memory with empty steps.
+/// Longest span of a record that is imported from so many entries, days: one for each. Whatever is sparser has a wrong date,
+/// and would fill the memory with empty steps.
 pub(crate) fn longest(entries: usize) -> i64 {
     i64::try_from(entries).unwrap_or(MAX_DAYS).clamp(FEW_DAYS, MAX_DAYS)
 }

@@ -3,14 +3,13 @@
 use std::collections::HashMap;
 
 use chrono::{Datelike, NaiveDateTime};
-use physiology::STEPS_PER_DAY;
 
 use super::record_table::{PERSON_ID, RecordTable, TIME};
 use crate::error::{CohortError, Place};
 use crate::faults::Faults;
 use crate::person::Person;
 use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, GridSteps, MAX_DAYS, Record, longest, on_grid};
+use crate::record::{Channel, GridSteps, MAX_DAYS, Record, on_grid};
 
 /// Fills the records of `people` from the rows of `table`.
 pub(super) fn fill(
@@ -23,11 +22,6 @@ pub(super) fn fill(
     let mut steps = GridSteps::default();
     lengths.iter().try_for_each(|length| steps.add(*length, table.file()))?;
     for (person, (rows, length)) in people.iter_mut().zip(spans.iter().zip(lengths)) {
-        let (days, limit) = ((length / STEPS_PER_DAY) as i64, longest(rows.len()));
-        if let Some((row, _)) = rows.last().filter(|_| days >= limit) {
-            let (place, person) = (table.cell(*row as usize, TIME), person.id.clone());
-            return Err(CohortError::TooLong { place, person, days, limit });
-        }
         match rows.first() {
             Some(first) => person.record = Record::new(first.1, length)?,
             None => faults.add(CohortError::NoRecord {

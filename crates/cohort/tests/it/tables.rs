@@ -199,7 +199,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ("t,g\n0001-03-01 08:00,100\n", "a time within the years 1900 to 2199"),
         (
             "t,g\n2024-03-01 08:00,100\n2034-03-01 08:00,100\n",
-            "p.csv, column g: person 'p' spans 3652 days, more than 28 (one for each entry",
+            "p.csv, column g: person 'p' spans 3652 days, more than 28; a time is probably wrong",
         ),
         ("PK\u{3}\u{4}", "not an Excel workbook, or cut off"),
     ] {
