@@ -158,13 +158,7 @@ pub(crate) fn background(
         .iter()
         .map(|i| MEAL_SHARE * glucose_dose(Grams(i.carbs.0), record.weight))
         .collect();
-    for (index, bump) in bumps(&MEAL_PEAKS).iter().enumerate() {
-        all.push(BackgroundDirection {
-            which: Background::MealKernel(index),
-            direction: Direction::Course(vec![(Field::Flux, filtered(&meals, bump))]),
-            prior_sd: 1.0,
-        });
-    }
+    all.extend(kernel(Background::MealKernel, &MEAL_PEAKS, &meals));
     all.push(BackgroundDirection {
         which: Background::GutTimeBySize,
         direction: Direction::Course(vec![(Field::GutTime, by_size(record))]),
@@ -179,32 +173,15 @@ pub(crate) fn background(
             RESCUE_SHARE * glucose_dose(Grams(taken), record.weight)
         })
         .collect();
-    for (index, bump) in bumps(&RESCUE_PEAKS).iter().enumerate() {
-        all.push(BackgroundDirection {
-            which: Background::RescueKernel(index),
-            direction: Direction::Course(vec![(Field::Flux, filtered(&treatments, bump))]),
-            prior_sd: 1.0,
-        });
-    }
+    all.extend(kernel(Background::RescueKernel, &RESCUE_PEAKS, &treatments));
     for (which, shape) in GLUCOSE_SHAPES {
-        let course = glucose.iter().map(|g| CLOCK_FLUX * shape(*g)).collect();
-        all.push(BackgroundDirection {
-            which,
-            direction: Direction::Course(vec![(Field::Flux, course)]),
-            prior_sd: 1.0,
-        });
+        all.push(flux(which, glucose.iter().map(|g| CLOCK_FLUX * shape(*g)).collect()));
     }
     let insulin: Vec<f64> =
         record.inputs.iter().map(|i| i.insulin().during(STEP).0 / record.weight.0).collect();
     let mean = insulin.iter().sum::<f64>() / insulin.len().max(1) as f64;
     let insulin: Vec<f64> = insulin.iter().map(|u| -INSULIN_SHARE * (u - mean)).collect();
-    for (index, bump) in bumps(&INSULIN_PEAKS).iter().enumerate() {
-        all.push(BackgroundDirection {
-            which: Background::InsulinKernel(index),
-            direction: Direction::Course(vec![(Field::Flux, filtered(&insulin, bump))]),
-            prior_sd: 1.0,
-        });
-    }
+    all.extend(kernel(Background::InsulinKernel, &INSULIN_PEAKS, &insulin));
     for harmonic in 1..=HARMONICS {
         for (phase, later) in [(Phase::Cosine, 0.0), (Phase::Sine, 0.25)] {
             let wave = |hour: &f64| {
@@ -214,14 +191,26 @@ pub(crate) fn background(
             // Steps of five minutes come round every day.
             let day: Vec<f64> = hours.iter().take(STEPS_PER_DAY).map(wave).collect();
             let course = day.iter().copied().cycle().take(hours.len()).collect();
-            all.push(BackgroundDirection {
-                which: Background::Clock { harmonic, phase },
-                direction: Direction::Course(vec![(Field::Flux, course)]),
-                prior_sd: 1.0,
-            });
+            all.push(flux(Background::Clock { harmonic, phase }, course));
         }
     }
     all
+}
+
+/// A direction of the flux.
+fn flux(which: Background, course: Vec<f64>) -> BackgroundDirection {
+    let direction = Direction::Course(vec![(Field::Flux, course)]);
+    BackgroundDirection { which, direction, prior_sd: 1.0 }
+}
+
+/// The flux after doses, a direction a bump.
+fn kernel(
+    which: fn(usize) -> Background,
+    peaks: &[f64],
+    doses: &[f64],
+) -> impl Iterator<Item = BackgroundDirection> {
+    let bumps = bumps(peaks).into_iter().enumerate();
+    bumps.map(move |(index, bump)| flux(which(index), filtered(doses, &bump)))
 }
 
 /// Bumps in logarithmic time between neighbouring peaks, per minute, each of area 1.

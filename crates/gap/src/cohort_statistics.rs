@@ -96,13 +96,10 @@ pub(crate) fn statistics(
         found.insert(format!("{name}/mean"), mean);
         found.insert(format!("{name}/SD"), variance.sqrt());
     }
-    for (name, spread) in spreads {
-        found.insert(format!("spread/{name}"), *spread);
+    for (group, values) in [("spread", spreads), ("evidence", &evidence.gains), ("units", units)] {
+        for (name, value) in values {
+            found.insert(format!("{group}/{name}"), *value);
+        }
     }
-    for (name, gain) in &evidence.gains {
-        found.insert(format!("evidence/{name}"), *gain);
-    }
-    let units = units.iter().map(|(name, value)| (format!("units/{name}"), *value));
-    found.extend(units);
     found
 }

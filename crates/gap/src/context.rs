@@ -8,11 +8,9 @@
 use chrono::Timelike;
 use cohort::Person;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
-use serde::{Deserialize, Serialize};
 
 /// A situation of the `context` factor. Several may hold at once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Situation {
     /// A meal of at least [`MEAL`] g was logged within the last 3 h.
     AfterMeal,

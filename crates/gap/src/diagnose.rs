@@ -147,7 +147,7 @@ impl<'a> Diagnoser<'a> {
             .collect();
         let posterior: &Posterior = self.posterior.unwrap_or_else(|| working_posterior());
         // One of them waits for a thread of its own; the other uses it meanwhile.
-        let ((gaps, hourly, baseline), which) = rayon::join(
+        let ((mut gaps, hourly, baseline), which) = rayon::join(
             || {
                 let (rule, localisation) = (&config.free_run, &config.localisation);
                 let gaps = gaps(&included, rule, localisation, seed);
@@ -169,7 +169,6 @@ impl<'a> Diagnoser<'a> {
             },
         );
         let (baseline, which) = (baseline?, which?);
-        let mut gaps = gaps;
         share_out(&mut gaps, &which.belief.answer.gaps);
         let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
         let answer = which.answer(library, &ids);

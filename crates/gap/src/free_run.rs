@@ -8,7 +8,7 @@ use physiology::{MgPerDl, OpenLoop, Plant, simulate};
 use serde::{Deserialize, Serialize};
 
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, BodyAlone, Euler};
+use crate::filter::augmented::{AugmentedModel, Euler};
 use crate::filter::observations::{Observations, Reading, within_sensor_range};
 use crate::filter::state::AugmentedState;
 
@@ -114,6 +114,16 @@ pub(crate) enum Flux {
     Kept,
 }
 
+impl Flux {
+    /// The state in which a free run from a filtered state starts.
+    fn begin(self, filtered: &AugmentedState) -> AugmentedState {
+        match self {
+            Self::Dropped => AugmentedState { flux: 0.0, ..*filtered },
+            Self::Kept => *filtered,
+        }
+    }
+}
+
 /// [`free_run_errors`] of a person's model from the filter's `states`, one a step of the record.
 ///
 /// # Errors
@@ -128,17 +138,10 @@ pub(crate) fn free_run_errors_of(
     if let Some(errors) = plain_errors(model, record, rule, states, flux) {
         return Ok(errors);
     }
-    let lag = model.lag_decay();
-    match flux {
-        Flux::Dropped => free_run_errors(&BodyAlone(model), record, rule, lag, |step| Start {
-            state: states[step].body,
-            interstitial: states[step].interstitial,
-        }),
-        Flux::Kept => free_run_errors(model, record, rule, lag, |step| Start {
-            state: states[step],
-            interstitial: states[step].interstitial,
-        }),
-    }
+    free_run_errors(model, record, rule, model.lag_decay(), |step| Start {
+        state: flux.begin(&states[step]),
+        interstitial: states[step].interstitial,
+    })
 }
 
 /// The same by the step worked out beforehand: nothing is kept of a run but its readings at the horizons.
@@ -164,10 +167,7 @@ fn plain_errors(
     horizons.retain(|(steps, _)| *steps > 0);
     let mut errors = Vec::new();
     for start in starts(record, rule) {
-        let mut run = model.plain_run(euler, &states[start]);
-        if flux == Flux::Dropped {
-            run.flux = 0.0;
-        }
+        let mut run = model.plain_run(euler, &flux.begin(&states[start]));
         let mut at = start;
         for (steps, horizon) in &horizons {
             let target = start + steps;
@@ -309,19 +309,12 @@ mod tests {
         let rule = FreeRunRule { every: 7, horizons: vec![5, 30, 90], ..rule() };
         for flux in [Flux::Dropped, Flux::Kept] {
             let found = plain_errors(&model, &record, &rule, &states, flux).expect("covered");
-            let start = |step: usize| (states[step], states[step].interstitial);
-            let lag = noise.lag_decay();
-            let expected = match flux {
-                Flux::Kept => free_run_errors(&model, &record, &rule, lag, |step| {
-                    let (state, interstitial) = start(step);
-                    Start { state, interstitial }
-                }),
-                Flux::Dropped => free_run_errors(&BodyAlone(&model), &record, &rule, lag, |step| {
-                    let (state, interstitial) = start(step);
-                    Start { state: state.body, interstitial }
-                }),
-            }
-            .expect("finite");
+            let start = |step: usize| Start {
+                state: flux.begin(&states[step]),
+                interstitial: states[step].interstitial,
+            };
+            let expected =
+                free_run_errors(&model, &record, &rule, noise.lag_decay(), start).expect("finite");
             assert!(expected.len() > 40 && expected.iter().any(|e| e.error.abs() > 20.0));
             assert_eq!(found.len(), expected.len());
             for (found, expected) in found.iter().zip(&expected) {

@@ -147,9 +147,10 @@ pub fn how_far(
         format!("{}: fewer than two whole days, none can be held out", subject.input.person.id)
     }));
     notes.extend(driven.iter().enumerate().flat_map(|(k, found)| remarks(k, found, &subjects)));
-    let FoldFits { person_folds, hierarchies, variants } = fitted(&subjects, &driven, settings);
-    let strengths = strengths(&subjects, &person_folds, found, &hidden, settings, &mut notes);
-    let judged: Vec<Result<Judged, GapError>> = person_folds
+    let fits = fitted(&subjects, &driven, settings);
+    let strengths = strengths(&subjects, &fits.person_folds, found, &hidden, settings, &mut notes);
+    let judged: Vec<Result<Judged, GapError>> = fits
+        .person_folds
         .par_iter()
         .map(|person_fold| {
             person_fold.judged(&subjects[person_fold.subject], &hidden, &strengths, settings)
@@ -166,14 +167,7 @@ pub fn how_far(
         changed.horizons = summary.horizons(false)?;
         changed.outcomes = summary.outcomes()?;
         changed.innovations = summary.innovations()?;
-        changed.amplitudes = amplitudes(&driven, &hierarchies, &variants);
-        for (index, amplitude) in changed.amplitudes.iter_mut().enumerate() {
-            amplitude.people = (0..subjects.len())
-                .map(|subject| {
-                    of_person(&person_folds, subject, index).unwrap_or(amplitude.mean.value)
-                })
-                .collect();
-        }
+        changed.amplitudes = amplitudes(&driven, &fits, subjects.len());
     }
     if !hidden.is_empty() {
         let summary = Summary { people: &reconstructed, settings, seed };
@@ -243,12 +237,13 @@ fn of_person(person_folds: &[PersonFold<'_>], subject: usize, index: usize) -> O
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// Amplitudes of the cohort over the folds, without those of its people.
+/// Amplitudes of the cohort over the folds, and of its `people`.
 fn amplitudes(
     driven: &[&NamedEffect<'_>],
-    folds: &[CohortAmplitudes],
-    variants: &[Vec<usize>],
+    fits: &FoldFits<'_>,
+    people: usize,
 ) -> Vec<AmplitudeChange> {
+    let folds = &fits.hierarchies;
     let n = folds.len() as f64;
     if folds.is_empty() {
         return Vec::new();
@@ -264,10 +259,12 @@ fn amplitudes(
             let half = 1.96 * (within + mean(&|fold| fold.between[index])).sqrt();
             AmplitudeChange {
                 effect: found.effect.card().id.name().to_owned(),
-                variants: variants.iter().map(|of_fold| of_fold[index]).collect(),
+                variants: fits.variants.iter().map(|of_fold| of_fold[index]).collect(),
                 mean: WithInterval { value, lower: (value - half).max(0.0), upper: value + half },
                 sd: mean(&|fold| fold.sd[index]),
-                people: Vec::new(),
+                people: (0..people)
+                    .map(|person| of_person(&fits.person_folds, person, index).unwrap_or(value))
+                    .collect(),
             }
         })
         .collect()

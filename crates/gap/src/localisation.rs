@@ -141,7 +141,9 @@ fn step_down(
     let rows: Vec<Vec<f64>> = (0..replicates)
         .into_par_iter()
         .map(|index| {
-            let mut row = replicate(tested, &blocks, &mut stream(seed, index));
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(index as u64);
+            let mut row = replicate(tested, &blocks, &mut rng);
             let mut maximum: f64 = 0.0;
             for cell in falling.iter().rev() {
                 maximum = maximum.max(row[*cell]);
@@ -173,12 +175,6 @@ fn step_down(
         });
     }
     estimates
-}
-
-fn stream(seed: u64, replicate: usize) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(replicate as u64);
-    rng
 }
 
 #[cfg(test)]

@@ -19,69 +19,56 @@ const LARGEST: [f64; FACTORS] = [1.05, 0.55, 0.85, 1.2, 0.7, 0.5];
 /// worlds (`xtask realism --worlds 80 --nulls 80 --seed 3`) have less than 1.64.
 const LARGEST_SCALE: f64 = 1.65;
 
-/// What the plant lacks to describe a person.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Lack {
-    Clock,
-    Unit,
-    Structure,
-}
+/// What the plant may lack to describe a person.
+const CLOCK: &str = "clock";
+const UNIT: &str = "unit or completeness of a log";
+const STRUCTURE: &str = "structure";
 
-impl Lack {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Clock => "clock",
-            Self::Unit => "unit or completeness of a log",
-            Self::Structure => "structure",
-        }
-    }
-}
-
-/// What a factor beyond bodies stands for, and what would mend it.
-fn reading(factor: Factor, high: bool) -> (Lack, &'static str, &'static str) {
+/// What the plant lacks where a factor is beyond bodies, what the factor stands for, and what would mend it.
+fn reading(factor: Factor, high: bool) -> (&'static str, &'static str, &'static str) {
     match (factor, high) {
         (Factor::TMaxG, true) => (
-            Lack::Clock,
+            CLOCK,
             "meals are absorbed more slowly than in anybody, as if they were logged early",
             "check the clock of the carbohydrate log, and whether meals are logged before they are eaten",
         ),
         (Factor::TMaxG, false) => (
-            Lack::Clock,
+            CLOCK,
             "meals are absorbed faster than in anybody, as if they were logged late",
             "check the clock of the carbohydrate log, and whether meals are logged after they are eaten",
         ),
         (Factor::TMaxI, true) => (
-            Lack::Clock,
+            CLOCK,
             "insulin acts later than in anybody, as if it were given after its time on record",
             "check the clock of the insulin log, and whether long-acting insulin is recorded as a bolus",
         ),
         (Factor::TMaxI, false) => (
-            Lack::Clock,
+            CLOCK,
             "insulin acts earlier than in anybody, as if it were given before its time on record",
             "check the clock of the insulin log",
         ),
         (Factor::Action, true) => (
-            Lack::Unit,
+            UNIT,
             "insulin on record acts more than in anybody",
             "check the unit of insulin, the body weight, and whether all insulin is on record",
         ),
         (Factor::Action, false) => (
-            Lack::Unit,
+            UNIT,
             "insulin on record acts less than in anybody",
             "check the unit of insulin, the body weight, and whether all carbohydrate is on record",
         ),
         (Factor::AG, true) => (
-            Lack::Unit,
+            UNIT,
             "carbohydrate on record raises glucose more than in anybody",
             "check the unit of carbohydrate, and whether all of it is on record",
         ),
         (Factor::AG, false) => (
-            Lack::Unit,
+            UNIT,
             "carbohydrate on record raises glucose less than in anybody",
             "check the unit of carbohydrate, and whether what is on record was eaten",
         ),
         (Factor::Egp0 | Factor::F01, _) => (
-            Lack::Structure,
+            STRUCTURE,
             "production or uptake of glucose is beyond that of bodies",
             "check whether basal insulin is on record",
         ),
@@ -90,13 +77,12 @@ fn reading(factor: Factor, high: bool) -> (Lack, &'static str, &'static str) {
 
 /// What says that the plant does not describe a person; empty for most.
 pub(crate) fn findings(person: &str, calibration: &Calibration) -> Vec<DataQualityFinding> {
-    let finding = |lack: Lack, text: String, estimate| DataQualityFinding {
+    let finding = |lack: &str, text: String, estimate| DataQualityFinding {
         check: CHECK.to_owned(),
         person_id: person.to_owned(),
         finding: format!(
-            "the plant does not describe this person (lacking: {}): {text}; effects found in this person are in \
-             doubt",
-            lack.name()
+            "the plant does not describe this person (lacking: {lack}): {text}; effects found in this person are in \
+             doubt"
         ),
         estimate,
     };
@@ -126,7 +112,7 @@ pub(crate) fn findings(person: &str, calibration: &Calibration) -> Vec<DataQuali
         };
         let text = "readings differ from what is expected five minutes before by more than in all but one of 200 made people; \
                     check the sensor channel for a second sensor or capillary readings";
-        found.push(finding(Lack::Structure, text.to_owned(), Some(estimate)));
+        found.push(finding(STRUCTURE, text.to_owned(), Some(estimate)));
     }
     if !calibration.converged {
         let text = format!(
@@ -134,7 +120,7 @@ pub(crate) fn findings(person: &str, calibration: &Calibration) -> Vec<DataQuali
              at the person's days for a change of pump, sensor or therapy",
             calibration.iterations
         );
-        found.push(finding(Lack::Structure, text, None));
+        found.push(finding(STRUCTURE, text, None));
     }
     found
 }

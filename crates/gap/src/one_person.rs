@@ -9,7 +9,7 @@ use posterior::Posterior;
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
-use crate::which::{Belief, believed, first_round};
+use crate::which::{Belief, believed, first_round, index_of_largest};
 
 /// People beyond whom none of them can carry a name.
 const MOST_PEOPLE: usize = 20;
@@ -58,7 +58,7 @@ impl ReadAgain<'_> {
         let mut without_person: BTreeMap<usize, Belief> = BTreeMap::new();
         let mut resting = Vec::new();
         for (effect, gains) in gains {
-            let person = who_shows_most(gains);
+            let person = index_of_largest(gains);
             let with = belief.of_known(*effect);
             let without = if self.people.len() == 1 {
                 before
@@ -88,11 +88,6 @@ impl ReadAgain<'_> {
 /// All but one.
 pub(crate) fn others<T>(of: &[T], person: usize) -> impl Iterator<Item = &T> + Clone {
     of.iter().enumerate().filter(move |(index, _)| *index != person).map(|(_, own)| own)
-}
-
-/// The person with the largest evidence.
-fn who_shows_most(gains: &[f64]) -> usize {
-    (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b])).unwrap_or(0)
 }
 
 /// Whether more than half of the log odds over those before any data goes with the person.

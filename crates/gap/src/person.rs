@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use cohort::Person;
 use ode_sim::{EgpMode, OdeParameters};
-use physiology::{Plant, STEPS_PER_DAY};
+use physiology::STEPS_PER_DAY;
 
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, PARTS, Situation, Situations, band, hours_of_part, part_of_day};
 use crate::error::GapError;
-use crate::filter::augmented::{AugmentedModel, BodyAlone};
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::body::Body;
 use crate::filter::calibration::{Calibration, Factor, calibrated};
 use crate::filter::noise::NoiseModel;
@@ -144,10 +144,7 @@ pub(crate) fn analyse(
         None => match plants.body_of(read).and_then(|body| {
             let model = population(&observations, body, config.noise);
             calibrated(&model, &observations, &config.calibration)
-                .and_then(|calibration| {
-                    let (free_run, localisation) = (&config.free_run, &config.localisation);
-                    errors_of(read, &observations, calibration, free_run, localisation)
-                })
+                .and_then(|calibration| errors_of(read, observations, calibration, config))
                 .map_err(|error| error.to_string())
         }) {
             Ok(analysis) if analysis.summary.runs == 0 => {
@@ -192,17 +189,15 @@ fn population(
 /// Where a calibrated plant misses a person.
 fn errors_of(
     person: &Person,
-    observations: &Observations,
+    observations: Observations,
     calibration: Calibration,
-    free_run: &FreeRunRule,
-    localisation: &LocalisationRule,
+    config: &DiagnosisConfig,
 ) -> Result<PersonAnalysis, GapError> {
-    let plant = BodyAlone(&calibration.model);
-    let states = &calibration.filtered.states;
-    let glucose: Vec<f64> = states.iter().map(|state| plant.glucose(&state.body).0).collect();
+    let (free_run, localisation) = (&config.free_run, &config.localisation);
+    let (model, states) = (&calibration.model, &calibration.filtered.states);
+    let glucose = calibration.glucose();
     let situations = Situations::of(person, &glucose);
-    let model = &calibration.model;
-    let errors = free_run_errors_of(model, observations, free_run, states, Flux::Dropped)?;
+    let errors = free_run_errors_of(model, &observations, free_run, states, Flux::Dropped)?;
 
     let record = &person.record;
     let last_day = record.day_index(record.len().saturating_sub(1));
@@ -235,7 +230,7 @@ fn errors_of(
     // Where glucose is high, the flux that made it so is likely to go on. A run that drops the filter's
     // flux would miss there for that reason alone, so cells that read glucose keep it.
     let rule = FreeRunRule { horizons: vec![localisation.horizon], ..free_run.clone() };
-    let kept_flux = free_run_errors_of(model, observations, &rule, states, Flux::Kept)?;
+    let kept_flux = free_run_errors_of(model, &observations, &rule, states, Flux::Kept)?;
     for error in &kept_flux {
         let index = record.day_index(error.start);
         let day = &mut free_runs[index];
@@ -258,8 +253,7 @@ fn errors_of(
             cells.add(GLUCOSE + band(glucose[step - 1]), *value);
         }
     }
-    let summary = summary(person, observations, &calibration, errors.len());
-    let observations = observations.clone();
+    let summary = summary(person, &observations, &calibration, errors.len());
     Ok(PersonAnalysis {
         free_runs,
         innovations,

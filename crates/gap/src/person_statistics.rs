@@ -176,7 +176,12 @@ impl Values {
 
 /// A moment of enough values.
 fn moment(values: &[f64], of: fn(&[f64]) -> f64) -> Option<f64> {
-    (values.len() >= FEWEST).then(|| of(values)).filter(|value| value.is_finite())
+    moment_of_fewer(values, 1, of)
+}
+
+/// A moment of a sample that is smaller than [`FEWEST`] by a known factor.
+fn moment_of_fewer(values: &[f64], factor: usize, of: fn(&[f64]) -> f64) -> Option<f64> {
+    (values.len() * factor >= FEWEST).then(|| of(values)).filter(|value| value.is_finite())
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -188,11 +193,20 @@ fn sd(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)).sqrt()
 }
 
+/// Mean of a power of the distances from the mean.
+fn central_moment(values: &[f64], power: i32) -> f64 {
+    let mean = mean(values);
+    values.iter().map(|v| (v - mean).powi(power)).sum::<f64>() / values.len() as f64
+}
+
 /// Fourth moment over the squared second, less 3; 0 for a normal variable.
 fn excess_kurtosis(values: &[f64]) -> f64 {
-    let (mean, n) = (mean(values), values.len() as f64);
-    let of_power = |power: i32| values.iter().map(|v| (v - mean).powi(power)).sum::<f64>() / n;
-    of_power(4) / of_power(2).powi(2) - 3.0
+    central_moment(values, 4) / central_moment(values, 2).powi(2) - 3.0
+}
+
+/// Third moment over the standard deviation cubed; 0 for a normal variable.
+fn skewness(values: &[f64]) -> f64 {
+    central_moment(values, 3) / central_moment(values, 2).powf(1.5)
 }
 
 /// Correlation of entries `lag` apart, over the pairs that exist.

@@ -82,13 +82,11 @@ impl Finding {
         Self { reported, consequence: Consequence::Note }
     }
 
-    fn saying(mut self, text: impl Into<String>) -> Self {
-        self.reported.finding = text.into();
-        self
-    }
-
-    fn with_estimate(mut self, estimate: FindingEstimate) -> Self {
-        self.reported.estimate = Some(estimate);
+    /// `estimate` is a value with the lower and the upper end of its interval.
+    fn with_estimate(mut self, estimate: (f64, f64, f64), unit: &str) -> Self {
+        let (value, lower, upper) = estimate;
+        let unit = unit.to_owned();
+        self.reported.estimate = Some(FindingEstimate { value, lower, upper, unit });
         self
     }
 

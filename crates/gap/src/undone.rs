@@ -6,7 +6,7 @@
 //! the changed log itself looks like (doses that nobody gives) is not counted. It compares likelihoods of the same
 //! readings, so it is stated where the readings are not what is changed.
 
-use cohort::{Channel, Cohort, Person};
+use cohort::{Cohort, Person};
 use ode_sim::OdeParameters;
 use rayon::prelude::*;
 
@@ -27,8 +27,7 @@ pub fn log_likelihoods(cohort: &Cohort) -> Vec<Option<f64>> {
 /// The gain over all people, nats; `None` where the readings were changed, or nobody can be compared.
 #[must_use]
 pub fn gain(before: &Cohort, likelihoods: &[Option<f64>], after: &Cohort) -> Option<f64> {
-    let cgm = |person: &Person| person.record.channel(Channel::Cgm).to_vec();
-    if before.people.iter().zip(&after.people).any(|(a, b)| cgm(a) != cgm(b)) {
+    if before.people.iter().zip(&after.people).any(|(a, b)| a.record.cgm() != b.record.cgm()) {
         return None;
     }
     let changed = log_likelihoods(after);

@@ -19,7 +19,7 @@ use faer::Mat;
 
 pub(crate) use self::doses::Doses;
 pub(crate) use self::port_course::PortCourse;
-pub(crate) use self::scores::Nuisance;
+pub(crate) use self::scores::Allowed;
 pub(crate) use self::tally::power;
 
 use self::kinds::{KINDS, Unit, units};
@@ -36,15 +36,21 @@ use crate::filter::tangent::LANES;
 #[derive(Debug, Clone)]
 pub(crate) struct PersonUnits {
     /// By kind and field.
-    tallies: BTreeMap<(usize, usize), Tally>,
-    /// Power at each of the kind's periods, by kind and field.
-    rhythms: BTreeMap<(usize, usize), Vec<f64>>,
-    /// By kind, covariate and field.
-    trends: BTreeMap<(usize, usize, usize), Total>,
-    /// By driven effect and variant, days as units.
-    effects: Vec<(EffectId, usize, Total)>,
+    fields: BTreeMap<(usize, usize), OfField>,
+    /// By driven effect, variant and whether the background is the plain one; days as units.
+    effects: Vec<((EffectId, usize, bool), Total)>,
     /// At every port, by part of the day.
     courses: Vec<CourseSums>,
+}
+
+/// What one person's units of one kind show of one field.
+#[derive(Debug, Clone)]
+struct OfField {
+    tally: Tally,
+    /// Power at each of the kind's periods.
+    rhythms: Vec<f64>,
+    /// By covariate.
+    trends: Vec<Total>,
 }
 
 impl PersonUnits {
@@ -57,16 +63,14 @@ impl PersonUnits {
         person: &CalibratedPerson<'_>,
         design: &Design,
         information: &Mat<f64>,
-        nuisances: &[Nuisance],
-        plain: &[Nuisance],
+        nuisances: &[Allowed],
+        plain: &[Allowed],
     ) -> Result<Self, GapError> {
         let course = person.course();
         let situations = Situations::of(person.person, &course.glucose);
         let [usual, less] = Scores::profiled(person, design, information, [nuisances, plain])?;
         let mut found = Self {
-            tallies: BTreeMap::new(),
-            rhythms: BTreeMap::new(),
-            trends: BTreeMap::new(),
+            fields: BTreeMap::new(),
             effects: Vec::new(),
             courses: port_course::of_person(&less, &course.hour),
         };
@@ -78,21 +82,21 @@ impl PersonUnits {
             for field in 0..FIELDS.len() {
                 let of_units: Vec<[f64; LANES]> =
                     units.units.iter().map(|unit| scores.over(field, &unit.steps)).collect();
-                found.tallies.insert((units.kind, field), Tally::of(&of_units));
-                if !kind.rhythms.is_empty() {
-                    let scores: Vec<f64> = of_units.iter().map(|scores| scores[DATA]).collect();
-                    let powers = kind.rhythms.iter().map(|(_, period)| power(&scores, *period));
-                    found.rhythms.insert((units.kind, field), powers.collect());
-                }
-                for (index, values) in covariates.iter().enumerate() {
-                    let pairs = of_units.iter().zip(values.iter().copied());
-                    found.trends.insert((units.kind, index, field), Total::of(pairs));
-                }
+                let data: Vec<f64> = of_units.iter().map(|scores| scores[DATA]).collect();
+                let trend =
+                    |values: &Vec<f64>| Total::of(of_units.iter().zip(values.iter().copied()));
+                let of_field = OfField {
+                    tally: Tally::of(&of_units),
+                    rhythms: kind.rhythms.iter().map(|(_, n)| power(&data, *n)).collect(),
+                    trends: covariates.iter().map(trend).collect(),
+                };
+                found.fields.insert((units.kind, field), of_field);
             }
         }
-        for scores in [&usual, &less] {
+        for (scores, plain) in [(&usual, false), (&less, true)] {
             found.effects.extend(scores.effects.iter().map(|of| {
-                (of.effect, of.variant, Total::of(of.days.iter().map(|day| (day, 1.0))))
+                let total = Total::of(of.days.iter().map(|day| (day, 1.0)));
+                ((of.effect, of.variant, plain), total)
             }));
         }
         Ok(found)
@@ -122,11 +126,12 @@ pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
     let mut found = BTreeMap::new();
     for (index, kind) in KINDS.iter().enumerate() {
         for (field, of) in FIELDS.iter().enumerate() {
-            let tallies: Vec<Tally> =
-                people.iter().filter_map(|p| p.tallies.get(&(index, field)).copied()).collect();
-            if tallies.is_empty() {
+            let shown: Vec<&OfField> =
+                people.iter().filter_map(|p| p.fields.get(&(index, field))).collect();
+            if shown.is_empty() {
                 continue;
             }
+            let tallies: Vec<Tally> = shown.iter().map(|of| of.tally).collect();
             let totals: Vec<Total> = tallies.iter().map(|tally| tally.total).collect();
             let name = |statistic: &str| format!("{}/{of:?}/{statistic}", kind.name);
             for (statistic, value) in OF_TOTALS.iter().zip(of_totals(&totals)) {
@@ -135,29 +140,24 @@ pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
             for (statistic, value) in OF_TALLIES.iter().zip(of_tallies(&tallies)) {
                 found.insert(name(statistic), value);
             }
-            let powers: Vec<&Vec<f64>> =
-                people.iter().filter_map(|p| p.rhythms.get(&(index, field))).collect();
             for (rhythm_index, (rhythm, _)) in kind.rhythms.iter().enumerate() {
-                let mean =
-                    powers.iter().map(|of| of[rhythm_index]).sum::<f64>() / powers.len() as f64;
+                let powers = shown.iter().map(|of| of.rhythms[rhythm_index]);
+                let mean = powers.sum::<f64>() / shown.len() as f64;
                 found.insert(name(&format!("power at {rhythm}")), (mean + 0.01).ln());
             }
             for (covariate_index, covariate) in kind.covariates.iter().enumerate() {
-                let of_person =
-                    |p: &&PersonUnits| p.trends.get(&(index, covariate_index, field)).copied();
-                let totals: Vec<Total> = people.iter().filter_map(of_person).collect();
+                let totals: Vec<Total> =
+                    shown.iter().map(|of| of.trends[covariate_index]).collect();
                 for (statistic, value) in OF_TOTALS.iter().zip(of_totals(&totals)).take(4) {
                     found.insert(name(&format!("by {covariate}/{statistic}")), value);
                 }
             }
         }
     }
-    // Scores against the whole background come first, then those against the plain one.
     let mut drivers: BTreeMap<(EffectId, usize, bool), Vec<Total>> = BTreeMap::new();
     for person in people {
-        let half = person.effects.len() / 2;
-        for (position, (effect, variant, total)) in person.effects.iter().enumerate() {
-            drivers.entry((*effect, *variant, position >= half)).or_default().push(*total);
+        for (driver, total) in &person.effects {
+            drivers.entry(*driver).or_default().push(*total);
         }
     }
     for ((effect, variant, plain), totals) in drivers {

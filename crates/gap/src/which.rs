@@ -244,7 +244,7 @@ impl FirstRound {
         round: &Round,
         scores: &[Score],
         candidates: Vec<Candidate>,
-        mut free_runs: BTreeMap<String, f64>,
+        free_runs: BTreeMap<String, f64>,
     ) -> Self {
         let days: Vec<f64> =
             people.iter().map(|p| p.observations.len() as f64 / STEPS_PER_DAY as f64).collect();
@@ -258,7 +258,7 @@ impl FirstRound {
             round.subjects.iter().filter_map(|s| s.natural.as_ref()).collect();
         let of_units = units::of_cohort(&natural);
         let mut statistics = statistics(people, &evidence, &spreads, &of_units);
-        statistics.append(&mut free_runs);
+        statistics.extend(free_runs);
         statistics.extend(
             scores
                 .iter()
@@ -276,6 +276,11 @@ pub(crate) fn believed(
 ) -> Result<Belief, GapError> {
     let answer = posterior.answer(statistics).map_err(|e| GapError::Posterior(e.to_string()))?;
     Ok(Belief { answer })
+}
+
+/// Index of the largest of some values; 0 of none.
+pub(crate) fn index_of_largest(values: &[f64]) -> usize {
+    (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -10,12 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::any_number::AnyNumber;
 use crate::error::PosteriorError;
 use crate::joint::Joint;
-use crate::network::GAP_UNIT;
-use crate::network::{Network, Shape};
+use crate::network::{GAP_UNIT, Network, Shape};
 use crate::reading::Reading;
 use crate::regression::Regression;
-use crate::table::Table;
-use crate::things::Things;
 
 /// Key of the description in a file's metadata.
 const DESCRIPTION: &str = "posterior";
@@ -27,28 +24,28 @@ const REGRESSION: &str = "regression";
 /// Probabilities of what a cohort lacks.
 #[derive(Debug, Clone)]
 pub struct Posterior {
-    described: Described,
-    networks: Vec<Network>,
-    regression: Regression,
+    pub(crate) described: Described,
+    pub(crate) networks: Vec<Network>,
+    pub(crate) regression: Regression,
 }
 
 /// Everything but the weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Described {
-    effects: Vec<String>,
+pub(crate) struct Described {
+    pub(crate) effects: Vec<String>,
     /// Kinds outside the library, by the names that hands give them.
-    outside: Vec<String>,
-    ports: Vec<String>,
-    cells: Vec<String>,
-    hidden: usize,
-    reading: Reading,
+    pub(crate) outside: Vec<String>,
+    pub(crate) ports: Vec<String>,
+    pub(crate) cells: Vec<String>,
+    pub(crate) hidden: usize,
+    pub(crate) reading: Reading,
     /// What the regressions read.
-    regression: Reading,
-    card: PosteriorCard,
+    pub(crate) regression: Reading,
+    pub(crate) card: PosteriorCard,
 }
 
 impl Described {
-    fn shape(&self) -> Shape {
+    pub(crate) fn shape(&self) -> Shape {
         Shape {
             statistics: self.reading.names.len(),
             hidden: self.hidden,
@@ -86,23 +83,6 @@ pub struct Gap {
 }
 
 impl Posterior {
-    pub(crate) fn new(
-        things: Things,
-        ports: Vec<String>,
-        cells: Vec<String>,
-        reading: Reading,
-        networks: Vec<Network>,
-        regression: Regression,
-        card: PosteriorCard,
-    ) -> Self {
-        let hidden = networks.first().and_then(|m| m.weights.first()).map_or(0, |w| w.dims()[1]);
-        let read = regression.reading.clone();
-        let Things { effects, outside } = things;
-        let described =
-            Described { effects, outside, ports, cells, hidden, reading, regression: read, card };
-        Self { described, networks, regression }
-    }
-
     /// What it saw.
     #[must_use]
     pub fn card(&self) -> &PosteriorCard {
@@ -120,33 +100,15 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError::Tensor`].
     pub fn answer(&self, statistics: &BTreeMap<String, f64>) -> Result<Answer, PosteriorError> {
-        let read = [&self.described.reading, &self.regression.reading];
-        let mut answers = self.answers_to(read.map(|reading| reading.of_cohort(statistics)), 1)?;
-        answers.pop().ok_or_else(|| PosteriorError::File("it has no members".to_owned()))
-    }
-
-    /// What it says of every row of a table.
-    ///
-    /// # Errors
-    /// [`PosteriorError::Tensor`].
-    pub fn answers(&self, table: &Table) -> Result<Vec<Answer>, PosteriorError> {
-        let read = [&self.described.reading, &self.regression.reading];
-        self.answers_to(read.map(|reading| reading.of_table(table)), table.len())
-    }
-
-    /// `read` is what networks read of each row, and what the regressions read.
-    fn answers_to(
-        &self,
-        [read, regressed]: [Vec<f32>; 2],
-        rows: usize,
-    ) -> Result<Vec<Answer>, PosteriorError> {
         let shape = self.described.shape();
-        let tensor = |read: Vec<f32>| {
-            let width = read.len() / rows.max(1);
-            Tensor::from_vec(read, (rows, width), &Device::Cpu)
+        let tensor = |reading: &Reading| {
+            let read = reading.of_cohort(statistics);
+            Tensor::from_vec(read, (1, reading.names.len()), &Device::Cpu)
         };
-        let (read, regressed) = (tensor(read)?, tensor(regressed)?);
-        let zeros = |width: usize| Tensor::zeros((rows, width), DType::F32, &Device::Cpu);
+        // What networks read, and what the regressions read.
+        let read = tensor(&self.described.reading)?;
+        let regressed = tensor(&self.described.regression)?;
+        let zeros = |width: usize| Tensor::zeros((1, width), DType::F32, &Device::Cpu);
         let (mut odds, mut by_port) = (zeros(shape.odds)?, zeros(shape.ports)?);
         let mut gaps = zeros(2 * shape.cells)?;
         let mut pair = Tensor::zeros(1, DType::F32, &Device::Cpu)?;
@@ -162,16 +124,11 @@ impl Posterior {
         let odds = (((odds / networks)? + self.regression.odds(&regressed)?)? / 2.0)?;
         let pair = (((pair / networks)? + self.regression.pair())? / 2.0)?;
         let pair = f64::from(pair.to_vec1::<f32>()?[0]);
-        let by_port = candle_nn::ops::softmax(&(by_port / networks)?, 1)?.to_vec2::<f32>()?;
-        let gaps = (gaps / networks)?.to_vec2::<f32>()?;
-        let odds = odds.to_vec2::<f32>()?;
-        let answers = odds.iter().zip(&by_port).zip(&gaps);
-        Ok(answers
-            .map(|((odds, by_port), gaps)| {
-                let odds: Vec<f64> = odds.iter().map(|a| f64::from(*a)).collect();
-                self.in_words(&odds, pair, by_port, gaps)
-            })
-            .collect())
+        let numbers = |tensor: Tensor| tensor.flatten_all()?.to_vec1::<f32>();
+        let by_port = numbers(candle_nn::ops::softmax(&(by_port / networks)?, 1)?)?;
+        let gaps = numbers((gaps / networks)?)?;
+        let odds: Vec<f64> = numbers(odds)?.into_iter().map(f64::from).collect();
+        Ok(self.in_words(&odds, pair, &by_port, &gaps))
     }
 
     fn in_words(&self, odds: &[f64], pair: f64, ports: &[f32], gaps: &[f32]) -> Answer {
@@ -223,15 +180,13 @@ impl Posterior {
                 tensors.push((format!("{index}.{name}"), weights.to_dtype(DType::F16)?));
             }
         }
-        let shapes = Regression::shapes(self.regression.reading.names.len(), shape.odds);
+        let shapes = Regression::shapes(self.described.regression.names.len(), shape.odds);
         for ((name, _), weights) in shapes.iter().zip(&self.regression.weights) {
             tensors.push((format!("{REGRESSION}.{name}"), weights.to_dtype(DType::F16)?));
         }
-        let description = serde_json::to_string(&self.described)
-            .map_err(|error| PosteriorError::File(error.to_string()))?;
+        let description = serde_json::to_string(&self.described).map_err(file)?;
         let metadata = HashMap::from([(DESCRIPTION.to_owned(), description)]);
-        safetensors::serialize(tensors, Some(metadata))
-            .map_err(|error| PosteriorError::File(error.to_string()))
+        safetensors::serialize(tensors, Some(metadata)).map_err(file)
     }
 
     /// Reads a file.
@@ -239,37 +194,39 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError::File`] for bytes that are no file of ours.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, PosteriorError> {
-        let wrong = |error: &dyn std::fmt::Display| PosteriorError::File(error.to_string());
-        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(|e| wrong(&e))?;
+        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(file)?;
         let description = metadata.metadata().as_ref().and_then(|all| all.get(DESCRIPTION));
-        let description = description
-            .ok_or_else(|| PosteriorError::File("its metadata describe no posterior".to_owned()))?;
-        let described: Described = serde_json::from_str(description).map_err(|e| wrong(&e))?;
+        let description = description.ok_or_else(|| file("its metadata describe no posterior"))?;
+        let described: Described = serde_json::from_str(description).map_err(file)?;
         let tensors = candle_core::safetensors::load_buffer(bytes, &Device::Cpu)?;
         let shape = described.shape();
         let weights_of = |member: &str, shapes: &[(&'static str, Vec<usize>)]| {
             let one = |(name, shape): &(&'static str, Vec<usize>)| {
                 let key = format!("{member}.{name}");
                 let found = tensors.get(&key).filter(|tensor| tensor.dims() == *shape);
-                let found = found.ok_or_else(|| {
-                    PosteriorError::File(format!("`{key}` is absent or of another shape"))
-                })?;
+                let found =
+                    found.ok_or_else(|| file(format!("`{key}` is absent or of another shape")))?;
                 Ok(found.to_dtype(DType::F32)?)
             };
             shapes.iter().map(one).collect::<Result<Vec<Tensor>, PosteriorError>>()
         };
         let networks = (0..described.card.members)
-            .map(|member| weights_of(&member.to_string(), &shape.weights()))
-            .map(|weights| Ok(Network { weights: weights? }))
+            .map(|member| {
+                Ok(Network { weights: weights_of(&member.to_string(), &shape.weights())? })
+            })
             .collect::<Result<Vec<Network>, PosteriorError>>()?;
-        let reading = described.regression.clone();
-        let shapes = Regression::shapes(reading.names.len(), shape.odds);
-        let regression = Regression { reading, weights: weights_of(REGRESSION, &shapes)? };
+        let shapes = Regression::shapes(described.regression.names.len(), shape.odds);
+        let regression = Regression { weights: weights_of(REGRESSION, &shapes)? };
         if networks.is_empty() {
-            return Err(PosteriorError::File("it has no members".to_owned()));
+            return Err(file("it has no members"));
         }
         Ok(Self { described, networks, regression })
     }
+}
+
+/// An error of a file.
+fn file(why: impl std::fmt::Display) -> PosteriorError {
+    PosteriorError::File(why.to_string())
 }
 
 #[cfg(test)]

@@ -58,32 +58,25 @@ impl Reading {
     }
 
     /// What a network reads of one statistic; 0, the centre, where it is absent.
-    fn read(&self, index: usize, value: Option<f32>) -> f32 {
-        let Some(value) = value.filter(|value| value.is_finite()) else { return 0.0 };
+    fn read(&self, index: usize, value: f32) -> f32 {
+        if !value.is_finite() {
+            return 0.0;
+        }
         ((value - self.centre[index]) / self.spread[index]).asinh().clamp(-LARGEST, LARGEST)
     }
 
     /// What a network reads of a cohort.
     pub(crate) fn of_cohort(&self, statistics: &BTreeMap<String, f64>) -> Vec<f32> {
         let value = |(index, name): (usize, &String)| {
-            self.read(index, statistics.get(name).map(|value| *value as f32))
+            self.read(index, statistics.get(name).map_or(f32::NAN, |value| *value as f32))
         };
         self.names.iter().enumerate().map(value).collect()
     }
 
     /// What a network reads of a table: (rows, names).
     pub(crate) fn of_table(&self, table: &Table) -> Vec<f32> {
-        let columns: BTreeMap<&String, usize> =
-            table.names.iter().enumerate().map(|(column, name)| (name, column)).collect();
-        let columns: Vec<Option<usize>> =
-            self.names.iter().map(|name| columns.get(name).copied()).collect();
-        let of_row = |row: &[f32]| {
-            let value = |(index, column): (usize, &Option<usize>)| {
-                self.read(index, column.map(|column| row[column]))
-            };
-            columns.iter().enumerate().map(value).collect::<Vec<f32>>()
-        };
-        table.values.chunks(table.names.len().max(1)).flat_map(of_row).collect()
+        let values = table.ordered(&self.names).into_iter().enumerate();
+        values.map(|(place, value)| self.read(place % self.names.len(), value)).collect()
     }
 }
 

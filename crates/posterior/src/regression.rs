@@ -10,7 +10,6 @@ use rayon::prelude::*;
 
 use crate::error::PosteriorError;
 use crate::joint::{Joint, is_pair};
-use crate::reading::Reading;
 
 /// Rounds over all blocks, at most, and the gain of the log likelihood in a round that ends them, nats.
 const MOST_ROUNDS: usize = 30;
@@ -25,7 +24,6 @@ const HALVINGS: i32 = 8;
 /// Logistic regressions of the effects and of the kinds outside the library, coupled by the number for pairs.
 #[derive(Debug, Clone)]
 pub(crate) struct Regression {
-    pub(crate) reading: Reading,
     /// Weights in the order of [`Self::shapes`]; 0 where a regression does not read a statistic.
     pub(crate) weights: Vec<Tensor>,
 }
@@ -46,17 +44,17 @@ impl Regression {
         &self.weights[2]
     }
 
-    /// Fits the regressions. `read` is (rows, statistics) of `reading`, `missing` (rows, things), and `columns` are the
-    /// statistics of each thing, of which the first `effects` can act in pairs.
+    /// Fits the regressions. `read` is (rows, statistics), `missing` (rows, things), and `columns` are the statistics of
+    /// each thing, of which the first `effects` can act in pairs.
     pub(crate) fn fitted(
-        reading: Reading,
         read: &[f32],
         missing: &[Vec<bool>],
         columns: &[Vec<usize>],
         effects: usize,
         ridge: f64,
     ) -> Result<Self, PosteriorError> {
-        let (rows, things, width) = (missing.len(), columns.len(), reading.names.len());
+        let (rows, things) = (missing.len(), columns.len());
+        let width = read.len() / rows.max(1);
         let of_thing = |columns: &Vec<usize>| {
             Mat::from_fn(rows, columns.len() + 1, |row, k| match columns.get(k) {
                 Some(column) => f64::from(read[row * width + column]),
@@ -92,8 +90,7 @@ impl Regression {
         }
         let of = |values: &[f64]| Tensor::new(values, &Device::Cpu)?.to_dtype(DType::F32);
         let weight = Tensor::from_vec(weight, (width, things), &Device::Cpu)?;
-        let weights = vec![weight, of(&fit.biases)?, of(&[fit.pair])?];
-        Ok(Self { reading, weights })
+        Ok(Self { weights: vec![weight, of(&fit.biases)?, of(&[fit.pair])?] })
     }
 }
 
@@ -212,10 +209,8 @@ mod tests {
                 f32::from(u8::from(acts[1])) + noise(),
             ]);
         }
-        let names = ["one", "other"].map(str::to_owned).to_vec();
-        let reading = Reading { names, centre: vec![0.0; 2], spread: vec![1.0; 2] };
         let columns = vec![vec![0], vec![0, 1], vec![]];
-        let fit = Regression::fitted(reading, &read, &missing, &columns, 2, ridge).expect("a fit");
+        let fit = Regression::fitted(&read, &missing, &columns, 2, ridge).expect("a fit");
         let weight = fit.weights[0].to_vec2::<f32>().expect("weights");
         assert_eq!(weight[1][0], 0.0);
         assert!(weight[0][0] > 0.5 && weight[1][1] > 0.5, "{weight:?}");

@@ -64,7 +64,7 @@ impl Table {
     }
 
     /// The values in another order of names; not a number where there is none.
-    fn ordered(&self, names: &[String]) -> Vec<f32> {
+    pub(crate) fn ordered(&self, names: &[String]) -> Vec<f32> {
         let known: BTreeMap<&String, usize> =
             self.names.iter().enumerate().map(|(index, name)| (name, index)).collect();
         let columns: Vec<Option<usize>> =

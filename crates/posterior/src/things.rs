@@ -20,10 +20,6 @@ impl Things {
         Self { effects: effects.to_vec(), outside }
     }
 
-    pub(crate) fn count(&self) -> usize {
-        self.effects.len() + self.outside.len()
-    }
-
     /// Which of them a world lacks.
     pub(crate) fn missing(&self, truth: &Truth) -> Result<Vec<bool>, PosteriorError> {
         if let Some(strange) = truth.effects.iter().find(|name| !self.effects.contains(name)) {

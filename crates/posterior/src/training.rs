@@ -12,9 +12,8 @@ use rayon::prelude::*;
 
 use crate::error::PosteriorError;
 use crate::joint::Joint;
-use crate::network::GAP_UNIT;
-use crate::network::{Kept, Network, Shape};
-use crate::posterior::Posterior;
+use crate::network::{GAP_UNIT, Kept, Network, Shape};
+use crate::posterior::{Described, Posterior};
 use crate::reading::Reading;
 use crate::regression::Regression;
 use crate::table::{Table, Truth};
@@ -97,7 +96,7 @@ pub fn train(
     let things = Things::of(table, effects);
     let prepared = Prepared::of(table, &things)?;
     let rare = prepared.rarer(settings)?;
-    let mut regression = prepared.regression(settings)?;
+    let (regressed, mut regression) = prepared.regression(settings)?;
     regression.weights[1] = (&regression.weights[1] + &rare)?;
     let of_any: Vec<f64> = (0..prepared.all.names.len())
         .map(|column| prepared.told.iter().map(|one| one[column]).fold(0.0, f64::max))
@@ -107,21 +106,29 @@ pub fn train(
         let of_truths = table.truths.iter().flat_map(|truth| truth.gaps.keys().cloned());
         of_truths.collect::<BTreeSet<_>>().into_iter().collect()
     };
-    let shape = Shape {
-        statistics: reading.names.len(),
+    let nothing = prepared.missing.iter().filter(|row| !row.contains(&true)).count();
+    let described = Described {
+        effects: things.effects,
+        outside: things.outside,
+        ports: ports.to_vec(),
+        cells,
         hidden: settings.hidden,
-        odds: things.count(),
-        ports: ports.len(),
-        cells: cells.len(),
+        reading,
+        regression: regressed,
+        card: PosteriorCard {
+            source: source.to_owned(),
+            hands: by_hand(table),
+            nothing: nothing as f64 / table.len() as f64,
+            members: settings.networks,
+        },
     };
     let examples = Examples {
         read,
         missing: &prepared.missing,
         effects: effects.len(),
         ports: table.truths.iter().flat_map(|truth| shares(truth, ports)).collect(),
-        gaps: table.truths.iter().flat_map(|truth| gaps(truth, &cells)).collect(),
-        rows: table.len(),
-        shape,
+        gaps: table.truths.iter().flat_map(|truth| gaps(truth, &described.cells)).collect(),
+        shape: described.shape(),
     };
     let mut networks = (0..settings.networks)
         .into_par_iter()
@@ -131,14 +138,7 @@ pub fn train(
         let biases = &mut network.weights[Shape::ODDS_BIAS];
         *biases = (&*biases + &rare)?;
     }
-    let nothing = prepared.missing.iter().filter(|row| !row.contains(&true)).count();
-    let card = PosteriorCard {
-        source: source.to_owned(),
-        hands: by_hand(table),
-        nothing: nothing as f64 / table.len() as f64,
-        members: networks.len(),
-    };
-    Ok(Posterior::new(things, ports.to_vec(), cells, reading, networks, regression, card))
+    Ok(Posterior { described, networks, regression })
 }
 
 /// Numbers of worlds by the hand that made them.
@@ -211,8 +211,8 @@ impl Prepared {
         (self.all.only(columns), read)
     }
 
-    /// The regressions, each on the statistics that tell most of its effect.
-    fn regression(&self, settings: &Training) -> Result<Regression, PosteriorError> {
+    /// The regressions, each on the statistics that tell most of its effect, and what they read.
+    fn regression(&self, settings: &Training) -> Result<(Reading, Regression), PosteriorError> {
         let things = self.told.len() - 1;
         let by_thing: Vec<Vec<usize>> =
             self.told[..things].iter().map(|one| largest(one, settings.of_one_effect)).collect();
@@ -222,8 +222,8 @@ impl Prepared {
         let columns: Vec<Vec<usize>> =
             by_thing.iter().map(|columns| columns.iter().map(place).collect()).collect();
         let (reading, read) = self.only(&kept);
-        let Training { ridge, .. } = *settings;
-        Regression::fitted(reading, &read, &self.missing, &columns, self.effects, ridge)
+        let (missing, ridge) = (&self.missing, settings.ridge);
+        Ok((reading, Regression::fitted(&read, missing, &columns, self.effects, ridge)?))
     }
 }
 
@@ -305,7 +305,6 @@ struct Examples<'a> {
     effects: usize,
     ports: Vec<f32>,
     gaps: Vec<f32>,
-    rows: usize,
     shape: Shape,
 }
 
@@ -330,15 +329,15 @@ impl Examples<'_> {
             .collect::<Result<Vec<Var>, PosteriorError>>()?;
         let network =
             Network { weights: variables.iter().map(|v| v.as_tensor().clone()).collect() };
-        let batch = settings.batch.clamp(1, self.rows);
-        let steps = settings.epochs * (self.rows / batch);
+        let batch = settings.batch.clamp(1, self.missing.len());
+        let steps = settings.epochs * (self.missing.len() / batch);
         let parameters = ParamsAdamW {
             lr: settings.rate,
             weight_decay: settings.decay,
             ..ParamsAdamW::default()
         };
         let mut optimiser = AdamW::new(variables, parameters)?;
-        let mut order: Vec<usize> = (0..self.rows).collect();
+        let mut order: Vec<usize> = (0..self.missing.len()).collect();
         let mut step = 0;
         for _ in 0..settings.epochs {
             order.shuffle(&mut rng);

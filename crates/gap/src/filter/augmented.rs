@@ -234,7 +234,7 @@ impl AugmentedModel {
             if following.first_non_finite().is_none() {
                 let (glucose, distant) = euler.varying_slopes(&x.0);
                 *transition = *resting;
-                transition.vary(glucose, distant, self.share());
+                transition.vary(glucose, distant, self.share_at(self.lag_decay));
                 let body = state.body.with_vector(&following);
                 return Ok(self.around(state, body, self.lag_decay));
             }
@@ -270,7 +270,7 @@ impl AugmentedModel {
         let around = Surroundings {
             flux_decay: self.flux_decay,
             lag_decay,
-            glucose_per_q1: self.glucose_per_q1(),
+            share: self.share_at(lag_decay),
             sensor: self.sensor_coefficients,
         };
         Transition::of(slopes, &around)
@@ -368,13 +368,8 @@ impl AugmentedModel {
         (state, covariance)
     }
 
-    /// mg/dL that interstitial glucose gains in a step per mmol/kg of Q1 at both of its ends, halved.
-    #[inline(always)]
-    fn share(&self) -> f64 {
-        self.share_at(self.lag_decay)
-    }
-
-    /// The same where another share of the distance to plasma glucose is left after a step.
+    /// mg/dL that interstitial glucose gains in a step per mmol/kg of Q1 at both of its ends, halved, where a share
+    /// of its distance to plasma glucose is left after the step.
     #[inline(always)]
     pub(crate) fn share_at(&self, lag_decay: f64) -> f64 {
         0.5 * (1.0 - lag_decay) * self.glucose_per_q1()
@@ -451,31 +446,6 @@ impl AugmentedModel {
     }
 }
 
-/// The body of a model without flux and sensor, for free runs; plasma glucose is reported.
-#[derive(Debug, Clone, Copy)]
-pub struct BodyAlone<'a>(pub &'a AugmentedModel);
-
-impl Plant for BodyAlone<'_> {
-    type State = OdeState;
-
-    #[inline]
-    fn step(&self, state: &OdeState, input: &StepInput) -> Result<OdeState, NonFinite> {
-        self.0.stepper.advance(&self.0.person, state, input, 0.0).map_err(not_finite)
-    }
-
-    #[inline]
-    fn glucose(&self, state: &OdeState) -> MgPerDl {
-        self.0.person.glucose(state)
-    }
-
-    fn report(&self, state: &OdeState) -> States {
-        match &self.0.stepper {
-            Stepper::Ode(_) => self.0.person.ode().report(state),
-            Stepper::Other(body) => body.report(&self.0.person, state),
-        }
-    }
-}
-
 /// The Euler step has no other way to fail than a state that is not finite.
 pub(crate) fn not_finite(error: OdeError) -> NonFinite {
     match error {
@@ -497,7 +467,10 @@ impl Plant for AugmentedModel {
     }
 
     fn report(&self, state: &AugmentedState) -> States {
-        BodyAlone(self).report(&state.body)
+        match &self.stepper {
+            Stepper::Ode(_) => self.person.ode().report(&state.body),
+            Stepper::Other(body) => body.report(&self.person, &state.body),
+        }
     }
 }
 

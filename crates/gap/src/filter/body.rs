@@ -116,12 +116,6 @@ struct Ports {
     v_g: f64,
 }
 
-/// Rates at the ports: physical units, glucose as an amount.
-struct Rates {
-    values: OdeVector,
-    slopes: BodySlopes,
-}
-
 /// Whether slopes are wanted too; they cost as much again.
 #[derive(Clone, Copy, PartialEq)]
 enum Slopes {
@@ -180,8 +174,8 @@ impl OtherBody {
         flux: f64,
     ) -> Result<OdeState, OdeError> {
         let x = state.vector();
-        let rates = self.rates(&self.ports(person), &x, input, flux, Slopes::Skip);
-        self.after(state, &x, &rates.values).map(|(following, _)| following)
+        let (rates, _) = self.rates(&self.ports(person), &x, input, flux, Slopes::Skip);
+        self.after(state, &x, &rates).map(|(following, _)| following)
     }
 
     /// As [`advance`](Self::advance), with the derivative of the step by the compartments.
@@ -193,9 +187,9 @@ impl OtherBody {
         flux: f64,
     ) -> Result<(OdeState, BodySlopes), OdeError> {
         let x = state.vector();
-        let rates = self.rates(&self.ports(person), &x, input, flux, Slopes::Take);
-        let (following, confined) = self.after(state, &x, &rates.values)?;
-        let mut slopes = rates.slopes.of_a_step();
+        let (rates, slopes) = self.rates(&self.ports(person), &x, input, flux, Slopes::Take);
+        let (following, confined) = self.after(state, &x, &rates)?;
+        let mut slopes = slopes.of_a_step();
         if confined {
             slopes.glucose = [0.0; 6];
         }
@@ -302,6 +296,7 @@ impl OtherBody {
         }
     }
 
+    /// Rates at the ports, in physical units, glucose as an amount; and their slopes.
     fn rates(
         &self,
         ports: &Ports,
@@ -309,7 +304,7 @@ impl OtherBody {
         input: &StepInput,
         flux: f64,
         wanted: Slopes,
-    ) -> Rates {
+    ) -> (OdeVector, BodySlopes) {
         let input = StepInput {
             carbs: input.carbs * ports.carbs,
             rescue: physiology::FastCarbs {
@@ -354,7 +349,7 @@ impl OtherBody {
             nominal[Q2] = physical[Q2];
             values[Q2] -= into_amount * (own - self.body.rate(Q1, &nominal, &input));
         }
-        Rates { values, slopes }
+        (values, slopes)
     }
 
     /// Rates of everything but Q1.

@@ -22,7 +22,7 @@ pub use self::rule::CalibrationRule;
 use self::search::{Solved, solved};
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
-use crate::filter::kalman::{Filtered, Innovation, filter};
+use crate::filter::kalman::{Filtered, filter};
 use crate::filter::noise::NoiseModel;
 use crate::filter::observations::Observations;
 use crate::filter::scored::{Whitening, clipped_scale, normalised};
@@ -77,8 +77,8 @@ impl Calibration {
     /// As [`filter`].
     pub fn about(&self, record: &Observations, rule: &CalibrationRule) -> Result<Self, GapError> {
         let setting = Setting::of(&self.model, record, rule);
-        let FilteredRun { filtered, autoregression, whitened, scale } =
-            FilteredRun::of(filter(&self.model, record)?, &setting);
+        let filtered = filter(&self.model, record)?;
+        let (Whitening { autoregression, scale }, whitened) = setting.whitened(&filtered);
         Ok(Self {
             filtered,
             autoregression,
@@ -106,14 +106,6 @@ pub(crate) fn directions() -> [Direction; FACTORS] {
     PARAMETERS.map(Direction::Parameter)
 }
 
-/// Derivative of what is whitened at a step that has both of the entries before it; `signatures` are those of normalised
-/// innovations.
-fn whitened_signature(by: &Autoregression, signatures: &[Factors], step: usize) -> Factors {
-    let (now, before) = (&signatures[step], &signatures[step - by.spacing]);
-    let earlier = &signatures[step - 2 * by.spacing];
-    std::array::from_fn(|k| by.left(now[k], before[k], earlier[k]))
-}
-
 /// Longest move of a log factor in one iteration.
 const LONGEST_MOVE: f64 = 0.3;
 /// A move of the log factors.
@@ -126,18 +118,18 @@ struct Setting<'a> {
     /// The model of everybody.
     population: &'a AugmentedModel,
     record: &'a Observations,
+    rule: &'a CalibrationRule,
     scored: Vec<bool>,
-    bound: f64,
 }
 
 impl<'a> Setting<'a> {
     fn of(
         population: &'a AugmentedModel,
         record: &'a Observations,
-        rule: &CalibrationRule,
+        rule: &'a CalibrationRule,
     ) -> Self {
         let scored = rule.scored(record, &(0..record.len()));
-        Self { population, record, scored, bound: rule.bound }
+        Self { population, record, rule, scored }
     }
 
     fn singular(&self) -> GapError {
@@ -148,9 +140,12 @@ impl<'a> Setting<'a> {
         self.population.with_parameters(|population| factors.applied_to(population))
     }
 
-    /// In units of their standard deviations; `None` where not scored.
-    fn normalised(&self, innovations: &[Option<Innovation>]) -> Vec<Option<f64>> {
-        normalised(innovations, &self.scored)
+    /// Whitens the innovations of a run of the filter with its own gains. What is left is in units of the scale.
+    fn whitened(&self, filtered: &Filtered) -> (Whitening, Vec<Option<f64>>) {
+        let z = normalised(&filtered.innovations, &self.scored);
+        let (whitening, left) = Whitening::fitted(&z, clipped_scale);
+        let whitened = left.iter().map(|w| w.map(|w| w / whitening.scale)).collect();
+        (whitening, whitened)
     }
 }
 
@@ -179,12 +174,11 @@ pub fn calibrated(
 ) -> Result<Calibration, GapError> {
     let setting = Setting::of(population, record, rule);
     let Solved { factors, filtered, covariance, dependence, iterations, converged } =
-        solved(&setting, rule)?;
+        solved(&setting)?;
     let at_bound =
         Factor::ALL.into_iter().filter(|f| factors.get(*f).abs() >= rule.bound).collect();
     let model = setting.model(&factors);
-    let FilteredRun { filtered, autoregression, whitened, scale } =
-        FilteredRun::of(filtered, &setting);
+    let (Whitening { autoregression, scale }, whitened) = setting.whitened(&filtered);
     Ok(Calibration {
         factors,
         sd: std::array::from_fn(|k| covariance[k][k].sqrt()),
@@ -199,24 +193,6 @@ pub fn calibrated(
         converged,
         at_bound,
     })
-}
-
-/// A run of the filter with its own gains, its innovations whitened.
-struct FilteredRun {
-    filtered: Filtered,
-    autoregression: Autoregression,
-    /// In units of `scale`.
-    whitened: Vec<Option<f64>>,
-    scale: f64,
-}
-
-impl FilteredRun {
-    fn of(filtered: Filtered, setting: &Setting<'_>) -> Self {
-        let z = setting.normalised(&filtered.innovations);
-        let (Whitening { autoregression, scale }, left) = Whitening::fitted(&z, clipped_scale);
-        let whitened = left.iter().map(|w| w.map(|w| w / scale)).collect();
-        Self { filtered, autoregression, whitened, scale }
-    }
 }
 
 #[cfg(test)]

@@ -80,14 +80,6 @@ impl Covariance {
         }
     }
 
-    /// `A P A'` for a transition `A`.
-    #[must_use]
-    pub fn propagated(&self, transition: &Transition) -> Self {
-        let mut p = *self;
-        p.propagate(transition);
-        p
-    }
-
     /// Becomes `A P A'` for a transition `A`.
     #[inline(always)]
     pub fn propagate(&mut self, transition: &Transition) {
@@ -263,7 +255,9 @@ mod tests {
         let p = random_covariance(&mut rng);
         let a = Mat::from_fn(STATES, STATES, |row, column| transition.get(row, column));
         let dense = &a * as_faer(&p) * a.transpose();
-        let difference = (as_faer(&p.propagated(&transition)) - dense).norm_max();
+        let mut propagated = p;
+        propagated.propagate(&transition);
+        let difference = (as_faer(&propagated) - dense).norm_max();
         assert!(difference < 1e-12, "rounding of 14-term sums, not {difference}");
 
         let h = Mat::from_fn(1, STATES, |_, state| {
@@ -288,7 +282,7 @@ mod tests {
             transition.set(state, state, 0.999);
         }
         for _ in 0..10_000 {
-            p = p.propagated(&transition);
+            p.propagate(&transition);
             p.update(1e-9);
         }
         let values = as_faer(&p).self_adjoint_eigenvalues(Side::Lower).expect("symmetric");
@@ -325,7 +319,7 @@ mod tests {
             model.add_meal_noise(&mut p, &input);
             let (following, transition) =
                 model.linearised(&state, &input, &effects::Modulation::NEUTRAL).expect("finite");
-            p = p.propagated(&transition);
+            p.propagate(&transition);
             model.add_process_noise(&mut p, &input, &following);
             state = following;
             if step % 50 == 0 {

@@ -57,10 +57,12 @@ impl NoiseModel {
         }
     }
 
-    /// Each setting with its name.
-    #[must_use]
-    pub const fn named(&self) -> [(&'static str, f64); 11] {
-        [
+    /// Checks that the settings can be.
+    ///
+    /// # Errors
+    /// [`GapError::Setting`] naming the first that cannot.
+    pub fn validated(self) -> Result<Self, GapError> {
+        let named = [
             ("flux_sd", self.flux_sd),
             ("flux_time", self.flux_time),
             ("carb_count_cv", self.carb_count_cv),
@@ -72,15 +74,8 @@ impl NoiseModel {
             ("sensor_correlation", self.sensor_correlation),
             ("sensor_partial_correlation", self.sensor_partial_correlation),
             ("reading_sd", self.reading_sd),
-        ]
-    }
-
-    /// Checks that the settings can be.
-    ///
-    /// # Errors
-    /// [`GapError::Setting`] naming the first that cannot.
-    pub fn validated(self) -> Result<Self, GapError> {
-        for (name, value) in self.named() {
+        ];
+        for (name, value) in named {
             let positive = matches!(name, "flux_time" | "interstitial_lag" | "reading_sd");
             let (accepted, requirement) = if positive {
                 (value > 0.0, "positive and finite")

@@ -207,7 +207,7 @@ pub(crate) fn filtered_with_forks(
         steps.push(&step)?;
         let next = step.step + 1;
         let fork = at.next_if_eq(&next).is_some();
-        if steps.len() == AT_ONCE || next == n || fork {
+        if steps.each.len() == AT_ONCE || next == n || fork {
             for (pass, rows) in &mut passes {
                 pass.over(&steps, rows);
             }
@@ -215,7 +215,7 @@ pub(crate) fn filtered_with_forks(
         }
         if let Some((pass, _)) = passes.first().filter(|_| fork) {
             let begin = Begin { step: next, state: *step.following, covariance: *covariance };
-            forks.push(Fork { begin, x: *pass.reached() });
+            forks.push(Fork { begin, x: pass.x });
         }
         Ok(())
     })?;
@@ -225,24 +225,16 @@ pub(crate) fn filtered_with_forks(
     Ok(forks)
 }
 
-/// What the filter makes of the steps from a fork on where a meal at its step is left out.
-pub(crate) struct Without<'a> {
-    /// The fork's.
-    pub(crate) step: usize,
-    pub(crate) innovations: &'a [Option<Innovation>],
-    /// Derivatives of the innovations.
-    pub(crate) rows: &'a [Lanes],
-}
-
-/// From each fork on, for at most `reach` steps, without the meal at its step; `directions` are those of the forks, at most
-/// [`LANES`]. A fork from which the record cannot be filtered is passed over.
+/// Filters from each fork on, for at most `reach` steps, without the meal at its step; `directions` are those of the forks,
+/// at most [`LANES`]. `taken` gets the fork's step, the innovations from there on and their derivatives. A fork from which
+/// the record cannot be filtered is passed over.
 pub(crate) fn without_meals(
     model: &AugmentedModel,
     record: &Observations,
     directions: &[Direction],
     forks: &[Fork],
     reach: usize,
-    mut taken: impl FnMut(Without<'_>),
+    mut taken: impl FnMut(usize, &[Option<Innovation>], &[Lanes]),
 ) {
     let n = record.len();
     let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
@@ -253,20 +245,20 @@ pub(crate) fn without_meals(
         innovations.clear();
         rows.clear();
         steps.clear_before(step);
-        let mut pass = Pass::at(&block, *x);
+        let mut pass = Pass { block: &block, x: *x };
         let mut input = record.inputs[step];
         input.carbs.0 = 0.0;
         let run = run_from(model, record, begin.clone(), Some(input), end, |step, _| {
             innovations.push(step.innovation);
             steps.push(&step)?;
-            if steps.len() == AT_ONCE || step.step + 1 == end {
+            if steps.each.len() == AT_ONCE || step.step + 1 == end {
                 pass.over(&steps, &mut rows);
                 steps.clear();
             }
             Ok(())
         });
         if run.is_ok() {
-            taken(Without { step, innovations: &innovations, rows: &rows });
+            taken(step, &innovations, &rows);
         }
     }
 }
@@ -389,11 +381,11 @@ pub(crate) mod tests {
         let (_, rows) = along(&struck, &[], &mut filtered);
         assert_ne!(rows, with);
         let mut visited = 0;
-        without_meals(&model, &record, &directions, &forks, 40, |without| {
-            let steps = without.step..without.step + 40;
-            assert_eq!(without.step, 10);
-            assert_eq!(without.innovations, &filtered.innovations[steps.clone()]);
-            assert_eq!(without.rows, &rows[steps]);
+        without_meals(&model, &record, &directions, &forks, 40, |step, innovations, along| {
+            let steps = step..step + 40;
+            assert_eq!(step, 10);
+            assert_eq!(innovations, &filtered.innovations[steps.clone()]);
+            assert_eq!(along, &rows[steps]);
             visited += 1;
         });
         assert_eq!(visited, 1);

@@ -14,10 +14,13 @@ pub struct Transition([f64; ENTRIES]);
 
 /// Entries that may differ from zero.
 const ENTRIES: usize = 35;
-/// Indices of the first entries of Q1, Q2 and interstitial glucose.
+/// Indices of the first entries of Q1, Q2, the gut, the flux, interstitial glucose and the sensor error.
 const FIRST_OF_Q1: usize = 11;
 const FIRST_OF_Q2: usize = 17;
+const FIRST_OF_GUT: usize = 21;
+const FIRST_OF_FLUX: usize = 24;
 const FIRST_OF_INTERSTITIAL: usize = 25;
+const FIRST_OF_SENSOR: usize = 32;
 
 impl Default for Transition {
     fn default() -> Self {
@@ -31,8 +34,8 @@ pub(crate) struct Surroundings {
     pub(crate) flux_decay: f64,
     /// Share of the distance between interstitial and plasma glucose that is left after one step.
     pub(crate) lag_decay: f64,
-    /// mg/dL in a mmol/kg of Q1.
-    pub(crate) glucose_per_q1: f64,
+    /// mg/dL that interstitial glucose gains per mmol/kg of Q1 at both ends of the step, halved.
+    pub(crate) share: f64,
     /// How much of the sensor error of this step and of the one before is in that of the next.
     pub(crate) sensor: [f64; 2],
 }
@@ -43,51 +46,18 @@ impl Transition {
     pub(crate) fn of(slopes: &BodySlopes, around: &Surroundings) -> Self {
         let BodySlopes { insulin, glucose, distant, gut } = *slopes;
         // Interstitial glucose follows the mean of Q1 before and after.
-        let share = 0.5 * (1.0 - around.lag_decay) * around.glucose_per_q1;
-        let mut interstitial = glucose.map(|value| share * value);
-        interstitial[2] += share;
-        let [g_x1, g_x3, g_q1, g_q2, g_c2, g_flux] = interstitial;
-        let [q1_x1, q1_x3, q1_q1, q1_q2, q1_c2, q1_flux] = glucose;
-        let [s1_s1, s2_s1, s2_s2, i_s2, i_i, x1_i, x1_x1, x2_i, x2_x2, x3_i, x3_x3] = insulin;
-        let [q2_x1, q2_x2, q2_q1, q2_q2] = distant;
-        let [c1_c1, c2_c1, c2_c2] = gut;
-        Self([
-            s1_s1,
-            s2_s1,
-            s2_s2,
-            i_s2,
-            i_i,
-            x1_i,
-            x1_x1,
-            x2_i,
-            x2_x2,
-            x3_i,
-            x3_x3,
-            q1_x1,
-            q1_x3,
-            q1_q1,
-            q1_q2,
-            q1_c2,
-            q1_flux,
-            q2_x1,
-            q2_x2,
-            q2_q1,
-            q2_q2,
-            c1_c1,
-            c2_c1,
-            c2_c2,
-            around.flux_decay,
-            g_x1,
-            g_x3,
-            g_q1,
-            g_q2,
-            g_c2,
-            g_flux,
-            around.lag_decay,
-            around.sensor[0],
-            around.sensor[1],
-            1.0,
-        ])
+        let [x1, x3, q1, q2, c2, flux] = glucose.map(|value| around.share * value);
+        let interstitial = [x1, x3, q1 + around.share, q2, c2, flux, around.lag_decay];
+        let [now, before] = around.sensor;
+        let mut entries = [0.0; ENTRIES];
+        entries[..FIRST_OF_Q1].copy_from_slice(&insulin);
+        entries[FIRST_OF_Q1..FIRST_OF_Q2].copy_from_slice(&glucose);
+        entries[FIRST_OF_Q2..FIRST_OF_GUT].copy_from_slice(&distant);
+        entries[FIRST_OF_GUT..FIRST_OF_FLUX].copy_from_slice(&gut);
+        entries[FIRST_OF_FLUX] = around.flux_decay;
+        entries[FIRST_OF_INTERSTITIAL..FIRST_OF_SENSOR].copy_from_slice(&interstitial);
+        entries[FIRST_OF_SENSOR..].copy_from_slice(&[now, before, 1.0]);
+        Self(entries)
     }
 
     /// The columns of each row that may differ from zero under forward Euler, in the order S1 S2 I X1
@@ -133,13 +103,8 @@ impl Transition {
     #[inline(always)]
     pub(crate) fn vary(&mut self, glucose: [f64; 3], distant: [f64; 4], share: f64) {
         let [by_x1, by_x3, by_q1] = glucose;
-        self.0[FIRST_OF_Q1] = by_x1;
-        self.0[FIRST_OF_Q1 + 1] = by_x3;
-        self.0[FIRST_OF_Q1 + 2] = by_q1;
-        self.0[FIRST_OF_Q2] = distant[0];
-        self.0[FIRST_OF_Q2 + 1] = distant[1];
-        self.0[FIRST_OF_Q2 + 2] = distant[2];
-        self.0[FIRST_OF_Q2 + 3] = distant[3];
+        self.0[FIRST_OF_Q1..FIRST_OF_Q1 + 3].copy_from_slice(&glucose);
+        self.0[FIRST_OF_Q2..FIRST_OF_GUT].copy_from_slice(&distant);
         self.0[FIRST_OF_INTERSTITIAL] = share * by_x1;
         self.0[FIRST_OF_INTERSTITIAL + 1] = share * by_x3;
         self.0[FIRST_OF_INTERSTITIAL + 2] = share * by_q1 + share;
@@ -156,7 +121,8 @@ impl Transition {
     /// this step's is kept beside it.
     #[inline(always)]
     pub(crate) fn sensor(&self) -> [f64; 3] {
-        [self.0[ENTRIES - 3], self.0[ENTRIES - 2], self.0[ENTRIES - 1]]
+        let [.., now, before, kept] = self.0;
+        [now, before, kept]
     }
 
     /// The same matrix in single precision.

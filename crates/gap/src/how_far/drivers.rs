@@ -22,17 +22,15 @@ pub(super) struct Driver<'a> {
 impl<'a> Driver<'a> {
     pub(super) fn new(effect: &'a dyn Effect, variant: usize, course: &Course) -> Self {
         let signalled = effect.form(course) == Some(Form::Driven);
-        let at = |glucose: f64| {
-            let course = Course { glucose: vec![glucose; course.len()], ..course.clone() };
-            let mut steps = vec![Modulation::NEUTRAL; course.len()];
-            effect.modulate(variant, 1.0, &course, &mut steps);
-            steps
-        };
-        let as_is = {
+        let under = |course: &Course| {
             let mut steps = vec![Modulation::NEUTRAL; course.len()];
             effect.modulate(variant, 1.0, course, &mut steps);
             steps
         };
+        let at = |glucose: f64| {
+            under(&Course { glucose: vec![glucose; course.len()], ..course.clone() })
+        };
+        let as_is = under(course);
         let reads_glucose = signalled && [60.0, 240.0].into_iter().any(|g| at(g) != as_is);
         Self { effect, variant, signalled, reads_glucose }
     }

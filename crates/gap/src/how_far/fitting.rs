@@ -143,7 +143,8 @@ fn choose_variant(
 /// columns profiled out and the other variants left out.
 fn profiled(equations: &Equations, variant: usize, tried: usize) -> (f64, f64) {
     let all = equations.weighted.len();
-    let (own, product) = (equations.information[(variant, variant)], equations.weighted[variant]);
+    let mut own = equations.information[(variant, variant)];
+    let mut product = equations.weighted[variant];
     if all == tried {
         return (own, product);
     }
@@ -155,7 +156,6 @@ fn profiled(equations: &Equations, variant: usize, tried: usize) -> (f64, f64) {
     let mixed = Mat::from_fn(others, 1, |a, _| equations.information[(tried + a, variant)]);
     let Ok(factor) = inner.llt(Side::Lower) else { return (own, product) };
     let answer = factor.solve(&mixed);
-    let (mut own, mut product) = (own, product);
     for a in 0..others {
         own -= answer[(a, 0)] * mixed[(a, 0)];
         product -= answer[(a, 0)] * equations.weighted[tried + a];

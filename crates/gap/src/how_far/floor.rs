@@ -62,53 +62,8 @@ impl<'a> Rollouts<'a> {
         modulations: &[Modulation],
         horizons: &[usize],
     ) -> Result<Vec<Option<f64>>, GapError> {
-        let free = Free { offset, states, inputs, modulations, horizons };
-        pulp::Arch::new().dispatch(Expecting { rollouts: self, free })
-    }
-
-    #[inline(always)]
-    fn expected(&mut self, free: &Free<'_>) -> Result<Vec<Option<f64>>, GapError> {
-        let Free { offset, states, inputs, modulations, horizons } = *free;
-        while self.at < offset {
-            let mut covariance = self.after_reading(self.at);
-            let state = &self.filtered.states[self.at];
-            let input = &self.record.inputs[self.at];
-            let modulation = self.record.modulation(self.at);
-            self.onward(&mut covariance, state, input, modulation, self.at)?;
-            self.covariance = covariance;
-            self.at += 1;
-        }
-        let mut covariance = self.after_reading(offset);
-        let start = &self.filtered.states[offset];
-        covariance.add(FLUX, start.flux.powi(2));
-        let (sensor, before) = (start.sensor.0, start.sensor_before.0);
-        covariance.add(SENSOR, sensor.powi(2));
-        covariance.add(SENSOR_BEFORE, before.powi(2));
-        covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
-        let mut expected = vec![None; horizons.len()];
-        let last = horizons.iter().copied().filter(|steps| *steps < states.len()).max();
-        for (index, state) in states.iter().enumerate().take(last.map_or(0, |last| last + 1)) {
-            let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);
-            if horizons.contains(&index) {
-                let gain = modulation[Field::SensorGain];
-                let variance = gain * gain * covariance.get(INTERSTITIAL, INTERSTITIAL)
-                    + 2.0 * gain * covariance.get(INTERSTITIAL, SENSOR)
-                    + covariance.get(SENSOR, SENSOR)
-                    + self.model.noise().reading_sd.powi(2);
-                let reading = self.model.reading(&state.state, modulation);
-                let error = self.absolute(reading, variance.max(0.0).sqrt());
-                for (expected, _) in
-                    expected.iter_mut().zip(horizons).filter(|(_, steps)| **steps == index)
-                {
-                    *expected = Some(error);
-                }
-            }
-            if let Some(input) = inputs.get(index).filter(|_| Some(index) < last) {
-                let step = offset + index;
-                self.onward(&mut covariance, &state.state, input, modulation, step)?;
-            }
-        }
-        Ok(expected)
+        let free = Expecting { rollouts: self, offset, states, inputs, modulations, horizons };
+        pulp::Arch::new().dispatch(free)
     }
 
     /// Expected distance of a reading from its prediction, both within the sensor's range.
@@ -148,8 +103,10 @@ impl<'a> Rollouts<'a> {
     }
 }
 
-/// A free run whose errors are expected: see [`Rollouts::expected_errors`].
-struct Free<'a> {
+/// A free run whose errors are expected ([`Rollouts::expected_errors`]), compiled for the instructions of the machine it
+/// runs on, with the same rounding on all of them.
+struct Expecting<'a, 'b> {
+    rollouts: &'a mut Rollouts<'b>,
     offset: usize,
     states: &'a [ModulatedState],
     inputs: &'a [StepInput],
@@ -157,18 +114,51 @@ struct Free<'a> {
     horizons: &'a [usize],
 }
 
-/// [`Rollouts::expected_errors`], compiled for the instructions of the machine it runs on, with the same
-/// rounding on all of them.
-struct Expecting<'a, 'b> {
-    rollouts: &'a mut Rollouts<'b>,
-    free: Free<'a>,
-}
-
 impl pulp::NullaryFnOnce for Expecting<'_, '_> {
     type Output = Result<Vec<Option<f64>>, GapError>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        self.rollouts.expected(&self.free)
+        let Self { rollouts, offset, states, inputs, modulations, horizons } = self;
+        while rollouts.at < offset {
+            let mut covariance = rollouts.after_reading(rollouts.at);
+            let state = &rollouts.filtered.states[rollouts.at];
+            let input = &rollouts.record.inputs[rollouts.at];
+            let modulation = rollouts.record.modulation(rollouts.at);
+            rollouts.onward(&mut covariance, state, input, modulation, rollouts.at)?;
+            rollouts.covariance = covariance;
+            rollouts.at += 1;
+        }
+        let mut covariance = rollouts.after_reading(offset);
+        let start = &rollouts.filtered.states[offset];
+        covariance.add(FLUX, start.flux.powi(2));
+        let (sensor, before) = (start.sensor.0, start.sensor_before.0);
+        covariance.add(SENSOR, sensor.powi(2));
+        covariance.add(SENSOR_BEFORE, before.powi(2));
+        covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
+        let mut expected = vec![None; horizons.len()];
+        let last = horizons.iter().copied().filter(|steps| *steps < states.len()).max();
+        for (index, state) in states.iter().enumerate().take(last.map_or(0, |last| last + 1)) {
+            let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);
+            if horizons.contains(&index) {
+                let gain = modulation[Field::SensorGain];
+                let variance = gain * gain * covariance.get(INTERSTITIAL, INTERSTITIAL)
+                    + 2.0 * gain * covariance.get(INTERSTITIAL, SENSOR)
+                    + covariance.get(SENSOR, SENSOR)
+                    + rollouts.model.noise().reading_sd.powi(2);
+                let reading = rollouts.model.reading(&state.state, modulation);
+                let error = rollouts.absolute(reading, variance.max(0.0).sqrt());
+                for (expected, _) in
+                    expected.iter_mut().zip(horizons).filter(|(_, steps)| **steps == index)
+                {
+                    *expected = Some(error);
+                }
+            }
+            if let Some(input) = inputs.get(index).filter(|_| Some(index) < last) {
+                let step = offset + index;
+                rollouts.onward(&mut covariance, &state.state, input, modulation, step)?;
+            }
+        }
+        Ok(expected)
     }
 }

@@ -11,30 +11,19 @@ pub(super) enum Change {
     Factor(f64),
 }
 
-/// Events and factors that were reconstructed, by step of the record.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Hidden(Vec<(usize, Field, Change)>);
+/// An event or a factor that was reconstructed, in one step of the record.
+pub(super) type Hidden = (usize, Field, Change);
 
-impl Hidden {
-    pub(super) fn push(&mut self, step: usize, field: Field, change: Change) {
-        self.0.push((step, field, change));
-    }
-
-    pub(super) fn extend(&mut self, other: Self) {
-        self.0.extend(other.0);
-    }
-
-    /// Adds the changes to modulations of the whole record. A factor does not turn negative.
-    pub(super) fn add_to(&self, modulations: &mut [Modulation]) {
-        for (step, field, change) in &self.0 {
-            let Some(modulation) = modulations.get_mut(*step) else { continue };
-            match change {
-                Change::Added(value) => modulation[*field] += value,
-                Change::Factor(value) => modulation[*field] *= value,
-            }
-            if field.neutral() > 0.0 {
-                modulation[*field] = modulation[*field].max(0.0);
-            }
+/// Adds changes to modulations of the whole record. A factor does not turn negative.
+pub(super) fn add(changes: &[Hidden], modulations: &mut [Modulation]) {
+    for (step, field, change) in changes {
+        let Some(modulation) = modulations.get_mut(*step) else { continue };
+        match change {
+            Change::Added(value) => modulation[*field] += value,
+            Change::Factor(value) => modulation[*field] *= value,
+        }
+        if field.neutral() > 0.0 {
+            modulation[*field] = modulation[*field].max(0.0);
         }
     }
 }

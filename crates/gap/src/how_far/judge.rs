@@ -2,6 +2,7 @@
 //!
 //! A free run goes through [`simulate`], or through [`PreparedSteps`] where nothing that acts depends on the run.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use effects::{Course, Modulation};
@@ -10,7 +11,7 @@ use stats::Outcomes;
 
 use super::drivers::{self, Driver};
 use super::floor;
-use super::hidden::Hidden;
+use super::hidden::{self, Hidden};
 use super::prepared_steps::PreparedSteps;
 use super::refit::{Fit, model, stretch};
 use super::settings::Settings;
@@ -68,7 +69,7 @@ pub(super) struct CandidateFit<'a> {
     pub(super) fit: &'a Fit,
     pub(super) drivers: &'a [Driver<'a>],
     /// What was reconstructed.
-    pub(super) hidden: Option<&'a Hidden>,
+    pub(super) hidden: &'a [Hidden],
 }
 
 /// Whether the error floor is wanted as well.
@@ -108,23 +109,22 @@ impl HeldOutBlock<'_> {
         let amplitudes = &candidate.fit.amplitudes;
         let span = self.filtered_steps();
         let mut modulations = drivers::modulations(candidate.drivers, amplitudes, course, |_| true);
-        if let Some(hidden) = candidate.hidden {
-            hidden.add_to(&mut modulations);
-        }
+        hidden::add(candidate.hidden, &mut modulations);
         let record = stretch(self.observations, &span, &modulations);
         let filtered = filter(&model, &record)?;
         for (offset, state) in filtered.states.iter().enumerate() {
             course.glucose[span.start + offset] = model.person().glucose(&state.body).0;
         }
-        let mut days =
-            BlockDays::new(&course.day, self.block, self.settings.free_run.horizons.len());
-        self.score_innovations(&filtered, &span, candidate.fit, &mut days);
+        let horizons = &self.settings.free_run.horizons;
+        let mut days = BTreeMap::new();
+        for day in &course.day[self.block.clone()] {
+            days.entry(*day).or_insert_with(|| HeldOutDay::new(horizons.len()));
+        }
+        self.score_innovations(&filtered, &span, candidate.fit, &course.day, &mut days);
 
         let mut known =
             drivers::modulations(candidate.drivers, amplitudes, course, |d| !d.reads_glucose);
-        if let Some(hidden) = candidate.hidden {
-            hidden.add_to(&mut known);
-        }
+        hidden::add(candidate.hidden, &mut known);
         let inputs = &self.observations.inputs;
         let prepared = PreparedSteps::of(&model, inputs, &known, self.block.clone());
         let runner = Runner { held_out: self, candidate, model: &model, course, known: &known };
@@ -132,7 +132,7 @@ impl HeldOutBlock<'_> {
         let mut rollouts = floor::Rollouts::new(&model, &record, &filtered);
         for (index, start) in starts.iter().enumerate() {
             let begin = &filtered.states[*start - span.start];
-            let day = days.of(course.day[*start]);
+            let Some(day) = days.get_mut(&course.day[*start]) else { continue };
             let takes_floor = floor == Floor::Take && index % FLOOR_EVERY == 0;
             let quick = prepared.as_ref().filter(|_| !takes_floor && !runner.feeds_back());
             let quick = quick.and_then(|p| p.readings(*start, begin, runner.steps(*start)));
@@ -146,7 +146,6 @@ impl HeldOutBlock<'_> {
                 let offset = *start - span.start;
                 let inputs = &self.observations.inputs[*start..];
                 let acting = run.own.as_deref().unwrap_or(&known);
-                let horizons = &self.settings.free_run.horizons;
                 let expected =
                     rollouts.expected_errors(offset, &run.states, inputs, acting, horizons)?;
                 for (horizon, error) in expected.into_iter().enumerate() {
@@ -157,7 +156,7 @@ impl HeldOutBlock<'_> {
                 }
             }
         }
-        Ok(days.0)
+        Ok(days.into_iter().collect())
     }
 
     /// Steps that the filter sees: the block and the day before it.
@@ -186,12 +185,14 @@ impl HeldOutBlock<'_> {
             .collect()
     }
 
+    /// `of_step` is the calendar day of each step of the record.
     fn score_innovations(
         &self,
         filtered: &Filtered,
         span: &Range<usize>,
         fit: &Fit,
-        days: &mut BlockDays,
+        of_step: &[usize],
+        days: &mut BTreeMap<usize, HeldOutDay>,
     ) {
         let scored = self.settings.calibration.scored(self.observations, span);
         let normalised = normalised(&filtered.innovations, &scored);
@@ -201,7 +202,8 @@ impl HeldOutBlock<'_> {
             let (Some(value), Some(innovation)) = (value, filtered.innovations[offset]) else {
                 continue;
             };
-            if let Some(day) = days.at(step, self.block) {
+            let in_block = self.block.contains(&step);
+            if let Some(day) = days.get_mut(&of_step[step]).filter(|_| in_block) {
                 let spread =
                     fit.whitening.scale * (std::f64::consts::TAU * innovation.variance).sqrt();
                 day.log_likelihood -= huber_loss(*value, 1.0) + spread.ln();
@@ -247,31 +249,6 @@ impl HeldOutBlock<'_> {
 /// One start in so many has its floor taken: at two hours between starts, every twenty hours, so that all
 /// parts of the day come up.
 const FLOOR_EVERY: usize = 10;
-
-/// Days of a block by their number.
-struct BlockDays(Vec<(usize, HeldOutDay)>, Vec<usize>);
-
-impl BlockDays {
-    fn new(of_step: &[usize], block: &Range<usize>, horizons: usize) -> Self {
-        let mut days: Vec<(usize, HeldOutDay)> = Vec::new();
-        for day in &of_step[block.clone()] {
-            if days.last().is_none_or(|(last, _)| last != day) {
-                days.push((*day, HeldOutDay::new(horizons)));
-            }
-        }
-        Self(days, of_step.to_vec())
-    }
-
-    fn of(&mut self, number: usize) -> &mut HeldOutDay {
-        let index = self.0.iter().position(|(day, _)| *day == number);
-        &mut self.0[index.expect("every step of the block lies on one of its days")].1
-    }
-
-    fn at(&mut self, step: usize, block: &Range<usize>) -> Option<&mut HeldOutDay> {
-        let number = self.1[step];
-        block.contains(&step).then(|| self.of(number))
-    }
-}
 
 /// A free run.
 struct FreeRun {
@@ -321,8 +298,8 @@ impl Runner<'_> {
         let mut course = self.course.clone();
         let now = self.model.person().glucose(&filtered.body).0;
         course.glucose[start..].fill(now);
-        let mut run = None;
-        for _ in 0..ROUNDS {
+        let mut rounds = 0;
+        loop {
             let mut modulations = self.known.to_vec();
             drivers::add(drivers, amplitudes, &course, |d| d.reads_glucose, &mut modulations);
             let found = self.simulated(start, filtered, steps, Some(modulations))?;
@@ -336,14 +313,10 @@ impl Runner<'_> {
             let last = found.states.len() - 1;
             let end = course.glucose[start + last];
             course.glucose[start + last..].fill(end);
-            run = Some(found);
-            if change < AGREED {
-                break;
+            rounds += 1;
+            if change < AGREED || rounds == ROUNDS {
+                return Ok(found);
             }
-        }
-        match run {
-            Some(run) => Ok(run),
-            None => self.simulated(start, filtered, steps, None),
         }
     }
 
@@ -411,7 +384,7 @@ mod tests {
             whole_days: &[],
             settings,
         };
-        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: None };
+        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[] };
         let days = held_out.judge(&candidate, &mut course, Floor::Skip).expect("runs");
         let (_, day) = &days[0];
         assert_eq!(day.runs, [1.0; HORIZONS.len()]);
@@ -505,7 +478,7 @@ mod tests {
             whole_days: &[],
             settings,
         };
-        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: None };
+        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[] };
         let model = model(&person_model, &fit.factors);
         let known = vec![Modulation::NEUTRAL; person.record.len()];
         let runner = Runner {

@@ -4,7 +4,6 @@ use std::cmp::Ordering;
 use std::ops::Range;
 
 use super::drivers::{self, Driver};
-use super::folds::Folds;
 use super::hidden::Hidden;
 use super::judge::{CandidateFit, Floor, HeldOutBlock, HeldOutDay};
 use super::reconstruction::{Linear, Strength, StrengthSums};
@@ -23,7 +22,6 @@ const UNKNOWN: f64 = 120.0;
 pub(super) struct PersonFold<'a> {
     pub(super) subject: usize,
     pub(super) fold: usize,
-    pub(super) folds: &'a Folds,
     pub(super) training: Training<'a>,
     pub(super) before: Fit,
     pub(super) after: Fit,
@@ -71,7 +69,6 @@ impl<'a> PersonFold<'a> {
         Self {
             subject: index,
             fold,
-            folds: &subject.folds,
             training: Training {
                 observations: subject.input.observations,
                 model: &calibration.model,
@@ -254,34 +251,34 @@ impl PersonFold<'_> {
         }
         let mut judged =
             Judged { subject: self.subject, predicted: Vec::new(), reconstructed: Vec::new() };
-        let Some(block) = self.folds.held_out(self.fold) else { return Ok(judged) };
+        let Some(block) = subject.folds.held_out(self.fold) else { return Ok(judged) };
         let held_out = HeldOutBlock {
             observations: self.training.observations,
             model: self.training.model,
-            whole_days: &self.folds.whole_days(&block),
+            whole_days: &subject.folds.whole_days(&block),
             block: &block,
             settings,
         };
         let mut course = self.training.course();
-        let before = CandidateFit { fit: &self.before, drivers: &[], hidden: None };
+        let before = CandidateFit { fit: &self.before, drivers: &[], hidden: &[] };
         let before = held_out.judge(&before, &mut course, Floor::Skip)?;
         let after = if self.training.drivers.is_empty() {
             before.clone()
         } else {
             let drivers = &self.training.drivers;
-            let candidate = CandidateFit { fit: &self.after, drivers, hidden: None };
+            let candidate = CandidateFit { fit: &self.after, drivers, hidden: &[] };
             held_out.judge(&candidate, &mut course, Floor::Take)?
         };
         if !hidden.is_empty() {
             let mut linear = self.linear(&held_out.filtered_steps(), settings.calibration)?;
-            let mut changes = Hidden::default();
+            let mut changes: Vec<Hidden> = Vec::new();
             for (index, strength) in hidden.iter().zip(&strengths[self.fold]) {
                 if let Some(form) = &subject.forms[*index] {
                     changes.extend(linear.reconstruct(form, *strength, &block, &course)?.0);
                 }
             }
             let drivers = &self.training.drivers;
-            let candidate = CandidateFit { fit: &self.after, drivers, hidden: Some(&changes) };
+            let candidate = CandidateFit { fit: &self.after, drivers, hidden: &changes };
             let known = held_out.judge(&candidate, &mut course, Floor::Skip)?;
             judged.reconstructed = pairs(after.clone(), known);
         }

@@ -142,11 +142,10 @@ const BY_GLUCOSE: [Field; 3] =
 
 #[cfg(test)]
 mod tests {
-    use ode_sim::{EgpMode, OdeParameters};
     use physiology::{Grams, Kilograms, MgPerDl, Plant as _, Units, UnitsPerHour};
 
+    use super::super::sample;
     use super::*;
-    use crate::filter::noise::NoiseModel;
     use crate::modulated_plant::ModulatedPlant;
 
     const STEPS: usize = 60;
@@ -176,10 +175,7 @@ mod tests {
 
     #[test]
     fn readings_are_those_of_the_modulated_plant() {
-        let weight = Kilograms(76.3);
-        let noise = NoiseModel::working();
-        let model =
-            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let model = sample::model(Kilograms(76.3));
         let (state, _) = model.start(UnitsPerHour(1.0), MgPerDl(150.0));
         let inputs = inputs();
         for field in Field::ALL {
@@ -201,10 +197,7 @@ mod tests {
 
     #[test]
     fn what_was_not_worked_out_is_not_run() {
-        let weight = Kilograms(70.0);
-        let noise = NoiseModel::working();
-        let model =
-            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let model = sample::model(Kilograms(70.0));
         let (state, _) = model.start(UnitsPerHour(1.0), MgPerDl(150.0));
         let inputs = inputs();
         let prepared = PreparedSteps::of(&model, &inputs, &[], 5..30).expect("nothing acts");

@@ -193,9 +193,9 @@ impl<'a> Linear<'a> {
         strength: Strength,
         within: &Range<usize>,
         course: &Course,
-    ) -> Result<(Hidden, StrengthSums), GapError> {
+    ) -> Result<(Vec<Hidden>, StrengthSums), GapError> {
         match form {
-            Form::Driven => Ok((Hidden::default(), StrengthSums::default())),
+            Form::Driven => Ok((Vec::new(), StrengthSums::default())),
             Form::Events(shape) => self.events(shape, strength, within),
             Form::Random { field, unit, log_sd } => {
                 self.factors(*field, *unit, log_sd * strength.amplitude, *log_sd, within, course)
@@ -208,7 +208,7 @@ impl<'a> Linear<'a> {
         shape: &EventShape,
         strength: Strength,
         within: &Range<usize>,
-    ) -> Result<(Hidden, StrengthSums), GapError> {
+    ) -> Result<(Vec<Hidden>, StrengthSums), GapError> {
         let grid = (shape.profiles[0].len() + ANSWER).div_ceil(MOST_LANES).max(GRID);
         let mut onsets: Vec<usize> = Vec::new();
         for onset in shape.onsets.iter().filter(|o| within.contains(*o)) {
@@ -218,7 +218,7 @@ impl<'a> Linear<'a> {
         }
         let days = within.len() as f64 / STEPS_PER_DAY as f64;
         let mut tally = StrengthSums { days, ..StrengthSums::default() };
-        let mut hidden = Hidden::default();
+        let mut hidden = Vec::new();
         if onsets.is_empty() || strength.amplitude <= 0.0 {
             return Ok((hidden, tally));
         }
@@ -246,7 +246,7 @@ impl<'a> Linear<'a> {
             let amount = probability * state[best].size;
             state[best].taken = true;
             for (offset, value) in shape.profiles[0].iter().enumerate() {
-                hidden.push(onsets[best] + offset, shape.field, Change::Added(amount * value));
+                hidden.push((onsets[best] + offset, shape.field, Change::Added(amount * value)));
             }
             tally.count += probability;
             tally.sum += amount / usual;
@@ -271,11 +271,11 @@ impl<'a> Linear<'a> {
         published_sd: f64,
         within: &Range<usize>,
         course: &Course,
-    ) -> Result<(Hidden, StrengthSums), GapError> {
+    ) -> Result<(Vec<Hidden>, StrengthSums), GapError> {
         let units = unit_steps(unit, within.clone(), course);
         let days = within.len() as f64 / STEPS_PER_DAY as f64;
         let mut tally = StrengthSums { days, ..StrengthSums::default() };
-        let mut hidden = Hidden::default();
+        let mut hidden = Vec::new();
         if units.is_empty() || sd <= 0.0 {
             return Ok((hidden, tally));
         }
@@ -304,14 +304,15 @@ impl<'a> Linear<'a> {
                 precision[(column, row)] = shared;
             }
         }
-        let singular = || GapError::Singular { person: self.record.person.clone() };
-        let factor = precision.llt(Side::Lower).map_err(|_| singular())?;
+        let factor = precision
+            .llt(Side::Lower)
+            .map_err(|_| GapError::Singular { person: self.record.person.clone() })?;
         let mean = factor.solve(&right);
         let covariance = factor.solve(&Mat::<f64>::identity(n, n));
         for (row, steps) in units.iter().enumerate() {
             let log = mean[(row, 0)];
             for step in steps.clone() {
-                hidden.push(step, field, Change::Factor(log.exp()));
+                hidden.push((step, field, Change::Factor(log.exp())));
             }
             self.explain(&answers[row], log);
             tally.count += 1.0;

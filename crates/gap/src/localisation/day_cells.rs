@@ -41,18 +41,13 @@ impl LocalisationRule {
     /// [`GapError::Setting`] naming the first that cannot.
     pub fn validated(self) -> Result<Self, GapError> {
         let settings = [
-            ("replicates", self.replicates, 100),
-            ("block_days", self.block_days, 1),
-            ("fewest_errors", self.fewest_errors, 2),
-            ("fewest_days", self.fewest_days, 2),
+            ("replicates", self.replicates, 100, "at least 100"),
+            ("block_days", self.block_days, 1, "at least 1"),
+            ("fewest_errors", self.fewest_errors, 2, "at least 2"),
+            ("fewest_days", self.fewest_days, 2, "at least 2"),
         ];
-        for (name, value, least) in settings {
+        for (name, value, least, requirement) in settings {
             if value < least {
-                let requirement = match least {
-                    1 => "at least 1",
-                    2 => "at least 2",
-                    _ => "at least 100",
-                };
                 return Err(GapError::Setting { name, value: value as f64, requirement });
             }
         }

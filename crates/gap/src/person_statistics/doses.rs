@@ -2,8 +2,7 @@
 
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::readings::{of_fewer, skewness};
-use super::{LEAST_MEAL, Values, excess_kurtosis, sd};
+use super::{LEAST_MEAL, Values, excess_kurtosis, moment_of_fewer, sd, skewness};
 use crate::calibrated_person::CalibratedPerson;
 use crate::units::{Doses, power};
 
@@ -14,17 +13,14 @@ const BOLUS: f64 = 1.0;
 /// Glucose that nobody corrects, mg/dL.
 const NOT_HIGH: f64 = 140.0;
 
-/// A moment of some values.
-type Moment = fn(&[f64]) -> f64;
-
 impl Values {
     pub(super) fn doses(&mut self, person: &CalibratedPerson<'_>) {
         let quarters = Doses::of_person(person).by_quarter();
-        let moments: [(&str, Moment); 3] =
+        let moments: [(&str, fn(&[f64]) -> f64); 3] =
             [("SD", sd), ("skewness", skewness), ("kurtosis", excess_kurtosis)];
         for (name, of) in moments {
             let name = format!("record/insulin of 6 h over usual {name}");
-            self.set(&name, of_fewer(&quarters, QUARTERS, of));
+            self.set(&name, moment_of_fewer(&quarters, QUARTERS, of));
         }
         let days: Vec<f64> = quarters.chunks(QUARTERS).map(|day| day.iter().sum()).collect();
         self.set("record/insulin power at 3 days", Some((power(&days, 3) + 0.01).ln()));

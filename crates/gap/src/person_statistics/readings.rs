@@ -3,7 +3,7 @@
 use cohort::Record;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::{DIFFERENCE, FEWEST, Values, excess_kurtosis, moment, sd, within};
+use super::{DIFFERENCE, Values, excess_kurtosis, mean, moment, sd, skewness, within};
 use crate::filter::observations::Observations;
 use crate::units::power;
 
@@ -43,13 +43,13 @@ impl Values {
             }
         }
         // A sensor whose gain drifts is worn for ten days or a week.
-        let mean = |readings: &[Option<f64>]| {
+        let mean_of = |readings: &[Option<f64>]| {
             let known: Vec<f64> = readings.iter().flatten().copied().collect();
-            (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+            (!known.is_empty()).then(|| mean(&known))
         };
-        let usual = mean(&glucose).unwrap_or_default();
+        let usual = mean_of(&glucose).unwrap_or_default();
         let days: Vec<f64> =
-            glucose.chunks(STEPS_PER_DAY).map(|day| mean(day).unwrap_or(usual)).collect();
+            glucose.chunks(STEPS_PER_DAY).map(|day| mean_of(day).unwrap_or(usual)).collect();
         for period in [7, 10] {
             let name = format!("record/glucose of a day, power at {period} days");
             self.set(&name, Some((power(&days, period) + 0.01).ln()));
@@ -74,17 +74,4 @@ fn least(values: &[f64]) -> f64 {
 
 fn most(values: &[f64]) -> f64 {
     values.iter().map(|value| value.abs()).fold(0.0, f64::max)
-}
-
-/// Third moment over the standard deviation cubed; 0 for a normal variable.
-pub(super) fn skewness(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let of_power = |power: i32| values.iter().map(|v| (v - mean).powi(power)).sum::<f64>() / n;
-    of_power(3) / of_power(2).powf(1.5)
-}
-
-/// A moment of a sample that is smaller than [`FEWEST`] by a known factor.
-pub(super) fn of_fewer(values: &[f64], factor: usize, of: fn(&[f64]) -> f64) -> Option<f64> {
-    (values.len() * factor >= FEWEST).then(|| of(values)).filter(|value| value.is_finite())
 }

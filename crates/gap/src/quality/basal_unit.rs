@@ -13,7 +13,6 @@ use physiology::STEPS_PER_HOUR;
 use super::daily_doses::{DayDoses, days, mean_with_interval, median};
 use super::{Consequence, Finding};
 use crate::filter::observations::DEFAULT_WEIGHT;
-use contract::diagnosis::FindingEstimate;
 
 /// U/h over U per five minutes.
 const FACTOR: f64 = STEPS_PER_HOUR as f64;
@@ -36,13 +35,14 @@ const ALIKE: f64 = 2.5;
 pub(super) fn finding(person: &Person) -> Option<Finding> {
     let days = days(person);
     let basal: Vec<f64> = days.iter().map(|day| day.basal).collect();
-    let (mean, lower, upper) = mean_with_interval(&basal)?;
+    let estimate = mean_with_interval(&basal)?;
+    let mean = estimate.0;
     if mean <= 0.0 {
         return None;
     }
     let weight = person.weight.unwrap_or(DEFAULT_WEIGHT).0;
     if let Some(text) = mixed(person, &days) {
-        return Some(excluding(person, text, (mean, lower, upper)));
+        return Some(excluding(person, text, estimate));
     }
     let bolus = days.iter().map(|day| day.bolus).sum::<f64>() / days.len() as f64;
     let fits = |basal: f64| {
@@ -58,33 +58,32 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     // Controllers may give nearly all insulin as boluses, but then they give them at night as well.
     let bare = night_insulin(person) < NIGHT_U_KG * weight;
     let programmed = share < LEAST_PROGRAMMED && person.therapy == Therapy::OpenLoopPump;
-    if (mean / (mean + bolus) < BASAL_SHARE.0 || bolus == 0.0)
+    let text = if (mean / (mean + bolus) < BASAL_SHARE.0 || bolus == 0.0)
         && fits(FACTOR * mean)
         && (bare || programmed)
     {
-        let text = format!(
+        format!(
             "basal insulin of {mean:.1} U a day is {share:.0} % of all insulin, less than a body \
              without meals needs: amounts per 5 min recorded as U/h; multiply basal_u_h by 12"
-        );
-        return Some(excluding(person, text, (mean, lower, upper)));
-    }
-    if (mean + bolus) / weight > INSULIN_U_KG.1 && fits(mean / FACTOR) {
-        let text = format!(
+        )
+    } else if (mean + bolus) / weight > INSULIN_U_KG.1 && fits(mean / FACTOR) {
+        format!(
             "basal insulin of {mean:.0} U a day is {share:.0} % of all insulin: rates in U/h taken for \
              amounts per 5 min; divide basal_u_h by 12"
-        );
-        return Some(excluding(person, text, (mean, lower, upper)));
-    }
-    None
+        )
+    } else {
+        return None;
+    };
+    Some(excluding(person, text, estimate))
 }
 
 fn within(value: f64, (low, high): (f64, f64)) -> bool {
     (low..=high).contains(&value)
 }
 
-fn excluding(person: &Person, text: String, (value, lower, upper): (f64, f64, f64)) -> Finding {
+fn excluding(person: &Person, text: String, estimate: (f64, f64, f64)) -> Finding {
     Finding::note("basal_unit", person, text)
-        .with_estimate(FindingEstimate { value, lower, upper, unit: "U/day".to_owned() })
+        .with_estimate(estimate, "U/day")
         .with_consequence(Consequence::ExcludePerson)
 }
 

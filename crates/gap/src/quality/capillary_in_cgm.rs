@@ -16,7 +16,7 @@ use cohort::{Person, Record, SensorCadence};
 use stats::proportion::clopper_pearson;
 
 use super::Finding;
-use contract::diagnosis::FindingEstimate;
+use super::daily_doses::median;
 
 /// Steps between a finger stick and the dose that it was for: 10 min.
 const NEAR_DOSE: usize = 2;
@@ -93,12 +93,7 @@ fn isolated(values: &[Option<f64>]) -> Vec<Capillary> {
         .collect();
     let mut heights: Vec<f64> =
         triples.iter().map(|(_, a, b, c)| (b - 0.5 * (a + c)).abs()).collect();
-    if heights.is_empty() {
-        return Vec::new();
-    }
-    let middle = heights.len() / 2;
-    let (_, median, _) = heights.select_nth_unstable_by(middle, f64::total_cmp);
-    let least = SMALLEST_JUMP.max(SMALLEST_JUMP_SD * SD_OVER_MEDIAN * *median);
+    let least = SMALLEST_JUMP.max(SMALLEST_JUMP_SD * SD_OVER_MEDIAN * median(&mut heights));
     let stands_out = |a: f64, b: f64, c: f64| {
         let (from, back) = (b - a, b - c);
         from * back > 0.0
@@ -161,10 +156,10 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
         5 * NEAR_DOSE,
         at_doses.chance * readings.len() as f64,
     );
-    Some(Finding::note("capillary_in_cgm", person, text).with_estimate(FindingEstimate {
-        value: differences[differences.len() / 2],
-        lower: differences[last * 5 / 100],
-        upper: differences[last * 95 / 100],
-        unit: "mg/dL from the sensor's line".to_owned(),
-    }))
+    let at = |place: usize| differences[place];
+    let estimate = (at(differences.len() / 2), at(last * 5 / 100), at(last * 95 / 100));
+    Some(
+        Finding::note("capillary_in_cgm", person, text)
+            .with_estimate(estimate, "mg/dL from the sensor's line"),
+    )
 }

@@ -11,7 +11,6 @@ use physiology::STEPS_PER_DAY;
 use super::daily_doses::{days, median};
 use super::{Consequence, Finding};
 use crate::filter::observations::DEFAULT_WEIGHT;
-use contract::diagnosis::FindingEstimate;
 
 /// Grams per unit of insulin, times the daily insulin, U.
 const RULE: f64 = 500.0;
@@ -98,12 +97,7 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     };
     Some(
         Finding::note("carb_unit", person, text)
-            .with_estimate(FindingEstimate {
-                value: grams,
-                lower: grams / SPREAD,
-                upper: grams * SPREAD,
-                unit: "g per recorded gram".to_owned(),
-            })
+            .with_estimate((grams, grams / SPREAD, grams * SPREAD), "g per recorded gram")
             .with_consequence(Consequence::ExcludePerson),
     )
 }

@@ -29,13 +29,14 @@ mod sensor_fit;
 
 use cohort::{Channel, Person};
 use physiology::STEPS_PER_DAY;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 use self::controller::CHANGES_A_DAY;
 use self::corrections::{Corrections, SMALLEST_BOLUS};
 use self::dose_distance::DoseDistances;
 use self::sensor_fit::{Offsets, SensorFit};
 use super::{Consequence, Finding};
-use contract::diagnosis::FindingEstimate;
 
 /// Offsets whose interval reaches this far towards zero, min, are left to habit: people bolus up to
 /// a quarter of an hour before they eat and are advised to.
@@ -330,11 +331,34 @@ fn offset(person: &Person, clock: Clock, minutes: &Minutes95, about: &str) -> Fi
         -minutes.value
     );
     Finding::note(check, person, text)
-        .with_estimate(FindingEstimate {
-            value: minutes.value,
-            lower: minutes.lower,
-            upper: minutes.upper,
-            unit: "min".to_owned(),
-        })
+        .with_estimate((minutes.value, minutes.lower, minutes.upper), "min")
         .with_consequence(Consequence::ExcludePerson)
+}
+
+/// The sum of the tables of some days.
+fn total<'a, const N: usize>(days: impl IntoIterator<Item = &'a [f64; N]>) -> [f64; N] {
+    let mut total = [0.0; N];
+    for day in days {
+        for (total, value) in total.iter_mut().zip(day) {
+            *total += value;
+        }
+    }
+    total
+}
+
+/// A statistic of days that are drawn with replacement, so many times: ascending, without draws that have none.
+fn redrawn<T>(
+    days: &[T],
+    replicates: usize,
+    statistic: impl Fn(Vec<&T>) -> Option<f64>,
+) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut drawn: Vec<f64> = (0..replicates)
+        .filter_map(|_| {
+            let sample = (0..days.len()).map(|_| &days[rng.random_range(0..days.len())]);
+            statistic(sample.collect())
+        })
+        .collect();
+    drawn.sort_by(f64::total_cmp);
+    drawn
 }

@@ -12,7 +12,6 @@ use physiology::STEP;
 
 use super::{Consequence, Finding};
 use crate::filter::noise::NoiseModel;
-use contract::diagnosis::FindingEstimate;
 
 /// Standard deviations of people by which the fastest gut is faster than the population's.
 const FASTEST: f64 = 2.0;
@@ -30,13 +29,9 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
              more): rows or times are mixed up",
             next.least
         );
+        let found = next.correlation;
         Finding::note("discontinuous_cgm", person, text)
-            .with_estimate(FindingEstimate {
-                value: next.correlation,
-                lower: next.correlation,
-                upper: next.correlation,
-                unit: "correlation of neighbours".to_owned(),
-            })
+            .with_estimate((found, found, found), "correlation of neighbours")
             .with_consequence(Consequence::ExcludePerson)
     })
 }

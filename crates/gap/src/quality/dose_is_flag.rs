@@ -6,7 +6,6 @@
 use cohort::{Channel, Person};
 
 use super::{Consequence, Finding};
-use contract::diagnosis::FindingEstimate;
 
 /// Fewest entries of exactly one that are taken for a flag; as in the import of HUPA-UCM.
 const FEWEST: usize = 10;
@@ -47,12 +46,7 @@ fn finding(person: &Person, channel: Channel, name: &str) -> Option<Finding> {
         );
         let share = 100.0 * share;
         Finding::note("dose_is_flag", person, text)
-            .with_estimate(FindingEstimate {
-                value: share,
-                lower: share,
-                upper: share,
-                unit: "% of entries".to_owned(),
-            })
+            .with_estimate((share, share, share), "% of entries")
             .with_consequence(Consequence::ExcludePerson)
     })
 }

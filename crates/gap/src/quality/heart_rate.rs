@@ -10,7 +10,6 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::daily_doses::mean_with_interval;
 use super::{Consequence, Finding};
-use contract::diagnosis::FindingEstimate;
 
 /// Hours that count as night and as day.
 const NIGHT: std::ops::Range<u8> = 0..6;
@@ -33,10 +32,9 @@ const GAIN: f64 = 0.15;
 
 pub(super) fn finding(person: &Person) -> Option<Finding> {
     let differences = day_minus_night(person);
-    let ignored = |text: String, (value, lower, upper), unit: &str| {
-        let estimate = FindingEstimate { value, lower, upper, unit: unit.to_owned() };
+    let ignored = |text: String, estimate: (f64, f64, f64), unit: &str| {
         Finding::note("heart_rate_alignment", person, text)
-            .with_estimate(estimate)
+            .with_estimate(estimate, unit)
             .with_consequence(Consequence::IgnoreChannel(Channel::HeartRate))
     };
     if differences.len() >= FEWEST_DAYS

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use chrono::NaiveDate;
-use cohort::{Channel, Cohort, Person, StraightLines};
+use cohort::{Channel, Cohort, Person, Record, StraightLines};
 use contract::quality::{ChannelLeftOut, CheckOutcome, CheckResult, DayLeftOut, PersonInUse};
 use contract::{DataInUse, Document as _};
 use physiology::STEPS_PER_DAY;
@@ -43,8 +43,6 @@ pub struct UsedPerson {
     pub findings: Vec<Finding>,
     /// Why the person is left out; `None` for one who is used.
     pub left_out: Option<String>,
-    /// What the record lacks to be used at all, if that is the reason.
-    lacks: Option<String>,
     /// The person without channels that are ignored; `None` where all are read.
     without: Option<Person>,
     /// The values of the CGM column that are used; `None` where all are.
@@ -71,19 +69,13 @@ impl InUse {
     #[must_use]
     pub fn without_those_of(mut self, other: &Self) -> Self {
         for person in &mut self.people {
-            if let Some(left_out) = other.of_person(&person.person_id).and_then(UsedPerson::reason)
-            {
-                person.left_out = Some(left_out.to_owned());
-                person.table.left_out = Some(left_out.to_owned());
+            let other = other.of_person(&person.person_id);
+            if let Some(left_out) = other.and_then(|other| other.left_out.clone()) {
+                person.table.left_out = Some(left_out.clone());
+                person.left_out = Some(left_out);
             }
         }
         self
-    }
-
-    /// Everybody, in the order of the cohort.
-    #[must_use]
-    pub fn people(&self) -> &[UsedPerson] {
-        &self.people
     }
 
     /// What is used of a person.
@@ -94,7 +86,8 @@ impl InUse {
 
     /// People who are left out, with the reason.
     pub fn left_out(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.people.iter().filter_map(|person| Some((person.person_id.as_str(), person.reason()?)))
+        let people = self.people.iter();
+        people.filter_map(|person| Some((person.person_id.as_str(), person.left_out.as_deref()?)))
     }
 
     /// The people who are used, with the values that are used: the others are missing.
@@ -137,110 +130,91 @@ impl UsedPerson {
         };
         let cgm = used_readings(read, &observations);
         let cgm = (cgm != read.record.cgm()).then_some(cgm);
-        let mut used = Self {
+        let mut checks: Vec<CheckResult> =
+            CHECKS.iter().map(|check| result(check, &findings)).collect();
+        checks.push(CheckResult {
+            check: ENOUGH.to_owned(),
+            result: if lacks.is_some() { CheckOutcome::Fail } else { CheckOutcome::Pass },
+            findings: lacks.into_iter().collect(),
+        });
+        let (days, days_left_out) = days(&person.record, cgm.as_deref(), &findings);
+        let table = PersonInUse {
             person_id: person.id.clone(),
-            findings,
-            left_out,
-            lacks,
-            without,
-            cgm,
-            table: PersonInUse {
-                person_id: person.id.clone(),
-                left_out: None,
-                checks: Vec::new(),
-                days: 0,
-                days_left_out: Vec::new(),
-                channels_left_out: Vec::new(),
-            },
+            left_out: left_out.clone(),
+            checks,
+            days,
+            days_left_out: if left_out.is_some() { Vec::new() } else { days_left_out },
+            channels_left_out: channels(&person.record, cgm.as_deref(), &findings),
         };
-        used.table = used.as_written(person);
-        Ok(used)
-    }
-
-    /// Why the person is left out.
-    fn reason(&self) -> Option<&str> {
-        self.left_out.as_deref()
+        Ok(Self { person_id: person.id.clone(), findings, left_out, without, cgm, table })
     }
 
     /// The person without channels that are ignored, given the person as recorded.
     pub(crate) fn read<'a>(&'a self, person: &'a Person) -> &'a Person {
         self.without.as_ref().unwrap_or(person)
     }
+}
 
-    fn as_written(&self, person: &Person) -> PersonInUse {
-        let (days, days_left_out) = self.days(person);
-        let mut checks: Vec<CheckResult> =
-            CHECKS.iter().map(|check| result(check, &self.findings)).collect();
-        checks.push(CheckResult {
-            check: ENOUGH.to_owned(),
-            result: if self.lacks.is_some() { CheckOutcome::Fail } else { CheckOutcome::Pass },
-            findings: self.lacks.iter().cloned().collect(),
-        });
-        PersonInUse {
-            person_id: self.person_id.clone(),
-            left_out: self.left_out.clone(),
-            checks,
-            days,
-            days_left_out,
-            channels_left_out: self.channels(person),
-        }
+/// The number of days, and those of which nothing is used; `cgm` is what is used where that is not all.
+fn days(
+    record: &Record,
+    cgm: Option<&[Option<f64>]>,
+    findings: &[Finding],
+) -> (usize, Vec<DayLeftOut>) {
+    // Readings on record and in use by date.
+    let mut dates: BTreeMap<NaiveDate, (bool, bool)> = BTreeMap::new();
+    for (k, used) in cgm.unwrap_or(record.cgm()).iter().enumerate() {
+        let day = dates.entry(record.time(k).date()).or_default();
+        *day = (day.0 || record.cgm()[k].is_some(), day.1 || used.is_some());
     }
+    let left_out = dates.iter().filter_map(|(date, (recorded, used))| {
+        let reason = match (recorded, used) {
+            (_, true) => return None,
+            (true, false) => not_read(findings),
+            (false, false) => NO_READING.to_owned(),
+        };
+        Some(DayLeftOut { date: date.to_string(), reason })
+    });
+    (dates.len(), left_out.collect())
+}
 
-    /// The number of days, and those of which nothing is used.
-    fn days(&self, person: &Person) -> (usize, Vec<DayLeftOut>) {
-        let record = &person.record;
-        // Readings on record and in use by date.
-        let mut dates: BTreeMap<NaiveDate, (bool, bool)> = BTreeMap::new();
-        let used = self.cgm.as_deref().unwrap_or(record.cgm());
-        for (k, used) in used.iter().enumerate() {
-            let day = dates.entry(record.time(k).date()).or_default();
-            *day = (day.0 || record.cgm()[k].is_some(), day.1 || used.is_some());
-        }
-        let left_out = dates.iter().filter_map(|(date, (recorded, used))| {
-            let reason = match (recorded, used) {
-                (_, true) => return None,
-                (true, false) => self.not_read(),
-                (false, false) => NO_READING.to_owned(),
-            };
-            Some(DayLeftOut { date: date.to_string(), reason })
-        });
-        let left_out = if self.left_out.is_some() { Vec::new() } else { left_out.collect() };
-        (dates.len(), left_out)
-    }
+/// The checks because of which readings are not used.
+fn not_read(findings: &[Finding]) -> String {
+    let of_readings = ["interpolated_cgm", "interleaved_cgm", "capillary_in_cgm"];
+    let found = of_readings
+        .iter()
+        .filter(|check| findings.iter().any(|finding| finding.reported.check == **check));
+    let named: Vec<&str> = found.copied().collect();
+    // A single line too long to stand for glucose is no finding.
+    if named.is_empty() { "interpolated_cgm".to_owned() } else { named.join(", ") }
+}
 
-    /// The checks because of which readings are not used.
-    fn not_read(&self) -> String {
-        let of_readings = ["interpolated_cgm", "interleaved_cgm", "capillary_in_cgm"];
-        let found = of_readings
-            .iter()
-            .filter(|check| self.findings.iter().any(|finding| finding.reported.check == **check));
-        let named: Vec<&str> = found.copied().collect();
-        // A single line too long to stand for glucose is no finding.
-        if named.is_empty() { "interpolated_cgm".to_owned() } else { named.join(", ") }
-    }
-
-    fn channels(&self, person: &Person) -> Vec<ChannelLeftOut> {
-        let mut left_out: Vec<ChannelLeftOut> = Vec::new();
-        for finding in &self.findings {
-            if let Consequence::IgnoreChannel(channel) = finding.consequence {
-                left_out.push(ChannelLeftOut {
-                    channel: channel.column().to_owned(),
-                    share: 1.0,
-                    reason: finding.reported.check.clone(),
-                });
-            }
-        }
-        if let Some(used) = &self.cgm {
-            let recorded = person.record.cgm();
-            let changed = recorded.iter().zip(used).filter(|(a, b)| a != b).count();
+/// The channels of which not everything is used; `cgm` is what is used where that is not all.
+fn channels(
+    record: &Record,
+    cgm: Option<&[Option<f64>]>,
+    findings: &[Finding],
+) -> Vec<ChannelLeftOut> {
+    let mut left_out: Vec<ChannelLeftOut> = Vec::new();
+    for finding in findings {
+        if let Consequence::IgnoreChannel(channel) = finding.consequence {
             left_out.push(ChannelLeftOut {
-                channel: Channel::Cgm.column().to_owned(),
-                share: changed as f64 / recorded.iter().flatten().count().max(1) as f64,
-                reason: self.not_read(),
+                channel: channel.column().to_owned(),
+                share: 1.0,
+                reason: finding.reported.check.clone(),
             });
         }
-        left_out
     }
+    if let Some(used) = cgm {
+        let recorded = record.cgm();
+        let changed = recorded.iter().zip(used).filter(|(a, b)| a != b).count();
+        left_out.push(ChannelLeftOut {
+            channel: Channel::Cgm.column().to_owned(),
+            share: changed as f64 / recorded.iter().flatten().count().max(1) as f64,
+            reason: not_read(findings),
+        });
+    }
+    left_out
 }
 
 /// What one check said.

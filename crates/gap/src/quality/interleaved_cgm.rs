@@ -13,7 +13,6 @@ use std::ops::Range;
 use cohort::{Person, SensorCadence};
 
 use super::{Consequence, Finding};
-use contract::diagnosis::FindingEstimate;
 
 /// Length of a block, steps: 6 h.
 const BLOCK: usize = 72;
@@ -102,14 +101,11 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
         person.record.time(blocks[0].start).date()
     );
     let consequence = if share > EXCLUDED { Consequence::ExcludePerson } else { Consequence::Note };
+    let at = |place: usize| disagreements[place];
+    let estimate = (at(count / 2), at(last * 5 / 100), at(last * 95 / 100));
     Some(
         Finding::note("interleaved_cgm", person, text)
-            .with_estimate(FindingEstimate {
-                value: disagreements[count / 2],
-                lower: disagreements[last * 5 / 100],
-                upper: disagreements[last * 95 / 100],
-                unit: "mg/dL between neighbours".to_owned(),
-            })
+            .with_estimate(estimate, "mg/dL between neighbours")
             .with_consequence(consequence),
     )
 }

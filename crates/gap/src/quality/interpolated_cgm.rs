@@ -8,7 +8,6 @@ use cohort::{Person, StraightLines};
 use super::{Consequence, Finding};
 use crate::config::InclusionRule;
 use crate::filter::observations::{INTERPOLATED_SHARE, LONGEST_INTERPOLATION, Observations};
-use contract::diagnosis::FindingEstimate;
 
 pub(super) fn finding(person: &Person, observations: &Observations) -> Option<Finding> {
     let share = observations.interpolated_share;
@@ -17,29 +16,27 @@ pub(super) fn finding(person: &Person, observations: &Observations) -> Option<Fi
     }
     let recorded = person.record.cgm().iter().flatten().count() as f64 / observations.len() as f64;
     let least = InclusionRule::working().least_cgm_share;
-    let drawn = Finding::note("interpolated_cgm", person, "").with_estimate(FindingEstimate {
-        value: 100.0 * share,
-        lower: 100.0 * share,
-        upper: 100.0 * share,
-        unit: "% of values".to_owned(),
-    });
     let coverage = observations.coverage();
     let lines = StraightLines::find(person.record.cgm());
     let filled = lines.values_in_lines_of(LONGEST_INTERPOLATION + 1) > 0;
-    Some(if filled && recorded >= least && coverage < least {
-        drawn
-            .saying(format!(
-                "{:.0} % of the CGM values lie on straight lines, and without those of more than {} min \
-                 readings cover {:.0} % of the steps, less than {:.0} %",
-                100.0 * share,
-                5 * LONGEST_INTERPOLATION,
-                100.0 * coverage,
-                100.0 * least
-            ))
-            .with_consequence(Consequence::ExcludePerson)
+    let share = 100.0 * share;
+    let (text, consequence) = if filled && recorded >= least && coverage < least {
+        let text = format!(
+            "{share:.0} % of the CGM values lie on straight lines, and without those of more than {} min \
+             readings cover {:.0} % of the steps, less than {:.0} %",
+            5 * LONGEST_INTERPOLATION,
+            100.0 * coverage,
+            100.0 * least
+        );
+        (text, Consequence::ExcludePerson)
     } else {
-        drawn.saying(
-            "CGM values lie on straight lines between readings; the filter uses the readings alone",
-        )
-    })
+        let text = "CGM values lie on straight lines between readings; the filter uses the \
+                    readings alone";
+        (text.to_owned(), Consequence::Note)
+    };
+    Some(
+        Finding::note("interpolated_cgm", person, text)
+            .with_estimate((share, share, share), "% of values")
+            .with_consequence(consequence),
+    )
 }

@@ -6,10 +6,9 @@
 
 use cohort::Person;
 
-use super::daily_doses::{days, mean_with_interval};
+use super::daily_doses::{DayDoses, days, mean_with_interval};
 use super::{Consequence, Finding};
 use crate::filter::observations::DEFAULT_WEIGHT;
-use contract::diagnosis::FindingEstimate;
 
 /// Plausible insulin a day, U/kg.
 const INSULIN_U_KG: (f64, f64) = (0.2, 1.5);
@@ -47,39 +46,27 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
         ["dose_is_flag", "basal_unit", "carb_unit"].contains(&finding.reported.check.as_str())
     });
     let days = days(person);
-    let of = |value: fn(&super::daily_doses::DayDoses) -> Option<f64>| -> Option<(f64, f64, f64)> {
+    let of = |value: fn(&DayDoses) -> Option<f64>| -> Option<(f64, f64, f64)> {
         mean_with_interval(&days.iter().filter_map(value).collect::<Vec<f64>>())
     };
-    let Some(insulin) = of(|day| Some(day.insulin())) else { return Vec::new() };
-    if explained || insulin.0 <= 0.0 {
+    let Some((mean, lower, upper)) = of(|day| Some(day.insulin())) else { return Vec::new() };
+    if explained || mean <= 0.0 {
         return Vec::new();
     }
     // Where only one of basal and bolus is recorded, the day is known from above alone.
     let whole = days.iter().any(|day| day.basal > 0.0) && days.iter().any(|day| day.bolus > 0.0);
-    let least = |low: f64| if whole { low } else { 0.0 };
-    let insulin = match person.weight {
-        Some(weight) => {
-            let (mean, lower, upper) = insulin;
-            let mean = (mean / weight.0, lower / weight.0, upper / weight.0);
-            DailyMean {
-                name: "insulin",
-                unit: "U/kg/day",
-                mean,
-                plausible: (least(INSULIN_U_KG.0), INSULIN_U_KG.1),
-            }
-        }
-        None => DailyMean {
-            name: "insulin",
-            unit: "U/day",
-            mean: insulin,
-            plausible: (least(INSULIN_U.0), INSULIN_U.1),
-        },
+    let (unit, over, (low, high)) = match person.weight {
+        Some(weight) => ("U/kg/day", weight.0, INSULIN_U_KG),
+        None => ("U/day", 1.0, INSULIN_U),
+    };
+    let insulin = DailyMean {
+        name: "insulin",
+        unit,
+        mean: (mean / over, lower / over, upper / over),
+        plausible: (if whole { low } else { 0.0 }, high),
     };
     if insulin.outside() {
-        let per_kg = match person.weight {
-            Some(_) => insulin.mean.0,
-            None => insulin.mean.0 / DEFAULT_WEIGHT.0,
-        };
+        let per_kg = mean / person.weight.unwrap_or(DEFAULT_WEIGHT).0;
         let cure = if per_kg > THOUSANDTHS_U_KG {
             "doses in thousandths of a unit; divide them by 1000"
         } else if insulin.mean.0 > insulin.plausible.1 {
@@ -104,8 +91,7 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
             "check its unit and whether meals are logged",
         ));
     }
-    let total =
-        |value: fn(&super::daily_doses::DayDoses) -> f64| days.iter().map(value).sum::<f64>();
+    let total = |value: fn(&DayDoses) -> f64| days.iter().map(value).sum::<f64>();
     let (carbs, bolus) = (total(|day| day.carbs.unwrap_or(0.0)), total(|day| day.bolus));
     if carbs > 0.0 && bolus > 0.0 {
         let mean = (carbs / bolus, carbs / bolus, carbs / bolus);
@@ -125,10 +111,10 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
 }
 
 fn report(person: &Person, point: &DailyMean, cure: &str, consequence: Consequence) -> Finding {
-    let ((value, lower, upper), (low, high)) = (point.mean, point.plausible);
-    let (name, unit) = (point.name, point.unit);
+    let DailyMean { name, unit, mean, plausible: (low, high) } = *point;
+    let value = mean.0;
     let text = format!("{name} of {value:.2} {unit} is outside {low} to {high}; {cure}");
     Finding::note("plausible_day", person, text)
-        .with_estimate(FindingEstimate { value, lower, upper, unit: unit.to_owned() })
+        .with_estimate(mean, unit)
         .with_consequence(consequence)
 }

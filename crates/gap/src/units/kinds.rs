@@ -163,18 +163,16 @@ impl<'a> Life<'a> {
     fn of_kind(&self, kind: &Kind) -> Vec<Unit> {
         match kind.name {
             "meal" => self.meals(0..3 * STEPS_PER_HOUR, |k| {
+                let bolus = self.sum(&self.course.bolus, k, 6, 6);
                 vec![
                     self.course.carbs[k].ln(),
                     self.within_hours(k, 5.0..10.0),
                     self.within_hours(k, 17.0..22.0),
                     self.course.glucose[k],
                     flag(self.course.weekend[k]),
-                    flag(self.sum(&self.course.bolus, k, 6, 6) <= 0.0),
+                    flag(bolus <= 0.0),
                     self.exercised(k, 10 * STEPS_PER_HOUR),
-                    insulin_per_carbohydrate(
-                        self.sum(&self.course.bolus, k, 6, 6),
-                        self.course.carbs[k],
-                    ),
+                    insulin_per_carbohydrate(bolus, self.course.carbs[k]),
                 ]
             }),
             "late meal" => self.meals(3 * STEPS_PER_HOUR..8 * STEPS_PER_HOUR, |k| {

@@ -37,9 +37,9 @@ pub(super) const DATA: usize = 0;
 /// information (Hutchinson, Commun Stat Simul Comput 1989;18:1059).
 pub(super) const DRAWS: usize = LANES - 1;
 
-/// A direction of the background that is allowed for: its column, and the prior of its amplitude.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Nuisance {
+/// A direction that is allowed for: its column, and the mean and standard deviation of its amplitude's prior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Allowed {
     pub(crate) column: usize,
     pub(crate) mean: f64,
     pub(crate) sd: f64,
@@ -70,7 +70,7 @@ impl Scores {
         person: &CalibratedPerson<'_>,
         design: &Design,
         information: &Mat<f64>,
-        backgrounds: [&[Nuisance]; N],
+        backgrounds: [&[Allowed]; N],
     ) -> Result<[Self; N], GapError> {
         let whitener = Whitener::of(person.calibration);
         let mut effects = Vec::with_capacity(N);
@@ -119,7 +119,7 @@ impl Scores {
 
 /// The innovations, and beside them draws of what they are where nothing is missing: noise, and a background from
 /// its prior.
-fn drawn(design: &Design, nuisances: &[Nuisance]) -> Vec<Lanes> {
+fn drawn(design: &Design, nuisances: &[Allowed]) -> Vec<Lanes> {
     // The same for everybody: the answer depends on no seed.
     let mut rng = ChaCha8Rng::seed_from_u64(0x756e_6974);
     let mut sign = || if rng.random_bool(0.5) { 1.0f32 } else { -1.0 };
@@ -144,7 +144,7 @@ fn drawn(design: &Design, nuisances: &[Nuisance]) -> Vec<Lanes> {
 }
 
 /// Takes out the background that is most probable.
-fn take_out(design: &Design, information: &Mat<f64>, nuisances: &[Nuisance], lanes: &mut [Lanes]) {
+fn take_out(design: &Design, information: &Mat<f64>, nuisances: &[Allowed], lanes: &mut [Lanes]) {
     let system = Mat::from_fn(nuisances.len(), nuisances.len(), |row, column| {
         let prior = if row == column { nuisances[row].sd.powi(-2) } else { 0.0 };
         prior + information[(nuisances[row].column, nuisances[column].column)]

@@ -66,7 +66,7 @@ impl Which {
             .map(|candidate| CandidateEffect {
                 effect: candidate.effect.name().to_owned(),
                 gain_nats: candidate.gain,
-                probability: odds.of_effect(candidate.effect),
+                probability: self.belief.of(candidate),
                 not_named: self.why_not(candidate.effect, people),
             })
             .collect();
@@ -117,38 +117,35 @@ impl Which {
         };
         ports
             .iter()
-            .map(|(port, probability)| PortEvidence {
-                port: port.clone(),
-                gain_nats: gain(port),
-                probability: *probability,
-                confusable_with: ports
-                    .iter()
-                    .filter(|(other, p)| other != port && *p >= RIVAL_SHARE * probability)
-                    .map(|(other, _)| other.clone())
-                    .collect(),
-                unit: unit_of(port, &self.first.courses),
-                course: course_of(port, &self.first.courses),
+            .map(|(port, probability)| {
+                let own = self.first.courses.iter().find(|course| course.port.name() == port);
+                PortEvidence {
+                    port: port.clone(),
+                    gain_nats: gain(port),
+                    probability: *probability,
+                    confusable_with: ports
+                        .iter()
+                        .filter(|(other, p)| other != port && *p >= RIVAL_SHARE * probability)
+                        .map(|(other, _)| other.clone())
+                        .collect(),
+                    // Empty where no record tells of the port.
+                    unit: own.map_or_else(String::new, |course| course.unit.to_owned()),
+                    course: own.map_or_else(Vec::new, parts),
+                }
             })
             .collect()
     }
 }
 
-/// The course at a port as it is written; empty where no record tells of it.
-fn course_of(port: &str, courses: &[PortCourse]) -> Vec<CoursePart> {
-    let own = courses.iter().find(|course| course.port.name() == port);
-    let parts = own.iter().flat_map(|course| course.parts.iter().enumerate());
+/// The course at a port as it is written.
+fn parts(course: &PortCourse) -> Vec<CoursePart> {
     let part = |(part, (value, half)): (usize, &(f64, f64))| CoursePart {
         hours: hours_of_part(part),
         value: *value,
         lower: value - half,
         upper: value + half,
     };
-    parts.map(part).collect()
-}
-
-fn unit_of(port: &str, courses: &[PortCourse]) -> String {
-    let own = courses.iter().find(|course| course.port.name() == port);
-    own.map_or_else(String::new, |course| course.unit.to_owned())
+    course.parts.iter().enumerate().map(part).collect()
 }
 
 /// The card of an effect of the library.
@@ -181,10 +178,6 @@ impl Odds {
         let probable = RIVAL_SHARE * named..NAMED_FROM;
         let rivals = self.effects.iter().filter(|(_, p)| probable.contains(p));
         rivals.map(|(id, _)| id.name().to_owned()).collect()
-    }
-
-    fn of_effect(&self, effect: EffectId) -> f64 {
-        self.effects.iter().find(|(id, _)| *id == effect).map_or(0.0, |(_, p)| *p)
     }
 }
 

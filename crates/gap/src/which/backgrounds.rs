@@ -2,11 +2,12 @@
 
 use effects::{Card, EffectId};
 
-use super::held_out::{self, Allowed};
+use super::held_out;
 use super::statistics::TestStatistics;
 use super::tried::Tried;
 use crate::design::{Background, Column, Design, HiddenEvents};
 use crate::event_bank::FittedBackground;
+use crate::units::Allowed;
 
 /// The constant directions that are fitted before hidden events are scored: events must not be made of what every
 /// meal or every low of a person shows.
@@ -47,7 +48,7 @@ impl<'a> Backgrounds<'a> {
 }
 
 /// The directions of the background that the test of an effect with hidden events allows for.
-pub(super) fn background_columns(statistics: &TestStatistics, effect: &Card) -> Vec<Allowed> {
+fn background_columns(statistics: &TestStatistics, effect: &Card) -> Vec<Allowed> {
     let columns = statistics.columns.iter().enumerate();
     columns
         .filter_map(|(column, stands_for)| match stands_for {

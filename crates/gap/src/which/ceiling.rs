@@ -86,12 +86,7 @@ pub fn exact_course_evidence(
         .iter()
         .zip(&outcomes)
         .enumerate()
-        .filter_map(|(index, (person, outcome))| {
-            let analysis = outcome.analysis.as_ref()?;
-            let (observations, calibration) = (&analysis.observations, &analysis.calibration);
-            let person = analysis.person.as_ref().unwrap_or(person);
-            Some((index, CalibratedPerson { person, observations, calibration }))
-        })
+        .filter_map(|(index, (person, outcome))| Some((index, outcome.calibrated(person)?)))
         .collect();
     if people.is_empty() {
         let first = outcomes.first().map(|outcome| &outcome.summary);

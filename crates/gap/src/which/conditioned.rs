@@ -30,25 +30,28 @@ pub(super) fn longer_lags(
     }
     subjects.par_iter_mut().zip(people).enumerate().try_for_each(|(index, (subject, input))| {
         let Some(lags) = &mut subject.lags else { return Ok(()) };
-        let about = (!named.is_empty())
-            .then(|| conditioned(input, index, tried, named, rule))
-            .transpose()?;
-        let (observations, calibration) = about
-            .as_ref()
-            .map_or((input.observations, input.calibration), |about| (&about.0, &about.1));
-        lags.extend(lag::likelihoods(observations, calibration, rule, effect, lag::rest())?);
+        let about = conditioned(input, index, tried, named, rule)?;
+        let person = about.as_ref().map_or(*input, |(observations, calibration)| {
+            CalibratedPerson { observations, calibration, ..*input }
+        });
+        let rest = &lag::AMPLITUDES[lag::FIRST..];
+        lags.extend(lag::likelihoods(&person, rule, effect, rest)?);
         Ok(())
     })
 }
 
-/// A person's record under the effects that have been named, and the calibrated filter run on it.
+/// A person's record under the effects that have been named, and the calibrated filter run on it; `None` where nothing
+/// is named.
 pub(super) fn conditioned(
     input: &CalibratedPerson<'_>,
     index: usize,
     tried: &Tried<'_>,
     named: &[Named],
     rule: &CalibrationRule,
-) -> Result<(Observations, Calibration), GapError> {
+) -> Result<Option<(Observations, Calibration)>, GapError> {
+    if named.is_empty() {
+        return Ok(None);
+    }
     let course = input.course();
     let mut modulations = vec![Modulation::NEUTRAL; course.len()];
     for named in named {
@@ -74,5 +77,5 @@ pub(super) fn conditioned(
     }
     let observations = Observations { modulations, ..input.observations.clone() };
     let about = input.calibration.about(&observations, rule)?;
-    Ok((observations, about))
+    Ok(Some((observations, about)))
 }

@@ -7,6 +7,7 @@
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::folds::{FOLDS, inside, outside};
+use super::index_of_largest;
 use crate::design::EventBank;
 use crate::log_sum::{log_sum, log_with_probability};
 
@@ -54,33 +55,27 @@ fn ratios(bank: &EventBank) -> [Ratios; 2] {
     let profiles = bank.shape.profiles.len().max(1) as f64;
     let sizes: Vec<(f64, f64)> =
         bank.shape.sizes.iter().map(|(size, weight)| (*size, (weight / profiles).ln())).collect();
+    let events: Vec<_> = bank.onsets.iter().zip(&bank.known).collect();
     [1.0, -1.0].map(|sign| {
-        let mut out: Ratios = Vec::new();
-        let (mut logs, mut all) = (Vec::new(), Vec::new());
-        let mut stretch = None;
-        let mut close = |stretch: Option<usize>, all: &mut Vec<f64>| {
-            if let Some(stretch) = stretch {
-                out.push((stretch, log_sum(all) - (all.len() as f64).ln()));
-            }
-            all.clear();
-        };
-        for (onset, known) in bank.onsets.iter().zip(&bank.known) {
-            let here = onset / length * length;
-            if stretch != Some(here) {
-                close(stretch, &mut all);
-                stretch = Some(here);
-            }
-            logs.clear();
-            for event in known {
-                logs.extend(sizes.iter().map(|(size, prior)| {
-                    let ratio = size * sign * event.score - 0.5 * size * size * event.information;
-                    prior + ratio.min(50.0)
-                }));
-            }
-            all.push(log_sum(&logs));
-        }
-        close(stretch, &mut all);
-        out
+        let mut logs = Vec::new();
+        let stretches = events.chunk_by(|(a, _), (b, _)| *a / length == *b / length);
+        stretches
+            .map(|stretch| {
+                let of_onsets = stretch.iter().map(|(_, known)| {
+                    logs.clear();
+                    for event in *known {
+                        logs.extend(sizes.iter().map(|(size, prior)| {
+                            let ratio =
+                                size * sign * event.score - 0.5 * size * size * event.information;
+                            prior + ratio.min(50.0)
+                        }));
+                    }
+                    log_sum(&logs)
+                });
+                let all: Vec<f64> = of_onsets.collect();
+                (stretch[0].0 / length * length, log_sum(&all) - (all.len() as f64).ln())
+            })
+            .collect()
     })
 }
 
@@ -110,10 +105,11 @@ fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
             gains.iter().map(|person| outside(&person[frequency], index)).sum()
         };
         let scores: Vec<f64> = (0..FREQUENCIES.len()).map(trained).collect();
-        let best = (0..scores.len()).max_by(|a, b| scores[*a].total_cmp(&scores[*b]));
-        let Some(best) = best.filter(|best| scores[*best] > 0.0) else { continue };
-        for (sum, person) in out.iter_mut().zip(&gains) {
-            *sum += inside(&person[best], index);
+        let best = index_of_largest(&scores);
+        if scores[best] > 0.0 {
+            for (sum, person) in out.iter_mut().zip(&gains) {
+                *sum += inside(&person[best], index);
+            }
         }
     }
     out

@@ -13,21 +13,15 @@ use rayon::prelude::*;
 
 use super::amplitude::{Hierarchy, Information};
 use super::folds::{FOLDS, fold};
+use super::index_of_largest;
 use super::statistics::Sums;
 use crate::log_sum::{log_sum, softmax};
+use crate::units::Allowed;
 
 /// Rounds in which variants and hierarchy are brought together.
 const ROUNDS: usize = 4;
 /// How much the other people's evidence for a variant counts.
 const SHARED: f64 = 0.5;
-
-/// A direction that is allowed for: its column, and the mean and standard deviation of its prior.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Allowed {
-    pub(super) column: usize,
-    pub(super) mean: f64,
-    pub(super) sd: f64,
-}
 
 /// One person's A and b, random factors integrated out.
 pub(super) struct FoldSums {
@@ -48,16 +42,14 @@ struct TrainingSums {
     usual: OnceLock<Llt<f64>>,
 }
 
-impl TrainingSums {
-    /// The factor of the information about some directions, their prior included.
-    fn factor(&self, allowed: &[Allowed]) -> Llt<f64> {
-        // The factorisation reads the lower triangle alone.
-        let system = Mat::from_fn(allowed.len(), allowed.len(), |row, column| {
-            let prior = if row == column { allowed[row].sd.powi(-2) } else { 0.0 };
-            prior + self.sums.a[(allowed[row].column, allowed[column].column)]
-        });
-        system.llt(Side::Lower).expect("a Gram matrix plus the precision of a proper prior")
-    }
+/// The factor of the information about some directions, their prior included.
+fn factored(sums: &Sums, allowed: &[Allowed]) -> Llt<f64> {
+    // The factorisation reads the lower triangle alone.
+    let system = Mat::from_fn(allowed.len(), allowed.len(), |row, column| {
+        let prior = if row == column { allowed[row].sd.powi(-2) } else { 0.0 };
+        prior + sums.a[(allowed[row].column, allowed[column].column)]
+    });
+    system.llt(Side::Lower).expect("a Gram matrix plus the precision of a proper prior")
 }
 
 impl FoldSums {
@@ -80,16 +72,8 @@ impl FoldSums {
     /// The days of every fold but one.
     fn training(&self, without: Option<usize>) -> &TrainingSums {
         self.training[without.unwrap_or(self.tests.len())].get_or_init(|| {
-            let others = self.tests.iter().enumerate().filter(|(index, _)| Some(*index) != without);
-            let columns = self.tests.first().map_or(0, |sums| sums.b.len());
-            let mut all = Sums::none(columns);
-            for (_, sums) in others {
-                all.a += &sums.a;
-                for (all, own) in all.b.iter_mut().zip(&sums.b) {
-                    *all += own;
-                }
-            }
-            TrainingSums { sums: all, usual: OnceLock::new() }
+            let sums = Sums::over(&self.tests, without);
+            TrainingSums { sums, usual: OnceLock::new() }
         })
     }
 }
@@ -149,9 +133,9 @@ impl Trial<'_> {
         });
         let own;
         let factor = if self.allowed == self.folds.usual {
-            training.usual.get_or_init(|| training.factor(&self.allowed))
+            training.usual.get_or_init(|| factored(&training.sums, &self.allowed))
         } else {
-            own = training.factor(&self.allowed);
+            own = factored(&training.sums, &self.allowed);
             &own
         };
         let solved = factor.solve(&right);
@@ -388,10 +372,7 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOutEvidence {
         .map(|trial| (!trial.variants.is_empty()).then(|| trial.fitted(None)))
         .collect();
     let (weights, hierarchy) = weigh(&fits);
-    let variants: Vec<usize> = weights
-        .iter()
-        .map(|w| (0..w.len()).max_by(|a, b| w[*a].total_cmp(&w[*b])).unwrap_or(0))
-        .collect();
+    let variants: Vec<usize> = weights.iter().map(|w| index_of_largest(w)).collect();
     let personal = fits
         .iter()
         .zip(&variants)
@@ -452,18 +433,12 @@ pub(super) fn background(folds: &FoldSums, allowed: &[Allowed]) -> Vec<f64> {
 /// Allowed directions fitted to the days of all folds, and the factor L of their information with the prior: the
 /// rows of its lower triangle.
 pub(super) fn fitted_to_all(folds: &[Sums], allowed: &[Allowed]) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let sum = |row: usize, column: usize| -> f64 { folds.iter().map(|s| s.a[(row, column)]).sum() };
+    let sums = Sums::over(folds, None);
     let n = allowed.len();
-    let system = Mat::from_fn(n, n, |i, j| {
-        let prior = if i == j { allowed[i].sd.powi(-2) } else { 0.0 };
-        if j > i { 0.0 } else { prior + sum(allowed[i].column, allowed[j].column) }
-    });
     let right = Mat::from_fn(n, 1, |i, _| {
-        let score: f64 = folds.iter().map(|s| s.b[allowed[i].column]).sum();
-        score + allowed[i].mean * allowed[i].sd.powi(-2)
+        sums.b[allowed[i].column] + allowed[i].mean * allowed[i].sd.powi(-2)
     });
-    let factor =
-        system.llt(Side::Lower).expect("a Gram matrix plus the precision of a proper prior");
+    let factor = factored(&sums, allowed);
     let solved = factor.solve(&right);
     let rows = (0..n).map(|i| (0..=i).map(|j| factor.L()[(i, j)]).collect()).collect();
     ((0..n).map(|i| solved[(i, 0)]).collect(), rows)

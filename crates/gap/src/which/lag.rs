@@ -7,22 +7,21 @@
 //! beyond the usual ones, which are tried as well: bodies and sensors below it are no finding. The likelihood has one
 //! top along the lag: where a cohort likes the first longer lag less than the usual one next to it, no other is run.
 
-use effects::Modulation;
-use effects::{Course, Effect, Field};
+use effects::{Course, Effect, Field, Modulation};
 
 use super::folds::{FOLDS, inside, outside};
+use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
-use crate::filter::calibration::{Calibration, CalibrationRule};
+use crate::filter::calibration::CalibrationRule;
 use crate::filter::kalman::innovations;
-use crate::filter::observations::Observations;
 use crate::filter::scored::{Whitening, normalised};
 use crate::filter::whitening::{huber_loss, robust_scale};
 use crate::log_sum::raised;
 
 /// Amplitudes in the order in which they are run: 8 and 10 min, then 6, 12, 16, 22 and 32 min.
-const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
-/// How many of them are run for everybody.
-const FIRST: usize = 2;
+pub(super) const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
+/// How many of them are run for everybody, the others where these call for it.
+pub(super) const FIRST: usize = 2;
 /// Indices of those that are usual, and of those beyond.
 const USUAL: [usize; 2] = [0, 2];
 const LONGER: [usize; 5] = [1, 3, 4, 5, 6];
@@ -34,16 +33,6 @@ const LEAST_ERROR: f64 = 0.2;
 /// Log likelihoods of one person: by amplitude, all of [`AMPLITUDES`] or the first alone, and by day of the record,
 /// nats.
 pub(super) type Likelihoods = Vec<Vec<f64>>;
-
-/// Amplitudes that are run for everybody.
-pub(super) fn first() -> &'static [f64] {
-    &AMPLITUDES[..FIRST]
-}
-
-/// Amplitudes that are run where the first ones call for it.
-pub(super) fn rest() -> &'static [f64] {
-    &AMPLITUDES[FIRST..]
-}
 
 /// Whether a cohort likes the first longer lag better than the usual one next to it.
 pub(super) fn calls_for_longer(people: &[&Likelihoods]) -> bool {
@@ -66,25 +55,17 @@ pub(super) struct LagEvidence {
     pub(super) personal: Vec<(f64, f64)>,
 }
 
-#[cfg(test)]
-impl LagEvidence {
-    /// Gain over all people, nats.
-    pub(super) fn gain(&self) -> f64 {
-        self.gains.iter().sum()
-    }
-}
-
 /// Log likelihoods of one person's days at some amplitudes of the lag.
 ///
 /// # Errors
 /// As [`filter`](crate::filter::kalman::filter).
 pub(super) fn likelihoods(
-    observations: &Observations,
-    calibration: &Calibration,
+    person: &CalibratedPerson<'_>,
     rule: &CalibrationRule,
     effect: &dyn Effect,
     amplitudes: &[f64],
 ) -> Result<Likelihoods, GapError> {
+    let CalibratedPerson { observations, calibration, .. } = *person;
     let steps = observations.len();
     let scored = rule.scored(observations, &(0..steps));
     let of = |amplitude: &f64| {
@@ -136,7 +117,7 @@ pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
             *gain += inside(&person[long], index) - inside(&person[usual], index);
         }
     }
-    let totals: Vec<f64> = LONGER.map(|amplitude| total(people, amplitude)).to_vec();
+    let totals = LONGER.map(|amplitude| total(people, amplitude));
     let (mean, spread) = moments(&totals);
     let personal = people
         .iter()
@@ -181,7 +162,7 @@ mod tests {
         assert!((found.mean.0 - 1.0).abs() < 0.05, "{:?}", found.mean);
         for liked in [-2.0, -0.5, 0.0, 0.2] {
             let usual = [person(liked, 2.0), person(liked, 1.0)];
-            assert_eq!(score(&usual.iter().collect::<Vec<_>>()).gain(), 0.0, "{liked}");
+            assert_eq!(score(&usual.iter().collect::<Vec<_>>()).gains, [0.0, 0.0], "{liked}");
         }
     }
 }

@@ -9,50 +9,39 @@ use super::{Named, NamedEvent};
 impl Round {
     pub(super) fn named(&self, score: &Score, probability: f64) -> Named {
         let people = self.subjects.len();
-        let mut named = Named {
-            effect: score.effect,
-            gain: score.gain(),
-            probability,
-            amplitude: (1.0, 0.5),
-            personal: vec![(1.0, 0.5); people],
-            gains: vec![0.0; people],
-            variants: vec![0; people],
-            events: Vec::new(),
-        };
-        match &score.evidence {
+        let (mut variants, mut events) = (vec![0; people], Vec::new());
+        let (amplitude, personal) = match &score.evidence {
             ScoreOf::Driven(found) => {
-                named.amplitude = (found.hierarchy.mean, found.hierarchy.error);
-                named.personal.clone_from(&found.personal);
-                named.gains.clone_from(&found.gains);
-                named.variants.clone_from(&found.variants);
+                variants.clone_from(&found.variants);
+                ((found.hierarchy.mean, found.hierarchy.error), found.personal.clone())
             }
-            ScoreOf::Lag(found) => {
-                named.amplitude = found.mean;
-                named.personal.clone_from(&found.personal);
-                named.gains.clone_from(&found.gains);
-            }
+            ScoreOf::Lag(found) => (found.mean, found.personal.clone()),
             ScoreOf::Events(found) => {
-                let events = found.found.iter().map(|e| NamedEvent {
+                events.extend(found.found.iter().map(|e| NamedEvent {
                     person: e.person,
                     onset: e.onset,
                     profile: e.profile,
                     size: e.size,
-                });
-                named.events = events.collect();
-                named.gains.clone_from(&found.gains);
-                named.amplitude = self.frequency(score.effect, found, 0..people);
-                named.personal = (0..people)
-                    .map(|person| self.frequency(score.effect, found, person..person + 1))
-                    .collect();
+                }));
+                let of = |people| self.frequency(score.effect, found, people);
+                (of(0..people), (0..people).map(|person| of(person..person + 1)).collect())
             }
             ScoreOf::Random(found, log_sd) => {
                 let (spread, error) = found.spread;
-                named.amplitude = (spread / log_sd, error / log_sd);
-                named.personal = vec![named.amplitude; people];
-                named.gains.clone_from(&found.gains);
+                let amplitude = (spread / log_sd, error / log_sd);
+                (amplitude, vec![amplitude; people])
             }
+        };
+        Named {
+            effect: score.effect,
+            gain: score.gain(),
+            probability,
+            amplitude,
+            personal,
+            gains: score.gains().to_vec(),
+            variants,
+            events,
         }
-        named
     }
 
     /// Frequency of events of some people over the published one, and its standard error.

@@ -21,11 +21,12 @@ use physiology::STEPS_PER_DAY;
 use rayon::prelude::*;
 
 use super::folds::{FOLDS, fold};
-use super::held_out::Allowed;
-use super::statistics::{BLOCK, TestStatistics};
+use super::index_of_largest;
+use super::statistics::{BLOCK, Sums, TestStatistics};
 use super::variance::{Spreads, active, crossed, factored};
 use crate::design::{Design, UnitBank};
 use crate::log_sum::raised;
+use crate::units::Allowed;
 
 /// Spreads that are tried, of the logarithm of the factor.
 const GRID: [f64; 16] =
@@ -62,14 +63,6 @@ pub(super) struct UnitEvidence {
     pub(super) gains: Vec<f64>,
     /// Spread on all days: mean and standard deviation of its posterior.
     pub(super) spread: (f64, f64),
-}
-
-#[cfg(test)]
-impl UnitEvidence {
-    /// Gain over all people, nats.
-    pub(super) fn gain(&self) -> f64 {
-        self.gains.iter().sum()
-    }
 }
 
 /// A person for the test of a random effect; `units` is `None` where the record cannot show it.
@@ -144,34 +137,15 @@ impl UnitDay {
     }
 }
 
-/// A and b of constant directions and units together: directions first.
-#[derive(Clone)]
-struct Joint {
-    a: Mat<f64>,
-    b: Vec<f64>,
-}
-
-impl Joint {
-    fn none(size: usize) -> Self {
-        Self { a: Mat::zeros(size, size), b: vec![0.0; size] }
-    }
-
-    fn add(&mut self, other: &Self, sign: f64) {
-        self.a += faer::Scale(sign) * &other.a;
-        for (sum, value) in self.b.iter_mut().zip(&other.b) {
-            *sum += sign * value;
-        }
-    }
-}
-
 impl UnitTrial<'_> {
-    /// Sums of each fold, random factors of the background integrated out.
-    fn folds(&self, sums: &UnitSums, spreads: &Spreads) -> Vec<Joint> {
+    /// Joint sums of each fold, of constant directions and then of units; random factors of the background integrated
+    /// out.
+    fn folds(&self, sums: &UnitSums, spreads: &Spreads) -> Vec<Sums> {
         let (person, allowed) = (self.person, &self.allowed);
         let n = allowed.len();
         (0..FOLDS)
             .map(|index| {
-                let mut joint = Joint::none(n + sums.count);
+                let mut joint = Sums::none(n + sums.count);
                 let whole = &person.folds[index];
                 for (i, row) in allowed.iter().enumerate() {
                     joint.b[i] = whole.b[row.column];
@@ -187,7 +161,7 @@ impl UnitTrial<'_> {
             .collect()
     }
 
-    fn add_day(&self, joint: &mut Joint, index: usize, units: &UnitDay, spreads: &Spreads) {
+    fn add_day(&self, joint: &mut Sums, index: usize, units: &UnitDay, spreads: &Spreads) {
         let n = self.allowed.len();
         let first = n + units.units.start;
         let count = units.units.len();
@@ -230,7 +204,7 @@ impl UnitTrial<'_> {
     }
 
     /// Likelihoods of every spread of [`GRID`] over none, constant directions integrated out.
-    fn likelihoods(&self, joint: &Joint) -> Vec<f64> {
+    fn likelihoods(&self, joint: &Sums) -> Vec<f64> {
         let n = self.allowed.len();
         let units = joint.b.len() - n;
         let mut system = joint.a.get(..n, ..n).to_owned();
@@ -277,10 +251,7 @@ pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence
         .par_iter()
         .map(|trial| {
             let folds = trial.folds(trial.units?, spreads);
-            let mut all = Joint::none(folds[0].b.len());
-            for fold in &folds {
-                all.add(fold, 1.0);
-            }
+            let all = Sums::over(&folds, None);
             let without = folds.iter().map(|fold| {
                 let mut rest = all.clone();
                 rest.add(fold, -1.0);
@@ -294,7 +265,7 @@ pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence
         let training: Vec<f64> = (0..GRID.len())
             .map(|k| found.iter().flatten().map(|(_, without)| without[index][k]).sum())
             .collect();
-        let best = largest(&training);
+        let best = index_of_largest(&training);
         for ((gain, trial), found) in gains.iter_mut().zip(trials).zip(&found) {
             let days = trial.person.days.len();
             let test = fold(days, index);
@@ -307,10 +278,6 @@ pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence
     let total: Vec<f64> =
         (0..GRID.len()).map(|k| found.iter().flatten().map(|(all, _)| all[k]).sum()).collect();
     UnitEvidence { gains, spread: posterior(&total) }
-}
-
-fn largest(values: &[f64]) -> usize {
-    (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap_or(0)
 }
 
 /// Mean and standard deviation of the spread under an even prior.
@@ -419,16 +386,20 @@ mod tests {
         score(&trials, &usual())
     }
 
+    fn gain(found: &UnitEvidence) -> f64 {
+        found.gains.iter().sum()
+    }
+
     #[test]
     fn a_planted_spread_is_found_and_none_gains_nothing() {
         let people = |sd| (0..4).map(|stream| planted(sd, stream)).collect::<Vec<_>>();
         let found = scored(&people(0.25));
         let (spread, error) = found.spread;
         assert!((spread - 0.25).abs() < 3.0 * error && error < 0.05, "{spread} {error}");
-        assert!(found.gain() > 10.0, "{:?}", found.gains);
+        assert!(gain(&found) > 10.0, "{:?}", found.gains);
         let none = scored(&people(0.0));
         // What a spread that is not there may gain by chance: well below a floor of 4 nats.
-        assert!(none.gain() < 2.0 && none.spread.0 < 0.1, "{:?} {:?}", none.gains, none.spread);
+        assert!(gain(&none) < 2.0 && none.spread.0 < 0.1, "{:?} {:?}", none.gains, none.spread);
     }
 
     #[test]
@@ -436,11 +407,8 @@ mod tests {
         let design = design(0.2, 7);
         let (person, units, allowed) = summed(&design);
         let n = RANDOM.len() + DAYS;
-        let mut all = Joint::none(n);
         let trial = UnitTrial { person: &person, units: Some(&units), allowed };
-        for fold in trial.folds(&units, &usual()) {
-            all.add(&fold, 1.0);
-        }
+        let all = Sums::over(&trial.folds(&units, &usual()), None);
         // Constant directions, units, then a column for every random factor of every day and block.
         let bank = &design.random[0];
         let column = |signature: &[f32], steps: Range<usize>| -> Vec<f64> {
@@ -506,7 +474,6 @@ mod tests {
                 }
             }
         }
-        let trials = |people: &[(TestStatistics, UnitSums, Vec<Allowed>)]| scored(people).gain();
-        assert!(trials(&loud) < trials(&quiet) + 1.0);
+        assert!(gain(&scored(&loud)) < gain(&scored(&quiet)) + 1.0);
     }
 }

@@ -7,7 +7,7 @@ use super::Named;
 use super::backgrounds::{Backgrounds, is_itself};
 use super::conditioned::{conditioned, longer_lags};
 use super::events::EventEvidence;
-use super::held_out::{self, Allowed, FoldSums, HeldOutEvidence, Trial};
+use super::held_out::{self, FoldSums, HeldOutEvidence, Trial};
 use super::lag::{self, LagEvidence};
 use super::random_effects::{UnitEvidence, UnitSums};
 use super::round_person::RoundPerson;
@@ -19,7 +19,7 @@ use crate::calibrated_person::CalibratedPerson;
 use crate::design::{Background, Column, Design, EventBank, design};
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
-use crate::units::{Nuisance, PersonUnits};
+use crate::units::{Allowed, PersonUnits};
 
 /// Standard deviation of the amplitude of a guard.
 pub(super) const GUARD_SD: f64 = 0.5;
@@ -80,18 +80,15 @@ impl Round {
             .zip(before)
             .enumerate()
             .map(|(index, (input, before))| {
-                let about = (!named.is_empty())
-                    .then(|| conditioned(input, index, tried, named, rule))
-                    .transpose()?;
-                let (observations, calibration) = about
-                    .as_ref()
-                    .map_or((input.observations, input.calibration), |a| (&a.0, &a.1));
-                let person = CalibratedPerson { observations, calibration, ..*input };
+                let about = conditioned(input, index, tried, named, rule)?;
+                let person = about.as_ref().map_or(*input, |(observations, calibration)| {
+                    CalibratedPerson { observations, calibration, ..*input }
+                });
                 let mut design = design(&person, tried.effects())?;
                 let lags = tried
                     .lag()
                     .filter(|lag| named.iter().all(|n| n.effect != lag.card().id))
-                    .map(|lag| lag::likelihoods(observations, calibration, rule, lag, lag::first()))
+                    .map(|lag| lag::likelihoods(&person, rule, lag, &lag::AMPLITUDES[..lag::FIRST]))
                     .transpose()?;
                 let statistics = TestStatistics::of(&design);
                 let of = |bank| UnitSums::of(&design, &statistics, bank);
@@ -131,31 +128,29 @@ impl Round {
             Self { subjects, marginal: Vec::new(), estimated: Estimated::default(), guards };
         // Constant directions, then spreads given them, twice: each needs the other.
         for _ in 0..2 {
-            let spreads = round.estimated.spreads;
-            round.marginal = round
-                .subjects
-                .par_iter()
-                .map(|s| variance::marginal(&s.statistics, &spreads))
-                .collect();
+            round.marginal = round.marginals();
             let fixed: Vec<Vec<f64>> = (0..round.subjects.len())
                 .into_par_iter()
                 .map(|person| round.constant(person))
                 .collect();
             let statistics: Vec<&TestStatistics> =
                 round.subjects.iter().map(|s| &s.statistics).collect();
-            round.estimated = variance::estimate(&statistics, &fixed, spreads);
+            round.estimated = variance::estimate(&statistics, &fixed, round.estimated.spreads);
         }
-        let spreads = round.estimated.spreads;
-        round.marginal = round
-            .subjects
+        round.marginal = round.marginals();
+        round
+    }
+
+    /// Each person's folds, random differences of the estimated spreads integrated out.
+    fn marginals(&self) -> Vec<FoldSums> {
+        self.subjects
             .par_iter()
             .enumerate()
             .map(|(person, s)| {
-                variance::marginal(&s.statistics, &spreads)
-                    .allowing_for(round.allowed(person, None))
+                variance::marginal(&s.statistics, &self.estimated.spreads)
+                    .allowing_for(self.allowed(person, None))
             })
-            .collect();
-        round
+            .collect()
     }
 
     /// What is allowed for when an effect is tested in a person; `None` for no effect in particular.
@@ -221,19 +216,14 @@ fn natural(
     statistics: &TestStatistics,
     tried: &Tried<'_>,
 ) -> Result<PersonUnits, GapError> {
-    let mut information = Sums::none(statistics.columns.len()).a;
-    for fold in &statistics.folds {
-        information += &fold.a;
-    }
+    let information = Sums::over(&statistics.folds, None).a;
     let (mut usual, mut plain) = (Vec::new(), Vec::new());
     let mut guarded: Vec<EffectId> = Vec::new();
     for (column, stands_for) in statistics.columns.iter().enumerate() {
         match *stands_for {
             Column::Background { which, prior_sd } => {
-                let nuisance = match of_calibration(which, person) {
-                    Some((mean, sd)) => Nuisance { column, mean, sd },
-                    None => Nuisance { column, mean: 0.0, sd: prior_sd },
-                };
+                let (mean, sd) = of_calibration(which, person).unwrap_or((0.0, prior_sd));
+                let nuisance = Allowed { column, mean, sd };
                 usual.push(nuisance);
                 let asks = [Allowance::Clock, Allowance::Defence, Allowance::Shedding];
                 let is_allowance = asks.into_iter().any(|allowance| which.is(allowance));
@@ -244,7 +234,7 @@ fn natural(
             Column::Effect { effect, .. } => {
                 if tried.is_guard(effect) && !guarded.contains(&effect) {
                     guarded.push(effect);
-                    usual.push(Nuisance { column, mean: 0.0, sd: GUARD_SD });
+                    usual.push(Allowed { column, mean: 0.0, sd: GUARD_SD });
                 }
             }
         }

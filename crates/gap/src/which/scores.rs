@@ -1,6 +1,6 @@
 //! The evidence of every effect in one round.
 
-use effects::{EffectId, ShownBy};
+use effects::{Card, EffectId, ShownBy};
 use rayon::prelude::*;
 
 use super::Named;
@@ -9,7 +9,7 @@ use super::held_out::held_out;
 use super::lag;
 use super::random_effects::{self, UnitTrial};
 use super::round::{Round, Score, ScoreOf};
-use super::statistics;
+use super::statistics::RANDOM;
 use super::tried::Tried;
 use crate::design::EventBank;
 
@@ -23,30 +23,28 @@ impl Round {
             .map(|effect| effect.card())
             .filter(|card| named.iter().all(|n| n.effect != card.id))
             .filter_map(|card| {
-                let effect = card.id;
-                if card.relations.shown_by == ShownBy::SensorLag {
-                    let lags: Vec<&lag::Likelihoods> =
-                        self.subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
-                    return Some(Score { effect, evidence: ScoreOf::Lag(lag::score(&lags)) });
-                }
-                let trials = self.trials(&card);
-                if trials.iter().any(|trial| !trial.variants.is_empty()) {
-                    let evidence = ScoreOf::Driven(held_out(&trials));
-                    return Some(Score { effect, evidence });
-                }
-                let banks: Vec<Option<&EventBank>> = self
-                    .subjects
-                    .iter()
-                    .map(|s| s.events.iter().find(|bank| bank.effect == effect))
-                    .collect();
-                if banks.iter().any(Option::is_some) {
-                    let evidence = events::score(&banks, &days);
-                    return Some(Score { effect, evidence: ScoreOf::Events(evidence) });
-                }
-                let evidence = self.random(effect)?;
-                Some(Score { effect, evidence })
+                Some(Score { effect: card.id, evidence: self.evidence(&card, &days)? })
             })
             .collect()
+    }
+
+    /// Evidence of one effect, `None` where no record can show it. `days` is the length of each person's record.
+    fn evidence(&self, card: &Card, days: &[usize]) -> Option<ScoreOf> {
+        if card.relations.shown_by == ShownBy::SensorLag {
+            let lags: Vec<&lag::Likelihoods> =
+                self.subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
+            return Some(ScoreOf::Lag(lag::score(&lags)));
+        }
+        let trials = self.trials(card);
+        if trials.iter().any(|trial| !trial.variants.is_empty()) {
+            return Some(ScoreOf::Driven(held_out(&trials)));
+        }
+        let banks = self.subjects.iter().map(|s| s.events.iter().find(|b| b.effect == card.id));
+        let banks: Vec<Option<&EventBank>> = banks.collect();
+        if banks.iter().any(Option::is_some) {
+            return Some(ScoreOf::Events(events::score(&banks, days)));
+        }
+        self.random(card.id)
     }
 
     /// Evidence of a random effect: a factor that is drawn for every unit.
@@ -55,7 +53,7 @@ impl Round {
         let bank = banks.into_iter().find(|bank| bank.effect == effect)?;
         let mut spreads = self.estimated.spreads;
         // The same factor by day of the record is not allowed for beside it.
-        if let Some(factor) = statistics::random_index(bank.field) {
+        if let Some(factor) = RANDOM.iter().position(|random| random.field == bank.field) {
             spreads.day[factor] = 0.0;
         }
         let trials: Vec<UnitTrial<'_>> = self
@@ -125,7 +123,7 @@ mod tests {
             _ => panic!("a bank of units is there"),
         };
         let mut round = Round::estimated(varied(), Vec::new());
-        round.estimated.spreads.day = [0.0; statistics::RANDOM.len()];
+        round.estimated.spreads.day = [0.0; RANDOM.len()];
         let (gain, spread, log_sd) = of(&round);
         // Root mean square 0.37; a spread of seven numbers has a relative error of a quarter.
         assert!(gain > 1.0 && (spread - 0.37).abs() < 0.1 && log_sd == 0.18, "{gain} {spread}");

@@ -44,11 +44,6 @@ pub(super) const RANDOM: [RandomFactor; 7] = {
     ]
 };
 
-/// The index in [`RANDOM`] of the factor that acts on a field.
-pub(super) fn random_index(field: Field) -> Option<usize> {
-    RANDOM.iter().position(|random| random.field == field)
-}
-
 /// A and b of some days.
 #[derive(Debug, Clone)]
 pub(super) struct Sums {
@@ -62,6 +57,23 @@ impl Sums {
     /// Sums of no day.
     pub(super) fn none(columns: usize) -> Self {
         Self { a: Mat::zeros(columns, columns), b: vec![0.0; columns] }
+    }
+
+    /// Sums of all folds, or of all but one.
+    pub(super) fn over(folds: &[Self], without: Option<usize>) -> Self {
+        let mut all = Self::none(folds.first().map_or(0, |fold| fold.b.len()));
+        for (_, fold) in folds.iter().enumerate().filter(|(index, _)| Some(*index) != without) {
+            all.add(fold, 1.0);
+        }
+        all
+    }
+
+    /// Adds other sums times a sign.
+    pub(super) fn add(&mut self, other: &Self, sign: f64) {
+        self.a += faer::Scale(sign) * &other.a;
+        for (sum, value) in self.b.iter_mut().zip(&other.b) {
+            *sum += sign * value;
+        }
     }
 }
 
@@ -133,7 +145,8 @@ impl TestStatistics {
                 let mut sums = Sums::none(columns.len());
                 add_gram(&mut sums.a, rows.signatures.as_ref(), 1.0);
                 mirror(&mut sums.a);
-                sums.b = rows.scores(0..rows.steps.len());
+                let b = rows.signatures.transpose() * &rows.residuals;
+                sums.b = b.col(0).iter().map(|value| -value).collect();
                 days.extend(of_days.map(|day| rows.day(&random, day * STEPS_PER_DAY, steps)));
                 sums
             })
@@ -164,14 +177,6 @@ impl DayRows {
         let residuals =
             Mat::from_fn(steps.len(), 1, |row, _| roots[row] * design.residuals[steps[row]]);
         Self { steps, signatures, residuals }
-    }
-
-    /// b of some of the rows.
-    fn scores(&self, rows: std::ops::Range<usize>) -> Vec<f64> {
-        let (first, count) = (rows.start, rows.len());
-        let signatures = self.signatures.as_ref().subrows(first, count);
-        let b = signatures.transpose() * self.residuals.as_ref().subrows(first, count);
-        b.col(0).iter().map(|value| -value).collect()
     }
 
     /// What random factors see of the day that starts at step `first` of a record of `steps`.

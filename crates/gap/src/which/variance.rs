@@ -176,8 +176,7 @@ impl DayLikelihood {
 
     /// Log likelihood of the spreads, nats, up to a constant: with M = I + D Z'WZ D = LL' and scores z, half the
     /// square of the inverse of L times Dz, less the logarithms of the diagonal of L.
-    fn likelihood(&self, workspace: &mut Workspace<'_>) -> f64 {
-        workspace.of_blocks(self.grams.len());
+    fn likelihood(&self, workspace: &mut Workspace) -> f64 {
         let Workspace { active, starts, l, solved, .. } = workspace;
         let n = active.len();
         let mut total = 0.0;
@@ -207,10 +206,9 @@ impl DayLikelihood {
     }
 }
 
-/// Scratch space that the likelihoods of one day after another share.
-struct Workspace<'a> {
-    spreads: &'a Spreads,
-    blocks: Option<usize>,
+/// Scratch space that the likelihoods of one day after another share as long as they have as many blocks.
+struct Workspace {
+    blocks: usize,
     active: Vec<(Option<usize>, usize, f64)>,
     /// Where the block of each factor starts; a whole day is answered by all blocks.
     starts: Vec<usize>,
@@ -219,27 +217,19 @@ struct Workspace<'a> {
     solved: Vec<f64>,
 }
 
-impl<'a> Workspace<'a> {
-    fn new(spreads: &'a Spreads) -> Self {
-        let (starts, l, solved) = (Vec::new(), Vec::new(), Vec::new());
-        Self { spreads, blocks: None, active: Vec::new(), starts, l, solved }
-    }
-
-    /// Makes ready for a day of so many blocks.
-    fn of_blocks(&mut self, blocks: usize) {
-        if self.blocks != Some(blocks) {
-            let active = active(self.spreads, blocks);
-            let n = active.len();
-            let mut starts = vec![0; n];
-            for i in 1..n {
-                if let (Some(block), _, _) = active[i] {
-                    starts[i] = if active[i - 1].0 == Some(block) { starts[i - 1] } else { i };
-                }
+impl Workspace {
+    fn of(spreads: &Spreads, blocks: usize) -> Self {
+        let active = active(spreads, blocks);
+        let n = active.len();
+        let mut starts = vec![0; n];
+        for i in 1..n {
+            if let (Some(block), _, _) = active[i] {
+                starts[i] = if active[i - 1].0 == Some(block) { starts[i - 1] } else { i };
             }
-            // What lies between two blocks is 0 and stays so.
-            let (l, solved) = (vec![0.0; n * n], vec![0.0; n]);
-            *self = Self { spreads: self.spreads, blocks: Some(blocks), active, starts, l, solved };
         }
+        // What lies between two blocks is 0 and stays so.
+        let (l, solved) = (vec![0.0; n * n], vec![0.0; n]);
+        Self { blocks, active, starts, l, solved }
     }
 }
 
@@ -277,8 +267,15 @@ pub(super) fn estimate(
         .collect();
     let of = |spreads: &Spreads| -> f64 {
         let of_person = |days: &Vec<DayLikelihood>| {
-            let mut workspace = Workspace::new(spreads);
-            days.iter().map(|day| day.likelihood(&mut workspace)).sum()
+            let mut workspace = Workspace::of(spreads, 0);
+            let of_day = |day: &DayLikelihood| {
+                let blocks = day.grams.len();
+                if workspace.blocks != blocks {
+                    workspace = Workspace::of(spreads, blocks);
+                }
+                day.likelihood(&mut workspace)
+            };
+            days.iter().map(of_day).sum()
         };
         let each: Vec<f64> = left.par_iter().map(of_person).collect();
         each.iter().sum()
@@ -357,7 +354,7 @@ mod tests {
                 let logs: f64 = (0..active.len()).map(|i| factor.L()[(i, i)].ln()).sum();
                 0.5 * explained - logs
             };
-            let found = left.likelihood(&mut Workspace::new(&spreads));
+            let found = left.likelihood(&mut Workspace::of(&spreads, left.grams.len()));
             assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{found} {expected}"); // rounding
         }
     }
@@ -378,7 +375,8 @@ mod tests {
             assert!((left - expected).abs() < 1e-10); // rounding of sums of 60
         }
         let wide = Spreads { day: [0.0, 0.0, 0.0, 0.45, 0.0, 0.0, 0.0], block: [0.0; COUNT] };
-        let of = |left: &DayLikelihood| left.likelihood(&mut Workspace::new(&wide));
+        let of =
+            |left: &DayLikelihood| left.likelihood(&mut Workspace::of(&wide, left.grams.len()));
         assert!(of(&without) > of(&with) + 10.0);
     }
 }

@@ -34,12 +34,11 @@ pub(crate) struct Euler {
     renal_from: f64,
     /// Share of Q2 that returns.
     returning: f64,
-    /// Share of C2 that appears in Q1 by the rate at the start of the step.
-    appearing: f64,
     /// Production without insulin, mmol/kg.
     production: f64,
     egp: EgpMode,
-    /// Share of C1 and C2 that stays; C2 per C1 over that.
+    /// Share of C1 and C2 that stays; C2 per C1 over that, which is also the share of C2 that appears in Q1 by the rate
+    /// at the start of the step.
     pub(crate) gut_left: f64,
     pub(crate) gut_on: f64,
     /// What U/h add to S1, mU/kg, and a gram to C1, mmol/kg.
@@ -52,15 +51,8 @@ const RENAL: f64 = STEP.0 * RENAL_RATE;
 
 impl Euler {
     pub(crate) fn of(plant: &OdePlant) -> Self {
-        let left = (-STEP.0 / plant.parameters.t_max_g).exp();
-        Self::with_gut(plant, left)
-    }
-
-    /// Where the share of the gut's content that stays in a step is known.
-    pub(crate) fn with_gut(plant: &OdePlant, gut_left: f64) -> Self {
         let (p, h) = (&plant.parameters, STEP.0);
         let depot_on = h / p.t_max_i;
-        let gut_on = h / p.t_max_g;
         let uptake = h * p.f_01;
         Self {
             depot_left: 1.0 - depot_on,
@@ -73,11 +65,10 @@ impl Euler {
             uptake_slope: uptake / (UPTAKE_SATURATION * p.v_g),
             renal_from: RENAL_THRESHOLD * p.v_g,
             returning: h * p.k_12,
-            appearing: gut_on,
             production: h * p.egp_0,
             egp: plant.egp,
-            gut_left,
-            gut_on,
+            gut_left: (-h / p.t_max_g).exp(),
+            gut_on: h / p.t_max_g,
             per_rate: h * infusion(1.0, plant.weight.0),
             per_gram: p.a_g * glucose_dose(Grams(1.0), plant.weight),
         }
@@ -143,9 +134,7 @@ impl Euler {
             self.effect_left[0] * x1 + self.effect_on[0] * i,
             self.effect_left[1] * x2 + self.effect_on[1] * i,
             self.effect_left[2] * x3 + self.effect_on[2] * i,
-            q1 + ((self.production * free + self.appearing * c2 + STEP.0 * flux)
-                - uptake
-                - cleared)
+            q1 + ((self.production * free + self.gut_on * c2 + STEP.0 * flux) - uptake - cleared)
                 + (returned - moving),
             q2 + moving - returned - STEP.0 * x2 * q2,
             self.gut_left * fed,
@@ -176,7 +165,7 @@ impl Euler {
                 e3,
                 l3,
             ],
-            glucose: [by_x1, by_x3, by_q1, self.returning, self.appearing, STEP.0],
+            glucose: [by_x1, by_x3, by_q1, self.returning, on, STEP.0],
             distant,
             gut: [left, left * on, left],
         }
@@ -203,7 +192,7 @@ pub(crate) struct PlainRun<'a> {
     pub(super) euler: &'a Euler,
     pub(super) body: [f64; COMPARTMENTS],
     /// mmol/kg/min.
-    pub(crate) flux: f64,
+    pub(super) flux: f64,
     /// mg/dL.
     pub(crate) interstitial: f64,
     pub(super) flux_decay: f64,

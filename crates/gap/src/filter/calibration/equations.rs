@@ -3,8 +3,8 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::information::{Information, times};
-use super::{FACTORS, Factors, LONGEST_MOVE, PersonalFactors, Setting, Square};
+use super::information::{Information, times, with_prior};
+use super::{FACTORS, Factor, Factors, LONGEST_MOVE, PersonalFactors, Setting, Square};
 use crate::error::GapError;
 
 /// Curvature (6, 6) and gradient (6) of the loss at one set of factors, the prior's included.
@@ -20,8 +20,9 @@ impl NormalEquations {
         dependence: f64,
         factors: &PersonalFactors,
     ) -> Self {
-        let (curvature, gradient) = information.posterior(dependence, &factors.0);
-        Self { curvature, gradient }
+        let prior = |k: usize| factors.0[k] * Factor::ALL[k].prior_sd().powi(-2);
+        let gradient = std::array::from_fn(|k| information.gradient[k] / dependence + prior(k));
+        Self { curvature: with_prior(&information.curvature, dependence), gradient }
     }
 
     /// The step that solves the equations.
@@ -30,7 +31,7 @@ impl NormalEquations {
         factors: &PersonalFactors,
         setting: &Setting<'_>,
     ) -> Result<Factors, GapError> {
-        let bound = setting.bound;
+        let bound = setting.rule.bound;
         // A factor at its bound that the gradient pushes outwards stays there.
         let held: [bool; FACTORS] = std::array::from_fn(|k| {
             factors.0[k].abs() >= bound && -self.gradient[k] * factors.0[k] > 0.0

@@ -24,9 +24,10 @@ pub(super) struct DayInformation {
 
 /// What a record says at one set of factors, without the prior.
 pub(super) struct Information {
-    days: Vec<DayInformation>,
-    curvature: Square,
-    gradient: Factors,
+    /// Days with a scored step.
+    pub(super) days: Vec<DayInformation>,
+    pub(super) curvature: Square,
+    pub(super) gradient: Factors,
 }
 
 impl DayInformation {
@@ -64,11 +65,6 @@ impl Information {
         Self { days: Vec::new(), curvature, gradient }
     }
 
-    /// Days with a scored step.
-    pub(super) fn days(&self) -> &[DayInformation] {
-        &self.days
-    }
-
     /// The gradient of the day with an index of the record; `None` where it has no scored step.
     pub(super) fn gradient_at(&self, index: usize) -> Option<&Factors> {
         let found = self.days.binary_search_by_key(&index, |day| day.index).ok()?;
@@ -98,13 +94,6 @@ impl Information {
         let expected: f64 = (0..FACTORS).map(|k| dot(&covariance[k], &self.curvature[k])).sum();
         let ratio = n / (n - 1.0) * squares / expected;
         Some(f64::max(((n - 1.0) * ratio + PRIOR_DAYS) / (n - 1.0 + PRIOR_DAYS), 1.0))
-    }
-
-    /// Curvature and gradient of the posterior at `factors`, the data's loss divided by `dependence`.
-    pub(super) fn posterior(&self, dependence: f64, factors: &Factors) -> (Square, Factors) {
-        let prior = |k: usize| factors[k] * Factor::ALL[k].prior_sd().powi(-2);
-        let gradient = std::array::from_fn(|k| self.gradient[k] / dependence + prior(k));
-        (with_prior(&self.curvature, dependence), gradient)
     }
 
     /// Covariance of the error of the factors at which the posterior is highest: what other days would have changed,
@@ -162,7 +151,7 @@ fn within_prior(covariance: &Square) -> Option<Square> {
     within.iter().flatten().all(|value| value.is_finite()).then_some(within)
 }
 
-fn square(of: impl Fn(usize, usize) -> f64) -> Square {
+pub(super) fn square(of: impl Fn(usize, usize) -> f64) -> Square {
     std::array::from_fn(|row| std::array::from_fn(|column| of(row, column)))
 }
 
@@ -181,7 +170,7 @@ fn sandwich(outer: &Square, inner: &Square) -> Square {
 }
 
 /// A curvature of the data over `dependence`, and the prior's precision.
-fn with_prior(data: &Square, dependence: f64) -> Square {
+pub(super) fn with_prior(data: &Square, dependence: f64) -> Square {
     square(|row, column| {
         let prior = if row == column { Factor::ALL[row].prior_sd().powi(-2) } else { 0.0 };
         data[row][column] / dependence + prior
@@ -213,7 +202,7 @@ mod tests {
 
     /// With the curvature of Gauss and Newton and a complete log.
     fn covariance(information: &Information, dependence: f64) -> Square {
-        let own: Vec<Square> = information.days().iter().map(|day| day.curvature).collect();
+        let own: Vec<Square> = information.days.iter().map(|day| day.curvature).collect();
         information.covariance(&own, dependence, &Square::default()).expect("positive definite")
     }
 

@@ -1,13 +1,15 @@
 //! The record under some factors: innovations, their derivatives, and what days say of the factors.
 
+use std::ops::Range;
+
 use physiology::STEPS_PER_DAY;
 
 use super::information::{DayInformation, Information};
-use super::{Factors, PersonalFactors, Setting, directions, whitened_signature};
+use super::{Factors, PersonalFactors, Setting, directions};
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Filtered, Innovation, filter, replayed};
-use crate::filter::scored::{Whitening, cautious_scale};
+use crate::filter::scored::{Whitening, cautious_scale, normalised};
 use crate::filter::tangent::{Fork, Lanes, few_at_a_time, filtered_with_forks};
 use crate::filter::whitening::{huber_loss, huber_weight};
 
@@ -24,7 +26,7 @@ impl FixedGains {
     }
 
     fn by(setting: &Setting<'_>, filtered: Filtered) -> Self {
-        let z = setting.normalised(&filtered.innovations);
+        let z = normalised(&filtered.innovations, &setting.scored);
         let (whitening, _) = Whitening::fitted(&z, cautious_scale);
         Self { filtered, whitening }
     }
@@ -63,9 +65,9 @@ impl Point {
         innovations: &[Option<Innovation>],
         signatures: Vec<Factors>,
     ) -> Self {
-        let z = setting.normalised(innovations);
+        let z = normalised(innovations, &setting.scored);
         let whitened = held.whitening.autoregression.whitened(&z);
-        let information = information(&held.whitening, &whitened, &signatures);
+        let information = information(&held.whitening, &z, &signatures);
         Self { factors, z, signatures, whitened, information }
     }
 
@@ -123,21 +125,33 @@ impl OwnGains {
     }
 }
 
-/// What whitened innovations say, by days of the record, given the derivatives of what they are whitened from.
-fn information(
+/// What whitened innovations say, by days of the record.
+fn information(whitening: &Whitening, z: &[Option<f64>], signatures: &[Factors]) -> Information {
+    Information::of((0..z.len().div_ceil(STEPS_PER_DAY)).map(|index| {
+        let mut day = DayInformation { index, ..DayInformation::default() };
+        let first = index * STEPS_PER_DAY;
+        let steps = first..z.len().min(first + STEPS_PER_DAY);
+        add(&mut day, whitening, z, signatures, steps, 1.0);
+        day
+    }))
+}
+
+/// Adds `sign` times what the steps of a range say: `z` are normalised innovations, `signatures` their derivatives.
+pub(super) fn add(
+    day: &mut DayInformation,
     whitening: &Whitening,
-    whitened: &[Option<f64>],
+    z: &[Option<f64>],
     signatures: &[Factors],
-) -> Information {
-    let mut days: Vec<DayInformation> = (0..whitened.len().div_ceil(STEPS_PER_DAY))
-        .map(|index| DayInformation { index, ..DayInformation::default() })
-        .collect();
-    let scale = whitening.scale;
-    for (step, w) in whitened.iter().enumerate() {
+    steps: Range<usize>,
+    sign: f64,
+) {
+    let Whitening { autoregression, scale } = *whitening;
+    for step in steps {
         // What is whitened has both of the entries before it.
-        let Some(w) = w else { continue };
-        let signature = whitened_signature(&whitening.autoregression, signatures, step);
-        days[step / STEPS_PER_DAY].add(huber_weight(*w, scale) * scale.powi(-2), *w, &signature);
+        let Some(w) = autoregression.whitened_at(z, step) else { continue };
+        let (now, before) = (&signatures[step], &signatures[step - autoregression.spacing]);
+        let earlier = &signatures[step - 2 * autoregression.spacing];
+        let signature = std::array::from_fn(|k| autoregression.left(now[k], before[k], earlier[k]));
+        day.add(sign * huber_weight(w, scale) * scale.powi(-2), w, &signature);
     }
-    Information::of(days)
 }

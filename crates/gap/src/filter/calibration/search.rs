@@ -1,9 +1,10 @@
 //! The search: the minimum of the loss under the gains of everybody's parameters.
 
 use super::equations::NormalEquations;
+use super::information::square;
 use super::point::{FixedGains, OwnGains, Point};
 use super::unlogged::{meals, unlogged};
-use super::{CalibrationRule, Factor, Factors, PersonalFactors, Setting, Square};
+use super::{Factor, Factors, PersonalFactors, Setting, Square};
 use crate::error::GapError;
 use crate::filter::kalman::Filtered;
 
@@ -30,39 +31,31 @@ pub(super) struct Solved {
 /// what was found, which are nearer to the person's.
 ///
 /// What a third descent would change by its first step counts as uncertainty.
-pub(super) fn solved(setting: &Setting<'_>, rule: &CalibrationRule) -> Result<Solved, GapError> {
+pub(super) fn solved(setting: &Setting<'_>) -> Result<Solved, GapError> {
     let everybody = PersonalFactors::default();
     let held = FixedGains::of(setting, &everybody)?;
-    let start = Point::at(setting, &held, everybody)?;
-    let first = descended(setting, &held, start, rule, FIRST_TOLERANCE)?;
+    let first = descended(setting, &held, everybody, FIRST_TOLERANCE)?;
 
     let held = FixedGains::of(setting, &first.point.factors)?;
-    let start = Point::at(setting, &held, first.point.factors)?;
     let Descended { point, dependence, iterations, converged } =
-        descended(setting, &held, start, rule, rule.tolerance)?;
+        descended(setting, &held, first.point.factors, setting.rule.tolerance)?;
     let information = &point.information;
     let covariance = |observed: &[Square], unlogged: &Square| {
         information.covariance(observed, dependence, unlogged).ok_or_else(|| setting.singular())
     };
-    let by_gauss: Vec<Square> = information.days().iter().map(|day| day.curvature).collect();
+    let by_gauss: Vec<Square> = information.days.iter().map(|day| day.curvature).collect();
     let complete = covariance(&by_gauss, &Square::default())?;
     let sd = std::array::from_fn(|k| complete[k][k].sqrt());
     let own = OwnGains::of(setting, point.factors, &meals(setting.record))?;
     let left = NormalEquations::of(&own.point.information, dependence, &point.factors)
         .step(&point.factors, setting)?;
     let unlogged = unlogged(setting, &own, dependence, &left);
-    let mut covariance = covariance(&observed(setting, &held, &point, &sd)?, &unlogged)
+    let covariance = covariance(&observed(setting, &held, &point, &sd)?, &unlogged)
         .or_else(|_| covariance(&by_gauss, &unlogged))?;
-
-    for (row, a) in covariance.iter_mut().zip(left) {
-        for (entry, b) in row.iter_mut().zip(left) {
-            *entry += a * b;
-        }
-    }
     Ok(Solved {
         factors: point.factors,
         filtered: own.held.filtered,
-        covariance,
+        covariance: square(|row, column| covariance[row][column] + left[row] * left[column]),
         dependence,
         iterations: first.iterations + iterations,
         converged,
@@ -81,10 +74,10 @@ struct Descended {
 fn descended(
     setting: &Setting<'_>,
     held: &FixedGains,
-    mut point: Point,
-    rule: &CalibrationRule,
+    start: PersonalFactors,
     tolerance: f64,
 ) -> Result<Descended, GapError> {
+    let mut point = Point::at(setting, held, start)?;
     let mut dependence = 1.0;
     let mut iterations = 0;
     let converged = loop {
@@ -96,7 +89,7 @@ fn descended(
         if equations.length(&step) < tolerance {
             break true;
         }
-        if iterations >= rule.max_iterations {
+        if iterations >= setting.rule.max_iterations {
             break false;
         }
         iterations += 1;
@@ -115,7 +108,7 @@ fn observed(
     point: &Point,
     sd: &Factors,
 ) -> Result<Vec<Square>, GapError> {
-    let days = point.information.days();
+    let days = &point.information.days;
     let mut slopes: Vec<Square> = days.iter().map(|day| day.curvature).collect();
     for factor in [Factor::Action, Factor::TMaxG, Factor::TMaxI, Factor::AG] {
         let k = factor as usize;
@@ -131,14 +124,9 @@ fn observed(
             }
         }
     }
-    Ok(slopes
-        .iter()
-        .map(|own| {
-            std::array::from_fn(|row| {
-                std::array::from_fn(|column| 0.5 * (own[row][column] + own[column][row]))
-            })
-        })
-        .collect())
+    let symmetric =
+        |own: &Square| square(|row, column| 0.5 * (own[row][column] + own[column][row]));
+    Ok(slopes.iter().map(symmetric).collect())
 }
 
 /// The largest share of a step that lowers the loss; `None` where the shortest does not.

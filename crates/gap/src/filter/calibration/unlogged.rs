@@ -3,16 +3,13 @@
 //! A day left out takes its evidence along. A meal left out does not: its glucose stays, and is taken for that of other
 //! factors. How far factors go is seen where logged meals are struck, a share of them at a time.
 
-use std::ops::Range;
-
 use super::equations::NormalEquations;
-use super::information::DayInformation;
-use super::point::{OwnGains, scaled};
-use super::{Factors, Setting, Square, directions, whitened_signature};
+use super::information::{DayInformation, square};
+use super::point::{OwnGains, add, scaled};
+use super::{Factors, Setting, Square, directions};
 use crate::filter::observations::Observations;
-use crate::filter::scored::{Whitening, normalised};
+use crate::filter::scored::normalised;
 use crate::filter::tangent::without_meals;
-use crate::filter::whitening::huber_weight;
 
 /// Meals a day that are eaten and not logged: 0.2 to 1 a day, Burdick et al., Pediatrics 2004;113:e221; Samadi et al.,
 /// Diabetes Technol Ther 2018;20:235. The value is that of the effect `missed_meals` at its usual size.
@@ -54,16 +51,16 @@ pub(super) fn unlogged(
     let whitening = &held.whitening;
     let (mut z, mut signatures) = (point.z.clone(), point.signatures.clone());
     let mut moves = Vec::with_capacity(forks.len());
-    without_meals(model, setting.record, &directions, forks, REACH, |found| {
-        let window = found.step..found.step + found.innovations.len();
+    without_meals(model, setting.record, &directions, forks, REACH, |step, innovations, rows| {
+        let window = step..step + innovations.len();
         // What is whitened after the window still uses entries of it.
         let tail = window.end + 2 * whitening.autoregression.spacing;
         let all = window.start..tail.min(z.len());
         let mut change = DayInformation::default();
         add(&mut change, whitening, &z, &signatures, all.clone(), -1.0);
         let scored = &setting.scored[window.clone()];
-        z[window.clone()].copy_from_slice(&normalised(found.innovations, scored));
-        for (k, row) in window.clone().zip(scaled(found.innovations, found.rows)) {
+        z[window.clone()].copy_from_slice(&normalised(innovations, scored));
+        for (k, row) in window.clone().zip(scaled(innovations, rows)) {
             signatures[k] = row;
         }
         add(&mut change, whitening, &z, &signatures, all, 1.0);
@@ -81,23 +78,6 @@ pub(super) fn unlogged(
     second_moment(&moves, UNLOGGED_PER_DAY * days)
 }
 
-/// Adds `sign` times what the steps of a range say.
-fn add(
-    day: &mut DayInformation,
-    whitening: &Whitening,
-    z: &[Option<f64>],
-    signatures: &[Factors],
-    steps: Range<usize>,
-    sign: f64,
-) {
-    let scale = whitening.scale;
-    for step in steps {
-        let Some(w) = whitening.autoregression.whitened_at(z, step) else { continue };
-        let weight = sign * huber_weight(w, scale) * scale.powi(-2);
-        day.add(weight, w, &whitened_signature(&whitening.autoregression, signatures, step));
-    }
-}
-
 /// Of the sum over `unlogged` meals that move the factors like those struck.
 fn second_moment(moves: &[Factors], unlogged: f64) -> Square {
     if moves.is_empty() {
@@ -106,11 +86,10 @@ fn second_moment(moves: &[Factors], unlogged: f64) -> Square {
     let count = moves.len() as f64;
     let mean: Factors =
         std::array::from_fn(|k| moves.iter().map(|one| one[k]).sum::<f64>() / count);
-    let entry = |row: usize, column: usize| {
+    square(|row, column| {
         let each = moves.iter().map(|one| one[row] * one[column]).sum::<f64>() / count;
         unlogged * each + unlogged * unlogged * mean[row] * mean[column]
-    };
-    std::array::from_fn(|row| std::array::from_fn(|column| entry(row, column)))
+    })
 }
 
 #[cfg(test)]

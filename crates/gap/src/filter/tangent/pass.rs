@@ -5,7 +5,7 @@ use ode_sim::slot;
 use physiology::Compartment;
 
 use super::step_slopes::reached;
-use super::steps::{Parameters, Steps};
+use super::steps::Steps;
 use super::{Direction, LANES, Lanes, States, pulses, reads_only};
 use crate::filter::state::{INTERSTITIAL, SENSOR, STATES};
 
@@ -72,8 +72,9 @@ impl LaneBlock {
 
 /// The directions of a block, as far as they have come.
 pub(super) struct Pass<'a> {
-    block: &'a LaneBlock,
-    x: States,
+    pub(super) block: &'a LaneBlock,
+    /// Where the directions have come to.
+    pub(super) x: States,
 }
 
 impl<'a> Pass<'a> {
@@ -83,21 +84,10 @@ impl<'a> Pass<'a> {
         Self { block, x }
     }
 
-    /// Where the directions have come to.
-    pub(super) fn reached(&self) -> &States {
-        &self.x
-    }
-
-    /// At a step at which they have come to `x`.
-    pub(super) fn at(block: &'a LaneBlock, x: States) -> Self {
-        Self { block, x }
-    }
-
     /// Carries the directions over the steps held, which are the next: the derivatives of their innovations
     /// are appended to `rows`.
     pub(super) fn over(&mut self, steps: &Steps<'_>, rows: &mut Vec<Lanes>) {
-        let parameters = self.block.parameters.map(|(index, _)| &steps.parameters[index]);
-        pulp::Arch::new().dispatch(PassKernel { steps, parameters, pass: self, rows });
+        pulp::Arch::new().dispatch(PassKernel { steps, pass: self, rows });
     }
 }
 
@@ -105,7 +95,6 @@ impl<'a> Pass<'a> {
 /// by one on all of them, so that they agree bit for bit.
 struct PassKernel<'a, 'b> {
     steps: &'a Steps<'a>,
-    parameters: Option<&'a Parameters>,
     pass: &'a mut Pass<'b>,
     rows: &'a mut Vec<Lanes>,
 }
@@ -115,8 +104,9 @@ impl pulp::NullaryFnOnce for PassKernel<'_, '_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { steps, parameters, pass, rows } = self;
+        let Self { steps, pass, rows } = self;
         let block = pass.block;
+        let parameters = block.parameters.map(|(index, _)| &steps.parameters[index]);
         let mut x = pass.x;
         for (index, of) in steps.each.iter().enumerate() {
             let step = steps.first + index;

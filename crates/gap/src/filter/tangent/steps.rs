@@ -1,6 +1,6 @@
 //! What the steps of a record do to perturbations.
 
-use effects::{FIELDS, Field, Modulation};
+use effects::{FIELDS, Field};
 
 use super::step_slopes::{StepSlopes, changed, reached};
 use super::{Direction, LANES, Parameter, States, pulses, reads_only};
@@ -140,11 +140,6 @@ impl<'a> Steps<'a> {
         Ok(steps)
     }
 
-    /// Number of steps held.
-    pub(super) fn len(&self) -> usize {
-        self.each.len()
-    }
-
     /// Forgets the steps held.
     pub(super) fn clear(&mut self) {
         self.clear_before(self.first + self.each.len());
@@ -196,7 +191,8 @@ impl<'a> Steps<'a> {
             } else if let Some(known) = &known {
                 slopes.extend(known.by_field(field)[..reached.len()].iter().map(|s| *s as f32));
             } else {
-                let raised = raised(modulation, field);
+                let mut raised = *modulation;
+                raised[field] += SPACING;
                 let moved = model.step(state, input, &raised).map_err(failed)?.vector();
                 let slope = slope(&moved, &made.following.vector());
                 slopes.extend(reached.iter().map(|k| slope[*k] as f32));
@@ -252,12 +248,6 @@ fn expected(made: &FilterStep<'_>) -> f64 {
     let Some(gain) = &made.gain else { return 0.0 };
     let correction = made.innovation.map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
     made.state.interstitial.0 - correction
-}
-
-fn raised(modulation: &Modulation, field: Field) -> Modulation {
-    let mut raised = *modulation;
-    raised[field] += SPACING;
-    raised
 }
 
 /// Writes the numbers of one direction.

@@ -6,10 +6,8 @@
 //! within one or two steps.
 
 use physiology::STEPS_PER_DAY;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
-use super::Minutes95;
+use super::{Minutes95, redrawn};
 
 /// Largest delay that is searched, steps: 3 h.
 const SEARCHED: usize = 36;
@@ -26,45 +24,23 @@ const REPLICATES: usize = 50;
 /// A delay is known to a step, and a controller may take one to answer, min.
 const GRID: f64 = 5.0;
 
-/// Sums for a correlation of rises of glucose with changes of the rate.
-#[derive(Debug, Clone, Copy, Default)]
-struct LagSums {
-    count: f64,
-    rise: f64,
-    change: f64,
-    rise_rise: f64,
-    change_change: f64,
-    rise_change: f64,
-}
+/// Sums for a correlation of rises of glucose with changes of the rate: their number, both, the squares of both, and
+/// their product.
+type LagSums = [f64; 6];
 
-impl LagSums {
-    fn add(&mut self, rise: f64, change: f64) {
-        self.count += 1.0;
-        self.rise += rise;
-        self.change += change;
-        self.rise_rise += rise * rise;
-        self.change_change += change * change;
-        self.rise_change += rise * change;
-    }
+/// The sums of one day, by the steps from a reading to a change: from -[`SEARCHED`] to [`SEARCHED`].
+type DaySums = [LagSums; 2 * SEARCHED + 1];
 
-    fn merge(&mut self, other: &Self) {
-        self.count += other.count;
-        self.rise += other.rise;
-        self.change += other.change;
-        self.rise_rise += other.rise_rise;
-        self.change_change += other.change_change;
-        self.rise_change += other.rise_change;
-    }
+const NO_SUMS: DaySums = [[0.0; 6]; 2 * SEARCHED + 1];
 
-    /// Share of the variance that the two have in common; 0 where the rate goes down as glucose
-    /// goes up, which is no controller's answer.
-    fn explained(&self) -> f64 {
-        let product = self.rise_change - self.rise * self.change / self.count;
-        let rises = self.rise_rise - self.rise * self.rise / self.count;
-        let changes = self.change_change - self.change * self.change / self.count;
-        let spread = rises * changes;
-        if product > 0.0 && spread > 0.0 { product * product / spread } else { 0.0 }
-    }
+/// Share of the variance that the two have in common; 0 where the rate goes down as glucose
+/// goes up, which is no controller's answer.
+fn explained([n, rise, change, rise_rise, change_change, rise_change]: LagSums) -> f64 {
+    let product = rise_change - rise * change / n;
+    let rises = rise_rise - rise * rise / n;
+    let changes = change_change - change * change / n;
+    let spread = rises * changes;
+    if product > 0.0 && spread > 0.0 { product * product / spread } else { 0.0 }
 }
 
 /// The delay of rate changes behind the sensor, recorded minus actual; `None` where no controller's
@@ -80,7 +56,7 @@ pub(super) fn delay(basal: &[Option<f64>], cgm: &[Option<f64>]) -> Option<Minute
     }
     let rise = |k: usize| Some(cgm[k]? - cgm[k.checked_sub(1)?]?);
     let rises: Vec<Option<f64>> = (0..n).map(rise).collect();
-    let mut days = vec![[LagSums::default(); 2 * SEARCHED + 1]; n.div_ceil(STEPS_PER_DAY)];
+    let mut days = vec![NO_SUMS; n.div_ceil(STEPS_PER_DAY)];
     for (k, change) in changes.iter().enumerate() {
         let Some(change) = *change else { continue };
         let day = &mut days[k / STEPS_PER_DAY];
@@ -88,39 +64,34 @@ pub(super) fn delay(basal: &[Option<f64>], cgm: &[Option<f64>]) -> Option<Minute
             // At index SEARCHED + m, the rate changed m steps after the reading.
             let reading = (k + SEARCHED).checked_sub(index).filter(|reading| *reading < n);
             if let Some(rise) = reading.and_then(|reading| rises[reading]) {
-                sums.add(rise, change);
+                let own = [1.0, rise, change, rise * rise, change * change, rise * change];
+                for (sum, value) in sums.iter_mut().zip(own) {
+                    *sum += value;
+                }
             }
         }
     }
-    let (index, share, median) = peak(days.iter());
+    let (index, share, median) = peak(&days);
     if share < SMALLEST_SHARE || share < PROMINENCE * median {
         return None;
     }
     let minutes = |index: usize| 5.0 * (index as f64 - SEARCHED as f64);
-    let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let (mut lower, mut upper) = (minutes(index), minutes(index));
-    let mut drawn: Vec<f64> = (0..REPLICATES)
-        .map(|_| {
-            let sample = (0..days.len()).map(|_| &days[rng.random_range(0..days.len())]);
-            minutes(peak(sample).0)
-        })
-        .collect();
-    drawn.sort_by(f64::total_cmp);
+    let value = minutes(index);
+    let drawn = redrawn(&days, REPLICATES, |sample| Some(minutes(peak(sample).0)));
     // 2.5 % of 50 on each side: the second from each end.
-    lower = lower.min(drawn[1]) - GRID;
-    upper = upper.max(drawn[REPLICATES - 2]) + GRID;
-    Some(Minutes95 { value: minutes(index), lower, upper })
+    let (lower, upper) = (value.min(drawn[1]) - GRID, value.max(drawn[REPLICATES - 2]) + GRID);
+    Some(Minutes95 { value, lower, upper })
 }
 
 /// Index of the largest explained share, that share, and the median share over all indices.
-fn peak<'a>(days: impl Iterator<Item = &'a [LagSums; 2 * SEARCHED + 1]>) -> (usize, f64, f64) {
-    let mut total = [LagSums::default(); 2 * SEARCHED + 1];
+fn peak<'a>(days: impl IntoIterator<Item = &'a DaySums>) -> (usize, f64, f64) {
+    let mut total = NO_SUMS;
     for day in days {
-        for (total, sums) in total.iter_mut().zip(day) {
-            total.merge(sums);
+        for (total, sum) in total.iter_mut().flatten().zip(day.iter().flatten()) {
+            *total += sum;
         }
     }
-    let shares = total.map(|sums| sums.explained());
+    let shares = total.map(explained);
     let (index, share) = shares.iter().enumerate().fold((0, 0.0), |best, (index, share)| {
         if *share > best.1 { (index, *share) } else { best }
     });
@@ -131,6 +102,9 @@ fn peak<'a>(days: impl Iterator<Item = &'a [LagSums; 2 * SEARCHED + 1]>) -> (usi
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
 
     /// Four days of glucose that wanders, and a rate that answers it `steps` later.

@@ -6,10 +6,8 @@
 //! half before and after, averaged over corrections, is largest at the turn.
 
 use physiology::STEPS_PER_DAY;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
-use super::Minutes95;
+use super::{Minutes95, redrawn, total};
 
 /// Largest offset that is searched, steps: 3 h.
 const SEARCHED: i32 = 36;
@@ -104,13 +102,8 @@ impl Corrections {
         if self.count < FEWEST_FOR_ESTIMATE {
             return None;
         }
-        let value = delay(self.days.iter());
-        let mut rng = ChaCha8Rng::seed_from_u64(0);
-        let n = self.days.len();
-        let mut drawn: Vec<f64> = (0..REPLICATES)
-            .map(|_| delay((0..n).map(|_| &self.days[rng.random_range(0..n)])))
-            .collect();
-        drawn.sort_by(f64::total_cmp);
+        let value = delay(&total(&self.days));
+        let drawn = redrawn(&self.days, REPLICATES, |sample| Some(delay(&total(sample))));
         let at = |share: f64| drawn[(share * (REPLICATES - 1) as f64).round() as usize];
         let (below, above) = ((value - at(0.025)).max(0.0), (at(0.975) - value).max(0.0));
         let people = 2.0 * TURN_SD;
@@ -123,15 +116,9 @@ impl Corrections {
 }
 
 /// The offset at which the turn is sharpest, min.
-fn delay<'a>(days: impl Iterator<Item = &'a [f64; BINS]>) -> f64 {
-    let mut total = [0.0; BINS];
-    for day in days {
-        for (total, value) in total.iter_mut().zip(day) {
-            *total += value;
-        }
-    }
+fn delay(table: &[f64; BINS]) -> f64 {
     let weights = [1.0, 2.0, 3.0, 2.0, 1.0];
-    let (index, _) = total
+    let (index, _) = table
         .windows(weights.len())
         .map(|near| near.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>())
         .enumerate()

@@ -8,10 +8,8 @@
 use std::ops::Range;
 
 use physiology::STEPS_PER_DAY;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
-use super::Minutes95;
+use super::{Minutes95, redrawn, total};
 
 /// Largest distance between a bolus and a meal that is counted, steps: 4 h.
 const REACH: usize = 48;
@@ -45,23 +43,10 @@ pub(super) struct DoseDistances {
 impl DoseDistances {
     /// Counts the pairs of a record's channels; `None` with fewer than [`FEWEST_DOSES`] of either.
     pub(super) fn count(carbs: &[f64], bolus: &[f64]) -> Option<Self> {
-        // A meal counts in full from twice the median on, a bolus from the upper quartile on.
-        let meals = sized(carbs, |sorted| 2.0 * sorted[sorted.len() / 2])?;
-        let boluses = sized(bolus, |sorted| sorted[sorted.len() * 3 / 4])?;
         let mut days = vec![[0.0; BINS]; carbs.len().div_ceil(STEPS_PER_DAY)];
-        let mut first = 0;
-        for (meal, size) in meals {
-            while boluses.get(first).is_some_and(|(bolus, _)| bolus + REACH < meal) {
-                first += 1;
-            }
-            for (bolus, units) in &boluses[first..] {
-                let index = bolus + REACH - meal;
-                if index >= BINS {
-                    break;
-                }
-                days[meal / STEPS_PER_DAY][index] += size * units;
-            }
-        }
+        pairs(carbs, bolus, REACH, |meal, index, sizes| {
+            days[meal / STEPS_PER_DAY][index] += sizes;
+        })?;
         Some(Self { days })
     }
 
@@ -74,15 +59,8 @@ impl DoseDistances {
     /// widened by the grid; `None` if nothing was counted.
     pub(super) fn peak(&self, days: Range<usize>) -> Option<Minutes95> {
         let days = &self.days[days];
-        let value = centroid(&sum(days.iter()))?;
-        let mut rng = ChaCha8Rng::seed_from_u64(0);
-        let mut drawn: Vec<f64> = (0..REPLICATES)
-            .filter_map(|_| {
-                let sample = (0..days.len()).map(|_| &days[rng.random_range(0..days.len())]);
-                centroid(&sum(sample))
-            })
-            .collect();
-        drawn.sort_by(f64::total_cmp);
+        let value = centroid(&total(days))?;
+        let drawn = redrawn(days, REPLICATES, |sample| centroid(&total(sample)));
         let last = drawn.len().checked_sub(1)?;
         let at = |share: f64| drawn[(share * last as f64).round() as usize];
         let (lower, upper) = (at(0.025).min(value) - GRID, at(0.975).max(value) + GRID);
@@ -97,7 +75,7 @@ impl DoseDistances {
         let mut best: Option<(f64, usize)> = None;
         for day in FEWEST_DAYS..(self.days.len() + 1).saturating_sub(FEWEST_DAYS) {
             let (before, after) = self.days.split_at(day);
-            let peaks = (peak_index(&sum(before.iter())), peak_index(&sum(after.iter())));
+            let peaks = (peak_index(&total(before)), peak_index(&total(after)));
             let (Some(first), Some(second)) = peaks else { continue };
             if first.abs_diff(second) < SMALLEST_CHANGE {
                 continue;
@@ -125,14 +103,31 @@ pub(super) fn sized(doses: &[f64], cap: impl Fn(&[f64]) -> f64) -> Option<Vec<(u
     Some(given().map(|(step, dose)| (step, (dose / cap).min(1.0))).collect())
 }
 
-fn sum<'a>(days: impl Iterator<Item = &'a [f64; BINS]>) -> [f64; BINS] {
-    let mut total = [0.0; BINS];
-    for day in days {
-        for (total, value) in total.iter_mut().zip(day) {
-            *total += value;
+/// Every meal and every bolus within `reach` steps of it: `count` gets the step of the meal, the distance of the bolus
+/// from it plus `reach`, and the product of their capped sizes. `None` with fewer than [`FEWEST_DOSES`] of either.
+pub(super) fn pairs(
+    carbs: &[f64],
+    bolus: &[f64],
+    reach: usize,
+    mut count: impl FnMut(usize, usize, f64),
+) -> Option<()> {
+    // A meal counts in full from twice the median on, a bolus from the upper quartile on.
+    let meals = sized(carbs, |sorted| 2.0 * sorted[sorted.len() / 2])?;
+    let boluses = sized(bolus, |sorted| sorted[sorted.len() * 3 / 4])?;
+    let mut first = 0;
+    for (meal, size) in meals {
+        while boluses.get(first).is_some_and(|(bolus, _)| bolus + reach < meal) {
+            first += 1;
+        }
+        for (bolus, units) in &boluses[first..] {
+            let place = bolus + reach - meal;
+            if place > 2 * reach {
+                break;
+            }
+            count(meal, place, size * units);
         }
     }
-    total
+    Some(())
 }
 
 /// The table under a triangle of [`HALF_WIDTH`] steps on each side of a bin.

@@ -9,7 +9,7 @@ use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use statrs::distribution::{ContinuousCDF as _, Normal};
 
 use super::Minutes95;
-use super::dose_distance::{HALF_WIDTH, SEARCHED, sized};
+use super::dose_distance::{HALF_WIDTH, SEARCHED, pairs, sized};
 
 /// Largest distance, steps: 12 h; a larger one is a smaller one of the other sign on another day.
 const FARTHEST: usize = STEPS_PER_DAY / 2;
@@ -77,22 +77,9 @@ impl Beyond {
 
 impl Table {
     fn count(carbs: &[f64], bolus: &[f64], days: usize) -> Option<Self> {
-        // As for near distances.
-        let meals = sized(carbs, |sorted| 2.0 * sorted[sorted.len() / 2])?;
-        let boluses = sized(bolus, |sorted| sorted[sorted.len() * 3 / 4])?;
         let reach = days * STEPS_PER_DAY + FARTHEST + HALF_WIDTH;
         let mut weights = vec![0.0; 2 * reach + 1];
-        let mut first = 0;
-        for (meal, size) in meals {
-            while boluses.get(first).is_some_and(|(bolus, _)| bolus + reach < meal) {
-                first += 1;
-            }
-            for (bolus, units) in &boluses[first..] {
-                let place = bolus + reach - meal;
-                let Some(weight) = weights.get_mut(place) else { break };
-                *weight += size * units;
-            }
-        }
+        pairs(carbs, bolus, reach, |_, place, sizes| weights[place] += sizes)?;
         Some(Self { days: days as i64, weights })
     }
 

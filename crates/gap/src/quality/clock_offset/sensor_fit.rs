@@ -12,6 +12,7 @@
 
 use std::f64::consts::TAU;
 
+use chrono::Timelike as _;
 use cohort::Person;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
@@ -113,9 +114,9 @@ impl SensorFit {
             let values = cgm.iter().flatten();
             values.clone().sum::<f64>() / values.count() as f64
         };
-        let midnight = minute_of_day(person, 0);
+        let start = (record.time(0).time().num_seconds_from_midnight() / 60) as usize;
         let base: [Vec<f64>; BASE] = {
-            let wave = |k: usize| TAU * ((midnight + 5 * k) % 1440) as f64 / 1440.0;
+            let wave = |k: usize| TAU * ((start + 5 * k) % 1440) as f64 / 1440.0;
             [
                 vec![1.0; steps.len()],
                 steps.iter().map(|k| cgm[*k].map_or(0.0, |glucose| glucose - mean)).collect(),
@@ -232,12 +233,6 @@ impl SensorFit {
         let losses = losses.map(|((x, u), y)| 0.5 * (y - a * x + b * u).powi(2)).collect();
         Some(OffsetFit { evidence, losses })
     }
-}
-
-fn minute_of_day(person: &Person, step: usize) -> usize {
-    use chrono::Timelike;
-    let time = person.record.time(step).time();
-    (time.num_seconds_from_midnight() / 60) as usize
 }
 
 /// Amount taken up by the start of each step: doses through compartments in series with the given
