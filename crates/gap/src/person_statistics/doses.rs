@@ -13,10 +13,13 @@ const BOLUS: f64 = 1.0;
 /// Glucose that nobody corrects, mg/dL.
 const NOT_HIGH: f64 = 140.0;
 
+/// A moment of some values.
+type Moment = fn(&[f64]) -> f64;
+
 impl Values {
     pub(super) fn doses(&mut self, person: &CalibratedPerson<'_>) {
         let quarters = Doses::of_person(person).by_quarter();
-        let moments: [(&str, fn(&[f64]) -> f64); 3] =
+        let moments: [(&str, Moment); 3] =
             [("SD", sd), ("skewness", skewness), ("kurtosis", excess_kurtosis)];
         for (name, of) in moments {
             let name = format!("record/insulin of 6 h over usual {name}");

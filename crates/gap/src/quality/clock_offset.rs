@@ -234,7 +234,7 @@ fn far_off(doses: &DoseSteps<'_>, distance: &Minutes95) -> Vec<Finding> {
         let about = format!("{about}, and glucose rises after meals, not after boluses");
         return vec![offset(person, Clock::Insulin, distance, &about)];
     }
-    either(person, distance, &format!("{about}; glucose does not tell whose clock is off"), z)
+    either(person, distance, &format!("{about}; glucose does not tell whose clock is off"), -z)
 }
 
 /// Whose offset a distance between boluses and meals is, as far as the sensor tells.

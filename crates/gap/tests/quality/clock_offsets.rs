@@ -72,6 +72,28 @@ fn both_clocks_off_together_are_told_by_glucose() {
 }
 
 #[test]
+fn where_glucose_only_leans_the_clock_that_it_leans_to_comes_first() {
+    let (mut right, mut open) = (0, 0);
+    for (channels, check) in
+        [(&INSULIN[..], "insulin_clock_offset"), (&MEALS[..], "meal_clock_offset")]
+    {
+        for minutes in [-480, -360, 360, 480] {
+            for mut person in embedded() {
+                let days = person.record.len().min(7 * 288);
+                person.record = person.record.slice(0..days).expect("days");
+                let found = doubts(&late(&person, channels, minutes, 0));
+                let leans = found.iter().all(|f| f.reported.finding.contains("does not tell"));
+                if found.len() == 2 && leans {
+                    open += 1;
+                    right += usize::from(checks(&found)[0] == check);
+                }
+            }
+        }
+    }
+    assert!(open >= 6 && 4 * right >= 3 * open, "{right} of {open}");
+}
+
+#[test]
 fn a_clock_that_was_set_within_the_record_is_dated() {
     for person in embedded() {
         let since = person.record.len() / 2;
