@@ -24,6 +24,14 @@ pub(crate) struct BackgroundDirection {
     pub(crate) prior_sd: f64,
 }
 
+/// A direction that is allowed for: its column, and the mean and standard deviation of its amplitude's prior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Allowed {
+    pub(crate) column: usize,
+    pub(crate) mean: f64,
+    pub(crate) sd: f64,
+}
+
 /// What may differ between any two bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Background {

@@ -19,13 +19,13 @@ use faer::Mat;
 
 pub(crate) use self::doses::Doses;
 pub(crate) use self::port_course::PortCourse;
-pub(crate) use self::scores::Allowed;
 pub(crate) use self::tally::power;
 
 use self::kinds::{KINDS, Unit, units};
 use self::port_course::CourseSums;
 use self::scores::{DATA, FIELDS, Scores};
 use self::tally::{OF_TALLIES, OF_TOTALS, Tally, Total, of_tallies, of_totals};
+use crate::background::Allowed;
 use crate::calibrated_person::CalibratedPerson;
 use crate::context::Situations;
 use crate::design::Design;

@@ -9,6 +9,7 @@ use physiology::STEPS_PER_DAY;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
+use crate::background::Allowed;
 use crate::calibrated_person::CalibratedPerson;
 use crate::design::{Column, Design, Whitener};
 use crate::error::GapError;
@@ -36,14 +37,6 @@ pub(super) const DATA: usize = 0;
 /// Innovations that are drawn as the model says where nothing is missing: the mean of their squared scores is the
 /// information (Hutchinson, Commun Stat Simul Comput 1989;18:1059).
 pub(super) const DRAWS: usize = LANES - 1;
-
-/// A direction that is allowed for: its column, and the mean and standard deviation of its amplitude's prior.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Allowed {
-    pub(crate) column: usize,
-    pub(crate) mean: f64,
-    pub(crate) sd: f64,
-}
 
 /// Scores with the background taken out.
 pub(super) struct Scores {

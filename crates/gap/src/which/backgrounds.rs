@@ -5,9 +5,9 @@ use effects::{Card, EffectId};
 use super::held_out;
 use super::statistics::TestStatistics;
 use super::tried::Tried;
+use crate::background::Allowed;
 use crate::design::{Background, Column, Design, HiddenEvents};
 use crate::event_bank::FittedBackground;
-use crate::units::Allowed;
 
 /// The constant directions that are fitted before hidden events are scored: events must not be made of what every
 /// meal or every low of a person shows.

@@ -15,8 +15,8 @@ use super::amplitude::{Hierarchy, Information};
 use super::folds::{FOLDS, fold};
 use super::index_of_largest;
 use super::statistics::Sums;
+use crate::background::Allowed;
 use crate::log_sum::{log_sum, softmax};
-use crate::units::Allowed;
 
 /// Rounds in which variants and hierarchy are brought together.
 const ROUNDS: usize = 4;

@@ -24,9 +24,9 @@ use super::folds::{FOLDS, fold};
 use super::index_of_largest;
 use super::statistics::{BLOCK, Sums, TestStatistics};
 use super::variance::{Spreads, active, crossed, factored};
+use crate::background::Allowed;
 use crate::design::{Design, UnitBank};
 use crate::log_sum::raised;
-use crate::units::Allowed;
 
 /// Spreads that are tried, of the logarithm of the factor.
 const GRID: [f64; 16] =

@@ -14,12 +14,12 @@ use super::round_person::RoundPerson;
 use super::statistics::{Sums, TestStatistics};
 use super::tried::Tried;
 use super::variance::{self, Estimated};
-use crate::background::calibrated_factor;
+use crate::background::{Allowed, calibrated_factor};
 use crate::calibrated_person::CalibratedPerson;
 use crate::design::{Background, Column, Design, EventBank, design};
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
-use crate::units::{Allowed, PersonUnits};
+use crate::units::PersonUnits;
 
 /// Standard deviation of the amplitude of a guard.
 pub(super) const GUARD_SD: f64 = 0.5;
