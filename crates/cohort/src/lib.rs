@@ -37,6 +37,7 @@ mod import;
 mod inputs;
 mod mass_balance;
 mod near_name;
+mod parquet_footer;
 mod parquet_pages;
 mod parquet_sink;
 mod person;

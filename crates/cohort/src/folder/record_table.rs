@@ -1,7 +1,6 @@
 //! The table of records, as text or as Parquet, before it is put on the grid.
 
 use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use chrono::{DateTime, NaiveDateTime};
@@ -14,6 +13,7 @@ use super::columns::check_names;
 use super::{RECORDS_CSV, RECORDS_PARQUET, RecordsFormat};
 use crate::error::{CohortError, Place};
 use crate::faults::Faults;
+use crate::parquet_footer;
 use crate::parquet_pages;
 use crate::parquet_sink::parquet_fault;
 use crate::person::is_person_id;
@@ -197,10 +197,8 @@ impl ParquetTable {
     fn read(path: &Path, faults: &mut Faults) -> Result<Self, CohortError> {
         let failed =
             |source| CohortError::Io { file: RECORDS_PARQUET.into(), action: "read", source };
-        if !has_marks(path).map_err(failed)? {
-            return Err(damaged("it does not begin and end as Parquet does; it may be cut off"));
-        }
         let open = || File::open(path).map_err(failed);
+        parquet_footer::check(open()?, RECORDS_PARQUET)?;
         let (file, again) = (open()?, open()?);
         let header = caught(|| header(file))?;
         check_names(RECORDS_PARQUET, &header, &columns(), faults)?;
@@ -289,20 +287,6 @@ fn caught<T>(
 
 fn damaged(reason: &str) -> CohortError {
     CohortError::Table { file: RECORDS_PARQUET.into(), reason: reason.into() }
-}
-
-/// Whether the file begins and ends with the mark of Parquet.
-fn has_marks(path: &Path) -> std::io::Result<bool> {
-    const MARK: [u8; 4] = *b"PAR1";
-    let mut file = File::open(path)?;
-    if file.metadata()?.len() <= 2 * MARK.len() as u64 {
-        return Ok(false);
-    }
-    let (mut first, mut last) = ([0; 4], [0; 4]);
-    file.read_exact(&mut first)?;
-    file.seek(SeekFrom::End(-4))?;
-    file.read_exact(&mut last)?;
-    Ok(first == MARK && last == MARK)
 }
 
 /// The names of the columns, if rows and columns are as many as a study can have.

@@ -11,6 +11,7 @@ use polars::prelude::{
 };
 
 use crate::error::{CohortError, Place};
+use crate::parquet_footer;
 use crate::parquet_pages;
 use crate::parquet_sink::parquet_fault;
 use crate::wall_clock::parse_iso;
@@ -118,6 +119,7 @@ pub(super) fn for_each(
             source,
         })
     };
+    parquet_footer::check(open()?, name)?;
     let (rows, header) = guarded(name, {
         let mut reader = ParquetReader::new(open()?);
         move || {

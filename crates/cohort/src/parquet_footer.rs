@@ -1,0 +1,278 @@
+//! A look at the footer of a Parquet file before the table library parses it. The library reads a field that it knows
+//! by its number, whatever type the file gives it, and skips lists entry by entry, as many as a damaged one claims.
+//! So here fields must have the types of the format (apache/parquet-format, parquet.thrift), and lists no more
+//! entries than bytes follow.
+
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+
+use crate::error::CohortError;
+
+const MARK: [u8; 4] = *b"PAR1";
+/// Structures and lists within each other; the format has nine.
+const DEEPEST: usize = 16;
+
+/// What a field or an entry holds.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Truth,
+    Byte,
+    Whole,
+    Text,
+    List(&'static Kind),
+    Structure(Fields),
+    /// Whatever the file says: the library skips it by that.
+    Skipped,
+}
+
+/// Fields of a structure that the library reads, by number.
+type Fields = &'static [(i64, Kind)];
+
+use Kind::{Byte, List, Skipped, Structure, Text, Truth, Whole};
+
+const FILE: Fields = &[
+    (1, Whole),
+    (2, List(&Structure(SCHEMA_ELEMENT))),
+    (3, Whole),
+    (4, List(&Structure(ROW_GROUP))),
+    (5, List(&Structure(KEY_VALUE))),
+    (6, Text),
+    (7, List(&Structure(&[(1, Structure(&[]))]))),
+];
+const KEY_VALUE: Fields = &[(1, Text), (2, Text)];
+const SCHEMA_ELEMENT: Fields = &[
+    (1, Whole),
+    (2, Whole),
+    (3, Whole),
+    (4, Text),
+    (5, Whole),
+    (6, Whole),
+    (7, Whole),
+    (8, Whole),
+    (9, Whole),
+    (10, Structure(LOGICAL_TYPE)),
+];
+const LOGICAL_TYPE: Fields = &[
+    (1, Structure(&[])),
+    (2, Structure(&[])),
+    (3, Structure(&[])),
+    (4, Structure(&[])),
+    (5, Structure(&[(1, Whole), (2, Whole)])),
+    (6, Structure(&[])),
+    (7, Structure(TIME)),
+    (8, Structure(TIME)),
+    (10, Structure(&[(1, Byte), (2, Truth)])),
+    (11, Structure(&[])),
+    (12, Structure(&[])),
+    (13, Structure(&[])),
+    (14, Structure(&[])),
+    (15, Structure(&[])),
+];
+const TIME: Fields =
+    &[(1, Truth), (2, Structure(&[(1, Structure(&[])), (2, Structure(&[])), (3, Structure(&[]))]))];
+const ROW_GROUP: Fields = &[
+    (1, List(&Structure(COLUMN_CHUNK))),
+    (2, Whole),
+    (3, Whole),
+    (4, List(&Structure(&[(1, Whole), (2, Truth), (3, Truth)]))),
+    (5, Whole),
+    (6, Whole),
+    (7, Whole),
+];
+const COLUMN_CHUNK: Fields = &[
+    (1, Text),
+    (2, Whole),
+    (3, Structure(COLUMN)),
+    (4, Whole),
+    (5, Whole),
+    (6, Whole),
+    (7, Whole),
+    (9, Text),
+];
+const COLUMN: Fields = &[
+    (1, Whole),
+    (2, List(&Whole)),
+    (3, List(&Text)),
+    (4, Whole),
+    (5, Whole),
+    (6, Whole),
+    (7, Whole),
+    (8, List(&Structure(KEY_VALUE))),
+    (9, Whole),
+    (10, Whole),
+    (11, Whole),
+    (12, Structure(STATISTICS)),
+    (13, List(&Structure(&[(1, Whole), (2, Whole), (3, Whole)]))),
+    (14, Whole),
+    (15, Whole),
+];
+const STATISTICS: Fields =
+    &[(1, Text), (2, Text), (3, Whole), (4, Whole), (5, Text), (6, Text), (7, Truth), (8, Truth)];
+
+/// Checks that a file begins and ends as Parquet does, and that no list in its footer claims more entries than bytes
+/// follow; messages call it `name`.
+///
+/// # Errors
+/// [`CohortError::Table`] for a damaged file, [`CohortError::Io`] for one that cannot be read.
+pub(crate) fn check(mut file: File, name: &str) -> Result<(), CohortError> {
+    let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+    if is_whole(&mut file).map_err(failed)? {
+        return Ok(());
+    }
+    let reason = "it does not begin and end as Parquet does; it may be cut off".into();
+    Err(CohortError::Table { file: name.into(), reason })
+}
+
+fn is_whole(file: &mut File) -> std::io::Result<bool> {
+    let length = file.seek(SeekFrom::End(0))?;
+    // Mark, footer, its length, mark.
+    if length < 12 {
+        return Ok(false);
+    }
+    let (mut first, mut last) = ([0; 4], [0; 8]);
+    file.rewind()?;
+    file.read_exact(&mut first)?;
+    file.seek(SeekFrom::End(-8))?;
+    file.read_exact(&mut last)?;
+    let [a, b, c, d, mark @ ..] = last;
+    let footer = u64::from(u32::from_le_bytes([a, b, c, d]));
+    if first != MARK || mark != MARK || footer > length - 12 {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::Start(length - 8 - footer))?;
+    let mut bytes = Vec::new();
+    file.take(footer).read_to_end(&mut bytes)?;
+    Ok(Thrift(&bytes).structure(FILE, DEEPEST).is_some())
+}
+
+/// What is left of values in Thrift's compact protocol, in which footers are written.
+struct Thrift<'a>(&'a [u8]);
+
+impl Thrift<'_> {
+    fn bytes(&mut self, count: usize) -> Option<()> {
+        self.0 = self.0.get(count..)?;
+        Some(())
+    }
+
+    fn byte(&mut self) -> Option<u8> {
+        let byte = *self.0.first()?;
+        self.bytes(1)?;
+        Some(byte)
+    }
+
+    /// A whole number, seven bits a byte, the lowest first.
+    fn varint(&mut self) -> Option<u64> {
+        let mut value = 0;
+        for shift in (0..64).step_by(7) {
+            let byte = self.byte()?;
+            value |= u64::from(byte & 0x7f) << shift;
+            if byte & 0x80 == 0 {
+                return Some(value);
+            }
+        }
+        None
+    }
+
+    /// Fields up to the one that ends a structure.
+    fn structure(&mut self, known: Fields, deepest: usize) -> Option<()> {
+        let mut number: i64 = 0;
+        loop {
+            let header = self.byte()?;
+            if header & 0x0f == 0 {
+                return Some(());
+            }
+            number = match header >> 4 {
+                0 => self.varint().map(|zigzag| (zigzag >> 1) as i64 ^ -((zigzag & 1) as i64))?,
+                step => number + i64::from(step),
+            };
+            let kind = known.iter().find(|(known, _)| *known == number);
+            let kind = kind.map_or(Skipped, |(_, kind)| *kind);
+            match (header & 0x0f, kind) {
+                // A truth value is in the header.
+                (1 | 2, Truth | Skipped) => (),
+                (1 | 2, _) => return None,
+                (code, kind) => self.value(code, kind, deepest)?,
+            }
+        }
+    }
+
+    fn value(&mut self, code: u8, kind: Kind, deepest: usize) -> Option<()> {
+        match (code, kind) {
+            (3, Byte | Skipped) => self.bytes(1),
+            (4..=6, Whole | Skipped) => self.varint().map(|_| ()),
+            (7, Skipped) => self.bytes(8),
+            (8, Text | Skipped) => {
+                let length = self.varint()?;
+                self.bytes(usize::try_from(length).ok()?)
+            }
+            (9, List(_) | Skipped) => {
+                let header = self.byte()?;
+                let entries =
+                    if header >> 4 == 15 { self.varint()? } else { u64::from(header >> 4) };
+                if entries > self.0.len() as u64 {
+                    return None;
+                }
+                let kind = if let List(of) = kind { *of } else { Skipped };
+                (0..entries)
+                    .try_for_each(|_| self.value(header & 0x0f, kind, deepest.checked_sub(1)?))
+            }
+            (12, Structure(_) | Skipped) => {
+                let known = if let Structure(known) = kind { known } else { &[] };
+                self.structure(known, deepest.checked_sub(1)?)
+            }
+            // Footers have no lists of truth values, sets or maps.
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether the footer of a structure of these bytes is accepted.
+    fn accepted(bytes: &[u8]) -> bool {
+        Thrift(bytes).structure(&[], DEEPEST).is_some()
+    }
+
+    #[test]
+    fn lists_have_no_more_entries_than_bytes_follow() {
+        // Field 1, a list of two numbers; the end.
+        assert!(accepted(&[0x19, 0x25, 1, 2, 0]));
+        // The same list, which claims fifteen and more.
+        assert!(!accepted(&[0x19, 0xf5, 0x0f, 1, 2, 0]));
+        // Two billion truth values, which need no byte each to be skipped.
+        assert!(!accepted(&[0x19, 0xf1, 0xff, 0xff, 0xff, 0xff, 0x07, 0]));
+        assert!(!accepted(&[0x19, 0x21, 1, 1, 0]));
+    }
+
+    #[test]
+    fn fields_of_every_kind_are_passed_and_none_is_cut_off() {
+        // A truth value, a byte, a number of two bytes, a double, a text, a structure with a field of its own number.
+        let whole = [
+            0x11, 0x13, 9, 0x15, 0x80, 1, 0x17, 0, 0, 0, 0, 0, 0, 0, 0, 0x18, 2, b'a', b'b', 0x1c,
+            0x05, 8, 1, 0, 0,
+        ];
+        assert!(accepted(&whole));
+        for cut in 0..whole.len() {
+            assert!(!accepted(&whole[..cut]), "{cut}");
+        }
+        // A map; structures without end.
+        assert!(!accepted(&[0x1b, 0, 0]));
+        assert!(!accepted(&[0x1c; 40]));
+    }
+
+    #[test]
+    fn known_fields_have_the_types_of_the_format() {
+        // Rows, a number; the same as a text, and as a truth value.
+        assert!(Thrift(&[0x36, 7, 0]).structure(FILE, DEEPEST).is_some());
+        assert!(Thrift(&[0x38, 0, 0]).structure(FILE, DEEPEST).is_none());
+        assert!(Thrift(&[0x31, 0]).structure(FILE, DEEPEST).is_none());
+        // The schema as a number that would be read as a list of sixteen million entries.
+        assert!(
+            Thrift(&[0x26, 0xfc, 0xff, 0xff, 0xff, 0x07, 0]).structure(FILE, DEEPEST).is_none()
+        );
+        // A field that is unknown, by its own number.
+        assert!(Thrift(&[0x08, 0xc8, 1, 1, b'x', 0]).structure(FILE, DEEPEST).is_some());
+    }
+}
