@@ -9,7 +9,7 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use crate::error::CohortError;
 
 const MARK: [u8; 4] = *b"PAR1";
-/// Structures and lists within each other; the format has nine.
+/// Structures and lists within each other; the format has seven.
 const DEEPEST: usize = 16;
 
 /// What a field or an entry holds.
@@ -26,7 +26,7 @@ enum Kind {
 }
 
 /// Fields of a structure that the library reads, by number.
-type Fields = &'static [(i64, Kind)];
+type Fields = &'static [(i16, Kind)];
 
 use Kind::{Byte, List, Skipped, Structure, Text, Truth, Whole};
 
@@ -109,8 +109,8 @@ const COLUMN: Fields = &[
 const STATISTICS: Fields =
     &[(1, Text), (2, Text), (3, Whole), (4, Whole), (5, Text), (6, Text), (7, Truth), (8, Truth)];
 
-/// Checks that a file begins and ends as Parquet does, and that no list in its footer claims more entries than bytes
-/// follow; messages call it `name`.
+/// Checks that a file begins and ends as Parquet does, that the fields of its footer have the types of the format, and
+/// that no list there claims more entries than bytes follow; messages call it `name`.
 ///
 /// # Errors
 /// [`CohortError::Table`] for a damaged file, [`CohortError::Io`] for one that cannot be read.
@@ -119,7 +119,9 @@ pub(crate) fn check(mut file: File, name: &str) -> Result<(), CohortError> {
     if is_whole(&mut file).map_err(failed)? {
         return Ok(());
     }
-    let reason = "it does not begin and end as Parquet does; it may be cut off".into();
+    let reason =
+        "it does not begin and end as Parquet does, or its footer is damaged; it may be cut off"
+            .into();
     Err(CohortError::Table { file: name.into(), reason })
 }
 
@@ -175,15 +177,19 @@ impl Thrift<'_> {
 
     /// Fields up to the one that ends a structure.
     fn structure(&mut self, known: Fields, deepest: usize) -> Option<()> {
-        let mut number: i64 = 0;
+        let mut number: i16 = 0;
         loop {
             let header = self.byte()?;
             if header & 0x0f == 0 {
                 return Some(());
             }
             number = match header >> 4 {
-                0 => self.varint().map(|zigzag| (zigzag >> 1) as i64 ^ -((zigzag & 1) as i64))?,
-                step => number + i64::from(step),
+                0 => {
+                    let zigzag = self.varint()?;
+                    let value = i16::try_from(zigzag >> 1).ok()?;
+                    if zigzag & 1 == 0 { value } else { !value }
+                }
+                step => number.checked_add(i16::from(step))?,
             };
             let kind = known.iter().find(|(known, _)| *known == number);
             let kind = kind.map_or(Skipped, |(_, kind)| *kind);
@@ -272,6 +278,11 @@ mod tests {
         assert!(
             Thrift(&[0x26, 0xfc, 0xff, 0xff, 0xff, 0x07, 0]).structure(FILE, DEEPEST).is_none()
         );
+        // Numbers beyond those that the library keeps: one that it would cut to 3, and one step past the largest.
+        let beyond = [0x05, 0x86, 0x80, 0x08, 7, 0];
+        assert!(Thrift(&beyond).structure(FILE, DEEPEST).is_none());
+        let past_the_largest = [0x05, 0xfe, 0xff, 0x03, 7, 0x15, 7, 0];
+        assert!(Thrift(&past_the_largest).structure(FILE, DEEPEST).is_none());
         // A field that is unknown, by its own number.
         assert!(Thrift(&[0x08, 0xc8, 1, 1, b'x', 0]).structure(FILE, DEEPEST).is_some());
     }

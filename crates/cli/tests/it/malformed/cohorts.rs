@@ -462,7 +462,14 @@ fn damaged_parquet() -> Vec<(&'static str, Vec<u8>, Vec<&'static str>)> {
         bytes
     };
     let footer = good.len() - 400;
+    // In the place of the byte that ends the footer: field 100, a list of two billion truth values, and the end.
+    let list = [0x09, 0xc8, 0x01, 0xf1, 0xff, 0xff, 0xff, 0xff, 0x07, 0];
+    let (data, tail) = good.split_at(good.len() - 8);
+    let length = u32::from_le_bytes(tail[..4].try_into().expect("four bytes"));
+    let length = (length + list.len() as u32 - 1).to_le_bytes();
+    let billions = [&data[..data.len() - 1], &list, &length, b"PAR1"].concat();
     vec![
+        ("Parquet: a list of billions", billions, vec!["records.parquet", "footer is damaged"]),
         ("Parquet: empty", Vec::new(), vec!["records.parquet", "cut off"]),
         ("Parquet: only marks", b"PAR1PAR1".to_vec(), vec!["records.parquet", "cut off"]),
         ("Parquet: text", rows(3).into_bytes(), vec!["records.parquet"]),
