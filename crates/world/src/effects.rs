@@ -10,7 +10,6 @@ mod compression_lows;
 mod conditions;
 mod counter_regulation;
 mod dawn;
-mod exercise;
 mod exercise_forms;
 mod forms;
 mod happenings;
@@ -32,7 +31,6 @@ pub use circadian_sensitivity::CircadianPattern;
 pub use compression_lows::Compression;
 pub use conditions::{Condition, conditions};
 pub use counter_regulation::LowTrace;
-pub use exercise::ExerciseTrace;
 pub use forms::{
     AbsorptionForm, AfterExerciseForm, AlcoholForm, CircadianForm, CompressionForm, DawnForm,
     DriftForm, ExerciseForm, Forms, LagForm, LowForm, MiscountForm, MissedForm, RenalForm,

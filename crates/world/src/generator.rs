@@ -7,16 +7,16 @@ use serde::Serialize;
 #[serde(rename_all = "snake_case")]
 pub enum Generator {
     /// The ODE of Resalat et al. 2019 (after Hovorka et al. 2004) with a person's own parameters,
-    /// at one minute: [`Body`](crate::Body).
+    /// at one minute: [`hovorka`](crate::hovorka).
     Hovorka,
     /// The structure of the UVA/Padova simulator (Dalla Man et al. 2007 and 2014):
-    /// [`padova::PadovaBody`](crate::padova::PadovaBody).
+    /// [`padova`](crate::padova).
     Padova,
     /// A minimal model with remote insulin, a stomach with a clock and its own depot:
-    /// [`minimal::MinimalBody`](crate::minimal::MinimalBody).
+    /// [`minimal`](crate::minimal).
     Minimal,
     /// Saturating uptake, glucagon and two channels of insulin:
-    /// [`saturating::SaturatingBody`](crate::saturating::SaturatingBody).
+    /// [`saturating`](crate::saturating).
     Saturating,
 }
 

@@ -25,11 +25,11 @@ mod embedded;
 mod error;
 mod everyday;
 mod generator;
+pub mod hovorka;
 mod living;
 mod logging;
 pub mod minimal;
 pub mod padova;
-mod person;
 mod physique;
 pub mod planted;
 pub mod plausibility;
@@ -40,7 +40,6 @@ mod shift;
 mod stream;
 mod therapy;
 pub mod true_gap;
-mod virtual_body;
 mod virtual_person;
 mod warp;
 mod wear;
@@ -51,7 +50,7 @@ pub use behaviour::{
     BolusTiming, Drinking, Habits, Hours, InfusionSets, Life, Meal, MealKind, Night, Session,
     Shift, Sport, Wearable,
 };
-pub use body::{Body, BodyState};
+pub use body::{Body, BodyModel, BodyState, Compartments};
 pub use calendar::Calendar;
 pub use effects::{
     AbsorptionForm, AfterExerciseForm, AlcoholForm, CircadianForm, CompressionForm, DawnForm,
@@ -59,9 +58,9 @@ pub use effects::{
     SetAgeingForm, SetFailureForm, SleepLossForm, SlowMealsForm, UnloggedForm,
 };
 pub use effects::{
-    Amplitudes, CircadianPattern, Compression, Condition, Drift, Effect, Event, Events,
-    ExerciseTrace, Happenings, Kidneys, LowTrace, OutsideEffect, Port, Sensing, SetFailure, Shapes,
-    Spreads, Variability, conditions, sensing,
+    Amplitudes, CircadianPattern, Compression, Condition, Drift, Effect, Event, Events, Happenings,
+    Kidneys, LowTrace, OutsideEffect, Port, Sensing, SetFailure, Shapes, Spreads, Variability,
+    conditions, sensing,
 };
 pub use embedded::{
     EMBEDDED_DAYS, EMBEDDED_PEOPLE, EMBEDDED_SEED, embedded_cohort, embedded_people,
@@ -71,14 +70,12 @@ pub use everyday::{
     DailyPattern, Everyday, EverydayCourse, LogHabit, MealPace, Noise, Rescues, SensorKind, Sites,
 };
 pub use generator::Generator;
-pub use person::BodyParameters;
 pub use physique::Physique;
 pub use shift::Counterfactual;
 pub use stream::{Concept, WORLD, stream};
 pub use therapy::{
     Aid, Controller, Depot, Observation, OpenLoopPump, Order, Pen, Regime, TherapySettings,
 };
-pub use virtual_body::VirtualBody;
 pub use virtual_person::{LivedDays, VirtualPerson};
 pub use warp::{Warp, Warps};
 pub use wear::SensorWear;

@@ -10,16 +10,15 @@
 //! Written from the equations.
 
 mod body;
+mod compartments;
 mod equations;
 mod exertion;
 mod parameters;
-mod sampled;
-mod state;
 mod steady_state;
 mod stomach;
 
-pub use body::{MinimalBody, MinimalBodyState};
+pub use body::MinimalState;
+pub use compartments::MinimalCompartments;
 pub use exertion::WorkDone;
 pub use parameters::MinimalParameters;
-pub use state::MinimalState;
 pub use stomach::{Portion, Stomach};

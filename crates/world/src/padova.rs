@@ -7,23 +7,22 @@
 //! values of its parameters are not published. Written from the equations; no code of the simulator
 //! is used.
 //!
-//! The structure differs from [`Body`](crate::Body) in five points: the stomach empties at a rate
+//! The structure differs from [`Body`](crate::hovorka) in five points: the stomach empties at a rate
 //! that depends on its content; insulin reaches the blood by two routes and passes the liver; its
 //! action on production is delayed by a chain; uptake saturates (Michaelis-Menten) in the tissues;
 //! and production falls with glucose itself.
 
 mod body;
+mod compartments;
 mod equations;
 mod exertion;
 mod intraday;
 mod parameters;
-mod sampled;
-mod state;
 mod steady_state;
 
-pub use body::{PadovaBody, PadovaBodyState};
+pub use body::PadovaState;
+pub use compartments::PadovaCompartments;
 pub use exertion::Exertion;
 pub use parameters::PadovaParameters;
-pub use state::PadovaState;
 
 pub(crate) use intraday::action_within_days;

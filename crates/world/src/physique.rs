@@ -6,31 +6,54 @@ use ode_sim::OdeError;
 use physiology::{InputSource, Kilograms, MgPerDl, OpenLoop, StepInput, UnitsPerHour, simulate};
 use rand::Rng;
 
-use crate::body::Body;
+use crate::body::{Body, BodyModel};
 use crate::calendar::Calendar;
 use crate::effects::{Amplitudes, Condition, Happenings, Spreads};
 use crate::error::WorldError;
 use crate::generator::Generator;
-use crate::minimal::{MinimalBody, MinimalParameters};
-use crate::padova::{PadovaBody, PadovaParameters, action_within_days};
-use crate::person::BodyParameters;
-use crate::saturating::{SaturatingBody, SaturatingParameters};
+use crate::hovorka::HovorkaParameters;
+use crate::minimal::MinimalParameters;
+use crate::padova::{PadovaParameters, action_within_days};
+use crate::saturating::SaturatingParameters;
 use crate::stream::{Concept, stream};
 use crate::therapy::TherapySettings;
-use crate::virtual_body::VirtualBody;
 use crate::warp::Warps;
 
 /// Parameters of a body, with the equations they belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Physique {
     /// A body of [`Generator::Hovorka`].
-    Hovorka(BodyParameters),
+    Hovorka(HovorkaParameters),
     /// A body of [`Generator::Padova`].
     Padova(PadovaParameters),
     /// A body of [`Generator::Minimal`].
     Minimal(MinimalParameters),
     /// A body of [`Generator::Saturating`].
     Saturating(SaturatingParameters),
+}
+
+/// The same expression for every kind of body, with `$model` its parameters.
+macro_rules! for_kind {
+    ($physique:expr, $model:ident => $result:expr) => {
+        match $physique {
+            Physique::Hovorka($model) => $result,
+            Physique::Padova($model) => $result,
+            Physique::Minimal($model) => $result,
+            Physique::Saturating($model) => $result,
+        }
+    };
+}
+
+/// A body of the same kind, with other parameters.
+macro_rules! of_same_kind {
+    ($physique:expr, $model:ident => $other:expr) => {
+        match $physique {
+            Physique::Hovorka($model) => Physique::Hovorka($other),
+            Physique::Padova($model) => Physique::Padova($other),
+            Physique::Minimal($model) => Physique::Minimal($other),
+            Physique::Saturating($model) => Physique::Saturating($other),
+        }
+    };
 }
 
 /// What acted on a body and its glucose.
@@ -64,14 +87,14 @@ impl Physique {
     /// Draws a body of a generator.
     ///
     /// # Errors
-    /// As [`BodyParameters::sample`].
+    /// As [`BodyModel::sample`].
     pub fn sample(
         generator: Generator,
         person: usize,
         rng: &mut (impl Rng + ?Sized),
     ) -> Result<Self, WorldError> {
         match generator {
-            Generator::Hovorka => BodyParameters::sample(person, rng).map(Self::Hovorka),
+            Generator::Hovorka => HovorkaParameters::sample(person, rng).map(Self::Hovorka),
             Generator::Padova => PadovaParameters::sample(person, rng).map(Self::Padova),
             Generator::Minimal => MinimalParameters::sample(person, rng).map(Self::Minimal),
             Generator::Saturating => {
@@ -94,62 +117,38 @@ impl Physique {
     /// Body weight.
     #[must_use]
     pub const fn weight(&self) -> Kilograms {
-        match self {
-            Self::Hovorka(body) => body.weight,
-            Self::Padova(body) => body.weight,
-            Self::Minimal(body) => body.weight,
-            Self::Saturating(body) => body.weight,
-        }
+        for_kind!(self, model => model.weight)
     }
 
     /// The same body with another weight.
     #[must_use]
     pub fn with_weight(self, weight: Kilograms) -> Self {
-        match self {
-            Self::Hovorka(body) => Self::Hovorka(BodyParameters { weight, ..body }),
-            Self::Padova(body) => Self::Padova(PadovaParameters { weight, ..body }),
-            Self::Minimal(body) => Self::Minimal(MinimalParameters { weight, ..body }),
-            Self::Saturating(body) => Self::Saturating(SaturatingParameters { weight, ..body }),
-        }
+        of_same_kind!(self, model => {
+            let mut other = model;
+            other.weight = weight;
+            other
+        })
     }
 
     /// The same body with insulin `factor` times as effective: `1 / factor` of it does the same
     /// work.
     #[must_use]
     pub fn with_action_scaled(self, factor: f64) -> Self {
-        match self {
-            Self::Hovorka(body) => Self::Hovorka(BodyParameters {
-                model: body.model.with_sensitivity_scaled(factor),
-                ..body
-            }),
-            Self::Padova(body) => Self::Padova(body.with_action_scaled(factor)),
-            Self::Minimal(body) => Self::Minimal(body.with_action_scaled(factor)),
-            Self::Saturating(body) => Self::Saturating(body.with_action_scaled(factor)),
-        }
+        of_same_kind!(self, model => model.with_action_scaled(factor))
     }
 
     /// The model's parameters by the name of their field, in its units.
     #[must_use]
     pub fn named(&self) -> BTreeMap<&'static str, f64> {
-        match self {
-            Self::Hovorka(body) => body.model.named().into_iter().collect(),
-            Self::Padova(body) => body.named().into_iter().collect(),
-            Self::Minimal(body) => body.named().into_iter().collect(),
-            Self::Saturating(body) => body.named().into_iter().collect(),
-        }
+        for_kind!(self, model => model.named()).into_iter().collect()
     }
 
     /// The basal rate that holds a glucose concentration in the undisturbed body.
     ///
     /// # Errors
-    /// As [`VirtualBody::at_rest`].
+    /// As [`BodyModel::at_rest`].
     pub fn basal_at(&self, glucose: MgPerDl) -> Result<UnitsPerHour, OdeError> {
-        Ok(match self {
-            Self::Hovorka(body) => Body::undisturbed(*body).at_rest(glucose)?.1,
-            Self::Padova(body) => PadovaBody::undisturbed(*body).at_rest(glucose)?.1,
-            Self::Minimal(body) => MinimalBody::undisturbed(*body).at_rest(glucose)?.1,
-            Self::Saturating(body) => SaturatingBody::undisturbed(*body).at_rest(glucose)?.1,
-        })
+        for_kind!(self, model => Ok(Body::undisturbed(*model).at_rest(glucose)?.1))
     }
 
     /// Replaces the drawn day-to-day variability by that of this kind of body.
@@ -184,24 +183,10 @@ impl Physique {
         source: &mut impl InputSource,
         steps: usize,
     ) -> Result<Course, OdeError> {
-        match self {
-            Self::Hovorka(body) => {
-                let body = Body::new(*body, conditions, amplitudes).with_warps(warps)?;
-                course(&body, start, source, steps)
-            }
-            Self::Padova(body) => {
-                let body = PadovaBody::new(*body, conditions, amplitudes).with_warps(warps)?;
-                course(&body, start, source, steps)
-            }
-            Self::Minimal(body) => {
-                let body = MinimalBody::new(*body, conditions, amplitudes).with_warps(warps)?;
-                course(&body, start, source, steps)
-            }
-            Self::Saturating(body) => {
-                let body = SaturatingBody::new(*body, conditions, amplitudes).with_warps(warps)?;
-                course(&body, start, source, steps)
-            }
-        }
+        for_kind!(self, model => {
+            let body = Body::new(*model, conditions, amplitudes).with_warps(warps)?;
+            course(&body, start, source, steps)
+        })
     }
 
     /// Glucose of runs that start in states of the course under `lived` and continue under `other`.
@@ -217,21 +202,13 @@ impl Physique {
         restarts: &[Restart],
     ) -> Result<Vec<Vec<MgPerDl>>, OdeError> {
         let inputs = (lived.inputs, other.inputs);
-        macro_rules! of_kind {
-            ($kind:ident, $body:expr) => {{
-                let with = $kind::new(*$body, lived.conditions, lived.amplitudes);
-                let without = $kind::new(*$body, other.conditions, other.amplitudes);
-                let (with, without) =
-                    (with.with_warps(lived.warps)?, without.with_warps(other.warps)?);
-                restarted(&with, &without, start, inputs, restarts)
-            }};
-        }
-        match self {
-            Self::Hovorka(body) => of_kind!(Body, body),
-            Self::Padova(body) => of_kind!(PadovaBody, body),
-            Self::Minimal(body) => of_kind!(MinimalBody, body),
-            Self::Saturating(body) => of_kind!(SaturatingBody, body),
-        }
+        for_kind!(self, model => {
+            let with = Body::new(*model, lived.conditions, lived.amplitudes);
+            let without = Body::new(*model, other.conditions, other.amplitudes);
+            let (with, without) =
+                (with.with_warps(lived.warps)?, without.with_warps(other.warps)?);
+            restarted(&with, &without, start, inputs, restarts)
+        })
     }
 
     /// The settings that trials on the undisturbed body with these warps give.
@@ -239,25 +216,14 @@ impl Physique {
     /// # Errors
     /// As [`TherapySettings::by_trial`].
     pub fn settings_by_trial(&self, warps: Warps) -> Result<TherapySettings, OdeError> {
-        match self {
-            Self::Hovorka(body) => {
-                TherapySettings::by_trial(&Body::undisturbed(*body).with_warps(warps)?)
-            }
-            Self::Padova(body) => {
-                TherapySettings::by_trial(&PadovaBody::undisturbed(*body).with_warps(warps)?)
-            }
-            Self::Minimal(body) => {
-                TherapySettings::by_trial(&MinimalBody::undisturbed(*body).with_warps(warps)?)
-            }
-            Self::Saturating(body) => {
-                TherapySettings::by_trial(&SaturatingBody::undisturbed(*body).with_warps(warps)?)
-            }
-        }
+        for_kind!(self, model => {
+            TherapySettings::by_trial(&Body::undisturbed(*model).with_warps(warps)?)
+        })
     }
 }
 
-fn course<B: VirtualBody>(
-    body: &B,
+fn course<M: BodyModel>(
+    body: &Body<'_, M>,
     start: MgPerDl,
     source: &mut impl InputSource,
     steps: usize,
@@ -268,9 +234,9 @@ fn course<B: VirtualBody>(
     Ok(Course { inputs: run.inputs, glucose })
 }
 
-fn restarted<B: VirtualBody>(
-    lived: &B,
-    other: &B,
+fn restarted<M: BodyModel>(
+    lived: &Body<'_, M>,
+    other: &Body<'_, M>,
     start: MgPerDl,
     (inputs, others): (&[StepInput], &[StepInput]),
     restarts: &[Restart],
@@ -280,7 +246,7 @@ fn restarted<B: VirtualBody>(
     restarts
         .iter()
         .map(|restart| {
-            let state = states[restart.start].clone();
+            let state = states[restart.start];
             let inputs = &others[restart.start..];
             let run = simulate(other, state, &mut OpenLoop::new(inputs), restart.steps)?;
             Ok(run.glucose(other))

@@ -10,14 +10,13 @@
 //! 1983;85:76). Written from the equations.
 
 mod body;
+mod compartments;
 mod equations;
 mod exertion;
 mod parameters;
-mod sampled;
-mod state;
 mod steady_state;
 
-pub use body::{SaturatingBody, SaturatingBodyState};
+pub use body::SaturatingState;
+pub use compartments::SaturatingCompartments;
 pub use exertion::SpentGlycogen;
 pub use parameters::SaturatingParameters;
-pub use state::SaturatingState;

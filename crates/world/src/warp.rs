@@ -8,12 +8,12 @@
 use std::f64::consts::PI;
 
 use ode_sim::OdeError;
-use physiology::{Compartment, GRAMS_PER_MMOL_GLUCOSE, Kilograms, MgPerDl, States};
+use physiology::{Compartment, GRAMS_PER_MMOL_GLUCOSE, Kilograms, MgPerDl, Plant as _, States};
 use rand::{Rng, RngExt};
 
+use crate::body::{Body, BodyModel};
 use crate::effects::Condition;
 use crate::stream::standard_normal;
-use crate::virtual_body::VirtualBody;
 
 /// Waves of a warp.
 const WAVES: usize = 3;
@@ -152,9 +152,9 @@ impl Warped {
     ///
     /// # Errors
     /// If the body has no steady state at 125 mg/dL.
-    pub(crate) fn of<B: VirtualBody>(
+    pub(crate) fn of<M: BodyModel>(
         warps: Warps,
-        plain: &B,
+        plain: &Body<'_, M>,
         weight: Kilograms,
     ) -> Result<Option<Self>, OdeError> {
         if warps == Warps::NONE {

@@ -3,11 +3,14 @@
 use ode_sim::OdeError;
 use physiology::{MgPerDl, UnitsPerHour};
 
+use super::compartments::MinimalCompartments;
 #[cfg(test)]
 use super::equations::{Forcing, derivative};
 use super::equations::{disposal, excretion, production};
 use super::parameters::MinimalParameters;
-use super::state::MinimalState;
+#[cfg(test)]
+use crate::body::largest;
+use crate::body::{balancing_insulin, require_possible};
 
 /// Highest plasma insulin that is considered, mU/L.
 const MOST_INSULIN: f64 = 600.0;
@@ -24,44 +27,25 @@ const MOST_INSULIN: f64 = 600.0;
 pub(super) fn at_glucose(
     p: &MinimalParameters,
     glucose: MgPerDl,
-) -> Result<(MinimalState, UnitsPerHour), OdeError> {
-    if !(glucose.0.is_finite() && glucose.0 > 0.0) {
-        let requirement = "positive and finite";
-        return Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement });
-    }
-    let wrong = p.named().into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0));
-    if let Some((name, value)) = wrong {
-        return Err(OdeError::Parameter { name, value });
-    }
+) -> Result<(MinimalCompartments, UnitsPerHour), OdeError> {
+    require_possible(glucose, &p.named())?;
     let surplus = |insulin: f64| {
         production(p, p.s_l * insulin)
             - disposal(p, glucose.0, p.s_i * insulin, 1.0)
             - excretion(p.k_r, p.g_r, glucose.0)
     };
-    if surplus(0.0) < 0.0 {
-        return Err(OdeError::NoBasal { glucose: glucose.0 });
-    }
-    let unheld =
-        |residual: f64| OdeError::SteadyState { glucose: glucose.0, residual, iterations: 0 };
-    if surplus(MOST_INSULIN) > 0.0 {
-        return Err(unheld(surplus(MOST_INSULIN)));
-    }
-    let (mut low, mut high) = (0.0, MOST_INSULIN);
-    // After some sixty halvings the interval reaches the spacing of the numbers.
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if surplus(middle) > 0.0 { low = middle } else { high = middle }
-    }
+    let insulin = balancing_insulin(glucose, &surplus, MOST_INSULIN)?;
     // U/min: clearance equals absorption.
-    let infusion = p.clearance * high * p.weight.0 / 1000.0;
+    let infusion = p.clearance * insulin * p.weight.0 / 1000.0;
     if infusion >= 0.9 * p.k_a * p.d_50 {
-        return Err(unheld(surplus(high)));
+        let residual = surplus(insulin);
+        return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 0 });
     }
-    let state = MinimalState {
+    let state = MinimalCompartments {
         glucose: glucose.0,
-        x: p.s_i * high,
-        y: p.s_l * high,
-        insulin: high,
+        x: p.s_i * insulin,
+        y: p.s_l * insulin,
+        insulin,
         bound: infusion / p.k_h,
         free: infusion / (p.k_a - infusion / p.d_50),
         intestine: 0.0,
@@ -71,7 +55,11 @@ pub(super) fn at_glucose(
 
 /// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
 #[cfg(test)]
-pub(super) fn residual(p: &MinimalParameters, state: &MinimalState, basal: UnitsPerHour) -> f64 {
+pub(super) fn residual(
+    p: &MinimalParameters,
+    state: &MinimalCompartments,
+    basal: UnitsPerHour,
+) -> f64 {
     let slope = derivative(p, state, &Forcing { insulin: basal.0 / 60.0, ..Forcing::NONE });
-    slope.entries().iter().fold(0.0_f64, |largest, (_, rate)| largest.max(rate.abs()))
+    largest(&slope)
 }

@@ -1,169 +1,92 @@
-//! The Padova body as a plant, with the effects that act on it.
+//! How the Padova body lives through a step, with the effects that act on it.
 
 use ode_sim::OdeError;
-use physiology::{
-    Compartment, GRAMS_PER_MMOL_GLUCOSE, MgPerDl, NonFinite, Plant, STEP, States, StepInput,
-    UnitsPerHour,
-};
+use physiology::{Compartment, Kilograms, MgPerDl, NonFinite, States, StepInput, UnitsPerHour};
+use rand::Rng;
 
-use super::equations::{Forcing, Prepared, derivative};
+use super::compartments::PadovaCompartments;
+use super::equations::{Forcing, MG_PER_MMOL, Prepared, derivative};
 use super::exertion::Exertion;
 use super::parameters::PadovaParameters;
-use super::state::PadovaState;
 use super::steady_state::{self, PMOL_PER_UNIT};
-use crate::effects::{Amplitudes, Condition, Effect, LowTrace};
-use crate::virtual_body::VirtualBody;
-use crate::warp::{Warped, Warps};
+use crate::body::{BodyModel, Compartments as _, SUBSTEP, SUBSTEPS};
+use crate::effects::{Amplitudes, Condition, Effect};
 
-/// Runge-Kutta steps within the five minutes: one per minute.
-const SUBSTEPS: usize = 5;
-/// Mass of one millimole of glucose, mg.
-const MG_PER_MMOL: f64 = 1000.0 * GRAMS_PER_MMOL_GLUCOSE;
 /// Insulin of one milliunit, pmol.
 const PMOL_PER_MILLIUNIT: f64 = PMOL_PER_UNIT / 1000.0;
 
-/// A body of the UVA/Padova kind whose parameters change from step to step.
-///
-/// Carbohydrate eaten enters the stomach as solid food at the start of a step. Fast carbohydrate
-/// against a low enters it ground, at once, whenever it was eaten.
-#[derive(Debug, Clone)]
-pub struct PadovaBody<'a> {
-    body: Prepared,
-    conditions: &'a [Condition],
-    amplitudes: Amplitudes,
-    warped: Option<Warped>,
-}
-
-/// State of a [`PadovaBody`].
+/// State of a body of the UVA/Padova kind.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PadovaBodyState {
+pub struct PadovaState {
     /// The twelve compartments.
-    pub compartments: PadovaState,
+    pub compartments: PadovaCompartments,
     /// Carbohydrate of the last meal plus the content of the stomach at that time, mg.
     pub meal: f64,
     /// What past exercise still does.
     pub exertion: Exertion,
-    /// How far a low has activated counter-regulation.
-    pub low: LowTrace,
-    /// Steps done.
-    pub step: usize,
 }
 
-impl<'a> PadovaBody<'a> {
-    /// A body under the course of `conditions`, one per step. After their end the body is as drawn.
-    #[must_use]
-    pub fn new(
-        parameters: PadovaParameters,
-        conditions: &'a [Condition],
-        amplitudes: Amplitudes,
-    ) -> Self {
-        Self { body: Prepared::new(parameters), conditions, amplitudes, warped: None }
+impl BodyModel for PadovaParameters {
+    type State = PadovaState;
+
+    fn draw(rng: &mut (impl Rng + ?Sized)) -> Self {
+        Self::draw(rng)
     }
 
-    /// The body as drawn, without any effect or variability.
-    #[must_use]
-    pub fn undisturbed(parameters: PadovaParameters) -> PadovaBody<'static> {
-        PadovaBody {
-            body: Prepared::new(parameters),
-            conditions: &[],
-            amplitudes: Amplitudes::NONE,
-            warped: None,
-        }
+    fn weight(&self) -> Kilograms {
+        self.weight
     }
 
-    /// The same body with warped functions.
-    ///
-    /// # Errors
-    /// If it has no steady state at the glucose at which warps are 1.
-    pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
-        let warped = Warped::of(warps, &self, self.body.p.weight)?;
-        Ok(Self { warped, ..self })
+    fn at_rest(&self, glucose: MgPerDl) -> Result<(PadovaState, UnitsPerHour), OdeError> {
+        let (compartments, basal) = steady_state::at_glucose(&Prepared::new(*self), glucose)?;
+        Ok((PadovaState { compartments, ..PadovaState::default() }, basal))
     }
 
-    /// A condition with the warps at a state.
-    fn warped(&self, condition: Condition, state: &PadovaBodyState) -> Condition {
-        match &self.warped {
-            Some(warped) => warped.act(condition, &self.report(state)),
-            None => condition,
-        }
-    }
-
-    /// What acts through one step on a body whose last meal was `meal` mg.
-    fn forcing(
+    /// Carbohydrate eaten enters the stomach as solid food at the start of a step. Fast
+    /// carbohydrate against a low enters it ground, at once, whenever it was eaten.
+    fn advance(
         &self,
-        condition: &Condition,
-        exertion: &Exertion,
-        insulin: UnitsPerHour,
-        meal: f64,
-    ) -> Forcing {
-        let now = self.amplitudes.of(Effect::Exercise);
-        let after = self.amplitudes.of(Effect::PostExerciseSensitivity);
-        let pmol = insulin.0 * condition.bioavailability * PMOL_PER_UNIT / 60.0;
-        Forcing {
-            insulin: pmol / self.body.p.weight.0,
-            meal,
-            glucose_flux: condition.glucose_flux * MG_PER_MMOL,
-            production: condition.production * exertion.production_factor(now),
-            action: condition.action * exertion.action_factor(after),
-            liver_action: condition.liver_action,
-            capacity: condition.uptake * exertion.capacity_factor(now),
-            insulin_time: condition.insulin_time,
-            gut_time: condition.gut_time,
-            renal_threshold: condition.renal_threshold,
-            renal_slope: condition.renal_slope,
-        }
-    }
-}
-
-impl VirtualBody for PadovaBody<'_> {
-    fn at_rest(&self, glucose: MgPerDl) -> Result<(PadovaBodyState, UnitsPerHour), OdeError> {
-        let (compartments, basal) = steady_state::at_glucose(&self.body, glucose)?;
-        Ok((PadovaBodyState { compartments, ..PadovaBodyState::default() }, basal))
-    }
-}
-
-impl Plant for PadovaBody<'_> {
-    type State = PadovaBodyState;
-
-    fn step(
-        &self,
-        state: &PadovaBodyState,
+        state: &PadovaState,
         input: &StepInput,
-    ) -> Result<PadovaBodyState, NonFinite> {
-        let glucose = self.glucose(state);
-        let drawn = self.conditions.get(state.step).unwrap_or(&Condition::AS_DRAWN);
-        let low = state.low.after_step(glucose, drawn.low_form, drawn.low_response_time);
-        let condition = self.warped(drawn.at_glucose(glucose, &low), state);
-        let exertion = state.exertion.after_step(drawn.felt(input.exercise));
-
+        condition: &Condition,
+        amplitudes: &Amplitudes,
+    ) -> Result<PadovaState, NonFinite> {
+        let exertion = state.exertion.after_step(input.exercise);
         let mut x = state.compartments;
         let (solid, fast) = (1000.0 * input.carbs.0, 1000.0 * input.rescue.amount.0);
         let meal = if solid + fast > 0.0 { x.q_sto1 + x.q_sto2 + solid + fast } else { state.meal };
         x.q_sto1 += solid;
         x.q_sto2 += fast;
 
-        let forcing = self.forcing(&condition, &exertion, input.insulin(), meal);
-        let h = STEP.0 / SUBSTEPS as f64;
+        let now = amplitudes.of(Effect::Exercise);
+        let after = amplitudes.of(Effect::PostExerciseSensitivity);
+        let pmol = input.insulin().0 * condition.bioavailability * PMOL_PER_UNIT / 60.0;
+        let forcing = Forcing {
+            insulin: pmol / self.weight.0,
+            meal,
+            condition: Condition {
+                production: condition.production * exertion.production_factor(now),
+                action: condition.action * exertion.action_factor(after),
+                uptake: condition.uptake * exertion.capacity_factor(now),
+                ..*condition
+            },
+        };
+        let body = Prepared::new(*self);
         for _ in 0..SUBSTEPS {
-            x = runge_kutta_4(&self.body, &x, &forcing, h);
+            x = x.runge_kutta_4(SUBSTEP, |x| derivative(&body, x, &forcing));
         }
-        match x.entries().iter().find(|(_, value)| !value.is_finite()) {
-            Some((compartment, _)) => Err(NonFinite { compartment: *compartment }),
-            None => {
-                Ok(PadovaBodyState { compartments: x, meal, exertion, low, step: state.step + 1 })
-            }
-        }
+        Ok(PadovaState { compartments: x.finite()?, meal, exertion })
     }
 
-    fn glucose(&self, state: &PadovaBodyState) -> MgPerDl {
-        MgPerDl(state.compartments.g_p / self.body.p.v_g)
+    fn glucose(&self, state: &PadovaState) -> MgPerDl {
+        MgPerDl(state.compartments.g_p / self.v_g)
     }
 
     /// The compartments with the nearest meaning: S1, S2 and I in mU; X2 is the rate at which
     /// insulin beyond basal clears tissue glucose, X3 the share of k_p1 that insulin suppresses, C1
     /// the content of the stomach, C2 the rate of appearance. There is no X1.
-    fn report(&self, state: &PadovaBodyState) -> States {
-        let (p, x) = (&self.body.p, &state.compartments);
+    fn report(&self, state: &PadovaState) -> States {
+        let (p, x) = (self, &state.compartments);
         let per_kg = 1.0 / (p.weight.0 * MG_PER_MMOL);
         let mut states = States::default();
         states[Compartment::S1] = x.i_sc1 / PMOL_PER_MILLIUNIT;
@@ -179,21 +102,12 @@ impl Plant for PadovaBody<'_> {
     }
 }
 
-/// One step of the classical Runge-Kutta method.
-fn runge_kutta_4(body: &Prepared, x: &PadovaState, forcing: &Forcing, h: f64) -> PadovaState {
-    let slope = |x: &PadovaState| derivative(body, x, forcing);
-    let k1 = slope(x);
-    let k2 = slope(&x.plus(0.5 * h, &k1));
-    let k3 = slope(&x.plus(0.5 * h, &k2));
-    let k4 = slope(&x.plus(h, &k3));
-    x.plus(h / 6.0, &k1).plus(h / 3.0, &k2).plus(h / 3.0, &k3).plus(h / 6.0, &k4)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::equations::gastric_emptying;
     use super::*;
-    use physiology::{Exercise, Grams, OpenLoop, Trajectory, Units, simulate};
+    use crate::body::{Body, BodyState};
+    use physiology::{Exercise, Grams, OpenLoop, Plant, STEP, Trajectory, Units, simulate};
 
     /// A course from a steady 130 mg/dL with `first` in its first step.
     fn course(
@@ -202,9 +116,9 @@ mod tests {
         amplitudes: Amplitudes,
         first: StepInput,
         steps: usize,
-    ) -> (Vec<f64>, Trajectory<PadovaBodyState>) {
+    ) -> (Vec<f64>, Trajectory<BodyState<PadovaState>>) {
         let conditions = vec![condition; steps];
-        let body = PadovaBody::new(p, &conditions, amplitudes);
+        let body = Body::new(p, &conditions, amplitudes);
         let (start, basal) = body.at_rest(MgPerDl(130.0)).expect("a steady state");
         let held = StepInput { basal, ..StepInput::default() };
         let mut inputs = vec![StepInput { exercise: first.exercise, ..held }; steps];
@@ -225,9 +139,9 @@ mod tests {
     fn a_steady_state_stands_still() {
         let p = PadovaParameters::nominal();
         for glucose in [70.0, 100.0, 130.0, 180.0, 240.0] {
-            let body = PadovaBody::undisturbed(p);
+            let body = Body::undisturbed(p);
             let (start, basal) = body.at_rest(MgPerDl(glucose)).expect("a steady state");
-            let still = steady_state::residual(&body.body, &start.compartments, basal);
+            let still = steady_state::residual(&Prepared::new(p), &start.model.compartments, basal);
             assert!(still < 1e-8, "{glucose} mg/dL: {still} per minute"); // bisection to rounding
             let inputs = vec![StepInput { basal, ..StepInput::default() }; 288];
             let run = simulate(&body, start, &mut OpenLoop::new(&inputs), 288).expect("finite");
@@ -238,13 +152,13 @@ mod tests {
 
     #[test]
     fn the_basal_need_is_that_of_an_adult() {
-        let body = PadovaBody::undisturbed(PadovaParameters::nominal());
+        let body = Body::undisturbed(PadovaParameters::nominal());
         let (_, basal) = body.at_rest(MgPerDl(120.0)).expect("a steady state");
         assert!((0.6..1.2).contains(&basal.0), "{basal}");
         let (state, _) = body.at_rest(MgPerDl(120.0)).expect("a steady state");
         // At basal glucose the parameters define the state.
-        assert!((state.compartments.x).abs() < 1e-6);
-        assert!((state.compartments.g_t - PadovaParameters::nominal().g_tb()).abs() < 1e-6);
+        assert!((state.model.compartments.x).abs() < 1e-6);
+        assert!((state.model.compartments.g_t - PadovaParameters::nominal().g_tb()).abs() < 1e-6);
         assert!(matches!(body.at_rest(MgPerDl(900.0)), Err(OdeError::NoBasal { .. })));
         assert!(matches!(body.at_rest(MgPerDl(-1.0)), Err(OdeError::Argument { .. })));
     }
@@ -256,20 +170,21 @@ mod tests {
         first.rescue.amount = Grams(15.0);
         let (_, run) = course(p, Condition::AS_DRAWN, Amplitudes::NONE, first, 288);
         // What leaves the intestine, by Simpson's rule on pairs of steps.
-        let rate: Vec<f64> = run.states.iter().map(|s| p.k_abs * s.compartments.q_gut).collect();
+        let rate: Vec<f64> =
+            run.states.iter().map(|s| p.k_abs * s.model.compartments.q_gut).collect();
         let absorbed: f64 = rate
             .chunks_exact(2)
             .zip(rate.iter().skip(2).step_by(2))
             .map(|(pair, last)| STEP.0 / 3.0 * (pair[0] + 4.0 * pair[1] + last))
             .sum();
-        let left = run.states[288].compartments.carbohydrate();
+        let left = run.states[288].model.compartments.carbohydrate();
         // Simpson's rule at 5 min over courses of 17 min and more.
         assert!((absorbed + left - 90_000.0).abs() < 180.0, "{absorbed} and {left} mg");
         assert!(left < 1.0, "{left} mg after a day");
         // Of what leaves the intestine the share f reaches plasma.
         let prepared = Prepared::new(p);
         let slope = |q_gut: f64| {
-            let state = PadovaState { q_gut, ..run.states[0].compartments };
+            let state = PadovaCompartments { q_gut, ..run.states[0].model.compartments };
             derivative(&prepared, &state, &Forcing::NONE).g_p
         };
         let appearance = slope(1000.0) - slope(0.0);

@@ -3,8 +3,11 @@
 //! Pure functions on bare `f64`; glucose masses in mg/kg, insulin in pmol/kg and pmol/L, time in
 //! min, as in Dalla Man et al. 2007.
 
+use physiology::GRAMS_PER_MMOL_GLUCOSE;
+
+use super::compartments::PadovaCompartments;
 use super::parameters::PadovaParameters;
-use super::state::PadovaState;
+use crate::effects::Condition;
 
 /// Glucose below which the risk of S2013 grows no further, mg/dL.
 const RISK_FLOOR: f64 = 60.0;
@@ -26,49 +29,24 @@ impl Prepared {
     }
 }
 
+/// Mass of one millimole of glucose, mg.
+pub(super) const MG_PER_MMOL: f64 = 1000.0 * GRAMS_PER_MMOL_GLUCOSE;
+
 /// What acts on the compartments through one step. All factors are 1 in the body as drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Forcing {
+    /// Circumstances, with what exercise does to them.
+    pub(super) condition: Condition,
     /// Insulin infusion under the skin, pmol/kg/min.
     pub(super) insulin: f64,
     /// Carbohydrate of the last meal plus the content of the stomach at that time D, mg.
     pub(super) meal: f64,
-    /// Glucose flux into plasma besides meals and production, mg/kg/min.
-    pub(super) glucose_flux: f64,
-    /// Factor on production.
-    pub(super) production: f64,
-    /// Factor on the insulin that acts on uptake.
-    pub(super) action: f64,
-    /// Factor on the insulin that acts on production.
-    pub(super) liver_action: f64,
-    /// Factor on the uptake capacity at basal insulin V_m0.
-    pub(super) capacity: f64,
-    /// Factor on the times of insulin absorption.
-    pub(super) insulin_time: f64,
-    /// Factor on the times of stomach and intestine.
-    pub(super) gut_time: f64,
-    /// Factor on the renal threshold.
-    pub(super) renal_threshold: f64,
-    /// Factor on the renal excretion rate.
-    pub(super) renal_slope: f64,
 }
 
 #[cfg(test)]
 impl Forcing {
     /// Nothing acts on the body as drawn.
-    pub(super) const NONE: Self = Self {
-        insulin: 0.0,
-        meal: 0.0,
-        glucose_flux: 0.0,
-        production: 1.0,
-        action: 1.0,
-        liver_action: 1.0,
-        capacity: 1.0,
-        insulin_time: 1.0,
-        gut_time: 1.0,
-        renal_threshold: 1.0,
-        renal_slope: 1.0,
-    };
+    pub(super) const NONE: Self = Self { condition: Condition::AS_DRAWN, insulin: 0.0, meal: 0.0 };
 }
 
 /// Rate of gastric emptying k_empt, 1/min, with `q_sto` mg in the stomach after a meal of `meal`
@@ -128,8 +106,12 @@ pub(super) fn brain_uptake(p: &PadovaParameters, glucose: f64) -> f64 {
 
 /// Rate of change of the twelve compartments, per minute.
 #[must_use]
-pub(super) fn derivative(body: &Prepared, s: &PadovaState, forcing: &Forcing) -> PadovaState {
-    let p = &body.p;
+pub(super) fn derivative(
+    body: &Prepared,
+    s: &PadovaCompartments,
+    forcing: &Forcing,
+) -> PadovaCompartments {
+    let (p, c) = (&body.p, &forcing.condition);
     let glucose = s.g_p / p.v_g;
     let insulin = s.i_p / p.v_i;
     let k_empt = if s.q_sto2 == 0.0 && s.q_sto1 == 0.0 {
@@ -137,27 +119,27 @@ pub(super) fn derivative(body: &Prepared, s: &PadovaState, forcing: &Forcing) ->
     } else {
         gastric_emptying(p, s.q_sto1 + s.q_sto2, forcing.meal)
     };
-    let gut = 1.0 / forcing.gut_time;
+    let gut = 1.0 / c.gut_time;
     let (ground, emptied, absorbed) =
         (gut * p.k_gri * s.q_sto1, gut * k_empt * s.q_sto2, gut * p.k_abs * s.q_gut);
-    let depot = 1.0 / forcing.insulin_time;
+    let depot = 1.0 / c.insulin_time;
     let appearance = p.f * absorbed / p.weight.0;
-    let renal = excretion(p.k_e1 * forcing.renal_slope, p.k_e2 * forcing.renal_threshold, s.g_p);
-    PadovaState {
-        g_p: forcing.production * production(body, s.g_p, s.x_l)
+    let renal = excretion(p.k_e1 * c.renal_slope, p.k_e2 * c.renal_threshold, s.g_p);
+    PadovaCompartments {
+        g_p: c.production * production(body, s.g_p, s.x_l)
             + appearance
-            + forcing.glucose_flux
+            + c.glucose_flux * MG_PER_MMOL
             - brain_uptake(p, glucose)
             - renal
             - p.k_1 * s.g_p
             + p.k_2 * s.g_t,
-        g_t: p.k_1 * s.g_p - p.k_2 * s.g_t - uptake(body, glucose, s.g_t, s.x, forcing.capacity),
+        g_t: p.k_1 * s.g_p - p.k_2 * s.g_t - uptake(body, glucose, s.g_t, s.x, c.uptake),
         i_p: p.m_1 * s.i_l - (p.m_2 + p.m_4) * s.i_p
             + depot * (p.k_a1 * s.i_sc1 + p.k_a2 * s.i_sc2),
         i_l: p.m_2 * s.i_p - (p.m_1 + p.m_3) * s.i_l,
-        i_1: -p.k_i * (s.i_1 - forcing.liver_action * insulin),
+        i_1: -p.k_i * (s.i_1 - c.liver_action * insulin),
         x_l: -p.k_i * (s.x_l - s.i_1),
-        x: -p.p_2u * (s.x - (forcing.action * insulin - p.i_b)),
+        x: -p.p_2u * (s.x - (c.action * insulin - p.i_b)),
         q_sto1: -ground,
         q_sto2: ground - emptied,
         q_gut: emptied - absorbed,

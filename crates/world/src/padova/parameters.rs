@@ -1,78 +1,79 @@
 //! Parameters of the Padova body and how they differ between people.
 
-use crate::stream::standard_normal;
 use physiology::Kilograms;
 use rand::Rng;
 
-/// Parameters of one body, in the symbols of Dalla Man et al. 2007, and its weight.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PadovaParameters {
-    /// Distribution volume of glucose V_G, dL/kg.
-    pub v_g: f64,
-    /// Rate from plasma to tissue k_1, 1/min.
-    pub k_1: f64,
-    /// Rate from tissue to plasma k_2, 1/min.
-    pub k_2: f64,
-    /// Distribution volume of insulin V_I, L/kg.
-    pub v_i: f64,
-    /// Rate from liver to plasma m_1, 1/min.
-    pub m_1: f64,
-    /// Rate from plasma to liver m_2, 1/min.
-    pub m_2: f64,
-    /// Degradation in the liver m_3, 1/min.
-    pub m_3: f64,
-    /// Degradation in the periphery m_4, 1/min.
-    pub m_4: f64,
-    /// Largest rate of gastric emptying k_max, 1/min.
-    pub k_max: f64,
-    /// Smallest rate of gastric emptying k_min, 1/min.
-    pub k_min: f64,
-    /// Rate of absorption from the intestine k_abs, 1/min.
-    pub k_abs: f64,
-    /// Rate of grinding k_gri, 1/min.
-    pub k_gri: f64,
-    /// Share of the carbohydrate that appears in plasma f, unitless.
-    pub f: f64,
-    /// Share of the meal in the stomach at which emptying has slowed half-way b, unitless.
-    pub b: f64,
-    /// Share of the meal in the stomach at which emptying has recovered half-way d, unitless.
-    pub d: f64,
-    /// Effect of glucose on production k_p2, 1/min.
-    pub k_p2: f64,
-    /// Effect of insulin on production k_p3, mg/kg/min per pmol/L.
-    pub k_p3: f64,
-    /// Rate of the two delays of the insulin signal to the liver k_i, 1/min.
-    pub k_i: f64,
-    /// Uptake by brain and red cells F_cns, mg/kg/min.
-    pub f_cns: f64,
-    /// Effect of insulin on uptake V_mx, mg/kg/min per pmol/L.
-    pub v_mx: f64,
-    /// Tissue glucose of half-maximal uptake K_m0, mg/kg.
-    pub k_m0: f64,
-    /// Rate of insulin action on uptake p_2U, 1/min.
-    pub p_2u: f64,
-    /// Renal excretion rate k_e1, 1/min.
-    pub k_e1: f64,
-    /// Renal threshold k_e2, mg/kg.
-    pub k_e2: f64,
-    /// Rate from non-monomeric to monomeric insulin k_d, 1/min.
-    pub k_d: f64,
-    /// Absorption of non-monomeric insulin k_a1, 1/min.
-    pub k_a1: f64,
-    /// Absorption of monomeric insulin k_a2, 1/min.
-    pub k_a2: f64,
-    /// Basal glucose G_b, mg/dL, at which the basal values below hold.
-    pub g_b: f64,
-    /// Basal plasma insulin I_b, pmol/L.
-    pub i_b: f64,
-    /// Basal endogenous production EGP_b, mg/kg/min.
-    pub egp_b: f64,
-    /// Gain of uptake at low glucose r_1, unitless (S2013).
-    pub r_1: f64,
-    /// Exponent of the risk r_2, unitless (S2013).
-    pub r_2: f64,
-    /// Body weight.
-    pub weight: Kilograms,
+use crate::body::parameters;
+use crate::stream::standard_normal;
+
+parameters! {
+    /// Parameters of one body, in the symbols of Dalla Man et al. 2007, and its weight.
+    PadovaParameters {
+        /// Distribution volume of glucose V_G, dL/kg.
+        v_g,
+        /// Rate from plasma to tissue k_1, 1/min.
+        k_1,
+        /// Rate from tissue to plasma k_2, 1/min.
+        k_2,
+        /// Distribution volume of insulin V_I, L/kg.
+        v_i,
+        /// Rate from liver to plasma m_1, 1/min.
+        m_1,
+        /// Rate from plasma to liver m_2, 1/min.
+        m_2,
+        /// Degradation in the liver m_3, 1/min.
+        m_3,
+        /// Degradation in the periphery m_4, 1/min.
+        m_4,
+        /// Largest rate of gastric emptying k_max, 1/min.
+        k_max,
+        /// Smallest rate of gastric emptying k_min, 1/min.
+        k_min,
+        /// Rate of absorption from the intestine k_abs, 1/min.
+        k_abs,
+        /// Rate of grinding k_gri, 1/min.
+        k_gri,
+        /// Share of the carbohydrate that appears in plasma f, unitless.
+        f,
+        /// Share of the meal in the stomach at which emptying has slowed half-way b, unitless.
+        b,
+        /// Share of the meal in the stomach at which emptying has recovered half-way d, unitless.
+        d,
+        /// Effect of glucose on production k_p2, 1/min.
+        k_p2,
+        /// Effect of insulin on production k_p3, mg/kg/min per pmol/L.
+        k_p3,
+        /// Rate of the two delays of the insulin signal to the liver k_i, 1/min.
+        k_i,
+        /// Uptake by brain and red cells F_cns, mg/kg/min.
+        f_cns,
+        /// Effect of insulin on uptake V_mx, mg/kg/min per pmol/L.
+        v_mx,
+        /// Tissue glucose of half-maximal uptake K_m0, mg/kg.
+        k_m0,
+        /// Rate of insulin action on uptake p_2U, 1/min.
+        p_2u,
+        /// Renal excretion rate k_e1, 1/min.
+        k_e1,
+        /// Renal threshold k_e2, mg/kg.
+        k_e2,
+        /// Rate from non-monomeric to monomeric insulin k_d, 1/min.
+        k_d,
+        /// Absorption of non-monomeric insulin k_a1, 1/min.
+        k_a1,
+        /// Absorption of monomeric insulin k_a2, 1/min.
+        k_a2,
+        /// Basal glucose G_b, mg/dL, at which the basal values below hold.
+        g_b,
+        /// Basal plasma insulin I_b, pmol/L.
+        i_b,
+        /// Basal endogenous production EGP_b, mg/kg/min.
+        egp_b,
+        /// Gain of uptake at low glucose r_1, unitless (S2013).
+        r_1,
+        /// Exponent of the risk r_2, unitless (S2013).
+        r_2,
+    }
 }
 
 impl PadovaParameters {
@@ -123,7 +124,15 @@ impl PadovaParameters {
         }
     }
 
-    /// One draw, accepted or not.
+    /// One draw around the nominal body, accepted or not.
+    ///
+    /// Log-normal factors with these standard deviations, assumed after the spread of the
+    /// adults of the T1D simulator: 0.22 shared by V_mx and k_p3 and 0.15 for each alone; k_max
+    /// and k_gri 0.20 shared, k_min 0.25, k_abs 0.25; k_d and k_a2 0.18 shared, k_a1 0.20; k_i
+    /// and p_2U 0.20; m_2 and m_4 0.12 shared; K_m0 0.08; EGP_b 0.10; I_b 0.15; V_G and V_I
+    /// 0.05; k_1 and k_2 0.08; k_p2 0.20. b normal 0.80 (SD 0.06), f normal 0.90 (SD 0.03), G_b
+    /// normal 120 (SD 8) mg/dL, k_e2 normal 339 (SD 15) mg/kg; weight as for the other
+    /// generator.
     pub(super) fn draw(rng: &mut (impl Rng + ?Sized)) -> Self {
         let nominal = Self::nominal();
         let mut factor = |sd: f64| (sd * standard_normal(rng)).clamp(-2.5 * sd, 2.5 * sd).exp();
@@ -190,44 +199,5 @@ impl PadovaParameters {
     #[must_use]
     pub fn with_action_scaled(self, factor: f64) -> Self {
         Self { v_mx: self.v_mx * factor, k_p3: self.k_p3 * factor, i_b: self.i_b / factor, ..self }
-    }
-
-    /// Each parameter with its name, in the order of the fields.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, f64); 32] {
-        [
-            ("v_g", self.v_g),
-            ("k_1", self.k_1),
-            ("k_2", self.k_2),
-            ("v_i", self.v_i),
-            ("m_1", self.m_1),
-            ("m_2", self.m_2),
-            ("m_3", self.m_3),
-            ("m_4", self.m_4),
-            ("k_max", self.k_max),
-            ("k_min", self.k_min),
-            ("k_abs", self.k_abs),
-            ("k_gri", self.k_gri),
-            ("f", self.f),
-            ("b", self.b),
-            ("d", self.d),
-            ("k_p2", self.k_p2),
-            ("k_p3", self.k_p3),
-            ("k_i", self.k_i),
-            ("f_cns", self.f_cns),
-            ("v_mx", self.v_mx),
-            ("k_m0", self.k_m0),
-            ("p_2u", self.p_2u),
-            ("k_e1", self.k_e1),
-            ("k_e2", self.k_e2),
-            ("k_d", self.k_d),
-            ("k_a1", self.k_a1),
-            ("k_a2", self.k_a2),
-            ("g_b", self.g_b),
-            ("i_b", self.i_b),
-            ("egp_b", self.egp_b),
-            ("r_1", self.r_1),
-            ("r_2", self.r_2),
-        ]
     }
 }

@@ -3,11 +3,14 @@
 use ode_sim::OdeError;
 use physiology::{MgPerDl, UnitsPerHour};
 
+use super::compartments::PadovaCompartments;
 #[cfg(test)]
 use super::equations::{Forcing, derivative};
 use super::equations::{Prepared, brain_uptake, excretion, production, uptake};
 use super::parameters::PadovaParameters;
-use super::state::PadovaState;
+#[cfg(test)]
+use crate::body::largest;
+use crate::body::{balancing_insulin, falling, require_possible};
 
 /// Insulin of one unit, pmol.
 pub(crate) const PMOL_PER_UNIT: f64 = 6000.0;
@@ -27,36 +30,16 @@ const TOLERANCE: f64 = 1e-9;
 pub(super) fn at_glucose(
     body: &Prepared,
     glucose: MgPerDl,
-) -> Result<(PadovaState, UnitsPerHour), OdeError> {
+) -> Result<(PadovaCompartments, UnitsPerHour), OdeError> {
     let p = &body.p;
-    if !(glucose.0.is_finite() && glucose.0 > 0.0) {
-        let requirement = "positive and finite";
-        return Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement });
-    }
-    if let Some((name, value)) =
-        p.named().into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0))
-    {
-        return Err(OdeError::Parameter { name, value });
-    }
+    require_possible(glucose, &p.named())?;
     let surplus = |insulin: f64| net(body, glucose.0, insulin).0;
-    if surplus(0.0) < 0.0 {
-        return Err(OdeError::NoBasal { glucose: glucose.0 });
-    }
-    let (mut low, mut high) = (0.0, MOST_INSULIN);
-    if surplus(high) > 0.0 {
-        let residual = surplus(high);
-        return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 0 });
-    }
-    // After some sixty halvings the interval reaches the spacing of the numbers.
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if surplus(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    let (residual, g_t) = net(body, glucose.0, high);
+    let insulin = balancing_insulin(glucose, surplus, MOST_INSULIN)?;
+    let (residual, g_t) = net(body, glucose.0, insulin);
     if residual.abs() > TOLERANCE {
         return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 80 });
     }
-    Ok(held_by(p, glucose.0, high, g_t))
+    Ok(held_by(p, glucose.0, insulin, g_t))
 }
 
 /// Net glucose flux (mg/kg/min) with plasma insulin held at `insulin`, and the G_t that goes with
@@ -66,18 +49,14 @@ fn net(body: &Prepared, glucose: f64, insulin: f64) -> (f64, f64) {
     let g_p = glucose * p.v_g;
     let x = insulin - p.i_b;
     // k_1 G_p - k_2 G_t = U_id(G_t) rises in G_t on the right and falls on the left.
-    let (mut low, mut high) = (0.0, p.k_1 * g_p / p.k_2);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        let inflow = p.k_1 * g_p - p.k_2 * middle;
-        if inflow > uptake(body, glucose, middle, x, 1.0) { low = middle } else { high = middle }
-    }
+    let inflow = |g_t: f64| p.k_1 * g_p - p.k_2 * g_t;
+    let g_t = falling(|g_t| inflow(g_t) - uptake(body, glucose, g_t, x, 1.0), p.k_1 * g_p / p.k_2);
     let flux = production(body, g_p, insulin)
         - brain_uptake(p, glucose)
         - excretion(p.k_e1, p.k_e2, g_p)
         - p.k_1 * g_p
-        + p.k_2 * high;
-    (flux, high)
+        + p.k_2 * g_t;
+    (flux, g_t)
 }
 
 /// The state of a plasma insulin and its infusion as a rate.
@@ -86,12 +65,12 @@ fn held_by(
     glucose: f64,
     insulin: f64,
     g_t: f64,
-) -> (PadovaState, UnitsPerHour) {
+) -> (PadovaCompartments, UnitsPerHour) {
     let i_p = insulin * p.v_i;
     let i_l = p.m_2 * i_p / (p.m_1 + p.m_3);
     let infusion = (p.m_2 + p.m_4) * i_p - p.m_1 * i_l; // what is absorbed is what is infused
     let i_sc1 = infusion / (p.k_a1 + p.k_d);
-    let state = PadovaState {
+    let state = PadovaCompartments {
         g_p: glucose * p.v_g,
         g_t,
         i_p,
@@ -101,15 +80,15 @@ fn held_by(
         x: insulin - p.i_b,
         i_sc1,
         i_sc2: p.k_d * i_sc1 / p.k_a2,
-        ..PadovaState::default()
+        ..PadovaCompartments::default()
     };
     (state, UnitsPerHour(infusion * p.weight.0 * 60.0 / PMOL_PER_UNIT))
 }
 
 /// Largest absolute derivative of a state under an infusion, per minute in each state's unit.
 #[cfg(test)]
-pub(super) fn residual(body: &Prepared, state: &PadovaState, basal: UnitsPerHour) -> f64 {
+pub(super) fn residual(body: &Prepared, state: &PadovaCompartments, basal: UnitsPerHour) -> f64 {
     let insulin = basal.0 * PMOL_PER_UNIT / 60.0 / body.p.weight.0;
     let slope = derivative(body, state, &Forcing { insulin, ..Forcing::NONE });
-    slope.entries().iter().fold(0.0_f64, |largest, (_, rate)| largest.max(rate.abs()))
+    largest(&slope)
 }

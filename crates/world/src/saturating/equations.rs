@@ -5,8 +5,9 @@
 
 use physiology::GRAMS_PER_MMOL_GLUCOSE;
 
+use super::compartments::SaturatingCompartments;
 use super::parameters::SaturatingParameters;
-use super::state::SaturatingState;
+use crate::effects::Condition;
 
 /// Glucose about which glucagon reacts to a low, and the width of that reaction, mmol/L.
 const LOW: (f64, f64) = (3.6, 0.35);
@@ -16,46 +17,18 @@ const SPLAY: f64 = 0.25;
 /// What acts on the compartments through one step. All factors are 1 in the body as drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Forcing {
+    /// Circumstances, with what exercise does to them.
+    pub(super) condition: Condition,
     /// Insulin that arrives under the skin, mU/min.
     pub(super) insulin: f64,
-    /// Glucose that enters plasma besides meals and production, mmol/kg/min.
-    pub(super) glucose_flux: f64,
     /// Capacity of muscle that work adds, mmol/kg/min.
     pub(super) work: f64,
-    /// Factor on the uptake that needs no insulin.
-    pub(super) uptake: f64,
-    /// Factor on production.
-    pub(super) production: f64,
-    /// Factor on the insulin that acts on muscle.
-    pub(super) action: f64,
-    /// Factor on the insulin that acts on the liver.
-    pub(super) liver_action: f64,
-    /// Factor on the times of insulin absorption.
-    pub(super) insulin_time: f64,
-    /// Factor on the times of stomach and intestine.
-    pub(super) gut_time: f64,
-    /// Factor on the renal threshold.
-    pub(super) renal_threshold: f64,
-    /// Factor on the renal clearance above it.
-    pub(super) renal_slope: f64,
 }
 
 #[cfg(test)]
 impl Forcing {
     /// Nothing acts on the body as drawn.
-    pub(super) const NONE: Self = Self {
-        insulin: 0.0,
-        glucose_flux: 0.0,
-        work: 0.0,
-        uptake: 1.0,
-        production: 1.0,
-        action: 1.0,
-        liver_action: 1.0,
-        insulin_time: 1.0,
-        gut_time: 1.0,
-        renal_threshold: 1.0,
-        renal_slope: 1.0,
-    };
+    pub(super) const NONE: Self = Self { condition: Condition::AS_DRAWN, insulin: 0.0, work: 0.0 };
 }
 
 /// Flux of a substance through a carrier of this capacity and half-saturation.
@@ -115,28 +88,29 @@ pub(super) fn lost(p: &SaturatingParameters, amount: f64) -> f64 {
 #[must_use]
 pub(super) fn derivative(
     p: &SaturatingParameters,
-    s: &SaturatingState,
+    s: &SaturatingCompartments,
     forcing: &Forcing,
-) -> SaturatingState {
-    let depot = 1.0 / forcing.insulin_time;
+) -> SaturatingCompartments {
+    let c = &forcing.condition;
+    let depot = 1.0 / c.insulin_time;
     let (k_a1, k_a2) = (depot * p.k_a1, depot * p.k_a2);
-    let gut = 1.0 / forcing.gut_time;
+    let gut = 1.0 / c.gut_time;
     let emptied = gut * carried(p.e_m, p.e_half, s.stomach.max(0.0));
     let (passed, absorbed) = (gut * p.k_u * s.upper, gut * p.k_l * s.lower);
     let appearing = p.f * absorbed / (GRAMS_PER_MMOL_GLUCOSE * p.weight.0);
-    let renal = excretion(p.k_r * forcing.renal_slope, p.g_r * forcing.renal_threshold, s.plasma);
+    let renal = excretion(p.k_r * c.renal_slope, p.g_r * c.renal_threshold, s.plasma);
     let exchanged = p.transport * (s.plasma - s.muscle);
-    let made = forcing.production * production(p, s.at_liver, s.glucagon);
-    SaturatingState {
-        plasma: (made + appearing + forcing.glucose_flux
-            - forcing.uptake * brain(p, s.plasma)
+    let made = c.production * production(p, s.at_liver, s.glucagon);
+    SaturatingCompartments {
+        plasma: (made + appearing + c.glucose_flux
+            - c.uptake * brain(p, s.plasma)
             - renal
             - exchanged)
             / p.v_p,
         muscle: (exchanged - uptake(p, s.muscle, s.at_muscle, forcing.work)) / p.v_m,
         insulin: (k_a1 * s.slow_next + k_a2 * s.fast) / (p.v_ins * p.weight.0) - p.k_e * s.insulin,
-        at_muscle: p.k_x * (forcing.action * s.insulin - s.at_muscle),
-        at_liver: p.k_y * (forcing.liver_action * s.insulin - s.at_liver),
+        at_muscle: p.k_x * (c.action * s.insulin - s.at_muscle),
+        at_liver: p.k_y * (c.liver_action * s.insulin - s.at_liver),
         glucagon: p.k_n * (glucagon_wanted(p, s.plasma, s.insulin) - s.glucagon),
         slow: p.k * forcing.insulin - k_a1 * s.slow - lost(p, s.slow),
         slow_next: k_a1 * (s.slow - s.slow_next),

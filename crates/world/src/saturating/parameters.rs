@@ -1,82 +1,83 @@
 //! Parameters of the saturating body and how they differ between people.
 
-use crate::stream::standard_normal;
 use physiology::Kilograms;
 use rand::Rng;
 
-/// Parameters of one body and its weight.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SaturatingParameters {
-    /// Distribution volume of plasma and fast tissues V_p, L/kg.
-    pub v_p: f64,
-    /// Distribution volume of muscle V_m, L/kg.
-    pub v_m: f64,
-    /// Transport between them, L/kg/min.
-    pub transport: f64,
-    /// Capacity of the brain's carriers V_b, mmol/kg/min.
-    pub v_b: f64,
-    /// Their half-saturation K_b, mmol/L.
-    pub k_b: f64,
-    /// Capacity of muscle without insulin V_0, mmol/kg/min.
-    pub v_0: f64,
-    /// Capacity that insulin adds at most V_i, mmol/kg/min.
-    pub v_i: f64,
-    /// Insulin that adds half of it x_50, mU/L.
-    pub x_50: f64,
-    /// Half-saturation of the muscle's carriers K_m, mmol/L.
-    pub k_m: f64,
-    /// Gluconeogenesis G_ng, mmol/kg/min.
-    pub g_ng: f64,
-    /// Largest release from glycogen E_max, mmol/kg/min.
-    pub e_max: f64,
-    /// Glucagon that frees half of it C_50, pg/mL.
-    pub c_50: f64,
-    /// Insulin that suppresses half of it y_50, mU/L.
-    pub y_50: f64,
-    /// Steepness of that h, unitless.
-    pub y_h: f64,
-    /// Rate of insulin's action on muscle k_x, 1/min.
-    pub k_x: f64,
-    /// Rate of insulin's action on the liver k_y, 1/min.
-    pub k_y: f64,
-    /// Glucagon without insulin n_0, pg/mL.
-    pub n_0: f64,
-    /// Rise of glucagon in a low, as a share.
-    pub n_low: f64,
-    /// Insulin that halves glucagon n_i, mU/L.
-    pub n_i: f64,
-    /// Rate of glucagon k_n, 1/min.
-    pub k_n: f64,
-    /// Share of the insulin on the slow channel k, unitless.
-    pub k: f64,
-    /// Rate of the slow channel k_a1, 1/min.
-    pub k_a1: f64,
-    /// Rate of the fast channel k_a2, 1/min.
-    pub k_a2: f64,
-    /// Largest loss under the skin V_LD, mU/min.
-    pub v_ld: f64,
-    /// Insulin at which half of it is lost K_LD, mU.
-    pub k_ld: f64,
-    /// Elimination of insulin k_e, 1/min.
-    pub k_e: f64,
-    /// Distribution volume of insulin, L/kg.
-    pub v_ins: f64,
-    /// Largest rate of emptying of the stomach E_m, g/min.
-    pub e_m: f64,
-    /// Content at which it is half of that, g.
-    pub e_half: f64,
-    /// Rate from upper to lower intestine k_u, 1/min.
-    pub k_u: f64,
-    /// Rate of absorption k_l, 1/min.
-    pub k_l: f64,
-    /// Share of the carbohydrate that appears in plasma f, unitless.
-    pub f: f64,
-    /// Renal threshold G_r, mmol/L.
-    pub g_r: f64,
-    /// Renal clearance above it k_r, L/kg/min.
-    pub k_r: f64,
-    /// Body weight.
-    pub weight: Kilograms,
+use crate::body::parameters;
+use crate::stream::standard_normal;
+
+parameters! {
+    /// Parameters of one body and its weight.
+    SaturatingParameters {
+        /// Distribution volume of plasma and fast tissues V_p, L/kg.
+        v_p,
+        /// Distribution volume of muscle V_m, L/kg.
+        v_m,
+        /// Transport between them, L/kg/min.
+        transport,
+        /// Capacity of the brain's carriers V_b, mmol/kg/min.
+        v_b,
+        /// Their half-saturation K_b, mmol/L.
+        k_b,
+        /// Capacity of muscle without insulin V_0, mmol/kg/min.
+        v_0,
+        /// Capacity that insulin adds at most V_i, mmol/kg/min.
+        v_i,
+        /// Insulin that adds half of it x_50, mU/L.
+        x_50,
+        /// Half-saturation of the muscle's carriers K_m, mmol/L.
+        k_m,
+        /// Gluconeogenesis G_ng, mmol/kg/min.
+        g_ng,
+        /// Largest release from glycogen E_max, mmol/kg/min.
+        e_max,
+        /// Glucagon that frees half of it C_50, pg/mL.
+        c_50,
+        /// Insulin that suppresses half of it y_50, mU/L.
+        y_50,
+        /// Steepness of that h, unitless.
+        y_h,
+        /// Rate of insulin's action on muscle k_x, 1/min.
+        k_x,
+        /// Rate of insulin's action on the liver k_y, 1/min.
+        k_y,
+        /// Glucagon without insulin n_0, pg/mL.
+        n_0,
+        /// Rise of glucagon in a low, as a share.
+        n_low,
+        /// Insulin that halves glucagon n_i, mU/L.
+        n_i,
+        /// Rate of glucagon k_n, 1/min.
+        k_n,
+        /// Share of the insulin on the slow channel k, unitless.
+        k,
+        /// Rate of the slow channel k_a1, 1/min.
+        k_a1,
+        /// Rate of the fast channel k_a2, 1/min.
+        k_a2,
+        /// Largest loss under the skin V_LD, mU/min.
+        v_ld,
+        /// Insulin at which half of it is lost K_LD, mU.
+        k_ld,
+        /// Elimination of insulin k_e, 1/min.
+        k_e,
+        /// Distribution volume of insulin, L/kg.
+        v_ins,
+        /// Largest rate of emptying of the stomach E_m, g/min.
+        e_m,
+        /// Content at which it is half of that, g.
+        e_half,
+        /// Rate from upper to lower intestine k_u, 1/min.
+        k_u,
+        /// Rate of absorption k_l, 1/min.
+        k_l,
+        /// Share of the carbohydrate that appears in plasma f, unitless.
+        f,
+        /// Renal threshold G_r, mmol/L.
+        g_r,
+        /// Renal clearance above it k_r, L/kg/min.
+        k_r,
+    }
 }
 
 impl SaturatingParameters {
@@ -133,7 +134,15 @@ impl SaturatingParameters {
         }
     }
 
-    /// One draw, accepted or not.
+    /// One draw around the nominal body, accepted or not.
+    ///
+    /// Log-normal factors with these standard deviations: 0.22 shared by x_50 and y_50
+    /// (inverse) and 0.15 for each alone; k_a1 and k_a2 0.15 shared and 0.15 for each alone,
+    /// V_LD 0.40 (ranges of Wilinska et al. 2005, narrowed, since they hold error); V_b 0.06,
+    /// V_i 0.12, K_m 0.10, V_0 0.20; G_ng 0.10, E_max 0.12, n_0 0.15, n_low 0.40; k_x and k_y
+    /// 0.20; k_e 0.10, volumes 0.06; E_m 0.22, its half-content 0.25, k_u and k_l 0.20 shared;
+    /// k_r 0.30; transport 0.15 (assumed). k normal 0.62 (SD 0.07), f 0.88 (SD 0.03), G_r 10.5
+    /// (SD 0.7) mmol/L; weight as for the other generators.
     pub(super) fn draw(rng: &mut (impl Rng + ?Sized)) -> Self {
         let nominal = Self::nominal();
         let mut factor = |sd: f64| (sd * standard_normal(rng)).clamp(-2.5 * sd, 2.5 * sd).exp();
@@ -182,46 +191,5 @@ impl SaturatingParameters {
     #[must_use]
     pub fn with_action_scaled(self, factor: f64) -> Self {
         Self { x_50: self.x_50 / factor, y_50: self.y_50 / factor, n_i: self.n_i / factor, ..self }
-    }
-
-    /// Each parameter with its name, in the order of the fields.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, f64); 34] {
-        [
-            ("v_p", self.v_p),
-            ("v_m", self.v_m),
-            ("transport", self.transport),
-            ("v_b", self.v_b),
-            ("k_b", self.k_b),
-            ("v_0", self.v_0),
-            ("v_i", self.v_i),
-            ("x_50", self.x_50),
-            ("k_m", self.k_m),
-            ("g_ng", self.g_ng),
-            ("e_max", self.e_max),
-            ("c_50", self.c_50),
-            ("y_50", self.y_50),
-            ("y_h", self.y_h),
-            ("k_x", self.k_x),
-            ("k_y", self.k_y),
-            ("n_0", self.n_0),
-            ("n_low", self.n_low),
-            ("n_i", self.n_i),
-            ("k_n", self.k_n),
-            ("k", self.k),
-            ("k_a1", self.k_a1),
-            ("k_a2", self.k_a2),
-            ("v_ld", self.v_ld),
-            ("k_ld", self.k_ld),
-            ("k_e", self.k_e),
-            ("v_ins", self.v_ins),
-            ("e_m", self.e_m),
-            ("e_half", self.e_half),
-            ("k_u", self.k_u),
-            ("k_l", self.k_l),
-            ("f", self.f),
-            ("g_r", self.g_r),
-            ("k_r", self.k_r),
-        ]
     }
 }

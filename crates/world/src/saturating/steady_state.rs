@@ -3,11 +3,14 @@
 use ode_sim::OdeError;
 use physiology::{MgPerDl, MmolPerL, UnitsPerHour};
 
+use super::compartments::SaturatingCompartments;
 #[cfg(test)]
 use super::equations::{Forcing, derivative};
 use super::equations::{brain, excretion, glucagon_wanted, lost, production, uptake};
 use super::parameters::SaturatingParameters;
-use super::state::SaturatingState;
+#[cfg(test)]
+use crate::body::largest;
+use crate::body::{balancing_insulin, falling, require_possible};
 
 /// Highest plasma insulin that is considered, mU/L.
 const MOST_INSULIN: f64 = 600.0;
@@ -26,15 +29,8 @@ const MOST_INFUSION: f64 = 20_000.0;
 pub(super) fn at_glucose(
     p: &SaturatingParameters,
     glucose: MgPerDl,
-) -> Result<(SaturatingState, UnitsPerHour), OdeError> {
-    if !(glucose.0.is_finite() && glucose.0 > 0.0) {
-        let requirement = "positive and finite";
-        return Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement });
-    }
-    let wrong = p.named().into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0));
-    if let Some((name, value)) = wrong {
-        return Err(OdeError::Parameter { name, value });
-    }
+) -> Result<(SaturatingCompartments, UnitsPerHour), OdeError> {
+    require_possible(glucose, &p.named())?;
     let plasma = MmolPerL::from(glucose).0;
     let surplus = |insulin: f64| {
         let glucagon = glucagon_wanted(p, plasma, insulin);
@@ -44,18 +40,11 @@ pub(super) fn at_glucose(
             - excretion(p.k_r, p.g_r, plasma)
             - uptake(p, muscle, insulin, 0.0)
     };
-    if surplus(0.0) < 0.0 {
-        return Err(OdeError::NoBasal { glucose: glucose.0 });
-    }
-    if surplus(MOST_INSULIN) > 0.0 {
-        let residual = surplus(MOST_INSULIN);
-        return Err(OdeError::SteadyState { glucose: glucose.0, residual, iterations: 0 });
-    }
-    let insulin = falling(surplus, MOST_INSULIN);
+    let insulin = balancing_insulin(glucose, surplus, MOST_INSULIN)?;
     let needed = p.k_e * insulin * p.v_ins * p.weight.0;
     let infusion = falling(|infusion| needed - absorbed(p, infusion), MOST_INFUSION);
     let (slow, fast) = depots(p, infusion);
-    let state = SaturatingState {
+    let state = SaturatingCompartments {
         plasma,
         muscle: muscle_at(p, plasma, insulin),
         insulin,
@@ -65,20 +54,9 @@ pub(super) fn at_glucose(
         slow,
         slow_next: slow,
         fast,
-        ..SaturatingState::default()
+        ..SaturatingCompartments::default()
     };
     Ok((state, UnitsPerHour(60.0 * infusion / 1000.0)))
-}
-
-/// The zero of a falling function between 0 and `most`; the interval shrinks to the spacing of the
-/// numbers.
-fn falling(of: impl Fn(f64) -> f64, most: f64) -> f64 {
-    let (mut low, mut high) = (0.0, most);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if of(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    high
 }
 
 /// Glucose around the muscle, mmol/L, at which arrival equals uptake.
@@ -104,10 +82,10 @@ fn absorbed(p: &SaturatingParameters, infusion: f64) -> f64 {
 #[cfg(test)]
 pub(super) fn residual(
     p: &SaturatingParameters,
-    state: &SaturatingState,
+    state: &SaturatingCompartments,
     basal: UnitsPerHour,
 ) -> f64 {
     let insulin = 1000.0 * basal.0 / 60.0;
     let slope = derivative(p, state, &Forcing { insulin, ..Forcing::NONE });
-    slope.entries().iter().fold(0.0_f64, |largest, (_, rate)| largest.max(rate.abs()))
+    largest(&slope)
 }

@@ -3,14 +3,14 @@
 use ode_sim::dosing::Correction;
 use ode_sim::{BolusCalculator, OdeError};
 use physiology::{
-    Grams, GramsPerUnit, MgPerDl, OpenLoop, SimulationError, StepInput, Units, UnitsPerHour,
-    simulate,
+    Grams, GramsPerUnit, MgPerDl, OpenLoop, Plant as _, SimulationError, StepInput, Units,
+    UnitsPerHour, simulate,
 };
 use rand::{Rng, RngExt};
 use serde::{Serialize, Serializer, ser::SerializeStruct};
 
+use crate::body::{Body, BodyModel, BodyState};
 use crate::stream::standard_normal;
-use crate::virtual_body::VirtualBody;
 
 /// Glucose that the basal profile aims at, and the target of the bolus calculator.
 const TARGET: MgPerDl = MgPerDl(125.0);
@@ -43,7 +43,7 @@ impl TherapySettings {
     ///
     /// # Errors
     /// If the body has no steady state at these values or its simulation fails.
-    pub fn by_trial<B: VirtualBody>(body: &B) -> Result<Self, OdeError> {
+    pub fn by_trial<M: BodyModel>(body: &Body<'_, M>) -> Result<Self, OdeError> {
         let fall = fall_by_a_unit(body)?;
 
         let (start, basal) = body.at_rest(TARGET)?;
@@ -127,40 +127,36 @@ impl Serialize for TherapySettings {
 ///
 /// # Errors
 /// If the body has no steady state there or its simulation fails.
-pub(crate) fn fall_by_a_unit<B: VirtualBody>(body: &B) -> Result<f64, OdeError> {
+pub(crate) fn fall_by_a_unit<M: BodyModel>(body: &Body<'_, M>) -> Result<f64, OdeError> {
     let (start, basal) = body.at_rest(MgPerDl(180.0))?;
     let correction = StepInput { bolus: Units(1.0), ..StepInput::default() };
     Ok(180.0 - glucose_after_trial(body, &start, basal, correction)?)
 }
 
 /// Glucose, mg/dL, six hours after `first`, with basal insulin held.
-fn glucose_after_trial<B: VirtualBody>(
-    body: &B,
-    start: &B::State,
+fn glucose_after_trial<M: BodyModel>(
+    body: &Body<'_, M>,
+    start: &BodyState<M::State>,
     basal: UnitsPerHour,
     first: StepInput,
 ) -> Result<f64, SimulationError> {
     let mut inputs = [StepInput { basal, ..StepInput::default() }; TRIAL];
     inputs[0] = StepInput { basal, ..first };
-    let run = simulate(body, start.clone(), &mut OpenLoop::new(&inputs), TRIAL)?;
+    let run = simulate(body, *start, &mut OpenLoop::new(&inputs), TRIAL)?;
     Ok(run.states.last().map_or(f64::NAN, |state| body.glucose(state).0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Body;
-    use crate::padova::{PadovaBody, PadovaParameters};
-    use crate::person::BodyParameters;
-    use ode_sim::OdeParameters;
-    use physiology::Kilograms;
+    use crate::hovorka::HovorkaParameters;
+    use crate::padova::PadovaParameters;
 
     #[test]
     fn trials_on_the_nominal_body_give_settings_of_the_usual_size() {
-        let body = BodyParameters { model: OdeParameters::nominal(), weight: Kilograms(76.3) };
+        let body = HovorkaParameters::nominal();
         let hovorka = TherapySettings::by_trial(&Body::undisturbed(body));
-        let padova =
-            TherapySettings::by_trial(&PadovaBody::undisturbed(PadovaParameters::nominal()));
+        let padova = TherapySettings::by_trial(&Body::undisturbed(PadovaParameters::nominal()));
         for found in [hovorka, padova] {
             let found = found.expect("the nominal body has a steady state");
             // Resalat et al. 2019: 42.3 U a day, of which 1/1.78 basal (0.99 U/h), ICR 1700 / (3 x

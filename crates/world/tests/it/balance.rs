@@ -2,9 +2,7 @@
 
 use chrono::NaiveDate;
 use physiology::{Compartment, OpenLoop, Plant, STEP, StepInput, Units, UnitsPerHour, simulate};
-use world::{
-    Background, Body, Calendar, Effect, Physique, Regime, VirtualBody as _, VirtualPerson,
-};
+use world::{Background, Body, Calendar, Effect, Physique, Regime, VirtualPerson};
 
 fn calendar() -> Calendar {
     Calendar::new(NaiveDate::from_ymd_opt(2024, 1, 8).expect("a date"), 14)

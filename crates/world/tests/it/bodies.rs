@@ -1,15 +1,15 @@
 //! What every body must do, whatever its equations.
 
-use physiology::{Exercise, Grams, MgPerDl, OpenLoop, StepInput, Units, simulate};
-use world::minimal::{MinimalBody, MinimalParameters};
-use world::padova::{PadovaBody, PadovaParameters};
-use world::saturating::{SaturatingBody, SaturatingParameters};
-use world::{Amplitudes, Concept, Condition, Effect, VirtualBody, Warps, stream};
+use physiology::{Exercise, Grams, MgPerDl, OpenLoop, Plant, StepInput, Units, simulate};
+use world::minimal::MinimalParameters;
+use world::padova::PadovaParameters;
+use world::saturating::SaturatingParameters;
+use world::{Amplitudes, Body, BodyModel, Concept, Condition, Effect, Warps, stream};
 
 const START: MgPerDl = MgPerDl(130.0);
 
 /// Glucose from a steady 130 mg/dL with `first` in its first step and its exercise held.
-fn course<B: VirtualBody>(body: &B, first: StepInput, steps: usize) -> Vec<f64> {
+fn course<M: BodyModel>(body: &Body<'_, M>, first: StepInput, steps: usize) -> Vec<f64> {
     let (start, basal) = body.at_rest(START).expect("a steady state");
     let held = StepInput { basal, exercise: first.exercise, ..StepInput::default() };
     let mut inputs = vec![held; steps];
@@ -30,9 +30,9 @@ fn courses(
     steps: usize,
 ) -> [(&'static str, Vec<f64>); 3] {
     let conditions = vec![condition; steps];
-    let padova = PadovaBody::new(PadovaParameters::nominal(), &conditions, amplitudes);
-    let minimal = MinimalBody::new(MinimalParameters::nominal(), &conditions, amplitudes);
-    let saturating = SaturatingBody::new(SaturatingParameters::nominal(), &conditions, amplitudes);
+    let padova = Body::new(PadovaParameters::nominal(), &conditions, amplitudes);
+    let minimal = Body::new(MinimalParameters::nominal(), &conditions, amplitudes);
+    let saturating = Body::new(SaturatingParameters::nominal(), &conditions, amplitudes);
     [
         ("padova", course(&padova, first, steps)),
         ("minimal", course(&minimal, first, steps)),
@@ -141,23 +141,22 @@ fn warped_bodies_rest_where_they_rested_and_live_otherwise() {
     for person in 0..5 {
         let warps = Warps::sample(0.2, &mut stream(4, person, Concept::Warps));
         let first = StepInput { bolus: Units(5.0), ..meal(60.0) };
-        let minimal = MinimalBody::undisturbed(MinimalParameters::nominal());
-        let saturating = SaturatingBody::undisturbed(SaturatingParameters::nominal());
-        let padova = PadovaBody::undisturbed(PadovaParameters::nominal());
+        let minimal = Body::undisturbed(MinimalParameters::nominal());
+        let saturating = Body::undisturbed(SaturatingParameters::nominal());
+        let padova = Body::undisturbed(PadovaParameters::nominal());
         check(minimal.clone(), minimal.with_warps(warps).expect("at rest"), first);
         check(saturating.clone(), saturating.with_warps(warps).expect("at rest"), first);
         check(padova.clone(), padova.with_warps(warps).expect("at rest"), first);
     }
-    fn check<B: VirtualBody>(plain: B, warped: B, first: StepInput) {
+    fn check<M: BodyModel>(plain: Body<'_, M>, warped: Body<'_, M>, first: StepInput) {
         let rest = MgPerDl(125.0);
-        let (start, basal) = plain.at_rest(rest).expect("a steady state");
+        let (_, basal) = plain.at_rest(rest).expect("a steady state");
         let (again, need) = warped.at_rest(rest).expect("a steady state");
         assert!((basal.0 - need.0).abs() < 1e-12);
         let inputs = vec![StepInput { basal, ..StepInput::default() }; 288];
         let run = simulate(&warped, again, &mut OpenLoop::new(&inputs), 288).expect("finite");
         let end = warped.glucose(&run.states[288]).0;
         assert!((end - 125.0).abs() < 1e-3, "{end}"); // warps are none at rest
-        drop(start);
         let (a, b) = (course(&plain, first, 72), course(&warped, first, 72));
         let moved = a.iter().zip(&b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
         assert!((2.0..120.0).contains(&moved), "{moved} mg/dL");

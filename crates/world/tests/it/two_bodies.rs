@@ -3,11 +3,11 @@
 use chrono::NaiveDate;
 use ode_sim::{EgpMode, Integrator, OdeParameters, OdePlant, steady_state};
 use physiology::{Grams, Kilograms, MgPerDl, OpenLoop, StepInput, Units, UnitsPerHour, simulate};
-use world::minimal::{MinimalBody, MinimalParameters};
-use world::padova::{PadovaBody, PadovaParameters};
-use world::saturating::{SaturatingBody, SaturatingParameters};
+use world::minimal::MinimalParameters;
+use world::padova::PadovaParameters;
+use world::saturating::SaturatingParameters;
 use world::{
-    Amplitudes, Calendar, Concept, Effect, Generator, Regime, VirtualBody, VirtualPerson,
+    Amplitudes, Body, BodyModel, Calendar, Concept, Effect, Generator, Regime, VirtualPerson,
     plausibility, stream,
 };
 
@@ -179,7 +179,7 @@ fn solve(mut system: [[f64; 9]; 8]) -> [f64; 8] {
 }
 
 /// Glucose of a body in the experiment.
-fn lived_by<B: VirtualBody>(body: &B) -> Vec<f64> {
+fn lived_by<M: BodyModel>(body: &Body<'_, M>) -> Vec<f64> {
     let (start, basal) = body.at_rest(START).expect("a steady state");
     let inputs = experiment(basal);
     let run = simulate(body, start, &mut OpenLoop::new(&inputs), STEPS).expect("finite");
@@ -190,14 +190,14 @@ fn lived_by<B: VirtualBody>(body: &B) -> Vec<f64> {
 fn no_calibration_of_the_ode_is_a_body_of_another_generator() {
     let rng = |index| stream(3, index, Concept::Body);
     let mut left =
-        vec![best_calibration(&lived_by(&PadovaBody::undisturbed(PadovaParameters::nominal())))];
+        vec![best_calibration(&lived_by(&Body::undisturbed(PadovaParameters::nominal())))];
     for index in 0..3 {
         let drawn = PadovaParameters::sample(index, &mut rng(index)).expect("a body");
-        left.push(best_calibration(&lived_by(&PadovaBody::undisturbed(drawn))));
+        left.push(best_calibration(&lived_by(&Body::undisturbed(drawn))));
         let drawn = MinimalParameters::sample(index, &mut rng(index)).expect("a body");
-        left.push(best_calibration(&lived_by(&MinimalBody::undisturbed(drawn))));
+        left.push(best_calibration(&lived_by(&Body::undisturbed(drawn))));
         let drawn = SaturatingParameters::sample(index, &mut rng(index)).expect("a body");
-        left.push(best_calibration(&lived_by(&SaturatingBody::undisturbed(drawn))));
+        left.push(best_calibration(&lived_by(&Body::undisturbed(drawn))));
     }
     // The same search recovers another ODE body almost exactly.
     let other = response(&[0.2, -0.15, 0.05, 0.08, 0.2, -0.15, 0.05, 0.04]).expect("a body");
