@@ -5,10 +5,10 @@ mod model;
 mod steady_state;
 
 use ode_sim::OdeError;
-use physiology::{MgPerDl, NonFinite, Plant, STEP, States, StepInput, UnitsPerHour};
+use physiology::{Compartment, MgPerDl, NonFinite, Plant, STEP, States, StepInput, UnitsPerHour};
 
 use crate::effects::{Amplitudes, Condition, LowTrace};
-use crate::warp::{Warped, Warps};
+use crate::warp::{RESTING_GLUCOSE, Warped, Warps};
 
 pub use compartments::Compartments;
 pub use model::BodyModel;
@@ -64,7 +64,12 @@ impl<'a, M: BodyModel> Body<'a, M> {
     /// # Errors
     /// If it has no steady state at the glucose at which warps are 1.
     pub fn with_warps(self, warps: Warps) -> Result<Self, OdeError> {
-        let warped = Warped::of(warps, &self, self.model.weight())?;
+        if warps == Warps::NONE {
+            return Ok(Self { warped: None, ..self });
+        }
+        let (rest, _) = self.at_rest(RESTING_GLUCOSE)?;
+        let insulin = self.report(&rest)[Compartment::I];
+        let warped = Some(Warped::new(warps, insulin, self.model.weight()));
         Ok(Self { warped, ..self })
     }
 

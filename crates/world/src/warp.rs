@@ -7,11 +7,9 @@
 
 use std::f64::consts::PI;
 
-use ode_sim::OdeError;
-use physiology::{Compartment, GRAMS_PER_MMOL_GLUCOSE, Kilograms, MgPerDl, Plant as _, States};
+use physiology::{Compartment, GRAMS_PER_MMOL_GLUCOSE, Kilograms, MgPerDl, States};
 use rand::{Rng, RngExt};
 
-use crate::body::{Body, BodyModel};
 use crate::effects::Condition;
 use crate::stream::standard_normal;
 
@@ -148,21 +146,9 @@ pub(crate) struct Warped {
 }
 
 impl Warped {
-    /// The warps of a body whose equations are `plain`; `None` if it has none.
-    ///
-    /// # Errors
-    /// If the body has no steady state at 125 mg/dL.
-    pub(crate) fn of<M: BodyModel>(
-        warps: Warps,
-        plain: &Body<'_, M>,
-        weight: Kilograms,
-    ) -> Result<Option<Self>, OdeError> {
-        if warps == Warps::NONE {
-            return Ok(None);
-        }
-        let (rest, _) = plain.at_rest(RESTING_GLUCOSE)?;
-        let insulin = plain.report(&rest)[Compartment::I].max(1e-6);
-        Ok(Some(Self { warps, insulin, weight }))
+    /// The warps of a body of so much plasma insulin at rest, mU/L.
+    pub(crate) fn new(warps: Warps, insulin: f64, weight: Kilograms) -> Self {
+        Self { warps, insulin: insulin.max(1e-6), weight }
     }
 
     /// A condition with the warps of a body in this state.

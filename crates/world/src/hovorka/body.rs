@@ -117,7 +117,7 @@ impl BodyModel for HovorkaParameters {
 mod tests {
     use super::*;
     use crate::body::Body;
-    use physiology::{Exercise, Grams, OpenLoop, Plant, simulate};
+    use physiology::{Exercise, Grams, OpenLoop, simulate};
 
     fn nominal() -> HovorkaParameters {
         HovorkaParameters { model: OdeParameters::nominal(), weight: Kilograms(76.3) }

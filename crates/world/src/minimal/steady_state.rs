@@ -34,7 +34,7 @@ pub(super) fn at_glucose(
             - disposal(p, glucose.0, p.s_i * insulin, 1.0)
             - excretion(p.k_r, p.g_r, glucose.0)
     };
-    let insulin = balancing_insulin(glucose, &surplus, MOST_INSULIN)?;
+    let insulin = balancing_insulin(glucose, surplus, MOST_INSULIN)?;
     // U/min: clearance equals absorption.
     let infusion = p.clearance * insulin * p.weight.0 / 1000.0;
     if infusion >= 0.9 * p.k_a * p.d_50 {
