@@ -120,12 +120,13 @@ fn prove(
     let finest =
         |values: &mut dyn Iterator<Item = f64>| values.filter_map(last_bit).min().unwrap_or(0);
     let cuts = cuts(network, half_spaces)?;
+    let inside = if cuts.is_empty() { Vec::new() } else { inside(certificate, network, &boxed)? };
     let of_cuts = cuts.iter().flat_map(|(weights, _)| weights);
     let by_weight = finest(&mut network.weights.iter().flatten().chain(of_cuts).copied());
     let ends = cuts.iter().map(|(_, at_most)| at_most);
     let by_bias = finest(&mut network.biases.iter().chain(ends).copied());
-    let by_point =
-        finest(&mut boxed.iter().flatten().chain(&ats).copied()).min(by_bias - by_weight);
+    let points = boxed.iter().flatten().chain(&ats).chain(&inside);
+    let by_point = finest(&mut points.copied()).min(by_bias - by_weight);
     let by_claim = finest(&mut std::iter::once(certificate.claim));
     let by_output = finest(&mut network.output.iter().copied()).min(by_claim - by_weight);
 
@@ -135,15 +136,22 @@ fn prove(
     // Beyond everything that could make up for it.
     let gains = switches.iter().map(|switch| size(&switch.gain));
     let outside = gains.sum::<BigInt>() + size(&constant) + size(&claim) + 1;
+    let coordinate = |value: f64| whole(value, by_point);
+    let inside: Vec<BigInt> = inside.iter().map(|value| coordinate(*value)).collect();
     for (number, (weights, at_most)) in cuts.iter().enumerate() {
-        switches.push(Switch {
+        let switch = Switch {
             neuron: network.biases.len() + number,
             weights: weights.iter().map(|weight| whole(*weight, by_weight)).collect(),
             bias: whole(-at_most, by_weight + by_point),
             gain: -&outside,
-        });
+        };
+        if value_at(&switch, &inside) >= BigInt::ZERO {
+            return Err(format!(
+                "the point inside is not strictly inside half-space {number} of those that bind"
+            ));
+        }
+        switches.push(switch);
     }
-    let coordinate = |value: f64| whole(value, by_point);
     let mut open = vec![Open {
         lower: boxed.iter().map(|ends| coordinate(ends[0])).collect(),
         upper: boxed.iter().map(|ends| coordinate(ends[1])).collect(),
@@ -203,6 +211,40 @@ fn cuts(network: &Network, half_spaces: &[HalfSpace]) -> Result<Vec<(Vec<f64>, f
         cuts.push((row, *at_most));
     }
     Ok(cuts)
+}
+
+/// The point that shows that a region cut out by half-spaces has an inside, in the order of the inputs; within the box.
+fn inside(
+    certificate: &Certificate,
+    network: &Network,
+    boxed: &[[f64; 2]],
+) -> Result<Vec<f64>, String> {
+    let Some(named) = &certificate.inside else {
+        return Err("half-spaces bind the network, and no point inside them is named".to_owned());
+    };
+    if let Some(other) = named.keys().find(|name| !network.inputs.contains(name)) {
+        return Err(format!("the point inside names '{other}', which is no input"));
+    }
+    let mut point = Vec::with_capacity(boxed.len());
+    for (input, [lower, upper]) in network.inputs.iter().zip(boxed) {
+        let Some(value) = named.get(input) else {
+            return Err(format!("the point inside has no value of '{input}'"));
+        };
+        if !(*lower..=*upper).contains(value) {
+            return Err(format!("the point inside is outside of the box by '{input}'"));
+        }
+        point.push(*value);
+    }
+    Ok(point)
+}
+
+/// What a switch sees at a point.
+fn value_at(switch: &Switch, point: &[BigInt]) -> BigInt {
+    let mut value = switch.bias.clone();
+    for (weight, coordinate) in switch.weights.iter().zip(point) {
+        value += weight * coordinate;
+    }
+    value
 }
 
 /// The slope's constant and its switches, one for each group of neurons.

@@ -7,14 +7,14 @@ use sha2::{Digest as _, Sha256};
 
 use crate::Rejection;
 
-const SCHEMA: &str = "certificate/1";
+const SCHEMA: &str = "certificate/2";
 const SEAL: &str = "sha256";
 
 /// Certificates of one model over one box.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Certificates {
-    /// `certificate/1`.
+    /// `certificate/2`.
     pub schema: String,
     /// SHA-256 of the model file, hexadecimal.
     pub model_sha256: String,
@@ -47,6 +47,10 @@ pub struct Certificate {
     pub network: String,
     /// The tested input.
     pub input: String,
+    /// A point of the box strictly inside every half-space that binds the network, by input. Where one does, the proof
+    /// needs the point; else nobody looks at it.
+    #[serde(default)]
+    pub inside: Option<BTreeMap<String, f64>>,
     /// "decreasing" or "increasing".
     pub property: String,
     /// Upper bound on the slope against the property over the box, scaled output per minute per scaled input.

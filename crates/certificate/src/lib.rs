@@ -7,7 +7,7 @@
 //!
 //! ```
 //! // `verify` writes certificates.json beside conformance.json; the program `check-certificates` reads it as here.
-//! let changed = br#"{"schema": "certificate/1", "model_sha256": "", "bounds": {}, "certificates": [], "sha256": "0"}"#;
+//! let changed = br#"{"schema": "certificate/2", "model_sha256": "", "bounds": {}, "certificates": [], "sha256": "0"}"#;
 //! let refused = certificate::check(changed, b"the bytes of the model file");
 //! assert!(refused.is_err(), "the seal does not fit");
 //! ```
@@ -30,8 +30,11 @@
 //!    the whole leaf (Farkas). One of the two hopes then fails. The sum is at most the claim.
 //!
 //! **Half-spaces** may cut pieces off the box. Each is a switch too, on outside of it, with a negative gain beyond everything
-//! else: what is claimed of the slope less that number, over the whole box, is claimed of the slope inside. (The region has
-//! to have an inside: of an empty one every claim is true.)
+//! else: what is claimed of the slope less that number, over the whole box, is claimed of the slope strictly inside them
+//! all. Of a region without an inside that would be true whatever the claim. Where half-spaces bind the network, the
+//! certificate therefore names a point of the box, and the checker finds it strictly inside each of them. One is enough:
+//! the region is convex and N is continuous, so that every step on its boundary is a limit of steps in the same
+//! direction strictly inside, those moved a little towards that point.
 //!
 //! A switch with `a = 0` on a face of a leaf is counted on one side only. That is enough: such points are limits of
 //! points inside, on whose linear pieces the slope is one that was counted.
@@ -49,10 +52,10 @@ pub use model::Network;
 #[derive(Debug, thiserror::Error)]
 pub enum Rejection {
     /// The certificates are not JSON of the expected form.
-    #[error("the certificates are not of the form certificate/1")]
+    #[error("the certificates are not of the form certificate/2")]
     Form(#[source] serde_json::Error),
     /// The certificates are of another schema.
-    #[error("the certificates are of schema '{0}'; this program checks certificate/1")]
+    #[error("the certificates are of schema '{0}'; this program checks certificate/2")]
     Schema(String),
     /// The seal does not fit the certificates.
     #[error(

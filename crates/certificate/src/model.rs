@@ -1,5 +1,7 @@
 //! Sub-networks out of a model file.
 
+use std::collections::BTreeSet;
+
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde_json::Value;
 
@@ -40,6 +42,11 @@ impl Network {
                 inputs.iter().map(|input| input.as_str().map(str::to_owned)).collect()
             })
             .ok_or_else(|| wrong(format!("no wiring of a network '{name}'")))?;
+        // The slope by an input that is there twice is the sum of two columns.
+        let mut seen = BTreeSet::new();
+        if let Some(input) = inputs.iter().find(|input| !seen.insert(input.as_str())) {
+            return Err(wrong(format!("'{input}' is wired to '{name}' twice")));
+        }
         let tensors = SafeTensors::deserialize(file).map_err(|error| wrong(error.to_string()))?;
         let of = |part: &str| -> Result<(Vec<usize>, Vec<f64>), Rejection> {
             let tensor = tensors

@@ -55,6 +55,10 @@ impl Weights {
     }
 
     fn file(&self) -> Vec<u8> {
+        self.file_wired(&NAMES[..self.inputs])
+    }
+
+    fn file_wired(&self, names: &[&str]) -> Vec<u8> {
         let bytes = |values: &[f64]| -> Vec<u8> {
             values.iter().flat_map(|value| (*value as f32).to_le_bytes()).collect()
         };
@@ -68,7 +72,7 @@ impl Weights {
             let view = TensorView::new(Dtype::F32, shape.clone(), data).expect("lengths fit");
             ((*name).to_owned(), view)
         });
-        let header = json!({ "wiring": { "N": NAMES[..self.inputs] } }).to_string();
+        let header = json!({ "wiring": { "N": names } }).to_string();
         let metadata = HashMap::from([("population".to_owned(), header)]);
         safetensors::serialize(views.collect::<BTreeMap<_, _>>(), Some(metadata))
             .expect("plain tensors")
@@ -106,7 +110,7 @@ fn proved_over(weights: &Weights, region: &Region) -> (Value, Verdict, f64) {
         .expect("bounded")
         .expect("the search came to this bound");
     let file = json!({
-        "schema": "certificate/1",
+        "schema": "certificate/2",
         "half_spaces": region.half_spaces(),
         "bounds": region.iter().collect::<BTreeMap<_, _>>(),
         "certificates": [found],
@@ -315,13 +319,90 @@ fn half_spaces_are_part_of_the_claim() {
     assert!(needed > 5, "{needed}");
 }
 
+#[test]
+fn half_spaces_need_a_point_strictly_inside() {
+    let weights = Weights::random(2, 8, 1);
+    let model = weights.file();
+    let cut = region(2).within([("a", 1.0), ("b", -0.5)], 0.2).expect("a half-space");
+    let (file, _, claim) = proved_over(&weights, &cut);
+    let with = |inside: Value| {
+        let mut changed = file.clone();
+        changed["certificates"][0]["inside"] = inside;
+        changed
+    };
+    // Any other point inside serves as well.
+    for point in [json!({ "a": 0.0, "b": 0.0 }), json!({ "a": 0.1999999, "b": 0.0 })] {
+        let accepted = checked(&sealed(with(point), &model), &model);
+        assert_eq!(accepted.expect("a proof"), claim);
+    }
+    let mut removed = file.clone();
+    removed["certificates"][0].as_object_mut().expect("an object").remove("inside");
+    rejected(removed, &model, "no point inside them is named");
+    for (point, because) in [
+        (Value::Null, "no point inside them is named"),
+        (json!({ "a": 0.2, "b": 0.0 }), "not strictly inside half-space 0"),
+        (json!({ "a": 1.0, "b": 0.0 }), "not strictly inside half-space 0"),
+        (json!({ "a": -1.5, "b": 0.0 }), "outside of the box by 'a'"),
+        (json!({ "a": 0.0, "b": 1.75 }), "outside of the box by 'b'"),
+        (json!({ "a": 0.0 }), "no value of 'b'"),
+        (json!({ "a": 0.0, "b": 0.0, "z": 0.0 }), "names 'z'"),
+    ] {
+        rejected(with(point), &model, because);
+    }
+}
+
+/// `max(0, a - 0.5)` rises. Two half-spaces that leave `b = 0.5` alone put each half of the box outside of one of them.
+#[test]
+fn a_region_without_an_inside_proves_nothing() {
+    let weights = Weights { inputs: 2, w1: vec![1.0, 0.0], b1: vec![-0.5], w2: vec![1.0] };
+    let of = |inside: Value| {
+        let file = json!({
+            "schema": "certificate/2",
+            "bounds": { "a": [-1.0, 1.0], "b": [0.0, 1.0] },
+            "half_spaces": [
+                { "weights": { "b": 1.0 }, "at_most": 0.5 },
+                { "weights": { "b": -1.0 }, "at_most": -0.5 },
+            ],
+            "certificates": [{
+                "network": "N", "input": "a", "property": "decreasing", "claim": 0.0,
+                "inside": inside, "together": [],
+                "tree": [{ "split": "b", "at": 0.5 }, { "apart": [] }, { "apart": [] }],
+            }],
+        });
+        let refused = checked(&sealed(file, &weights.file()), &weights.file());
+        refused.expect_err("nothing is proved").to_string()
+    };
+    assert!(of(Value::Null).contains("no point inside them is named"));
+    assert!(of(json!({ "a": 0.0, "b": 0.5 })).contains("not strictly inside half-space 0"));
+    assert!(of(json!({ "a": 0.0, "b": 0.25 })).contains("not strictly inside half-space 1"));
+}
+
+/// `max(0, -a + 2 a)` rises with a; by its first column alone it would fall.
+#[test]
+fn refuses_an_input_that_is_wired_twice() {
+    let weights = Weights { inputs: 2, w1: vec![-1.0, 2.0], b1: vec![0.0], w2: vec![1.0] };
+    let model = weights.file_wired(&["a", "a"]);
+    let file = json!({
+        "schema": "certificate/2",
+        "bounds": { "a": [-1.0, 1.0] },
+        "certificates": [{
+            "network": "N", "input": "a", "property": "decreasing", "claim": 0.0,
+            "together": [], "tree": [{ "apart": [] }],
+        }],
+    });
+    let Err(Rejection::Model(reason)) = checked(&sealed(file, &model), &model) else {
+        panic!("a proof by half of the weights");
+    };
+    assert!(reason.contains("'a' is wired to 'N' twice"), "{reason}");
+}
+
 /// `max(0, a)` never falls: one leaf, by hand and not by the prover.
 #[test]
 fn accepts_a_proof_by_hand() {
     let weights = Weights { inputs: 1, w1: vec![1.0], b1: vec![0.0], w2: vec![1.0] };
     let of = |property: &str, claim: f64| {
         let file = json!({
-            "schema": "certificate/1",
+            "schema": "certificate/2",
             "bounds": { "a": [-1.0, 1.0] },
             "certificates": [{
                 "network": "N", "input": "a", "property": property, "claim": claim,

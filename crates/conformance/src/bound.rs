@@ -219,7 +219,8 @@ impl Search {
             let error = self.errors[index];
             let (low, high) = (value - radius, value + radius);
             let gain = self.gains[index];
-            let (mut on, mut off) = (low >= error, high <= -error);
+            // Strictly: an infinite value does not clear an infinite error.
+            let (mut on, mut off) = (low > error, high < -error);
             if !on && !off && (low >= -error || high <= error) {
                 let (least, greatest) = self.rest.switches[index].extremes(&lower, &upper);
                 on = least != Ordering::Less;
@@ -368,7 +369,8 @@ impl Search {
             for ((&p, &q), &r) in p.iter().zip(q).zip(reach) {
                 greatest += (x * s * p + y * t * q).abs() * r;
             }
-            greatest <= -(x * self.errors[j] + y * self.errors[l])
+            // Strictly, as above; and where the sum of sizes is infinite, both shares are 0.
+            greatest < -(x * self.errors[j] + y * self.errors[l])
         })
     }
 
@@ -452,6 +454,30 @@ mod tests {
     use crate::network::OneHiddenLayer;
     use crate::region::Region;
     use contract::conformance::Direction;
+
+    /// Products that overflow leave a value that is infinite, and an error that is.
+    #[test]
+    fn an_infinite_value_settles_no_switch() {
+        let network = OneHiddenLayer::new(
+            "y",
+            ["a", "b", "c"].map(str::to_owned).to_vec(),
+            vec![1.5e308, -1.5e308, -1.5e308],
+            vec![0.0],
+            vec![-1e-300],
+            0.0,
+        )
+        .expect("valid network");
+        let bounds = [("a", [2.0, 2.02]), ("b", [0.0, 2.2]), ("c", [0.0, 2.2])];
+        let region = Region::scaled(bounds).expect("valid region");
+        let boxed = region.box_of(&network).expect("bounded");
+        let sum = SlopeSum::new(&network, 0, Direction::Decreasing);
+        let search = Search::new(&sum, &boxed);
+        let all = [Undecided { switch: 0, hoped_on: false }];
+        // Off throughout this part of the box: a is less than b + c.
+        let (lower, upper) = (Box::new([2.0, 1.1, 1.1]), Box::new([2.02, 1.12, 1.12]));
+        let found = search.bound(lower, upper, &all, 0.0, f64::NEG_INFINITY);
+        assert!(found.node.upper >= 0.0, "{}", found.node.upper);
+    }
 
     proptest! {
         #[test]

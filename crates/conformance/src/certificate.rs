@@ -1,9 +1,12 @@
 //! Split trees that a checker can follow without the search that found them.
 
+use std::collections::BTreeMap;
+
 use contract::certificates::{Certificate, TreeNode};
 
 use crate::bound::{Bounded, Search};
 use crate::error::ConformanceError;
+use crate::interior::point_inside;
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
 use crate::region::Region;
@@ -12,7 +15,8 @@ use crate::share::slope_sum;
 /// The certificate that a slope against `property` is at most `claim`, in at most so many nodes; `None` if the search's own
 /// splits do not show it in as many.
 ///
-/// Splits follow from boxes alone, so that the tree is part of the one that found the claim.
+/// Splits follow from boxes alone, so that the tree is part of the one that found the claim. Where half-spaces bind the
+/// network, a point strictly inside of them shows that the region has an inside.
 ///
 /// # Errors
 /// What [`verify()`](crate::verify()) refuses.
@@ -26,6 +30,8 @@ pub fn certify(
     let boxed = region.box_of(network)?;
     let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
     boxed.check_free(network, sum.tested)?;
+    let inside: Option<BTreeMap<String, f64>> = point_inside(network, &sum, &boxed)?
+        .map(|point| network.inputs().iter().cloned().zip(point).collect());
     let search = Search::new(&sum, &boxed);
     let name = |input: usize| network.inputs()[input].clone();
     let mut tree = Vec::new();
@@ -54,6 +60,7 @@ pub fn certify(
         input: property.input.clone(),
         property: property.direction,
         claim,
+        inside,
         together: sum.together,
         tree,
     }))

@@ -9,9 +9,11 @@
 //! # Rounding
 //! Every sum of products is followed by a bound on its rounding error, `GAMMA` times the sum of the sizes of its terms for each term,
 //! which is added outwards. A relaxation's line is chosen by numbers as they are computed and its offset from the line as it was
-//! chosen, so that it is valid whatever was rounded before.
+//! chosen, so that it is valid whatever was rounded before. A product of two numbers that are not 0 counts as
+//! `LEAST_SIZE` at least, which covers what is lost below the least normal number. Where sums overflow so that an end
+//! is no number, nothing is known: the interval is everything.
 
-use contract::conformance::Direction;
+use contract::conformance::{Direction, Stop};
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
@@ -22,6 +24,9 @@ use crate::exact::Dyadic;
 
 /// More than the unit rounding error of a product and an addition.
 const GAMMA: f64 = 2.0 * f64::EPSILON;
+/// Least size that a product of two numbers other than 0 counts as: [`GAMMA`] of it is above 1e-300, and nothing beside
+/// the rounding error of usual numbers.
+const LEAST_SIZE: f64 = 1e-284;
 /// Boxes taken from the queue at a time, bounded in parallel and put back in order.
 const BATCH: usize = 32;
 
@@ -47,6 +52,8 @@ pub struct DeepBracket {
     pub m_upper: f64,
     /// Boxes bounded.
     pub nodes: u64,
+    /// Why the search ended; [`Stop::Gap`] where the bound is enough.
+    pub stop: Stop,
 }
 
 /// When to stop.
@@ -185,10 +192,16 @@ impl DeepNetwork {
         queue.push(self.bounded(lower.to_vec(), upper.to_vec(), tested, against));
         let mut nodes = 1;
         let mut stuck = f64::NEG_INFINITY;
-        while let Some(top) = queue.peek() {
-            let spent = clock().saturating_sub(began) >= limits.time || nodes >= limits.nodes;
-            if top.slope <= limits.enough.max(stuck) || spent {
-                break;
+        let stop = loop {
+            let left = queue.peek().map_or(f64::NEG_INFINITY, |part: &Part| part.slope);
+            if left <= limits.enough.max(stuck) {
+                break if stuck <= limits.enough { Stop::Gap } else { Stop::Resolution };
+            }
+            if nodes >= limits.nodes {
+                break Stop::Nodes;
+            }
+            if clock().saturating_sub(began) >= limits.time {
+                break Stop::Time;
             }
             let parents: Vec<Part> = std::iter::from_fn(|| queue.pop()).take(BATCH).collect();
             let halves: Vec<Option<[Part; 2]>> = parents
@@ -220,9 +233,9 @@ impl DeepNetwork {
                     None => stuck = stuck.max(parent.slope),
                 }
             }
-        }
+        };
         let left = queue.peek().map_or(f64::NEG_INFINITY, |part| part.slope);
-        Ok(DeepBracket { m_upper: left.max(stuck), nodes })
+        Ok(DeepBracket { m_upper: left.max(stuck), nodes, stop })
     }
 
     /// A box with the bound of its slope and the input to halve next.
@@ -309,9 +322,9 @@ impl DeepNetwork {
     ) -> f64 {
         let mut coefficients: Vec<f64> = row.iter().map(|w| sign * w).collect();
         let (mut constant, mut size, mut terms) = (sign * bias, bias.abs(), 1.0);
-        let mut add = |constant: &mut f64, value: f64| {
-            *constant += value;
-            size += value.abs();
+        let mut add = |constant: &mut f64, a: f64, b: f64| {
+            *constant += a * b;
+            size += size_of_product(a, b);
             terms += 1.0;
         };
         for (number, bounds) in seen.iter().enumerate().rev() {
@@ -324,8 +337,10 @@ impl DeepNetwork {
                         // A line above the ReLU: its offset is what the line as rounded needs at both ends.
                         let line = *c * (u / (u - l));
                         let needed = (-line * l).max(*c * u - line * u);
-                        let slack = GAMMA * ((line * l).abs() + (*c * u).abs() + (line * u).abs());
-                        add(&mut constant, needed + slack);
+                        let sizes = size_of_product(line, *l)
+                            + size_of_product(*c, *u)
+                            + size_of_product(line, *u);
+                        add(&mut constant, needed + GAMMA * sizes, 1.0);
                         *c = line;
                     } else if *u <= -*l {
                         *c = 0.0;
@@ -337,10 +352,10 @@ impl DeepNetwork {
             let mut next = vec![0.0; layer.inputs];
             let mut sizes = vec![0.0; layer.inputs];
             for (unit, c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                add(&mut constant, c * layer.biases[unit]);
+                add(&mut constant, *c, layer.biases[unit]);
                 for ((next, size), w) in next.iter_mut().zip(&mut sizes).zip(layer.row(unit)) {
                     *next += c * w;
-                    *size += (c * w).abs();
+                    *size += size_of_product(*c, *w);
                 }
             }
             let units = coefficients.len() as f64 + 1.0;
@@ -349,12 +364,12 @@ impl DeepNetwork {
                     0 => lower[input].abs().max(upper[input].abs()),
                     _ => seen[number - 1][input][1].max(0.0),
                 };
-                add(&mut constant, units * GAMMA * size * reach);
+                add(&mut constant, units * GAMMA * size, reach);
             }
             coefficients = next;
         }
         for (c, (l, u)) in coefficients.iter().zip(lower.iter().zip(upper)) {
-            add(&mut constant, if *c >= 0.0 { c * u } else { c * l });
+            add(&mut constant, *c, if *c >= 0.0 { *u } else { *l });
         }
         constant + 2.0 * terms * GAMMA * size
     }
@@ -373,10 +388,10 @@ impl Dense {
             let (a, b) = (w * ends[0], w * ends[1]);
             low += a.min(b);
             high += a.max(b);
-            size += a.abs().max(b.abs());
+            size += size_of_product(w, ends[0]).max(size_of_product(w, ends[1]));
         }
         let slack = 2.0 * (slopes.len() as f64 + 2.0) * GAMMA * size;
-        [low - slack, high + slack]
+        known([low - slack, high + slack])
     }
 }
 
@@ -387,10 +402,20 @@ fn interval(row: &[f64], passed: &[[f64; 2]], bias: f64) -> [f64; 2] {
         let (a, b) = (w * ends[0], w * ends[1]);
         low += a.min(b);
         high += a.max(b);
-        size += a.abs().max(b.abs());
+        size += size_of_product(*w, ends[0]).max(size_of_product(*w, ends[1]));
     }
     let slack = 2.0 * (row.len() as f64 + 2.0) * GAMMA * size;
-    [low - slack, high + slack]
+    known([low - slack, high + slack])
+}
+
+/// The size of a product, of which its rounding error is a share; [`LEAST_SIZE`] at least, but for a factor of 0.
+fn size_of_product(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { (a * b).abs().max(LEAST_SIZE) }
+}
+
+/// An interval from computed ends: everything where one of them is no number.
+fn known(ends: [f64; 2]) -> [f64; 2] {
+    if ends.iter().any(|end| end.is_nan()) { [f64::NEG_INFINITY, f64::INFINITY] } else { ends }
 }
 
 /// A box with the bound of the slope over it.
@@ -542,6 +567,64 @@ mod tests {
             assert!(found.m_upper >= exact.m_lower);
             assert!(found.m_upper <= exact.m_upper + 0.02 * (1.0 + exact.m_upper.abs()), "{seed}");
         }
+    }
+
+    /// Largest slope that a single box leaves.
+    fn over_one_box(network: &DeepNetwork, input: &str, ends: (&[f64], &[f64])) -> f64 {
+        let still = || Duration::ZERO;
+        let found = network.largest_slope(input, Direction::Decreasing, ends, &limits(1), &still);
+        found.expect("bounded").m_upper
+    }
+
+    fn named(inputs: usize, layers: Vec<(Vec<f64>, Vec<f64>)>) -> DeepNetwork {
+        let names = (0..inputs).map(|k| format!("x{k}")).collect();
+        DeepNetwork::new(names, layers).expect("shapes fit")
+    }
+
+    #[test]
+    fn products_below_the_least_number_are_not_lost() {
+        // 1e-200 max(0, 1e-200 x + 1): the slope is 1e-400.
+        let network = named(1, vec![(vec![1e-200], vec![1.0]), (vec![1e-200], vec![0.0])]);
+        let bound = over_one_box(&network, "x0", (&[-1.0], &[1.0]));
+        assert!(bound > 0.0 && bound < 1e-290, "{bound}");
+        let [low, high] = interval(&[1e-200], &[[-1e-200, 1e-200]], 0.0);
+        assert!(low < 0.0 && 0.0 < high, "{low} {high}");
+        // A factor of 0 loses nothing.
+        assert_eq!(interval(&[0.0, 1.0], &[[-1.0, 1.0], [0.0, 0.0]], 0.0), [0.0, 0.0]);
+        let flat = named(1, vec![(vec![1.0], vec![1.0]), (vec![0.0], vec![0.0])]);
+        assert_eq!(over_one_box(&flat, "x0", (&[0.0], &[1.0])), 0.0);
+    }
+
+    #[test]
+    fn overflow_leaves_nothing_known() {
+        // -max(0, 1e308 (x0 - x1)): what the ReLU sees is infinity less infinity, and it may be off.
+        let network = named(2, vec![(vec![1e308, -1e308], vec![0.0]), (vec![-1.0], vec![0.0])]);
+        let bound = over_one_box(&network, "x0", (&[10.0, 10.0], &[11.0, 11.0]));
+        assert!(bound >= 0.0, "{bound}");
+        // Two slopes of 1e309 and -1e309, whose sum is no number.
+        let layers = vec![(vec![1e307; 2], vec![0.0; 2]), (vec![100.0, -100.0], vec![0.0])];
+        let bound = over_one_box(&named(1, layers), "x0", (&[1.0], &[2.0]));
+        assert_eq!(bound, f64::INFINITY);
+    }
+
+    #[test]
+    fn says_why_it_stopped() {
+        let network = random(&[3, 8, 6, 5, 1], 1);
+        let stop = |enough: f64, nodes: u64, time: Duration, upper: &[f64]| {
+            let limits = DeepLimits { enough, nodes, time };
+            let lower = [0.0; 3];
+            let ends = (lower.as_slice(), upper);
+            network
+                .largest_slope("x1", Direction::Decreasing, ends, &limits, &|| Duration::ZERO)
+                .expect("bounded")
+                .stop
+        };
+        let (never, minute) = (f64::NEG_INFINITY, Duration::from_secs(60));
+        assert_eq!(stop(1e9, 10, minute, &[1.0; 3]), Stop::Gap);
+        assert_eq!(stop(never, 10, minute, &[1.0; 3]), Stop::Nodes);
+        assert_eq!(stop(never, 10, Duration::ZERO, &[1.0; 3]), Stop::Time);
+        // A single point cannot be halved.
+        assert_eq!(stop(never, 10, minute, &[0.0; 3]), Stop::Resolution);
     }
 
     #[test]

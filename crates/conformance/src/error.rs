@@ -107,8 +107,12 @@ pub enum ConformanceError {
         /// What is wrong.
         reason: String,
     },
-    /// Half-spaces that leave nothing of the box, or too little for a point to be found.
-    #[error("region: its half-spaces leave nothing of the box that network '{network}' sees")]
+    /// Half-spaces with no point strictly inside all of them, or with so little room that none is found. Over a region
+    /// without an inside every claim would count as proved.
+    #[error(
+        "region: no point of the box that network '{network}' sees is found strictly inside all \
+         half-spaces; widen them"
+    )]
     RegionEmpty {
         /// Output name of the network.
         network: String,

@@ -40,6 +40,10 @@ impl Dyadic {
         Self { negative: !self.negative, ..self.clone() }
     }
 
+    pub(crate) fn absolute(&self) -> Self {
+        Self { negative: false, ..self.clone() }
+    }
+
     pub(crate) fn plus(&self, other: &Self) -> Self {
         if self.limbs.is_empty() {
             return other.clone();

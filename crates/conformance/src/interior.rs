@@ -1,12 +1,16 @@
-//! A point well inside a linear piece, by a linear programme.
+//! A point well inside a linear piece, or inside a region, by a linear programme.
 //!
 //! Searches meet a best piece first where it is thin, at a corner, where a step along the tested
 //! input is too short to be seen. The point whose distance to the nearest hyperplane that matters
 //! is largest makes the better witness. It is a proposal: whoever uses it evaluates the slope there
 //! exactly.
 
+use std::cmp::Ordering;
+
 use good_lp::{Expression, ProblemVariables, Solution, SolverModel, Variable, variable};
 
+use crate::error::ConformanceError;
+use crate::network::OneHiddenLayer;
 use crate::region::BoxRegion;
 use crate::slope::{SlopeSum, Switch};
 
@@ -93,4 +97,48 @@ pub(crate) fn deepest_point(rest: &SlopeSum, region: &BoxRegion, on: &[bool]) ->
         let t: Vec<f64> = inputs.iter().map(|&t| solution.value(t)).collect();
         point_at(&t, region, rest.tested)
     })
+}
+
+/// A point of a region that lies strictly inside each of its half-spaces, decided exactly; `None`
+/// of a box. `sum` holds the region's half-spaces as its last switches.
+///
+/// The bounds of the search, and the checker's, hold strictly inside the half-spaces: a box on which
+/// a sum is nowhere below `at_most` counts as outside. One such point p is enough for them to hold
+/// on the faces too. Of a step from x to y within the region, the step from `x + t (p - x)` to
+/// `y + t (p - y)` goes in the same direction. It lies in the region, which is convex, and strictly
+/// inside for every t above 0. As t falls to 0 it tends to the step from x to y, and the network is
+/// continuous. Over a region without such a point any claim could be proved.
+///
+/// # Errors
+/// [`ConformanceError::RegionEmpty`] where no such point is found.
+pub(crate) fn point_inside(
+    network: &OneHiddenLayer,
+    sum: &SlopeSum,
+    region: &BoxRegion,
+) -> Result<Option<Vec<f64>>, ConformanceError> {
+    if region.half_spaces().is_empty() {
+        return Ok(None);
+    }
+    let first = sum.switches.len() - region.half_spaces().len();
+    let range = |switch: &Switch| switch.extremes(region.lower(), region.upper());
+    // A half-space that holds strictly on the whole box does not limit the choice.
+    let limiting = sum.switches[first..].iter().filter(|switch| range(switch).1 != Ordering::Less);
+    let alone = SlopeSum { switches: limiting.cloned().collect(), ..sum.clone() };
+    let is_strict = |point: &[f64]| {
+        region.contains(point)
+            && alone.switches.iter().all(|switch| switch.value(point).sign() == Ordering::Less)
+    };
+    let deepest = if alone.switches.iter().all(|switch| range(switch).0 == Ordering::Less) {
+        deepest_point(&alone, region, &vec![false; alone.switches.len()])
+    } else {
+        None
+    };
+    let ends = region.lower().iter().zip(region.upper());
+    let middle: Vec<f64> = ends.map(|(l, u)| l / 2.0 + u / 2.0).collect();
+    deepest
+        .into_iter()
+        .chain([middle])
+        .find(|point| is_strict(point))
+        .map(Some)
+        .ok_or_else(|| ConformanceError::RegionEmpty { network: network.output().to_owned() })
 }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::deep::DeepNetwork;
 use crate::error::ConformanceError;
+use crate::exact::Dyadic;
 
 /// First length of a step that is replayed in exact arithmetic, scaled, and how often it is halved.
 const STEP: f64 = 1e-2;
@@ -149,8 +150,11 @@ fn attained(
         .collect();
     let slopes: Vec<f64> = inside
         .par_iter()
-        .map(|step| Ok(rise_over(*step, short)? / short))
-        .collect::<Result<_, _>>()?;
+        .map(|step| {
+            let from = first.points[*step][*tested_first];
+            Ok(slope_at_least(rise_over(*step, short)?, from, from + short))
+        })
+        .collect::<Result<_, ConformanceError>>()?;
     let failing =
         slopes.iter().filter(|slope| **slope > 0.0).count() as f64 / slopes.len().max(1) as f64;
     let best = (0..inside.len()).max_by(|a, b| slopes[*a].total_cmp(&slopes[*b]));
@@ -160,9 +164,10 @@ fn attained(
     for halvings in 0..=HALVINGS {
         let length = STEP * 0.5_f64.powi(halvings);
         let rise = rise_over(best, length)?;
-        let slope = (rise / length).next_down();
-        if found.as_ref().is_none_or(|(known, _)| slope > *known) {
-            let from = point[*tested_first];
+        let from = point[*tested_first];
+        let slope = slope_at_least(rise, from, from + length);
+        let is_better = found.as_ref().is_none_or(|(known, _)| slope > *known);
+        if slope.is_finite() && is_better {
             let witness = Witness {
                 point: first.network.inputs().iter().cloned().zip(point.iter().copied()).collect(),
                 from,
@@ -174,4 +179,12 @@ fn attained(
     }
     let (slope, witness) = found.ok_or_else(nothing)?;
     Ok((slope, witness, failing))
+}
+
+/// Lower bound on the mean slope over a step, from a lower bound on its rise; minus infinity for a step too short to be
+/// there. The step is as long as its ends say, whatever length was asked for.
+fn slope_at_least(rise: f64, from: f64, to: f64) -> f64 {
+    let length = Dyadic::new(to).minus(&Dyadic::new(from));
+    let divisor = if rise < 0.0 { length.round_down() } else { length.round_up() };
+    if divisor > 0.0 { (rise / divisor).next_down() } else { f64::NEG_INFINITY }
 }

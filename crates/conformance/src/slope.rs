@@ -86,9 +86,11 @@ impl SlopeSum {
     /// A half-space that does not see the tested input keeps its state along it; at a sum of exactly `at_most` it counts as
     /// inside.
     pub(crate) fn within(mut self, region: &BoxRegion, hidden: usize) -> Self {
-        let gains = self.switches.iter().map(|switch| switch.gain.round_up().abs());
-        let size = 1.0 + self.constant.round_up().abs() + gains.sum::<f64>();
-        let outside = Dyadic::new(-2.0 * size);
+        // Exact: gains may sum to more than the largest floating-point number.
+        let one = Dyadic::new(1.0).plus(&self.constant.absolute());
+        let gains = self.switches.iter().map(|switch| switch.gain.absolute());
+        let size = gains.fold(one, |sum, gain| sum.plus(&gain));
+        let outside = size.times(&Dyadic::new(-2.0));
         for (number, (weights, at_most)) in region.half_spaces().iter().enumerate() {
             self.switches.push(Switch {
                 neurons: vec![hidden + number],
@@ -231,6 +233,18 @@ mod tests {
         assert_eq!(sum.at(&[1.0, 1.0]).round_up(), 2.5);
         let sum = SlopeSum::new(&network(&rows), 0, Direction::Increasing);
         assert_eq!(sum.at(&[1.0, 1.0]).round_up(), -2.5);
+    }
+
+    #[test]
+    fn outside_of_a_half_space_outweighs_gains_beyond_the_largest_number() {
+        let network = network(&[([1e200, 0.0], 0.0, 1e200), ([1e200, 1.0], 0.0, 1e200)]);
+        let region = Region::scaled([("a", [-1.0, 1.0]), ("b", [-1.0, 1.0])])
+            .and_then(|region| region.within([("a", 1.0)], 0.5))
+            .expect("valid");
+        let boxed = region.box_of(&network).expect("bounded");
+        let sum = SlopeSum::new(&network, 0, Direction::Decreasing).within(&boxed, 2);
+        assert_eq!(sum.at(&[0.25, 0.0]).sign(), Ordering::Greater);
+        assert_eq!(sum.at(&[0.75, 0.0]).sign(), Ordering::Less);
     }
 
     #[test]

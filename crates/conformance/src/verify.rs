@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::branch::{Budget, maximise};
 use crate::error::ConformanceError;
-use crate::interior::deepest_point;
+use crate::interior::{deepest_point, point_inside};
 use crate::milp::{self, MilpLimits};
 use crate::network::OneHiddenLayer;
 use crate::property::Property;
@@ -46,8 +46,9 @@ pub enum CrossCheck {
 ///
 /// # Errors
 /// [`ConformanceError::WrongNetwork`], [`ConformanceError::UnknownInput`],
-/// [`ConformanceError::RegionMissing`], [`ConformanceError::FixedInput`],
-/// [`ConformanceError::Limit`]; [`ConformanceError::Solver`] if the MILP was asked for and failed.
+/// [`ConformanceError::RegionMissing`], [`ConformanceError::RegionEmpty`],
+/// [`ConformanceError::FixedInput`], [`ConformanceError::Limit`]; [`ConformanceError::Solver`] if the
+/// MILP was asked for and failed.
 pub fn verify(
     network: &OneHiddenLayer,
     property: &Property,
@@ -122,28 +123,6 @@ fn decision(upper: f64, violates: bool) -> (Verdict, Option<Grounds>) {
     }
 }
 
-/// A point of a region that is not a box; `None` of a box.
-fn point_inside(
-    network: &OneHiddenLayer,
-    sum: &SlopeSum,
-    region: &BoxRegion,
-) -> Result<Option<Vec<f64>>, ConformanceError> {
-    let half_spaces = region.half_spaces().len();
-    if half_spaces == 0 {
-        return Ok(None);
-    }
-    let first = sum.switches.len() - half_spaces;
-    let alone = SlopeSum { switches: sum.switches[first..].to_vec(), ..sum.clone() };
-    let middle: Vec<f64> =
-        region.lower().iter().zip(region.upper()).map(|(l, u)| l / 2.0 + u / 2.0).collect();
-    deepest_point(&alone, region, &vec![false; half_spaces])
-        .into_iter()
-        .chain([middle])
-        .find(|point| region.contains(point))
-        .map(Some)
-        .ok_or_else(|| ConformanceError::RegionEmpty { network: network.output().to_owned() })
-}
-
 /// A slope and a replayed step over which its mean is at least that.
 struct Attained {
     slope: f64,
@@ -170,6 +149,9 @@ fn attained(
             .flatten()
             .filter_map(|point| {
                 let slope = sum.at(&point).round_down();
+                if !slope.is_finite() {
+                    return None;
+                }
                 let limit = region.reach(&point, tested);
                 let step = longest_step(network, &point, tested, limit, direction, slope)?;
                 Some(Attained { slope, point, step })

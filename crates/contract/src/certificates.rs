@@ -8,7 +8,7 @@ use crate::conformance::Direction;
 use crate::document::documents;
 use crate::region::HalfSpace;
 
-documents! { Certificates: "certificates.json", "certificate/1"; }
+documents! { Certificates: "certificates.json", "certificate/2"; }
 
 /// Certificates of one model over one region. Keys are in alphabetical order: the seal is made of the bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub struct Certificates {
     pub half_spaces: Vec<HalfSpace>,
     /// SHA-256 of the model file, hexadecimal.
     pub model_sha256: String,
-    /// `certificate/1`.
+    /// `certificate/2`.
     pub schema: String,
     /// SHA-256 of this file as compact JSON with sorted keys and without this entry, hexadecimal. Empty, and not
     /// written, before it is known.
@@ -40,6 +40,10 @@ pub struct Certificate {
     pub claim: f64,
     /// The tested input.
     pub input: String,
+    /// A point of the bounds strictly inside every half-space that speaks of the network's inputs alone, scaled, by
+    /// input; absent if there is no such half-space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inside: Option<BTreeMap<String, f64>>,
     /// Output name of the network.
     pub network: String,
     /// The direction asked for.

@@ -58,12 +58,18 @@ fn a_half_space_decides_a_property() {
         .expect("half-spaces");
     let row = verify(&saddle(), &property(), &cut, &limits(), &still).expect("decided");
     assert_eq!((row.verdict, row.m_upper), (Verdict::Proved, -2.0));
-    let kept = certify(&saddle(), &property(), &cut, row.m_upper, 10_000).expect("decided");
-    assert!(kept.is_some());
+    let kept = certify(&saddle(), &property(), &cut, row.m_upper, 10_000)
+        .expect("decided")
+        .expect("the search came to this bound");
+    let inside = kept.inside.expect("half-spaces bind the network");
+    let (a, b) = (inside["a"], inside["b"]);
+    assert!(inside.len() == 2 && a + b < -0.1 && b - a < -0.1, "{inside:?}");
     // One that speaks of a signal the network does not see changes nothing.
     let other = boxed().within([("b", 1.0), ("z", 1.0)], -0.5).expect("a half-space");
     let same = verify(&saddle(), &property(), &other, &limits(), &still).expect("decided");
     assert_eq!(same.m_upper, whole.m_upper);
+    let kept = certify(&saddle(), &property(), &other, same.m_upper, 10_000).expect("decided");
+    assert!(kept.is_some_and(|kept| kept.inside.is_none()));
 }
 
 #[test]
@@ -143,5 +149,42 @@ fn files_name_half_spaces_in_either_unit() {
     }
     let empty = boxed().within([("a", 1.0)], -2.0).expect("a half-space");
     let error = verify(&network, &property(), &empty, &limits(), &still).expect_err("nothing");
-    assert!(error.to_string().contains("leave nothing"), "{error}");
+    assert!(error.to_string().contains("strictly inside"), "{error}");
+}
+
+/// max(0, a - 0.5), which rises.
+fn hinge() -> OneHiddenLayer {
+    let names = vec!["a".to_owned(), "b".to_owned()];
+    OneHiddenLayer::new("y", names, vec![1.0, 0.0], vec![-0.5], vec![1.0], 0.0)
+        .expect("valid network")
+}
+
+#[test]
+fn a_region_without_an_inside_proves_nothing() {
+    let bounds = [("a", [-1.0, 1.0]), ("b", [0.0, 1.0])];
+    // Two half-spaces that share their face, and one that touches the box.
+    let faces = [vec![(1.0, 0.5), (-1.0, -0.5)], vec![(1.0, 0.0)]];
+    for face in faces {
+        let mut region = Region::scaled(bounds).expect("a box");
+        for (weight, at_most) in face {
+            region = region.within([("b", weight)], at_most).expect("a half-space");
+        }
+        let refused = verify(&hinge(), &property(), &region, &limits(), &still).map(drop);
+        let error = refused.expect_err("no inside").to_string();
+        assert!(error.contains("strictly inside"), "{error}");
+        let refused = certify(&hinge(), &property(), &region, 0.0, 100).map(drop);
+        let error = refused.expect_err("no inside").to_string();
+        assert!(error.contains("strictly inside"), "{error}");
+    }
+}
+
+#[test]
+fn half_spaces_may_hold_on_the_whole_box() {
+    // One that b, which is fixed, fulfils by itself; the middle of the box is outside of the other.
+    let region = Region::scaled([("a", [-1.0, 1.0]), ("b", [0.0, 0.0])])
+        .and_then(|region| region.within([("b", 1.0)], 0.5))
+        .and_then(|region| region.within([("a", 1.0)], -0.5))
+        .expect("half-spaces");
+    let row = verify(&hinge(), &property(), &region, &limits(), &still).expect("decided");
+    assert_eq!((row.verdict, row.m_upper), (Verdict::Proved, 0.0));
 }

@@ -112,6 +112,17 @@ fn a_sum_is_proved_where_each_part_is_and_violated_where_a_step_shows_it() {
 }
 
 #[test]
+fn a_slope_from_a_step_is_not_above_the_networks() {
+    // Numbers about 1e9 lie so far apart that a step is longer or shorter than was asked for.
+    let points = [vec![1e9]];
+    let network = falling(-3.0);
+    let own = Summand { network: &network, points: &points };
+    let bound = SlopeBound { m_upper: 3.0, proved: false, nodes: 1, stop: Stop::Gap, seconds: 0.0 };
+    let row = verify_recorded("sum", "a", &[own], 2e9, bound).expect("a step lies inside");
+    assert!(row.m_lower <= 3.0 && row.m_lower > 3.0 - 1e-12, "{row:?}");
+}
+
+#[test]
 fn signs_that_are_kept_close_what_rounding_leaves_open() {
     assert_eq!(bounds_of_sum(1e-18, -0.5, true), (0.0, (-0.5_f64).next_up()));
     assert_eq!(bounds_of_sum(0.0, 0.0, true), (0.0, 0.0));

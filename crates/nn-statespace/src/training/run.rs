@@ -109,12 +109,16 @@ impl<'a> TrainingRun<'a> {
         let begun = Self::begin(config, widths, training, validation)?;
         let state = Checkpoint::from_bytes(checkpoint)?;
         let (now, then) = (&begun.state.header, &state.header);
+        // After an epoch's last batch the count begins at 0 again.
+        let windows_done = then.batches.checked_mul(then.config.batch);
         let differs = if now.config != then.config {
             Some("another configuration")
         } else if now.widths != then.widths || begun.gradient.len() != state.parameters.len() {
             Some("other widths")
         } else if now.data != then.data {
             Some("other data")
+        } else if windows_done.is_none_or(|done| done >= training.len()) {
+            Some("more batches than an epoch has")
         } else {
             None
         };

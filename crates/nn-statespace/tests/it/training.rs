@@ -377,6 +377,34 @@ fn a_run_resumed_anywhere_gives_the_same_bytes() {
     assert!(message(&config, &widths, &other).contains("other data"));
 }
 
+/// A checkpoint that says that so many batches of its epoch are done; one digit.
+fn with_batches(checkpoint: &[u8], digit: u8) -> Vec<u8> {
+    let key = br#"\"batches\":"#;
+    let at = checkpoint.windows(key.len()).position(|bytes| bytes == key);
+    let mut changed = checkpoint.to_vec();
+    changed[at.expect("a number in the header") + key.len()] = digit;
+    changed
+}
+
+#[test]
+fn a_checkpoint_of_more_batches_than_an_epoch_has_is_refused() {
+    let (training, config, widths) = (windows(None, 21, 12), small_config(1, 1), Widths::quick());
+    let begun = TrainingRun::begin(&config, &widths, &training, &training).expect("fits");
+    let checkpoint = begun.checkpoint();
+    // Batches of 16 windows: the sixth is the last one, and shorter.
+    assert_eq!(training.len(), 92);
+    let resumed = |digit| {
+        let changed = with_batches(&checkpoint, digit);
+        TrainingRun::resume(&changed, &config, &widths, &training, &training)
+    };
+    let ended = resumed(b'5').expect("one batch is left").advance().expect("trains");
+    assert!(matches!(ended, Advance::Epoch(_)), "{ended:?}");
+    for digit in [b'6', b'9'] {
+        let error = resumed(digit).map(drop).expect_err("no such batch").to_string();
+        assert!(error.contains("more batches than an epoch has"), "{error}");
+    }
+}
+
 /// Tells a process that this test started where to write its checkpoints.
 const CHECKPOINT: &str = "NN_STATESPACE_TEST_CHECKPOINT";
 

@@ -8,8 +8,7 @@ use anyhow::{Context as _, Result};
 use cohort::{MissingDoses, Person};
 use conformance::{
     CrossCheck, DeepLimits, DeepNetwork, Direction, Grounds, Limits, Property, PropertyKind,
-    Region, Row, SlopeBound, Stop, Summand, Verdict, bounds_of_sum, extremes, verify,
-    verify_recorded,
+    Region, Row, SlopeBound, Summand, Verdict, bounds_of_sum, extremes, verify, verify_recorded,
 };
 use contract::{Conformance, Document as _};
 use nn_statespace::{PopulationModel, ScaledStates};
@@ -143,7 +142,7 @@ pub fn run(args: &Settings) -> Result<()> {
             m_upper,
             proved,
             nodes: of_residual.nodes,
-            stop: if of_residual.nodes < BOXES { Stop::Gap } else { Stop::Nodes },
+            stop: of_residual.stop,
             seconds,
         };
         let certified = of_population.grounds == Some(Grounds::Certificate);
