@@ -147,6 +147,31 @@ fn is_whole(file: &mut File) -> std::io::Result<bool> {
     Ok(Thrift(&bytes).structure(FILE, DEEPEST).is_some())
 }
 
+/// The uncompressed size, bytes, that the header of a page at the start of `bytes` claims; `None`
+/// if the header is damaged. The library keeps that of a dictionary to itself.
+pub(crate) fn page_size(bytes: &[u8]) -> Option<u64> {
+    const SIZE: i16 = 2;
+    let mut thrift = Thrift(bytes);
+    let (mut number, mut size) = (0, None);
+    loop {
+        let header = thrift.byte()?;
+        if header & 0x0f == 0 {
+            return size;
+        }
+        number = thrift.field(header, number)?;
+        match (header & 0x0f, number) {
+            // A truth value is in the header.
+            (1 | 2, _) => (),
+            (4..=6, SIZE) => {
+                let zigzag = thrift.varint()?;
+                // An odd one is negative.
+                size = Some(if zigzag & 1 == 0 { zigzag >> 1 } else { return None });
+            }
+            (code, _) => thrift.value(code, Skipped, DEEPEST)?,
+        }
+    }
+}
+
 /// What is left of values in Thrift's compact protocol, in which footers are written.
 struct Thrift<'a>(&'a [u8]);
 
@@ -175,6 +200,18 @@ impl Thrift<'_> {
         None
     }
 
+    /// The number of the field that a header begins, after that of the field before it.
+    fn field(&mut self, header: u8, before: i16) -> Option<i16> {
+        match header >> 4 {
+            0 => {
+                let zigzag = self.varint()?;
+                let value = i16::try_from(zigzag >> 1).ok()?;
+                Some(if zigzag & 1 == 0 { value } else { !value })
+            }
+            step => before.checked_add(i16::from(step)),
+        }
+    }
+
     /// Fields up to the one that ends a structure.
     fn structure(&mut self, known: Fields, deepest: usize) -> Option<()> {
         let mut number: i16 = 0;
@@ -183,14 +220,7 @@ impl Thrift<'_> {
             if header & 0x0f == 0 {
                 return Some(());
             }
-            number = match header >> 4 {
-                0 => {
-                    let zigzag = self.varint()?;
-                    let value = i16::try_from(zigzag >> 1).ok()?;
-                    if zigzag & 1 == 0 { value } else { !value }
-                }
-                step => number.checked_add(i16::from(step))?,
-            };
+            number = self.field(header, number)?;
             let kind = known.iter().find(|(known, _)| *known == number);
             let kind = kind.map_or(Skipped, |(_, kind)| *kind);
             match (header & 0x0f, kind) {
@@ -250,6 +280,19 @@ mod tests {
         // Two billion truth values, which need no byte each to be skipped.
         assert!(!accepted(&[0x19, 0xf1, 0xff, 0xff, 0xff, 0xff, 0x07, 0]));
         assert!(!accepted(&[0x19, 0x21, 1, 1, 0]));
+    }
+
+    #[test]
+    fn the_size_of_a_page_is_in_its_header() {
+        // A dictionary of 300 bytes, 10 of them in the file, with six plain values.
+        let header = [0x15, 4, 0x15, 0xd8, 4, 0x15, 20, 0x4c, 0x15, 12, 0x15, 0, 0, 0];
+        assert_eq!(page_size(&header), Some(300));
+        for cut in 0..header.len() {
+            assert_eq!(page_size(&header[..cut]), None, "{cut}");
+        }
+        // No size; a size below zero.
+        assert_eq!(page_size(&[0x15, 4, 0]), None);
+        assert_eq!(page_size(&[0x15, 4, 0x15, 3, 0]), None);
     }
 
     #[test]

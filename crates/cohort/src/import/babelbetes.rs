@@ -1,10 +1,12 @@
 //! Output of BabelBetes (github.com/nudgebg/egvinsulin): the tables `cgm`, `bolus` and `basal`.
 //!
 //! Either partitioned folders `study_name=S/data_type=T/patient_id=P/*.parquet`, or the files
-//! `cgm.parquet`, `bolus.parquet` and `basal.parquet` with a column `patient_id`. Glucose is in
+//! `cgm.parquet`, `bolus.parquet` and `basal.parquet` with a column `patient_id`. Within a folder
+//! `study_name=S` study and patient together name the person. Glucose is in
 //! mg/dL; a bolus takes `delivery_duration`; `basal_rate` (U/h) holds until the next one; `carbs`,
 //! in g, where a study has them.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -64,12 +66,28 @@ const TIME: usize = 1;
 const VALUE: usize = 2;
 const DURATION: usize = 3;
 
-/// A file, and whose it is where its folders say so.
+/// A file, and of which study and whose it is where its folders say so.
 struct Part {
     path: PathBuf,
     shown: String,
     table: Table,
+    study: Option<String>,
+    /// The study is part of it.
     person: Option<String>,
+}
+
+impl Part {
+    /// The identifier of a row's person: study and patient; `None` where no patient is named.
+    fn person<'a>(&'a self, row: &'a ParquetRow<'_>) -> Option<Cow<'a, str>> {
+        match (&self.person, &self.study) {
+            (Some(person), _) => Some(Cow::Borrowed(person.as_str())),
+            (None, None) => row.text(PERSON).map(Cow::Borrowed),
+            (None, Some(study)) => {
+                let patient = row.text(PERSON)?;
+                Some(Cow::Owned(format!("{study}-{patient}")))
+            }
+        }
+    }
 }
 
 /// Reads the output's folder.
@@ -92,17 +110,18 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
         });
     }
     let mut diaries: BTreeMap<String, Diary> = BTreeMap::new();
-    for Part { path, shown, table, person } in &parts {
-        for_each(path, shown, &table.columns(person.is_none()), |row| {
-            let id = person.as_deref().or_else(|| row.text(PERSON)).unwrap_or("");
-            if !is_person_id(id) {
+    for part in &parts {
+        for_each(&part.path, &part.shown, &part.table.columns(part.person.is_none()), |row| {
+            let id = part.person(&row).unwrap_or_default();
+            if !is_person_id(&id) {
                 return Err(row.wrong(PERSON, "an identifier of letters, digits, '_', '-' and '.'"));
             }
-            if !diaries.contains_key(id) {
-                diaries.insert(id.into(), Diary::new(id, shown, GlucoseUnit::MgPerDl));
+            if !diaries.contains_key(&*id) {
+                let diary = Diary::new(&id, &part.shown, GlucoseUnit::MgPerDl);
+                diaries.insert(id.to_string(), diary);
             }
-            let diary = diaries.get_mut(id).expect("inserted above");
-            read(*table, &row, diary)
+            let diary = diaries.get_mut(&*id).expect("inserted above");
+            read(part.table, &row, diary)
         })?;
     }
     people(FORMAT, &source.display().to_string(), diaries.into_values())
@@ -170,8 +189,9 @@ fn find(
             Some(study) => format!("{study}-{person}"),
             None => person.to_owned(),
         });
+        let study = study.map(str::to_owned);
         let shown = path.strip_prefix(source).unwrap_or(&path).display().to_string();
-        parts.push(Part { path, shown, table, person });
+        parts.push(Part { path, shown, table, study, person });
     }
     Ok(())
 }

@@ -11,6 +11,7 @@
 //!   is 0 between the first and the last entry. Elsewhere they are not recorded.
 
 use std::borrow::Cow;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, HashSet};
 
 use chrono::{DateTime, NaiveDateTime};
@@ -22,7 +23,7 @@ use super::report::{Imported, Notes, assemble_measured, inference};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
 use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, Record, longest};
+use crate::record::{Channel, MAX_DAYS, Record, longest};
 
 /// Seconds of a step.
 const STEP: i64 = 300;
@@ -35,7 +36,7 @@ const LONGEST_DOSE: i64 = 2 * 86_400;
 /// From this number of rate changes a day, a controller sets them, not a person.
 const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
 /// The first second of 1900 and of 2200, from 1970.
-const SECONDS: std::ops::Range<i64> = -2_208_988_800..7_258_118_400;
+pub(super) const SECONDS: std::ops::Range<i64> = -2_208_988_800..7_258_118_400;
 
 /// Sum and weight in one step of a channel; the weight is 0 where nothing was recorded.
 #[derive(Clone, Copy, Default)]
@@ -75,8 +76,10 @@ pub(super) struct Diary {
     /// Unit of the readings.
     pub(super) glucose: GlucoseUnit,
     pages: BTreeMap<(Channel, i64), Box<Page>>,
+    /// Pages of each channel.
+    days: [i64; Channel::ALL.len()],
     rates: Vec<Rate>,
-    /// Long-acting insulin, U.
+    /// Injected insulin, U, that no rate and no bolus describes.
     injected: f64,
     /// Second, duration and amount of each bolus.
     boluses: HashSet<(i64, i64, u64)>,
@@ -106,6 +109,7 @@ impl Diary {
             therapy: None,
             glucose,
             pages: BTreeMap::new(),
+            days: [0; Channel::ALL.len()],
             rates: Vec::new(),
             injected: 0.0,
             boluses: HashSet::new(),
@@ -138,14 +142,30 @@ impl Diary {
         self.inferences.push(inference(&self.id, place, conclusion, evidence));
     }
 
-    fn cell(&mut self, channel: Channel, step: i64) -> &mut Cell {
+    /// A step's cell. Refuses a day beyond those that the longest record touches.
+    fn cell(
+        &mut self,
+        channel: Channel,
+        step: i64,
+        place: &impl Fn() -> Place,
+    ) -> Result<&mut Cell, CohortError> {
         let per_day = STEPS_PER_DAY as i64;
-        let page = self.pages.entry((channel, step.div_euclid(per_day))).or_insert_with(|| {
-            let page: Box<[Cell]> = vec![Cell::default(); STEPS_PER_DAY].into_boxed_slice();
-            page.try_into().unwrap_or_else(|_| unreachable!("a page has the steps of a day"))
-        });
+        let page = match self.pages.entry((channel, step.div_euclid(per_day))) {
+            Entry::Occupied(page) => page.into_mut(),
+            Entry::Vacant(vacant) => {
+                let days = self.days[channel as usize] + 1;
+                // Both ends of the longest record may lie within a day.
+                if days > MAX_DAYS + 1 {
+                    let person = self.id.clone();
+                    let limit = MAX_DAYS;
+                    return Err(CohortError::TooLong { place: place(), person, days, limit });
+                }
+                self.days[channel as usize] = days;
+                vacant.insert(empty_page())
+            }
+        };
         let index = usize::try_from(step.rem_euclid(per_day)).expect("a remainder is not negative");
-        &mut page[index]
+        Ok(&mut page[index])
     }
 
     /// A sensor reading, in the unit of [`Diary::glucose`].
@@ -160,7 +180,7 @@ impl Diary {
         let step = (at + STEP / 2).div_euclid(STEP);
         // Nearer readings weigh more; at equal distance the first one stays.
         let weight = (STEP - (at - step * STEP).abs()) as f32;
-        let cell = self.cell(Channel::Cgm, step);
+        let cell = self.cell(Channel::Cgm, step, &place)?;
         let (taken, same) = (cell.weight > 0.0, cell.weight == weight && cell.sum == value);
         if weight > cell.weight {
             *cell = Cell { sum: value, weight };
@@ -203,24 +223,31 @@ impl Diary {
             self.note("boluses given twice at the same second: one is kept", place);
             return Ok(());
         }
-        self.spread(channel, at, seconds, amount);
-        Ok(())
+        self.spread(channel, at, seconds, amount, &place)
     }
 
     /// Adds an amount to the steps of an interval.
-    fn spread(&mut self, channel: Channel, at: i64, seconds: i64, amount: f64) {
+    fn spread(
+        &mut self,
+        channel: Channel,
+        at: i64,
+        seconds: i64,
+        amount: f64,
+        place: &impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
         let (first, end) = (at.div_euclid(STEP), at + seconds);
         if seconds == 0 {
-            let cell = self.cell(channel, first);
+            let cell = self.cell(channel, first, place)?;
             (cell.sum, cell.weight) = (cell.sum + amount, 1.0);
-            return;
+            return Ok(());
         }
         for step in first..=(end - 1).div_euclid(STEP) {
             let inside = end.min((step + 1) * STEP) - at.max(step * STEP);
-            let cell = self.cell(channel, step);
+            let cell = self.cell(channel, step, place)?;
             cell.sum += amount * inside as f64 / seconds as f64;
             cell.weight = 1.0;
         }
+        Ok(())
     }
 
     /// Steps walked within `seconds` from `at`.
@@ -233,8 +260,7 @@ impl Diary {
     ) -> Result<(), CohortError> {
         check_second(at, &place)?;
         check_value(Channel::Steps, count, false).map_err(|range| range.at(place()))?;
-        self.spread(Channel::Steps, at, seconds.clamp(0, HOLD), count);
-        Ok(())
+        self.spread(Channel::Steps, at, seconds.clamp(0, HOLD), count, &place)
     }
 
     /// A heart rate, 1/min; the step holds the mean.
@@ -250,7 +276,7 @@ impl Diary {
             self.note("heart rates of 0: no signal, left out", place);
             return Ok(());
         }
-        let cell = self.cell(Channel::HeartRate, at.div_euclid(STEP));
+        let cell = self.cell(Channel::HeartRate, at.div_euclid(STEP), &place)?;
         (cell.sum, cell.weight) = (cell.sum + value, cell.weight + 1.0);
         Ok(())
     }
@@ -273,7 +299,7 @@ impl Diary {
         }
         if to > from {
             let seconds = seconds.clamp(0, to - from);
-            self.spread(Channel::SleepEfficiency, from, to - from, seconds as f64);
+            self.spread(Channel::SleepEfficiency, from, to - from, seconds as f64, &place)?;
         }
         Ok(())
     }
@@ -285,7 +311,8 @@ impl Diary {
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
         check_second(at, &place)?;
-        *self.cell(Channel::SetChange, at.div_euclid(STEP)) = Cell { sum: 1.0, weight: 1.0 };
+        let cell = self.cell(Channel::SetChange, at.div_euclid(STEP), &place)?;
+        *cell = Cell { sum: 1.0, weight: 1.0 };
         Ok(())
     }
 
@@ -295,9 +322,19 @@ impl Diary {
         amount: f64,
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
+        self.leave_out_injection(amount, &place)?;
+        self.note("long-acting injections, which no basal rate describes: left out", place);
+        Ok(())
+    }
+
+    /// Counts injected insulin, U, that is left out.
+    pub(super) fn leave_out_injection(
+        &mut self,
+        amount: f64,
+        place: impl Fn() -> Place,
+    ) -> Result<(), CohortError> {
         check_value(Channel::Bolus, amount, false).map_err(|range| range.at(place()))?;
         self.injected += amount;
-        self.note("long-acting injections, which no basal rate describes: left out", place);
         Ok(())
     }
 
@@ -322,7 +359,7 @@ impl Diary {
     }
 
     /// The seconds of the first and the last reading's step.
-    pub(super) fn span(&self) -> Option<(i64, i64)> {
+    fn span(&self) -> Option<(i64, i64)> {
         let per_day = STEPS_PER_DAY as i64;
         let mut pages = self.pages.range((Channel::Cgm, i64::MIN)..=(Channel::Cgm, i64::MAX));
         let (&(_, day), page) = pages.next()?;
@@ -333,16 +370,22 @@ impl Diary {
         Some((first * STEP, (day * per_day + at as i64) * STEP))
     }
 
-    /// The person and the account; `None` without a sensor reading.
-    pub(super) fn finish(mut self) -> Result<Option<Imported>, CohortError> {
+    /// The same; refused where what the diary holds cannot fill a record of that length.
+    pub(super) fn record_span(&self) -> Result<Option<(i64, i64)>, CohortError> {
         let Some((first, last)) = self.span() else { return Ok(None) };
         let days = (last - first) / 86_400;
         let entries = self.pages.values().flat_map(|page| page.iter());
         let limit = longest(entries.filter(|cell| cell.weight > 0.0).count());
         if days >= limit {
-            let place = Place::file(&self.file);
-            return Err(CohortError::TooLong { place, person: self.id, days, limit });
+            let (place, person) = (Place::file(&self.file), self.id.clone());
+            return Err(CohortError::TooLong { place, person, days, limit });
         }
+        Ok(Some((first, last)))
+    }
+
+    /// The person and the account; `None` without a sensor reading.
+    pub(super) fn finish(mut self) -> Result<Option<Imported>, CohortError> {
+        let Some((first, last)) = self.record_span()? else { return Ok(None) };
         let len = usize::try_from((last - first) / STEP).expect("readings ascend") + 1;
         let mut record = Record::new(time_of(first), len)?;
         self.place_cells(first / STEP, &mut record)?;
@@ -386,7 +429,8 @@ impl Diary {
             heart_rate_baseline: None,
             record,
         };
-        Ok(Some(Imported { person, totals, inferences: self.inferences, notes }))
+        let (file, inferences) = (self.file, self.inferences);
+        Ok(Some(Imported { person, file, totals, inferences, notes }))
     }
 
     fn outside(&mut self, channel: Channel, unit: &'static str, amount: f64) {
@@ -429,6 +473,7 @@ impl Diary {
         }
         for value in record.channel_mut(Channel::Cgm).iter_mut().flatten() {
             *value *= MG_PER_DL_PER_MMOL_PER_L;
+            check_value(Channel::Cgm, *value, false).map_err(|range| range.at(place.clone()))?;
         }
         self.infer(place, "glucose in mmol/L; x 18 mg/dL", format!("median {median}"));
         Ok(())
@@ -587,6 +632,11 @@ pub(super) fn people(
     assemble_measured(format, source, people)
 }
 
+fn empty_page() -> Box<Page> {
+    let page: Box<[Cell]> = vec![Cell::default(); STEPS_PER_DAY].into_boxed_slice();
+    page.try_into().unwrap_or_else(|_| unreachable!("a page has the steps of a day"))
+}
+
 fn check_second(at: i64, place: &impl Fn() -> Place) -> Result<(), CohortError> {
     if SECONDS.contains(&at) {
         return Ok(());
@@ -596,4 +646,36 @@ fn check_second(at: i64, place: &impl Fn() -> Place) -> Result<(), CohortError> 
         value: format!("{at} s from 1970"),
         expected: "a time within the years 1900 to 2199",
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_beyond_the_longest_record_are_refused_where_they_are_read() {
+        let mut diary = Diary::new("p", "e.csv", GlucoseUnit::MgPerDl);
+        // A reading a day from 1970.
+        let mut read =
+            |day: i64| diary.reading(day * 86_400, 100.0, || Place::row("e.csv", day as usize));
+        for day in 0..=MAX_DAYS {
+            read(day).expect("within the longest record");
+        }
+        read(0).expect("a day that is known");
+        let error = read(MAX_DAYS + 1).expect_err("too many days").to_string();
+        let says = "e.csv, row 7321: person 'p' spans 7322 days, more than 7320";
+        assert!(error.contains(says), "{error}");
+    }
+
+    #[test]
+    fn insulin_that_is_left_out_is_part_of_the_source() {
+        let mut diary = Diary::new("p", "e.csv", GlucoseUnit::MgPerDl);
+        let place = || Place::row("e.csv", 1);
+        diary.reading(0, 100.0, place).expect("a reading");
+        diary.leave_out_injection(12.0, place).expect("an amount");
+        assert!(diary.leave_out_injection(-1.0, place).is_err());
+        let imported = diary.finish().expect("a record").expect("a reading");
+        let basal = &imported.totals[0];
+        assert_eq!((basal.source, basal.record, basal.left_out), (12.0, 0.0, 12.0));
+    }
 }

@@ -7,6 +7,7 @@
 
 use std::path::Path;
 
+use chrono::Datelike as _;
 use contract::import_report::{Inference, Totals};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rayon::prelude::*;
@@ -49,13 +50,12 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     // number of threads.
     let people: Vec<_> =
         files.par_iter().map(|(path, name)| person(&TextTable::read(path, name, b';')?)).collect();
-    let people = people.into_iter().collect::<Result<_, _>>()?;
-    Ok(assemble(FORMAT, "the span from the file's first to its last row", people))
+    assemble(FORMAT, "the span from the file's first to its last row", people)
 }
 
 fn person(table: &TextTable) -> Result<Imported, CohortError> {
     let file = table.file();
-    let id = file.trim_end_matches(".csv").to_owned();
+    let id = file.strip_suffix(".csv").unwrap_or(file).to_owned();
     if !is_person_id(&id) {
         return Err(CohortError::WrongLayout {
             file: file.into(),
@@ -84,7 +84,7 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
     notes.add_many(&id, Place::column(file, TIME), "steps without a row: missing", absent);
     notes.add(&id, Place::file(file), "no sleep, set changes or weight; calories are not used");
     let person = Person { id, weight: None, therapy, heart_rate_baseline: None, record };
-    Ok(Imported { person, totals, inferences, notes })
+    Ok(Imported { person, file: file.into(), totals, inferences, notes })
 }
 
 /// The grid of the rows.
@@ -97,11 +97,14 @@ struct Grid {
 
 fn grid(table: &TextTable, person: &str) -> Result<Grid, CohortError> {
     let times = table.column(TIME)?;
+    let expected =
+        "a local time like 2024-03-01T08:05:00 without a zone, in the years 1900 to 2199";
     let time = |i: usize| {
         times
             .text(i)
             .and_then(parse_iso)
-            .ok_or_else(|| times.wrong(i, "a local time like 2024-03-01T08:05:00 without a zone"))
+            .filter(|time| (1900..2200).contains(&time.year()))
+            .ok_or_else(|| times.wrong(i, expected))
     };
     let start = time(0)?;
     let mut at: Vec<usize> = Vec::with_capacity(table.height());
@@ -245,6 +248,7 @@ impl Reader<'_> {
             BasalUnit::UnitsPerHour => ("U/h", 1.0 / STEPS_PER_HOUR as f64, 1.0),
         };
         self.infer(BASAL, conclusion, evidence);
+        self.check_rates(&values, rate)?;
         self.keep(Channel::Basal, &values, rate);
         self.totals.push(Totals {
             column: Channel::Basal.column().to_owned(),
@@ -256,6 +260,17 @@ impl Reader<'_> {
         let (therapy, conclusion, evidence) = therapy(self.record.basal());
         self.infer(BASAL, conclusion, evidence);
         Ok(therapy)
+    }
+
+    /// Refuses a rate, U/h, that no column holds; one may be among amounts that decide the unit.
+    fn check_rates(&self, values: &[Option<f64>], factor: f64) -> Result<(), CohortError> {
+        let column = self.table.column(BASAL)?;
+        for (i, value) in values.iter().enumerate() {
+            let Some(value) = value else { continue };
+            check_value(Channel::Basal, value * factor, false)
+                .map_err(|range| range.at(column.place(i)))?;
+        }
+        Ok(())
     }
 
     fn bolus_and_carbs(&mut self) -> Result<(), CohortError> {
@@ -376,6 +391,7 @@ mod tests {
         for (rows, says) in [
             ("2018-06-13 22:45:00;86;6;65;0;0.1;0;0\n", "row 2, column time: '2018-06-13 22:45"),
             ("2018-06-13T22:46:00;86;6;65;0;0.1;0;0\n", "off the 5-minute grid"),
+            ("1024-06-13T22:45:00;86;6;65;0;0.1;0;0\n", "row 2, column time: '1024-06-13T22:45"),
             ("2018-06-13T22:45:00;5.1;6;65;0;0.1;0;0\n", "column glucose: person 'HUPA1234P' has"),
             ("2018-06-13T22:45:00;86;6;65;0;-0.1;0;0\n", "column basal_rate: -0.1 is outside"),
             ("2018-06-13T22:45:00;86;6;65;0;0.1;0\n", "row 2: 7 fields where the header has 8"),
@@ -389,5 +405,20 @@ mod tests {
             message.contains("row 3, column time: person 'HUPA1234P' has two rows"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn a_rate_that_no_column_holds_is_refused_where_it_stands() {
+        let start = parse_iso("2018-06-13T00:00:00").expect("a literal time");
+        let mut rows = String::new();
+        for i in 0..1001 {
+            let time = start + chrono::TimeDelta::minutes(5 * i);
+            // The mean is 43 U a day as amounts of five minutes, in which 101 U are 1212 U/h.
+            let basal = if i == 10 { "101" } else { "0.05" };
+            rows += &format!("{};86;6;65;0;{basal};0;0\n", time.format("%Y-%m-%dT%H:%M:%S"));
+        }
+        let message = read(&rows).err().expect("refused").to_string();
+        let says = "HUPA1234P.csv, row 12, column basal_rate: 1212 is outside 0 to 1200 U/h";
+        assert!(message.contains(says), "{message}");
     }
 }

@@ -4,7 +4,7 @@
 //! `bolus` in U, `carbs` in g. `weight` is in lb. An `id` is one person only together with its
 //! `source_file`, so both make the identifier.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use physiology::Kilograms;
@@ -64,6 +64,8 @@ struct Study {
     diaries: Vec<Diary>,
     /// Persons by source and number.
     index: HashMap<(String, String), usize>,
+    /// Identifiers of the persons.
+    names: HashSet<String>,
 }
 
 impl Study {
@@ -79,7 +81,7 @@ impl Study {
                 if !is_person_id(&name) {
                     return Err(row.wrong(ID, "a name that letters and digits can write"));
                 }
-                if self.diaries.iter().any(|diary| diary.id() == name) {
+                if !self.names.insert(name.clone()) {
                     let expected = "a name that stays unique in letters, digits, '_', '-' and '.'";
                     return Err(row.wrong(ID, expected));
                 }

@@ -18,7 +18,8 @@ use super::json_records::{JsonRecord, for_each};
 use super::zone::{Clock, from_millis, instant};
 use crate::error::{CohortError, Place};
 use crate::person::is_person_id;
-use crate::range::MMOL_MEDIAN;
+use crate::range::{MMOL_MEDIAN, check_value};
+use crate::record::Channel;
 
 mod basal;
 mod profile;
@@ -100,6 +101,7 @@ fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     for (path, name) in json_files(folder, "profile")? {
         for_each(&path, &name, |record| profiles.read(&record))?;
     }
+    profiles.sort();
     let entries = json_files(folder, "entries")?;
     let file = entries.first().map_or("entries.json", |(_, name)| name.as_str());
     let mut diary = Diary::new(&id, file, GlucoseUnit::Inferred);
@@ -199,11 +201,14 @@ fn read_entries(
     let middle = values.len() / 2;
     let in_mmol = !values.is_empty()
         && *values.select_nth_unstable_by(middle, f64::total_cmp).1 < MMOL_MEDIAN;
+    let factor = if in_mmol { physiology::MG_PER_DL_PER_MMOL_PER_L } else { 1.0 };
     for Reading { at, value, place } in readings {
         let code = value <= LAST_CODE && (!in_mmol || value <= 0.0);
         if code && value >= 0.0 {
             diary.note("readings of 12 or less: codes of the sensor, left out", || place);
         } else {
+            check_value(Channel::Cgm, value * factor, false)
+                .map_err(|range| range.at(place.clone()))?;
             diary.reading(at, value, || place.clone())?;
         }
     }
@@ -237,13 +242,14 @@ fn at(
     let clock = match clock {
         Some(clock) => clock,
         None => {
-            let minutes = record.number("utcOffset")?.map(|minutes| minutes as i32).or(offset);
-            let minutes = minutes.filter(|minutes| minutes.abs() <= 18 * 60);
-            Clock::Offset(minutes.ok_or_else(|| {
+            let minutes = record.number("utcOffset")?.or(offset.map(f64::from));
+            let minutes = minutes.filter(|minutes| minutes.abs() <= 18.0 * 60.0);
+            let minutes = minutes.ok_or_else(|| {
                 let expected = "minutes ahead of UTC; add profile.json, which has the time zone, or \
                                 say where the person lived with --zone";
                 record.wrong("utcOffset", expected)
-            })?)
+            })?;
+            Clock::Offset(minutes as i32)
         }
     };
     Ok(second(clock.local(at)))

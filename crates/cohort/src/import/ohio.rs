@@ -246,10 +246,18 @@ impl Patient {
             let after = self.basal.partition_point(|rate| rate.0 <= second);
             after.checked_sub(1).map(|at| self.basal[at].1)
         };
+        // The latest end of the temporary rates up to each.
+        let mut latest = i64::MIN;
+        let mut ends = Vec::with_capacity(self.temporary.len());
+        for (_, end, ..) in &self.temporary {
+            latest = latest.max(*end);
+            ends.push(latest);
+        }
         for (from, u_h, place) in &self.basal {
-            let within = |(begin, end, ..): &&(i64, i64, f64, Place)| begin < from && from < end;
+            let begun = self.temporary.partition_point(|rate| rate.0 < *from);
+            let within = begun.checked_sub(1).is_some_and(|last| *from < ends[last]);
             // Within a temporary rate the programme goes on unseen.
-            if self.temporary.iter().find(within).is_none() {
+            if !within {
                 let rate = Rate { from: *from, to: None, u_h: *u_h };
                 self.diary.rate(rate, || place.clone())?;
             }

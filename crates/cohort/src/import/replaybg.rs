@@ -31,7 +31,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 }
 
 fn person(table: &TextTable) -> Result<Diary, CohortError> {
-    let id = table.file().trim_end_matches(".csv");
+    let id = table.file().strip_suffix(".csv").unwrap_or(table.file());
     if !is_person_id(id) {
         return Err(CohortError::WrongLayout {
             file: table.file().into(),

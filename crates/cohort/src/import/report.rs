@@ -1,5 +1,7 @@
 //! The account of an import.
 
+use std::collections::HashMap;
+
 use contract::import_report::{ImportReport, Inference, Note, PersonImport, Totals};
 
 use crate::error::{CohortError, Place};
@@ -23,6 +25,8 @@ pub(super) fn inference(
 /// One person as an importer read them.
 pub(super) struct Imported {
     pub(super) person: Person,
+    /// The file that is named where something concerns all of the person.
+    pub(super) file: String,
     pub(super) totals: Vec<Totals>,
     pub(super) inferences: Vec<Inference>,
     pub(super) notes: Notes,
@@ -77,41 +81,65 @@ pub(super) fn assemble_measured(
     source: &str,
     people: impl IntoIterator<Item = Result<(String, String, Option<Imported>), CohortError>>,
 ) -> Result<super::Import, CohortError> {
-    let (mut imported, mut without, mut steps) = (Vec::new(), Vec::new(), GridSteps::default());
-    for person in people {
-        match person? {
-            (_, file, Some(person)) => {
-                steps.add(person.person.record.len(), &file)?;
-                imported.push(person);
-            }
-            (id, file, None) => without.push(Note {
+    let mut without = Vec::new();
+    let measured = people.into_iter().filter_map(|person| match person {
+        Ok((_, _, Some(person))) => Some(Ok(person)),
+        Ok((id, file, None)) => {
+            without.push(Note {
                 person: Some(id),
                 file,
                 row: None,
                 column: None,
                 what: "no sensor reading: the person is left out".into(),
                 count: 1,
-            }),
+            });
+            None
         }
-    }
-    if imported.is_empty() {
+        Err(error) => Some(Err(error)),
+    });
+    let days_are = "the span from the first to the last sensor reading";
+    let mut import = assemble(format, days_are, measured)?;
+    if import.cohort.people.is_empty() {
         return Err(CohortError::WrongLayout {
             file: source.into(),
             expected: format,
             reason: "no sensor reading of anyone".into(),
         });
     }
-    let days_are = "the span from the first to the last sensor reading";
-    let mut import = assemble(format, days_are, imported);
     import.report.notes.extend(without);
     Ok(import)
 }
 
-/// Combines people and their accounts.
-pub(super) fn assemble(format: &str, days_are: &str, imported: Vec<Imported>) -> super::Import {
+/// Combines people and their accounts. Refuses more steps than a cohort may have, and two people
+/// of one name.
+pub(super) fn assemble(
+    format: &'static str,
+    days_are: &str,
+    imported: impl IntoIterator<Item = Result<Imported, CohortError>>,
+) -> Result<super::Import, CohortError> {
+    assemble_after(GridSteps::default(), format, days_are, imported)
+}
+
+/// The same, after other people of so many steps.
+fn assemble_after(
+    mut steps: GridSteps,
+    format: &'static str,
+    days_are: &str,
+    imported: impl IntoIterator<Item = Result<Imported, CohortError>>,
+) -> Result<super::Import, CohortError> {
     let (mut people, mut all_inferences, mut all_notes) = (vec![], vec![], vec![]);
     let mut cohort = Cohort::default();
-    for Imported { person, totals, inferences, notes } in imported {
+    let mut files: HashMap<String, String> = HashMap::new();
+    for one in imported {
+        let Imported { person, file, totals, inferences, notes } = one?;
+        steps.add(person.record.len(), &file)?;
+        if let Some(other) = files.insert(person.id.clone(), file.clone()) {
+            let reason = format!(
+                "its person would be called '{}', as that of '{other}'; rename one of the files",
+                person.id
+            );
+            return Err(CohortError::WrongLayout { file, expected: format, reason });
+        }
         let balance = mass_balance(&person);
         people.push(PersonImport {
             line: balance.to_string(),
@@ -131,5 +159,50 @@ pub(super) fn assemble(format: &str, days_are: &str, imported: Vec<Imported>) ->
         inferences: Some(all_inferences),
         notes: all_notes,
     };
-    super::Import { cohort, report }
+    Ok(super::Import { cohort, report })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::person::Therapy;
+    use crate::record::Record;
+
+    /// A person of two steps in `file`.
+    fn person(id: &str, file: &str) -> Result<Imported, CohortError> {
+        let start = "2024-03-01T08:00:00".parse().expect("a literal time");
+        Ok(Imported {
+            person: Person {
+                id: id.into(),
+                weight: None,
+                therapy: Therapy::Unknown,
+                heart_rate_baseline: None,
+                record: Record::new(start, 2)?,
+            },
+            file: file.into(),
+            totals: Vec::new(),
+            inferences: Vec::new(),
+            notes: Notes::default(),
+        })
+    }
+
+    #[test]
+    fn a_cohort_of_any_format_has_so_many_steps_and_no_more() {
+        let after = |others: usize| {
+            let mut steps = GridSteps::default();
+            steps.add(others, "others.csv").expect("not too many");
+            assemble_after(steps, "f", "", [person("a", "a.csv"), person("b", "b.csv")])
+        };
+        assert_eq!(after((1 << 25) - 4).expect("as many as there may be").cohort.people.len(), 2);
+        let error = after((1 << 25) - 3).expect_err("one more").to_string();
+        assert!(error.contains("b.csv: the records span more than"), "{error}");
+    }
+
+    #[test]
+    fn two_people_of_one_name_are_refused() {
+        let people = [person("a-1", "a#1.csv"), person("a-1", "a-1.csv")];
+        let error = assemble("f", "", people).expect_err("one name").to_string();
+        assert!(error.contains("a-1.csv: not in the layout of f"), "{error}");
+        assert!(error.contains("called 'a-1', as that of 'a#1.csv'"), "{error}");
+    }
 }

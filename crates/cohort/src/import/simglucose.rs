@@ -33,7 +33,8 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 }
 
 fn person(table: &TextTable) -> Result<Diary, CohortError> {
-    let id = table.file().trim_end_matches(".csv").replace('#', "-");
+    let stem = table.file().strip_suffix(".csv").unwrap_or(table.file());
+    let id = stem.replace('#', "-");
     if !is_person_id(&id) {
         return Err(CohortError::WrongLayout {
             file: table.file().into(),

@@ -37,9 +37,8 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     // Collected before the first error is taken, so the error is that of the first person for any
     // number of threads.
     let people: Vec<_> = people(source)?.par_iter().map(|id| person(source, id)).collect();
-    let people = people.into_iter().collect::<Result<_, _>>()?;
     let days_are = "the span in which glucose and insulin are both recorded";
-    Ok(assemble(FORMAT, days_are, people))
+    assemble(FORMAT, days_are, people)
 }
 
 /// The people who have a glucose file, in order.
@@ -52,12 +51,22 @@ fn people(source: &Path) -> Result<Vec<String>, CohortError> {
             reason: format!("no folder '{GLUCOSE}'"),
         });
     }
-    let mut people: Vec<String> = file_names(&folder)?
-        .iter()
-        .filter_map(|name| name.strip_prefix("UoMGlucose")?.strip_suffix(".csv"))
-        .filter(|id| is_person_id(id))
-        .map(str::to_owned)
-        .collect();
+    let names = file_names(&folder)?;
+    let mut people = Vec::new();
+    for name in &names {
+        let id = name.strip_prefix("UoMGlucose").and_then(|rest| rest.strip_suffix(".csv"));
+        let Some(id) = id else { continue };
+        if !is_person_id(id) {
+            return Err(CohortError::WrongLayout {
+                file: format!("{GLUCOSE}/{name}"),
+                expected: FORMAT,
+                reason: "what follows UoMGlucose in the file's name becomes the person's \
+                         identifier; rename the file, or move it elsewhere"
+                    .into(),
+            });
+        }
+        people.push(id.to_owned());
+    }
     people.sort();
     if people.is_empty() {
         return Err(CohortError::WrongLayout {
@@ -150,11 +159,11 @@ fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
         None => Therapy::Unknown,
     };
     if let Some(bolus) = &bolus {
-        totals.push(bolus.place(&span, &mut record, &mut account, Channel::Bolus, "U"));
+        totals.push(bolus.place(&span, &mut record, &mut account, Channel::Bolus, "U")?);
         insulin::silence_between(&mut record, basal.is_some());
     }
     if let Some(meals) = &meals {
-        totals.push(nutrition::place(meals, &span, &mut record, &mut account));
+        totals.push(nutrition::place(meals, &span, &mut record, &mut account)?);
     }
     let worn = match &activity {
         Some(table) => watch::steps(table, &span, &mut record, &mut account)?,
@@ -166,7 +175,8 @@ fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
     account.note(Place::file(id), "no heart rate, set changes or weight", 1);
     let Account { notes, inferences, .. } = account;
     let person = Person { id: id.into(), weight: None, therapy, heart_rate_baseline: None, record };
-    Ok(Imported { person, totals, inferences, notes })
+    let file = format!("{GLUCOSE}/UoMGlucose{id}.csv");
+    Ok(Imported { person, file, totals, inferences, notes })
 }
 
 /// Names the heart-rate files that are ignored.

@@ -84,12 +84,23 @@ fn domains(source: &Path) -> Result<HashMap<String, PathBuf>, CohortError> {
         source: error,
     };
     files::folder(source, FORMAT, "LB.xpt, FACM.xpt and the others")?;
-    let mut found = HashMap::new();
+    let mut paths = Vec::new();
     for entry in std::fs::read_dir(source).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let name = name(&path).to_ascii_uppercase();
-        if let Some(domain) = name.strip_suffix(".XPT") {
-            found.insert(domain.to_owned(), path);
+        paths.push(entry.map_err(failed)?.path());
+    }
+    // The system lists files in any order.
+    paths.sort();
+    let mut found: HashMap<String, PathBuf> = HashMap::new();
+    for path in paths {
+        let file = name(&path);
+        let upper = file.to_ascii_uppercase();
+        let Some(domain) = upper.strip_suffix(".XPT") else { continue };
+        if let Some(other) = found.insert(domain.to_owned(), path) {
+            return Err(CohortError::WrongLayout {
+                file,
+                expected: FORMAT,
+                reason: format!("'{}' is of the same domain; keep one of them", name(&other)),
+            });
         }
     }
     Ok(found)

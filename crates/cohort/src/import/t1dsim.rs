@@ -36,16 +36,13 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     let files = files(source, FORMAT, "example_subject*.csv", |name| {
         name.starts_with("example_subject") && name.ends_with(".csv")
     })?;
-    let people = files
-        .iter()
-        .map(|(path, name)| person(&TextTable::read(path, name, b',')?))
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(assemble(FORMAT, "the rows of the file / 288", people))
+    let people = files.iter().map(|(path, name)| person(&TextTable::read(path, name, b',')?));
+    assemble(FORMAT, "the rows of the file / 288", people)
 }
 
 fn person(table: &TextTable) -> Result<Imported, CohortError> {
     let file = table.file();
-    let id = file.trim_end_matches(".csv").to_owned();
+    let id = file.strip_suffix(".csv").unwrap_or(file).to_owned();
     if !is_person_id(&id) {
         return Err(CohortError::WrongLayout {
             file: file.into(),
@@ -112,7 +109,7 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
         heart_rate_baseline: Some(BeatsPerMinute(0.0)),
         record,
     };
-    Ok(Imported { person, totals, inferences, notes })
+    Ok(Imported { person, file: file.into(), totals, inferences, notes })
 }
 
 /// The first start in the week from Monday 2024-01-01 that agrees with every row's hour and

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use super::files::files;
 use super::report::assemble_measured;
 use crate::error::CohortError;
+use crate::text_table::shorten;
 
 pub(super) mod clock;
 mod grid;
@@ -193,9 +194,30 @@ fn people(plan: &Plan, read: Vec<Read>) -> Result<BTreeMap<String, Log>, CohortE
     for file in first.into_iter().chain(rest) {
         for (id, log) in file.logs {
             let id = if of_one { owner.clone().unwrap_or(id) } else { id };
-            let known = people.entry(id.clone()).or_insert_with(|| Log::new(&id, &log.file));
+            let known = people.entry(id.clone()).or_insert_with(|| Log {
+                written: log.written.clone(),
+                ..Log::new(&id, &log.file)
+            });
+            if !of_one && known.written != log.written {
+                return Err(one_name_for_two(plan, known, &log));
+            }
             known.take(log);
         }
     }
     Ok(people)
+}
+
+/// The error of two people whose names differ in nothing that an identifier may have.
+fn one_name_for_two(plan: &Plan, known: &Log, other: &Log) -> CohortError {
+    CohortError::WrongLayout {
+        file: other.file.clone(),
+        expected: plan.format,
+        reason: format!(
+            "'{}' and '{}' of {} would both be called {}; use letters and digits that differ",
+            shorten(&other.written, 40),
+            shorten(&known.written, 40),
+            known.file,
+            known.id
+        ),
+    }
 }

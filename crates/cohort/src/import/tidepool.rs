@@ -231,13 +231,14 @@ impl Reader {
             return Ok(());
         }
         let kind = record.value("formulation").and_then(|one| one.get("simple")?.get("actingType"));
+        let total = record.value("dose").and_then(|dose| number(dose.get("total")?).ok()?);
         if kind.and_then(Value::as_str) != Some("rapid") {
             self.diary.note("injections that are not rapid insulin: left out", || {
                 record.place("formulation")
             });
-            return Ok(());
+            let amount = total.unwrap_or(0.0);
+            return self.diary.leave_out_injection(amount, || record.place("dose"));
         }
-        let total = record.value("dose").and_then(|dose| number(dose.get("total")?).ok()?);
         let total = total.ok_or_else(|| record.wrong("dose", "an object with a number total"))?;
         self.diary.dose(Channel::Bolus, at(record, self.zone)?, 0, total, || record.place("dose"))
     }

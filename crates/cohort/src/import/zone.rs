@@ -1,6 +1,6 @@
 //! From instants to the wall clock of a person.
 
-use chrono::{DateTime, FixedOffset, NaiveDateTime, TimeDelta, Utc};
+use chrono::{DateTime, Datelike as _, FixedOffset, NaiveDateTime, TimeDelta, Utc};
 use chrono_tz::{TZ_VARIANTS, Tz};
 
 /// The wall clock that shows an instant.
@@ -40,11 +40,13 @@ pub(super) fn zone(name: &str) -> Option<Tz> {
 }
 
 /// An instant as JSON files write it: `2024-03-01T07:00:00.000Z` or with another offset, which
-/// xDrip writes without a colon (`+0100`).
+/// xDrip writes without a colon (`+0100`); within the years 1900 to 2199.
 pub(super) fn instant(text: &str) -> Option<DateTime<FixedOffset>> {
     let text = text.trim();
     let loose = || DateTime::parse_from_str(text, "%Y-%m-%dT%H:%M:%S%.f%z");
-    DateTime::parse_from_rfc3339(text).or_else(|_| loose()).ok()
+    let instant = DateTime::parse_from_rfc3339(text).or_else(|_| loose()).ok()?;
+    // Chrono also reads years of more digits, whose local time it cannot hold.
+    (1900..2200).contains(&instant.naive_utc().year()).then_some(instant)
 }
 
 /// The instant of milliseconds since 1970.
@@ -71,5 +73,19 @@ mod tests {
         let at = from_millis(1_709_280_000_000.0).expect("a time");
         assert_eq!(Clock::Offset(-300).local(at).to_string(), "2024-03-01 03:00:00");
         assert_eq!(from_millis(1e300), None);
+    }
+
+    #[test]
+    fn instants_lie_within_the_years_of_records() {
+        for text in [
+            "+262142-12-31T23:59:59.000+0000",
+            "-262143-01-01T00:00:00.000+0000",
+            "1899-12-31T23:59:59Z",
+            "2200-01-01T00:00:00Z",
+        ] {
+            assert_eq!(instant(text), None, "{text}");
+        }
+        assert!(instant("1900-01-01T00:00:00Z").is_some());
+        assert!(instant("2199-12-31T23:59:59Z").is_some());
     }
 }

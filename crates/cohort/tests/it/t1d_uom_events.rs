@@ -127,7 +127,7 @@ fn every_liberty_is_noted_with_its_place() {
          (1x)",
         "UoMBolus1.csv, row 5, column bolus_dose: amounts outside the span of glucose and \
          insulin: left out (1x)",
-        "UoMNutrition1.csv, row 6, column meal_ts: 20 g on a date without a time of day: left \
+        "UoMNutrition1.csv, row 6, column meal_ts: values on a date without a time of day: left \
          out, since the step is unknown (1x)",
         "UoMNutrition1.csv, row 5, column carbs_g: rows without an amount: left out (1x)",
         "UoMNutrition1.csv, row 4, column meal_ts: rows earlier than the row above: sorted (1x)",
@@ -208,6 +208,30 @@ fn a_silent_pump_is_missing_and_not_zero() {
 }
 
 #[test]
+fn dates_without_a_time_are_one_note_whatever_the_amounts() {
+    let folder = folder();
+    write(
+        folder.path(),
+        "Nutrition Data/UoMNutrition1.csv",
+        "meal_ts,carbs_g\n01/03/2024 08:14,30\n01/03/2024,20\n02/03/2024,21\n03/03/2024,22\n",
+    );
+    let import = read(&folder);
+    let notes: Vec<String> = import.report.notes.iter().map(ToString::to_string).collect();
+    let of_dates: Vec<&String> =
+        notes.iter().filter(|note| note.contains("without a time of day")).collect();
+    assert_eq!(of_dates.len(), 1, "{of_dates:#?}");
+    assert!(of_dates[0].ends_with("(3x)"), "{of_dates:#?}");
+}
+
+#[test]
+fn a_copy_of_a_file_is_not_passed_over() {
+    let folder = folder();
+    write(folder.path(), "Glucose Data/UoMGlucose1 (1).csv", GLUCOSE);
+    let error = import(ImportFormat::T1dUom, folder.path()).expect_err("a copy").to_string();
+    assert!(error.starts_with("Glucose Data/UoMGlucose1 (1).csv: not in the layout"), "{error}");
+}
+
+#[test]
 fn broken_events_are_errors_with_their_place() {
     for (file, text, says) in [
         (
@@ -221,6 +245,11 @@ fn broken_events_are_errors_with_their_place() {
             "row 2, column bg_ts: '03/31/2024 08:00' is not a time like 31/12/2023 08:05 (day first)",
         ),
         ("Glucose Data/UoMGlucose1.csv", "bg_ts,value\n,7\n", "column bg_ts: '' is not a time"),
+        (
+            "Glucose Data/UoMGlucose1.csv",
+            "bg_ts,value\n01/03/1024 08:00,7\n",
+            "row 2, column bg_ts: '01/03/1024 08:00' is not a time like 31/12/2023 08:05",
+        ),
         (
             "Glucose Data/UoMGlucose1.csv",
             "bg_ts,value\n01/03/2024 08:00,-7\n",
@@ -266,6 +295,34 @@ fn broken_events_are_errors_with_their_place() {
             "Sleep Data/UoM1sleeptime.csv",
             "start_date_ts,duration_in_sec,start_time_offset_s,awake_s,sleep_levels_map_deep\n01/03/2024 07:10,450,3600,0,[{]\n",
             "column sleep_levels_map_deep: '[{]' is not a JSON list",
+        ),
+        (
+            "Insulin Data/Bolus Data/UoMBolus1.csv",
+            "bolus_ts,bolus_dose\n01/03/2024 08:06,60\n01/03/2024 08:09,60\n",
+            "UoMBolus1.csv, row 3, column bolus_dose: 120 is outside 0 to 100 U",
+        ),
+        (
+            "Activity Data/UoMActivity1.csv",
+            "activity_ts,step_count,duration_s,start_time_offset_s\n01/03/2024 08:00,20000,900,3600\n",
+            "UoMActivity1.csv, row 2, column step_count: 6666.6",
+        ),
+        (
+            "Activity Data/UoMActivity1.csv",
+            "activity_ts,step_count,duration_s,start_time_offset_s\n01/03/2024 08:00,-5,900,3600\n",
+            "row 2, column step_count: '-5' is not a count of steps",
+        ),
+        (
+            "Activity Data/UoMActivity1.csv",
+            "activity_ts,step_count,duration_s,start_time_offset_s\n01/03/2024 08:00,5,9e6,3600\n",
+            "row 2, column duration_s: '9e6' is not seconds of an interval",
+        ),
+        // The last second that the library of times knows.
+        (
+            "Sleep Data/UoM1sleeptime.csv",
+            "start_date_ts,duration_in_sec,start_time_offset_s,awake_s,sleep_levels_map_deep\n\
+             01/03/2024 07:10,450,3600,0,\"[{\"\"startTimeInSeconds\"\":8210266876799,\
+             \"\"endTimeInSeconds\"\":8210266876799}]\"\n",
+            "is not a JSON list of startTimeInSeconds and endTimeInSeconds",
         ),
         (
             "Sleep Data/UoM1sleeptime.csv",

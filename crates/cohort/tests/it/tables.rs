@@ -263,6 +263,53 @@ fn a_folder_of_something_else_has_no_column_that_is_mapped() {
     assert_eq!((guess.map.as_str(), guess.missing.len()), ("", 2));
 }
 
+#[test]
+fn insulin_on_dates_alone_is_in_the_totals() {
+    for (map, unit, therapy) in
+        [("long_acting=x", None, Therapy::Mdi), ("basal=x", Some("basal=U/5min"), Therapy::Unknown)]
+    {
+        let text = "t,g,x\n2024-03-01 08:00,100,\n2024-03-01,,12\n2024-03-02,,3\n";
+        let import = import(&[("p.csv", text)], |options| {
+            options.add_map(map).expect("a map");
+            if let Some(unit) = unit {
+                options.add_unit(unit).expect("a unit");
+            }
+        })
+        .expect("good");
+        let totals = import.report.people[0].totals.as_ref().expect("totals");
+        let found: Vec<_> =
+            totals.iter().map(|t| (t.column.as_str(), t.source, t.record, t.left_out)).collect();
+        assert_eq!(found, [("basal_u_h", 15.0, 0.0, 15.0)], "{map}");
+        assert_eq!(import.cohort.people[0].therapy, therapy, "{map}");
+    }
+}
+
+#[test]
+fn people_whose_names_become_one_are_not_merged() {
+    let text = "t,g\n2024-03-01 08:00,100\n";
+    let error = import(&[("Müller.csv", text), ("Möller.csv", text)], same).expect_err("one name");
+    let says = "would both be called M_ller; use letters and digits that differ";
+    assert!(error.starts_with("Möller.csv: ") && error.contains(says), "{error}");
+    assert!(error.contains("'Möller' and 'Müller' of Müller.csv"), "{error}");
+
+    let who = |options: &mut TableOptions| options.add_map("person=who").expect("a map");
+    let row = |name: &str| format!("2024-03-01 08:00,100,{name}\n");
+    let both = format!("t,g,who\n{}{}", row("p 1"), row("p_1"));
+    let error = import(&[("a.csv", &both)], who).expect_err("one name");
+    assert!(error.contains("a.csv, row 3, column who: 'p_1' is not a name that stays"), "{error}");
+    let both = format!("t,g,who\n{}{}", row("p_1"), row("p 1"));
+    assert!(import(&[("a.csv", &both)], who).is_err());
+    let (one, other) = (format!("t,g,who\n{}", row("p 1")), format!("t,g,who\n{}", row("p_1")));
+    let error = import(&[("a.csv", &one), ("b.csv", &other)], who).expect_err("one name");
+    assert!(error.contains("'p_1' and 'p 1' of a.csv would both be called p_1"), "{error}");
+
+    // A name that changes is noted, and one person in two files stays one.
+    let import = import(&[("a.csv", &one), ("b.csv", &one)], who).expect("one person");
+    assert_eq!(import.cohort.people.len(), 1);
+    let says = "'p 1' is called p_1: names of people and files";
+    assert!(import.report.notes.iter().any(|note| note.to_string().contains(says)));
+}
+
 const EXPORTS: [(ImportFormat, &str); 4] = [
     (
         ImportFormat::Table,

@@ -23,7 +23,8 @@ pub(super) fn place(
     treatments: Treatments,
     diary: &mut Diary,
 ) -> Result<(), CohortError> {
-    let Some((first, last)) = diary.span() else { return Ok(()) };
+    // A schedule is laid day by day, so a wrong date is refused before.
+    let Some((first, last)) = diary.record_span()? else { return Ok(()) };
     // The last reading's step is part of the record.
     let (first, end) = (first, last + 300);
     let clock = treatments.clock();
@@ -42,6 +43,12 @@ pub(super) fn place(
             })
         })
         .collect();
+    // The clock may go back from one document to the next; no document ends before it begins.
+    let mut latest = i64::MIN;
+    for one in &mut in_force {
+        latest = latest.max(one.from);
+        one.from = latest;
+    }
     if in_force.is_empty() && !temporaries.is_empty() {
         diary.note("no profile: the basal rate is known during temporary rates only", || {
             temporaries[0].place.clone()
@@ -57,7 +64,12 @@ pub(super) fn place(
 
     let base = |from: i64, to: i64| -> Vec<(i64, i64, f64)> {
         let mut pieces = Vec::new();
-        for (i, one) in in_force.iter().enumerate() {
+        // The last one that begins before, and those that follow.
+        let before = in_force.partition_point(|one| one.from <= from).saturating_sub(1);
+        for (i, one) in in_force.iter().enumerate().skip(before) {
+            if one.from >= to {
+                break;
+            }
             let until = in_force.get(i + 1).map_or(i64::MAX, |next| next.from);
             let (from, to) = (from.max(one.from), to.min(until));
             if from < to {
@@ -106,13 +118,13 @@ fn switch<'a>(
             diary.note("switches to a profile that no file has: left out", || switch.place.clone());
             continue;
         };
-        let before = in_force.iter().rposition(|one| one.from <= switch.from);
+        let at = in_force.partition_point(|one| one.from <= switch.from);
+        let before = at.checked_sub(1);
         let schedule = match switch.hours {
             0.0 => Cow::Borrowed(schedule),
             hours => Cow::Owned(schedule.shifted(hours)),
         };
         let new = InForce { from: switch.from, schedule, share: switch.share };
-        let at = before.map_or(0, |before| before + 1);
         if switch.seconds > 0
             && let Some(before) = before
         {
@@ -132,4 +144,20 @@ fn push(diary: &mut Diary, pieces: Vec<(i64, i64, f64)>, place: &Place) -> Resul
         diary.rate(Rate { from, to: Some(to), u_h }, || place.clone())?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::import::diary::GlucoseUnit;
+
+    #[test]
+    fn a_span_that_is_too_long_is_refused_before_a_schedule_is_laid() {
+        let mut diary = Diary::new("p", "entries.json", GlucoseUnit::MgPerDl);
+        for at in [-2_208_988_800, 7_258_000_000] {
+            diary.reading(at, 100.0, || Place::file("entries.json")).expect("a reading");
+        }
+        let placed = place(&Profiles::default(), Treatments::new(None), &mut diary);
+        assert!(matches!(placed, Err(CohortError::TooLong { .. })), "{placed:?}");
+    }
 }

@@ -13,6 +13,8 @@ use crate::record::Channel;
 
 /// Seconds of a day.
 const DAY: i64 = 86_400;
+/// Most rates of a schedule: one for each five minutes.
+const MOST_RATES: usize = 288;
 
 /// Rates of a day, U/h, each from a second of the day on; the first is at 0.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -71,6 +73,9 @@ impl Schedule {
             Ok(u_h)
         };
         match basal {
+            Value::Array(items) if items.len() > MOST_RATES => {
+                return Err(wrong("a list of at most 288 rates, one for each five minutes"));
+            }
             Value::Array(items) => {
                 for item in items {
                     let second = second_of_day(item)
@@ -88,14 +93,15 @@ impl Schedule {
     }
 }
 
+/// The second at which a rate begins: `time`, or `timeAsSeconds` where that has no colon.
 fn second_of_day(item: &Value) -> Option<i64> {
-    let by_text = item.get("time").and_then(Value::as_str).and_then(|text| {
-        let (hour, minute) = text.trim().split_once(':')?;
-        let (hour, minute): (i64, i64) = (hour.parse().ok()?, minute.get(..2)?.parse().ok()?);
-        (minute < 60).then_some(hour * 3600 + minute * 60)
-    });
-    let second = by_text.or_else(|| Some(number(item.get("timeAsSeconds")?).ok()?? as i64))?;
-    (0..DAY).contains(&second).then_some(second)
+    let text = item.get("time").and_then(Value::as_str).unwrap_or("");
+    let Some((hour, minute)) = text.trim().split_once(':') else {
+        let second = number(item.get("timeAsSeconds")?).ok()?? as i64;
+        return (0..DAY).contains(&second).then_some(second);
+    };
+    let (hour, minute): (u8, u8) = (hour.parse().ok()?, minute.get(..2)?.parse().ok()?);
+    (hour < 24 && minute < 60).then_some(i64::from(hour) * 3600 + i64::from(minute) * 60)
 }
 
 /// A document: schedules by name, in force from an instant on.
@@ -113,7 +119,7 @@ impl Document {
     }
 }
 
-/// Every document, in order of time.
+/// Every document, in order of time once [`Profiles::sort`] has run.
 #[derive(Default)]
 pub(super) struct Profiles {
     documents: Vec<Document>,
@@ -159,8 +165,12 @@ impl Profiles {
             }
         }
         self.documents.push(document);
-        self.documents.sort_by_key(|document| document.from);
         Ok(())
+    }
+
+    /// Puts the documents in order of time, after the last of them is read.
+    pub(super) fn sort(&mut self) {
+        self.documents.sort_by_key(|document| document.from);
     }
 
     fn one(
@@ -229,5 +239,43 @@ mod tests {
                 (DAY + 6 * 3600, DAY + 6 * 3600 + 60, 1.0),
             ]
         );
+    }
+
+    #[test]
+    fn a_rate_begins_at_a_time_of_day() {
+        let second = |item: Value| second_of_day(&item);
+        for (time, expected) in [
+            ("00:00", Some(0)),
+            ("23:59", Some(DAY - 60)),
+            ("7:30:00", Some(27_000)),
+            ("24:00", None),
+            ("01:-5", None),
+            ("-1:00", None),
+            ("01:60", None),
+            ("9223372036854775807:00", None),
+        ] {
+            // What the text says counts, also where it cannot be.
+            let item = serde_json::json!({ "time": time, "timeAsSeconds": 7 });
+            assert_eq!(second(item), expected, "{time}");
+        }
+        assert_eq!(second(serde_json::json!({ "timeAsSeconds": 3600 })), Some(3600));
+        assert_eq!(second(serde_json::json!({ "timeAsSeconds": 1e300 })), None);
+    }
+
+    #[test]
+    fn a_schedule_has_so_many_rates_and_no_more() {
+        let schedule = |count: usize| {
+            let rates = vec![serde_json::json!({ "time": "00:00", "value": 1 }); count];
+            let place = || Place::file("profile.json");
+            let wrong = |expected| CohortError::Cell {
+                place: Place::file("profile.json"),
+                value: String::new(),
+                expected,
+            };
+            Schedule::read(&Value::Array(rates), wrong, place)
+        };
+        assert_eq!(schedule(MOST_RATES).expect("as many as there may be").rates.len(), MOST_RATES);
+        let error = schedule(MOST_RATES + 1).expect_err("one more").to_string();
+        assert!(error.contains("is not a list of at most 288 rates"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! Amounts at irregular times.
 
-use chrono::NaiveDateTime;
+use chrono::{Datelike as _, NaiveDateTime};
 use contract::import_report::Totals;
 
 use super::{Account, Span, step_of};
@@ -40,28 +40,27 @@ pub(super) fn stamp(
     i: usize,
 ) -> Result<Option<Stamp>, CohortError> {
     let Some(text) = column.text(i) else {
-        return if blank(table, i)? {
+        return if blank(table, i) {
             Ok(None)
         } else {
             Err(column.wrong(i, "a time like 31/12/2023 08:05; the cell is empty"))
         };
     };
-    if let Some(time) = parse_day_first(text) {
+    let in_range = |time: &NaiveDateTime| (1900..2200).contains(&time.year());
+    if let Some(time) = parse_day_first(text).filter(in_range) {
         Ok(Some(Stamp::At(time)))
     } else if parse_day_first_date(text).is_some() {
         Ok(Some(Stamp::Day))
     } else {
-        Err(column.wrong(i, "a time like 31/12/2023 08:05 (day first)"))
+        let expected = "a time like 31/12/2023 08:05 (day first), in the years 1900 to 2199";
+        Err(column.wrong(i, expected))
     }
 }
 
-fn blank(table: &TextTable, i: usize) -> Result<bool, CohortError> {
-    for name in table.header().iter().filter(|name| !name.is_empty()) {
-        if table.column(name)?.text(i).is_some() {
-            return Ok(false);
-        }
-    }
-    Ok(true)
+/// Whether no column with a name holds anything in row `i`.
+fn blank(table: &TextTable, i: usize) -> bool {
+    let columns = table.header().iter().enumerate();
+    columns.filter(|(_, name)| !name.is_empty()).all(|(at, _)| table.cell(i, at).is_none())
 }
 
 impl Events {
@@ -99,12 +98,9 @@ impl Events {
                     events.push(Event { time, value: amount, place: values.place(i) });
                 }
                 Stamp::Day => {
-                    let unit = channel.unit();
-                    let what = format!(
-                        "{amount} {unit} on a date without a time of day: left out, since the \
-                         step is unknown"
-                    );
-                    account.note(times.place(i), &what, 1);
+                    let what = "values on a date without a time of day: left out, since the step \
+                                is unknown";
+                    account.note(times.place(i), what, 1);
                     untimed += amount;
                 }
             }
@@ -123,6 +119,9 @@ impl Events {
     }
 
     /// Adds the amounts to their steps; a step without one within the events' span holds 0.
+    ///
+    /// # Errors
+    /// If a step would hold more than its column can.
     pub(super) fn place(
         &self,
         span: &Span,
@@ -130,7 +129,7 @@ impl Events {
         account: &mut Account<'_>,
         channel: Channel,
         unit: &str,
-    ) -> Totals {
+    ) -> Result<Totals, CohortError> {
         let cells = record.channel_mut(channel);
         let mut source = self.untimed;
         let mut left_out = self.untimed;
@@ -153,7 +152,10 @@ impl Events {
                         usize::from(more),
                     );
                     filled[k] |= event.value > 0.0;
-                    cells[k] = Some(cells[k].unwrap_or(0.0) + event.value);
+                    let sum = cells[k].unwrap_or(0.0) + event.value;
+                    check_value(channel, sum, false)
+                        .map_err(|range| range.at(event.place.clone()))?;
+                    cells[k] = Some(sum);
                 }
                 None => {
                     left_out += event.value;
@@ -166,12 +168,12 @@ impl Events {
             }
         }
         let kept = cells.iter().flatten().sum();
-        Totals {
+        Ok(Totals {
             column: channel.column().to_owned(),
             unit: unit.to_owned(),
             source,
             record: kept,
             left_out,
-        }
+        })
     }
 }

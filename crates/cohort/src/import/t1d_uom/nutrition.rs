@@ -29,8 +29,8 @@ pub(super) fn place(
     span: &Span,
     record: &mut Record,
     account: &mut Account<'_>,
-) -> Totals {
-    let totals = meals.events.place(span, record, account, Channel::Carbs, "g");
+) -> Result<Totals, CohortError> {
+    let totals = meals.events.place(span, record, account, Channel::Carbs, "g")?;
     let (mut days, mut logged) = (BTreeSet::new(), BTreeSet::new());
     for (k, carbs) in record.carbs().iter().enumerate() {
         let Some(carbs) = carbs else { continue };
@@ -44,5 +44,5 @@ pub(super) fn place(
         "calendar days between logged ones without any carbohydrate: kept as 0",
         days.len() - logged.len(),
     );
-    totals
+    Ok(totals)
 }

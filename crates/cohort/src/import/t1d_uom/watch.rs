@@ -7,6 +7,8 @@ use chrono::{DateTime, NaiveDateTime, TimeDelta};
 use super::events::{Stamp, stamp};
 use super::{Account, Span, step_of, time_of};
 use crate::error::{CohortError, Place};
+use crate::import::diary::SECONDS;
+use crate::range::check_value;
 use crate::record::{Channel, Record};
 use crate::text_table::{TextColumn, TextTable};
 use crate::wall_clock::parse_day_first;
@@ -42,8 +44,11 @@ pub(super) fn steps(
         *used_offsets.entry(whole(&offsets, i)?).or_default() += 1;
         let count = counts.number(i)?.unwrap_or(0.0);
         let seconds = durations.required_number(i)?;
-        if !(0.0..=86_400.0).contains(&seconds) || !(0.0..=100_000.0).contains(&count) {
-            return Err(durations.wrong(i, "an interval of up to a day with a count of steps"));
+        if !(0.0..=86_400.0).contains(&seconds) {
+            return Err(durations.wrong(i, "seconds of an interval, at most 86400"));
+        }
+        if !(0.0..=100_000.0).contains(&count) {
+            return Err(counts.wrong(i, "a count of steps from 0 to 100000"));
         }
         let pieces = (seconds / 300.0).round().max(1.0) as i64;
         for piece in 0..pieces {
@@ -52,7 +57,9 @@ pub(super) fn steps(
                 continue;
             };
             let cell = &mut record.channel_mut(Channel::Steps)[k];
-            *cell = Some(cell.unwrap_or(0.0) + count / pieces as f64);
+            let sum = cell.unwrap_or(0.0) + count / pieces as f64;
+            check_value(Channel::Steps, sum, false).map_err(|range| range.at(counts.place(i)))?;
+            *cell = Some(sum);
         }
     }
     let place = Place::column(table.file(), "step_count");
@@ -208,7 +215,10 @@ fn intervals(
         .map(|interval| {
             let (from, to) = (interval.start_time_in_seconds, interval.end_time_in_seconds);
             let fits = to >= from && to.saturating_sub(from) <= LONGEST_SESSION;
-            let time = |seconds| DateTime::from_timestamp(seconds, 0).map(|time| time.naive_utc());
+            let time = |seconds: i64| {
+                let time = DateTime::from_timestamp(seconds, 0)?;
+                SECONDS.contains(&seconds).then(|| time.naive_utc())
+            };
             match (time(from), time(to)) {
                 (Some(from), Some(to)) if fits => Ok((from, to)),
                 _ => Err(wrong()),

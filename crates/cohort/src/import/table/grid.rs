@@ -91,6 +91,10 @@ pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>,
         let (total, of_rates) = basal(&mut log, basal_unit, span, &mut record)?;
         totals.push(total);
         therapy = of_rates;
+    } else if let (Unit::PerMinutes(_), Some(amount)) =
+        (basal_unit, log.left_out.get(&Role::Basal).copied())
+    {
+        totals.push(nothing_kept(amount));
     }
     for (role, unit) in
         [(Role::Bolus, "U"), (Role::Carbs, "g"), (Role::Steps, ""), (Role::SetChange, "")]
@@ -111,9 +115,9 @@ pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>,
         "steps with a basal rate and without a bolus: 0, since the pump was recorded",
         silent,
     );
-    let Log { id, inferences, notes, .. } = log;
+    let Log { id, file, inferences, notes, .. } = log;
     let person = Person { id, weight: None, therapy, heart_rate_baseline: None, record };
-    Ok(Some(Imported { person, totals, inferences, notes }))
+    Ok(Some(Imported { person, file, totals, inferences, notes }))
 }
 
 /// The mean of each step's readings.
@@ -375,11 +379,12 @@ fn therapy(log: &mut Log, rates: &[Rate]) -> Therapy {
 /// their absorption.
 fn long_acting(log: &mut Log, therapy: Therapy, totals: &mut Vec<Totals>) -> Therapy {
     let events = log.events.remove(&Role::LongActing).unwrap_or_default();
-    if events.is_empty() {
+    let without_time = log.left_out.get(&Role::LongActing).copied();
+    if events.is_empty() && without_time.is_none() {
         return therapy;
     }
-    let injected: f64 = events.iter().map(|event| event.value).sum::<f64>()
-        + log.left_out.get(&Role::LongActing).copied().unwrap_or(0.0);
+    let injected: f64 =
+        events.iter().map(|event| event.value).sum::<f64>() + without_time.unwrap_or(0.0);
     let what = "long-acting injections, which no basal rate describes: left out";
     log.note_of(Role::LongActing, what, events.len());
     let column = Channel::Basal.column();
@@ -390,18 +395,25 @@ fn long_acting(log: &mut Log, therapy: Therapy, totals: &mut Vec<Totals>) -> The
             therapy
         }
         None => {
-            let evidence = format!("{} long-acting injections and no rate", events.len());
+            let evidence = match events.len() {
+                0 => "long-acting injections without a time of day, and no rate".to_owned(),
+                count => format!("{count} long-acting injections and no rate"),
+            };
             log.infer(Role::LongActing, "therapy mdi", evidence);
-            let (source, left_out) = (injected, injected);
-            totals.push(Totals {
-                column: column.into(),
-                unit: "U".into(),
-                source,
-                record: 0.0,
-                left_out,
-            });
+            totals.push(nothing_kept(injected));
             Therapy::Mdi
         }
+    }
+}
+
+/// The totals of basal insulin, U, of which the record holds nothing.
+fn nothing_kept(amount: f64) -> Totals {
+    Totals {
+        column: Channel::Basal.column().into(),
+        unit: "U".into(),
+        source: amount,
+        record: 0.0,
+        left_out: amount,
     }
 }
 

@@ -23,6 +23,8 @@ pub(super) struct Event {
 #[derive(Default)]
 pub(super) struct Log {
     pub(super) id: String,
+    /// The name of the person as the file writes it.
+    pub(super) written: String,
     /// The first file with rows of this person.
     pub(super) file: String,
     pub(super) events: BTreeMap<Role, Vec<Event>>,

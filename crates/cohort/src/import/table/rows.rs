@@ -42,6 +42,7 @@ const LOWEST: f64 = 40.0;
 const HIGHEST: f64 = 400.0;
 /// Share of the span of dates at which an order of day and month is the continuous one.
 const CONTINUOUS: f64 = 0.2;
+const UNIQUE_EXPECTED: &str = "a name that stays unique in letters, digits, '_', '-' and '.'";
 const TIME_EXPECTED: &str = "a time like 2024-03-01 08:05 or 31/12/2024 08:05";
 
 /// A mapped column of one file.
@@ -339,13 +340,13 @@ impl<'a> File<'a> {
         };
         let mut seen = HashSet::new();
         let mut hours: BTreeMap<String, (NaiveDateTime, bool)> = BTreeMap::new();
-        let mut renamed: BTreeMap<String, String> = BTreeMap::new();
+        let mut written: BTreeMap<String, String> = BTreeMap::new();
         for (i, stamp) in stamps.iter().enumerate() {
             let values = self.values(i, &factors, numbers)?;
             if values.is_empty() {
                 continue;
             }
-            let id = self.person(i, plan, &mut renamed)?;
+            let id = self.person(i, plan, &mut written)?;
             let log = logs.entry(id.clone()).or_insert_with(|| Log::new(&id, table.file()));
             for column in &self.columns {
                 log.columns
@@ -404,7 +405,12 @@ impl<'a> File<'a> {
                 log.events.entry(role).or_default().push(Event { second, value, hour });
             }
         }
-        self.tell(plan, &facts, &renamed, logs);
+        for (id, written) in written {
+            if let Some(log) = logs.get_mut(&id) {
+                log.written = written;
+            }
+        }
+        self.tell(plan, &facts, logs);
         Ok(())
     }
 
@@ -413,7 +419,6 @@ impl<'a> File<'a> {
         &self,
         plan: &Plan,
         facts: &[(Place, String, String)],
-        renamed: &BTreeMap<String, String>,
         logs: &mut BTreeMap<String, Log>,
     ) {
         let table = self.table();
@@ -436,11 +441,9 @@ impl<'a> File<'a> {
             let what = "doses of a kind that is not known: left out";
             log.notes.add_many(&log.id, self.place(*first, *at), what, unknown.len());
         }
-        for (id, written) in renamed {
-            if let Some(log) = logs.get_mut(id) {
-                let place = Place::file(table.file());
-                log.note(place, &format!("'{written}' is called {id}: names of people and files"));
-            }
+        for (id, log) in logs.iter_mut().filter(|(id, log)| **id != log.written) {
+            let what = format!("'{}' is called {id}: names of people and files", log.written);
+            log.note(Place::file(table.file()), &what);
         }
     }
 
@@ -558,12 +561,12 @@ impl<'a> File<'a> {
         if percent { 0.01 } else { 1.0 }
     }
 
-    /// The person of row `i`; `renamed` takes names that cannot be identifiers.
+    /// The person of row `i`; `known` takes the name of each identifier as it is written.
     fn person(
         &self,
         i: usize,
         plan: &Plan,
-        renamed: &mut BTreeMap<String, String>,
+        known: &mut BTreeMap<String, String>,
     ) -> Result<String, CohortError> {
         let written = match self.person {
             Some(at) => self.table().cell(i, at).ok_or_else(|| {
@@ -590,10 +593,16 @@ impl<'a> File<'a> {
         if !is_person_id(&id) {
             return Err(wrong());
         }
-        if id != written {
-            let known = renamed.entry(id.clone()).or_insert_with(|| written.to_owned());
-            if known != written {
-                return Err(wrong());
+        match known.get(&id) {
+            Some(other) if other != written => {
+                return Err(match self.person {
+                    Some(at) => self.table().cell_wrong(i, at, UNIQUE_EXPECTED),
+                    None => wrong(),
+                });
+            }
+            Some(_) => {}
+            None => {
+                known.insert(id.clone(), written.to_owned());
             }
         }
         Ok(id)

@@ -1,6 +1,6 @@
 //! BabelBetes.
 
-use cohort::{Channel, ImportFormat};
+use cohort::{CellKind, Cells, Channel, ImportFormat, ParquetSink, import};
 
 use super::{check, fixture, refusal};
 
@@ -29,4 +29,36 @@ fn broken_files_are_refused() {
         let message = refusal(FORMAT, &[(name, bytes)]);
         assert!(message.contains(says), "{says}: {message}");
     }
+}
+
+/// A table of readings with a column for the person.
+fn readings(patient: &'static str) -> Vec<u8> {
+    let columns =
+        [("patient_id", CellKind::Word), ("datetime", CellKind::Word), ("cgm", CellKind::Number)];
+    let mut bytes = Vec::new();
+    let mut sink = ParquetSink::new("cgm.parquet", &mut bytes, &columns).expect("a table");
+    let cells = vec![
+        Cells::Words(vec![patient]),
+        Cells::Words(vec!["2024-03-01 08:00:00"]),
+        Cells::Numbers(vec![Some(120.0)]),
+    ];
+    sink.write(cells).expect("writable");
+    sink.finish().expect("writable");
+    bytes
+}
+
+#[test]
+fn the_study_is_part_of_the_name_also_where_a_column_names_the_patient() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for study in ["A", "B"] {
+        let part = folder.path().join(format!("study_name={study}/data_type=cgm"));
+        std::fs::create_dir_all(&part).expect("writable");
+        std::fs::write(part.join("x.parquet"), readings("1")).expect("writable");
+    }
+    let import = import(FORMAT, folder.path()).expect("two people");
+    let ids: Vec<&str> = import.cohort.people.iter().map(|person| person.id.as_str()).collect();
+    assert_eq!(ids, ["A-1", "B-1"]);
+    // A row without a patient is nobody's.
+    let message = refusal(FORMAT, &[("study_name=A/data_type=cgm/x.parquet", &readings(""))]);
+    assert!(message.contains("row 1, column patient_id: '' is not an identifier"), "{message}");
 }

@@ -182,6 +182,16 @@ fn broken_files_are_refused_with_their_place() {
             "[{\"store\":{\"D\":{\"basal\":[{\"time\":\"25:00\",\"value\":1}]}}}]",
             "store.D.basal: '[{\\\"time\\\":\\\"25:00\\\",\\\"value\\\":1}]' is not rates whose time",
         ),
+        (
+            "profile.json",
+            "[{\"store\":{\"D\":{\"basal\":[{\"time\":\"9223372036854775807:00\",\"value\":1}]}}}]",
+            "is not rates whose time is HH:MM within a day",
+        ),
+        (
+            "profile.json",
+            "[{\"store\":{\"D\":{\"basal\":[{\"time\":\"01:-5\",\"value\":1}]}}}]",
+            "is not rates whose time is HH:MM within a day",
+        ),
         ("profile.json", "[{\"store\":{\"D\":{\"timezone\":\"Mars\"}}}]", "'Mars' is not the name"),
     ] {
         let mut files: Vec<(&str, &[u8])> =
@@ -193,6 +203,15 @@ fn broken_files_are_refused_with_their_place() {
     }
     let message = refusal(FORMAT, &[("entries.json", good.as_bytes())]);
     assert!(message.contains("column utcOffset: '' is not minutes ahead of UTC"), "{message}");
+    let far = b"[{\"sgv\":100,\"date\":1709280000000,\"utcOffset\":-1e10}]";
+    let message = refusal(FORMAT, &[("entries.json", far)]);
+    assert!(message.contains("' is not minutes ahead of UTC"), "{message}");
+    let high = b"{\"sgv\":5.5,\"date\":1709280000000,\"utcOffset\":0}\n\
+                 {\"sgv\":5.6,\"date\":1709280300000,\"utcOffset\":0}\n\
+                 {\"sgv\":200,\"date\":1709280600000,\"utcOffset\":0}\n";
+    let message = refusal(FORMAT, &[("entries.json", high)]);
+    let says = "entries.json, row 3, column sgv: 3600 is outside 0 to 2000 mg/dL";
+    assert!(message.contains(says), "{message}");
     let latin = b"[{\"sgv\":100,\"device\":\"caf\xE9\",\"date\":1709280000000}]";
     let message = refusal(FORMAT, &[("entries.json", latin)]);
     assert!(message.contains("save the file as UTF-8"), "{message}");

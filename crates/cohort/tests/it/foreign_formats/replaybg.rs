@@ -1,6 +1,6 @@
 //! ReplayBG.
 
-use cohort::{Channel, ImportFormat};
+use cohort::{Channel, ImportFormat, import};
 
 use super::{check, refusal};
 
@@ -28,4 +28,16 @@ fn broken_files_are_refused_with_their_place() {
         let message = refusal(FORMAT, &[("p1.csv", text.as_bytes())]);
         assert!(message.contains(says), "{rows}: {message}");
     }
+}
+
+#[test]
+fn a_name_loses_one_ending() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for name in ["x.csv", "x.csv.csv"] {
+        let text = "t,glucose,cho,bolus,basal\n2024-03-01 08:00:00,120,0,0,0.01\n";
+        std::fs::write(folder.path().join(name), text).expect("writable");
+    }
+    let import = import(FORMAT, folder.path()).expect("two people");
+    let ids: Vec<&str> = import.cohort.people.iter().map(|person| person.id.as_str()).collect();
+    assert_eq!(ids, ["x", "x.csv"]);
 }

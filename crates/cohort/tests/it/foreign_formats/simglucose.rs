@@ -59,3 +59,11 @@ fn broken_files_are_refused_with_their_place() {
         assert!(message.contains(says), "{rows}: {message}");
     }
 }
+
+#[test]
+fn two_files_that_give_one_name_are_refused() {
+    let text = b"Time,CGM,CHO,insulin\n2017-12-31 06:00:00,160,0.0,0.02\n";
+    let message = refusal(FORMAT, &[("adult#001.csv", text), ("adult-001.csv", text)]);
+    let says = "would be called 'adult-001', as that of 'adult#001.csv'; rename one of the files";
+    assert!(message.starts_with("adult-001.csv") && message.contains(says), "{message}");
+}

@@ -119,6 +119,8 @@ fn broken_files_are_refused_with_their_place() {
         let message = refusal(FORMAT, &[("LB.xpt", bytes)]);
         assert!(message.contains(says), "{says}: {message}");
     }
+    let message = refusal(FORMAT, &[("LB.xpt", &lb), ("lb.XPT", &lb)]);
+    assert!(message.contains("lb.XPT: not in the layout of t1dexi: 'LB.xpt' is of"), "{message}");
     let facm = changed("FACM.xpt", b"PT60M", b"sixty");
     let message = refusal(FORMAT, &[("LB.xpt", &lb), ("FACM.xpt", &facm)]);
     assert!(message.contains("FACM.xpt, row 2, column FADUR: 'sixty' is not"), "{message}");

@@ -64,6 +64,19 @@ fn a_meal_in_food_and_calculator_is_pointed_out() {
 }
 
 #[test]
+fn insulin_that_is_not_rapid_is_in_the_totals() {
+    let text = r#"[
+        {"type":"cbg","units":"mg/dL","value":100,"deviceTime":"2024-03-01T08:00:00"},
+        {"type":"insulin","formulation":{"simple":{"actingType":"long"}},
+         "dose":{"total":12,"units":"Units"},"deviceTime":"2024-03-01T08:00:00"}]"#;
+    let import = read(text).expect("good data");
+    let totals = import.report.people[0].totals.as_ref().expect("totals");
+    let found: Vec<_> =
+        totals.iter().map(|t| (t.column.as_str(), t.source, t.record, t.left_out)).collect();
+    assert_eq!(found, [("basal_u_h", 12.0, 0.0, 12.0)]);
+}
+
+#[test]
 fn broken_data_are_refused_with_their_place() {
     let time = "\"deviceTime\":\"2024-03-01T08:00:00\"";
     for (text, says) in [
