@@ -20,7 +20,6 @@ mod what_if;
 
 pub(crate) use agp::agp;
 pub(crate) use before_after::{Bars, before_after};
-pub(crate) use canvas::Svg;
 pub(crate) use equivalence::equivalence;
 pub(crate) use error_pairs::{ErrorPair, error_pairs};
 pub(crate) use example_day::example_day;
@@ -34,6 +33,8 @@ pub(crate) use slices::slices;
 pub(crate) use targets::targets;
 pub(crate) use training::training;
 pub(crate) use what_if::what_if;
+
+use canvas::Svg;
 
 /// A figure with the key to its lines.
 pub(crate) type Drawn = (Svg, Vec<Key>);

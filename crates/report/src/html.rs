@@ -11,7 +11,7 @@ mod ranges;
 pub(crate) use crossed::{Crossed, CrossedCell, CrossedRow};
 pub(crate) use heat::{Heat, HeatCell, HeatWidth};
 
-use crate::figure::{Key, Stroke, Svg};
+use crate::figure::{Drawn, Key, Stroke};
 use crate::number::percent;
 
 /// A piece of a page.
@@ -77,19 +77,24 @@ impl Html {
         html
     }
 
-    /// A figure with the key to its lines and a caption that says what it shows.
-    pub(crate) fn figure(&mut self, svg: &Svg, keys: &[Key], caption: &str) -> &mut Self {
+    /// A figure with the key to its lines and a caption that says what it shows; returns whether
+    /// there is one.
+    pub(crate) fn figure(&mut self, drawn: Option<Drawn>, caption: &str) -> bool {
+        let Some((svg, keys)) = drawn else {
+            return false;
+        };
         self.literal("<figure>\n");
         self.0.push_str(svg.markup());
         if !keys.is_empty() {
             self.literal("<ul class=\"key\">");
-            for key in keys {
+            for key in &keys {
                 self.literal("<li>").0.push_str(&swatch(key));
                 self.text(&key.label).literal("</li>");
             }
             self.literal("</ul>\n");
         }
-        self.literal("<figcaption>").text(caption).literal("</figcaption>\n</figure>\n")
+        self.literal("<figcaption>").text(caption).literal("</figcaption>\n</figure>\n");
+        true
     }
 
     /// A table that scrolls sideways where it is wider than the page. Rows marked `true` are bold.

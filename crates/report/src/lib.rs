@@ -14,10 +14,11 @@
 //!     "rmse_twin": 38.4}]}"#;
 //! inputs.read(Part::Twins, json.as_bytes())?;
 //! let html = render(&inputs)?;
-//! assert!(html.contains("1 twin was trained for 1 person"));
+//! assert!(html.contains("1 of 1 person has a twin."));
 //! # Ok::<(), report::ReportError>(())
 //! ```
 
+mod distinct;
 mod error;
 mod figure;
 mod html;

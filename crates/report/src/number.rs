@@ -72,12 +72,8 @@ pub(crate) fn share(share: &Share) -> String {
     let Some(value) = share.value else {
         return format!("{count} of {of}");
     };
-    format!(
-        "{count} of {of}: {} ({} to {})",
-        percent(value),
-        fixed(100.0 * share.lower, 0),
-        fixed(100.0 * share.upper, 0)
-    )
+    let ends = ends(100.0 * share.lower, 100.0 * share.upper, 0);
+    format!("{count} of {of}: {}{ends}", percent(value))
 }
 
 /// A p-value as papers print it.
@@ -98,7 +94,19 @@ pub(crate) fn spread(spread: Spread, digits: usize) -> String {
 
 /// Estimate and interval.
 pub(crate) fn interval(x: WithInterval, digits: usize) -> String {
-    format!("{} ({} to {})", fixed(x.value, digits), fixed(x.lower, digits), fixed(x.upper, digits))
+    format!("{}{}", fixed(x.value, digits), ends(x.lower, x.upper, digits))
+}
+
+/// The ends of an interval behind its estimate: ` (36 to 81)`.
+pub(crate) fn ends(lower: f64, upper: f64, digits: usize) -> String {
+    format!(" ({} to {})", fixed(lower, digits), fixed(upper, digits))
+}
+
+/// Minutes since midnight as `HH:MM`.
+pub(crate) fn clock(minutes: f64) -> String {
+    // Whole minutes first: hours and minutes that are rounded apart can read 01:60.
+    let minutes = minutes.round() as u32;
+    format!("{:02}:{:02}", minutes / 60, minutes % 60)
 }
 
 /// A count with its noun: `1 person`, `3 people`.
@@ -137,6 +145,10 @@ mod tests {
             (compact(120.0), "120"),
             (p_value(0.0004), "<0.001"),
             (p_value(0.0123), "0.012"),
+            (ends(-0.5, 2.0, 1), " (\u{2212}0.5 to 2.0)"),
+            (clock(119.999), "02:00"),
+            (clock(735.0), "12:15"),
+            (clock(1440.0), "24:00"),
             (count(1, "person", "people"), "1 person"),
             (percent(0.973), "97\u{a0}%"),
             (percent(0.0), "0\u{a0}%"),

@@ -30,92 +30,63 @@ mod words;
 use crate::html::Html;
 use crate::{DISCLAIMER, Inputs, ReportError};
 
-/// A section of the page.
-struct Section {
-    /// Its anchor.
-    id: &'static str,
-    /// Its heading.
-    heading: &'static str,
-    /// Whether a folder with these inputs has the section.
-    applies: fn(&Inputs) -> bool,
-    /// What writes it.
-    body: fn(&Inputs) -> Result<Html, ReportError>,
-}
-
-const fn section(
-    id: &'static str,
-    heading: &'static str,
-    applies: fn(&Inputs) -> bool,
-    body: fn(&Inputs) -> Result<Html, ReportError>,
-) -> Section {
-    Section { id, heading, applies, body }
-}
-
-const HAS_DIAGNOSIS: fn(&Inputs) -> bool = |inputs| inputs.diagnosis.is_some();
-const HAS_BLIND_CHECK: fn(&Inputs) -> bool = |inputs| inputs.blind_check.is_some();
+/// A section: its anchor, its heading, and what writes it where the folder holds something for it.
+type Section = (&'static str, &'static str, fn(&Inputs) -> Option<Result<Html, ReportError>>);
 
 /// Every section below the verdict.
 const SECTIONS: [Section; 26] = [
-    section("where", "Where the gap lies", HAS_DIAGNOSIS, location::body),
-    section("which", "Which effect explains the gap", HAS_DIAGNOSIS, effects::body),
-    section("truth", "Truth beside answer", truth::applies, truth::body),
-    section("how-far", "How far the gap shrinks", HAS_DIAGNOSIS, how_far::body),
-    section("tried", "What was weighed", HAS_DIAGNOSIS, candidates::body),
-    section(
-        "absorbed",
-        "What the residual networks have absorbed",
-        absorbed::applies,
-        absorbed::body,
-    ),
-    section("ports", "At which place in the model", HAS_DIAGNOSIS, ports::body),
-    section(
-        "data-quality",
-        "Data checks by person",
-        |i| i.diagnosis.is_some() || i.import_report.is_some() || i.data_in_use.is_some(),
-        data_quality::body,
-    ),
-    section("people", "Every person", |i| i.glucose_by_person.is_some(), people::body),
-    section("targets", "Blind check: targets", HAS_BLIND_CHECK, blind_check::targets),
-    section("confusion", "Blind check: truth and answer", HAS_BLIND_CHECK, blind_check::confusion),
-    section("power", "Blind check: how small an effect is found", HAS_BLIND_CHECK, {
-        blind_check::power
+    ("where", "Where the gap lies", |i| i.diagnosis.as_ref().map(location::body)),
+    ("which", "Which effect explains the gap", |i| i.diagnosis.as_ref().map(effects::body)),
+    ("truth", "Truth beside answer", |i| {
+        Some(truth::body(i.diagnosis.as_ref()?, i.truth.as_ref()?))
     }),
-    section("reliability", "Blind check: do probabilities come true", HAS_BLIND_CHECK, {
-        blind_check::reliability
+    ("how-far", "How far the gap shrinks", |i| i.diagnosis.as_ref().map(how_far::body)),
+    ("tried", candidates::HEADING, |i| i.diagnosis.as_ref().map(candidates::body)),
+    ("absorbed", "What the residual networks have absorbed", |i| {
+        i.diagnosis.as_ref()?.absorbed.as_ref().map(absorbed::body)
     }),
-    section("scores", "Blind check: false alarms and other counts", HAS_BLIND_CHECK, {
-        blind_check::scores
+    ("ports", "At which place in the model", |i| i.diagnosis.as_ref().map(ports::body)),
+    ("data-quality", "Data checks by person", |i| {
+        let told = i.diagnosis.is_some() || i.import_report.is_some() || i.data_in_use.is_some();
+        told.then(|| data_quality::body(i))
     }),
-    section("worlds", "Blind check: every world", HAS_BLIND_CHECK, blind_check::worlds),
-    section("outcomes", "Glucose outcomes", |i| i.outcomes.is_some(), outcomes::body),
-    section("agp", "Ambulatory glucose profile", |i| i.agp.is_some(), agp::body),
-    section("example-day", "Example days", |i| i.example_day.is_some(), example_day::body),
-    section("what-if", "Meals under other doses", what_if::applies, what_if::body),
-    section(
-        "conformance",
-        "Physiological conformance",
-        |i| i.conformance.is_some(),
-        conformance::body,
-    ),
-    section(
-        "training",
-        "Training of the population network",
-        |i| i.training.is_some(),
-        training::body,
-    ),
-    section("twins", "Digital twins", |i| i.twins.is_some(), twins::body),
-    section(
-        "exclusions",
-        "Who was left out",
-        |i| {
-            let takes_people = i.twins.is_some() || i.outcomes.is_some();
-            i.data_in_use.is_some() || i.diagnosis.is_some() || takes_people
-        },
-        exclusions::body,
-    ),
-    section("next", "What to do next", HAS_DIAGNOSIS, next_steps::body),
-    section("glossary", "Glossary", |inputs| !inputs.is_empty(), glossary::body),
-    section("provenance", "How to reproduce this", |_| true, provenance::body),
+    ("people", "Every person", |i| Some(people::body(i.glucose_by_person.as_ref()?, i))),
+    ("targets", "Blind check: targets", |i| i.blind_check.as_ref().map(blind_check::targets)),
+    ("confusion", "Blind check: truth and answer", |i| {
+        i.blind_check.as_ref().map(blind_check::confusion)
+    }),
+    ("power", "Blind check: how small an effect is found", |i| {
+        i.blind_check.as_ref().map(blind_check::power)
+    }),
+    ("reliability", "Blind check: do probabilities come true", |i| {
+        i.blind_check.as_ref().map(blind_check::reliability)
+    }),
+    ("scores", "Blind check: false alarms and other counts", |i| {
+        i.blind_check.as_ref().map(blind_check::scores)
+    }),
+    ("worlds", "Blind check: every world", |i| {
+        Some(blind_check::worlds(i.blind_check.as_ref()?, i.seal.as_ref()))
+    }),
+    ("outcomes", "Glucose outcomes", |i| i.outcomes.as_ref().map(outcomes::body)),
+    ("agp", "Ambulatory glucose profile", |i| i.agp.as_ref().map(agp::body)),
+    ("example-day", "Example days", |i| i.example_day.as_ref().map(example_day::body)),
+    ("what-if", "Meals under other doses", |i| {
+        let told = i.what_if.is_some() || i.what_if_constrained.is_some();
+        told.then(|| what_if::body(i))
+    }),
+    ("conformance", "Physiological conformance", |i| i.conformance.as_ref().map(conformance::body)),
+    ("training", "Training of the population network", |i| i.training.as_ref().map(training::body)),
+    ("twins", "Digital twins", |i| i.twins.as_ref().map(twins::body)),
+    ("exclusions", "Who was left out", |i| {
+        let takes_people = i.twins.is_some() || i.outcomes.is_some();
+        let told = i.data_in_use.is_some() || i.diagnosis.is_some() || takes_people;
+        told.then(|| exclusions::body(i))
+    }),
+    ("next", "What to do next", |i| {
+        Some(next_steps::body(i.diagnosis.as_ref()?, i.data_in_use.as_ref()))
+    }),
+    ("glossary", "Glossary", |i| (!i.is_empty()).then(glossary::body)),
+    ("provenance", "How to reproduce this", |i| Some(provenance::body(&i.manifests))),
 ];
 
 /// The answer of a diagnosis as lines of text.
@@ -130,8 +101,14 @@ pub(crate) fn answer(
 /// The whole document.
 pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {
     let title = verdict::title(inputs);
-    let (shown, left_out): (Vec<&Section>, Vec<&Section>) =
-        SECTIONS.iter().partition(|section| (section.applies)(inputs));
+    let mut shown: Vec<(&'static str, &'static str, Html)> = Vec::new();
+    let mut left_out: Vec<&'static str> = Vec::new();
+    for (id, heading, body) in SECTIONS {
+        match body(inputs) {
+            Some(body) => shown.push((id, heading, body?)),
+            None => left_out.push(heading),
+        }
+    }
     let mut html = Html::default();
     html.literal("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     html.literal("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
@@ -142,19 +119,17 @@ pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {
     html.literal("<p class=\"disclaimer\">").text(DISCLAIMER).literal("</p>\n</header>\n");
     html.literal("<main>\n<section id=\"verdict\">\n").push(&verdict::body(inputs));
     html.literal("</section>\n<nav aria-label=\"Contents\">\n<ul>");
-    for Section { id, heading, .. } in &shown {
+    for &(id, heading, _) in &shown {
         html.literal("<li><a href=\"#").literal(id).literal("\">").text(heading);
         html.literal("</a></li>");
     }
     html.literal("</ul>\n</nav>\n");
-    for Section { id, heading, body, .. } in &shown {
-        html.push(&Html::section(id, heading, &body(inputs)?));
+    for (id, heading, body) in shown {
+        html.push(&Html::section(id, heading, &body));
     }
     if !left_out.is_empty() {
-        let names: Vec<String> =
-            left_out.iter().map(|section| section.heading.to_owned()).collect();
         html.literal("<p class=\"absent\" id=\"left-out\">");
-        html.text("This folder holds nothing for: ").text(&names.join("; "));
+        html.text("This folder holds nothing for: ").text(&left_out.join("; "));
         html.literal(".</p>\n");
     }
     html.literal("</main>\n<footer>\n<p class=\"disclaimer\">").text(DISCLAIMER);

@@ -5,7 +5,7 @@ use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREY, Key, MEASURED, SHADE, Stroke, TWIN, dashed};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::number::fixed;
+use crate::number::{clock, fixed};
 use contract::agp::Percentiles;
 
 /// Quartiles of the twin.
@@ -28,14 +28,8 @@ pub(crate) fn agp(
     let mut levels = extremes(observed);
     levels.extend(twin.iter().flat_map(|twin| extremes(twin)));
     levels.extend([70.0, 180.0]);
-    let panel = Panel {
-        left: 110,
-        right: WIDTH - 50,
-        top: 60,
-        bottom: 480,
-        x: Axis::clock(hour[0].min(0.0), 24.0),
-        y: Axis::over(levels, 5),
-    };
+    let (x, y) = (Axis::clock(hour[0].min(0.0), 24.0), Axis::over(levels, 5));
+    let panel = Panel::new((110, WIDTH - 50), (60, 480), x, y);
 
     let svg = draw(label, 590, |canvas| {
         let hours = || hour.iter().copied();
@@ -67,9 +61,8 @@ pub(crate) fn agp(
                 continue;
             };
             let mut words = format!(
-                "{:02}:{:02}: median {}, middle half {} to {} mg/dL",
-                *hour as u32,
-                (60.0 * hour.fract()).round() as u32,
+                "{}: median {}, middle half {} to {} mg/dL",
+                clock(60.0 * *hour),
                 fixed(median, 0),
                 fixed(low, 0),
                 fixed(high, 0)

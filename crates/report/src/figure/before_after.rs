@@ -36,15 +36,9 @@ pub(crate) fn before_after(rows: &[Bars]) -> Result<Option<Drawn>, ReportError> 
         return Ok(None);
     }
     let height = GROUP * i32::try_from(rows.len()).unwrap_or(i32::MAX / GROUP);
-    let panel = Panel {
-        left: 160,
-        // Room for the number behind the longest bar.
-        right: WIDTH - 110,
-        top: 20,
-        bottom: 20 + height,
-        x: Axis::over(errors().chain([0.0]), 5),
-        y: Axis::bare(0.0, 1.0),
-    };
+    let (x, y) = (Axis::over(errors().chain([0.0]), 5), Axis::bare(0.0, 1.0));
+    // Room at the right for the number behind the longest bar.
+    let panel = Panel::new((160, WIDTH - 110), (20, 20 + height), x, y);
     let svg = draw("Held-out error before and after by horizon", panel.bottom + 110, |canvas| {
         panel.frame(canvas, "Mean absolute error (mg/dL)", "")?;
         for (index, Bars { name, before, after, floor }) in rows.iter().enumerate() {

@@ -8,6 +8,7 @@ use super::canvas::{WIDTH, draw};
 use super::palette::{BLACK, COLOURS, Key, Marker, SHADE, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
+use crate::distinct::distinct;
 
 /// Height that one method takes within an outcome, canvas units, and with many methods.
 const LANE: i32 = 34;
@@ -15,16 +16,12 @@ const NARROW_LANE: i32 = 27;
 /// From this number of methods on there are many.
 const MANY: usize = 5;
 /// Intervals reach at most this many margins; longer ones are cut and marked in the caption.
-pub(crate) const REACH: f64 = 4.0;
+const REACH: f64 = 4.0;
 
 /// Draws one group per outcome and one line per method, or `None` where there is nothing to draw.
 pub(crate) fn equivalence(methods: &[MethodRows]) -> Result<Option<Drawn>, ReportError> {
-    let mut metrics: Vec<&str> = Vec::new();
-    for row in methods.iter().flat_map(|method| &method.rows) {
-        if !metrics.contains(&row.metric.as_str()) {
-            metrics.push(&row.metric);
-        }
-    }
+    let rows = methods.iter().flat_map(|method| &method.rows);
+    let metrics = distinct(rows.map(|row| row.metric.as_str()));
     if metrics.is_empty() {
         return Ok(None);
     }
@@ -36,14 +33,9 @@ pub(crate) fn equivalence(methods: &[MethodRows]) -> Result<Option<Drawn>, Repor
         [d.lower, d.upper, d.value].map(|x| (x / row.margin).clamp(-REACH, REACH))
     };
     let ends: Vec<f64> = methods.iter().flat_map(|m| &m.rows).flat_map(scaled).collect();
-    let panel = Panel {
-        left: 130,
-        right: WIDTH - 30,
-        top: 20,
-        bottom: 20 + height,
-        x: Axis::over(ends.into_iter().chain([-1.5, 1.5]), 6),
-        y: Axis::bare(0.0, lanes * metrics.len() as f64),
-    };
+    let x = Axis::over(ends.into_iter().chain([-1.5, 1.5]), 6);
+    let y = Axis::bare(0.0, lanes * metrics.len() as f64);
+    let panel = Panel::new((130, WIDTH - 30), (20, 20 + height), x, y);
     // When the colours repeat, the markers move on by one, so no two methods look the same.
     let style = |index: usize| {
         let (round, place) = (index / COLOURS.len(), index % COLOURS.len());

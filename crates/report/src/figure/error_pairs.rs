@@ -33,14 +33,7 @@ pub(crate) fn error_pairs(
     }
     // The same range on both axes, so that the diagonal means "no change".
     let axis = Axis::over(points.iter().flat_map(|point| [point.first, point.second]), 5);
-    let panel = Panel {
-        left: 110,
-        right: WIDTH - 30,
-        top: 60,
-        bottom: 640,
-        x: axis.clone(),
-        y: axis.clone(),
-    };
+    let panel = Panel::new((110, WIDTH - 30), (60, 640), axis.clone(), axis.clone());
     let diagonal = dashed(GREY, 3, 10, 8);
     let [name, x_title, y_title] = titles;
     let svg = draw(name, 750, |canvas| {

@@ -12,7 +12,7 @@ use super::palette::{
 };
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::number::{ABSENT, fixed};
+use crate::number::{ABSENT, clock, fixed};
 
 /// Edges that all panels share.
 const LEFT: i32 = 110;
@@ -21,6 +21,8 @@ const RIGHT: i32 = WIDTH - 50;
 const BASAL: Stroke = solid(GREEN, 4);
 /// Steps of which the glucose shows under one place of the pointer: a quarter of an hour.
 const SHOWN: usize = 3;
+/// Minutes of a day.
+const MINUTES_A_DAY: f64 = 1440.0;
 /// Heart rate.
 const HEART_RATE: Stroke = solid(VERMILLION, 3);
 
@@ -47,14 +49,9 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
         return Ok(None);
     }
 
-    let clock = Axis::clock(*first, *last);
-    let panel = |top: i32, height: i32, y: Axis| Panel {
-        left: LEFT,
-        right: RIGHT,
-        top,
-        bottom: top + height,
-        x: clock.clone(),
-        y,
+    let x = Axis::clock(*first, *last);
+    let panel = |top: i32, height: i32, y: Axis| {
+        Panel::new((LEFT, RIGHT), (top, top + height), x.clone(), y)
     };
     let levels = shown.iter().flat_map(|(values, ..)| values.iter().flatten().copied());
     let upper = panel(60, 380, Axis::over(levels.chain([70.0, 180.0]), 9));
@@ -177,11 +174,11 @@ fn bars(
         let (x, top) = panel.at(*hour, *amount);
         canvas.rectangle((x - half, top), (x + half, panel.bottom), colour, 1.0)?;
         let words = fixed(*amount, digits);
-        let clock = (hour.rem_euclid(24.0), (60.0 * hour.fract()).round());
+        let time = clock((60.0 * *hour).round().rem_euclid(MINUTES_A_DAY));
         canvas.hover(
             (x - 2 * half, top),
             (x + 2 * half, panel.bottom),
-            &format!("{:02}:{:02}: {words} {unit}", clock.0 as u32, clock.1 as u32),
+            &format!("{time}: {words} {unit}"),
         );
         // A meal logged over several steps is labelled once, and so are meals close together; small
         // doses of an automated pump are not.

@@ -31,6 +31,8 @@ pub(crate) struct ForestFrame<'a> {
     pub(crate) label: &'a str,
     /// Title of the axis, with its unit.
     pub(crate) axis: &'a str,
+    /// The unit, as it stands behind a number.
+    pub(crate) unit: &'a str,
     /// References for comparison; rows stand out from the first.
     pub(crate) references: &'a [(f64, &'a str)],
     /// Key for rows that stand out and for those that do not.
@@ -38,10 +40,10 @@ pub(crate) struct ForestFrame<'a> {
 }
 
 impl<'a> ForestFrame<'a> {
-    /// Differences around zero.
+    /// Differences around zero, mg/dL.
     pub(crate) const fn around_zero(label: &'a str, axis: &'a str) -> Self {
         let keys = ["Differs from zero", "May be zero"];
-        Self { label, axis, references: &[(0.0, "")], keys }
+        Self { label, axis, unit: "mg/dL", references: &[(0.0, "")], keys }
     }
 }
 
@@ -60,14 +62,9 @@ pub(crate) fn forest(
     let ends = rows.iter().flat_map(|row| [row.value.lower, row.value.upper, row.value.value]);
     let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
     let places = || frame.references.iter().map(|(place, _)| *place);
-    let panel = Panel {
-        left: 40 + 18 * longest as i32,
-        right: WIDTH - 30,
-        top: 20,
-        bottom: 20 + height,
-        x: Axis::over(ends.chain(places()), 5),
-        y: Axis::bare(0.0, rows.len() as f64),
-    };
+    let across = (40 + 18 * longest as i32, WIDTH - 30);
+    let (x, y) = (Axis::over(ends.chain(places()), 5), Axis::bare(0.0, rows.len() as f64));
+    let panel = Panel::new(across, (20, 20 + height), x, y);
     let strokes: [Stroke; 2] = [solid(GREY, 4), solid(VERMILLION, 6)];
 
     let svg = draw(frame.label, panel.bottom + 110, |canvas| {
@@ -89,7 +86,7 @@ pub(crate) fn forest(
             canvas.path(vec![from, to], stroke)?;
             let marker = if row.stands_out { Marker::Disc } else { Marker::Ring };
             canvas.marker(at, marker, stroke.colour)?;
-            let words = format!("{}: {}", row.label, interval(row.value, 2));
+            let words = format!("{}: {} {}", row.label, interval(row.value, 2), frame.unit);
             canvas.hover((0, at.1 - ROW / 2), (WIDTH, at.1 + ROW / 2), &words);
         }
         Ok(())

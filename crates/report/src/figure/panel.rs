@@ -134,6 +134,16 @@ pub(super) struct Panel {
 }
 
 impl Panel {
+    /// A panel from its left to its right and from its top to its bottom edge.
+    pub(super) fn new(
+        (left, right): (i32, i32),
+        (top, bottom): (i32, i32),
+        x: Axis,
+        y: Axis,
+    ) -> Self {
+        Self { left, right, top, bottom, x, y }
+    }
+
     /// From data to canvas.
     pub(super) fn at(&self, x: f64, y: f64) -> At {
         let across = f64::from(self.right - self.left) * self.x.share(x);
@@ -284,14 +294,8 @@ mod tests {
 
     #[test]
     fn corners_map_to_corners() {
-        let panel = Panel {
-            left: 100,
-            right: 900,
-            top: 50,
-            bottom: 450,
-            x: Axis::bare(0.0, 24.0),
-            y: Axis::bare(0.0, 10.0),
-        };
+        let (x, y) = (Axis::bare(0.0, 24.0), Axis::bare(0.0, 10.0));
+        let panel = Panel::new((100, 900), (50, 450), x, y);
         assert_eq!(panel.at(0.0, 0.0), (100, 450));
         assert_eq!(panel.at(24.0, 10.0), (900, 50));
         assert_eq!(panel.at(12.0, 5.0), (500, 250));

@@ -21,14 +21,8 @@ pub(crate) fn port_course(
         return Ok(None);
     }
     let ends = parts.iter().flat_map(|part| [part.lower, part.upper, 0.0]);
-    let panel = Panel {
-        left: 130,
-        right: WIDTH - 50,
-        top: 60,
-        bottom: 360,
-        x: Axis::clock(0.0, 24.0),
-        y: Axis::over(ends, 5),
-    };
+    let (x, y) = (Axis::clock(0.0, 24.0), Axis::over(ends, 5));
+    let panel = Panel::new((130, WIDTH - 50), (60, 360), x, y);
     let svg = draw(label, 470, |canvas| {
         for (from, to, part) in &placed {
             let corners = (panel.at(*from, part.upper), panel.at(*to, part.lower));

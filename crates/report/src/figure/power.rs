@@ -28,14 +28,9 @@ pub(crate) fn power(rows: &[&PowerRow]) -> Result<Option<Drawn>, ReportError> {
     if rows.is_empty() {
         return Ok(None);
     }
-    let panel = Panel {
-        left: 110,
-        right: WIDTH - 50,
-        top: 60,
-        bottom: 480,
-        x: Axis::over(rows.iter().map(|row| place(row)).chain([0.0]), 6),
-        y: Axis::over([0.0, 100.0], 5),
-    };
+    let x = Axis::over(rows.iter().map(|row| place(row)).chain([0.0]), 6);
+    let y = Axis::over([0.0, 100.0], 5);
+    let panel = Panel::new((110, WIDTH - 50), (60, 480), x, y);
     let svg = draw("Share of effects found by the shift that they cause", 590, |canvas| {
         panel.frame(canvas, "Mean shift of glucose (mg/dL)", "Found (% of worlds)")?;
         for (_, share, stroke, marker, aside) in LINES {

@@ -17,8 +17,7 @@ pub(crate) fn reliability(bins: &[ReliabilityBin]) -> Result<Option<Drawn>, Repo
         return Ok(None);
     }
     let axis = Axis::over([0.0, 100.0], 5);
-    let panel =
-        Panel { left: 110, right: WIDTH - 50, top: 60, bottom: 640, x: axis.clone(), y: axis };
+    let panel = Panel::new((110, WIDTH - 50), (60, 640), axis.clone(), axis);
     let diagonal = dashed(GREY, 3, 10, 8);
     let stroke = solid(BLUE, 4);
     let svg = draw("Stated probability against the share that came true", 750, |canvas| {

@@ -33,14 +33,11 @@ pub(crate) fn slices(rows: &[&Row]) -> Result<Option<Drawn>, ReportError> {
         for (number, (row, slice)) in shown.iter().enumerate() {
             let (line, column) = (number as i32 / COLUMNS, number as i32 % COLUMNS);
             let width = WIDTH / COLUMNS;
-            let panel = Panel {
-                left: column * width + 120,
-                right: (column + 1) * width - 25,
-                top: line * HEIGHT + 60,
-                bottom: line * HEIGHT + HEIGHT - 90,
-                x: Axis::over(slice.input.iter().copied(), 3),
-                y: Axis::over(slice.output.iter().copied(), 3),
-            };
+            let across = (column * width + 120, (column + 1) * width - 25);
+            let down = (line * HEIGHT + 60, line * HEIGHT + HEIGHT - 90);
+            let x = Axis::over(slice.input.iter().copied(), 3);
+            let y = Axis::over(slice.output.iter().copied(), 3);
+            let panel = Panel::new(across, down, x, y);
             let asked = if row.property == Direction::Increasing { "rise" } else { "fall" };
             panel.frame(canvas, &row.input, "")?;
             let title = format!("{} has to {asked}", row.network);

@@ -20,14 +20,9 @@ pub(crate) fn targets(rows: &[(String, &Target)]) -> Result<Option<Drawn>, Repor
     }
     let longest = rows.iter().map(|(name, _)| shortened(name).chars().count()).max().unwrap_or(0);
     let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
-    let panel = Panel {
-        left: 40 + 19 * longest as i32,
-        right: WIDTH - 50,
-        top: 20,
-        bottom: 20 + height,
-        x: Axis::over([0.0, 1.0], 5),
-        y: Axis::bare(0.0, rows.len() as f64),
-    };
+    let across = (40 + 19 * longest as i32, WIDTH - 50);
+    let (x, y) = (Axis::over([0.0, 1.0], 5), Axis::bare(0.0, rows.len() as f64));
+    let panel = Panel::new(across, (20, 20 + height), x, y);
     let (met, missed) = (solid(BLUE, 5), solid(VERMILLION, 5));
     let svg = draw("Every target with what was measured", panel.bottom + 110, |canvas| {
         panel.frame(canvas, "Measured (share, F1 or error)", "")?;

@@ -34,14 +34,9 @@ pub(crate) fn training(training: &Training) -> Result<Option<Drawn>, ReportError
     let svg = draw("Training and validation loss by epoch", 60 + 2 * NEXT + 40, |canvas| {
         for (index, (loss, stroke, title)) in of.iter().enumerate() {
             let top = 60 + NEXT * index as i32;
-            let panel = Panel {
-                left: 130,
-                right: WIDTH - 30,
-                top,
-                bottom: top + HEIGHT,
-                x: Axis::over(epochs.iter().map(|e| e.epoch as f64), 6),
-                y: Axis::decades(epochs.iter().map(loss)),
-            };
+            let x = Axis::over(epochs.iter().map(|e| e.epoch as f64), 6);
+            let y = Axis::decades(epochs.iter().map(loss));
+            let panel = Panel::new((130, WIDTH - 30), (top, top + HEIGHT), x, y);
             panel.frame(canvas, if index == 0 { "" } else { "Epoch" }, title)?;
             let kept = training.kept_epoch as f64;
             let ends = [(kept, Some(panel.y.range.0)), (kept, Some(panel.y.range.1))];

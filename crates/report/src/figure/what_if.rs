@@ -11,7 +11,7 @@ use super::canvas::{Canvas, WIDTH, draw};
 use super::palette::{BLUE, GREEN, Key, PURPLE, SHADE, Stroke, VERMILLION, dashed, solid};
 use super::panel::{Axis, Panel};
 use crate::ReportError;
-use crate::number::{compact, fixed};
+use crate::number::{compact, ends, fixed};
 
 /// Panels in a row.
 const COLUMNS: usize = 3;
@@ -31,8 +31,9 @@ const RATIOS: [Stroke; 4] = [
     dashed(PURPLE, 6, 40, 14),
 ];
 
-/// Draws one panel a meal, or `None` without a curve. All panels share one vertical axis.
-pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
+/// Draws one panel a meal under the name `label`, or `None` without a curve. All panels share one
+/// vertical axis.
+pub(crate) fn what_if(answers: &WhatIf, label: &str) -> Result<Option<Drawn>, ReportError> {
     let curves: Vec<&WhatIfCurve> = answers.curves.iter().collect();
     let meals = in_order(&curves, |curve| curve.carbs_g);
     let ratios = in_order(&curves, |curve| curve.ratio_g_per_u);
@@ -54,18 +55,13 @@ pub(crate) fn what_if(answers: &WhatIf) -> Result<Option<Drawn>, ReportError> {
     let width = (RIGHT - LEFT - GAP * (columns - 1)) / columns;
     let rows = meals.len().div_ceil(COLUMNS) as i32;
 
-    let svg = draw("Glucose after meals under several doses", rows * HEIGHT, |canvas| {
+    let svg = draw(label, rows * HEIGHT, |canvas| {
         for (number, carbs) in meals.iter().enumerate() {
             let (row, column) = ((number / COLUMNS) as i32, (number % COLUMNS) as i32);
             let left = LEFT + column * (width + GAP);
-            let panel = Panel {
-                left,
-                right: left + width,
-                top: row * HEIGHT + 90,
-                bottom: row * HEIGHT + HEIGHT - 105,
-                x: Axis::minutes(last),
-                y: if column == 0 { y.clone() } else { y.unlabelled() },
-            };
+            let down = (row * HEIGHT + 90, row * HEIGHT + HEIGHT - 105);
+            let y = if column == 0 { y.clone() } else { y.unlabelled() };
+            let panel = Panel::new((left, left + width), down, Axis::minutes(last), y);
             let (from, to) = (panel.at(0.0, 180.0), panel.at(0.0, 70.0));
             canvas.rectangle((panel.left, from.1), (panel.right, to.1), SHADE, 1.0)?;
             panel.frame(canvas, "Minutes", if column == 0 { "Glucose (mg/dL)" } else { "" })?;
@@ -115,11 +111,10 @@ fn values(canvas: &Canvas<'_>, panel: &Panel, meal: &str, curves: &[&WhatIfCurve
             if let Some(((median, lower), upper)) = all {
                 let _ = write!(
                     words,
-                    "; {} g/U: {} ({} to {}) mg/dL",
+                    "; {} g/U: {}{} mg/dL",
                     compact(curve.ratio_g_per_u),
                     fixed(median, 0),
-                    fixed(lower, 0),
-                    fixed(upper, 0)
+                    ends(lower, upper, 0)
                 );
             }
         }

@@ -20,10 +20,15 @@ impl Html {
         self.literal("</span></a></p>\n")
     }
 
-    /// The text of a piece without its markup.
+    /// The text of a piece without its markup; titles that follow each other are parted.
     pub(super) fn plain_text(&self) -> String {
         let mut text = String::new();
+        let mut titled = false;
         for (index, part) in self.0.split('<').enumerate() {
+            if part.starts_with("title>") {
+                text.push_str(if titled { "; " } else { "" });
+                titled = true;
+            }
             let after = match index {
                 0 => part,
                 _ => part.split_once('>').map_or("", |(_, after)| after),
@@ -112,5 +117,13 @@ mod tests {
         let mut html = Html::bar(0.5);
         html.text(" a<b & &lt;");
         assert_eq!(html.plain_text(), "50\u{a0}% a<b & &lt;");
+    }
+
+    #[test]
+    fn titles_that_follow_each_other_are_parted() {
+        let mut html = Html::default();
+        html.literal("<svg><rect><title>").text("low: 1 %").literal("</title></rect>");
+        html.literal("<rect><title>").text("high: 2 %").literal("</title></rect></svg>");
+        assert_eq!(html.plain_text(), "low: 1 %; high: 2 %");
     }
 }

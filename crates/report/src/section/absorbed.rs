@@ -1,23 +1,13 @@
 //! What people's residual networks have already absorbed of the gap.
 
 use super::words::{effect, list};
+use crate::ReportError;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, fixed, optional, percent};
-use crate::{Inputs, ReportError};
 use contract::diagnosis::Absorbed;
 
-/// Whether the folder holds a diagnosis that says so.
-pub(super) fn applies(inputs: &Inputs) -> bool {
-    inputs.diagnosis.as_ref().is_some_and(|diagnosis| diagnosis.absorbed.is_some())
-}
-
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(absorbed: &Absorbed) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let absorbed = inputs.diagnosis.as_ref().and_then(|diagnosis| diagnosis.absorbed.as_ref());
-    let Some(absorbed) = absorbed else {
-        html.absent("No diagnosis in this folder compares twins to the network they stand on.");
-        return Ok(html);
-    };
     html.paragraph(
         "The same people and days, diagnosed with the population network alone and with each person's \
          residual network added. Evidence that is there without the residual and gone with it was \

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::words::plain;
+use crate::distinct::distinct;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, count};
 
@@ -29,12 +30,8 @@ pub(super) fn json(html: &mut Html, caption: &str, value: &Value) {
         else {
             continue;
         };
-        let mut keys: Vec<&str> = Vec::new();
-        for key in items.iter().filter_map(Value::as_object).flat_map(|o| o.keys()) {
-            if !keys.contains(&key.as_str()) {
-                keys.push(key);
-            }
-        }
+        let objects = items.iter().filter_map(Value::as_object);
+        let keys = distinct(objects.flat_map(|object| object.keys().map(String::as_str)));
         let columns: Vec<(String, Column)> =
             keys.iter().map(|key| (plain(key), Column::Text)).collect();
         let columns: Vec<(&str, Column)> =

@@ -2,16 +2,16 @@
 
 use super::verdict::PROBABILITY;
 use super::words::{effect, sentence};
+use crate::ReportError;
 use crate::html::{Column, Html};
 use crate::number::optional;
-use crate::{Inputs, ReportError};
+use contract::Diagnosis;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+/// Heading of the section.
+pub(super) const HEADING: &str = "What was weighed";
+
+pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(diagnosis) = &inputs.diagnosis else {
-        html.absent("There is no diagnosis in this folder, so no effect was tried.");
-        return Ok(html);
-    };
     let mut candidates: Vec<_> = diagnosis.candidates.iter().collect();
     candidates.sort_by(|a, b| b.gain_nats.total_cmp(&a.gain_nats));
     if candidates.is_empty() {

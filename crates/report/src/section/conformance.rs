@@ -1,17 +1,14 @@
 //! Which physiological properties of the networks are proved.
 
+use contract::Conformance;
 use contract::conformance::{Direction, Grounds, Row, Verdict};
 
 use crate::html::{Column, Html};
-use crate::number::significant;
-use crate::{Inputs, ReportError, figure};
+use crate::number::{ABSENT, significant};
+use crate::{ReportError, figure};
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(conformance: &Conformance) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(conformance) = &inputs.conformance else {
-        html.absent("There is no conformance table in this folder, so nothing was proved.");
-        return Ok(html);
-    };
     html.paragraph(
         "M is the largest slope against the property anywhere in the region (scaled output per \
          minute per scaled input). The upper end of its bracket is certified and the lower end is \
@@ -24,63 +21,70 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         ("Physiological properties; bold: not proved", physical),
         ("Opposite sign, for comparison only: these are expected to be violated", opposite),
     ] {
-        if rows.is_empty() {
-            continue;
-        }
-        let cells: Vec<(bool, Vec<String>)> = rows
-            .into_iter()
-            .map(|row| {
-                let verdict = match (row.verdict, row.grounds) {
-                    (Verdict::Proved, Some(Grounds::Certificate)) => "proved, certified",
-                    (Verdict::Proved, Some(Grounds::Construction)) => "proved by construction",
-                    (Verdict::Proved, _) => "proved",
-                    (Verdict::Violated, _) => "violated",
-                    (Verdict::Undecided, _) => "undecided",
-                };
-                let bracket =
-                    format!("{} to {}", significant(row.m_lower), significant(row.m_upper));
-                let cells = vec![
-                    row.network.clone(),
-                    row.input.clone(),
-                    match row.property {
-                        Direction::Increasing => "increasing",
-                        Direction::Decreasing => "decreasing",
-                    }
-                    .to_owned(),
-                    verdict.to_owned(),
-                    bracket,
-                    significant(row.share_of_points.map(|share| 100.0 * share.value)),
-                    significant(row.seconds),
-                ];
-                (row.is_physical() && row.verdict != Verdict::Proved, cells)
-            })
-            .collect();
-        html.table(
-            caption,
-            &[
-                ("Network", Column::Text),
-                ("Input", Column::Text),
-                ("Property", Column::Text),
-                ("Verdict", Column::Text),
-                ("Bracket of M", Column::Number),
-                ("Fails at steps, %", Column::Number),
-                ("Seconds", Column::Number),
-            ],
-            &cells,
-        );
+        table(&mut html, caption, &rows);
     }
     let violated: Vec<&Row> = conformance
         .rows
         .iter()
         .filter(|row| row.is_physical() && row.verdict == Verdict::Violated)
         .collect();
-    if let Some((svg, keys)) = figure::slices(&violated)? {
-        html.figure(
-            &svg,
-            &keys,
-            "Counterexamples: each output along the tested input across the region, the other inputs as \
-             they are where the slope against the property is largest. Scaled units.",
-        );
-    }
+    html.figure(
+        figure::slices(&violated)?,
+        "Counterexamples: each output along the tested input across the region, the other inputs as \
+         they are where the slope against the property is largest. Scaled units.",
+    );
     Ok(html)
+}
+
+/// One row a property. Rows of twins begin with the person.
+fn table(html: &mut Html, caption: &str, rows: &[&Row]) {
+    if rows.is_empty() {
+        return;
+    }
+    let of_twins = rows.iter().any(|row| row.person_id.is_some());
+    let mut columns = vec![
+        ("Network", Column::Text),
+        ("Input", Column::Text),
+        ("Property", Column::Text),
+        ("Verdict", Column::Text),
+        ("Bracket of M", Column::Number),
+        ("Fails at steps, %", Column::Number),
+        ("Seconds", Column::Number),
+    ];
+    let mut all: Vec<(bool, Vec<String>)> = rows
+        .iter()
+        .map(|row| (row.is_physical() && row.verdict != Verdict::Proved, cells(row)))
+        .collect();
+    if of_twins {
+        columns.insert(0, ("Person", Column::Text));
+        for (row, (_, cells)) in rows.iter().zip(&mut all) {
+            cells.insert(0, row.person_id.clone().unwrap_or_else(|| ABSENT.to_owned()));
+        }
+    }
+    html.table(caption, &columns, &all);
+}
+
+fn cells(row: &Row) -> Vec<String> {
+    let property = match row.property {
+        Direction::Increasing => "increasing",
+        Direction::Decreasing => "decreasing",
+    };
+    let verdict = match (row.verdict, row.grounds) {
+        (Verdict::Proved, Some(Grounds::Certificate)) => "proved, certified",
+        (Verdict::Proved, Some(Grounds::Construction)) => "proved by construction",
+        (Verdict::Proved, _) => "proved",
+        (Verdict::Violated, _) => "violated",
+        (Verdict::Undecided, _) => "undecided",
+    };
+    // Of a twin it is the steps of the record, of a network those that were simulated.
+    let fails = row.share_of_steps.or(row.share_of_points.map(|share| share.value));
+    vec![
+        row.network.clone(),
+        row.input.clone(),
+        property.to_owned(),
+        verdict.to_owned(),
+        format!("{} to {}", significant(row.m_lower), significant(row.m_upper)),
+        significant(fails.map(|share| 100.0 * share)),
+        significant(row.seconds),
+    ]
 }

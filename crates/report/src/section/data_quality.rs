@@ -1,8 +1,9 @@
 //! What the checks of the data said of every person, and what was done on import.
 
-use super::words::{check, list, sentence};
+use super::words::{channel, check, list, sentence};
+use crate::distinct::distinct;
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, count, fixed};
+use crate::number::{ABSENT, count, ends, fixed};
 use crate::{Inputs, ReportError};
 use contract::quality::{CheckOutcome, PersonInUse};
 use contract::{DataInUse, Diagnosis};
@@ -57,7 +58,10 @@ fn people(html: &mut Html, data: &DataInUse) {
         .map(|person| {
             let days = match &person.left_out {
                 Some(_) => format!("0 of {}", person.days),
-                None => format!("{} of {}", person.days - person.days_left_out.len(), person.days),
+                None => {
+                    let used = person.days.saturating_sub(person.days_left_out.len());
+                    format!("{used} of {}", person.days)
+                }
             };
             let cells = vec![
                 person.person_id.clone(),
@@ -88,11 +92,11 @@ fn people(html: &mut Html, data: &DataInUse) {
         rows.push((false, cells));
     }
     html.table(
-        "Checks of the data by person: a warning is said and the person stays in use; a person who \
-         fails a check is left out (bold). Nothing is corrected silently",
+        "Checks of the data by person: a person with a warning stays in use; a person who fails a \
+         check is left out (bold). Nothing is corrected silently",
         &[
             ("Person", Column::Text),
-            ("Is", Column::Text),
+            ("Status", Column::Text),
             ("Days in use", Column::Number),
             ("Pass", Column::Number),
             ("Warn", Column::Text),
@@ -110,14 +114,9 @@ fn not_used(person: &PersonInUse) -> Vec<String> {
     }
     let channels = person.channels_left_out.iter().map(|left| {
         let share = fixed(100.0 * left.share, 0);
-        format!("{share}\u{a0}% of {} ({})", left.channel, check(&left.reason))
+        format!("{share}\u{a0}% of {} ({})", channel(&left.channel), check(&left.reason))
     });
-    let mut reasons: Vec<&str> = Vec::new();
-    for day in &person.days_left_out {
-        if !reasons.contains(&day.reason.as_str()) {
-            reasons.push(&day.reason);
-        }
-    }
+    let reasons = distinct(person.days_left_out.iter().map(|day| day.reason.as_str()));
     let days = reasons.into_iter().map(|reason| {
         let days = person.days_left_out.iter().filter(|day| day.reason == reason).count();
         format!("{} ({})", count(days, "day", "days"), check(reason))
@@ -148,7 +147,7 @@ fn estimates(html: &mut Html, diagnosis: &Diagnosis) {
                 if e.lower == e.upper {
                     return format!("{value} {unit}");
                 }
-                format!("{value} {unit} ({} to {})", fixed(e.lower, 1), fixed(e.upper, 1))
+                format!("{value} {unit}{}", ends(e.lower, e.upper, 1))
             },
         );
         (vec![finding.person_id.clone()], check(&finding.check), finding.finding.clone(), estimate)

@@ -2,29 +2,26 @@
 
 use super::verdict::PROBABILITY;
 use super::words::{effect, list, plain, port, sentence};
+use crate::ReportError;
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::Html;
 use crate::number::{fixed, interval, significant};
-use crate::{Inputs, ReportError};
 use contract::diagnosis::{FoundEffect, PersonAmplitude, Standing, Verdict};
 use contract::{Diagnosis, WithInterval};
 
 /// People in one figure.
 const SHOWN: usize = 40;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(diagnosis) = &inputs.diagnosis else {
-        html.absent("There is no diagnosis in this folder, so no effect was sought.");
-        return Ok(html);
-    };
     match diagnosis.verdict {
         Verdict::Effect if !diagnosis.effects.is_empty() => {
             html.paragraph(
                 "Effects stand in the order in which they were named; the size of each is judged with \
                  those above it already in the model. An effect is found where its probability is \
-                 above 50\u{a0}%, the interval of its size lies above 0, and the held-out data of two \
-                 people favour it (of one, where there is one). Otherwise it is suspected.",
+                 above 50\u{a0}%, the interval of its size lies above 0, the held-out data of two \
+                 people favour it (of one, where there is one), and nothing questions it. Otherwise it \
+                 is suspected.",
             );
         }
         Verdict::Effect => {
@@ -36,7 +33,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             );
         }
         Verdict::None => {
-            html.paragraph("No effect is named, and none is called for.");
+            html.paragraph("No effect is named.");
         }
     }
     for (index, found) in diagnosis.effects.iter().enumerate() {
@@ -81,7 +78,7 @@ fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html
     }
     html.literal("</dl>\n");
     amplitudes(&mut html, found)?;
-    if index + 1 == diagnosis.effects.len() && !diagnosis.effects.is_empty() {
+    if index + 1 == diagnosis.effects.len() {
         html.literal("<p class=\"note\">").text(
             "A gain of x nats says that readings which were held out are e to the power of x times \
              as probable with the effect as without it. The words are those of Kass and Raftery \
@@ -158,24 +155,23 @@ fn amplitudes(html: &mut Html, found: &FoundEffect) -> Result<(), ReportError> {
     let frame = ForestFrame {
         label: &name,
         axis: "Size (1 = published)",
+        unit: "times the published size",
         references: &[(0.0, "No effect"), (1.0, "Published size")],
         keys: ["Interval above zero", "Interval reaches zero"],
     };
-    if let Some((svg, keys)) = forest(&frame, &rows)? {
-        let shown = if all > SHOWN {
-            format!(" Shown are the {SHOWN} of {all} people whose data say most.")
-        } else {
-            String::new()
-        };
-        let caption = if all == 0 {
-            "Size of the effect with its interval, against no effect (0) and the published size (1)."
-        } else {
-            "Size of the effect with intervals, for everyone together and in single people, against \
-             no effect (0) and the published size (1). Marks on one side of zero say that people \
-             agree."
-        };
-        html.figure(&svg, &keys, &format!("{caption}{shown}"));
-    }
+    let shown = if all > SHOWN {
+        format!(" Shown are the {SHOWN} of {all} people whose data say most.")
+    } else {
+        String::new()
+    };
+    let caption = if all == 0 {
+        "Size of the effect with its interval, against no effect (0) and the published size (1)."
+    } else {
+        "Size of the effect with intervals, for everyone together and in single people, against \
+         no effect (0) and the published size (1). Marks on one side of zero say that people \
+         agree."
+    };
+    html.figure(forest(&frame, &rows)?, &format!("{caption}{shown}"));
     Ok(())
 }
 

@@ -2,23 +2,14 @@
 
 use crate::html::Html;
 use crate::number::fixed;
-use crate::{Inputs, ReportError, figure};
+use crate::{ReportError, figure};
 use contract::ExampleDay;
 use contract::example_day::TimeInRanges;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(day: &ExampleDay) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let drawn = inputs
-        .example_day
-        .as_ref()
-        .map(|day| Ok::<_, ReportError>((day, figure::example_day(day)?)));
-    match drawn.transpose()? {
-        Some((day, Some((svg, keys)))) => {
-            html.figure(&svg, &keys, &caption(day));
-        }
-        _ => {
-            html.absent("There is no example day in this folder.");
-        }
+    if !html.figure(figure::example_day(day)?, &caption(day)) {
+        html.absent("There is no example day in this folder.");
     }
     Ok(html)
 }

@@ -33,20 +33,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     {
         add("evaluation", &exclusion.person_id, &exclusion.reason);
     }
-    let any_source = inputs.data_in_use.is_some()
-        || inputs.diagnosis.is_some()
-        || inputs.twins.is_some()
-        || inputs.outcomes.is_some();
-    if !rows.is_empty() {
+    if rows.is_empty() {
+        html.paragraph("Nobody was left out of any step that this folder holds.");
+    } else {
         html.table(
             "People left out of a step",
             &[("Person", Column::Text), ("Left out of", Column::Text), ("Reason", Column::Text)],
             &rows,
         );
-    } else if any_source {
-        html.paragraph("Nobody was left out of any step that this folder holds.");
-    } else {
-        html.absent("This folder holds no step that takes people.");
     }
     Ok(html)
 }

@@ -1,10 +1,10 @@
 //! What the short words of the page stand for.
 
+use crate::ReportError;
 use crate::html::Html;
-use crate::{Inputs, ReportError};
 
 /// Word, what it stands for, what it is.
-const WORDS: [(&str, &str); 15] = [
+const WORDS: [(&str, &str); 19] = [
     ("TIR", "Time in range: share of readings from 70 to 180 mg/dL, %."),
     ("TBR", "Time below range: share of readings below 70 mg/dL, %."),
     ("TAR", "Time above range: share of readings above 180 mg/dL, %."),
@@ -19,6 +19,7 @@ const WORDS: [(&str, &str); 15] = [
         "Coefficient of variation of glucose: SD over mean, %. Above 36 % glucose counts as unstable.",
     ),
     ("GMI", "Glucose management indicator: the HbA1c that goes with the mean glucose, %."),
+    ("CGM", "Continuous glucose monitoring: the readings of the sensor."),
     (
         "AGP",
         "Ambulatory glucose profile: the median of glucose by time of day, with the middle half and the \
@@ -28,6 +29,17 @@ const WORDS: [(&str, &str); 15] = [
         "TOST",
         "Two one-sided tests: they show that a difference is smaller than a margin that was set before. \
          Not equivalent means not shown, and not that they differ.",
+    ),
+    ("RMSE", "Root mean squared error: the size of an error, in which large errors weigh most."),
+    (
+        "F1",
+        "One number for the names of a blind check: 2 / (1 / precision + 1 / recall). Precision is the \
+         share of the names given that are right, recall the share of the effects that are named; 1 is \
+         best.",
+    ),
+    (
+        "ODE",
+        "Ordinary differential equations: the physiological model, as opposed to the networks.",
     ),
     (
         "nats",
@@ -46,7 +58,7 @@ const WORDS: [(&str, &str); 15] = [
     ("Gap", "What a person's glucose does and the model does not: measured minus predicted."),
 ];
 
-pub(super) fn body(_: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body() -> Result<Html, ReportError> {
     let mut html = Html::default();
     html.literal("<dl>\n");
     for (word, meaning) in WORDS {

@@ -4,21 +4,18 @@ mod outcomes;
 mod people;
 
 use super::words::{ahead, effect, sentence};
+use crate::ReportError;
 use crate::figure::{Bars, ForestFrame, ForestRow, before_after, forest};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, fixed, interval, optional, percent};
-use crate::{Inputs, ReportError};
+use contract::Diagnosis;
 use contract::diagnosis::{HorizonChange, HowFar};
 
 /// Marks a figure that depends on events inferred from the very readings to be predicted.
 const RECONSTRUCTED: &str = " (reconstructed)";
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(diagnosis) = &inputs.diagnosis else {
-        html.absent("There is no diagnosis in this folder, so nothing was added to the model.");
-        return Ok(html);
-    };
     let how_far = &diagnosis.how_far;
     if how_far.horizons.is_empty() && how_far.outcomes.is_empty() {
         html.absent(
@@ -57,14 +54,11 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
             floor: floor(row),
         })
         .collect();
-    if let Some((svg, keys)) = before_after(&bars)? {
-        html.figure(
-            &svg,
-            &keys,
-            "Mean absolute error on days that were held out. The lower bar is shorter where the effects \
-             help. Bars with * know the events: they are no forecast.",
-        );
-    }
+    html.figure(
+        before_after(&bars)?,
+        "Mean absolute error on days that were held out. The lower bar is shorter where the effects \
+         help. Bars with * know the events: they are no forecast.",
+    );
     let rows: Vec<ForestRow> = changes
         .iter()
         .map(|row| {
@@ -77,14 +71,11 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
         "Change of the held-out error by horizon",
         "After \u{2212} before (mg/dL)",
     );
-    if let Some((svg, keys)) = forest(&frame, &rows)? {
-        html.figure(
-            &svg,
-            &keys,
-            "Change of that error with its interval over people. Left of the dashed line the error \
-             is smaller with the effects.",
-        );
-    }
+    html.figure(
+        forest(&frame, &rows)?,
+        "Change of that error with its interval over people. Left of the dashed line the error \
+         is smaller with the effects.",
+    );
     let rows: Vec<(bool, Vec<String>)> = changes
         .iter()
         .map(|row| {

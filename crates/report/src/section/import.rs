@@ -2,7 +2,7 @@
 
 use contract::ImportReport;
 
-use super::words::plain;
+use super::words::{plain, therapy};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, compact};
 
@@ -12,8 +12,10 @@ const SHOWN: usize = 100;
 pub(super) fn body(html: &mut Html, report: &ImportReport) {
     let people = &report.people;
     html.paragraph(&format!("Read from: {}.", report.format));
-    let rows =
-        people.iter().map(|p| vec![p.line.clone(), or_absent(p.therapy.as_deref())]).collect();
+    let rows = people
+        .iter()
+        .map(|p| vec![p.line.clone(), or_absent(p.therapy.as_deref().map(therapy))])
+        .collect();
     table(html, "Daily amounts by person", &["Amounts", "Therapy"], rows);
 
     html.literal("<details>\n").element("summary", "The account of the import");
@@ -59,7 +61,7 @@ pub(super) fn body(html: &mut Html, report: &ImportReport) {
         .map(|note| {
             let place = place(&note.file, note.row, note.column.as_deref());
             vec![
-                or_absent(note.person.as_deref()),
+                or_absent(note.person.clone()),
                 place,
                 note.what.clone(),
                 compact(note.count as f64),
@@ -112,8 +114,8 @@ fn table(html: &mut Html, caption: &str, columns: &[&str], mut rows: Vec<Vec<Str
     html.table(&caption, &columns, &rows);
 }
 
-fn or_absent(text: Option<&str>) -> String {
-    text.unwrap_or(ABSENT).to_owned()
+fn or_absent(text: Option<String>) -> String {
+    text.unwrap_or_else(|| ABSENT.to_owned())
 }
 
 /// A place in a file as words.

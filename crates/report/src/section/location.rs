@@ -4,10 +4,10 @@ mod maps;
 
 use super::verdict::LEVEL;
 use super::words::{ahead, context, factor, model};
+use crate::ReportError;
 use crate::figure::{ForestFrame, ForestRow, forest};
 use crate::html::{Column, Html};
-use crate::number::{fixed, interval, optional, p_value};
-use crate::{Inputs, ReportError};
+use crate::number::{ABSENT, fixed, interval, optional, p_value};
 use contract::diagnosis::{CellFactor, CellGap};
 use contract::{Diagnosis, WithInterval};
 
@@ -44,14 +44,11 @@ const AXIS: &str = "Observed \u{2212} predicted (mg/dL)";
 /// Rows of one figure that a page can hold.
 const SHOWN: usize = 40;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(diagnosis) = &inputs.diagnosis else {
-        html.absent("There is no diagnosis in this folder, so the gap was not located.");
-        return Ok(html);
-    };
     html.paragraph(&format!(
-        "Compared with the sensor is {}. Observed \u{2212} predicted above zero: the model under-predicts glucose.",
+        "The sensor is compared with {}. Where observed \u{2212} predicted is above zero, the model \
+         under-predicts glucose.",
         model(&diagnosis.plant)
     ));
     if let Some(hourly) = &diagnosis.hourly {
@@ -92,14 +89,13 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 stands_out: cell.p_adjusted < LEVEL,
             })
             .collect();
-        if let Some((svg, keys)) = forest(&ForestFrame::around_zero(name, AXIS), &rows)? {
-            let shown = if all > SHOWN {
-                format!(" Shown are the {SHOWN} of {all} with the largest error.")
-            } else {
-                String::new()
-            };
-            html.figure(&svg, &keys, &format!("{caption}{shown}"));
-        }
+        let shown = if all > SHOWN {
+            format!(" Shown are the {SHOWN} of {all} with the largest error.")
+        } else {
+            String::new()
+        };
+        let drawn = forest(&ForestFrame::around_zero(name, AXIS), &rows)?;
+        html.figure(drawn, &format!("{caption}{shown}"));
     }
     table(&mut html, diagnosis);
     baseline(&mut html, diagnosis);
@@ -114,6 +110,16 @@ fn level(cell: &CellGap) -> String {
         CellFactor::Context => context(&cell.level),
         CellFactor::Horizon => cell.level.parse().map_or_else(|_| cell.level.clone(), ahead),
         CellFactor::Person => cell.level.clone(),
+    }
+}
+
+/// Its share of the expected gap; people and horizons have none.
+fn share(cell: &CellGap) -> String {
+    match cell.factor {
+        CellFactor::Person | CellFactor::Horizon => ABSENT.to_owned(),
+        CellFactor::Hour | CellFactor::Context | CellFactor::GlucoseBand => {
+            format!("{} %", fixed(100.0 * cell.share_of_gap, 1))
+        }
     }
 }
 
@@ -132,7 +138,7 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
                 level(cell),
                 interval(mean, 1),
                 p_value(cell.p_adjusted),
-                format!("{} %", fixed(100.0 * cell.share_of_gap, 1)),
+                share(cell),
                 cell.horizon_minutes.to_string(),
                 cell.people.to_string(),
                 optional(cell.expected_mg_dl, 1),

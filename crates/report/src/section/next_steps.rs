@@ -1,24 +1,23 @@
 //! What a reader can do next, from what the folder says.
 
+use super::candidates;
 use super::words::{effect, list};
+use crate::ReportError;
 use crate::html::Html;
 use crate::number::count;
-use crate::{Inputs, ReportError};
-use contract::Diagnosis;
 use contract::diagnosis::{Standing, Verdict};
 use contract::quality::CheckOutcome;
+use contract::{DataInUse, Diagnosis};
 
 /// Days below which one person's answer is weak.
 const FEW_DAYS: usize = 14;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(diagnosis: &Diagnosis, in_use: Option<&DataInUse>) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let mut steps: Vec<String> = data(inputs).into_iter().collect();
-    if let Some(diagnosis) = &inputs.diagnosis {
-        steps.extend(of_verdict(diagnosis));
-        steps.extend(more_data(diagnosis));
-        steps.extend(channels(diagnosis));
-    }
+    let mut steps: Vec<String> = in_use.and_then(data).into_iter().collect();
+    steps.extend(of_verdict(diagnosis));
+    steps.extend(more_data(diagnosis));
+    steps.extend(channels(diagnosis));
     steps.push(
         "Repeat the run with another seed. An answer that changes with the seed is none."
             .to_owned(),
@@ -31,9 +30,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     Ok(html)
 }
 
-fn data(inputs: &Inputs) -> Option<String> {
-    let people = &inputs.data_in_use.as_ref()?.people;
-    let doubtful = people
+fn data(in_use: &DataInUse) -> Option<String> {
+    let doubtful = in_use
+        .people
         .iter()
         .filter(|person| person.checks.iter().any(|check| check.result != CheckOutcome::Pass));
     let n = doubtful.count();
@@ -91,7 +90,7 @@ fn more_data(diagnosis: &Diagnosis) -> Option<String> {
             count(days, "day", "days")
         )),
         n if n > 1 && days < FEW_DAYS * n => Some(format!(
-            "Record more days: {} for {n} people is less than {FEW_DAYS} each.",
+            "Record more days: {} for {n} people are fewer than {FEW_DAYS} each on average.",
             count(days, "day", "days")
         )),
         _ => None,
@@ -102,9 +101,10 @@ fn channels(diagnosis: &Diagnosis) -> Option<String> {
     let untried: Vec<String> = diagnosis.untried.iter().map(|u| effect(&u.effect)).collect();
     (!untried.is_empty()).then(|| {
         format!(
-            "Record what signals the effects that could not be tried: {}. The table of answers says what \
-             is missing for each.",
-            list(&untried)
+            "Record what signals the effects that could not be tried: {}. The section \u{201c}{}\u{201d} \
+             says what is missing for each.",
+            list(&untried),
+            candidates::HEADING
         )
     })
 }

@@ -3,19 +3,16 @@
 mod crossed;
 
 use self::crossed::{EQUIVALENT, TOO_FEW, crossed, digits};
+use crate::ReportError;
+use crate::distinct::distinct;
 use crate::figure::equivalence;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, compact, count, fixed, interval, p_value, spread};
-use crate::{Inputs, ReportError};
 use contract::outcomes::{Comparison, MethodRows, OutcomeRow};
 use contract::{OutcomesTable, Spread};
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(outcomes: &OutcomesTable) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(outcomes) = &inputs.outcomes else {
-        html.absent("There are no outcomes in this folder, so no method was evaluated.");
-        return Ok(html);
-    };
     html.paragraph(&format!(
         "{} and {} of {} min, outcomes averaged over the windows of each person. Equivalence is \
          concluded where both one-sided paired t-tests reject at 0.05.",
@@ -23,19 +20,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         count(outcomes.windows, "window", "windows"),
         outcomes.window_minutes
     ));
-    match equivalence(&outcomes.methods)? {
-        Some((svg, keys)) => {
-            html.figure(
-                &svg,
-                &keys,
-                "Simulated minus recorded with 90 % intervals, in units of the equivalence margin. An \
-                 outcome is equivalent where the whole interval lies in the shaded band. Values \
-                 beyond four margins are drawn at the edge; the tables have them in full.",
-            );
-        }
-        None => {
-            html.absent("No outcome was tested.");
-        }
+    let shown = html.figure(
+        equivalence(&outcomes.methods)?,
+        "Simulated minus recorded with 90 % intervals, in units of the equivalence margin. An \
+         outcome is equivalent where the whole interval lies in the shaded band. Values \
+         beyond four margins are drawn at the edge; the tables have them in full.",
+    );
+    if !shown {
+        html.absent("No outcome was tested.");
     }
     overall(&mut html, outcomes);
     if !outcomes.ablation.is_empty() {
@@ -178,12 +170,7 @@ fn forecast(html: &mut Html, outcomes: &OutcomesTable) {
     let mut horizons: Vec<u32> = outcomes.forecast.iter().map(|row| row.minutes).collect();
     horizons.sort_unstable();
     horizons.dedup();
-    let mut methods: Vec<&str> = Vec::new();
-    for row in &outcomes.forecast {
-        if !methods.contains(&row.method.as_str()) {
-            methods.push(&row.method);
-        }
-    }
+    let methods = distinct(outcomes.forecast.iter().map(|row| row.method.as_str()));
     let rows: Vec<(bool, Vec<String>)> = methods
         .into_iter()
         .map(|method| {

@@ -1,7 +1,7 @@
 //! Every person: a fold with profile and times in ranges, or a row where there are many.
 
 use crate::html::{Column, Html};
-use crate::number::{count, fixed, optional};
+use crate::number::{count, ends, fixed, optional};
 use crate::{Inputs, ReportError, figure};
 use contract::GlucoseByPerson;
 use contract::glucose_by_person::PersonGlucose;
@@ -9,13 +9,12 @@ use contract::glucose_by_person::PersonGlucose;
 /// People beyond whom nobody has a fold of their own.
 const FOLDS: usize = 40;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(glucose: &GlucoseByPerson, inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(glucose) = inputs.glucose_by_person.as_ref().filter(|all| !all.people.is_empty())
-    else {
+    if glucose.people.is_empty() {
         html.absent("Nobody has two readings that are in use.");
         return Ok(html);
-    };
+    }
     overview(&mut html, glucose);
     if glucose.people.len() > FOLDS {
         html.paragraph(&format!(
@@ -29,14 +28,12 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         let name = format!("Glucose of {} by time of day", person.person_id);
         let mut fold = Html::default();
         fold.push(&Html::ranges(&person.ranges));
-        if let Some((svg, keys)) = figure::agp(&name, &glucose.hour, &person.percentiles, None)? {
-            let caption = format!(
-                "Ambulatory glucose profile of {}: the median by time of day, with the middle half and the \
-                 middle nine tenths of all days. Dashed: 70 and 180 mg/dL.",
-                person.person_id
-            );
-            fold.figure(&svg, &keys, &caption);
-        }
+        let caption = format!(
+            "Ambulatory glucose profile of {}: the median by time of day, with the middle half and the \
+             middle nine tenths of all days. Dashed: 70 and 180 mg/dL.",
+            person.person_id
+        );
+        fold.figure(figure::agp(&name, &glucose.hour, &person.percentiles, None)?, &caption);
         amounts(&mut fold, person, inputs);
         let says = format!(
             "{}: TIR {}\u{a0}%, mean {} mg/dL",
@@ -109,11 +106,10 @@ fn amounts(html: &mut Html, person: &PersonGlucose, inputs: &Inputs) {
             continue;
         };
         text.push_str(&format!(
-            " {}: {} ({} to {}) times the published size.",
+            " {}: {}{} times the published size.",
             super::words::sentence(&super::words::effect(&effect.effect)),
             fixed(own.amplitude, 2),
-            fixed(own.lower, 2),
-            fixed(own.upper, 2)
+            ends(own.lower, own.upper, 2)
         ));
     }
     html.paragraph(&text);

@@ -1,22 +1,19 @@
 //! At which port of the model something is missing.
 
 use super::words::{list, port, sentence};
+use crate::ReportError;
+use crate::distinct::distinct;
 use crate::figure::{PortShade, port_course, schematic};
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, percent};
-use crate::{Inputs, ReportError};
 use contract::Diagnosis;
 use contract::diagnosis::{PortEvidence, Standing, Verdict};
 
 /// Most places that are listed as inseparable; of more the number is said.
 const LISTED: usize = 3;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(diagnosis) = &inputs.diagnosis else {
-        html.absent("There is no diagnosis in this folder, so no place was assessed.");
-        return Ok(html);
-    };
     let framed = framed(diagnosis);
     let shades = shades(diagnosis, &framed);
     if shades.is_empty() {
@@ -34,10 +31,8 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         ),
         Verdict::None => (None, ""),
     };
-    let (svg, keys) = schematic(&shades, frame)?;
     html.figure(
-        &svg,
-        &keys,
+        Some(schematic(&shades, frame)?),
         "The model in a sketch. Insulin comes from the left, meals from the right; both meet in \
          blood glucose, which the sensor reads. The deeper the colour of a place, the more probable \
          it is that something is missing there. The table says the same in numbers.",
@@ -89,7 +84,6 @@ fn courses(html: &mut Html, diagnosis: &Diagnosis, framed: &[&str]) -> Result<()
             unit => unit.to_owned(),
         };
         let label = format!("What is lacking in {place} through the day");
-        let Some((svg, keys)) = port_course(&evidence.course, &label, &axis)? else { continue };
         let certain: Vec<String> = evidence
             .course
             .iter()
@@ -102,8 +96,7 @@ fn courses(html: &mut Html, diagnosis: &Diagnosis, framed: &[&str]) -> Result<()
             format!("The interval leaves 0 out at {}.", list(&certain))
         };
         html.figure(
-            &svg,
-            &keys,
+            port_course(&evidence.course, &label, &axis)?,
             &format!(
                 "What the data ask for in {place}, beyond the mean of the day, which calibration takes; \
                  at other places nothing is assumed to change. {says}"
@@ -143,13 +136,8 @@ fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>
         let found = here().any(|effect| effect.standing() == Standing::Found);
         here().next().map(|_| if found { "found" } else { "suspected" })
     };
-    let mut names: Vec<&str> = Vec::new();
-    for name in diagnosis.ports.iter().map(|p| p.port.as_str()).chain(framed.iter().copied()) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    names
+    let assessed = diagnosis.ports.iter().map(|p| p.port.as_str());
+    distinct(assessed.chain(framed.iter().copied()))
         .into_iter()
         .map(|name| {
             let of_name = diagnosis.ports.iter().filter(|p| p.port == name);

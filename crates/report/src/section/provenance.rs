@@ -4,17 +4,18 @@ use serde_json::Value;
 
 use super::any_json::json;
 use super::shown_path::{shown_command, shown_json, shown_path};
+use crate::ReportError;
 use crate::html::{Column, Html};
-use crate::{Inputs, ReportError};
+use contract::Manifest;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(manifests: &[Manifest]) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    if inputs.manifests.is_empty() {
+    if manifests.is_empty() {
         html.absent(
             "There is no manifest in this folder, so the run cannot be repeated from here.",
         );
     }
-    for manifest in &inputs.manifests {
+    for manifest in manifests {
         html.element("h3", &manifest.stage);
         html.literal("<pre><code>")
             .text(&shown_command(&manifest.command))

@@ -2,14 +2,11 @@
 
 use crate::html::Html;
 use crate::number::{count, fixed};
-use crate::{Inputs, ReportError, figure};
+use crate::{ReportError, figure};
+use contract::Training;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(training: &Training) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(training) = &inputs.training else {
-        html.absent("There is no training record in this folder.");
-        return Ok(html);
-    };
     html.paragraph(&format!(
         "Model {}, seed {}, {}, {} for training and {} for validation, {} s.",
         training.model,
@@ -22,19 +19,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut hash = Html::default();
     hash.literal("<p>").element("code", &training.data.hash).literal("</p>\n");
     html.folded("Hash of the data", &hash);
-    match figure::training(training)? {
-        Some((svg, keys)) => {
-            let caption = format!(
-                "Loss by epoch. The two have different units and axes of their own: compare their \
-                 courses, not their heights. Validation is: {}. Where it rises while training falls, \
-                 the network overfits; the upright line is the epoch whose weights are kept.",
-                training.validation_loss_is
-            );
-            html.figure(&svg, &keys, &caption);
-        }
-        None => {
-            html.absent("The training record holds no epoch.");
-        }
+    let caption = format!(
+        "Loss by epoch. The two have different units and axes of their own: compare their \
+         courses, not their heights. Validation is: {}. Where it rises while training falls, \
+         the network overfits; the upright line is the epoch whose weights are kept.",
+        training.validation_loss_is
+    );
+    if !html.figure(figure::training(training)?, &caption) {
+        html.absent("The training record holds no epoch.");
     }
     Ok(html)
 }

@@ -1,9 +1,9 @@
 //! Which effects act, where the makers of the cohort state it, beside what was found.
 
 use super::words::{effect, list};
+use crate::ReportError;
 use crate::html::{Column, Html};
-use crate::number::{ABSENT, count, fixed, interval, percent};
-use crate::{Inputs, ReportError};
+use crate::number::{ABSENT, count, ends, fixed, interval, percent};
 use contract::diagnosis::{FoundEffect, Standing};
 use contract::truth::ActingEffect;
 use contract::{Diagnosis, StatedTruth};
@@ -11,16 +11,8 @@ use contract::{Diagnosis, StatedTruth};
 /// Columns that are always shown, on a terminal and on the page.
 const SHOWN: usize = 5;
 
-pub(super) fn applies(inputs: &Inputs) -> bool {
-    inputs.truth.is_some() && inputs.diagnosis.is_some()
-}
-
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(diagnosis: &Diagnosis, truth: &StatedTruth) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let (Some(truth), Some(diagnosis)) = (&inputs.truth, &inputs.diagnosis) else {
-        html.absent("Nobody states which effects act in this cohort.");
-        return Ok(html);
-    };
     html.paragraph(&summary(diagnosis, truth));
     html.paragraph(&format!(
         "The people of this cohort are virtual, or effects were planted into their records: '{}' beside the \
@@ -113,7 +105,7 @@ fn summary(diagnosis: &Diagnosis, truth: &StatedTruth) -> String {
             if !suspected.is_empty() {
                 text.push_str(&format!("; {}", part(&suspected, "suspected")));
             }
-            let not = n - found.len() - suspected.len();
+            let not = n.saturating_sub(found.len() + suspected.len());
             if not > 0 {
                 text.push_str(&format!("; {not} not named"));
             }
@@ -150,10 +142,7 @@ fn row(diagnosis: &Diagnosis, name: &str, acting: Option<&ActingEffect>) -> Row 
     let size = acting.map_or_else(
         || "does not act".to_owned(),
         |acting| {
-            let range = acting
-                .lowest
-                .zip(acting.highest)
-                .map(|(low, high)| format!(" ({} to {})", fixed(low, 2), fixed(high, 2)));
+            let range = acting.lowest.zip(acting.highest).map(|(low, high)| ends(low, high, 2));
             format!("{}{}", fixed(acting.amplitude, 2), range.unwrap_or_default())
         },
     );

@@ -3,24 +3,20 @@
 use crate::figure::ErrorPair;
 use crate::html::{Column, Html};
 use crate::number::{count, optional, significant};
-use crate::{Inputs, ReportError, figure};
+use crate::{ReportError, figure};
+use contract::TwinsTable;
 
-pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
+pub(super) fn body(twins: &TwinsTable) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let Some(twins) = &inputs.twins else {
-        html.absent("There are no twins in this folder.");
-        return Ok(html);
-    };
     let made = twins.people.iter().filter(|person| person.excluded.is_none()).count();
     let others = match twins.people.len() - made {
         0 => "",
+        1 => "; the other is listed below with the reason",
         _ => "; the others are listed below with the reason",
     };
-    html.paragraph(&format!(
-        "{} trained for {}{others}.",
-        count(made, "twin was", "twins were"),
-        count(twins.people.len(), "person", "people")
-    ));
+    let verb = if made == 1 || twins.people.len() == 1 { "has" } else { "have" };
+    let all = count(twins.people.len(), "person", "people");
+    html.paragraph(&format!("{made} of {all} {verb} a twin{others}."));
     let points: Vec<ErrorPair<'_>> = twins
         .people
         .iter()
@@ -34,16 +30,14 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         "RMSE of the population network (mg/dL)",
         "RMSE of the twin (mg/dL)",
     ];
-    if let Some((svg, keys)) = figure::error_pairs(titles, ["population network", "twin"], &points)?
-    {
-        html.figure(
-            &svg,
-            &keys,
-            "Error on the test windows, one mark a person. Marks below the line are people whose twin \
-             is closer than the population network; marks above it are people whom the twin made \
-             worse. A person's values show under a pointer.",
-        );
-    } else {
+    let drawn = figure::error_pairs(titles, ["population network", "twin"], &points)?;
+    let shown = html.figure(
+        drawn,
+        "Error on the test windows, one mark a person. Marks below the line are people whose twin \
+         is closer than the population network; marks above it are people whom the twin made \
+         worse. A person's values show under a pointer.",
+    );
+    if !shown {
         html.absent("No person has an error of both the population network and the twin.");
     }
     let rows: Vec<(bool, Vec<String>)> = twins
@@ -70,8 +64,8 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
                 ("Person", Column::Text),
                 ("Windows, training", Column::Number),
                 ("Windows, test", Column::Number),
-                ("First loss", Column::Number),
-                ("Last loss", Column::Number),
+                ("First loss, scaled units", Column::Number),
+                ("Last loss, scaled units", Column::Number),
                 ("RMSE population, mg/dL", Column::Number),
                 ("RMSE twin, mg/dL", Column::Number),
             ],

@@ -7,40 +7,33 @@ use crate::{Inputs, ReportError, figure};
 use contract::WhatIf;
 use contract::what_if::WhatIfOrder;
 
-pub(super) fn applies(inputs: &Inputs) -> bool {
-    inputs.what_if.is_some() || inputs.what_if_constrained.is_some()
-}
-
 pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
     if let Some(answers) = &inputs.what_if {
-        curves(&mut html, answers, "twin", "twins")?;
+        let name = "Glucose after meals under several doses";
+        curves(&mut html, answers, name, ["twin", "twins"])?;
         order(&mut html, "Order of the answers", answers);
     }
     if let Some(answers) = &inputs.what_if_constrained {
         html.element("h3", "Twins that keep physiology's signs");
-        curves(
-            &mut html,
-            answers,
-            "twin that keeps physiology's signs",
-            "twins that keep physiology's signs",
-        )?;
+        let name = "Glucose after meals under several doses, with signs kept";
+        let whose = ["twin that keeps physiology's signs", "twins that keep physiology's signs"];
+        curves(&mut html, answers, name, whose)?;
         order(&mut html, "Order of the answers of twins that keep physiology's signs", answers);
-    }
-    if !applies(inputs) {
-        html.absent("No meal was simulated under other doses.");
     }
     Ok(html)
 }
 
-fn curves(html: &mut Html, answers: &WhatIf, one: &str, many: &str) -> Result<(), ReportError> {
-    match figure::what_if(answers)? {
-        Some((svg, keys)) => {
-            html.figure(&svg, &keys, &caption(answers, &count(answers.order.len(), one, many)));
-        }
-        None => {
-            html.absent("There is no course of glucose to show.");
-        }
+/// The courses under the name of their figure; `one` and `many` are what the twins are called.
+fn curves(
+    html: &mut Html,
+    answers: &WhatIf,
+    name: &str,
+    [one, many]: [&str; 2],
+) -> Result<(), ReportError> {
+    let caption = caption(answers, &count(answers.order.len(), one, many));
+    if !html.figure(figure::what_if(answers, name)?, &caption) {
+        html.absent("There is no course of glucose to show.");
     }
     Ok(())
 }
@@ -59,7 +52,7 @@ fn caption(answers: &WhatIf, of: &str) -> String {
 }
 
 /// Glucose difference that the check of the order ignores, mg/dL: below what a sensor resolves.
-const SAME: f64 = 0.5;
+pub(super) const SAME: f64 = 0.5;
 
 /// For how many twins the order holds, and where it does not for the others.
 fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
@@ -85,9 +78,9 @@ fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
         let rows: Vec<(bool, Vec<String>)> = out
             .into_iter()
             .map(|twin| {
-                let place = match twin.worst_at.as_str() {
-                    "" => "mean glucose does not grow with the ratio",
-                    place => place,
+                let place = match twin.worst_mg_dl > SAME {
+                    true => twin.worst_at.as_str(),
+                    false => "mean glucose does not grow with the ratio",
                 };
                 let grows = if twin.peaks_grow_with_meals { "yes" } else { "no" };
                 let cells = [&twin.person_id, &fixed(twin.worst_mg_dl, 1), place, grows];
@@ -95,7 +88,7 @@ fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
             })
             .collect();
         html.table(
-            "Twins that are not to be used for what-ifs, and where more insulin gave more glucose",
+            "Twins that are not to be used for what-ifs, and where more insulin did not mean less glucose",
             &[
                 ("Twin", Column::Text),
                 ("Out of order by, mg/dL", Column::Number),

@@ -133,6 +133,41 @@ pub(super) fn check(key: &str) -> String {
     words.to_owned()
 }
 
+/// A channel of a record in words; one that this version does not know keeps its key.
+pub(super) fn channel(key: &str) -> String {
+    let words = match key {
+        "cgm_mg_dl" => "sensor glucose",
+        "basal_u_h" => "basal insulin",
+        "bolus_u" => "bolus insulin",
+        "carbs_g" => "carbohydrate",
+        "heart_rate_bpm" => "heart rate",
+        _ => return plain(key),
+    };
+    words.to_owned()
+}
+
+/// A therapy in words; one that this version does not know keeps its key.
+pub(super) fn therapy(key: &str) -> String {
+    let words = match key {
+        "open_loop_pump" => "open-loop pump",
+        "aid" => "automated insulin delivery",
+        "mdi" => "multiple daily injections",
+        _ => return plain(key),
+    };
+    words.to_owned()
+}
+
+/// A glucose outcome with its unit, if it has one.
+pub(super) fn metric(key: &str) -> String {
+    let name = key.to_uppercase();
+    let unit = match name.as_str() {
+        "TIR" | "TAR" | "TBR" => " (%)",
+        "MG" => " (mg/dL)",
+        _ => "",
+    };
+    format!("{name}{unit}")
+}
+
 /// A port of the model in words; one that this version does not know keeps its key.
 pub(super) fn port(key: &str) -> String {
     let words = match key {
@@ -186,15 +221,21 @@ pub(super) fn ahead(minutes: u32) -> String {
     }
 }
 
-/// A small number at the start of a sentence: `One`, `Two`, then digits.
+/// A small number at the start of a sentence: `One` to `Nine`, then digits.
 pub(super) fn number(n: usize) -> String {
-    match n {
-        1 => "One".to_owned(),
-        2 => "Two".to_owned(),
-        3 => "Three".to_owned(),
-        4 => "Four".to_owned(),
-        _ => n.to_string(),
-    }
+    let words = match n {
+        1 => "One",
+        2 => "Two",
+        3 => "Three",
+        4 => "Four",
+        5 => "Five",
+        6 => "Six",
+        7 => "Seven",
+        8 => "Eight",
+        9 => "Nine",
+        _ => return n.to_string(),
+    };
+    words.to_owned()
 }
 
 /// Joins with commas and a final "and".
@@ -245,6 +286,13 @@ mod tests {
             (ahead(1440), "24 h"),
             (ahead(130), "130 min"),
             (number(2), "Two"),
+            (number(9), "Nine"),
+            (channel("basal_u_h"), "basal insulin"),
+            (channel("sleep_efficiency"), "sleep efficiency"),
+            (therapy("mdi"), "multiple daily injections"),
+            (therapy("unknown"), "unknown"),
+            (metric("tbr"), "TBR (%)"),
+            (metric("lbgi"), "LBGI"),
             (number(12), "12"),
         ] {
             assert_eq!(words, expected);

@@ -48,6 +48,18 @@ fn met_and_missed_are_words() {
 }
 
 #[test]
+fn one_is_singular() {
+    let mut target = made_up::blind_check()["targets"][1].clone();
+    let html = check_page(&[("/targets", json!([target.clone()])), ("/pairs/worlds", json!(1))]);
+    assert!(html.contains("1 of 1 target is met."));
+    assert!(html.contains("F1 of the names over 1 world with two effects"));
+    target["met"] = json!(false);
+    assert!(
+        check_page(&[("/targets", json!([target]))]).contains("0 of 1 target is met, 1 missed.")
+    );
+}
+
+#[test]
 fn right_answers_are_framed_and_wrong_ones_shaded_otherwise() {
     let confusion = json!({"answers": ["dawn", "none", "unknown"], "rows": [
         {"truth": "dawn", "counts": [3, 1, 0]}, {"truth": "none", "counts": [0, 4, 0]},

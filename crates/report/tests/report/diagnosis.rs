@@ -68,6 +68,9 @@ fn every_verdict_has_its_words() {
     }
     let html = diagnosis_page("none", &[("/ports", json!([]))]);
     assert!(html.contains("No place in the model was assessed."));
+    assert!(section(&html, "which").contains("<p>No effect is named.</p>"));
+    let rule = "and nothing questions it";
+    assert!(section(&diagnosis_page("effect", &[]), "which").contains(rule));
 }
 
 #[test]
@@ -146,13 +149,23 @@ fn the_first_screen_has_four_tiles_and_who_is_in_use() {
     let tiles = verdict_of(&html);
     assert!(tiles.contains("<dd class=\"answer\">Three effects</dd><dd>"), "{tiles}");
     assert_eq!(tiles.matches("times the published size").count(), 3, "{tiles}");
+    for (doubtful, words) in [(1, "one"), (3, "three")] {
+        for effect in three.iter_mut().take(doubtful) {
+            effect["probability"] = json!(0.41);
+        }
+        let html = diagnosis_page("effect", &[("/effects", json!(three))]);
+        let words = format!("<dd class=\"answer\">Three effects ({words} suspected)</dd>");
+        assert!(verdict_of(&html).contains(&words), "{words}: {}", verdict_of(&html));
+    }
     let known = json!([{"minutes": 300, "mae_before": 43.5, "mae_after": 39.8, "reconstructed": true,
         "floor": null, "share_above_floor": null,
         "difference": {"value": -3.7, "lower": -5.5, "upper": -1.9}}]);
     let html = diagnosis_page("effect", &[("/how_far/horizons", known)]);
     assert!(verdict_of(&html).contains("<dd class=\"answer\">No better forecast</dd>"));
     assert!(
-        verdict_of(&html).contains("the error 5 h ahead would be 39.8 in place of 43.5 mg/dL.")
+        verdict_of(&html).contains(
+            "if they were known, the error 5 h ahead would be 39.8 in place of 43.5 mg/dL."
+        )
     );
 }
 
@@ -212,6 +225,50 @@ fn a_change_that_could_be_none_is_called_that() {
     let words =
         "no error on held-out days shrinks beyond chance (14.0 to 13.9 mg/dL 60 min ahead).";
     assert!(verdict_of(&html).contains(words), "{}", verdict_of(&html));
+    assert!(verdict_of(&html).contains("<dd class=\"answer\">No certain change</dd>"));
+}
+
+#[test]
+fn an_error_that_grows_stands_beside_one_that_falls() {
+    let changes = json!([{"minutes": 60, "mae_before": 14.0, "mae_after": 14.5,
+        "difference": {"value": 0.5, "lower": 0.2, "upper": 0.8}},
+        {"minutes": 300, "mae_before": 30.4, "mae_after": 27.9,
+        "difference": {"value": -2.5, "lower": -3.4, "upper": -1.6}}]);
+    let html = diagnosis_page("effect", &[("/how_far/horizons", changes)]);
+    for words in [
+        "with them the error 5 h ahead on held-out days falls from 30.4 to 27.9 mg/dL, by 8.2\u{a0}%, and \
+         the error 60 min ahead grows from 14.0 to 14.5 mg/dL, by 3.6\u{a0}%.",
+        "<dd class=\"answer\">Smaller and larger</dd>",
+        "14.0 \u{2192} 14.5 mg/dL 60 min ahead, change 0.5 (0.2 to 0.8)",
+    ] {
+        assert!(verdict_of(&html).contains(words), "{words}: {}", verdict_of(&html));
+    }
+}
+
+#[test]
+fn where_no_situation_is_certain_the_largest_part_is_named() {
+    let cells = json!([{"factor": "hour", "level": "04-08", "mean_error_mg_dl": 3.0, "lower": -1.0,
+        "upper": 7.0, "p_adjusted": 0.4, "share_of_gap": 0.15, "expected_mg_dl": 2.0}]);
+    let html = diagnosis_page("effect", &[("/where", cells)]);
+    let words = "The largest part of what is missing is expected from 04 to 08 h (15\u{a0}% of it)";
+    assert!(verdict_of(&html).contains(words), "{}", verdict_of(&html));
+}
+
+#[test]
+fn only_situations_have_a_share_and_figures_say_their_unit() {
+    let html = diagnosis_page("effect", &[]);
+    let place = section(&html, "where");
+    for words in [
+        "<td class=\"short\">p07</td><td class=\"number\">28.0 (14.0 to 42.0)</td>\
+         <td class=\"number\">&lt;0.001</td><td class=\"number\">\u{2013}</td>",
+        "<td class=\"short\">04-08 h</td><td class=\"number\">31.0 (20.0 to 42.0)</td>\
+         <td class=\"number\">&lt;0.001</td><td class=\"number\">21.0 %</td>",
+        "<title>p07: 28.00 (14.00 to 42.00) mg/dL</title>",
+    ] {
+        assert!(place.contains(words), "{words}");
+    }
+    let size = "<title>everyone: 1.10 (0.70 to 1.50) times the published size</title>";
+    assert!(section(&html, "which").contains(size));
 }
 
 #[test]
@@ -302,6 +359,10 @@ fn shrinkage_is_told_by_horizon_and_person() {
         "changes by 14.5 (8.1 to 20.9) nats",
         "1.05 (0.80 to 1.30)",
         "What a perfect model would leave",
+        ">60 min: after</th>",
+        "<td class=\"short\">TIR (%)</td>",
+        "<td class=\"short\">MG (mg/dL)</td>",
+        "Simulated \u{2212} measured, after</th>",
     ] {
         assert!(section.contains(words), "{words}");
     }
@@ -370,8 +431,9 @@ fn what_is_not_known_stands_under_the_answer() {
         {"effect": "unknown", "gain_nats": 0.0, "probability": 0.2}]);
     let html = diagnosis_page("effect", &[("/posterior", said), ("/candidates", candidates)]);
     for words in [
-        "<strong>Not known.</strong> Whether lag of the sensor (31\u{a0}%) and alcohol (8\u{a0}%) act: neither \
-         named (from 50\u{a0}%) nor excluded. Not tried, since the records lack what would show it: lower \
+        "<strong>Not known.</strong> Lag of the sensor (31\u{a0}%) and alcohol (8\u{a0}%) may act: neither \
+         named (an effect is named from 50\u{a0}% on) nor excluded. Not tried, since the records lack what \
+         would show it: lower \
          insulin sensitivity after short sleep and ageing of the infusion set. Another effect that is small",
         "Compared with the sensor: the ODE model with parameters fitted to each person.",
     ] {
@@ -393,7 +455,7 @@ fn what_rests_on_one_person_is_told_and_not_named() {
          one person: without P-02 its probability is 12 %)",
         "Probable enough, and not named all the same: glucose uptake during exercise (76\u{a0}%; it rests \
          on one person",
-        "Whether alcohol (8\u{a0}%) acts: neither named",
+        "Alcohol (8\u{a0}%) may act: neither named",
     ] {
         assert!(verdict_of(&html).contains(words), "{words}: {}", verdict_of(&html));
     }

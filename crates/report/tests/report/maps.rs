@@ -31,8 +31,9 @@ fn cells_print_their_sign_and_show_their_interval_under_a_pointer() {
         "title=\"p01, 3\u{2013}6 h: ",
         "<span class=\"m5\">\u{2212}30</span>",
         "<span class=\"p5\">+30</span>",
-        "Most stands out from 3 to 6 h in the row \u{201c}Sleep\u{201d}: glucose is under-predicted by 32 mg/dL.",
-        "From 3 to 6 h glucose is under-predicted in 12 of 12 people",
+        "The largest error that stands out is from 3 to 6 h in the row \u{201c}Sleep\u{201d}: glucose is \
+         under-predicted by 32 mg/dL.",
+        "From 3 to 6 h glucose is under-predicted in 12 of 12 people; in no other part of the day are there more.",
         "5 h ahead, mg/dL, by hour of the day and situation",
         "one row a person",
         ">6\u{2013}\u{200b}9<",

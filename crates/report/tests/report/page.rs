@@ -8,7 +8,7 @@ use crate::made_up::{self, completed};
 use crate::reading::{SECTIONS, check_structure, page, with};
 
 /// Labels of the figures that the made-up run must show.
-const FIGURES: [&str; 22] = [
+const FIGURES: [&str; 23] = [
     "Size of the effect: dawn",
     "Size of the effect: exercise",
     "Held-out error before and after by horizon",
@@ -29,6 +29,7 @@ const FIGURES: [&str; 22] = [
     "Glucose percentiles by time of day, measured and twin",
     "Glucose, insulin, carbohydrate, heart rate and sleep over several days",
     "Glucose after meals under several doses",
+    "Glucose after meals under several doses, with signs kept",
     "Training and validation loss by epoch",
     "Error of each twin against the population model",
 ];
@@ -43,8 +44,7 @@ fn a_full_run_has_every_section_and_figure() {
     for figure in FIGURES {
         assert!(html.contains(&format!("role=\"img\" aria-label=\"{figure}\"")), "{figure}");
     }
-    // What-ifs have one for each of two kinds of twins.
-    let figures = FIGURES.len() + 1;
+    let figures = FIGURES.len();
     assert_eq!(html.matches("<figure>").count(), figures);
     assert_eq!(html.matches("<figcaption>").count(), figures);
     assert_eq!(html.matches("viewBox=\"0 0 1000 ").count(), figures);
@@ -347,10 +347,12 @@ fn an_importers_account_is_shown_in_words() {
         "900 g",
         "240.5",
         "servings of 10 g",
+        "open-loop pump",
     ] {
         assert!(html.contains(words), "{words}");
     }
     assert!(!html.contains("{&quot;"), "no JSON is left in the page");
+    assert!(!html.contains("open_loop_pump"));
 }
 
 #[test]

@@ -54,6 +54,23 @@ fn of_many_people_those_who_pass_share_a_row() {
 }
 
 #[test]
+fn more_days_left_out_than_there_are_leave_none() {
+    let mut data = made_up::data_in_use();
+    data["people"][4]["days"] = json!(0);
+    data["people"][4]["channels_left_out"] =
+        json!([{"channel": "basal_u_h", "share": 1.0, "reason": "basal_unit"}]);
+    let html = small(vec![(Part::DataInUse, data)]);
+    let checks = section(&html, "data-quality");
+    for words in [
+        "<th scope=\"col\">Status</th>",
+        "<td class=\"number\">0 of 0</td>",
+        "100\u{a0}% of basal insulin (the unit of basal insulin)",
+    ] {
+        assert!(checks.contains(words), "{words}: {checks}");
+    }
+}
+
+#[test]
 fn a_person_has_a_fold_with_profile_and_ranges() {
     let html = small(made_up::parts());
     let people = section(&html, "people");
@@ -64,6 +81,8 @@ fn a_person_has_a_fold_with_profile_and_ranges() {
         "54 to 70 mg/dL: 3.0\u{a0}%",
         "28 of 28 days in use.",
         "Dawn phenomenon: ",
+        // A saved table has the ranges apart.
+        "below%2054%20mg%2FdL:%201.0%20%25%3B%2054%20to%2070%20mg%2FdL:%203.0%20%25%3B",
     ] {
         assert!(people.contains(words), "{words}: {people:.3000}");
     }
@@ -122,14 +141,23 @@ fn folders_of_the_machine_do_not_leak() {
     );
 }
 
+/// Short words that the page uses.
+const SHORT: [&str; 13] =
+    ["TIR", "TAR", "TBR", "LBGI", "HBGI", "MG", "AGP", "TOST", "nats", "CGM", "RMSE", "ODE", "F1"];
+
 #[test]
 fn short_words_are_explained_and_steps_follow() {
     let html = small(made_up::parts());
-    for word in ["TIR", "TAR", "TBR", "LBGI", "HBGI", "MG", "AGP", "TOST", "nats"] {
+    for word in SHORT {
         assert!(section(&html, "glossary").contains(&format!("<dt>{word}</dt>")), "{word}");
     }
     let next = section(&html, "next");
-    for words in ["2 people have a warning", "Test what was found", "could not be tried"] {
+    for words in [
+        "2 people have a warning",
+        "Test what was found",
+        "could not be tried",
+        "The section \u{201c}What was weighed\u{201d} says what is missing for each.",
+    ] {
         assert!(next.contains(words), "{words}: {next}");
     }
 }

@@ -120,10 +120,41 @@ fn twins_out_of_order_are_named_where_doses_are_compared() {
         assert!(answers.contains(&format!(">\n{panel}\n</text>")), "{panel}");
     }
     let verdict = section(&html, "verdict");
-    let words = "More insulin raises glucose in 2 of 12 twins, which must not be used for what-ifs: p03 \
-                 and p09. More insulin never raises glucose in any of 12 twins that keep \
-                 physiology&#39;s signs.";
+    let words = "More insulin does not always mean less glucose in 2 of 12 twins, which must not be used \
+                 for what-ifs: p03 and p09. More insulin always lowers mean glucose, and never raises \
+                 glucose by more than 0.5 mg/dL, in 12 of 12 twins that keep physiology&#39;s signs.";
     assert!(verdict.contains(words), "{verdict}");
+}
+
+#[test]
+fn a_twin_may_be_out_of_order_in_its_mean_alone() {
+    let parts = with(made_up::parts(), Part::WhatIf, "/order/2/worst_mg_dl", json!(0.3));
+    let html = page(&parts);
+    let row = "<td class=\"short\">p03</td><td class=\"number\">0.3</td><td class=\"wide\">mean glucose does \
+               not grow with the ratio</td>";
+    assert!(section(&html, "what-if").contains(row));
+}
+
+#[test]
+fn rows_of_twins_have_a_person_and_the_steps_of_the_record() {
+    let row = json!({"person_id": "p03", "network": "residual", "input": "X1",
+        "property": "decreasing", "kind": "physical", "m_lower": 0.1, "m_upper": 0.2,
+        "verdict": "violated", "seconds": 1.0, "share_of_steps": 0.25});
+    let html = page(&with(made_up::parts(), Part::Conformance, "/rows", json!([row])));
+    check_structure(&html);
+    let table = section(&html, "conformance");
+    for words in [
+        "<th scope=\"col\">Person</th><th scope=\"col\">Network</th>",
+        "<td class=\"short\">p03</td><td class=\"short\">residual</td>",
+        "<td class=\"number\">25.0</td>",
+    ] {
+        assert!(table.contains(words), "{words}: {table}");
+    }
+    assert!(
+        section(&html, "verdict").contains("0 of 1 physiological property is proved, 1 violated.")
+    );
+    let plain = page(&made_up::parts());
+    assert!(!section(&plain, "conformance").contains("<th scope=\"col\">Person</th>"));
 }
 
 #[test]

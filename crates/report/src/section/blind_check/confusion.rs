@@ -1,14 +1,11 @@
 //! Truth against answer.
 
 use super::super::words::{effect, sentence, short_effect};
+use crate::ReportError;
 use crate::html::{Heat, HeatCell, Html};
-use crate::{Inputs, ReportError};
+use contract::BlindCheck;
 
-pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
-    let check = match super::check(inputs) {
-        Ok(check) => check,
-        Err(html) => return Ok(html),
-    };
+pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
     let mut html = Html::default();
     let confusion = &check.confusion;
     if confusion.rows.is_empty() {

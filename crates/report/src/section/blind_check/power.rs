@@ -1,16 +1,14 @@
 //! How often an effect is found, by the shift of glucose that it causes.
 
 use super::super::words::{effect, sentence};
+use crate::distinct::distinct;
 use crate::html::{Column, Heat, HeatCell, Html};
 use crate::number::{compact, optional, share};
-use crate::{Inputs, ReportError, figure};
+use crate::{ReportError, figure};
+use contract::BlindCheck;
 use contract::blind_check::PowerRow;
 
-pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
-    let check = match super::check(inputs) {
-        Ok(check) => check,
-        Err(html) => return Ok(html),
-    };
+pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
     let mut html = Html::default();
     if check.power.is_empty() {
         html.absent("No world with a single effect was answered.");
@@ -18,14 +16,11 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     }
     let (together, single): (Vec<&PowerRow>, Vec<&PowerRow>) =
         check.power.iter().partition(|row| row.effect.is_none());
-    if let Some((svg, keys)) = figure::power(&together)? {
-        html.figure(
-            &svg,
-            &keys,
-            "Share of worlds with a single effect in which it was found, by the mean shift of \
-             glucose that it causes, with 95 % intervals. The lines should rise to the right.",
-        );
-    }
+    html.figure(
+        figure::power(&together)?,
+        "Share of worlds with a single effect in which it was found, by the mean shift of \
+         glucose that it causes, with 95 % intervals. The lines should rise to the right.",
+    );
     let rows: Vec<(bool, Vec<String>)> = together
         .iter()
         .map(|row| {
@@ -44,7 +39,7 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             "All effects together: worlds, and share with its 95 % interval",
             &[
                 ("Shift, mg/dL", Column::Text),
-                ("Mean shift", Column::Number),
+                ("Mean shift, mg/dL", Column::Number),
                 ("Named", Column::Number),
                 ("Named or in set", Column::Number),
                 ("Something found", Column::Number),
@@ -58,16 +53,12 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
 
 fn by_effect(html: &mut Html, rows: &[&PowerRow]) {
     let mut bins: Vec<&PowerRow> = Vec::new();
-    let mut names: Vec<&str> = Vec::new();
     for row in rows {
         if bins.iter().all(|bin| bin.from_mg_dl != row.from_mg_dl) {
             bins.push(row);
         }
-        let name = row.effect.as_deref().unwrap_or_default();
-        if !names.contains(&name) {
-            names.push(name);
-        }
     }
+    let names = distinct(rows.iter().map(|row| row.effect.as_deref().unwrap_or_default()));
     if names.is_empty() {
         return;
     }

@@ -2,13 +2,10 @@
 
 use crate::html::{Column, Html};
 use crate::number::{optional, percent, share};
-use crate::{Inputs, ReportError, figure};
+use crate::{ReportError, figure};
+use contract::BlindCheck;
 
-pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
-    let check = match super::check(inputs) {
-        Ok(check) => check,
-        Err(html) => return Ok(html),
-    };
+pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
     let mut html = Html::default();
     let reliability = &check.reliability;
     if reliability.bins.is_empty() {
@@ -26,14 +23,11 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         "Expected calibration error {error}{interval}, over {} stated probabilities.",
         reliability.probabilities
     ));
-    if let Some((svg, keys)) = figure::reliability(&reliability.bins)? {
-        html.figure(
-            &svg,
-            &keys,
-            "Stated probability against the share that came true. On the dashed line, \u{201c}80 \
-             %\u{201d} is true four times of five; below it the diagnosis is too sure of itself.",
-        );
-    }
+    html.figure(
+        figure::reliability(&reliability.bins)?,
+        "Stated probability against the share that came true. On the dashed line, \u{201c}80 \
+         %\u{201d} is true four times in five; below it the diagnosis is too sure of itself.",
+    );
     let rows: Vec<(bool, Vec<String>)> = reliability
         .bins
         .iter()

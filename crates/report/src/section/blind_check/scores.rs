@@ -1,14 +1,11 @@
 //! False alarms, wrong names, effects outside the library, pairs, and diagnoses without an answer.
 
+use crate::ReportError;
 use crate::html::{Column, Html};
-use crate::number::{optional, share};
-use crate::{Inputs, ReportError};
+use crate::number::{count, ends, optional, share};
+use contract::BlindCheck;
 
-pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
-    let check = match super::check(inputs) {
-        Ok(check) => check,
-        Err(html) => return Ok(html),
-    };
+pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
     let mut html = Html::default();
     let (unknown, pairs) = (&check.unknown, &check.pairs);
     let shares = [
@@ -31,22 +28,17 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         .collect();
     if pairs.f1.is_some() {
         let ends = match (pairs.f1_lower, pairs.f1_upper) {
-            (lower @ Some(_), upper @ Some(_)) => {
-                format!(" ({} to {})", optional(lower, 2), optional(upper, 2))
-            }
+            (Some(lower), Some(upper)) => ends(lower, upper, 2),
             _ => String::new(),
         };
-        let what = format!("F1 of the names over {} worlds with two effects", pairs.worlds);
+        let worlds = count(pairs.worlds, "world", "worlds");
+        let what = format!("F1 of the names over {worlds} with two effects");
         rows.push((false, vec![what, format!("{}{ends}", optional(pairs.f1, 2))]));
     }
-    if rows.is_empty() {
-        html.absent("Nothing was counted.");
-    } else {
-        html.table(
-            "Counted worlds, with 95 % intervals",
-            &[("What", Column::Text), ("How many", Column::Number)],
-            &rows,
-        );
-    }
+    html.table(
+        "Counted worlds, with 95 % intervals",
+        &[("What", Column::Text), ("How many", Column::Number)],
+        &rows,
+    );
     Ok(html)
 }

@@ -2,15 +2,12 @@
 
 use super::super::words::{sentence, target as name};
 use crate::html::{Column, Html};
-use crate::number::{fixed, optional};
-use crate::{Inputs, ReportError, figure};
+use crate::number::{ends, optional};
+use crate::{ReportError, figure};
+use contract::BlindCheck;
 use contract::blind_check::{Bound, Target};
 
-pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
-    let check = match super::check(inputs) {
-        Ok(check) => check,
-        Err(html) => return Ok(html),
-    };
+pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
     let mut html = Html::default();
     html.paragraph(
         "Worlds were made with effects that the diagnosis could not know: a hash of every label was \
@@ -61,14 +58,11 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     );
     html.literal("</p>\n");
     let named: Vec<(String, &Target)> = check.targets.iter().map(|t| (name(&t.name), t)).collect();
-    if let Some((svg, keys)) = figure::targets(&named)? {
-        html.figure(
-            &svg,
-            &keys,
-            "Every target: the mark should lie in the shaded part of its line. An interval that \
-             reaches across the limit says that more worlds would be needed to be sure.",
-        );
-    }
+    html.figure(
+        figure::targets(&named)?,
+        "Every target: the mark should lie in the shaded part of its line. An interval that \
+         reaches across the limit says that more worlds would be needed to be sure.",
+    );
     Ok(html)
 }
 
@@ -83,7 +77,7 @@ fn limit(target: &Target) -> String {
 fn measured(target: &Target) -> String {
     match (target.lower, target.upper) {
         (Some(lower), Some(upper)) => {
-            format!("{} ({} to {})", optional(target.value, 3), fixed(lower, 3), fixed(upper, 3))
+            format!("{}{}", optional(target.value, 3), ends(lower, upper, 3))
         }
         _ => optional(target.value, 3),
     }

@@ -1,17 +1,13 @@
 //! Every world, and how its labels were sealed.
 
 use super::super::words::{outcome as in_words, plain, short_effect};
+use crate::ReportError;
 use crate::html::{Column, Html};
 use crate::number::{count, fixed, percent};
-use crate::{Inputs, ReportError};
 use contract::BlindCheck;
 use contract::blind_check::{Kind, Outcome, Seal, Verdict, WorldRow};
 
-pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
-    let check = match super::check(inputs) {
-        Ok(check) => check,
-        Err(html) => return Ok(html),
-    };
+pub(in super::super) fn body(check: &BlindCheck, seal: Option<&Seal>) -> Result<Html, ReportError> {
     let mut html = Html::default();
     html.paragraph(&format!("All worlds were drawn from master seed {}.", check.master_seed));
     composition(&mut html, check);
@@ -36,7 +32,7 @@ pub(in super::super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
         let all = count(check.worlds.len(), "world", "worlds");
         html.folded(&format!("Truth and answer of {all}"), &table);
     }
-    match &inputs.seal {
+    match seal {
         Some(seal) => sealed(&mut html, seal),
         None => {
             html.absent(

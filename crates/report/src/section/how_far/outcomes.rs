@@ -1,5 +1,6 @@
 //! Equivalence of glucose outcomes before and after.
 
+use super::super::words::metric;
 use crate::html::{Column, Html};
 use crate::number::{fixed, p_value};
 use contract::diagnosis::OutcomeChange;
@@ -23,7 +24,7 @@ pub(super) fn table(html: &mut Html, changes: &[OutcomeChange]) {
                 (false, false) => "not shown, as before",
             };
             let cells = vec![
-                row.metric.to_uppercase(),
+                metric(&row.metric),
                 words.to_owned(),
                 p_value(row.p_before),
                 p_value(row.p_after),
@@ -42,9 +43,9 @@ pub(super) fn table(html: &mut Html, changes: &[OutcomeChange]) {
             ("In words", Column::Text),
             ("p before", Column::Number),
             ("p after", Column::Number),
-            ("Margin", Column::Number),
-            ("Simulated \u{2212} real before", Column::Number),
-            ("after", Column::Number),
+            ("Margin, in the outcome's unit", Column::Number),
+            ("Simulated \u{2212} measured, before", Column::Number),
+            ("Simulated \u{2212} measured, after", Column::Number),
         ],
         &rows,
     );

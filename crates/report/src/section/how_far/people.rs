@@ -35,19 +35,16 @@ pub(super) fn body(html: &mut Html, how_far: &HowFar) -> Result<(), ReportError>
         let x = format!("Before, {minutes} ahead (mg/dL)");
         let y = format!("After, {minutes} ahead (mg/dL)");
         let titles = ["Held-out error of every person before and after", &x, &y];
-        if let Some((svg, keys)) = figure::error_pairs(titles, ["before", "after"], &points)? {
-            html.figure(
-                &svg,
-                &keys,
-                "Mean absolute error of every person on held-out days. Marks below the line are \
-                 people for whom the effects help. A person's values show under a pointer.",
-            );
-        }
+        html.figure(
+            figure::error_pairs(titles, ["before", "after"], &points)?,
+            "Mean absolute error of every person on held-out days. Marks below the line are \
+             people for whom the effects help. A person's values show under a pointer.",
+        );
     }
     let mut names = vec!["Person".to_owned(), "Days".to_owned()];
     for horizon in &horizons {
         let minutes = ahead(horizon.minutes);
-        names.extend([format!("{minutes}: before"), "after".to_owned()]);
+        names.extend([format!("{minutes}: before"), format!("{minutes}: after")]);
     }
     let columns: Vec<(&str, Column)> = names
         .iter()

@@ -166,7 +166,8 @@ fn says(gap: &HourlyGap) -> String {
                 _ => format!("in the row \u{201c}{}\u{201d}", situation(row)),
             };
             format!(
-                "Most stands out from {} h {among}: glucose is {direction}-predicted by {} mg/dL.",
+                "The largest error that stands out is from {} h {among}: glucose is {direction}-predicted \
+                 by {} mg/dL.",
                 hours(part).replace('\u{2013}', " to "),
                 fixed(cell.mean_error_mg_dl.abs(), 0)
             )
@@ -190,7 +191,7 @@ fn alike(gap: &HourlyGap) -> String {
     let most = sides.max_by_key(|(people, _, _)| *people);
     match most.filter(|(people, _, _)| *people > 0) {
         Some((people, word, part)) => format!(
-            "From {} h glucose is {word}-predicted in {people} of {}: more than in any other part of the day.",
+            "From {} h glucose is {word}-predicted in {people} of {}; in no other part of the day are there more.",
             hours(part).replace('\u{2013}', " to "),
             count(of, "person", "people")
         ),

@@ -3,6 +3,7 @@
 use contract::outcomes::OutcomeRow;
 
 use super::Judged;
+use crate::distinct::distinct;
 use crate::html::{Crossed, CrossedCell, CrossedRow};
 use crate::number::{ABSENT, compact, p_value, spread};
 
@@ -13,13 +14,11 @@ pub(super) const TOO_FEW: &str = "\u{2020}";
 
 /// The table of some methods over the same windows, or `None` without a method.
 pub(super) fn crossed(methods: &[Judged<'_>]) -> Option<Crossed> {
-    let first = methods.first()?;
-    let mut metrics: Vec<&str> = Vec::new();
-    for row in methods.iter().flat_map(|method| method.rows) {
-        if !metrics.contains(&row.metric.as_str()) {
-            metrics.push(&row.metric);
-        }
+    if methods.is_empty() {
+        return None;
     }
+    let outcomes = methods.iter().flat_map(|method| method.rows);
+    let metrics = distinct(outcomes.map(|row| row.metric.as_str()));
     let mut columns = vec!["Records".to_owned()];
     columns.extend(methods.iter().map(|method| method.label.to_owned()));
     let mut rows: Vec<CrossedRow> =
@@ -30,8 +29,7 @@ pub(super) fn crossed(methods: &[Judged<'_>]) -> Option<Crossed> {
         ..CrossedCell::default()
     }));
     rows.push(CrossedRow { name: "RMSE".to_owned(), note: "mg/dL".to_owned(), cells });
-    let corner = "Outcome".to_owned();
-    (!first.rows.is_empty() || !rows.is_empty()).then_some(Crossed { corner, columns, rows })
+    Some(Crossed { corner: "Outcome".to_owned(), columns, rows })
 }
 
 /// One outcome of every method.

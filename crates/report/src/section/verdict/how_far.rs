@@ -9,6 +9,13 @@ use contract::diagnosis::HorizonChange;
 pub(super) enum Change<'a> {
     /// A forecast changes by more than chance: smaller, or larger.
     Certain(&'a HorizonChange),
+    /// One error falls and another grows, both by more than chance.
+    Both {
+        /// The longest forecast whose error falls.
+        falls: &'a HorizonChange,
+        /// The longest forecast whose error grows.
+        grows: &'a HorizonChange,
+    },
     /// No forecast changes by more than chance; this is the longest.
     Open(&'a HorizonChange),
     /// The effects cannot be forecast. This is the error were they known.
@@ -30,46 +37,45 @@ pub(super) fn change(diagnosis: &Diagnosis) -> Option<Change<'_>> {
             true => h.difference.upper < 0.0,
             false => h.difference.lower > 0.0,
         };
-        of(false).filter(certain).max_by_key(|h| h.minutes).map(Change::Certain)
+        of(false).filter(certain).max_by_key(|h| h.minutes)
     };
     let open = || of(false).max_by_key(|h| h.minutes).map(Change::Open);
     // A reconstruction is no prediction, and stands only where there is no prediction. The one that is
     // shown is of the usual five hours, or the longest.
     let usual = || of(true).find(|h| h.minutes == 300);
     let known = || usual().or_else(|| of(true).max_by_key(|h| h.minutes)).map(Change::Known);
-    let found = longest(true).or_else(|| longest(false)).or_else(open).or_else(known);
-    Some(found.unwrap_or(Change::Untested))
+    Some(match (longest(true), longest(false)) {
+        (Some(falls), Some(grows)) => Change::Both { falls, grows },
+        (Some(certain), None) | (None, Some(certain)) => Change::Certain(certain),
+        (None, None) => open().or_else(known).unwrap_or(Change::Untested),
+    })
 }
 
 impl Change<'_> {
-    /// A clause of the sentence; `with` stands for the effects.
-    pub(super) fn clause(&self, with: &str) -> String {
+    /// A clause of the sentence about so many effects.
+    pub(super) fn clause(&self, effects: usize) -> String {
+        let (them, were) = if effects == 1 { ("it", "it were") } else { ("them", "they were") };
         match self {
-            Self::Certain(h) => {
-                let (verb, by) =
-                    if h.difference.upper < 0.0 { ("falls", -1.0) } else { ("grows", 1.0) };
-                let (before, after) = (fixed(h.mae_before, 1), fixed(h.mae_after, 1));
-                let ahead = ahead(h.minutes);
-                let share = share(by * (h.mae_after - h.mae_before) / h.mae_before);
-                format!(
-                    "{with} the error {ahead} ahead on held-out days {verb} from {before} to {after} mg/dL, by {share}"
-                )
-            }
+            Self::Certain(h) => format!("with {them} {}", moves(h, " on held-out days")),
+            Self::Both { falls, grows } => format!(
+                "with {them} {}, and {}",
+                moves(falls, " on held-out days"),
+                moves(grows, "")
+            ),
             Self::Open(h) => format!(
-                "{with} no error on held-out days shrinks beyond chance ({} to {} mg/dL {} ahead)",
+                "with {them} no error on held-out days shrinks beyond chance ({} to {} mg/dL {} ahead)",
                 fixed(h.mae_before, 1),
                 fixed(h.mae_after, 1),
                 ahead(h.minutes)
             ),
             Self::Known(h) => format!(
-                "no forecast improves, since the record does not announce {}; were it known, the error {} ahead would \
-                 be {} in place of {} mg/dL",
-                with.trim_start_matches("with "),
+                "no forecast improves, since the record does not announce {them}; if {were} known, the error {} \
+                 ahead would be {} in place of {} mg/dL",
                 ahead(h.minutes),
                 fixed(h.mae_after, 1),
                 fixed(h.mae_before, 1)
             ),
-            Self::Untested => format!("whether the error shrinks {with} was not measured"),
+            Self::Untested => format!("whether the error shrinks with {them} was not measured"),
         }
     }
 
@@ -88,8 +94,20 @@ impl Change<'_> {
                     difference(h)
                 ),
             ),
+            Self::Both { falls, grows } => (
+                "Smaller and larger".to_owned(),
+                format!(
+                    "Mean absolute error on held-out days: {} {} ahead, change {}; {} {} ahead, change {}",
+                    arrow(falls),
+                    ahead(falls.minutes),
+                    difference(falls),
+                    arrow(grows),
+                    ahead(grows.minutes),
+                    difference(grows)
+                ),
+            ),
             Self::Open(h) => (
-                "No smaller error".to_owned(),
+                "No certain change".to_owned(),
                 format!(
                     "{} {} ahead on held-out days; change {}",
                     arrow(h),
@@ -111,6 +129,15 @@ impl Change<'_> {
             ),
         }
     }
+}
+
+/// How the error of a forecast moves; `on` says on which days.
+fn moves(h: &HorizonChange, on: &str) -> String {
+    let (verb, by) = if h.difference.upper < 0.0 { ("falls", -1.0) } else { ("grows", 1.0) };
+    let (before, after) = (fixed(h.mae_before, 1), fixed(h.mae_after, 1));
+    let ahead = ahead(h.minutes);
+    let share = share(by * (h.mae_after - h.mae_before) / h.mae_before);
+    format!("the error {ahead} ahead{on} {verb} from {before} to {after} mg/dL, by {share}")
 }
 
 /// A share in per cent; below one with a decimal, so that it is not called nothing.

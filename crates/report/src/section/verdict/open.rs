@@ -2,7 +2,7 @@
 
 use super::sentence::inside_a_sentence;
 use crate::number::percent;
-use crate::section::words::{effect, list};
+use crate::section::words::{effect, list, sentence as capital};
 use contract::Diagnosis;
 use contract::diagnosis::CandidateEffect;
 
@@ -54,15 +54,18 @@ fn perhaps(diagnosis: &Diagnosis) -> Option<String> {
             format!("{} ({})", effect(&candidate.effect), percent(candidate.probability))
         })
         .collect();
-    let verb = if words.len() == 1 { "acts" } else { "act" };
     let said = &diagnosis.posterior;
     let named = if said.something < said.speaks_from {
-        format!("where something is missing with {}", percent(said.speaks_from))
+        let from = percent(said.speaks_from);
+        format!(
+            "an effect is named only where something is missing with a probability from {from} on"
+        )
     } else {
-        format!("from {}", percent(said.names_from))
+        format!("an effect is named from {} on", percent(said.names_from))
     };
-    (!words.is_empty())
-        .then(|| format!("Whether {} {verb}: neither named ({named}) nor excluded.", list(&words)))
+    (!words.is_empty()).then(|| {
+        format!("{} may act: neither named ({named}) nor excluded.", capital(&list(&words)))
+    })
 }
 
 /// Effects that these records cannot show.

@@ -2,6 +2,7 @@
 
 use crate::Inputs;
 use crate::number::{count, fixed, percent};
+use crate::section::what_if::SAME;
 use crate::section::words::list;
 use contract::conformance::Verdict as ProofVerdict;
 use contract::outcomes::MethodRows;
@@ -31,7 +32,8 @@ fn blind_check(check: &BlindCheck) -> Vec<String> {
     if check.targets.is_empty() {
         text.push_str("no target was set");
     } else {
-        text.push_str(&format!("{met} of {} targets are met", check.targets.len()));
+        let all = count(check.targets.len(), "target", "targets");
+        text.push_str(&format!("{met} of {all} {} met", is(met, check.targets.len())));
         for (n, word) in [(missed, "missed"), (untested, "not tested")] {
             if n > 0 {
                 text.push_str(&format!(", {n} {word}"));
@@ -112,23 +114,29 @@ fn equivalence(outcomes: &OutcomesTable, method: &MethodRows) -> String {
         ));
     }
     let method = &method.label;
-    let text = match (shown.is_empty(), open.is_empty()) {
-        (true, true) => format!("{method}: no outcome was tested."),
-        (false, true) => format!(
+    let text = match (shown.len(), open.len()) {
+        (0, 0) => format!("{method}: no outcome was tested."),
+        (1, 0) => format!(
+            "{method}: the one glucose outcome is equivalent to the measured one within its margin, {over}."
+        ),
+        (0, 1) => format!(
+            "{method}: the one glucose outcome is not shown to be equivalent to the measured one, {over}."
+        ),
+        (_, 0) => format!(
             "{method}: all {} glucose outcomes are equivalent to the measured ones within their \
              margins, {over}.",
             shown.len()
         ),
-        (true, false) => format!(
+        (0, _) => format!(
             "{method}: none of the {} glucose outcomes is shown to be equivalent to the measured ones, \
              {over}.",
             open.len()
         ),
-        (false, false) => format!(
-            "{method}: {} of {} glucose outcomes are equivalent to the measured ones within their \
+        (n, _) => format!(
+            "{method}: {n} of {} glucose outcomes {} equivalent to the measured ones within their \
              margins ({}), {over}; equivalence is not shown for {}.",
-            shown.len(),
-            shown.len() + open.len(),
+            n + open.len(),
+            is(n, n + open.len()),
             list(&shown),
             list(&open)
         ),
@@ -152,9 +160,13 @@ fn what_if(answers: &WhatIf, one: &str, many: &str) -> Option<String> {
     let of = count(answers.order.len(), one, many);
     match (answers.order.len(), out.len()) {
         (0, _) => None,
-        (_, 0) => Some(format!("More insulin never raises glucose in any of {of}.")),
+        (all, 0) => Some(format!(
+            "More insulin always lowers mean glucose, and never raises glucose by more than {SAME} mg/dL, in \
+             {all} of {of}."
+        )),
         (_, n) => Some(format!(
-            "More insulin raises glucose in {n} of {of}, which must not be used for what-ifs: {}.",
+            "More insulin does not always mean less glucose in {n} of {of}, which must not be used for \
+             what-ifs: {}.",
             if n <= NAMED { list(&out) } else { "the table below names them".to_owned() }
         )),
     }
@@ -165,9 +177,9 @@ fn conformance(conformance: &Conformance) -> String {
     let physical = || conformance.rows.iter().filter(|row| row.is_physical());
     let counted = |verdict: ProofVerdict| physical().filter(|row| row.verdict == verdict).count();
     let proved = counted(ProofVerdict::Proved);
-    let verb = if proved == 1 { "is" } else { "are" };
-    let mut text =
-        format!("{proved} of {} physiological properties {verb} proved", physical().count());
+    let of = physical().count();
+    let all = count(of, "physiological property", "physiological properties");
+    let mut text = format!("{proved} of {all} {} proved", is(proved, of));
     for (verdict, word) in
         [(ProofVerdict::Violated, "violated"), (ProofVerdict::Undecided, "undecided")]
     {
@@ -178,4 +190,9 @@ fn conformance(conformance: &Conformance) -> String {
     }
     text.push('.');
     text
+}
+
+/// The verb of `n` of so many.
+const fn is(n: usize, of: usize) -> &'static str {
+    if n == 1 || of == 1 { "is" } else { "are" }
 }

@@ -17,7 +17,7 @@ pub(super) fn worst(diagnosis: &Diagnosis) -> Option<&CellGap> {
         .max_by(|a, b| a.share_of_gap.total_cmp(&b.share_of_gap))
 }
 
-/// The situation in which most of what is missing is expected, where anything is.
+/// The situation in which the largest part of what is missing is expected, where anything is.
 pub(super) fn expected(diagnosis: &Diagnosis) -> Option<&CellGap> {
     situations(diagnosis)
         .filter(|cell| cell.expected_mg_dl.is_some())

@@ -1,6 +1,6 @@
 //! The one sentence of a diagnosis: where, which and how far. Tiles and tables agree with it.
 
-use super::how_far::{Change, change};
+use super::how_far::change;
 use super::place::{direction, worst};
 use crate::number::{fixed, percent};
 use crate::section::words::{effect, list, sentence as capital, situation};
@@ -12,7 +12,7 @@ pub(crate) fn sentence(diagnosis: &Diagnosis) -> String {
     let place = worst(diagnosis).map(gap);
     let clauses: Vec<String> = match diagnosis.verdict {
         Verdict::Effect => {
-            let shrinks = change(diagnosis).map(|change| shrinks(diagnosis, &change));
+            let shrinks = change(diagnosis).map(|change| change.clause(diagnosis.effects.len()));
             place.into_iter().chain([named(diagnosis)]).chain(shrinks).collect()
         }
         Verdict::Unknown => place.into_iter().chain([unknown(diagnosis)]).collect(),
@@ -89,12 +89,6 @@ pub(super) fn inside_a_sentence(sentence: &str) -> String {
     let mut letters = sentence.trim_end_matches('.').chars();
     let first = letters.next().map(|first| first.to_lowercase().to_string());
     first.unwrap_or_default() + letters.as_str()
-}
-
-/// What the effects do to the error.
-fn shrinks(diagnosis: &Diagnosis, change: &Change<'_>) -> String {
-    let with = if diagnosis.effects.len() == 1 { "with it" } else { "with them" };
-    change.clause(with)
 }
 
 /// That something without a name is missing.

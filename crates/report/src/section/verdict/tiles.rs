@@ -50,7 +50,7 @@ fn place(diagnosis: &Diagnosis) -> Tile {
     let Some(cell) = worst(diagnosis) else {
         let detail = match expected(diagnosis) {
             Some(cell) if diagnosis.verdict != Verdict::None => format!(
-                "No situation differs from zero. Most of what is missing is expected {} ({} of it)",
+                "No situation differs from zero. The largest part of what is missing is expected {} ({} of it)",
                 situation(cell.factor.name(), &cell.level),
                 percent(cell.share_of_gap)
             ),
@@ -91,15 +91,22 @@ fn which(diagnosis: &Diagnosis) -> Tile {
                     Standing::Suspected => format!("{} (suspected)", effect(&found.effect)),
                 })
                 .collect();
-            let answer = if answers.len() > LISTED {
-                format!("{} effects", number(answers.len()))
-            } else {
-                list(&answers)
-            };
-            (sentence(&answer), named.iter().map(|found| size(found)).collect())
+            let answer =
+                if answers.len() > LISTED { how_many(&named) } else { sentence(&list(&answers)) };
+            (answer, named.iter().map(|found| size(found)).collect())
         }
     };
     ("Which", answer, detail)
+}
+
+/// The number of effects, and of those that are only suspected.
+fn how_many(named: &[&FoundEffect]) -> String {
+    let suspected = named.iter().filter(|found| found.standing() == Standing::Suspected).count();
+    let effects = format!("{} effects", number(named.len()));
+    match suspected {
+        0 => effects,
+        n => format!("{effects} ({} suspected)", number(n).to_lowercase()),
+    }
 }
 
 /// Size of an effect and who shows it.
