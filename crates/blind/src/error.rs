@@ -17,12 +17,6 @@ pub enum BlindError {
         /// What is missing.
         problem: &'static str,
     },
-    /// A text is no `diagnosis.json`.
-    #[error("diagnosis.json: {problem}")]
-    Diagnosis {
-        /// What is wrong with it.
-        problem: String,
-    },
     /// A statistic could not be formed.
     #[error(transparent)]
     Stats(#[from] stats::StatsError),

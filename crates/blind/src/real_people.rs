@@ -77,11 +77,6 @@ fn risen(pair: &EvidencePair) -> bool {
     after.max(0.0) - before.max(0.0) >= RISEN_NATS
 }
 
-/// Whether a name is no longer named.
-fn gone(pair: &EvidencePair) -> bool {
-    !pair.named_after
-}
-
 fn planted_row(cohort: &AnsweredCohort, before: &Answer) -> PlantedRow {
     let AnsweredCohort { label, answer, calibrated, undone_nats, at_best_nats } = cohort;
     let (old, new) = (names(before), names(answer));
@@ -181,7 +176,7 @@ pub fn planted_check(seed: u64, cohorts: &[AnsweredCohort]) -> Result<PlantedChe
         by_effect: by_effect?,
         by_size: by_size?,
         strangers: among(&rows, |row| !row.strangers.is_empty())?,
-        evidence_gone: among(lost, |evidence| gone(evidence))?,
+        evidence_gone: among(lost, |evidence| !evidence.named_after)?,
         ill_calibrated: share(people(|c| c.ill), people(|c| c.people))?,
         failed: among(&rows, |row| row.verdict == Verdict::Failed)?,
         cohorts: rows,

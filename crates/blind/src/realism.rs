@@ -72,9 +72,9 @@ pub fn table(realism: &Realism) -> String {
 }
 
 fn row(name: &str, people: &[PersonStatistics]) -> Result<StatisticRow, BlindError> {
-    let of = |group: Group| -> Vec<(&str, f64)> {
+    let of = |group: Group| -> Vec<(&PersonStatistics, f64)> {
         let own = people.iter().filter(|p| p.group == group);
-        own.filter_map(|p| Some((p.person_id.as_str(), *p.values.get(name)?))).collect()
+        own.filter_map(|p| Some((p, *p.values.get(name)?))).collect()
     };
     let real = of(Group::Real);
     let tail = 0.5 * (1.0 - CENTRAL);
@@ -95,7 +95,7 @@ fn row(name: &str, people: &[PersonStatistics]) -> Result<StatisticRow, BlindErr
             let within = |q: Quantiles| (q.lower..=q.upper).contains(value);
             ![nulls, effects].into_iter().flatten().any(within)
         })
-        .map(|(person, value)| ((*person).to_owned(), *value))
+        .map(|(person, value)| (called(person, people), *value))
         .collect();
     let allowed_outside = by_chance(real.len());
     Ok(StatisticRow {
@@ -108,6 +108,14 @@ fn row(name: &str, people: &[PersonStatistics]) -> Result<StatisticRow, BlindErr
         allowed_outside,
         outside,
     })
+}
+
+/// What a real person is called: the identifier, after the hand where another hand has it too.
+fn called(person: &PersonStatistics, people: &[PersonStatistics]) -> String {
+    let PersonStatistics { hand, person_id, .. } = person;
+    let mut others = people.iter().filter(|other| other.group == Group::Real);
+    let shared = others.any(|other| other.person_id == *person_id && other.hand != *hand);
+    if shared { format!("{hand}/{person_id}") } else { person_id.clone() }
 }
 
 /// How many of so many people lie outside the central range at most by chance.
@@ -173,6 +181,20 @@ mod tests {
         assert!(table(&realism).contains("OUTSIDE: a, b, c"));
         people.push(person(Group::Null, "odd", f64::NAN));
         assert!(matches!(compare(&people), Err(BlindError::Statistic { .. })));
+    }
+
+    #[test]
+    fn people_of_two_cohorts_who_share_an_identifier_are_two() {
+        let mut people = worlds();
+        people.extend([5.0, 6.0, 0.5].map(|value| person(Group::Real, "P01", value)));
+        for (person, hand) in people.iter_mut().rev().zip(["c", "b", "a"]) {
+            person.hand = hand.to_owned();
+        }
+        people.push(person(Group::Real, "P02", 7.0));
+        let realism = compare(&people).expect("countable");
+        let outside: Vec<&str> = realism.statistics[0].outside.keys().map(String::as_str).collect();
+        assert_eq!(outside, ["P02", "a/P01", "b/P01"]);
+        assert_eq!((realism.values_inside, realism.values), (1, 4));
     }
 
     #[test]

@@ -408,7 +408,8 @@ pub(crate) struct VerifyArgs {
     pub region: Option<PathBuf>,
     /// Verify a person's twin on this population model in its place: insulin-action and glucose directions of dQ1/dt, over
     /// the ranges of the person's record.
-    #[arg(long, value_name = "FILE", requires = "cohort", conflicts_with_all = ["region", "repair"])]
+    #[arg(long, value_name = "FILE", requires = "cohort", conflicts_with_all = ["region", "repair",
+        "widen", "delta", "milp"])]
     pub twin: Option<PathBuf>,
     /// The cohort with that person's record.
     #[arg(long, value_name = "DIR", requires = "twin")]

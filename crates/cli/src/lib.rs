@@ -7,6 +7,7 @@ mod cli;
 mod numbers;
 mod settings;
 
+use std::io::{ErrorKind, Write as _};
 use std::process::ExitCode;
 
 use anyhow::{Context as _, Result};
@@ -94,9 +95,16 @@ fn ask_for_json(line: &CommandLine, command: &str) -> Result<()> {
 }
 
 /// Writes the completions of a shell to the standard output.
-fn completions(shell: clap_complete::Shell) {
+fn completions(shell: clap_complete::Shell) -> Result<()> {
     let program = "t1d-twins";
-    clap_complete::generate(shell, &mut commands(program), program, &mut std::io::stdout());
+    let mut text: Vec<u8> = Vec::new();
+    clap_complete::generate(shell, &mut commands(program), program, &mut text);
+    let mut out = std::io::stdout().lock();
+    match out.write_all(&text).and_then(|()| out.flush()) {
+        // That nobody reads on is no fault.
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("cannot write the completions"),
+    }
 }
 
 fn perform(line: CommandLine) -> Result<()> {
@@ -104,10 +112,7 @@ fn perform(line: CommandLine) -> Result<()> {
         pipeline::be_quiet();
     }
     if let Some(threads) = line.threads {
-        anyhow::ensure!(
-            (1..=MOST_THREADS).contains(&threads),
-            "--threads {threads} must be from 1 to {MOST_THREADS}"
-        );
+        pipeline::bounds::within("--threads", threads, 1, MOST_THREADS)?;
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global()
@@ -144,10 +149,7 @@ fn perform(line: CommandLine) -> Result<()> {
         Command::Widths(args) => stages::widths::run(&args.into()),
         Command::Trajectories(args) => stages::trajectories::run(&args.into()),
         Command::Bench(args) => bench(args),
-        Command::Completions(args) => {
-            completions(args.shell);
-            Ok(())
-        }
+        Command::Completions(args) => completions(args.shell),
     }
 }
 

@@ -41,8 +41,10 @@ pub fn example_day(
     evaluation: &Evaluation,
     protocol: &Protocol,
 ) -> Result<Option<ExampleDay>, EvaluationError> {
-    let chosen = choose(cohort, twins, evaluation, protocol);
-    chosen.map(|chosen| simulate_day(cohort, population, models, &chosen, protocol)).transpose()
+    let Some(chosen) = choose(cohort, twins, evaluation, protocol) else { return Ok(None) };
+    simulate_day(cohort, population, models, &chosen, protocol)
+        .map(Some)
+        .map_err(|error| error.of_person(&cohort.people[chosen.person].id))
 }
 
 /// Which days to show.

@@ -81,8 +81,6 @@ pub struct ForecastError {
     pub minutes: u32,
     /// Root mean squared error over the person's origins, mg/dL.
     pub rmse: f64,
-    /// Number of origins.
-    pub origins: usize,
 }
 
 /// Errors over origins every 30 minutes in the test days with complete readings and doses from 30
@@ -119,7 +117,6 @@ pub(crate) fn forecast_errors(
             forecaster,
             minutes: (ahead as f64 * STEP.0) as u32,
             rmse: (squares / test.len() as f64).sqrt(),
-            origins: test.len(),
         });
     };
     let horizons = FORECAST_MINUTES.map(|minutes| (f64::from(minutes) / STEP.0) as usize);

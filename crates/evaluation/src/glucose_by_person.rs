@@ -23,7 +23,8 @@ const DECIMALS: f64 = 10.0;
 /// A reading that is no glucose.
 pub fn glucose_by_person(cohort: &Cohort) -> Result<GlucoseByPerson, EvaluationError> {
     let read = |person: &&Person| person.record.cgm().iter().flatten().count() >= LEAST;
-    let people = cohort.people.iter().filter(read).map(of_person).collect::<Result<_, _>>()?;
+    let of = |person: &Person| of_person(person).map_err(|error| error.of_person(&person.id));
+    let people = cohort.people.iter().filter(read).map(of).collect::<Result<_, _>>()?;
     Ok(GlucoseByPerson {
         schema: GlucoseByPerson::SCHEMA.to_owned(),
         hour: (0..SLOTS).map(|slot| (slot as f64 + 0.5) * 24.0 / SLOTS as f64).collect(),
@@ -97,5 +98,10 @@ mod tests {
         assert_eq!(one.percentiles.p50[0], Some(50.0));
         assert_eq!(one.percentiles.p95[47], Some(300.0));
         assert_eq!(one.insulin_u_day, None);
+
+        let mut broken = person("c", STEPS_PER_DAY);
+        broken.record.channel_mut(Channel::Cgm)[7] = Some(0.5);
+        let error = glucose_by_person(&Cohort { people: vec![broken] }).expect_err("no glucose");
+        assert!(error.to_string().starts_with("person 'c'"), "{error}");
     }
 }

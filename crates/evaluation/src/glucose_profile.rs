@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use chrono::Timelike as _;
-use cohort::Cohort;
+use cohort::{Cohort, Person};
 use contract::agp::Percentiles;
 use contract::{Document as _, GlucoseProfile};
 use nn_statespace::PopulationModel;
@@ -30,9 +30,7 @@ pub fn glucose_profile(
     evaluation: &Evaluation,
     protocol: &Protocol,
 ) -> Result<GlucoseProfile, EvaluationError> {
-    let mut observed = Vec::new();
-    let mut simulated = Vec::new();
-    let mut windows = 0;
+    let mut samples = Samples::default();
     for judged in &evaluation.people {
         let id = || judged.person_id.clone();
         let found = cohort.find(&judged.person_id);
@@ -40,32 +38,56 @@ pub fn glucose_profile(
         let method = Method::Twin.name();
         let twin = twins.get(&judged.person_id);
         let twin = twin.ok_or_else(|| EvaluationError::MissingModel { person: id(), method })?;
+        samples
+            .add((index, person), twin, population, protocol)
+            .map_err(|error| error.of_person(&person.id))?;
+    }
+    Ok(GlucoseProfile {
+        schema: GlucoseProfile::SCHEMA.to_owned(),
+        person_id: "cohort".to_owned(),
+        hour: (0..SLOTS).map(|slot| (slot as f64 + 0.5) * 24.0 / SLOTS as f64).collect(),
+        observed: percentiles(samples.observed)?,
+        twin: percentiles(samples.simulated)?,
+        windows: samples.windows,
+    })
+}
+
+/// Glucose by slot of the day, mg/dL.
+#[derive(Default)]
+struct Samples {
+    observed: Vec<(usize, f64)>,
+    simulated: Vec<(usize, f64)>,
+    windows: usize,
+}
+
+impl Samples {
+    /// Adds the held-out windows of a person.
+    fn add(
+        &mut self,
+        (index, person): (usize, &Person),
+        twin: &Twin,
+        population: &PopulationModel,
+        protocol: &Protocol,
+    ) -> Result<(), EvaluationError> {
         let cut = PersonWindows::new(index, person, protocol)?;
         let steps: Vec<usize> = cut.test.iter().map(|window| window.start).collect();
         let starts = starts(population, person, &cut, protocol, &steps)?;
         for (window, start) in cut.test.iter().zip(starts) {
             let range = window.range();
             let course = glucose(twin, start, &cut.inputs[range.clone()])?;
-            windows += 1;
+            self.windows += 1;
             // The start is the reading itself and shows nothing about the twin.
-            for (step, simulated_glucose) in range.zip(course).skip(1) {
+            for (step, simulated) in range.zip(course).skip(1) {
                 let Some(reading) = person.record.cgm()[step] else { continue };
                 let time = person.record.time(step);
                 let step_of_day = time.num_seconds_from_midnight() as usize / 300;
                 let slot = step_of_day * SLOTS / STEPS_PER_DAY;
-                observed.push((slot, reading));
-                simulated.push((slot, simulated_glucose));
+                self.observed.push((slot, reading));
+                self.simulated.push((slot, simulated));
             }
         }
+        Ok(())
     }
-    Ok(GlucoseProfile {
-        schema: GlucoseProfile::SCHEMA.to_owned(),
-        person_id: "cohort".to_owned(),
-        hour: (0..SLOTS).map(|slot| (slot as f64 + 0.5) * 24.0 / SLOTS as f64).collect(),
-        observed: percentiles(observed)?,
-        twin: percentiles(simulated)?,
-        windows,
-    })
 }
 
 fn percentiles(samples: Vec<(usize, f64)>) -> Result<Percentiles, EvaluationError> {

@@ -9,8 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use stats::Outcomes;
 use twins::{
-    MissingContext, PersonWindows, SteadyStates, Twin, inputs_within, measured, window_starts,
-    window_starts_with,
+    PersonWindows, SteadyStates, Twin, inputs_within, measured, window_starts, window_starts_with,
 };
 
 use crate::error::EvaluationError;
@@ -39,8 +38,6 @@ pub struct PersonEvaluation {
     pub scenarios: Vec<ScenarioEvaluation>,
     /// Forecast errors of every forecaster and horizon.
     pub forecast: Vec<ForecastError>,
-    /// Personal inputs that the test windows lacked.
-    pub missing: MissingContext,
 }
 
 /// Figures over the windows of one scenario.
@@ -116,7 +113,6 @@ pub(crate) fn evaluate_person(
             Ok(Outcomes::of(readings[1..].iter().copied().map(MgPerDl))?)
         })
         .collect();
-    let within = cut.test.iter().flat_map(|window| inputs_within(&cut.inputs, window));
     Ok(PersonEvaluation {
         person_id: person.id.clone(),
         windows: cut.test.len(),
@@ -125,7 +121,6 @@ pub(crate) fn evaluate_person(
         methods,
         scenarios,
         forecast: forecast_errors(index, person, cut, models, steady, settings)?,
-        missing: MissingContext::count(within),
     })
 }
 
@@ -157,31 +152,25 @@ impl Judge<'_> {
         }
         let mut methods = Vec::with_capacity(self.models.all().len());
         for (method, model) in self.models.all() {
-            let at_rest = network.not_at_rest;
-            methods.push(match model {
-                Model::Twin(twin) => {
-                    let runs = [self.of_twin(twin, &steps, windows)?];
-                    summary(*method, &runs, &runs, &glucose, at_rest)?
+            let of_network = |runs: Runs| (vec![runs], network.not_at_rest);
+            let (runs, not_at_rest) = match model {
+                Model::Twin(twin) | Model::Spread(twin, _) => {
+                    of_network(self.of_twin(twin, &steps, windows)?)
                 }
                 Model::Population(population) => {
-                    let runs = [self.runs(&**population, &network.states, windows)?];
-                    summary(*method, &runs, &runs, &glucose, at_rest)?
-                }
-                Model::Spread(twin, error) => {
-                    let runs = [self.of_twin(twin, &steps, windows)?];
-                    let courses = self.courses(error, &runs[0]);
-                    summary(*method, &runs, &courses, &glucose, at_rest)?
+                    of_network(self.runs(&**population, &network.states, windows)?)
                 }
                 Model::Ode(plant) => {
-                    let (runs, at_rest) =
-                        self.of_plants(std::slice::from_ref(plant), &steps, windows)?;
-                    summary(*method, &runs, &runs, &glucose, at_rest)?
+                    self.of_plants(std::slice::from_ref(plant), &steps, windows)?
                 }
-                Model::Draws(plants) => {
-                    let (runs, at_rest) = self.of_plants(plants, &steps, windows)?;
-                    summary(*method, &runs, &runs, &glucose, at_rest)?
-                }
-            });
+                Model::Draws(plants) => self.of_plants(plants, &steps, windows)?,
+            };
+            let drawn = match model {
+                Model::Spread(_, error) => Some(self.courses(error, &runs[0])),
+                _ => None,
+            };
+            let courses = drawn.as_ref().unwrap_or(&runs);
+            methods.push(summary(*method, &runs, courses, &glucose, not_at_rest)?);
         }
         Ok((Outcomes::average(&actual)?, methods))
     }

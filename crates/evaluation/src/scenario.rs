@@ -65,34 +65,24 @@ impl Scenario {
 
     /// Whether the event begins at a step of the record.
     fn begins(self, person: &Person, inputs: &[StepInput], step: usize) -> bool {
-        let lasting = |range: Range<usize>, least: usize, holds: &dyn Fn(usize) -> bool| {
-            range.end <= inputs.len() && range.filter(|k| holds(*k)).count() >= least
+        let holds = |k: usize| match self {
+            Self::Meal => inputs[k].carbs.0 >= LEAST_MEAL,
+            Self::PhysicalActivity => match inputs[k].context.heart_rate_over_baseline {
+                Some(rate) => rate.0 >= RAISED_HEART_RATE,
+                None => person.record.steps()[k].is_some_and(|steps| steps >= WALKING),
+            },
+            Self::Sleep => inputs[k].context.sleep_efficiency.is_some_and(|share| share >= ASLEEP),
         };
-        let quiet_before =
-            |holds: &dyn Fn(usize) -> bool| (step.saturating_sub(QUIET)..step).all(|k| !holds(k));
-        match self {
-            Self::Meal => {
-                let meal = |k: usize| inputs[k].carbs.0 >= LEAST_MEAL;
-                meal(step)
-            }
-            Self::PhysicalActivity => {
-                let active = |k: usize| match inputs[k].context.heart_rate_over_baseline {
-                    Some(rate) => rate.0 >= RAISED_HEART_RATE,
-                    None => person.record.steps()[k].is_some_and(|steps| steps >= WALKING),
-                };
-                active(step)
-                    && lasting(step..step + HALF_HOUR, RAISED_STEPS, &active)
-                    && quiet_before(&active)
-            }
-            Self::Sleep => {
-                let asleep = |k: usize| {
-                    inputs[k].context.sleep_efficiency.is_some_and(|share| share >= ASLEEP)
-                };
-                asleep(step)
-                    && lasting(step..step + TWO_HOURS, ASLEEP_STEPS, &asleep)
-                    && quiet_before(&asleep)
-            }
-        }
+        // Steps that it lasts, and how many of them must hold it.
+        let (lasts, least) = match self {
+            Self::Meal => return holds(step),
+            Self::PhysicalActivity => (HALF_HOUR, RAISED_STEPS),
+            Self::Sleep => (TWO_HOURS, ASLEEP_STEPS),
+        };
+        holds(step)
+            && step + lasts <= inputs.len()
+            && (step..step + lasts).filter(|k| holds(*k)).count() >= least
+            && !(step.saturating_sub(QUIET)..step).any(holds)
     }
 
     /// Windows in `range` that begin with the event and are as complete as `rule` asks; none

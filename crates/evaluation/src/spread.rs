@@ -18,6 +18,7 @@ use physiology::{MgPerDl, STEPS_PER_HOUR};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use stats::quantile;
 use twins::{
     PersonWindows, Protocol, SteadyStates, Twin, inputs_within, measured, window_starts_with,
 };
@@ -193,14 +194,6 @@ fn moved_by(map: &QuantileMap, value: f64) -> f64 {
             shift(low) + share * (shift(high) - shift(low))
         }
     }
-}
-
-/// A quantile of sorted values, with a straight line between neighbours.
-fn quantile(sorted: &[f64], level: f64) -> f64 {
-    let rank = level * (sorted.len() - 1) as f64;
-    let (low, share) = (rank.floor() as usize, rank.fract());
-    let high = sorted[(low + 1).min(sorted.len() - 1)];
-    sorted[low] + share * (high - sorted[low])
 }
 
 #[cfg(test)]

@@ -3,10 +3,10 @@
 
 use contract::Document as _;
 use contract::what_if::{WhatIf, WhatIfCurve, WhatIfOrder, WhatIfPlan};
-use nn_statespace::ScaledStates;
 use nn_statespace::initial_state::steady_state;
 use physiology::{Context, Grams, MgPerDl, STEP, StepInput, Units, UnitsPerHour};
 use rayon::prelude::*;
+use stats::quantile;
 use twins::Twin;
 
 use crate::error::EvaluationError;
@@ -37,29 +37,24 @@ pub fn paper_plan() -> WhatIfPlan {
 /// # Errors
 /// Those of the steady state, and a simulation that leaves the finite numbers.
 pub fn what_if(twins: &[(&str, &Twin)], plan: &WhatIfPlan) -> Result<WhatIf, EvaluationError> {
-    let answers: Result<Vec<Answers>, EvaluationError> = twins
+    let answers: Vec<Vec<Condition>> = twins
         .par_iter()
-        .map(|(person, twin)| Answers::of(twin, plan).map_err(|error| error.of_person(person)))
-        .collect();
-    let answers = answers?;
+        .map(|(person, twin)| answers(twin, plan).map_err(|error| error.of_person(person)))
+        .collect::<Result<_, _>>()?;
     let mut curves = Vec::new();
     for (meal, carbs_g) in plan.carbs_g.iter().enumerate() {
         for (ratio, ratio_g_per_u) in plan.ratios_g_per_u.iter().enumerate() {
             let of_people: Vec<&[f64]> =
-                answers.iter().map(|a| a.conditions[0].curves[meal][ratio].as_slice()).collect();
+                answers.iter().map(|a| a[0].curves[meal][ratio].as_slice()).collect();
             curves.push(curve(*carbs_g, *ratio_g_per_u, &of_people));
         }
     }
     let order = twins.iter().zip(&answers);
-    let order = order.map(|((person, _), answers)| answers.order(person, plan)).collect();
+    let order = order.map(|((person, _), answers)| self::order(person, answers, plan)).collect();
     Ok(WhatIf { schema: WhatIf::SCHEMA.to_owned(), plan: plan.clone(), curves, order })
 }
 
-/// One twin's runs under every condition.
-struct Answers {
-    conditions: Vec<Condition>,
-}
-
+/// One twin's runs at a start and an hour.
 struct Condition {
     start: f64,
     hour: u8,
@@ -67,64 +62,61 @@ struct Condition {
     curves: Vec<Vec<Vec<f64>>>,
 }
 
-impl Answers {
-    fn of(twin: &Twin, plan: &WhatIfPlan) -> Result<Self, EvaluationError> {
-        let mut conditions = Vec::new();
-        for start in &plan.starts_mg_dl {
-            let held = steady_state(&twin.population, MgPerDl(*start))?;
-            for hour in &plan.hours {
-                let curves: Result<Vec<Vec<Vec<f64>>>, EvaluationError> = plan
-                    .carbs_g
-                    .iter()
-                    .map(|carbs| {
-                        let ratios = plan.ratios_g_per_u.iter();
-                        let run = |ratio: &f64| {
-                            let inputs = inputs(plan, held.basal, *hour, *carbs, *ratio);
-                            course(twin, held.states, &inputs)
-                        };
-                        ratios.map(run).collect()
-                    })
-                    .collect();
-                conditions.push(Condition { start: *start, hour: *hour, curves: curves? });
-            }
+/// One twin's runs under every condition.
+fn answers(twin: &Twin, plan: &WhatIfPlan) -> Result<Vec<Condition>, EvaluationError> {
+    let mut conditions = Vec::new();
+    for start in &plan.starts_mg_dl {
+        let held = steady_state(&twin.population, MgPerDl(*start))?;
+        for hour in &plan.hours {
+            let run = |carbs: f64, ratio: f64| -> Result<Vec<f64>, EvaluationError> {
+                let inputs = inputs(plan, held.basal, *hour, carbs, ratio);
+                let readings = readings(twin, held.states, &inputs)?;
+                Ok(readings.into_iter().map(|glucose| glucose.0).collect())
+            };
+            let of_meal = |carbs: &f64| -> Result<Vec<Vec<f64>>, EvaluationError> {
+                plan.ratios_g_per_u.iter().map(|ratio| run(*carbs, *ratio)).collect()
+            };
+            let curves = plan.carbs_g.iter().map(of_meal).collect::<Result<_, _>>()?;
+            conditions.push(Condition { start: *start, hour: *hour, curves });
         }
-        Ok(Self { conditions })
     }
+    Ok(conditions)
+}
 
-    fn order(&self, person: &str, plan: &WhatIfPlan) -> WhatIfOrder {
-        let mean = |curve: &[f64]| curve.iter().sum::<f64>() / curve.len() as f64;
-        let peak = |curve: &[f64]| curve.iter().copied().fold(f64::MIN, f64::max);
-        let mut order = WhatIfOrder {
-            person_id: person.to_owned(),
-            ordered: true,
-            worst_mg_dl: 0.0,
-            worst_at: String::new(),
-            peaks_grow_with_meals: true,
-        };
-        for condition in &self.conditions {
-            for (curves, carbs) in condition.curves.iter().zip(&plan.carbs_g) {
-                for (pair, ratios) in curves.windows(2).zip(plan.ratios_g_per_u.windows(2)) {
-                    let excess = pair[0].iter().zip(&pair[1]).map(|(more, less)| more - less);
-                    let excess = excess.fold(0.0, f64::max);
-                    if excess > order.worst_mg_dl {
-                        order.worst_mg_dl = excess;
-                        order.worst_at = format!(
-                            "{carbs} g at {} mg/dL and {} h, {} against {} g/U",
-                            condition.start, condition.hour, ratios[1], ratios[0]
-                        );
-                    }
-                    order.ordered &= mean(&pair[1]) > mean(&pair[0]);
+/// Whether the answers are in order.
+fn order(person: &str, answers: &[Condition], plan: &WhatIfPlan) -> WhatIfOrder {
+    let mean = |curve: &[f64]| curve.iter().sum::<f64>() / curve.len() as f64;
+    let peak = |curve: &[f64]| curve.iter().copied().fold(f64::MIN, f64::max);
+    let mut order = WhatIfOrder {
+        person_id: person.to_owned(),
+        ordered: true,
+        worst_mg_dl: 0.0,
+        worst_at: String::new(),
+        peaks_grow_with_meals: true,
+    };
+    for condition in answers {
+        for (curves, carbs) in condition.curves.iter().zip(&plan.carbs_g) {
+            for (pair, ratios) in curves.windows(2).zip(plan.ratios_g_per_u.windows(2)) {
+                let excess = pair[0].iter().zip(&pair[1]).map(|(more, less)| more - less);
+                let excess = excess.fold(0.0, f64::max);
+                if excess > order.worst_mg_dl {
+                    order.worst_mg_dl = excess;
+                    order.worst_at = format!(
+                        "{carbs} g at {} mg/dL and {} h, {} against {} g/U",
+                        condition.start, condition.hour, ratios[1], ratios[0]
+                    );
                 }
-            }
-            for ratio in 0..plan.ratios_g_per_u.len() {
-                let mut peaks = condition.curves.windows(2);
-                order.peaks_grow_with_meals &=
-                    peaks.all(|pair| peak(&pair[1][ratio]) >= peak(&pair[0][ratio]));
+                order.ordered &= mean(&pair[1]) > mean(&pair[0]);
             }
         }
-        order.ordered &= order.worst_mg_dl <= TOLERANCE;
-        order
+        for ratio in 0..plan.ratios_g_per_u.len() {
+            let mut peaks = condition.curves.windows(2);
+            order.peaks_grow_with_meals &=
+                peaks.all(|pair| peak(&pair[1][ratio]) >= peak(&pair[0][ratio]));
+        }
     }
+    order.ordered &= order.worst_mg_dl <= TOLERANCE;
+    order
 }
 
 fn inputs(
@@ -149,14 +141,6 @@ fn inputs(
         .collect()
 }
 
-fn course(
-    twin: &Twin,
-    start: ScaledStates,
-    inputs: &[StepInput],
-) -> Result<Vec<f64>, EvaluationError> {
-    Ok(readings(twin, start, inputs)?.into_iter().map(|glucose| glucose.0).collect())
-}
-
 /// Quartiles over people, step by step.
 fn curve(carbs_g: f64, ratio_g_per_u: f64, people: &[&[f64]]) -> WhatIfCurve {
     let steps = people.first().map_or(0, |curve| curve.len());
@@ -164,11 +148,7 @@ fn curve(carbs_g: f64, ratio_g_per_u: f64, people: &[&[f64]]) -> WhatIfCurve {
         .map(|step| {
             let mut at: Vec<f64> = people.iter().map(|curve| curve[step]).collect();
             at.sort_by(f64::total_cmp);
-            [0.25, 0.5, 0.75].map(|q| {
-                let rank = q * (at.len() - 1) as f64;
-                let (below, above) = (at[rank.floor() as usize], at[rank.ceil() as usize]);
-                below + rank.fract() * (above - below)
-            })
+            [0.25, 0.5, 0.75].map(|level| quantile(&at, level))
         })
         .collect();
     WhatIfCurve {

@@ -6,11 +6,12 @@ mod synthetic;
 
 use std::collections::BTreeMap;
 
-use cohort::Cohort;
+use cohort::{Cohort, WindowRule};
 use contract::OutcomesTable;
 use contract::what_if::WhatIfPlan;
 use evaluation::{
-    EvaluationSettings, Method, Model, PersonModels, evaluate, outcomes_table, twins_table, what_if,
+    EvaluationSettings, Method, Model, PersonModels, evaluate, example_day, glucose_profile,
+    outcomes_table, twins_table, what_if,
 };
 use nn_statespace::GlucoseClamp;
 use physiology::{OpenLoop, simulate};
@@ -271,6 +272,25 @@ fn scenarios_and_other_inputs_have_rows_of_their_own() {
     assert!(table.comparisons.iter().all(|c| c.p <= c.p_holm));
     for row in table.methods.iter().flat_map(|method| &method.rows) {
         assert!(row.p_unbiased <= row.p + 1e-12, "{row:?}");
+    }
+}
+
+#[test]
+fn courses_that_cannot_be_drawn_name_the_person() {
+    let cohort = three_people();
+    let truth = truth();
+    let models = same_twin_for_all(&cohort, &truth);
+    let found = evaluate(&cohort, &models, &truth.population, &settings()).expect("judged");
+    let people = cohort.people.iter();
+    let twins: BTreeMap<String, Twin> =
+        people.map(|person| (person.id.clone(), truth.clone())).collect();
+    let test = WindowRule { len: 0, ..protocol().test };
+    let protocol = Protocol { test, ..protocol() };
+    let population = &truth.population;
+    let profile = glucose_profile(&cohort, &twins, population, &found, &protocol);
+    let day = example_day(&cohort, &twins, population, &models, &found, &protocol);
+    for error in [profile.expect_err("no length"), day.expect_err("no length")] {
+        assert!(error.to_string().starts_with("person 'p"), "{error}");
     }
 }
 

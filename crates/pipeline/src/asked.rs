@@ -177,7 +177,8 @@ struct Scratch(Option<tempfile::TempDir>);
 
 impl Scratch {
     fn new() -> Result<Self> {
-        let folder = interrupt::make_removable(tempfile::tempdir)
+        let path = |folder: &tempfile::TempDir| folder.path().to_path_buf();
+        let folder = interrupt::make_removable(tempfile::tempdir, path)
             .context("cannot make a temporary folder")?;
         Ok(Self(Some(folder)))
     }

@@ -5,12 +5,10 @@ use std::fmt::Debug;
 use anyhow::{Result, ensure};
 
 /// Refuses a value of an option that is outside `least` to `most`, or no number.
-pub(crate) fn within<T: PartialOrd + Debug>(
-    option: &str,
-    value: T,
-    least: T,
-    most: T,
-) -> Result<()> {
+///
+/// # Errors
+/// With the option, its value and both bounds.
+pub fn within<T: PartialOrd + Debug>(option: &str, value: T, least: T, most: T) -> Result<()> {
     ensure!(
         value >= least && value <= most,
         "{option} {value:?} must be from {least:?} to {most:?}"

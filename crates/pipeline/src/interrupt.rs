@@ -1,13 +1,10 @@
 //! What Ctrl-C leaves behind: nothing half-written.
 
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::time::Duration;
-
-use tempfile::TempDir;
 
 static BUILDING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 static HANDLER: Once = Once::new();
@@ -20,44 +17,30 @@ const INTERRUPTED: i32 = 130;
 const ATTEMPTS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(25);
 
-/// Makes a folder that is removed if the program is interrupted before [`forget`].
+/// Makes a folder or a file that is removed if the program is interrupted before [`forget`]; `path` says where it is.
 ///
-/// An interruption waits until a folder that is being made is known, and lets none be made after it.
-///
-/// # Errors
-/// Those of `make`.
-pub(crate) fn make_removable(make: impl FnOnce() -> io::Result<TempDir>) -> io::Result<TempDir> {
-    handle();
-    let mut building = building();
-    let folder = make()?;
-    building.push(folder.path().to_path_buf());
-    Ok(folder)
-}
-
-/// The same of a file.
+/// An interruption waits until what is being made is known, and lets nothing be made after it.
 ///
 /// # Errors
 /// Those of `make`.
-pub(crate) fn make_removable_file(
-    path: &Path,
-    make: impl FnOnce() -> io::Result<File>,
-) -> io::Result<File> {
+pub(crate) fn make_removable<T>(
+    make: impl FnOnce() -> io::Result<T>,
+    path: impl FnOnce(&T) -> PathBuf,
+) -> io::Result<T> {
     handle();
     let mut building = building();
-    let file = make()?;
-    building.push(path.to_path_buf());
-    Ok(file)
+    let made = make()?;
+    building.push(path(&made));
+    Ok(made)
 }
 
-/// Puts folders in their places without an interruption between; `built` is then no longer removed.
+/// Puts folders in their places without an interruption between.
 ///
 /// # Errors
 /// Those of `put`.
-pub(crate) fn undisturbed(built: &Path, put: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
-    let mut building = building();
-    put()?;
-    building.retain(|known| known != built);
-    Ok(())
+pub(crate) fn undisturbed(put: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
+    let _none_between = building();
+    put()
 }
 
 /// Begins to listen for interruptions.
@@ -105,7 +88,7 @@ pub(crate) fn wait_if_interrupted() {
     }
 }
 
-/// The folder is in its place; an interruption must not touch it.
+/// It is gone, or in its place; an interruption must not touch it.
 pub(crate) fn forget(folder: &Path) {
     building().retain(|known| known != folder);
 }

@@ -21,11 +21,12 @@
 //! ```
 
 mod asked;
-mod bounds;
+pub mod bounds;
 mod checkpoint;
 mod children;
 mod diagnosed;
 mod documents;
+mod hidden_folder;
 mod inputs;
 mod interrupt;
 mod labels;

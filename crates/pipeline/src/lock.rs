@@ -1,6 +1,7 @@
 //! One run at a time on an output folder.
 
 use std::fs::{self, File, TryLockError};
+use std::io;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
@@ -33,10 +34,9 @@ impl Lock {
         };
         let path = parent.join(format!("{BEGINS}{}{ENDS}", name.to_string_lossy()));
         for _ in 0..ATTEMPTS {
-            let file = interrupt::make_removable_file(&path, || {
-                File::options().create(true).write(true).truncate(false).open(&path)
-            })
-            .with_context(|| format!("cannot write in '{}'", parent.display()))?;
+            let open = || File::options().create(true).write(true).truncate(false).open(&path);
+            let file = interrupt::make_removable(open, |_| path.clone())
+                .with_context(|| format!("cannot write in '{}'", parent.display()))?;
             match file.try_lock() {
                 Ok(()) if still_there(&file, &path) => return Ok(Self { path, _file: file }),
                 // Whoever held it has taken the file away.
@@ -63,6 +63,22 @@ impl Drop for Lock {
         // Taken away while it is held: nobody can hold a file that another run removes.
         let _ = fs::remove_file(&self.path);
         interrupt::forget(&self.path);
+    }
+}
+
+/// A new file that is held until it is closed; `None` where another run took it, or its folder, away at this moment.
+///
+/// # Errors
+/// If it cannot be written or locked.
+pub(crate) fn held(path: &Path) -> io::Result<Option<File>> {
+    let file = match File::create(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        made => made?,
+    };
+    match file.try_lock() {
+        Ok(()) if still_there(&file, path) => Ok(Some(file)),
+        Ok(()) | Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(error)) => Err(error),
     }
 }
 

@@ -90,6 +90,14 @@ impl Manifest {
         Ok(self)
     }
 
+    /// Adds each of these, of which there may be none.
+    pub(crate) fn with_inputs(
+        self,
+        paths: impl IntoIterator<Item = impl AsRef<Path>>,
+    ) -> Result<Self> {
+        paths.into_iter().try_fold(self, |manifest, path| manifest.with_input(path.as_ref()))
+    }
+
     /// The manifest with the hashes of every file in `folder`, which is about to be finished.
     pub(crate) fn with_outputs_in(mut self, folder: &Path) -> Result<Self> {
         let files = files_in(folder)?;

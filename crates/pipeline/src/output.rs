@@ -1,7 +1,7 @@
 //! Output folders that are complete or absent.
 //!
-//! A command writes into a hidden sibling of the folder it was asked for and renames it at the end.
-//! An error, a full disk or Ctrl-C leaves the asked-for folder as it was.
+//! A command writes into a hidden folder beside the one it was asked for and renames it at the end.
+//! An error, a full disk or Ctrl-C leaves the asked-for folder as it was; so does a kill, after the next run.
 
 use std::fs;
 use std::io::Write as _;
@@ -10,23 +10,27 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, anyhow, bail};
 use contract::Document;
 
-use crate::lock::{self, Lock, parent};
+use crate::hidden_folder::{HiddenFolder, everyones, sweep};
+use crate::lock::{Lock, parent};
 use crate::manifest::{self, Manifest};
 use crate::next_step::wrote;
+use crate::progress::table;
 use crate::result_file::print_result;
 
 /// A folder under construction.
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
-    building: tempfile::TempDir,
+    /// Where it is built, in the hidden folder.
+    built: PathBuf,
+    hidden: HiddenFolder,
     manifest: Manifest,
     // Dropped last: nobody else begins before the folder is in its place.
     _lock: Lock,
 }
 
-/// How the names of folders under construction begin; the number of the process follows.
-const BUILDING: &str = ".building-";
+/// The name of a folder under construction within its hidden folder.
+const BUILT: &str = "built";
 
 impl OutputFolder {
     /// Begins the folder `target` for the run that `manifest` describes.
@@ -36,15 +40,20 @@ impl OutputFolder {
     /// anything but the output of the same command (it is not replaced), if another run is writing it,
     /// or if its parent cannot be written. A link to a folder is followed.
     pub fn begin(target: &Path, manifest: Manifest) -> Result<Self> {
-        let target = &followed(target)?;
-        check_replaceable(target, &manifest)?;
-        let parent = parent(target);
+        let target = followed(target)?;
+        let parent = parent(&target);
+        check_replaceable(&target, &manifest)?;
         fs::create_dir_all(&parent)
             .with_context(|| format!("cannot make the folder '{}'", parent.display()))?;
         sweep(&parent);
-        let lock = Lock::hold(target)?;
-        let building = hidden_in(&parent)?;
-        Ok(Self { target: target.to_path_buf(), building, manifest, _lock: lock })
+        // That may have put an earlier output back.
+        check_replaceable(&target, &manifest)?;
+        let lock = Lock::hold(&target)?;
+        let hidden = HiddenFolder::within(&parent)?;
+        let built = hidden.path().join(BUILT);
+        fs::create_dir(&built)
+            .with_context(|| format!("cannot write in '{}'", parent.display()))?;
+        Ok(Self { target, built, hidden, manifest, _lock: lock })
     }
 
     /// The manifest of the run, outputs not yet listed.
@@ -55,7 +64,7 @@ impl OutputFolder {
     /// The folder in which to write.
     pub fn path(&self) -> &Path {
         crate::interrupt::wait_if_interrupted();
-        self.building.path()
+        &self.built
     }
 
     /// Writes `bytes` as `name`.
@@ -88,33 +97,21 @@ impl OutputFolder {
     pub fn finish(self) -> Result<PathBuf> {
         let manifest = self.manifest.clone().with_outputs_in(self.path())?;
         self.write_document::<contract::Manifest>(&manifest)?;
-        let aside = hidden_in(&parent(&self.target))?;
-        let built = self.building.path();
-        let put = || {
-            if self.target.is_dir() {
-                fs::rename(&self.target, aside.path().join("replaced"))?;
-            }
-            fs::rename(built, &self.target)
-        };
-        crate::interrupt::undisturbed(built, put)
+        self.hidden
+            .put(&self.built, &self.target)
             .with_context(|| format!("cannot put '{}' in its place", self.target.display()))?;
-        // It is no longer there under its first name.
-        let _ = self.building.keep();
         print_result(&self.manifest.stage, &self.target);
         wrote(&self.manifest.stage, &self.target, self.manifest.first_folder());
         Ok(self.target)
     }
-}
 
-/// A hidden folder in `parent`, which is removed at the latest by a later run.
-fn hidden_in(parent: &Path) -> Result<tempfile::TempDir> {
-    crate::interrupt::make_removable(|| {
-        tempfile::Builder::new()
-            .prefix(&format!("{BUILDING}{}-", std::process::id()))
-            .permissions(everyones(0o777))
-            .tempdir_in(parent)
-    })
-    .with_context(|| format!("cannot write in '{}'", parent.display()))
+    /// The same with a table of text, which is written as `name` and printed.
+    pub fn finish_with_table(self, name: &str, text: &str) -> Result<PathBuf> {
+        self.write(name, text.as_bytes())?;
+        let place = self.finish()?;
+        table(text);
+        Ok(place)
+    }
 }
 
 /// Removes a finished folder; a run that is killed meanwhile leaves nothing of it under its name.
@@ -122,7 +119,7 @@ fn hidden_in(parent: &Path) -> Result<tempfile::TempDir> {
 /// # Errors
 /// If its parent cannot be written.
 pub(crate) fn discard(folder: &Path) -> Result<()> {
-    let aside = hidden_in(&parent(folder))?;
+    let aside = HiddenFolder::within(&parent(folder))?;
     fs::rename(folder, aside.path().join("discarded"))
         .with_context(|| format!("cannot remove '{}'", folder.display()))
 }
@@ -133,25 +130,25 @@ pub(crate) fn discard(folder: &Path) -> Result<()> {
 /// For a link to nothing, and a path that cannot be.
 pub(crate) fn followed(target: &Path) -> Result<PathBuf> {
     match fs::symlink_metadata(target) {
-        Ok(metadata) if metadata.is_symlink() => target.canonicalize().map_err(|_| {
+        Ok(metadata) if metadata.is_symlink() => {
             let named = fs::read_link(target).unwrap_or_default();
-            anyhow!(
-                "'{}' is a link to '{}', which is not there; make that folder, or give another --out",
-                target.display(),
-                named.display()
-            )
-        }),
+            if !target.exists() {
+                // A killed run may have put it aside.
+                sweep(&parent(&parent(target).join(&named)));
+            }
+            target.canonicalize().map_err(|_| {
+                anyhow!(
+                    "'{}' is a link to '{}', which is not there; make that folder, or give another --out",
+                    target.display(),
+                    named.display()
+                )
+            })
+        }
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
             Err(error).with_context(|| format!("cannot write '{}'", target.display()))
         }
         _ => Ok(target.to_path_buf()),
     }
-}
-
-/// Permissions of which the user's mask takes away what it will; temporary files are otherwise for
-/// their owner's eyes only, which results are not.
-fn everyones(mode: u32) -> fs::Permissions {
-    std::os::unix::fs::PermissionsExt::from_mode(mode)
 }
 
 /// Writes a file beside finished folders so that it is there whole or not at all.
@@ -217,26 +214,6 @@ fn check_replaceable(target: &Path, manifest: &Manifest) -> Result<()> {
         );
     }
     Ok(())
-}
-
-/// Removes what a killed run left in `parent`. Best effort: another run may be at work beside us.
-fn sweep(parent: &Path) {
-    let Ok(entries) = fs::read_dir(parent) else { return };
-    for entry in entries.flatten() {
-        lock::sweep(&entry.path());
-        let name = entry.file_name();
-        let process = name
-            .to_str()
-            .and_then(|name| name.strip_prefix(BUILDING))
-            .and_then(|rest| rest.split('-').next())
-            .and_then(|number| number.parse::<u32>().ok());
-        let dead = process.is_some_and(|id| {
-            Path::new("/proc").is_dir() && !Path::new(&format!("/proc/{id}")).exists()
-        });
-        if dead {
-            let _ = fs::remove_dir_all(entry.path());
-        }
-    }
 }
 
 #[cfg(test)]
@@ -349,13 +326,22 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_run_left_is_swept_away() {
+    fn what_a_killed_run_put_aside_is_put_back_and_then_judged() {
         let parent = tempfile::tempdir().expect("temporary folder");
-        // Process numbers end below 2^22 on Linux.
-        let stale = parent.path().join(".building-4194999-abc");
-        fs::create_dir(&stale).expect("writable");
-        OutputFolder::begin(&parent.path().join("result"), manifest()).expect("new folder");
-        assert!(!stale.exists());
+        let target = parent.path().join("result");
+        let output = OutputFolder::begin(&target, manifest()).expect("new folder");
+        output.write("a.txt", b"old").expect("writable");
+        output.finish().expect("renamed");
+        let replaced = parent.path().join(".building-4194999-abc/replaced");
+        fs::create_dir_all(&replaced).expect("writable");
+        fs::write(replaced.with_file_name("lock"), "").expect("writable");
+        fs::rename(&target, replaced.join("result")).expect("ours");
+
+        let other = Manifest::new("other", serde_json::json!({}), None);
+        let error = OutputFolder::begin(&target, other).expect_err("another command's");
+        assert!(error.to_string().contains("output of 'test'"), "{error}");
+        assert_eq!(fs::read(target.join("a.txt")).expect("file"), b"old");
+        assert_eq!(fs::read_dir(parent.path()).expect("folder").count(), 1);
     }
 
     #[test]

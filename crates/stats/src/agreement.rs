@@ -1,7 +1,7 @@
-//! Error of a simulated trace against its reference, by person and over people.
+//! Error of a simulated trace against its reference.
 
+use crate::StatsError;
 use crate::error::finite;
-use crate::{StatsError, Summary};
 
 /// Errors of one person's simulated values against the reference, in the unit of the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,32 +47,6 @@ pub fn agreement(reference: &[f64], simulated: &[f64]) -> Result<Agreement, Stat
     })
 }
 
-/// Agreement over people: mean and SD of each person's figures, every person counting once.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AgreementOverPeople {
-    /// Of the root mean squared errors.
-    pub rmse: Summary,
-    /// Of the mean absolute errors.
-    pub mae: Summary,
-    /// Of the mean errors.
-    pub bias: Summary,
-}
-
-/// Summarises one [`Agreement`] a person.
-///
-/// # Errors
-///
-/// [`StatsError::TooFew`] where there is nobody.
-pub fn over_people(people: &[Agreement]) -> Result<AgreementOverPeople, StatsError> {
-    let summary =
-        |field: fn(&Agreement) -> f64| Summary::of(&people.iter().map(field).collect::<Vec<f64>>());
-    Ok(AgreementOverPeople {
-        rmse: summary(|a| a.rmse)?,
-        mae: summary(|a| a.mae)?,
-        bias: summary(|a| a.bias)?,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,21 +62,10 @@ mod tests {
     }
 
     #[test]
-    fn people_count_once_however_many_samples_they_have() {
-        let long = agreement(&[0.0; 100], &[1.0; 100]).expect("valid");
-        let short = agreement(&[0.0], &[3.0]).expect("valid");
-        let both = over_people(&[long, short]).expect("two people");
-        assert_eq!((both.rmse.mean, both.mae.mean), (2.0, 2.0));
-        // SD of 1 and 3 is sqrt(2).
-        assert!((both.rmse.sd.expect("two people") - 2.0_f64.sqrt()).abs() < 1e-15);
-    }
-
-    #[test]
     fn bad_input_is_named() {
         assert!(matches!(agreement(&[1.0], &[]), Err(StatsError::Unpaired { .. })));
         assert!(matches!(agreement(&[], &[]), Err(StatsError::TooFew { .. })));
         let nan = agreement(&[1.0, 2.0], &[1.0, f64::NAN]);
         assert!(matches!(nan, Err(StatsError::NonFinite { what: "simulated", index: 1, .. })));
-        assert!(over_people(&[]).is_err());
     }
 }

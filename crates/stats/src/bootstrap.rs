@@ -93,7 +93,7 @@ impl Bootstrap {
         self.people_matrix(people, |drawn| vec![statistic(drawn)])?.estimate(0, self.level)
     }
 
-    /// Replicates of several statistics at once, drawn jointly, as max-T needs them.
+    /// Replicates of several statistics at once, drawn jointly.
     ///
     /// # Errors
     ///
@@ -121,31 +121,12 @@ impl Bootstrap {
         )
     }
 
-    /// Interval for one statistic, resampling people and then blocks of days within each.
+    /// Replicates of several statistics at once, resampling people and then blocks of days within each.
     ///
     /// `people` holds every person's days in their order. A drawn person's days are replaced by
     /// blocks of `block_days` consecutive days, each block starting anywhere, until there are as
     /// many days as before (Künsch 1989); a person with fewer days than a block keeps them all.
     /// A person drawn twice gets two independent sets of days.
-    ///
-    /// # Errors
-    ///
-    /// As [`Bootstrap::people_matrix`].
-    pub fn people_and_days<D, F>(
-        &self,
-        people: &[Vec<D>],
-        block_days: NonZeroUsize,
-        statistic: F,
-    ) -> Result<Estimate, StatsError>
-    where
-        D: Sync,
-        F: Fn(&[Vec<&D>]) -> f64 + Sync,
-    {
-        self.people_and_days_matrix(people, block_days, |drawn| vec![statistic(drawn)])?
-            .estimate(0, self.level)
-    }
-
-    /// The two-level variant for several statistics at once; see [`Bootstrap::people_and_days`].
     ///
     /// # Errors
     ///

@@ -77,12 +77,6 @@ pub enum StatsError {
         /// How many the full sample has.
         expected: usize,
     },
-    /// A statistic that does not vary over the replicates, so that it has no standard error.
-    #[error("statistic {column} does not vary over the replicates; leave it out of the family")]
-    ConstantReplicates {
-        /// Which statistic.
-        column: usize,
-    },
 }
 
 /// Checks that every value is finite.

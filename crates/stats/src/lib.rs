@@ -44,5 +44,5 @@ pub use moments::Summary;
 pub use outcomes::{Outcome, Outcomes};
 pub use paired::PairedComparison;
 pub use profile::Profile;
-pub use quantile::quantiles;
+pub use quantile::{quantile, quantiles};
 pub use tost::Tost;

@@ -18,8 +18,10 @@ pub fn quantiles<const N: usize>(values: &[f64], levels: [f64; N]) -> Result<[f6
     Ok(levels.map(|level| quantile(&sorted, level)))
 }
 
-/// Quantile of sorted values by linear interpolation (type 7 of Hyndman and Fan 1996).
-pub(crate) fn quantile(sorted: &[f64], p: f64) -> f64 {
+/// Quantile of sorted values, of which there is at least one, by linear interpolation (type 7 of Hyndman and
+/// Fan 1996).
+#[must_use]
+pub fn quantile(sorted: &[f64], p: f64) -> f64 {
     let position = p.clamp(0.0, 1.0) * (sorted.len() - 1) as f64;
     let low = position.floor() as usize;
     let high = (low + 1).min(sorted.len() - 1);

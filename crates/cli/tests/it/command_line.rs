@@ -67,6 +67,9 @@ fn wrong_usage_ends_with_status_2() {
         &["pipeline", "--profile", "slow"],
         &["replay", "--cohort", "x", "--model", "y", "--initial", "somewhere"],
         &["verify", "--model", "m", "--limit", "soon"],
+        &["verify", "--model", "m", "--twin", "t", "--cohort", "c", "--widen", "0.1"],
+        &["verify", "--model", "m", "--twin", "t", "--cohort", "c", "--delta", "1"],
+        &["verify", "--model", "m", "--twin", "t", "--cohort", "c", "--milp", "none"],
     ] {
         assert_eq!(xtask(arguments).status.code(), Some(2), "{arguments:?}");
     }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use cohort::{Channel, Cohort, ImportFormat, import, read_folder};
 
@@ -55,6 +55,20 @@ fn shells_complete_every_command() {
         }
     }
     assert_eq!(run(&["completions", "dos"]).status.code(), Some(2));
+}
+
+#[test]
+fn completions_that_nobody_reads_are_no_fault() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_t1d-twins"))
+        .args(["completions", "bash"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("a child");
+    assert!(output.status.success(), "{}", said(&output.stderr));
+    assert_eq!(said(&output.stderr), "");
 }
 
 #[test]

@@ -54,13 +54,10 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
         "training_days": protocol.training_days,
         "published_patients": args.patients.is_some(),
     });
-    let manifest = Manifest::new("baselines", config, Some(args.seed))
+    Manifest::new("baselines", config, Some(args.seed))
         .with_input(&args.cohort)?
-        .with_model(&args.model)?;
-    match &args.patients {
-        Some(path) => manifest.with_input(path),
-        None => Ok(manifest),
-    }
+        .with_model(&args.model)?
+        .with_inputs(&args.patients)
 }
 
 /// Runs the command.

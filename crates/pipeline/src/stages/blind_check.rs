@@ -7,7 +7,7 @@
 mod ceiling;
 mod tables;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
 use blind::{ScoredWorld, seal};
@@ -79,10 +79,8 @@ pub fn run(args: &Settings) -> Result<()> {
     note(format!("blind-check: {asked} worlds from --seed {seed}"));
     let plan = Plan::check(worlds, nulls);
     let config = serde_json::json!({ "worlds": worlds, "nulls": nulls, "model": args.model });
-    let mut manifest = Manifest::new("blind-check", config, Some(seed));
-    if model != ODE {
-        manifest = manifest.with_input(Path::new(&args.model))?;
-    }
+    let manifest = Manifest::new("blind-check", config, Some(seed))
+        .with_inputs((model != ODE).then_some(&args.model))?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let (answered, worlds) =
         check(plan.worlds(seed), &model, seed, Asked::AnotherProcess, &output)?;

@@ -40,17 +40,11 @@ pub struct Settings {
 
 /// The manifest of a run with these arguments.
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
-    let manifest = Manifest::new(
-        "diagnose",
-        serde_json::to_value(DiagnosisConfig::working())?,
-        Some(args.seed),
-    );
-    let mut manifest = manifest.with_input(&args.cohort)?;
-    let model = Some(Path::new(&args.model)).filter(|_| args.model != ODE);
-    for path in model.into_iter().chain(args.population.as_deref()) {
-        manifest = manifest.with_input(path)?;
-    }
-    Ok(manifest)
+    let config = serde_json::to_value(DiagnosisConfig::working())?;
+    Manifest::new("diagnose", config, Some(args.seed))
+        .with_input(&args.cohort)?
+        .with_inputs((args.model != ODE).then_some(&args.model))?
+        .with_inputs(&args.population)
 }
 
 /// Reads a posterior.

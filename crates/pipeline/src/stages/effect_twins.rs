@@ -23,7 +23,7 @@ use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::people::People;
 use crate::profile::Profile;
-use crate::progress::{Progress, note, table as print_table};
+use crate::progress::{Progress, note};
 use crate::stages::twin;
 use ::report::count;
 use plants::effect_twins::{Judged, KINDS, Subject, acting, training_days};
@@ -113,9 +113,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let found = found(&judged, &acting, left_out, &diagnosis, args.seed)?;
     let text = text(&found);
     output.write_document(&found)?;
-    output.write("effect_twins.txt", text.as_bytes())?;
-    let place = output.finish()?;
-    print_table(text);
+    let place = output.finish_with_table("effect_twins.txt", &text)?;
     let people = count(judged.len(), "person", "people");
     progress.finish(&format!("{people}, {}", place.display()));
     Ok(())

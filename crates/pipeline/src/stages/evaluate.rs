@@ -53,13 +53,10 @@ pub(crate) const TEXT: &str = "tables.txt";
 pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
     let (profile, training_days) = trained_with(&args.twins)?;
     let config = serde_json::json!({ "profile": profile, "training_days": training_days });
-    let manifest = Manifest::new("evaluate", config, Some(args.seed))
+    Manifest::new("evaluate", config, Some(args.seed))
         .with_input(&args.cohort)?
-        .with_input(&args.twins)?;
-    match &args.baselines {
-        Some(folder) => manifest.with_input(folder),
-        None => Ok(manifest),
-    }
+        .with_input(&args.twins)?
+        .with_inputs(&args.baselines)
 }
 
 /// Runs the command.

@@ -57,10 +57,8 @@ pub fn run(args: &Settings) -> Result<()> {
     let settings = serde_json::json!({
         "worlds": args.worlds, "nulls": args.nulls, "narrow": args.narrow, "random": args.random,
     });
-    let mut manifest = Manifest::new("evidence", settings, Some(args.seed));
-    for folder in args.cohort.iter().chain(&args.labelled) {
-        manifest = manifest.with_input(folder)?;
-    }
+    let manifest = Manifest::new("evidence", settings, Some(args.seed))
+        .with_inputs(args.cohort.iter().chain(&args.labelled))?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let rows = if !args.labelled.is_empty() {
         of_labelled(args)?

@@ -14,7 +14,7 @@ use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
 use crate::profile::Profile;
-use crate::progress::{Progress, note, table as print_table};
+use crate::progress::{Progress, note};
 use development::held_out::{Scored, balanced, score_all};
 
 /// Settings of `held-out`.
@@ -99,9 +99,7 @@ pub fn run(args: &Settings) -> Result<()> {
         unit_of_equivalence: "meal week".to_owned(),
         window_minutes: 300,
     })?;
-    output.write(TEXT, text.as_bytes())?;
-    let place = output.finish()?;
-    print_table(text);
+    let place = output.finish_with_table(TEXT, &text)?;
     note(format!("held-out: {}", place.join(HeldOut::FILE).display()));
     Ok(())
 }

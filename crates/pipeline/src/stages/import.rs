@@ -65,10 +65,8 @@ pub fn run(args: &Settings) -> Result<()> {
     if !options.is_default() {
         config["options"] = serde_json::to_value(&options).context("writing the options")?;
     }
-    let mut manifest = Manifest::new("import", config, None);
-    for input in args.source.iter().chain(&map_files) {
-        manifest = manifest.with_input(input)?;
-    }
+    let manifest =
+        Manifest::new("import", config, None).with_inputs(args.source.iter().chain(&map_files))?;
 
     let output = OutputFolder::begin(&args.out, manifest)?;
     write_folder(&imported.cohort, output.path(), records).context("writing the cohort")?;

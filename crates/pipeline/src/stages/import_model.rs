@@ -45,6 +45,12 @@ struct PopulationFiles {
     inputs: PathBuf,
 }
 
+impl PopulationFiles {
+    fn all(&self) -> [&Path; 3] {
+        [&self.weights, &self.states, &self.inputs]
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let ModelFormat::T1dsim = args.from;
@@ -71,10 +77,7 @@ fn import_population(
     config: serde_json::Value,
 ) -> Result<()> {
     let model = read_population(files)?;
-    let manifest = Manifest::new("import-model", config, None)
-        .with_input(&files.weights)?
-        .with_input(&files.states)?
-        .with_input(&files.inputs)?;
+    let manifest = Manifest::new("import-model", config, None).with_inputs(files.all())?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     output.write(train::MODEL, &model.to_safetensors())?;
     let place = output.finish()?;
@@ -93,10 +96,7 @@ fn import_twin(args: &Settings, weights: &Path, config: serde_json::Value) -> Re
         }
         None => {
             let files = population_above(&args.folder)?;
-            manifest = manifest
-                .with_input(&files.weights)?
-                .with_input(&files.states)?
-                .with_input(&files.inputs)?;
+            manifest = manifest.with_inputs(files.all())?;
             read_population(&files)?
         }
     };

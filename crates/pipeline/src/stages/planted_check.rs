@@ -5,7 +5,7 @@
 //! folder. Only when every answer is written are the labels opened, compared with the seal, and scored.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
 use blind::{AnsweredCohort, NOTHING, seal};
@@ -26,7 +26,7 @@ use crate::diagnosed::ODE;
 use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::{Progress, note, table as print_table};
+use crate::progress::{Progress, note};
 use ::report::count;
 
 /// Settings of a check of effects that are planted into real records.
@@ -65,18 +65,21 @@ pub fn run(args: &Settings) -> Result<()> {
     let cohort = read_folder(folder).with_context(|| format!("reading '{}'", folder.display()))?;
     let people = count(cohort.people.len(), "person", "people");
     note(format!("blind-check: planted into {people} with --seed {seed}"));
-    let config = serde_json::json!({ "planted": folder, "sizes": times });
+    let config = config(folder, &times);
     let manifest = Manifest::new("blind-check", config, Some(seed)).with_input(folder)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let answered = check(&cohort, &plantings(&times), seed, Asked::AnotherProcess, &output)?;
     let scored = blind::planted_check(seed, &answered).context("scoring the answers")?;
     output.write_document(&scored)?;
     let table = table(&scored);
-    output.write("planted.md", table.as_bytes())?;
-    let place = output.finish()?;
-    print_table(table);
+    let place = output.finish_with_table("planted.md", &table)?;
     note(format!("blind-check: {}", place.join(PlantedCheck::FILE).display()));
     Ok(())
+}
+
+/// What the manifest says; a path need not be text.
+fn config(folder: &Path, times: &[f64]) -> serde_json::Value {
+    serde_json::json!({ "planted": folder.display().to_string(), "sizes": times })
 }
 
 /// The record as it is, and every planting at every size.
@@ -322,6 +325,9 @@ fn share(share: &Share) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt as _;
+
     use super::*;
     use cohort::Person;
 
@@ -388,6 +394,13 @@ mod tests {
         }
         let table = table(&scored);
         assert!(table.contains("| missed_meals | 1 meals a day |"), "{table}");
+    }
+
+    #[test]
+    fn a_path_that_is_no_text_is_said_too() {
+        let path = Path::new(OsStr::from_bytes(b"people\xff"));
+        let config = config(path, &[1.0]);
+        assert!(config["planted"].as_str().is_some_and(|said| said.starts_with("people")));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result};
 use blind::realism;
 use cohort::{Cohort, Person};
 use contract::Document as _;
@@ -16,7 +16,7 @@ use crate::bounds::within;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::people::read_cohort;
-use crate::progress::{Progress, note, table as print_table};
+use crate::progress::{Progress, note};
 
 /// Settings of `realism`.
 #[derive(Debug, Clone)]
@@ -42,23 +42,14 @@ const MOST_WORLDS: usize = 10_000;
 /// Most people of a world.
 const MOST_PEOPLE: usize = 1000;
 /// Fewest and most days of a person.
-const DAYS: std::ops::RangeInclusive<usize> = 4..=366;
+const FEWEST_DAYS: usize = 4;
+const MOST_DAYS: usize = 366;
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    for (name, value) in [("--worlds", args.worlds), ("--nulls", args.nulls)] {
-        ensure!(
-            (1..=MOST_WORLDS).contains(&value),
-            "{name} {value} must be from 1 to {MOST_WORLDS}"
-        );
-    }
-    ensure!(
-        DAYS.contains(&args.days),
-        "--days {} must be from {} to {}",
-        args.days,
-        DAYS.start(),
-        DAYS.end()
-    );
+    within("--worlds", args.worlds, 1, MOST_WORLDS)?;
+    within("--nulls", args.nulls, 1, MOST_WORLDS)?;
+    within("--days", args.days, FEWEST_DAYS, MOST_DAYS)?;
     within("--people", args.people, 1, MOST_PEOPLE)?;
     let settings = serde_json::json!({
         "worlds": args.worlds,
@@ -66,10 +57,9 @@ pub fn run(args: &Settings) -> Result<()> {
         "people": args.people,
         "days": args.days,
     });
-    let mut manifest = Manifest::new("realism", settings, Some(args.seed));
+    let manifest = Manifest::new("realism", settings, Some(args.seed)).with_inputs(&args.cohort)?;
     let mut people = Vec::new();
     for folder in &args.cohort {
-        manifest = manifest.with_input(folder)?;
         let study = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
         people
             .extend(read_cohort(folder)?.people.into_iter().map(|person| (study.clone(), person)));
@@ -105,9 +95,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let table = realism::table(&realism);
     output.write_document(&realism)?;
     output.write_document(&People(found))?;
-    output.write("realism.txt", table.as_bytes())?;
-    let place = output.finish()?;
-    print_table(&table);
+    let place = output.finish_with_table("realism.txt", &table)?;
     note(format!(
         "realism: in {} of {} statistics no more real people lie outside the central 95 % of both kinds of worlds \
          than by chance, in {} nobody does; {} of {} values lie inside; {}",

@@ -4,10 +4,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result};
 use cohort::MissingDoses;
 use nn_statespace::import::FILE_ORDER;
-use nn_statespace::initial_state::InitialStateTable;
 use twins::{ReplayRow, ReplayStart, replay};
 
 use crate::manifest::Manifest;
@@ -48,24 +47,20 @@ pub fn run(args: &Settings) -> Result<()> {
         Initial::Table(_) => "table",
     };
     let config = serde_json::json!({ "initial": initial, "missing_doses": "zero" });
-    let mut manifest =
-        Manifest::new("replay", config, None).with_input(&args.cohort)?.with_model(&args.model)?;
+    let file = match &args.initial {
+        Initial::SteadyState => None,
+        Initial::Table(path) => Some(path),
+    };
+    let manifest = Manifest::new("replay", config, None)
+        .with_input(&args.cohort)?
+        .with_model(&args.model)?
+        .with_inputs(&args.twin)?
+        .with_inputs(file)?;
     let cohort = read_cohort(&args.cohort)?;
     let population = Arc::new(read_population(&args.model)?);
-    let twin = match &args.twin {
-        None => None,
-        Some(path) => {
-            manifest = manifest.with_input(path)?;
-            Some(read_twin(path, Arc::clone(&population))?)
-        }
-    };
-    let table: Option<InitialStateTable> = match &args.initial {
-        Initial::SteadyState => None,
-        Initial::Table(path) => {
-            manifest = manifest.with_input(path)?;
-            Some(read_table(path)?)
-        }
-    };
+    let read = |path: &PathBuf| read_twin(path, Arc::clone(&population));
+    let twin = args.twin.as_ref().map(read).transpose()?;
+    let table = file.map(|path| read_table(path)).transpose()?;
     if let (Some(twin), [_, _, ..]) = (&twin, cohort.people.as_slice()) {
         note(format!(
             "replay: the twin of person {} is used for all {} people",
@@ -99,9 +94,6 @@ pub fn run(args: &Settings) -> Result<()> {
         ));
     }
     for person in &cohort.people {
-        if person.id.contains([',', '"', '\n']) {
-            bail!("person '{}' cannot stand in a CSV file; rename them", person.id);
-        }
         let rows = match &twin {
             Some(twin) => replay(person, twin, &population, start, MissingDoses::Zero),
             None => replay(person, &*population, &population, start, MissingDoses::Zero),

@@ -12,6 +12,7 @@ use ode_sim::{OdeParameters, OdeState, OdeVector};
 use physiology::{Compartment, Grams, Kilograms, STEP, STEPS_PER_DAY, Units};
 use rayon::prelude::*;
 
+use crate::bounds::within;
 use crate::inputs::Table;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
@@ -66,12 +67,10 @@ pub fn run(args: &Settings) -> Result<()> {
             ),
         },
     };
-    if !(1..=MOST_DAYS).contains(&args.days) {
-        bail!("--days {} must be from 1 to {MOST_DAYS}", args.days);
-    }
+    within("--days", args.days, 1, MOST_DAYS)?;
     let patients = read_patients(&args.patients)?;
     let meals = read_meals(&args.meals, args.days * STEPS_PER_DAY)?;
-    let initial = args.initial.as_deref().map(read_initial_states).transpose()?;
+    let initial = args.initial.as_deref().map(InitialStates::read).transpose()?;
 
     let config = serde_json::json!({
         "scenarios": scenarios.iter().map(|s| s.name()).collect::<Vec<_>>(),
@@ -79,12 +78,10 @@ pub fn run(args: &Settings) -> Result<()> {
         "initial": if initial.is_some() { "table" } else { "steady state" },
         "start_glucose_mg_dl": START_GLUCOSE.0,
     });
-    let mut manifest = Manifest::new("simulate", config, None)
+    let manifest = Manifest::new("simulate", config, None)
         .with_input(&args.patients)?
-        .with_input(&args.meals)?;
-    if let Some(path) = &args.initial {
-        manifest = manifest.with_input(path)?;
-    }
+        .with_input(&args.meals)?
+        .with_inputs(&args.initial)?;
     let output = OutputFolder::begin(&args.out, manifest)?;
 
     let jobs: Vec<(&(String, VirtualPatient), Scenario)> =
@@ -94,7 +91,7 @@ pub fn run(args: &Settings) -> Result<()> {
         .par_iter()
         .map(|((name, patient), scenario)| {
             let start = match &initial {
-                Some(table) => start_of(table, name)?,
+                Some(table) => table.of(name)?,
                 None => patient.initial_state().with_context(|| format!("patient {name}"))?,
             };
             let rows = trace(patient, &meals, start, *scenario, args.days)
@@ -222,31 +219,49 @@ fn read_meals(path: &Path, last_step: usize) -> Result<Vec<Meal>> {
         .collect()
 }
 
-fn read_initial_states(path: &Path) -> Result<Vec<(String, OdeState)>> {
-    let table = Table::read(path)?;
-    let mut starts: Vec<(String, OdeState)> = Vec::with_capacity(table.rows());
-    for row in 0..table.rows() {
-        let mut x = OdeVector::default();
-        for (column, compartment) in STATES {
-            let value = table.number(column, row)?;
-            if value < 0.0 {
-                bail!("{}: {value} must not be negative", table.place(column, row));
-            }
-            x[compartment] = value;
-        }
-        let name = table.text("patient", row)?;
-        if starts.iter().any(|(known, _)| *known == name) {
-            bail!("{}: '{name}' has two rows", table.place("patient", row));
-        }
-        starts.push((name, OdeState::default().with_vector(&x)));
-    }
-    Ok(starts)
+/// A table of initial states.
+struct InitialStates<'a> {
+    path: &'a Path,
+    rows: Vec<(String, OdeState)>,
 }
 
-fn start_of(table: &[(String, OdeState)], patient: &str) -> Result<OdeState> {
-    table
-        .iter()
-        .find(|(name, _)| name == patient)
-        .map(|(_, state)| *state)
-        .with_context(|| format!("the initial states have no row for patient {patient}"))
+impl<'a> InitialStates<'a> {
+    fn read(path: &'a Path) -> Result<Self> {
+        let table = Table::read(path)?;
+        let mut rows: Vec<(String, OdeState)> = Vec::with_capacity(table.rows());
+        for row in 0..table.rows() {
+            let mut x = OdeVector::default();
+            for (column, compartment) in STATES {
+                let value = table.number(column, row)?;
+                if value < 0.0 {
+                    bail!("{}: {value} must not be negative", table.place(column, row));
+                }
+                x[compartment] = value;
+            }
+            let name = table.text("patient", row)?;
+            if rows.iter().any(|(known, _)| *known == name) {
+                bail!("{}: '{name}' has two rows", table.place("patient", row));
+            }
+            rows.push((name, OdeState::default().with_vector(&x)));
+        }
+        Ok(Self { path, rows })
+    }
+
+    fn of(&self, patient: &str) -> Result<OdeState> {
+        let own = self.rows.iter().find(|(name, _)| name == patient);
+        own.map(|(_, state)| *state)
+            .with_context(|| format!("'{}' has no row for patient {patient}", self.path.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_patient_without_a_start_is_named_with_the_file() {
+        let path = Path::new("initial_states.csv");
+        let error = InitialStates { path, rows: Vec::new() }.of("p1").expect_err("no row");
+        assert_eq!(error.to_string(), "'initial_states.csv' has no row for patient p1");
+    }
 }

@@ -19,7 +19,7 @@ use physiology::{Compartment, MgPerDl};
 use crate::manifest::Manifest;
 use crate::models::read_population;
 use crate::output::OutputFolder;
-use crate::progress::{note, table as print_table};
+use crate::progress::note;
 
 /// Settings of `steady-state`.
 #[derive(Debug, Clone)]
@@ -37,17 +37,12 @@ const GLUCOSE: [f64; 9] = [60.0, 80.0, 100.0, 115.0, 128.0, 140.0, 160.0, 200.0,
 
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
-    let mut manifest =
+    let manifest =
         Manifest::new("steady-state", serde_json::json!({ "glucose_mg_dl": GLUCOSE }), None)
-            .with_model(&args.model)?;
+            .with_model(&args.model)?
+            .with_inputs(&args.compare)?;
     let model = read_population(&args.model)?;
-    let table = match &args.compare {
-        None => None,
-        Some(path) => {
-            manifest = manifest.with_input(path)?;
-            Some(read_table(path)?)
-        }
-    };
+    let table = args.compare.as_deref().map(read_table).transpose()?;
     let output = OutputFolder::begin(&args.out, manifest)?;
     let rows = GLUCOSE
         .iter()
@@ -55,9 +50,7 @@ pub fn run(args: &Settings) -> Result<()> {
         .collect::<Result<Vec<SteadyRow>>>()?;
     let text = text(&rows);
     output.write_document(&SteadyStates { rows, schema: SteadyStates::SCHEMA.to_owned() })?;
-    output.write("steady_state.txt", text.as_bytes())?;
-    let place = output.finish()?;
-    print_table(text);
+    let place = output.finish_with_table("steady_state.txt", &text)?;
     note(format!("steady-state: {}", place.join(SteadyStates::FILE).display()));
     Ok(())
 }

@@ -34,10 +34,10 @@ const PERSON: &str = "person";
 /// Runs the command.
 pub fn run(args: &Settings) -> Result<()> {
     let library = effects::library();
-    let mut manifest = Manifest::new("train-posterior", serde_json::json!({}), Some(args.seed));
+    let manifest = Manifest::new("train-posterior", serde_json::json!({}), Some(args.seed))
+        .with_inputs(&args.table)?;
     let mut table = Table::default();
     for folder in &args.table {
-        manifest = manifest.with_input(folder)?;
         let part = read(folder, &library).with_context(|| format!("'{}'", folder.display()))?;
         table.append(part)?;
     }
@@ -105,8 +105,13 @@ fn truth(label: &Label, library: &[Box<dyn Effect>]) -> Result<Truth> {
             None => {
                 let own = library.iter().map(|known| known.card());
                 let card = own.into_iter().find(|card| card.id.name() == effect.effect);
-                let card =
-                    card.with_context(|| format!("world {} has `{}`", label.id, effect.effect))?;
+                let card = card.with_context(|| {
+                    format!(
+                        "world {} has `{}`, which is not in the library and states no port; make the table \
+                         again with this version",
+                        label.id, effect.effect
+                    )
+                })?;
                 truth.ports.push(card.port.name().to_owned());
                 truth.effects.push(effect.effect.clone());
             }
@@ -125,4 +130,29 @@ fn truth(label: &Label, library: &[Box<dyn Effect>]) -> Result<Truth> {
         }
     }
     Ok(truth)
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::blind_check::TrueEffect;
+
+    use super::*;
+
+    #[test]
+    fn an_effect_that_nothing_places_is_refused_with_a_remedy() {
+        let mut label = Label::null("w1", "hovorka", "aid", 1, 14);
+        label.effects.push(TrueEffect {
+            effect: "magic".to_owned(),
+            port: None,
+            in_library: true,
+            amplitude: 1.0,
+            target_mg_dl: 5.0,
+            achieved_mg_dl: 5.0,
+            at_limit: false,
+            form: None,
+        });
+        let error = truth(&label, &effects::library()).expect_err("unknown").to_string();
+        assert!(error.starts_with("world w1 has `magic`, which is not in the library"), "{error}");
+        assert!(error.ends_with("make the table again with this version"), "{error}");
+    }
 }

@@ -15,7 +15,7 @@ use physiology::{Kilograms, MgPerDl};
 use crate::manifest::Manifest;
 use crate::models::{read_population, read_twin};
 use crate::output::OutputFolder;
-use crate::progress::{note, table as print_table};
+use crate::progress::note;
 
 /// Settings of `trajectories`.
 #[derive(Debug, Clone)]
@@ -40,12 +40,13 @@ pub fn run(args: &Settings) -> Result<()> {
         "without_insulin_mg_dl": rule.without_insulin.0,
         "reference_weight_kg": WEIGHT.0,
     });
-    let mut manifest = Manifest::new("trajectories", config, None).with_model(&args.model)?;
+    let manifest = Manifest::new("trajectories", config, None)
+        .with_model(&args.model)?
+        .with_inputs(&args.twin)?;
     let population = Arc::new(read_population(&args.model)?);
     let report = match &args.twin {
         None => checked(population.as_ref(), &population, &rule),
         Some(path) => {
-            manifest = manifest.with_input(path)?;
             let twin = read_twin(path, population)?;
             checked(&twin, &twin.population, &rule)
         }
@@ -53,9 +54,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let output = OutputFolder::begin(&args.out, manifest)?;
     let text = text(&report);
     output.write_document(&report)?;
-    output.write("trajectories.txt", text.as_bytes())?;
-    let place = output.finish()?;
-    print_table(text);
+    let place = output.finish_with_table("trajectories.txt", &text)?;
     let count = report.findings.iter().filter(|finding| finding.passed).count();
     note(format!(
         "trajectories: {count} of {} checks passed, {}",

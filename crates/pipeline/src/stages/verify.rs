@@ -23,7 +23,7 @@ use crate::manifest::Manifest;
 use crate::models::{read_bytes, read_population};
 use crate::output::OutputFolder;
 use crate::paper_conformance::{beside_the_paper, summary as by_network};
-use crate::progress::{Progress, table as print_table};
+use crate::progress::Progress;
 use crate::stages::repair::repaired;
 use crate::subnetworks::{network, proved};
 use development::SimulatedSteps;
@@ -188,10 +188,8 @@ pub fn run(args: &Settings) -> Result<()> {
     );
     let schema = Conformance::SCHEMA.to_owned();
     output.write_document(&Conformance { rows, schema })?;
-    output.write(TEXT, table.as_bytes())?;
     output.write(Certificates::FILE, &proofs.file)?;
-    let place = output.finish()?;
-    print_table(table);
+    let place = output.finish_with_table(TEXT, &table)?;
     progress.finish(&format!("{summary}, {}", place.join("conformance.json").display()));
     Ok(())
 }

@@ -112,7 +112,7 @@ fn plan(args: &Settings) -> Result<Vec<PlannedWorld>> {
         ("--people", args.people, MOST_PEOPLE),
         ("--days", args.days, MOST_DAYS),
     ] {
-        ensure!((1..=most).contains(&value), "{name} {value} must be from 1 to {most}");
+        bounds::within(name, value, 1, most)?;
     }
     if let Some(worlds) = args.mixture {
         bounds::worlds(("--mixture", worlds), ("--nulls", args.nulls), MOST_WORLDS)?;

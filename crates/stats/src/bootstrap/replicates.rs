@@ -56,28 +56,6 @@ impl ReplicateMatrix {
         &self.estimates
     }
 
-    /// The replicates, `(replicates, statistics)`.
-    #[must_use]
-    pub fn rows(&self) -> &[Vec<f64>] {
-        &self.rows
-    }
-
-    /// Number of people that were resampled, where the matrix knows it (it holds a value with each
-    /// of them left out).
-    #[must_use]
-    pub fn people(&self) -> Option<usize> {
-        (!self.left_out.is_empty()).then_some(self.left_out.len())
-    }
-
-    /// SD of one statistic over the replicates.
-    ///
-    /// # Errors
-    ///
-    /// [`StatsError::OutOfDomain`] where there is no such statistic.
-    pub fn standard_error(&self, statistic: usize) -> Result<f64, StatsError> {
-        Ok(mean_and_sd(&self.column(statistic)?).1)
-    }
-
     /// One statistic with its intervals at `level`.
     ///
     /// # Errors
