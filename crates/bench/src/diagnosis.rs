@@ -15,6 +15,7 @@ use cohort::{Cohort, Person};
 use contract::Document as _;
 use contract::bench::{DiagnosisBench, DiagnosisRow, Part};
 use gap::design::design;
+use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::calibrate;
 use gap::filter::kalman::filter;
 use gap::{CalibratedPerson, Diagnoser, DiagnosisConfig, Observations, quality, which};
@@ -23,6 +24,7 @@ use rayon::prelude::*;
 use world::blind::PlannedEffect;
 use world::{Amplitudes, Calendar, Generator, Regime, VirtualPerson};
 
+use pipeline::bounds::within;
 use pipeline::usage::{peak_mib, processor_seconds};
 use pipeline::{Manifest, OutputFolder, Progress, note};
 
@@ -57,11 +59,8 @@ const TARGET_PERSON_DAYS_PER_CORE_SECOND: f64 = 1000.0 * 14.0 / 60.0 / 2.0;
 
 /// Times diagnoses and writes `bench.json` and `bench.txt`.
 pub fn run(args: &Settings) -> Result<()> {
-    for (name, value, least, most) in
-        [("--people", args.people, 1, MOST_PEOPLE), ("--days", args.days, FEWEST_DAYS, MOST_DAYS)]
-    {
-        ensure!((least..=most).contains(&value), "{name} {value} must be from {least} to {most}");
-    }
+    within("--people", args.people, 1, MOST_PEOPLE)?;
+    within("--days", args.days, FEWEST_DAYS, MOST_DAYS)?;
     ensure!(
         (0.0..=LARGEST_AMPLITUDE).contains(&args.amplitude),
         "--amplitude {} must be from 0 to {LARGEST_AMPLITUDE}",
@@ -180,7 +179,6 @@ fn parts(people: &[Person]) -> Result<Vec<Part>> {
 
 fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     let config = DiagnosisConfig::working();
-    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
     let library = effects::library();
     let every: Vec<_> = library.iter().map(AsRef::as_ref).collect();
     let mut parts = Vec::new();
@@ -202,7 +200,9 @@ fn timed_parts(people: &[Person]) -> Result<Vec<Part>> {
     let calibrated = records
         .iter()
         .map(|(record, _)| {
-            Ok(calibrate(&population, egp, &config.noise, record, &config.calibration)?)
+            let nominal = OdeParameters::nominal();
+            let population = AugmentedModel::new(nominal, record.weight, config.noise);
+            Ok(calibrate(&population, record, &config.calibration)?)
         })
         .collect::<Result<Vec<_>>>()?;
     add("calibration", clock);

@@ -122,10 +122,8 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
         thresholds,
         what: "meals".to_owned(),
     })?;
-    output.write("bench.txt", text.as_bytes())?;
-    let place = output.finish()?;
+    let place = output.finish_with_table("bench.txt", &text)?;
     progress.finish(&place.join(MealsBench::FILE).display().to_string());
-    pipeline::table(text);
     Ok(())
 }
 

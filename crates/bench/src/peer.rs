@@ -4,12 +4,28 @@ use std::process::Command;
 
 use anyhow::{Context as _, Result, ensure};
 use pipeline::{note, workspace_root};
+use serde::Deserialize;
 
-/// What a script of `benches/peers` prints under these options; `None` if PyTorch is not installed.
+/// What a script of `benches/peers` prints.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Peer {
+    pub engine: String,
+    parameters: usize,
+    pub median_ms: f64,
+    pub least_ms: f64,
+    /// Only some scripts take it.
+    pub median_processor_ms: Option<f64>,
+}
+
+/// What a script takes under these options for a network of so many parameters; `None` if PyTorch is not installed.
 ///
 /// # Errors
-/// If the script fails.
-pub(crate) fn times(script: &str, options: &[(&str, String)]) -> Result<Option<Vec<u8>>> {
+/// If the script fails, or its network has another size.
+pub(crate) fn times(
+    script: &str,
+    options: &[(&str, String)],
+    parameters: usize,
+) -> Result<Option<Peer>> {
     let path = workspace_root().join("benches/peers").join(script);
     let installed = Command::new("python3").args(["-c", "import torch"]).output();
     if !installed.is_ok_and(|output| output.status.success()) || !path.exists() {
@@ -21,5 +37,8 @@ pub(crate) fn times(script: &str, options: &[(&str, String)]) -> Result<Option<V
         Command::new("python3").arg(&path).args(typed).output().context("starting python3")?;
     let errors = String::from_utf8_lossy(&output.stderr);
     ensure!(output.status.success(), "benches/peers/{script} failed: {errors}");
-    Ok(Some(output.stdout))
+    let peer: Peer = serde_json::from_slice(&output.stdout).context("what PyTorch took")?;
+    let found = peer.parameters;
+    ensure!(found == parameters, "the peer has {found} parameters, not {parameters}");
+    Ok(Some(peer))
 }

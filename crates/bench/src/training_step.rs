@@ -22,11 +22,10 @@ use nn_statespace::training::{
 use nn_statespace::{Scaler, Widths, Wiring};
 use ode_sim::{DevelopmentPlan, DevelopmentSet};
 use physiology::{Plant as _, States};
-use serde::Deserialize;
 
 use pipeline::{Manifest, OutputFolder, Progress, note};
 
-use crate::peer;
+use crate::peer::{self, Peer};
 
 /// Windows of a batch and steps of a window (paper).
 const BATCH: usize = 128;
@@ -41,15 +40,8 @@ const TARGET: f64 = 25.0;
 /// Windows and epochs of the paper's training.
 const PAPER_WINDOWS: f64 = 1e6;
 const PAPER_EPOCHS: f64 = 15.0;
-
-/// What the PyTorch script prints.
-#[derive(Debug, Deserialize)]
-struct Peer {
-    engine: String,
-    parameters: usize,
-    median_ms: f64,
-    least_ms: f64,
-}
+/// Weights of the ten networks.
+const PARAMETERS: usize = 6782;
 
 const WHOLE: &str = "update";
 const GRADIENT: &str = "gradient";
@@ -70,7 +62,7 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
         rows.extend(pool.install(|| engines(&windows, seed, threads))?);
         rows.extend(pytorch(threads)?);
     }
-    let text = text(&rows);
+    let text = format!("{}\n", text(&rows));
     output.write_document(&TrainingStepBench {
         batch: BATCH,
         rows,
@@ -78,9 +70,7 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
         steps: STEPS,
         what: "training_step".to_owned(),
     })?;
-    output.write("bench.txt", format!("{text}\n").as_bytes())?;
-    let place = output.finish()?;
-    pipeline::table(text);
+    let place = output.finish_with_table("bench.txt", &text)?;
     note(format!("bench: {}", place.join(TrainingStepBench::FILE).display()));
     Ok(())
 }
@@ -225,11 +215,14 @@ fn milliseconds(clock: Instant) -> f64 {
 fn pytorch(threads: usize) -> Result<Option<StepRow>> {
     let numbers = [("threads", threads), ("batch", BATCH), ("steps", STEPS), ("rounds", ROUNDS)];
     let options = numbers.map(|(name, number)| (name, number.to_string()));
-    let Some(peer) = peer::times("training_step.py", &options)? else { return Ok(None) };
-    let peer: Peer = serde_json::from_slice(&peer).context("what PyTorch's step took")?;
-    ensure!(peer.parameters == 6782, "the peer has {} parameters, not 6782", peer.parameters);
-    let Peer { engine, median_ms, least_ms, .. } = peer;
-    Ok(Some(StepRow { engine, threads, part: WHOLE.to_owned(), median_ms, least_ms }))
+    let peer = peer::times("training_step.py", &options, PARAMETERS)?;
+    Ok(peer.map(|Peer { engine, median_ms, least_ms, .. }| StepRow {
+        engine,
+        threads,
+        part: WHOLE.to_owned(),
+        median_ms,
+        least_ms,
+    }))
 }
 
 fn text(rows: &[StepRow]) -> String {

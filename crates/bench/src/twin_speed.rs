@@ -17,7 +17,6 @@ use contract::bench::{JobRow, TwinsBench, WholeTraining};
 use nn_statespace::initial_state::steady_state;
 use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{MgPerDl, OpenLoop, STEPS_PER_DAY, StepInput, simulate};
-use serde::Deserialize;
 use twins::{
     BuiltTwin, Doses, InputSet, KeptEpoch, PreparedWindow, Protocol, ResidualNetwork, TrainingPlan,
     Twin, TwinRecipe, build_twins, simulate_many, train,
@@ -46,16 +45,6 @@ const AUTHORS_SECONDS: f64 = 4.6 * 60.0;
 const TWINS: f64 = 394.0;
 /// Weights of population and residual network.
 const PARAMETERS: usize = 6_782 + 11_777;
-
-/// What the PyTorch script prints.
-#[derive(Debug, Deserialize)]
-struct Peer {
-    engine: String,
-    parameters: usize,
-    median_ms: f64,
-    least_ms: f64,
-    median_processor_ms: f64,
-}
 
 const THOUSAND_DAYS: &str = "1,000 days";
 const ONE_DAY: &str = "1 day";
@@ -89,16 +78,14 @@ pub fn run(out: &Path, seed: u64) -> Result<()> {
     // One person trains on one thread.
     rows.push(updates(&twin, &cohort, seed)?);
     rows.extend(pytorch(UPDATE, 1)?);
-    let text = text(&rows, &whole.0);
+    let text = format!("{}\n", text(&rows, &whole.0));
     output.write_document(&TwinsBench {
         rows,
         schema: TwinsBench::SCHEMA.to_owned(),
         training: whole.0,
         what: "twins".to_owned(),
     })?;
-    output.write("bench.txt", format!("{text}\n").as_bytes())?;
-    let place = output.finish()?;
-    pipeline::table(text);
+    let place = output.finish_with_table("bench.txt", &text)?;
     note(format!("bench: {}", place.join(TwinsBench::FILE).display()));
     Ok(())
 }
@@ -221,20 +208,14 @@ fn pytorch(job: &str, threads: usize) -> Result<Option<JobRow>> {
     let numbers = [("threads", threads), ("runs", runs), ("steps", steps), ("rounds", ROUNDS)];
     let mut options = vec![("what", what.to_owned())];
     options.extend(numbers.map(|(name, number)| (name, number.to_string())));
-    let Some(peer) = peer::times("twin.py", &options)? else { return Ok(None) };
-    let peer: Peer = serde_json::from_slice(&peer).context("what PyTorch took")?;
-    ensure!(
-        peer.parameters == PARAMETERS,
-        "the peer has {} parameters, not {PARAMETERS}",
-        peer.parameters
-    );
-    Ok(Some(JobRow {
+    let peer = peer::times("twin.py", &options, PARAMETERS)?;
+    Ok(peer.map(|peer| JobRow {
         job: job.to_owned(),
         engine: peer.engine,
         threads,
         median_ms: peer.median_ms,
         least_ms: peer.least_ms,
-        processor_ms: Some(peer.median_processor_ms),
+        processor_ms: peer.median_processor_ms,
     }))
 }
 

@@ -14,6 +14,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use cohort::{Channel, Cohort, ImportFormat, Person, import};
+use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::{Calibration, FACTORS, Factor, calibrate};
 use gap::quality::{exclusion, findings};
 use gap::{DiagnosisConfig, GapError, Observations};
@@ -77,8 +78,8 @@ fn cohort_of(name: &str) -> Result<Cohort, cohort::CohortError> {
 fn calibrated(person: &Person) -> Result<Calibration, GapError> {
     let config = DiagnosisConfig::working();
     let record = Observations::from_person(person)?;
-    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
-    calibrate(&population, egp, &config.noise, &record, &config.calibration)
+    let population = AugmentedModel::new(OdeParameters::nominal(), record.weight, config.noise);
+    calibrate(&population, &record, &config.calibration)
 }
 
 /// The person without one logged meal in twenty, at least one.

@@ -73,8 +73,8 @@ impl Setting {
 
 /// Log likelihood of a person's scored innovations, nats, up to a constant, and their number. The person has a
 /// scale of their own, as in the diagnosis, at which it is largest.
-fn of_subject(subject: &Subject, noise: &NoiseModel, egp: ode_sim::EgpMode) -> (f64, f64) {
-    let model = AugmentedModel::new(subject.parameters, subject.record.weight, egp, *noise);
+fn of_subject(subject: &Subject, noise: &NoiseModel) -> (f64, f64) {
+    let model = AugmentedModel::new(subject.parameters, subject.record.weight, *noise);
     let Ok(run) = filter(&model, &subject.record) else { return (f64::NEG_INFINITY, 1.0) };
     let scored = run.innovations.iter().zip(&subject.scored).skip(subject.burn_in);
     let all: Vec<_> = scored.filter(|(_, scored)| **scored).filter_map(|(i, _)| *i).collect();
@@ -93,14 +93,9 @@ fn of_subject(subject: &Subject, noise: &NoiseModel, egp: ode_sim::EgpMode) -> (
 }
 
 /// Nats a reading of each group.
-fn of_groups(
-    people: &[Subject],
-    groups: usize,
-    noise: &NoiseModel,
-    egp: ode_sim::EgpMode,
-) -> Vec<f64> {
+fn of_groups(people: &[Subject], groups: usize, noise: &NoiseModel) -> Vec<f64> {
     let each: Vec<(usize, (f64, f64))> =
-        people.par_iter().map(|s| (s.group, of_subject(s, noise, egp))).collect();
+        people.par_iter().map(|s| (s.group, of_subject(s, noise))).collect();
     let mut sums = vec![(0.0, 0.0); groups];
     for (group, (sum, n)) in each {
         sums[group].0 += sum;
@@ -116,7 +111,6 @@ fn mean(values: &[f64]) -> f64 {
 #[expect(clippy::print_stdout, reason = "an example shows its result")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = DiagnosisConfig::working();
-    let egp = ode_sim::EgpMode::NonNegative;
     let mut noise = config.noise;
     let (mut folders, mut fixed, mut sweeps) = (Vec::new(), Vec::new(), 12usize);
     let mut without: Vec<String> = Vec::new();
@@ -152,7 +146,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     let record = Observations::from_person(person).ok()?;
                     let rule = &config.calibration;
                     let population = OdeParameters::nominal();
-                    let found = calibrate(&population, egp, &noise, &record, rule).ok()?;
+                    let model = AugmentedModel::new(population, record.weight, noise);
+                    let found = calibrate(&model, &record, rule).ok()?;
                     let z: Vec<Option<f64>> =
                         found.filtered.innovations.iter().map(|i| i.map(|i| i.normalised())).collect();
                     println!(
@@ -167,7 +162,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             people.extend(calibrated.into_iter().flatten());
         }
         let groups = folders.len();
-        let mut best = of_groups(&people, groups, &noise, egp);
+        let mut best = of_groups(&people, groups, &noise);
         println!("round {round}: {} people, Huber beyond {HUBER_THRESHOLD}", people.len());
         println!("before {best:.4?} mean {:.5}", mean(&best));
         let mut steps = [0.3; SETTINGS.len()];
@@ -179,7 +174,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let mut improved = false;
                 for sign in [1.0, -1.0] {
                     let moved = setting.moved(&noise, sign * *step);
-                    let found = of_groups(&people, groups, &moved, egp);
+                    let found = of_groups(&people, groups, &moved);
                     if mean(&found) > mean(&best) {
                         (noise, best, improved) = (moved, found, true);
                         break;
@@ -192,7 +187,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for setting in SETTINGS {
             let here = (setting.get)(&noise);
             let slopes: Vec<f64> = [0.1, -0.1]
-                .map(|by| of_groups(&people, groups, &setting.moved(&noise, by), egp))
+                .map(|by| of_groups(&people, groups, &setting.moved(&noise, by)))
                 .into_iter()
                 .reduce(|up, down| up.iter().zip(down).map(|(u, d)| 5.0 * (u - d)).collect())
                 .unwrap_or_default();

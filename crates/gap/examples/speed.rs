@@ -9,6 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use gap::design::design;
+use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::calibrate;
 use gap::filter::kalman::filter;
 use gap::{CalibratedPerson, DiagnosisConfig, Observations};
@@ -39,7 +40,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/embedded/cohort");
     let cohort = cohort::read_folder(&folder)?;
     let config = DiagnosisConfig::working();
-    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
     let owned = effects::library();
     let library: Vec<&dyn effects::Effect> = owned.iter().map(AsRef::as_ref).collect();
     let mut sums = [0.0; 3];
@@ -50,9 +50,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         person.record = person.record.slice(0..steps).ok_or("an empty record")?;
         let share = steps as f64 / (14 * STEPS_PER_DAY) as f64;
         let record = Observations::from_person(&person)?;
-        let (calibrating, found) = timed(repeats, || {
-            calibrate(&population, egp, &config.noise, &record, &config.calibration)
-        });
+        let population = AugmentedModel::new(OdeParameters::nominal(), record.weight, config.noise);
+        let (calibrating, found) =
+            timed(repeats, || calibrate(&population, &record, &config.calibration));
         let found = found?;
         let (filtering, run) = timed(repeats, || filter(&found.model, &record));
         run?;

@@ -39,43 +39,29 @@ pub enum Background {
     Parameter(Parameter),
     /// A field that differs for good: a port that no parameter stands for.
     Field(Field),
-    /// The flux after meals, by the number of its bump.
-    MealKernel(usize),
+    /// The flux after meals in a bump.
+    MealKernel,
     /// How much more slowly than others large meals are absorbed.
     GutTimeBySize,
-    /// The flux after carbohydrate taken while glucose is low, by the number of its bump.
-    RescueKernel(usize),
+    /// The flux after carbohydrate taken while glucose is low, in a bump.
+    RescueKernel,
     /// The flux that brings glucose back to its usual value.
     Effectiveness,
     /// The flux against low glucose.
     Defence,
     /// The flux against high glucose.
     Shedding,
-    /// The flux after insulin, by the number of its bump.
-    InsulinKernel(usize),
-    /// A harmonic of the day.
-    Clock {
-        /// Periods a day.
-        harmonic: usize,
-        /// Its phase.
-        phase: Phase,
-    },
-}
-
-/// The phases of a harmonic.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
-    /// Highest at midnight.
-    Cosine,
-    /// Highest a quarter of a period after midnight.
-    Sine,
+    /// The flux after insulin in a bump.
+    InsulinKernel,
+    /// A harmonic of the day in one phase.
+    Clock,
 }
 
 impl Background {
     /// Whether the direction is part of an allowance.
     pub(crate) fn is(self, allowance: Allowance) -> bool {
         match allowance {
-            Allowance::Clock => matches!(self, Self::Clock { .. }),
+            Allowance::Clock => self == Self::Clock,
             Allowance::Defence => self == Self::Defence,
             Allowance::Shedding => self == Self::Shedding,
         }
@@ -191,7 +177,8 @@ pub(crate) fn background(
     let insulin: Vec<f64> = insulin.iter().map(|u| -INSULIN_SHARE * (u - mean)).collect();
     all.extend(kernel(Background::InsulinKernel, &INSULIN_PEAKS, &insulin));
     for harmonic in 1..=HARMONICS {
-        for (phase, later) in [(Phase::Cosine, 0.0), (Phase::Sine, 0.25)] {
+        // Highest at midnight, and a quarter of a period after it.
+        for later in [0.0, 0.25] {
             let wave = |hour: &f64| {
                 let turns = harmonic as f64 * hour / 24.0 - later;
                 CLOCK_FLUX * (std::f64::consts::TAU * turns).cos()
@@ -199,7 +186,7 @@ pub(crate) fn background(
             // Steps of five minutes come round every day.
             let day: Vec<f64> = hours.iter().take(STEPS_PER_DAY).map(wave).collect();
             let course = day.iter().copied().cycle().take(hours.len()).collect();
-            all.push(flux(Background::Clock { harmonic, phase }, course));
+            all.push(flux(Background::Clock, course));
         }
     }
     all
@@ -213,12 +200,11 @@ fn flux(which: Background, course: Vec<f64>) -> BackgroundDirection {
 
 /// The flux after doses, a direction a bump.
 fn kernel(
-    which: fn(usize) -> Background,
+    which: Background,
     peaks: &[f64],
     doses: &[f64],
 ) -> impl Iterator<Item = BackgroundDirection> {
-    let bumps = bumps(peaks).into_iter().enumerate();
-    bumps.map(move |(index, bump)| flux(which(index), filtered(doses, &bump)))
+    bumps(peaks).into_iter().map(move |bump| flux(which, filtered(doses, &bump)))
 }
 
 /// Bumps in logarithmic time between neighbouring peaks, per minute, each of area 1.

@@ -110,12 +110,9 @@ impl Sample {
             None => (self.ratio().max(1.0), own),
         };
         Tested {
-            mean: self.mean,
             error: (ratio * self.within / self.people as f64).sqrt(),
             degrees: degrees.min(self.within_degrees),
-            people: self.people,
-            errors: self.errors as usize,
-            residuals: self.residuals,
+            sample: self,
         }
     }
 }
@@ -123,25 +120,22 @@ impl Sample {
 /// A cell with the error of its mean.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tested {
-    pub(crate) mean: f64,
+    pub(crate) sample: Sample,
     pub(crate) error: f64,
-    pub(crate) degrees: f64,
-    pub(crate) people: usize,
-    pub(crate) errors: usize,
-    pub(crate) residuals: Vec<Residual>,
+    degrees: f64,
 }
 
 impl Tested {
     /// Gives the residuals weights of their own, which no other `owner` shares.
     pub(crate) fn owned_by(&mut self, owner: usize) {
-        for residual in &mut self.residuals {
+        for residual in &mut self.sample.residuals {
             residual.block.0 = owner;
         }
     }
 
     /// The standard normal quantile with the tail of the cell's |t|; infinite where that vanishes.
     pub(crate) fn normal_size(&self) -> f64 {
-        let t = (self.mean / self.error).abs();
+        let t = (self.sample.mean / self.error).abs();
         match StudentsT::new(0.0, 1.0, self.degrees) {
             Ok(student) => -Normal::standard().inverse_cdf(student.sf(t)),
             Err(_) => t,

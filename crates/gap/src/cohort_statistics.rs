@@ -4,16 +4,14 @@ use std::collections::BTreeMap;
 
 use cohort::{Channel, Cohort};
 use effects::Effect;
-use rayon::prelude::*;
 
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::filter::plants::Ode;
 use crate::free_run_statistics::free_run_statistics;
-use crate::person::{PersonOutcome, analyse};
+use crate::person::{all_calibrated, analyse_all};
 use crate::person_statistics::of_person;
-use crate::quality::UsedPerson;
 use crate::which::first_round;
 use contract::diagnosis::Evidence;
 
@@ -31,17 +29,9 @@ pub fn cohort_statistics(
     library: &[Box<dyn Effect>],
     config: &DiagnosisConfig,
 ) -> Result<Option<BTreeMap<String, f64>>, GapError> {
-    let outcomes: Vec<PersonOutcome> = cohort
-        .people
-        .par_iter()
-        .map(|person| analyse(person, &UsedPerson::of(person, &config.inclusion)?, &Ode, config))
-        .collect::<Result<_, _>>()?;
-    let included: Vec<CalibratedPerson<'_>> = cohort
-        .people
-        .iter()
-        .zip(&outcomes)
-        .filter_map(|(person, outcome)| outcome.calibrated(person))
-        .collect();
+    let outcomes = analyse_all(cohort, &Ode, config)?;
+    let included: Vec<CalibratedPerson<'_>> =
+        all_calibrated(cohort, &outcomes).map(|(_, person)| person).collect();
     if included.is_empty() {
         return Ok(None);
     }

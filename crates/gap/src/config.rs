@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::GapError;
+use crate::error::{GapError, require};
 use crate::filter::calibration::CalibrationRule;
 use crate::filter::noise::NoiseModel;
 use crate::filter::observations::MissingDosePolicy;
@@ -47,29 +47,21 @@ impl DiagnosisConfig {
     pub fn validated(self) -> Result<Self, GapError> {
         self.noise.validated()?;
         self.localisation.validated()?;
-        let wrong = |name, value: f64, requirement| GapError::Setting { name, value, requirement };
-        if self.calibration.tolerance.is_nan() || self.calibration.tolerance <= 0.0 {
-            return Err(wrong("tolerance", self.calibration.tolerance, "positive"));
-        }
-        if !(self.calibration.bound > 0.0 && self.calibration.bound <= 2.0) {
-            return Err(wrong("bound", self.calibration.bound, "positive and at most 2"));
-        }
-        if self.free_run.every == 0 {
-            return Err(wrong("every", 0.0, "at least 1 step"));
-        }
-        let horizons = &self.free_run.horizons;
-        if horizons.is_empty() || horizons[0] == 0 || !horizons.is_sorted_by(|a, b| a < b) {
-            let value = horizons.first().map_or(0.0, |h| *h as f64);
-            return Err(wrong("horizons", value, "at least 1 step each, ascending, at least one"));
-        }
-        if !horizons.contains(&self.localisation.horizon) {
-            let value = self.localisation.horizon as f64;
-            return Err(wrong("horizon of the cells", value, "one of the free runs' horizons"));
-        }
+        let CalibrationRule { tolerance, bound, .. } = self.calibration;
+        require(tolerance > 0.0, "tolerance", tolerance, "positive")?;
+        require(bound > 0.0 && bound <= 2.0, "bound", bound, "positive and at most 2")?;
+        let FreeRunRule { every, horizons, .. } = &self.free_run;
+        require(*every > 0, "every", *every as f64, "at least 1 step")?;
+        let first = horizons.first().copied().unwrap_or(0);
+        let ascend = first > 0 && horizons.is_sorted_by(|a, b| a < b);
+        let requirement = "at least 1 step each, ascending, at least one";
+        require(ascend, "horizons", first as f64, requirement)?;
+        let horizon = self.localisation.horizon;
+        let known = horizons.contains(&horizon);
+        let requirement = "one of the free runs' horizons";
+        require(known, "horizon of the cells", horizon as f64, requirement)?;
         let share = self.inclusion.least_cgm_share;
-        if !(0.0..=1.0).contains(&share) {
-            return Err(wrong("least_cgm_share", share, "between 0 and 1"));
-        }
+        require((0.0..=1.0).contains(&share), "least_cgm_share", share, "between 0 and 1")?;
         Ok(self)
     }
 }

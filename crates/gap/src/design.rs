@@ -9,7 +9,7 @@ use cohort::Person;
 use effects::{Course, Effect, EffectId, Field, Form, Modulation, RandomUnit};
 use physiology::STEPS_PER_HOUR;
 
-pub use crate::background::{Background, Phase};
+pub use crate::background::Background;
 use crate::background::{background, hours};
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
@@ -77,10 +77,6 @@ pub struct Design {
     pub residuals: Vec<f64>,
     /// Huber's weights; 0 where not scored.
     pub weights: Vec<f64>,
-    /// Calendar day of each step.
-    pub days: Vec<usize>,
-    /// Hour of each step.
-    pub hours: Vec<f64>,
     /// What the columns stand for.
     pub columns: Vec<Column>,
     /// Signatures, a list a column, an entry a step; single precision halves what a large cohort takes.
@@ -163,17 +159,7 @@ pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<
     let residuals: Vec<f64> = calibration.whitened.iter().map(|w| w.unwrap_or(0.0)).collect();
     let weights: Vec<f64> =
         calibration.whitened.iter().map(|w| w.map_or(0.0, |w| huber_weight(w, 1.0))).collect();
-    Ok(Design {
-        residuals,
-        weights,
-        days: course.day,
-        hours: course.hour,
-        columns,
-        signatures: whitened,
-        events,
-        random,
-        untried,
-    })
+    Ok(Design { residuals, weights, columns, signatures: whitened, events, random, untried })
 }
 
 /// Brings signatures into the units of the whitened innovations.

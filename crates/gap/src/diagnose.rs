@@ -20,11 +20,12 @@ use crate::filter::plants::{Ode, Plants};
 use crate::free_run::FreeRunRule;
 use crate::free_run_statistics::free_run_statistics;
 use crate::hourly::hourly_gap;
-use crate::how_far::{HowFarRule, NamedEffect, Settings, how_far};
+use crate::how_far::{NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use crate::one_person::others;
 use crate::person::{
-    HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, analyse, cells, main_horizon,
+    HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, all_calibrated, analyse, cells,
+    main_horizon, nobody_left,
 };
 use crate::quality::InUse;
 use crate::questioned::doubts;
@@ -132,19 +133,10 @@ impl<'a> Diagnoser<'a> {
             .filter_map(|o| Some((o.summary.person_id.as_str(), o.analysis.as_ref()?)))
             .collect();
         if included.is_empty() {
-            let first = &outcomes[0].summary;
-            return Err(GapError::NobodyLeft {
-                people: outcomes.len(),
-                person: first.person_id.clone(),
-                reason: first.excluded.clone().unwrap_or_default(),
-            });
+            return Err(nobody_left(&outcomes));
         }
-        let inputs: Vec<CalibratedPerson<'_>> = cohort
-            .people
-            .iter()
-            .zip(&outcomes)
-            .filter_map(|(person, outcome)| outcome.calibrated(person))
-            .collect();
+        let inputs: Vec<CalibratedPerson<'_>> =
+            all_calibrated(cohort, &outcomes).map(|(_, person)| person).collect();
         let posterior: &Posterior = self.posterior.unwrap_or_else(|| working_posterior());
         // One of them waits for a thread of its own; the other uses it meanwhile.
         let ((mut gaps, hourly, baseline), which) = rayon::join(
@@ -176,7 +168,6 @@ impl<'a> Diagnoser<'a> {
             calibration: &config.calibration,
             free_run: &config.free_run,
             resampling: &config.localisation,
-            rule: &HowFarRule::working(),
         };
         let how_far = held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR))?;
         let mut effects = answer.effects;

@@ -87,16 +87,6 @@ pub enum GapError {
         /// The value.
         value: f64,
     },
-    /// The channels of a record differ in length.
-    #[error("person {person}: {readings} readings but {inputs} inputs; both need one entry a step")]
-    Length {
-        /// The person.
-        person: String,
-        /// Number of readings.
-        readings: usize,
-        /// Number of inputs.
-        inputs: usize,
-    },
     /// The filter left the finite numbers.
     #[error(
         "person {person}, step {step}: the filter is not finite; check doses, weight and the noise \
@@ -143,4 +133,14 @@ pub enum GapError {
     /// The baseline errors could not be resampled.
     #[error(transparent)]
     Statistics(#[from] stats::StatsError),
+}
+
+/// Refuses a setting that does not hold what is required of it.
+pub(crate) fn require(
+    holds: bool,
+    name: &'static str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), GapError> {
+    if holds { Ok(()) } else { Err(GapError::Setting { name, value, requirement }) }
 }

@@ -12,7 +12,6 @@ pub mod covariance;
 pub mod kalman;
 pub(crate) mod noise;
 pub mod observations;
-pub mod personal;
 pub(crate) mod plants;
 pub(crate) mod scored;
 pub mod state;

@@ -11,6 +11,7 @@ use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, Euler};
 use crate::filter::observations::{Observations, Reading, within_sensor_range};
 use crate::filter::state::AugmentedState;
+use crate::modulated_plant::{ModulatedPlant, ModulatedState};
 
 /// When free runs start and how far they are judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -81,24 +82,44 @@ pub fn free_run_errors<P: Plant>(
     start_at: impl Fn(usize) -> Start<P::State>,
 ) -> Result<Vec<FreeRunError>, GapError> {
     let longest = rule.horizons.iter().copied().max().unwrap_or(0);
-    let unrecorded = unrecorded(record);
-    let mut errors = Vec::new();
-    for start in starts(record, rule) {
+    errors_of(record, rule, |start, horizons| {
         let begin = start_at(start);
         let steps = longest.min(record.len() - 1 - start);
         let run = simulate(plant, begin.state, &mut OpenLoop::new(&record.inputs[start..]), steps)
             .map_err(|source| GapError::FreeRun { person: record.person.clone(), start, source })?;
-        let glucose = run.glucose(plant);
-        let mut interstitial = begin.interstitial.0;
-        for step in 1..glucose.len() {
-            let plasma = 0.5 * (glucose[step - 1].0 + glucose[step].0);
-            interstitial = plasma + (interstitial - plasma) * lag_decay;
-            let Some(horizon) = rule.horizons.iter().position(|h| *h == step) else { continue };
-            let target = start + step;
+        let mut interstitial = vec![begin.interstitial.0];
+        for ends in run.glucose(plant).windows(2) {
+            let plasma = 0.5 * (ends[0].0 + ends[1].0);
+            let before = interstitial[interstitial.len() - 1];
+            interstitial.push(plasma + (before - plasma) * lag_decay);
+        }
+        Ok(horizons.iter().map(|(steps, _)| interstitial[*steps]).collect())
+    })
+}
+
+/// The errors of runs from each start. `run` gives interstitial glucose, mg/dL, of the run from a start at horizons in
+/// steps, each with its index in the rule; they ascend and lie within the record.
+fn errors_of<E>(
+    record: &Observations,
+    rule: &FreeRunRule,
+    run: impl Fn(usize, &[(usize, usize)]) -> Result<Vec<f64>, E>,
+) -> Result<Vec<FreeRunError>, E> {
+    let unrecorded = unrecorded(record);
+    let mut horizons: Vec<(usize, usize)> =
+        rule.horizons.iter().enumerate().map(|(index, steps)| (*steps, index)).collect();
+    horizons.sort_unstable();
+    horizons.dedup_by_key(|(steps, _)| *steps);
+    horizons.retain(|(steps, _)| *steps > 0);
+    let mut errors = Vec::new();
+    for start in starts(record, rule) {
+        let within = horizons.partition_point(|(steps, _)| start + steps < record.len());
+        let interstitial = run(start, &horizons[..within])?;
+        for ((steps, horizon), shown) in horizons.iter().zip(interstitial) {
+            let target = start + steps;
             let complete = unrecorded[target] == unrecorded[start];
             if let Some(observed) = record.readings[target].value().filter(|_| complete) {
-                let error = observed - within_sensor_range(interstitial);
-                errors.push(FreeRunError { start, horizon, error });
+                let error = observed - within_sensor_range(shown);
+                errors.push(FreeRunError { start, horizon: *horizon, error });
             }
         }
     }
@@ -138,10 +159,8 @@ pub(crate) fn free_run_errors_of(
     if let Some(errors) = plain_errors(model, record, rule, states, flux) {
         return Ok(errors);
     }
-    free_run_errors(model, record, rule, model.lag_decay(), |step| Start {
-        state: flux.begin(&states[step]),
-        interstitial: states[step].interstitial,
-    })
+    let plant = ModulatedPlant::new(model, &[]);
+    free_run_errors(&plant, record, rule, model.lag_decay(), |step| start(states, flux, step))
 }
 
 /// The same by the step worked out beforehand: nothing is kept of a run but its readings at the horizons.
@@ -159,34 +178,27 @@ fn plain_errors(
         return None;
     }
     let doses: Vec<[f64; 2]> = record.inputs.iter().map(|input| euler.doses(input)).collect();
-    let unrecorded = unrecorded(record);
-    let mut horizons: Vec<(usize, usize)> =
-        rule.horizons.iter().enumerate().map(|(index, steps)| (*steps, index)).collect();
-    horizons.sort_unstable();
-    horizons.dedup_by_key(|(steps, _)| *steps);
-    horizons.retain(|(steps, _)| *steps > 0);
-    let mut errors = Vec::new();
-    for start in starts(record, rule) {
+    let errors = errors_of(record, rule, |start, horizons| {
         let mut run = model.plain_run(euler, &flux.begin(&states[start]));
         let mut at = start;
-        for (steps, horizon) in &horizons {
-            let target = start + steps;
-            if target >= record.len() {
-                break;
-            }
-            run.advance(&doses[at..target]);
-            at = target;
-            let complete = unrecorded[target] == unrecorded[start];
-            if let Some(observed) = record.readings[target].value().filter(|_| complete) {
-                let error = observed - within_sensor_range(run.interstitial);
-                errors.push(FreeRunError { start, horizon: *horizon, error });
-            }
+        let mut interstitial = Vec::with_capacity(horizons.len());
+        for (steps, _) in horizons {
+            run.advance(&doses[at..start + steps]);
+            at = start + steps;
+            interstitial.push(run.interstitial);
         }
-        if !run.is_finite() {
-            return None;
-        }
-    }
-    Some(errors)
+        if run.is_finite() { Ok(interstitial) } else { Err(Broken) }
+    });
+    errors.ok()
+}
+
+/// A run left the finite numbers.
+struct Broken;
+
+/// Where a free run from the filtered state of a step begins.
+fn start(states: &[AugmentedState], flux: Flux, step: usize) -> Start<ModulatedState> {
+    let state = ModulatedState { step, state: flux.begin(&states[step]) };
+    Start { state, interstitial: states[step].interstitial }
 }
 
 /// Steps before each step, and before the end, whose doses are not on record.
@@ -293,7 +305,7 @@ mod tests {
     #[test]
     fn runs_by_the_step_worked_out_beforehand_agree_with_those_of_the_plant() {
         use crate::filter::noise::NoiseModel;
-        use ode_sim::{EgpMode, OdeParameters};
+        use ode_sim::OdeParameters;
         use physiology::{Exercise, Grams, Units, UnitsPerHour};
         let mut record = record(200);
         for (step, input) in record.inputs.iter_mut().enumerate() {
@@ -304,17 +316,15 @@ mod tests {
         record.readings[31] = Reading::Missing;
         record.doses_recorded[150] = false;
         let (noise, nominal) = (NoiseModel::working(), OdeParameters::nominal());
-        let model = AugmentedModel::new(nominal, record.weight, EgpMode::NonNegative, noise);
+        let model = AugmentedModel::new(nominal, record.weight, noise);
         let states = crate::filter::kalman::filter(&model, &record).expect("finite").states;
         let rule = FreeRunRule { every: 7, horizons: vec![5, 30, 90], ..rule() };
         for flux in [Flux::Dropped, Flux::Kept] {
             let found = plain_errors(&model, &record, &rule, &states, flux).expect("covered");
-            let start = |step: usize| Start {
-                state: flux.begin(&states[step]),
-                interstitial: states[step].interstitial,
-            };
+            let plant = ModulatedPlant::new(&model, &[]);
+            let start = |step: usize| start(&states, flux, step);
             let expected =
-                free_run_errors(&model, &record, &rule, noise.lag_decay(), start).expect("finite");
+                free_run_errors(&plant, &record, &rule, noise.lag_decay(), start).expect("finite");
             assert!(expected.len() > 40 && expected.iter().any(|e| e.error.abs() > 20.0));
             assert_eq!(found.len(), expected.len());
             for (found, expected) in found.iter().zip(&expected) {

@@ -32,7 +32,6 @@ mod summary;
 
 use effects::{Effect, Form};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use self::fitting::{FoldFits, fitted};
 use self::hierarchy::CohortAmplitudes;
@@ -46,7 +45,7 @@ use contract::WithInterval;
 use contract::diagnosis::{AmplitudeChange, HowFar};
 
 pub use settings::Settings;
-pub use shrinkage::{Shrinkage, shrinkage};
+pub use shrinkage::shrinkage;
 
 /// An effect that was found.
 #[derive(Debug, Clone)]
@@ -64,43 +63,6 @@ impl NamedEffect<'_> {
     /// The amplitude of one person.
     fn amplitude(&self, person: usize) -> f64 {
         self.amplitudes.get(person).copied().unwrap_or(0.0)
-    }
-}
-
-/// How the held-out comparison is made.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct HowFarRule {
-    /// Folds of contiguous days; every whole day is held out in one of them.
-    pub folds: usize,
-    /// Most Gauss-Newton iterations of the fits before and after alike; a fit ends earlier where the next step is
-    /// expected to be within the tolerance of the calibration.
-    pub iterations: usize,
-    /// Steps from one start of a free run to the next.
-    pub every: usize,
-    /// People below whose number days are resampled as well as people.
-    pub few_people: usize,
-    /// Smallest share of readings in a day whose outcomes are compared.
-    pub least_readings: f64,
-    /// Error above the floor below which no share of it is given, mg/dL.
-    pub least_gap: f64,
-    /// Level of each one-sided test of equivalence.
-    pub alpha: f64,
-}
-
-impl HowFarRule {
-    /// The values in use: three folds, three iterations, a start every two hours, days resampled below
-    /// five people, 70 % of a day's readings (Battelino et al., Diabetes Care 2019;42:1593), 0.5 mg/dL.
-    #[must_use]
-    pub const fn working() -> Self {
-        Self {
-            folds: 3,
-            iterations: 3,
-            every: 24,
-            few_people: 5,
-            least_readings: 0.7,
-            least_gap: 0.5,
-            alpha: 0.05,
-        }
     }
 }
 
@@ -122,7 +84,7 @@ pub fn how_far(
         return Err(GapError::EmptyCohort);
     }
     let mut subjects: Vec<Subject<'_>> =
-        people.par_iter().map(|input| Subject::new(input, found, settings.rule)).collect();
+        people.par_iter().map(|input| Subject::new(input, found)).collect();
     let is_driven = |index: &usize| subjects.iter().any(|s| s.forms[*index] == Some(Form::Driven));
     let indices: Vec<usize> = (0..found.len()).filter(is_driven).collect();
     let driven: Vec<&NamedEffect<'_>> = indices.iter().map(|index| &found[*index]).collect();
@@ -147,8 +109,10 @@ pub fn how_far(
         format!("{}: fewer than two whole days, none can be held out", subject.input.person.id)
     }));
     notes.extend(driven.iter().enumerate().flat_map(|(k, found)| remarks(k, found, &subjects)));
-    let fits = fitted(&subjects, &driven, settings);
-    let strengths = strengths(&subjects, &fits.person_folds, found, &hidden, settings, &mut notes);
+    let calibration = settings.calibration;
+    let fits = fitted(&subjects, &driven, calibration);
+    let strengths =
+        strengths(&subjects, &fits.person_folds, found, &hidden, calibration, &mut notes);
     let judged: Vec<Result<Judged, GapError>> = fits
         .person_folds
         .par_iter()

@@ -9,8 +9,8 @@
 //! multiplier bootstrap (Chernozhukov, Chetverikov and Kato 2013): every person's blocks of days
 //! carry Gaussian weights, the same in all cells, so that the dependence between cells is kept.
 //!
-//! `stats::multiplicity::max_t` answers the same question from resampled people alone; with three to
-//! ten people it has little power, because each cell must show its spread between people by itself.
+//! Resampled people alone would answer the same question; with three to ten people that has little
+//! power, because each cell must show its spread between people by itself.
 //! With a single person, days alone count and the intervals speak of that person.
 
 pub(crate) mod day_cells;
@@ -112,7 +112,7 @@ fn replicate(tested: &[Option<Tested>], blocks: &[usize], rng: &mut ChaCha8Rng) 
         .map(|cell| {
             let Some(cell) = cell else { return 0.0 };
             let (mut sum, mut squares) = (0.0, 0.0);
-            for Residual { block: (person, block), value } in &cell.residuals {
+            for Residual { block: (person, block), value } in &cell.sample.residuals {
                 sum += weights[*person][*block] * value;
                 squares += value * value;
             }
@@ -132,7 +132,7 @@ fn step_down(
     let mut falling: Vec<usize> = (0..tested.len()).filter(|c| tested[*c].is_some()).collect();
     falling.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
     let mut blocks: Vec<usize> = Vec::new();
-    for residual in tested.iter().flatten().flat_map(|cell| &cell.residuals) {
+    for residual in tested.iter().flatten().flat_map(|cell| &cell.sample.residuals) {
         let (person, block) = residual.block;
         blocks.resize(blocks.len().max(person + 1), 0);
         blocks[person] = blocks[person].max(block + 1);
@@ -166,12 +166,12 @@ fn step_down(
         so_far = so_far.max((reached + 1) as f64 / (rows.len() + 1) as f64);
         let half = cell.own_size(critical) * cell.error;
         estimates[cell_index] = Some(CellEstimate {
-            mean: cell.mean,
-            lower: cell.mean - half,
-            upper: cell.mean + half,
+            mean: cell.sample.mean,
+            lower: cell.sample.mean - half,
+            upper: cell.sample.mean + half,
             p_adjusted: so_far,
-            people: cell.people,
-            errors: cell.errors,
+            people: cell.sample.people,
+            errors: cell.sample.errors as usize,
         });
     }
     estimates

@@ -1,9 +1,10 @@
 //! A plant on which effects act: the step index goes along with the state.
 
 use effects::Modulation;
-use physiology::{MgPerDl, NonFinite, Plant, States, StepInput};
+use ode_sim::OdeError;
+use physiology::{Compartment, MgPerDl, NonFinite, Plant, States, StepInput};
 
-use crate::filter::augmented::{AugmentedModel, not_finite};
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::observations::within_sensor_range;
 use crate::filter::state::AugmentedState;
 
@@ -75,10 +76,18 @@ impl Plant for ModulatedPlant<'_> {
     }
 }
 
+/// The Euler step has no other way to fail than a state that is not finite.
+fn not_finite(error: OdeError) -> NonFinite {
+    match error {
+        OdeError::NonFinite { compartment } => NonFinite { compartment },
+        _ => NonFinite { compartment: Compartment::Q1 },
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use effects::Field;
-    use ode_sim::{EgpMode, OdeParameters};
+    use ode_sim::OdeParameters;
     use physiology::{Kilograms, OpenLoop, UnitsPerHour, simulate};
 
     use super::*;
@@ -88,8 +97,7 @@ mod tests {
     fn a_modulation_acts_in_its_own_step_of_the_record() {
         let noise = NoiseModel::working();
         let weight = Kilograms(76.3);
-        let model =
-            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let model = AugmentedModel::new(OdeParameters::nominal(), weight, noise);
         let (rest, _) = model.start(UnitsPerHour(1.0), MgPerDl(120.0));
         let inputs = [StepInput { basal: UnitsPerHour(1.0), ..StepInput::default() }; 4];
         let mut modulations = [Modulation::NEUTRAL; 12];

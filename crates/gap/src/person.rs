@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use cohort::Person;
-use ode_sim::{EgpMode, OdeParameters};
+use cohort::{Cohort, Person};
+use ode_sim::OdeParameters;
 use physiology::STEPS_PER_DAY;
+use rayon::prelude::*;
 
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
@@ -12,7 +13,7 @@ use crate::context::{BANDS, PARTS, Situation, Situations, band, hours_of_part, p
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::body::Body;
-use crate::filter::calibration::{Calibration, Factor, calibrated};
+use crate::filter::calibration::{Calibration, Factor, calibrate};
 use crate::filter::noise::NoiseModel;
 use crate::filter::observations::{MissingDosePolicy, Observations, Reading};
 use crate::filter::plants::Plants;
@@ -139,11 +140,11 @@ pub(crate) fn analyse(
     let days = read.record.len() / STEPS_PER_DAY;
     let observations = Observations::from_person(read)?;
     let unrecorded = unrecorded_doses(&observations, config.missing_doses);
-    let (excluded, analysis) = match used.left_out.clone().or(unrecorded) {
+    let (excluded, analysis) = match used.table.left_out.clone().or(unrecorded) {
         Some(reason) => (Some(reason), None),
         None => match plants.body_of(read).and_then(|body| {
             let model = population(&observations, body, config.noise);
-            calibrated(&model, &observations, &config.calibration)
+            calibrate(&model, &observations, &config.calibration)
                 .and_then(|calibration| errors_of(read, observations, calibration, config))
                 .map_err(|error| error.to_string())
         }) {
@@ -165,6 +166,41 @@ pub(crate) fn analyse(
     Ok(PersonOutcome { summary, findings, analysis })
 }
 
+/// Analyses everybody of a cohort.
+///
+/// # Errors
+/// As [`analyse`].
+pub(crate) fn analyse_all(
+    cohort: &Cohort,
+    plants: &dyn Plants,
+    config: &DiagnosisConfig,
+) -> Result<Vec<PersonOutcome>, GapError> {
+    cohort
+        .people
+        .par_iter()
+        .map(|person| analyse(person, &UsedPerson::of(person, &config.inclusion)?, plants, config))
+        .collect()
+}
+
+/// Those of a cohort whose analysis has not excluded them, each with the index in the cohort.
+pub(crate) fn all_calibrated<'a>(
+    cohort: &'a Cohort,
+    outcomes: &'a [PersonOutcome],
+) -> impl Iterator<Item = (usize, CalibratedPerson<'a>)> {
+    let people = cohort.people.iter().zip(outcomes).enumerate();
+    people.filter_map(|(index, (person, outcome))| Some((index, outcome.calibrated(person)?)))
+}
+
+/// What is wrong where everybody is excluded.
+pub(crate) fn nobody_left(outcomes: &[PersonOutcome]) -> GapError {
+    let first = outcomes.first().map(|outcome| &outcome.summary);
+    first.map_or(GapError::EmptyCohort, |first| GapError::NobodyLeft {
+        people: outcomes.len(),
+        person: first.person_id.clone(),
+        reason: first.excluded.clone().unwrap_or_default(),
+    })
+}
+
 /// Why a person cannot be diagnosed where every dose must be recorded.
 fn unrecorded_doses(observations: &Observations, policy: MissingDosePolicy) -> Option<String> {
     let unrecorded = observations.doses_recorded.iter().filter(|recorded| !**recorded).count();
@@ -179,7 +215,7 @@ fn population(
     noise: NoiseModel,
 ) -> AugmentedModel {
     let parameters = OdeParameters::nominal();
-    let ode = AugmentedModel::new(parameters, observations.weight, EgpMode::NonNegative, noise);
+    let ode = AugmentedModel::new(parameters, observations.weight, noise);
     match body {
         Some(body) => ode.with_body(body),
         None => ode,
@@ -215,9 +251,9 @@ fn errors_of(
         if error.horizon == main {
             let hour = usize::from(record.hour(error.start + half));
             free_runs[day].add(part_of_day(hour), error.error);
-            mark_situations(&mut free_runs[day], &situations, error.start, false, error.error);
             hourly::count(&mut by_hour[day], hour, None, error.error);
             for situation in situations.at(error.start).filter(|s| !s.reads_glucose()) {
+                free_runs[day].add(SITUATIONS + situation as usize, error.error);
                 hourly::count(&mut by_hour[day], hour, Some(situation), error.error);
             }
         }
@@ -234,10 +270,10 @@ fn errors_of(
     for error in &kept_flux {
         let index = record.day_index(error.start);
         let day = &mut free_runs[index];
-        mark_situations(day, &situations, error.start, true, error.error);
         day.add(GLUCOSE + band(glucose[error.start]), error.error);
         let hour = usize::from(record.hour(error.start + half));
         for situation in situations.at(error.start).filter(|s| s.reads_glucose()) {
+            day.add(SITUATIONS + situation as usize, error.error);
             hourly::count(&mut by_hour[index], hour, Some(situation), error.error);
         }
     }
@@ -248,8 +284,9 @@ fn errors_of(
             let hour = usize::from(record.hour(step));
             let cells = &mut innovations[day];
             cells.add(part_of_day(hour), *value);
-            mark_situations(cells, &situations, step - 1, false, *value);
-            mark_situations(cells, &situations, step - 1, true, *value);
+            for situation in situations.at(step - 1) {
+                cells.add(SITUATIONS + situation as usize, *value);
+            }
             cells.add(GLUCOSE + band(glucose[step - 1]), *value);
         }
     }
@@ -264,19 +301,6 @@ fn errors_of(
         observations,
         calibration,
     })
-}
-
-/// Counts an error in every situation that holds at `step` and reads glucose, or does not.
-fn mark_situations(
-    day: &mut DayCells,
-    situations: &Situations,
-    step: usize,
-    reads_glucose: bool,
-    error: f64,
-) {
-    for situation in situations.at(step).filter(|s| s.reads_glucose() == reads_glucose) {
-        day.add(SITUATIONS + situation as usize, error);
-    }
 }
 
 fn summary(

@@ -29,6 +29,7 @@ use cohort::{Channel, Person};
 
 pub use self::identical_people::identical_people;
 pub use self::in_use::{InUse, UsedPerson};
+use crate::config::InclusionRule;
 use crate::filter::observations::Observations;
 use contract::diagnosis::{DataQualityFinding, FindingEstimate};
 
@@ -96,14 +97,24 @@ impl Finding {
     }
 }
 
-/// Every finding about a person, in the order of the checks.
+/// Every finding about a person, in the order of the checks; [`InclusionRule::working`] says how many
+/// readings are needed.
 ///
 /// `observations` are the person's, from [`Observations::from_person`]. The answer depends on the
 /// two alone: no check draws random numbers.
 #[must_use]
 pub fn findings(person: &Person, observations: &Observations) -> Vec<Finding> {
+    findings_under(person, observations, &InclusionRule::working())
+}
+
+/// The same under another rule.
+fn findings_under(
+    person: &Person,
+    observations: &Observations,
+    rule: &InclusionRule,
+) -> Vec<Finding> {
     let mut found = missing_channel::findings(person);
-    found.extend(interpolated_cgm::finding(person, observations));
+    found.extend(interpolated_cgm::finding(person, observations, rule.least_cgm_share));
     found.extend(flat_cgm::finding(person));
     let mixed_up = discontinuous_cgm::finding(person);
     // Rows out of order alternate by chance.
@@ -133,18 +144,14 @@ pub fn exclusion(findings: &[Finding]) -> Option<String> {
         .map(|finding| format!("{}: {}", finding.reported.check, finding.reported.finding))
 }
 
-/// The channels that are to be ignored, each once.
+/// The channels that are to be ignored.
 #[must_use]
 pub fn ignored_channels(findings: &[Finding]) -> Vec<Channel> {
-    let mut channels = Vec::new();
-    for finding in findings {
-        if let Consequence::IgnoreChannel(channel) = finding.consequence
-            && !channels.contains(&channel)
-        {
-            channels.push(channel);
-        }
-    }
-    channels
+    let channel = |finding: &Finding| match finding.consequence {
+        Consequence::IgnoreChannel(channel) => Some(channel),
+        Consequence::Note | Consequence::ExcludePerson => None,
+    };
+    findings.iter().filter_map(channel).collect()
 }
 
 #[cfg(test)]
@@ -176,11 +183,7 @@ mod tests {
         let person = person_with(Channel::Bolus, &[]);
         let note = Finding::note("carb_unit", &person, "servings");
         let ignored = Consequence::IgnoreChannel(Channel::HeartRate);
-        let list = [
-            note.clone(),
-            note.clone().with_consequence(ignored),
-            note.clone().with_consequence(ignored),
-        ];
+        let list = [note.clone(), note.clone().with_consequence(ignored)];
         assert_eq!(exclusion(&list), None);
         assert_eq!(ignored_channels(&list), [Channel::HeartRate]);
         let excluded = [note.clone(), note.with_consequence(Consequence::ExcludePerson)];

@@ -10,6 +10,7 @@ use cohort::{Cohort, Person};
 use ode_sim::OdeParameters;
 use rayon::prelude::*;
 
+use crate::filter::augmented::AugmentedModel;
 use crate::filter::calibration::calibrate;
 use crate::{DiagnosisConfig, Observations};
 
@@ -39,8 +40,8 @@ pub fn gain(before: &Cohort, likelihoods: &[Option<f64>], after: &Cohort) -> Opt
 fn log_likelihood(person: &Person) -> Option<f64> {
     let config = DiagnosisConfig::working();
     let record = Observations::from_person(person).ok()?;
-    let (population, egp) = (OdeParameters::nominal(), ode_sim::EgpMode::NonNegative);
-    let found = calibrate(&population, egp, &config.noise, &record, &config.calibration).ok()?;
+    let population = AugmentedModel::new(OdeParameters::nominal(), record.weight, config.noise);
+    let found = calibrate(&population, &record, &config.calibration).ok()?;
     let mut innovations = Vec::new();
     // The filter divides each innovation by its own standard deviation, which depends on the calibration.
     let mut divided = 0.0;

@@ -44,6 +44,7 @@ use crate::one_person::{OnOne, ReadAgain};
 use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
+pub use self::events::FoundEvent;
 
 /// What the first round shows, in which nothing is named.
 #[derive(Debug, Clone)]
@@ -149,20 +150,7 @@ pub struct Named {
     /// Each person's variant.
     pub variants: Vec<usize>,
     /// Hidden events.
-    pub events: Vec<NamedEvent>,
-}
-
-/// A hidden event of an effect that was named.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NamedEvent {
-    /// The person's index.
-    pub person: usize,
-    /// Step of its onset.
-    pub onset: usize,
-    /// Which of the effect's profiles it has.
-    pub profile: usize,
-    /// Its size relative to the published.
-    pub size: f64,
+    pub events: Vec<FoundEvent>,
 }
 
 /// Reads what people show before anything is named. `calibration` says which innovations are scored, and `free_runs` is
@@ -248,7 +236,7 @@ impl FirstRound {
     ) -> Self {
         let days: Vec<f64> =
             people.iter().map(|p| p.observations.len() as f64 / STEPS_PER_DAY as f64).collect();
-        let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.design.untried.contains(id));
+        let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.untried.contains(id));
         let untried: Vec<EffectId> = tried.ids().into_iter().filter(nobodys).collect();
         let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain));
         let gains = gains.chain(round.estimated.beyond_usual.by_name());

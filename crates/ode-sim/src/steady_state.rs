@@ -160,8 +160,11 @@ const HIGHEST_INFUSION: f64 = 200.0;
 /// See [`at_glucose`]: either mode gives the same answer; this one has no kink.
 const MODE: EgpMode = EgpMode::Reproduction;
 
-/// The states that an infusion (mU/kg/min) holds if Q1 (mmol/kg) is held as well.
-fn held_by(p: &OdeParameters, q1: f64, infusion: f64) -> OdeVector {
+/// The states that an `infusion`, mU/kg/min, holds if `q1`, mmol/kg, is held as well; the gut is empty.
+///
+/// Insulin, its effects and Q2 are those at which Eqs. (1a) to (1f) and (1h) are zero. Parameters are not checked.
+#[must_use]
+pub fn held_by(p: &OdeParameters, q1: f64, infusion: f64) -> OdeVector {
     let mut x = OdeVector::default();
     x[S1] = infusion * p.t_max_i;
     x[S2] = x[S1];

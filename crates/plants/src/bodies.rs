@@ -133,7 +133,7 @@ mod tests {
     use gap::filter::state::STATES;
     use nn_statespace::training::initial_networks;
     use nn_statespace::{CentreAndScale, ModelCard, Widths, Wiring};
-    use ode_sim::{EgpMode, OdeParameters};
+    use ode_sim::OdeParameters;
     use physiology::{Context, Grams, Kilograms, Plant, Units, UnitsPerHour};
     use twins::{HIDDEN, INPUTS, InputSet, ResidualNetwork, TwinCard};
 
@@ -228,8 +228,7 @@ mod tests {
 
     fn model(body: Arc<dyn Body>) -> AugmentedModel {
         let (nominal, weight) = (OdeParameters::nominal(), Kilograms(76.3));
-        AugmentedModel::new(nominal, weight, EgpMode::NonNegative, NoiseModel::working())
-            .with_body(body)
+        AugmentedModel::new(nominal, weight, NoiseModel::working()).with_body(body)
     }
 
     /// A body whose slopes are differences.
@@ -311,12 +310,12 @@ mod tests {
             |name: &str, body: Arc<dyn Body>, step: &dyn Fn(&ScaledStates) -> ScaledStates| {
                 let model = model(body);
                 let (mut state, _) = model.start(UnitsPerHour(1.0), MgPerDl(140.0));
-                let mut expected = network.scaler().scale(&Plant::report(&model, &state));
+                let mut expected = network.scaler().scale(&model.report(&state));
                 for k in 0..30 {
                     state = model.step(&state, &input(), &Modulation::NEUTRAL).expect("finite");
                     expected = step(&expected);
                     let physical = network.scaler().unscale(&expected);
-                    for (compartment, found) in Plant::report(&model, &state).iter() {
+                    for (compartment, found) in model.report(&state).iter() {
                         let expected = physical[compartment];
                         // Thirty steps of scaling there and back.
                         let tolerance = 1e-9 * expected.abs().max(1.0);

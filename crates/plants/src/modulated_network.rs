@@ -9,7 +9,7 @@ use gap::filter::augmented::AugmentedModel;
 use gap::filter::state::AugmentedState;
 use gap::{ModulatedPlant, ModulatedState, NoiseModel, course};
 use nn_statespace::{GLUCOSE_RANGE, PopulationModel, ScaledStates};
-use ode_sim::{EgpMode, OdeParameters, OdeState, OdeVector};
+use ode_sim::{OdeParameters, OdeState, OdeVector};
 use physiology::{
     Compartment, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, OpenLoop, STEP, StepInput,
     UnitsPerHour, simulate,
@@ -150,7 +150,7 @@ impl<'a> ModulatedNetwork<'a> {
         // The noise model belongs to the filter; nothing is filtered here.
         let noise = NoiseModel::working();
         let nominal = OdeParameters::nominal();
-        let model = AugmentedModel::new(nominal, weight, EgpMode::NonNegative, noise);
+        let model = AugmentedModel::new(nominal, weight, noise);
         Self { population, model: model.with_body(body) }
     }
 

@@ -308,15 +308,6 @@ struct Examples<'a> {
     shape: Shape,
 }
 
-/// Some of the rows.
-struct Batch {
-    read: Tensor,
-    ports: Tensor,
-    /// Gaps, their sizes beside them, and a 1 where they are known.
-    gaps: Tensor,
-    known: Tensor,
-}
-
 impl Examples<'_> {
     fn fitted(&self, settings: &Training, member: u64) -> Result<Network, PosteriorError> {
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
@@ -356,34 +347,6 @@ impl Examples<'_> {
         Ok(Network { weights })
     }
 
-    fn batch(&self, rows: &[usize]) -> Result<Batch, PosteriorError> {
-        let Shape { statistics, ports, cells, .. } = self.shape;
-        let pick = |values: &[f32], width: usize| -> Result<Tensor, PosteriorError> {
-            let picked: Vec<f32> = rows
-                .iter()
-                .flat_map(|row| values[row * width..(row + 1) * width].iter().copied())
-                .collect();
-            Ok(Tensor::from_vec(picked, (rows.len(), width), &Device::Cpu)?)
-        };
-        let gaps = |of: fn(f32) -> f32| -> Vec<f32> {
-            rows.iter()
-                .flat_map(|row| {
-                    let own = &self.gaps[row * cells..(row + 1) * cells];
-                    own.iter().copied().chain(own.iter().map(|gap| gap.abs())).map(of)
-                })
-                .collect()
-        };
-        let wide = (rows.len(), 2 * cells);
-        let known = |gap: f32| f32::from(u8::from(!gap.is_nan()));
-        let or_zero = |gap: f32| if gap.is_nan() { 0.0 } else { gap };
-        Ok(Batch {
-            read: pick(&self.read, statistics)?,
-            ports: pick(&self.ports, ports)?,
-            gaps: Tensor::from_vec(gaps(or_zero), wide, &Device::Cpu)?,
-            known: Tensor::from_vec(gaps(known), wide, &Device::Cpu)?,
-        })
-    }
-
     /// Which numbers a step sees.
     fn kept(
         &self,
@@ -408,16 +371,37 @@ impl Examples<'_> {
         kept: &Kept,
         settings: &Training,
     ) -> Result<Tensor, PosteriorError> {
-        let batch = self.batch(rows)?;
-        let found = network.answer(&batch.read, Some(kept))?;
-        let missing = self.loss_of_missing(&found.odds, network.pair(), rows)?;
+        let Shape { statistics, ports, cells, .. } = self.shape;
+        let pick = |values: &[f32], width: usize| -> Result<Tensor, PosteriorError> {
+            let picked: Vec<f32> = rows
+                .iter()
+                .flat_map(|row| values[row * width..(row + 1) * width].iter().copied())
+                .collect();
+            Ok(Tensor::from_vec(picked, (rows.len(), width), &Device::Cpu)?)
+        };
+        // Gaps, and their sizes beside them.
+        let gaps = |of: fn(f32) -> f32| -> Result<Tensor, PosteriorError> {
+            let picked: Vec<f32> = rows
+                .iter()
+                .flat_map(|row| {
+                    let own = &self.gaps[row * cells..(row + 1) * cells];
+                    own.iter().copied().chain(own.iter().map(|gap| gap.abs())).map(of)
+                })
+                .collect();
+            Ok(Tensor::from_vec(picked, (rows.len(), 2 * cells), &Device::Cpu)?)
+        };
+        let known = |gap: f32| f32::from(u8::from(!gap.is_nan()));
+        let or_zero = |gap: f32| if gap.is_nan() { 0.0 } else { gap };
+        let found = network.answer(&pick(&self.read, statistics)?, Some(kept))?;
+        let of_missing = self.loss_of_missing(&found.odds, network.pair(), rows)?;
         let count = rows.len() as f64;
         let Training { port_weight, gap_weight, .. } = *settings;
-        let ports = (found.ports.mul(&batch.ports)?.sum_all()? * (-port_weight / count))?;
-        let apart = found.gaps.sub(&batch.gaps)?.mul(&batch.known)?;
-        let gaps = (apart.sqr()?.sum_all()?
-            * (gap_weight / (count * 2.0 * self.shape.cells.max(1) as f64)))?;
-        Ok(((missing + ports)? + gaps)?)
+        let ports = found.ports.mul(&pick(&self.ports, ports)?)?;
+        let of_ports = (ports.sum_all()? * (-port_weight / count))?;
+        let apart = found.gaps.sub(&gaps(or_zero)?)?.mul(&gaps(known)?)?;
+        let of_gaps =
+            (apart.sqr()?.sum_all()? * (gap_weight / (count * 2.0 * cells.max(1) as f64)))?;
+        Ok(((of_missing + of_ports)? + of_gaps)?)
     }
 
     /// A tensor with the slopes of minus the mean log probability of what is missing: that of log odds is the probability

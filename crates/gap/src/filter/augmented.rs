@@ -14,12 +14,13 @@ mod stepper;
 use std::sync::Arc;
 
 use effects::{Field, Modulation};
-use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, renal_clearance};
-use ode_sim::{EgpMode, OdeError, OdeParameters, OdeState, OdeVector, slot};
+use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, infusion, renal_clearance};
+use ode_sim::steady_state::held_by;
+use ode_sim::{EgpMode, Integrator, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{
-    Grams, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, NonFinite, Plant, States, StepInput,
-    Units, UnitsPerHour,
+    Grams, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, Plant as _, States, StepInput, Units,
+    UnitsPerHour,
 };
 
 use self::euler::COMPARTMENTS;
@@ -28,7 +29,6 @@ pub(crate) use self::stepper::Stepper;
 use crate::filter::body::{Body, OtherBody};
 use crate::filter::covariance::Covariance;
 use crate::filter::noise::NoiseModel;
-use crate::filter::personal::Personal;
 use crate::filter::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
 use crate::filter::transition::{BodySlopes, Surroundings, Transition};
 
@@ -45,7 +45,7 @@ const GUT_SD: f64 = 0.3;
 
 /// What acts in one step under a modulation.
 pub(crate) struct Acting {
-    pub(crate) person: Personal,
+    pub(crate) person: OdePlant,
     pub(crate) stepper: Stepper,
     pub(crate) input: StepInput,
     pub(crate) flux: f64,
@@ -60,7 +60,7 @@ pub(crate) fn low_depth(interstitial: MgPerDl) -> f64 {
 /// A body at 5-minute Euler steps with a flux, a lag and a sensor.
 #[derive(Debug, Clone)]
 pub struct AugmentedModel {
-    person: Personal,
+    person: OdePlant,
     stepper: Stepper,
     /// The derivative of the ODE's step at the state zero, which most of its entries share with that at other
     /// states; `None` for another body.
@@ -73,18 +73,14 @@ pub struct AugmentedModel {
 }
 
 impl AugmentedModel {
-    /// A person's model. `egp` says what happens where endogenous production would turn negative.
+    /// A person's model. Endogenous production never turns negative.
     #[must_use]
-    pub fn new(
-        parameters: OdeParameters,
-        weight: Kilograms,
-        egp: EgpMode,
-        noise: NoiseModel,
-    ) -> Self {
-        let person = Personal { parameters, weight, egp };
+    pub fn new(parameters: OdeParameters, weight: Kilograms, noise: NoiseModel) -> Self {
+        let (integrator, egp) = (Integrator::ForwardEuler, EgpMode::NonNegative);
+        let person = OdePlant { parameters, weight, integrator, egp };
         let model = Self {
             person,
-            stepper: Stepper::Ode(Euler::of(&person.ode())),
+            stepper: Stepper::Ode(Euler::of(&person)),
             resting: None,
             noise,
             flux_decay: noise.flux_decay(),
@@ -98,7 +94,7 @@ impl AugmentedModel {
     /// With what does not change between steps.
     fn prepared(mut self) -> Self {
         if let Stepper::Ode(euler) = &mut self.stepper {
-            *euler = Euler::of(&self.person.ode());
+            *euler = Euler::of(&self.person);
             let slopes = euler.slopes(&[0.0; COMPARTMENTS]);
             self.resting = Some(self.transition(&slopes, self.lag_decay));
         }
@@ -111,9 +107,10 @@ impl AugmentedModel {
         Self { stepper: Stepper::Other(Arc::new(OtherBody::new(body))), resting: None, ..self }
     }
 
-    /// The person's parameters and weight.
+    /// The person's parameters and weight, as the ODE plant at 5-minute Euler steps. For another body the ratios of
+    /// the parameters to the nominal ones are factors at its ports ([`Body`]).
     #[must_use]
-    pub fn person(&self) -> &Personal {
+    pub fn person(&self) -> &OdePlant {
         &self.person
     }
 
@@ -121,7 +118,7 @@ impl AugmentedModel {
     #[must_use]
     pub fn with_parameters(&self, change: impl Fn(&OdeParameters) -> OdeParameters) -> Self {
         let parameters = change(&self.person.parameters);
-        Self { person: Personal { parameters, ..self.person }, ..self.clone() }.prepared()
+        Self { person: OdePlant { parameters, ..self.person }, ..self.clone() }.prepared()
     }
 
     /// The same model with a lag between plasma and interstitial glucose that is `factor` times as long.
@@ -339,7 +336,9 @@ impl AugmentedModel {
     /// 0.3 mmol/kg in each gut compartment, about 4 g); the first hours are not scored.
     #[must_use]
     pub fn start(&self, basal: UnitsPerHour, glucose: MgPerDl) -> (AugmentedState, Covariance) {
-        let mut x = self.person.at_rest(basal, glucose);
+        let OdePlant { parameters, weight, .. } = &self.person;
+        let q1 = self.person.q1_at(glucose);
+        let mut x = held_by(parameters, q1, infusion(basal.0, weight.0));
         let mut gut_sd = [GUT_SD; 2];
         if let Stepper::Other(body) = &self.stepper {
             x = body.at_rest(&self.person, x, basal);
@@ -415,7 +414,7 @@ impl AugmentedModel {
             * (g - RENAL_THRESHOLD - shift).max(0.0)
             * p.v_g
             - renal_clearance(g, p.v_g);
-        let person = Personal { parameters, ..self.person };
+        let person = OdePlant { parameters, ..self.person };
         let stepper = match &self.stepper {
             Stepper::Ode(euler) => Stepper::Ode(euler.modulated(&self.person, &person)),
             other => other.clone(),
@@ -429,6 +428,14 @@ impl AugmentedModel {
                 1.0 => self.lag_decay,
                 factor => self.lag_decay.powf(1.0 / factor),
             },
+        }
+    }
+
+    /// The state in reporting units; plasma glucose is reported.
+    pub fn report(&self, state: &AugmentedState) -> States {
+        match &self.stepper {
+            Stepper::Ode(_) => self.person.report(&state.body),
+            Stepper::Other(body) => body.report(&self.person, &state.body),
         }
     }
 
@@ -446,46 +453,13 @@ impl AugmentedModel {
     }
 }
 
-/// The Euler step has no other way to fail than a state that is not finite.
-pub(crate) fn not_finite(error: OdeError) -> NonFinite {
-    match error {
-        OdeError::NonFinite { compartment } => NonFinite { compartment },
-        _ => NonFinite { compartment: Q1 },
-    }
-}
-
-/// The body with its unexplained flux, which decays as the filter expects; plasma glucose is reported.
-impl Plant for AugmentedModel {
-    type State = AugmentedState;
-
-    fn step(&self, state: &AugmentedState, input: &StepInput) -> Result<AugmentedState, NonFinite> {
-        AugmentedModel::step(self, state, input, &Modulation::NEUTRAL).map_err(not_finite)
-    }
-
-    fn glucose(&self, state: &AugmentedState) -> MgPerDl {
-        self.person.glucose(&state.body)
-    }
-
-    fn report(&self, state: &AugmentedState) -> States {
-        match &self.stepper {
-            Stepper::Ode(_) => self.person.ode().report(&state.body),
-            Stepper::Other(body) => body.report(&self.person, &state.body),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
     fn model() -> AugmentedModel {
-        AugmentedModel::new(
-            OdeParameters::nominal(),
-            Kilograms(76.3),
-            EgpMode::NonNegative,
-            NoiseModel::working(),
-        )
+        AugmentedModel::new(OdeParameters::nominal(), Kilograms(76.3), NoiseModel::working())
     }
 
     proptest! {

@@ -13,16 +13,16 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use ode_sim::equations::{endogenous_production, non_insulin_uptake};
+use ode_sim::equations::{endogenous_production, infusion, non_insulin_uptake};
 use ode_sim::gut::glucose_dose;
-use ode_sim::{EgpMode, OdeError, OdeParameters, OdeState, OdeVector, slot};
+use ode_sim::steady_state::held_by;
+use ode_sim::{EgpMode, OdeError, OdeParameters, OdePlant, OdeState, OdeVector, slot};
 use physiology::Compartment::{C1, C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::{
-    Compartment, Grams, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, STEP, STEPS_PER_HOUR, States, StepInput,
-    Units, UnitsPerHour,
+    Compartment, Grams, Kilograms, MG_PER_DL_PER_MMOL_PER_L, MgPerDl, STEP, STEPS_PER_HOUR, States,
+    StepInput, Units, UnitsPerHour,
 };
 
-use crate::filter::personal::Personal;
 use crate::filter::transition::{BodySlopes, Transition};
 
 /// A body of the ten compartments that is not the ODE: a network, or a network with a person's residual.
@@ -111,7 +111,6 @@ struct Ports {
     /// Production and uptake beyond those of the nominal parameters, mmol/kg/min.
     egp_0: f64,
     f_01: f64,
-    egp: EgpMode,
     /// Volume that makes a concentration of an amount of glucose, L/kg.
     v_g: f64,
 }
@@ -129,12 +128,9 @@ impl OtherBody {
         let mut other =
             Self { body, nominal, c1_per_gram: 0.0, c2_per_gram: 0.0, s1_per_rate: 0.0 };
         let resting = StepInput { basal: UnitsPerHour(1.0), ..StepInput::default() };
-        let guess = Personal {
-            parameters: nominal,
-            weight: physiology::Kilograms(70.0),
-            egp: EgpMode::Reproduction,
-        };
-        let start = guess.at_rest(resting.basal, MgPerDl(120.0));
+        let guess = OdePlant::reproduction(nominal, Kilograms(70.0));
+        let infused = infusion(resting.basal.0, guess.weight.0);
+        let start = held_by(&nominal, guess.q1_at(MgPerDl(120.0)), infused);
         let ports = other.ports(&guess);
         let mut x = other.settled(&ports, start, resting.basal);
         let gained = |compartment: Compartment, input: &StepInput| {
@@ -168,7 +164,7 @@ impl OtherBody {
     /// [`OdeError::NonFinite`] with the compartment.
     pub(crate) fn advance(
         &self,
-        person: &Personal,
+        person: &OdePlant,
         state: &OdeState,
         input: &StepInput,
         flux: f64,
@@ -181,7 +177,7 @@ impl OtherBody {
     /// As [`advance`](Self::advance), with the derivative of the step by the compartments.
     pub(crate) fn linearised(
         &self,
-        person: &Personal,
+        person: &OdePlant,
         state: &OdeState,
         input: &StepInput,
         flux: f64,
@@ -219,7 +215,7 @@ impl OtherBody {
     /// The body after a day of `basal` with glucose held as it stands in `start`; the gut empties.
     pub(crate) fn at_rest(
         &self,
-        person: &Personal,
+        person: &OdePlant,
         start: OdeVector,
         basal: UnitsPerHour,
     ) -> OdeVector {
@@ -241,13 +237,13 @@ impl OtherBody {
     }
 
     /// Standard deviations of C1 and C2 where `amount` mmol/kg, absorbed share included, may be in the gut.
-    pub(crate) fn gut_sd(&self, person: &Personal, amount: f64) -> [f64; 2] {
+    pub(crate) fn gut_sd(&self, person: &OdePlant, amount: f64) -> [f64; 2] {
         let per_gram = self.nominal.a_g * glucose_dose(Grams(1.0), person.weight);
         [self.c1_per_gram, self.c2_per_gram].map(|gain| gain * amount / per_gram)
     }
 
     /// What C1 gains from a meal.
-    pub(crate) fn meal_in_c1(&self, person: &Personal, carbs: Grams) -> f64 {
+    pub(crate) fn meal_in_c1(&self, person: &OdePlant, carbs: Grams) -> f64 {
         self.c1_per_gram * carbs.0 * person.parameters.a_g / self.nominal.a_g
     }
 
@@ -257,7 +253,7 @@ impl OtherBody {
     }
 
     /// The state in reporting units; glucose as the person's volume dilutes it.
-    pub(crate) fn report(&self, person: &Personal, state: &OdeState) -> States {
+    pub(crate) fn report(&self, person: &OdePlant, state: &OdeState) -> States {
         let mut states = self.states(&state.vector());
         states[Q1] = state.q1 / person.parameters.v_g * MG_PER_DL_PER_MMOL_PER_L;
         states
@@ -276,7 +272,7 @@ impl OtherBody {
         states
     }
 
-    fn ports(&self, person: &Personal) -> Ports {
+    fn ports(&self, person: &OdePlant) -> Ports {
         let (p, n) = (&person.parameters, &self.nominal);
         Ports {
             insulin_time: p.t_max_i / n.t_max_i,
@@ -291,7 +287,6 @@ impl OtherBody {
             return_flow: p.k_12 / n.k_12,
             egp_0: p.egp_0 - n.egp_0,
             f_01: p.f_01 - n.f_01,
-            egp: person.egp,
             v_g: p.v_g,
         }
     }
@@ -326,7 +321,7 @@ impl OtherBody {
             Slopes::Take => {
                 let (own, by) = self.body.slopes(Q1, &at_glucose, &input);
                 let mut slopes = self.slopes_around_glucose(ports, &physical, &input);
-                let open = ports.egp == EgpMode::Reproduction || x[X3] <= 1.0;
+                let open = x[X3] <= 1.0;
                 let defended = non_insulin_uptake(1.0, ports.f_01) / ports.v_g;
                 let low = g < ode_sim::equations::UPTAKE_SATURATION;
                 slopes.glucose = [
@@ -340,9 +335,8 @@ impl OtherBody {
                 (own, slopes)
             }
         };
-        values[Q1] =
-            into_amount * own + endogenous_production(x[X3], ports.egp_0, ports.egp) + flux
-                - non_insulin_uptake(g, ports.f_01);
+        let produced = endogenous_production(x[X3], ports.egp_0, EgpMode::NonNegative);
+        values[Q1] = into_amount * own + produced + flux - non_insulin_uptake(g, ports.f_01);
         if ports.return_flow != 1.0 {
             // What returns faster leaves Q2 faster.
             let mut nominal = at_glucose;

@@ -16,14 +16,13 @@ pub(crate) mod rule;
 mod search;
 mod unlogged;
 
-use ode_sim::{EgpMode, OdeParameters};
+use physiology::Plant as _;
 
 pub use self::rule::CalibrationRule;
-use self::search::{Solved, solved};
+use self::search::solved;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Filtered, filter};
-use crate::filter::noise::NoiseModel;
 use crate::filter::observations::Observations;
 use crate::filter::scored::{Whitening, clipped_scale, normalised};
 use crate::filter::tangent::{Direction, Parameter};
@@ -149,54 +148,23 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// Calibrates a person on the ODE plant. See the module for the method.
+/// Calibrates a person: `population` is the model of everybody, of any body, with the person's weight. See the module
+/// for the method.
 ///
 /// # Errors
 /// As [`filter`], and [`GapError::Singular`].
 pub fn calibrate(
-    population: &OdeParameters,
-    egp: EgpMode,
-    noise: &NoiseModel,
-    record: &Observations,
-    rule: &CalibrationRule,
-) -> Result<Calibration, GapError> {
-    calibrated(&AugmentedModel::new(*population, record.weight, egp, *noise), record, rule)
-}
-
-/// Calibrates a person on any body: `population` is the model of everybody, with the person's weight.
-///
-/// # Errors
-/// As [`calibrate`].
-pub fn calibrated(
     population: &AugmentedModel,
     record: &Observations,
     rule: &CalibrationRule,
 ) -> Result<Calibration, GapError> {
-    let setting = Setting::of(population, record, rule);
-    let Solved { factors, filtered, covariance, dependence, iterations, converged } =
-        solved(&setting)?;
-    let at_bound =
-        Factor::ALL.into_iter().filter(|f| factors.get(*f).abs() >= rule.bound).collect();
-    let model = setting.model(&factors);
-    let (Whitening { autoregression, scale }, whitened) = setting.whitened(&filtered);
-    Ok(Calibration {
-        factors,
-        sd: std::array::from_fn(|k| covariance[k][k].sqrt()),
-        covariance,
-        dependence,
-        model,
-        filtered,
-        autoregression,
-        whitened,
-        scale,
-        iterations,
-        converged,
-        at_bound,
-    })
+    solved(&Setting::of(population, record, rule))
 }
 
 #[cfg(test)]
 mod tests {
+    use ode_sim::OdeParameters;
+
     use super::*;
 
     #[test]

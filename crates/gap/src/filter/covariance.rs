@@ -297,10 +297,9 @@ mod tests {
         use crate::filter::noise::NoiseModel;
         use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
         let parameters = ode_sim::OdeParameters::nominal();
-        let egp = ode_sim::EgpMode::NonNegative;
         // A sensor without white noise to speak of is the hardest case.
         let noise = NoiseModel { reading_sd: 1e-4, ..NoiseModel::working() };
-        let model = AugmentedModel::new(parameters, Kilograms(76.3), egp, noise);
+        let model = AugmentedModel::new(parameters, Kilograms(76.3), noise);
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
         let (mut state, mut p) = model.start(UnitsPerHour(1.0), MgPerDl(150.0));
         for step in 0..4000 {

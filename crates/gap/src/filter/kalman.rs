@@ -53,13 +53,6 @@ impl Filtered {
         self.innovations.push(step.innovation);
         self.gains.push(step.gain);
     }
-
-    /// Forgets everything and keeps the allocation.
-    pub(crate) fn clear(&mut self) {
-        self.states.clear();
-        self.innovations.clear();
-        self.gains.clear();
-    }
 }
 
 /// What the filter made of one step.
@@ -90,7 +83,6 @@ pub(crate) struct Begin {
 /// and expectation agree. Neither case gives an innovation.
 ///
 /// # Errors
-/// [`GapError::Length`] for a record whose channels differ in length and
 /// [`GapError::FilterNotFinite`] with the step.
 pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
     let n = record.len();
@@ -138,7 +130,6 @@ pub(crate) fn run_from(
     end: usize,
     visit: impl FnMut(FilterStep<'_>, &Covariance) -> Result<(), GapError>,
 ) -> Result<(), GapError> {
-    check_length(record)?;
     pulp::Arch::new().dispatch(Running { model, record, begin, first, end, visit })
 }
 
@@ -219,7 +210,6 @@ pub fn replayed(
     record: &Observations,
     frozen: &Filtered,
 ) -> Result<Filtered, GapError> {
-    check_length(record)?;
     let (mut state, _) = start(model, record);
     let mut filtered = Filtered::with_capacity(record.len());
     for (step, gain) in frozen.gains.iter().enumerate() {
@@ -240,30 +230,6 @@ pub fn replayed(
     Ok(filtered)
 }
 
-/// The innovations of [`replayed`], mg/dL, at the steps that the earlier run scored.
-///
-/// # Errors
-/// As [`filter`].
-pub fn replay(
-    model: &AugmentedModel,
-    record: &Observations,
-    frozen: &Filtered,
-) -> Result<Vec<Option<f64>>, GapError> {
-    let run = replayed(model, record, frozen)?;
-    Ok(run.innovations.iter().map(|innovation| innovation.map(|i| i.value)).collect())
-}
-
-fn check_length(record: &Observations) -> Result<(), GapError> {
-    if record.inputs.len() != record.readings.len() {
-        return Err(GapError::Length {
-            person: record.person.clone(),
-            readings: record.readings.len(),
-            inputs: record.inputs.len(),
-        });
-    }
-    Ok(())
-}
-
 /// The difference that corrects the state, `None` where nothing is to be learnt.
 fn correction(reading: Reading, expected: f64) -> Option<f64> {
     match reading {
@@ -275,6 +241,7 @@ fn correction(reading: Reading, expected: f64) -> Option<f64> {
 }
 
 pub(crate) fn start(model: &AugmentedModel, record: &Observations) -> (AugmentedState, Covariance) {
+    debug_assert_eq!(record.readings.len(), record.inputs.len(), "an entry a step");
     let first = record.readings.iter().find_map(|reading| reading.value()).unwrap_or(120.0);
     model.start(record.initial_basal(STEPS_PER_DAY), MgPerDl(first))
 }

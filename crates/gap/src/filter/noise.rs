@@ -3,7 +3,7 @@
 use physiology::STEP;
 use serde::{Deserialize, Serialize};
 
-use crate::error::GapError;
+use crate::error::{GapError, require};
 
 /// Noise settings of the extended Kalman filter.
 ///
@@ -84,17 +84,10 @@ impl NoiseModel {
             } else {
                 (value >= 0.0, "finite and not negative")
             };
-            if !(value.is_finite() && accepted) {
-                return Err(GapError::Setting { name, value, requirement });
-            }
+            require(value.is_finite() && accepted, name, value, requirement)?;
         }
-        if self.sensor_correlation >= 1.0 {
-            return Err(GapError::Setting {
-                name: "sensor_correlation",
-                value: self.sensor_correlation,
-                requirement: "below 1",
-            });
-        }
+        let correlation = self.sensor_correlation;
+        require(correlation < 1.0, "sensor_correlation", correlation, "below 1")?;
         Ok(self)
     }
 

@@ -84,7 +84,8 @@ pub struct Observations {
     pub weight: Kilograms,
     /// CGM readings.
     pub readings: Vec<Reading>,
-    /// Insulin and carbohydrate; exercise and rescue carbohydrate are left to later stages.
+    /// Insulin and carbohydrate. Exercise and rescue carbohydrate stay empty: a step of the ODE would follow them, but
+    /// its derivative does not.
     pub inputs: Vec<StepInput>,
     /// Whether basal, bolus and carbohydrate of the step were all recorded.
     pub doses_recorded: Vec<bool>,

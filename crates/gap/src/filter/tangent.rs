@@ -156,18 +156,14 @@ pub(crate) fn few_at_a_time(
     Ok(())
 }
 
-/// Runs the filter and carries directions along in the same pass: `filtered` becomes what
-/// [`filter`](crate::filter::kalman::filter) makes of the record, and `taken` gets what [`few_at_a_time`] gives of it.
-///
-/// For a handful of directions: their derivatives are all held at once.
-pub(crate) fn filtered_along(
-    model: &AugmentedModel,
-    record: &Observations,
-    directions: &[Direction],
-    filtered: &mut Filtered,
-    taken: impl FnMut(&[usize], Vec<Lanes>),
-) -> Result<(), GapError> {
-    filtered_with_forks(model, record, directions, &[], filtered, taken).map(|_| ())
+/// A run of the filter with directions carried along in the same pass.
+pub(crate) struct Along {
+    /// What [`filter`](crate::filter::kalman::filter) makes of the record.
+    pub(crate) filtered: Filtered,
+    /// What [`few_at_a_time`] gives of it: indices of directions, and a row a step.
+    pub(crate) blocks: Vec<(Vec<usize>, Vec<Lanes>)>,
+    /// One for each step that was asked for, but the first of the record.
+    pub(crate) forks: Vec<Fork>,
 }
 
 /// A step at which the filter and directions can take another way.
@@ -178,15 +174,15 @@ pub(crate) struct Fork {
     x: States,
 }
 
-/// As [`filtered_along`]; gives the forks at some steps, of which the first of the record is none.
-pub(crate) fn filtered_with_forks(
+/// Runs the filter and carries directions along; `at` are the steps of the forks.
+///
+/// For a handful of directions: their derivatives are all held at once.
+pub(crate) fn filtered_along(
     model: &AugmentedModel,
     record: &Observations,
     directions: &[Direction],
     at: &[usize],
-    filtered: &mut Filtered,
-    mut taken: impl FnMut(&[usize], Vec<Lanes>),
-) -> Result<Vec<Fork>, GapError> {
+) -> Result<Along, GapError> {
     let n = record.len();
     let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
     let order = in_order(directions);
@@ -197,7 +193,7 @@ pub(crate) fn filtered_with_forks(
         .collect();
     let mut passes: Vec<(Pass<'_>, Vec<Lanes>)> =
         blocks.iter().map(|block| (Pass::new(block), Vec::with_capacity(n))).collect();
-    filtered.clear();
+    let mut filtered = Filtered::with_capacity(n);
     let mut forks = Vec::with_capacity(at.len());
     let mut at = at.iter().copied().skip_while(|step| *step == 0).peekable();
     let (state, covariance) = start(model, record);
@@ -219,10 +215,9 @@ pub(crate) fn filtered_with_forks(
         }
         Ok(())
     })?;
-    for (members, (_, rows)) in order.chunks(LANES).zip(passes) {
-        taken(members, rows);
-    }
-    Ok(forks)
+    let members = order.chunks(LANES).map(<[usize]>::to_vec);
+    let blocks = members.zip(passes.into_iter().map(|(_, rows)| rows)).collect();
+    Ok(Along { filtered, blocks, forks })
 }
 
 /// Filters from each fork on, for at most `reach` steps, without the meal at its step; `directions` are those of the forks,
@@ -284,7 +279,6 @@ fn reads_only(field: Field) -> bool {
 #[cfg(test)]
 pub(crate) mod tests {
     use effects::Modulation;
-    use ode_sim::EgpMode;
     use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 
     use super::*;
@@ -330,7 +324,7 @@ pub(crate) mod tests {
         let record = record(n);
         let parameters = OdeParameters::nominal();
         let noise = NoiseModel::working();
-        let model = AugmentedModel::new(parameters, record.weight, EgpMode::NonNegative, noise);
+        let model = AugmentedModel::new(parameters, record.weight, noise);
         let parameters = [Parameter::Action, Parameter::TMaxG, Parameter::VG, Parameter::K12];
         let mut directions: Vec<Direction> =
             parameters.into_iter().map(Direction::Parameter).collect();
@@ -345,11 +339,8 @@ pub(crate) mod tests {
             after.push((members.to_vec(), rows.to_vec()));
         })
         .expect("finite");
-        let (mut along, mut filtered) = (Vec::new(), Filtered::with_capacity(n));
-        filtered_along(&model, &record, &directions, &mut filtered, |members, rows| {
-            along.push((members.to_vec(), rows));
-        })
-        .expect("finite");
+        let Along { filtered, blocks: along, .. } =
+            filtered_along(&model, &record, &directions, &[]).expect("finite");
         assert_eq!(along.len(), 3);
         assert_eq!(along, after);
         assert!(along.iter().all(|(_, rows)| rows.iter().flatten().any(|value| *value != 0.0)));
@@ -363,23 +354,18 @@ pub(crate) mod tests {
         let n = 3 * AT_ONCE + 5;
         let record = record(n);
         let (weight, noise) = (record.weight, NoiseModel::working());
-        let model =
-            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let model = AugmentedModel::new(OdeParameters::nominal(), weight, noise);
         let directions = [Parameter::Action, Parameter::TMaxG].map(Direction::Parameter);
-        let mut filtered = Filtered::with_capacity(n);
-        let along = |record: &Observations, at: &[usize], filtered: &mut Filtered| {
-            let mut found = Vec::new();
-            let taken = |_: &[usize], rows| found = rows;
-            let forks = filtered_with_forks(&model, record, &directions, at, filtered, taken)
-                .expect("finite");
-            (forks, found)
+        let along = |record: &Observations, at: &[usize]| {
+            filtered_along(&model, record, &directions, at).expect("finite")
         };
-        let (forks, with) = along(&record, &[0, 10], &mut filtered);
+        let Along { forks, blocks: with, .. } = along(&record, &[0, 10]);
         assert_eq!(forks.len(), 1);
         let mut struck = record.clone();
         struck.inputs[10].carbs.0 = 0.0;
-        let (_, rows) = along(&struck, &[], &mut filtered);
-        assert_ne!(rows, with);
+        let Along { filtered, blocks: without, .. } = along(&struck, &[]);
+        assert_ne!(without, with);
+        let (_, rows) = &without[0];
         let mut visited = 0;
         without_meals(&model, &record, &directions, &forks, 40, |step, innovations, along| {
             let steps = step..step + 40;
@@ -396,8 +382,7 @@ pub(crate) mod tests {
         let n = 70;
         let record = record(n);
         let (weight, noise) = (record.weight, NoiseModel::working());
-        let model =
-            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let model = AugmentedModel::new(OdeParameters::nominal(), weight, noise);
         let frozen = filter(&model, &record).expect("finite");
         for field in [Field::ExtraCarbs, Field::SensorOffset] {
             let course = (0..n).map(|k| f64::from(u8::from(k >= 5 && (k - 5) % 21 < 6))).collect();

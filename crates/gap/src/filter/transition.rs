@@ -2,8 +2,6 @@
 
 use std::ops::{Add, Mul};
 
-use ode_sim::OdeMatrix;
-use physiology::Compartment::{C2, I, Q1, Q2, S1, S2, X1, X2, X3};
 use physiology::STEP;
 
 use crate::filter::state::{FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
@@ -265,31 +263,6 @@ pub(crate) struct BodySlopes {
 }
 
 impl BodySlopes {
-    /// Of a forward Euler step, from the derivative of the rates, with the gut exact: `left` is the share of
-    /// its content that stays and `t_max_g` its time, min.
-    pub(crate) fn of_rates(j: &OdeMatrix, left: f64, t_max_g: f64) -> Self {
-        let by = |row, column| STEP.0 * j[(row, column)];
-        let same = |row| 1.0 + STEP.0 * j[(row, row)];
-        Self {
-            insulin: [
-                same(S1),
-                by(S2, S1),
-                same(S2),
-                by(I, S2),
-                same(I),
-                by(X1, I),
-                same(X1),
-                by(X2, I),
-                same(X2),
-                by(X3, I),
-                same(X3),
-            ],
-            glucose: [by(Q1, X1), by(Q1, X3), same(Q1), by(Q1, Q2), by(Q1, C2), STEP.0],
-            distant: [by(Q2, X1), by(Q2, X2), by(Q2, Q1), same(Q2)],
-            gut: [left, left * STEP.0 / t_max_g, left],
-        }
-    }
-
     /// Of a forward Euler step, from those of the rates.
     pub(crate) fn of_a_step(mut self) -> Self {
         let Self { insulin, glucose, distant, gut } = &mut self;

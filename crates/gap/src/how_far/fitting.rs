@@ -5,12 +5,16 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::NamedEffect;
+use super::folds::FOLDS;
 use super::hierarchy::{CohortAmplitudes, empirical_bayes};
 use super::person_fold::PersonFold;
 use super::refit::{Equations, Fit};
-use super::settings::Settings;
 use super::subject::Subject;
 use crate::filter::calibration::CalibrationRule;
+
+/// Most Gauss-Newton iterations of the fits before and after alike; a fit ends earlier where the next step is
+/// expected to be within the tolerance of the calibration.
+const ITERATIONS: usize = 3;
 
 /// What training days gave.
 pub(super) struct FoldFits<'a> {
@@ -28,12 +32,9 @@ pub(super) struct FoldFits<'a> {
 pub(super) fn fitted<'a>(
     subjects: &'a [Subject<'a>],
     driven: &[&NamedEffect<'_>],
-    settings: Settings<'_>,
+    calibration: &CalibrationRule,
 ) -> FoldFits<'a> {
-    let Settings { calibration, rule, .. } = settings;
-    let folds = 0..rule.folds;
-    let mut person_folds: Vec<PersonFold<'_>> = folds
-        .clone()
+    let mut person_folds: Vec<PersonFold<'_>> = (0..FOLDS)
         .flat_map(|fold| subjects.iter().enumerate().map(move |(index, s)| (fold, index, s)))
         .filter(|(fold, _, subject)| subject.folds.held_out(*fold).is_some())
         .map(|(fold, index, subject)| PersonFold::new(index, fold, subject))
@@ -41,13 +42,12 @@ pub(super) fn fitted<'a>(
     let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
     person_folds
         .par_iter_mut()
-        .for_each(|person_fold| person_fold.fit_before(rule.iterations, calibration));
+        .for_each(|person_fold| person_fold.fit_before(ITERATIONS, calibration));
     let mut hierarchies: Vec<CohortAmplitudes> = Vec::new();
     if driven.is_empty() {
         return FoldFits { person_folds, hierarchies, variants: Vec::new() };
     }
-    let variants = folds
-        .clone()
+    let variants = (0..FOLDS)
         .map(|fold| {
             let mut of_fold: Vec<&mut PersonFold<'_>> =
                 person_folds.iter_mut().filter(|person_fold| person_fold.fold == fold).collect();
@@ -56,10 +56,10 @@ pub(super) fn fitted<'a>(
                 .collect()
         })
         .collect();
-    for _ in 0..rule.iterations {
+    for _ in 0..ITERATIONS {
         person_folds.par_iter_mut().for_each(|person_fold| person_fold.take_equations(calibration));
         hierarchies.clear();
-        for fold in folds.clone() {
+        for fold in 0..FOLDS {
             let members: Vec<usize> = (0..person_folds.len())
                 .filter(|k| person_folds[*k].fold == fold && person_folds[*k].equations().is_some())
                 .collect();

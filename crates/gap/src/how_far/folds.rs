@@ -4,6 +4,9 @@ use std::ops::Range;
 
 use physiology::STEPS_PER_DAY;
 
+/// Folds in use; every whole day is held out in one of them.
+pub(super) const FOLDS: usize = 3;
+
 /// Blocks of contiguous days of one person; each is held out once.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Folds {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use effects::{Course, Modulation};
-use physiology::{MgPerDl, OpenLoop, STEPS_PER_DAY, simulate};
+use physiology::{MgPerDl, OpenLoop, Plant as _, STEPS_PER_DAY, STEPS_PER_HOUR, simulate};
 use stats::Outcomes;
 
 use super::drivers::{self, Driver};
@@ -24,6 +24,10 @@ use crate::filter::state::AugmentedState;
 use crate::filter::whitening::huber_loss;
 use crate::modulated_plant::{ModulatedPlant, ModulatedState};
 
+/// Steps from one start of a free run to the next: two hours.
+pub(super) const EVERY: usize = 2 * STEPS_PER_HOUR;
+/// Smallest share of readings in a day whose outcomes are compared (Battelino et al., Diabetes Care 2019;42:1593).
+const LEAST_READINGS: f64 = 0.7;
 /// Steps of record that the filter sees before the first day held out: a day, twice the burn-in.
 const LEAD: usize = STEPS_PER_DAY;
 /// Rounds in which a run and what its own glucose drives are brought into agreement.
@@ -88,6 +92,8 @@ pub(super) struct HeldOutBlock<'a> {
     pub(super) block: &'a Range<usize>,
     /// First steps of the whole days in the block.
     pub(super) whole_days: &'a [usize],
+    /// Steps from one start of a free run to the next.
+    pub(super) every: usize,
     pub(super) settings: Settings<'a>,
 }
 
@@ -170,7 +176,6 @@ impl HeldOutBlock<'_> {
         let rule = &self.settings.free_run;
         let trusted = self.observations.trusted(rule.dose_memory);
         let earliest = self.block.start.max(first_filtered + rule.burn_in);
-        let every = self.settings.rule.every.max(1);
         let mut first_of_day = self.block.start;
         (self.block.clone())
             .filter(|step| {
@@ -178,7 +183,7 @@ impl HeldOutBlock<'_> {
                     first_of_day = *step;
                 }
                 *step >= earliest
-                    && (step - first_of_day).is_multiple_of(every)
+                    && (step - first_of_day).is_multiple_of(self.every)
                     && trusted[*step]
                     && self.observations.readings[*step] != Reading::Missing
             })
@@ -235,7 +240,7 @@ impl HeldOutBlock<'_> {
             let pairs: Vec<(f64, f64)> = (1..STEPS_PER_DAY)
                 .filter_map(|k| Some((readings[start + k].value()?, shown[k])))
                 .collect();
-            let enough = self.settings.rule.least_readings * (STEPS_PER_DAY - 1) as f64;
+            let enough = LEAST_READINGS * (STEPS_PER_DAY - 1) as f64;
             if pairs.len() as f64 >= enough {
                 let real = Outcomes::of(pairs.iter().map(|(observed, _)| MgPerDl(*observed)));
                 let simulated =
@@ -346,7 +351,7 @@ impl Runner<'_> {
 mod tests {
     use cohort::{Channel, Person};
 
-    use super::super::{HowFarRule, sample};
+    use super::super::sample;
     use super::*;
     use crate::course::course;
     use crate::filter::calibration::{CalibrationRule, PersonalFactors};
@@ -374,7 +379,6 @@ mod tests {
             calibration: &CalibrationRule::working(),
             free_run: &free_run,
             resampling: &LocalisationRule::working(),
-            rule: &HowFarRule { every: 288, ..HowFarRule::working() },
         };
         let person_model = sample::model(observations.weight);
         let held_out = HeldOutBlock {
@@ -382,6 +386,7 @@ mod tests {
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
+            every: STEPS_PER_DAY,
             settings,
         };
         let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[] };
@@ -468,7 +473,6 @@ mod tests {
             calibration: &CalibrationRule::working(),
             free_run: &FreeRunRule::working(),
             resampling: &LocalisationRule::working(),
-            rule: &HowFarRule::working(),
         };
         let person_model = sample::model(observations.weight);
         let held_out = HeldOutBlock {
@@ -476,6 +480,7 @@ mod tests {
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
+            every: EVERY,
             settings,
         };
         let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[] };

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::drivers::{self, Driver};
 use super::hidden::Hidden;
-use super::judge::{CandidateFit, Floor, HeldOutBlock, HeldOutDay};
+use super::judge::{CandidateFit, EVERY, Floor, HeldOutBlock, HeldOutDay};
 use super::reconstruction::{Linear, Strength, StrengthSums};
 use super::refit::{Equations, Fit, Training};
 use super::settings::Settings;
@@ -163,14 +163,7 @@ impl PersonFold<'_> {
                 fit.amplitudes.push(self.after.amplitudes[other]);
             }
         }
-        let mut training = Training {
-            observations: self.training.observations,
-            model: self.training.model,
-            stretches: self.training.stretches.clone(),
-            drivers,
-            whole: self.training.whole,
-            glucose: self.training.glucose.clone(),
-        };
+        let mut training = Training { drivers, ..self.training.clone() };
         let equations = training.equations(&mut fit, rule).ok()?;
         Some((fit, equations))
     }
@@ -257,6 +250,7 @@ impl PersonFold<'_> {
             model: self.training.model,
             whole_days: &subject.folds.whole_days(&block),
             block: &block,
+            every: EVERY,
             settings,
         };
         let mut course = self.training.course();

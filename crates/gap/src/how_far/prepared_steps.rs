@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use effects::{Field, Modulation};
 use ode_sim::{OdeVector, slot};
-use physiology::{Compartment, StepInput};
+use physiology::{Compartment, Plant as _, StepInput};
 
 use crate::filter::augmented::{AugmentedModel, Euler, Stepper};
 use crate::filter::observations::within_sensor_range;
@@ -142,7 +142,7 @@ const BY_GLUCOSE: [Field; 3] =
 
 #[cfg(test)]
 mod tests {
-    use physiology::{Grams, Kilograms, MgPerDl, Plant as _, Units, UnitsPerHour};
+    use physiology::{Grams, Kilograms, MgPerDl, Units, UnitsPerHour};
 
     use super::super::sample;
     use super::*;

@@ -7,16 +7,16 @@ use effects::{Course, Modulation};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use ode_sim::OdeParameters;
+use physiology::Plant as _;
 
 use super::drivers::{self, Driver};
 use super::hierarchy::AmplitudeEvidence;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::calibration::{self, CalibrationRule, FACTORS, Factor, PersonalFactors};
-use crate::filter::kalman::Filtered;
 use crate::filter::observations::Observations;
 use crate::filter::scored::{Whitening, cautious_scale, normalised};
-use crate::filter::tangent::{Direction, filtered_along};
+use crate::filter::tangent::{Along, Direction, filtered_along};
 use crate::filter::whitening::huber_weight;
 
 /// Longest move of a log factor in one iteration.
@@ -127,15 +127,12 @@ impl Training<'_> {
         let mut innovations = vec![None; steps];
         // A row a step, in standard deviations of its innovation.
         let mut derivatives = vec![0.0; steps * columns];
-        let mut run = Filtered::with_capacity(steps);
         for range in &self.stretches {
             let record = stretch(self.observations, range, &modulations);
             let mut directions = calibration::directions().to_vec();
             directions.extend(slopes.iter().map(|slope| part(slope, range)));
-            let mut blocks = Vec::new();
-            filtered_along(&model, &record, &directions, &mut run, |members, rows| {
-                blocks.push((members.to_vec(), rows));
-            })?;
+            let Along { filtered: run, blocks, .. } =
+                filtered_along(&model, &record, &directions, &[])?;
             for (glucose, state) in self.glucose[range.clone()].iter_mut().zip(&run.states) {
                 *glucose = model.person().glucose(&state.body).0;
             }

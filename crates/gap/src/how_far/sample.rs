@@ -1,7 +1,7 @@
 //! A person for tests: the plant itself, with meals, boluses and bouts of exercise.
 
 use cohort::{Channel, Person, Record, Therapy};
-use ode_sim::{EgpMode, OdeParameters};
+use ode_sim::OdeParameters;
 use physiology::{Grams, Kilograms, MgPerDl, StepInput, Units, UnitsPerHour};
 
 use crate::filter::augmented::AugmentedModel;
@@ -16,7 +16,7 @@ pub(super) const UNWHITENED: Whitening =
 /// The working filter with the nominal parameters.
 pub(super) fn model(weight: Kilograms) -> AugmentedModel {
     let noise = NoiseModel::working();
-    AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise)
+    AugmentedModel::new(OdeParameters::nominal(), weight, noise)
 }
 
 /// Midnight to midnight, some days long; lows come up.

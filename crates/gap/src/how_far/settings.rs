@@ -1,6 +1,5 @@
 //! What the held-out comparison needs to know.
 
-use super::HowFarRule;
 use crate::filter::calibration::CalibrationRule;
 use crate::free_run::FreeRunRule;
 use crate::localisation::LocalisationRule;
@@ -14,6 +13,4 @@ pub struct Settings<'a> {
     pub free_run: &'a FreeRunRule,
     /// How people and days are resampled.
     pub resampling: &'a LocalisationRule,
-    /// How the comparison itself is made.
-    pub rule: &'a HowFarRule,
 }

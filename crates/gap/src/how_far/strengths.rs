@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use super::NamedEffect;
+use super::folds::FOLDS;
 use super::person_fold::PersonFold;
 use super::reconstruction::{self, Strength, StrengthSums};
-use super::settings::Settings;
 use super::subject::Subject;
+use crate::filter::calibration::CalibrationRule;
 
 /// How frequent and strong each hidden effect is in the training days of each fold, over all people: one
 /// list a fold. Who cannot be counted is left to a note.
@@ -15,7 +16,7 @@ pub(super) fn strengths(
     person_folds: &[PersonFold<'_>],
     found: &[NamedEffect<'_>],
     hidden: &[usize],
-    settings: Settings<'_>,
+    calibration: &CalibrationRule,
     notes: &mut Vec<String>,
 ) -> Vec<Vec<Strength>> {
     let form_of = |index: usize| subjects.iter().find_map(|s| s.forms[index].as_ref());
@@ -31,14 +32,14 @@ pub(super) fn strengths(
     let tallies: Vec<Option<Vec<StrengthSums>>> = person_folds
         .par_iter()
         .map(|person_fold| {
-            person_fold.tallies(&subjects[person_fold.subject], &first, settings.calibration).ok()
+            person_fold.tallies(&subjects[person_fold.subject], &first, calibration).ok()
         })
         .collect();
     let lost = tallies.iter().filter(|tally| tally.is_none()).count();
     if lost > 0 {
         notes.push(format!("hidden events of {lost} fits could not be counted"));
     }
-    (0..settings.rule.folds)
+    (0..FOLDS)
         .map(|fold| {
             let of_fold = person_folds
                 .iter()

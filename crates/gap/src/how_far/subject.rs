@@ -2,9 +2,9 @@
 
 use effects::{Course, Form};
 
+use super::NamedEffect;
 use super::drivers::Driver;
-use super::folds::Folds;
-use super::{HowFarRule, NamedEffect};
+use super::folds::{FOLDS, Folds};
 use crate::calibrated_person::CalibratedPerson;
 
 /// A person with what her drivers look at.
@@ -20,13 +20,9 @@ pub(super) struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    pub(super) fn new(
-        input: &'a CalibratedPerson<'a>,
-        found: &[NamedEffect<'_>],
-        rule: &HowFarRule,
-    ) -> Self {
+    pub(super) fn new(input: &'a CalibratedPerson<'a>, found: &[NamedEffect<'_>]) -> Self {
         let course = input.course();
-        let folds = Folds::new(&course.day, rule.folds);
+        let folds = Folds::new(&course.day, FOLDS);
         let forms = found.iter().map(|f| f.effect.form(&course)).collect();
         Self { input, course, folds, forms, drivers: Vec::new(), starts: Vec::new() }
     }

@@ -12,6 +12,13 @@ use crate::error::GapError;
 use contract::WithInterval;
 use contract::diagnosis::{HorizonChange, InnovationChange, OutcomeChange, PersonChange};
 
+/// People below whose number days are resampled as well as people.
+const FEW_PEOPLE: usize = 5;
+/// Error above the floor below which no share of it is given, mg/dL.
+const LEAST_GAP: f64 = 0.5;
+/// Level of each one-sided test of equivalence.
+const ALPHA: f64 = 0.05;
+
 /// A held-out day, judged before and after.
 #[derive(Debug, Clone)]
 pub(super) struct Pair {
@@ -101,8 +108,8 @@ impl Summary<'_> {
         if real.len() < 2 {
             return Ok(Vec::new());
         }
-        let before = compare_outcomes(&real, &before, self.settings.rule.alpha)?;
-        let after = compare_outcomes(&real, &after, self.settings.rule.alpha)?;
+        let before = compare_outcomes(&real, &before, ALPHA)?;
+        let after = compare_outcomes(&real, &after, ALPHA)?;
         let row =
             |(b, a): (&stats::OutcomeEquivalence, &stats::OutcomeEquivalence)| OutcomeChange {
                 metric: b.metric.key().to_owned(),
@@ -169,9 +176,8 @@ impl Summary<'_> {
         if floors.len() < 2 {
             return Ok((Some(floor), None));
         }
-        let found =
-            shrinkage(&before, &after, &floors, self.settings.rule.least_gap, &self.plan())?;
-        Ok((Some(floor), found.share))
+        let share = shrinkage(&before, &after, &floors, LEAST_GAP, &self.plan())?;
+        Ok((Some(floor), share))
     }
 
     /// Days that count, by person; people without one are left out.
@@ -197,9 +203,7 @@ impl Summary<'_> {
             [] => return Ok(None),
             [days] if days.len() < 2 => return Ok(None),
             [days] => plan.people_matrix(days, |drawn| statistics(&[drawn.to_vec()]))?,
-            few if few.len() < self.settings.rule.few_people => {
-                plan.people_and_days_matrix(few, block, statistics)?
-            }
+            few if few.len() < FEW_PEOPLE => plan.people_and_days_matrix(few, block, statistics)?,
             many => plan.people_matrix(many, |drawn| {
                 statistics(&drawn.iter().map(|days| days.iter().collect()).collect::<Vec<_>>())
             })?,
@@ -208,7 +212,7 @@ impl Summary<'_> {
         let estimate = matrix.estimate(2, plan.level)?;
         let interval = estimate.percentile;
         // Where days are resampled as well, they widen the interval by themselves.
-        let difference = if people.len() < self.settings.rule.few_people {
+        let difference = if people.len() < FEW_PEOPLE {
             WithInterval { value: estimate.value, lower: interval.lower, upper: interval.upper }
         } else {
             over_people(&estimate, people.len())

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::GapError;
+use crate::error::{GapError, require};
 
 /// Cells, resampling and levels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -47,17 +47,10 @@ impl LocalisationRule {
             ("fewest_days", self.fewest_days, 2, "at least 2"),
         ];
         for (name, value, least, requirement) in settings {
-            if value < least {
-                return Err(GapError::Setting { name, value: value as f64, requirement });
-            }
+            require(value >= least, name, value as f64, requirement)?;
         }
-        if !(self.error_rate > 0.0 && self.error_rate < 1.0) {
-            return Err(GapError::Setting {
-                name: "error_rate",
-                value: self.error_rate,
-                requirement: "between 0 and 1",
-            });
-        }
+        let rate = self.error_rate;
+        require(rate > 0.0 && rate < 1.0, "error_rate", rate, "between 0 and 1")?;
         Ok(self)
     }
 }

@@ -61,7 +61,10 @@ pub(super) fn find(record: &Record) -> Vec<Capillary> {
         }
         _ => {
             let isolated = isolated(values);
-            if at_doses(record, &isolated).exceeds_chance() { isolated } else { Vec::new() }
+            let (count, chance) = at_doses(record, &isolated);
+            let exceeds_chance = clopper_pearson(count, isolated.len(), LEVEL)
+                .is_ok_and(|share| !isolated.is_empty() && share.lower > chance);
+            if exceeds_chance { isolated } else { Vec::new() }
         }
     }
 }
@@ -107,21 +110,8 @@ fn isolated(values: &[Option<f64>]) -> Vec<Capillary> {
         .collect()
 }
 
-/// How many of the readings keep company with a dose, of how many, and what chance would have.
-struct AtDoses {
-    count: usize,
-    of: usize,
-    chance: f64,
-}
-
-impl AtDoses {
-    fn exceeds_chance(&self) -> bool {
-        clopper_pearson(self.count, self.of, LEVEL)
-            .is_ok_and(|share| self.of > 0 && share.lower > self.chance)
-    }
-}
-
-fn at_doses(record: &Record, readings: &[Capillary]) -> AtDoses {
+/// How many of the readings keep company with a dose, and which share would by chance.
+fn at_doses(record: &Record, readings: &[Capillary]) -> (usize, f64) {
     let dosed = |k: usize| {
         let given = |dose: Option<f64>| dose.is_some_and(|dose| dose > 0.0);
         given(record.bolus()[k]) || given(record.carbs()[k])
@@ -129,11 +119,8 @@ fn at_doses(record: &Record, readings: &[Capillary]) -> AtDoses {
     let near =
         |k: usize| (k.saturating_sub(NEAR_DOSE)..(k + NEAR_DOSE + 1).min(record.len())).any(dosed);
     let steps = record.len().max(1) as f64;
-    AtDoses {
-        count: readings.iter().filter(|reading| near(reading.step)).count(),
-        of: readings.len(),
-        chance: (0..record.len()).filter(|k| near(*k)).count() as f64 / steps,
-    }
+    let count = readings.iter().filter(|reading| near(reading.step)).count();
+    (count, (0..record.len()).filter(|k| near(*k)).count() as f64 / steps)
 }
 
 pub(super) fn finding(person: &Person) -> Option<Finding> {
@@ -147,14 +134,14 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
         .collect();
     differences.sort_by(f64::total_cmp);
     let last = differences.len().checked_sub(1)?;
-    let at_doses = at_doses(record, &readings);
+    let (count, chance) = at_doses(record, &readings);
     let text = format!(
         "{} readings stand between the sensor's, {} of them within {} min of a bolus or a meal (by chance {:.0}): \
          finger-stick readings in the CGM column; the filter does not use them",
         readings.len(),
-        at_doses.count,
+        count,
         5 * NEAR_DOSE,
-        at_doses.chance * readings.len() as f64,
+        chance * readings.len() as f64,
     );
     let at = |place: usize| differences[place];
     let estimate = (at(differences.len() / 2), at(last * 5 / 100), at(last * 95 / 100));

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::unusable::unusable;
 use super::{
-    CHECKS, Consequence, Finding, exclusion, findings, identical_people, ignored_channels,
+    CHECKS, Consequence, Finding, exclusion, findings_under, identical_people, ignored_channels,
 };
 use crate::config::InclusionRule;
 use crate::error::GapError;
@@ -37,17 +37,14 @@ pub struct InUse {
 /// What is used of one person.
 #[derive(Debug, Clone)]
 pub struct UsedPerson {
-    /// The person's identifier.
-    pub person_id: String,
     /// Every finding about the data.
     pub findings: Vec<Finding>,
-    /// Why the person is left out; `None` for one who is used.
-    pub left_out: Option<String>,
+    /// Who it is and what is left out, as it is written.
+    pub table: PersonInUse,
     /// The person without channels that are ignored; `None` where all are read.
     without: Option<Person>,
     /// The values of the CGM column that are used; `None` where all are.
     cgm: Option<Vec<Option<f64>>>,
-    table: PersonInUse,
 }
 
 impl InUse {
@@ -69,10 +66,9 @@ impl InUse {
     #[must_use]
     pub fn without_those_of(mut self, other: &Self) -> Self {
         for person in &mut self.people {
-            let other = other.of_person(&person.person_id);
-            if let Some(left_out) = other.and_then(|other| other.left_out.clone()) {
-                person.table.left_out = Some(left_out.clone());
-                person.left_out = Some(left_out);
+            let other = other.of_person(&person.table.person_id);
+            if let Some(left_out) = other.and_then(|other| other.table.left_out.clone()) {
+                person.table.left_out = Some(left_out);
             }
         }
         self
@@ -81,20 +77,20 @@ impl InUse {
     /// What is used of a person.
     #[must_use]
     pub fn of_person(&self, id: &str) -> Option<&UsedPerson> {
-        self.people.iter().find(|person| person.person_id == id)
+        self.people.iter().find(|person| person.table.person_id == id)
     }
 
     /// People who are left out, with the reason.
     pub fn left_out(&self) -> impl Iterator<Item = (&str, &str)> {
-        let people = self.people.iter();
-        people.filter_map(|person| Some((person.person_id.as_str(), person.left_out.as_deref()?)))
+        let tables = self.people.iter().map(|person| &person.table);
+        tables.filter_map(|table| Some((table.person_id.as_str(), table.left_out.as_deref()?)))
     }
 
     /// The people who are used, with the values that are used: the others are missing.
     #[must_use]
     pub fn used(&self, cohort: &Cohort) -> Cohort {
         let people = cohort.people.iter().filter_map(|person| {
-            let used = self.of_person(&person.id).filter(|used| used.left_out.is_none())?;
+            let used = self.of_person(&person.id).filter(|used| used.table.left_out.is_none())?;
             let mut person = used.read(person).clone();
             if let Some(cgm) = &used.cgm {
                 person.record.channel_mut(Channel::Cgm).copy_from_slice(cgm);
@@ -116,7 +112,7 @@ impl UsedPerson {
     /// Judges one person.
     pub(crate) fn of(person: &Person, rule: &InclusionRule) -> Result<Self, GapError> {
         let recorded = Observations::from_person(person)?;
-        let findings = findings(person, &recorded);
+        let findings = findings_under(person, &recorded, rule);
         let ignored = ignored_channels(&findings);
         let without = without_channels(person, &ignored);
         let read = without.as_ref().unwrap_or(person);
@@ -140,13 +136,13 @@ impl UsedPerson {
         let (days, days_left_out) = days(&person.record, cgm.as_deref(), &findings);
         let table = PersonInUse {
             person_id: person.id.clone(),
-            left_out: left_out.clone(),
+            days_left_out: if left_out.is_some() { Vec::new() } else { days_left_out },
+            left_out,
             checks,
             days,
-            days_left_out: if left_out.is_some() { Vec::new() } else { days_left_out },
             channels_left_out: channels(&person.record, cgm.as_deref(), &findings),
         };
-        Ok(Self { person_id: person.id.clone(), findings, left_out, without, cgm, table })
+        Ok(Self { findings, table, without, cgm })
     }
 
     /// The person without channels that are ignored, given the person as recorded.
@@ -278,4 +274,39 @@ fn lacking(person: &Person, observations: &Observations, rule: &InclusionRule) -
         return Some("no carbohydrate on record".to_owned());
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn filled_lines_exclude_by_the_share_of_the_rule() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/embedded/cohort");
+        let read = cohort::read_folder(&folder).expect("the embedded cohort reads");
+        let mut person = read.people.into_iter().next().expect("six people");
+        let steps = 14 * STEPS_PER_DAY;
+        person.record = person.record.slice(0..steps).expect("inside the record");
+        // Of every four hours one and a half are read, and a line is drawn through the others: readings cover 44 %.
+        let old: Vec<f64> = person.record.cgm().iter().map(|g| g.unwrap_or(120.0)).collect();
+        for (k, value) in person.record.channel_mut(Channel::Cgm).iter_mut().enumerate() {
+            let (from, to) = (k / 48 * 48 + 18, (k / 48 * 48 + 48).min(steps - 1));
+            let part = k.saturating_sub(from) as f64 / (to - from) as f64;
+            let drawn = old[from] + part * (old[to] - old[from]);
+            *value = Some(if k > from { drawn } else { old[k] });
+        }
+        for (least_cgm_share, expected) in [
+            (0.5, [CheckOutcome::Fail, CheckOutcome::Fail]),
+            (0.3, [CheckOutcome::Warn, CheckOutcome::Pass]),
+        ] {
+            let rule = InclusionRule { least_cgm_share, ..InclusionRule::working() };
+            let checks = UsedPerson::of(&person, &rule).expect("good values").table.checks;
+            let result =
+                |check: &str| checks.iter().find(|row| row.check == check).map(|r| r.result);
+            let found = ["interpolated_cgm", ENOUGH].map(result);
+            assert_eq!(found, expected.map(Some), "{least_cgm_share}");
+        }
+    }
 }

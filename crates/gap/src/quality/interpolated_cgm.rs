@@ -6,16 +6,15 @@
 use cohort::{Person, StraightLines};
 
 use super::{Consequence, Finding};
-use crate::config::InclusionRule;
 use crate::filter::observations::{INTERPOLATED_SHARE, LONGEST_INTERPOLATION, Observations};
 
-pub(super) fn finding(person: &Person, observations: &Observations) -> Option<Finding> {
+/// `least` is the smallest share of steps that readings must cover.
+pub(super) fn finding(person: &Person, observations: &Observations, least: f64) -> Option<Finding> {
     let share = observations.interpolated_share;
     if share <= INTERPOLATED_SHARE {
         return None;
     }
     let recorded = person.record.cgm().iter().flatten().count() as f64 / observations.len() as f64;
-    let least = InclusionRule::working().least_cgm_share;
     let coverage = observations.coverage();
     let lines = StraightLines::find(person.record.cgm());
     let filled = lines.values_in_lines_of(LONGEST_INTERPOLATION + 1) > 0;

@@ -76,36 +76,29 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
         };
         return vec![report(person, &insulin, cure, Consequence::ExcludePerson)];
     }
-    let mut points = Vec::new();
+    let mut points: Vec<(DailyMean, &str)> = Vec::new();
+    let mut add = |name, unit, mean, plausible, cure| {
+        let point = DailyMean { name, unit, mean, plausible };
+        if point.outside() {
+            points.push((point, cure));
+        }
+    };
     if whole && let Some(mean) = of(|day| (day.insulin() > 0.0).then(|| day.basal / day.insulin()))
     {
-        let name = "basal share of insulin";
-        points.push((
-            DailyMean { name, unit: "of all insulin", mean, plausible: BASAL_SHARE },
-            "check whether boluses or basal rates are missing",
-        ));
+        let cure = "check whether boluses or basal rates are missing";
+        add("basal share of insulin", "of all insulin", mean, BASAL_SHARE, cure);
     }
     if let Some(mean) = of(|day| day.carbs) {
-        points.push((
-            DailyMean { name: "carbohydrate", unit: "g/day", mean, plausible: CARBS_G },
-            "check its unit and whether meals are logged",
-        ));
+        let cure = "check its unit and whether meals are logged";
+        add("carbohydrate", "g/day", mean, CARBS_G, cure);
     }
     let total = |value: fn(&DayDoses) -> f64| days.iter().map(value).sum::<f64>();
     let (carbs, bolus) = (total(|day| day.carbs.unwrap_or(0.0)), total(|day| day.bolus));
     if carbs > 0.0 && bolus > 0.0 {
         let mean = (carbs / bolus, carbs / bolus, carbs / bolus);
-        points.push((
-            DailyMean {
-                name: "carbohydrate per bolus",
-                unit: "g/U",
-                mean,
-                plausible: GRAMS_PER_UNIT,
-            },
-            "check the units of carbs_g and bolus_u",
-        ));
+        let cure = "check the units of carbs_g and bolus_u";
+        add("carbohydrate per bolus", "g/U", mean, GRAMS_PER_UNIT, cure);
     }
-    points.retain(|(point, _)| point.outside());
     let consequence = if points.len() > 1 { Consequence::ExcludePerson } else { Consequence::Note };
     points.iter().map(|(point, cure)| report(person, point, cure, consequence)).collect()
 }

@@ -19,7 +19,7 @@ const MUCH: f64 = 0.4;
 const HALF_HOUR: usize = STEPS_PER_HOUR / 2;
 
 /// A kind of unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Kind {
     pub(super) name: &'static str,
     /// What may explain how units of this kind differ.
@@ -28,14 +28,20 @@ pub(super) struct Kind {
     pub(super) plain: bool,
     /// Periods at which units may come and go, by name: units each.
     pub(super) rhythms: &'static [(&'static str, usize)],
+    /// A person's units; none where the record does not show the kind.
+    units: fn(&Life<'_>) -> Vec<Unit>,
 }
 
-const fn kind(name: &'static str, covariates: &'static [&'static str]) -> Kind {
-    Kind { name, covariates, plain: false, rhythms: &[] }
+const fn kind(
+    name: &'static str,
+    covariates: &'static [&'static str],
+    units: fn(&Life<'_>) -> Vec<Unit>,
+) -> Kind {
+    Kind { name, covariates, plain: false, rhythms: &[], units }
 }
 
-const fn plain(name: &'static str) -> Kind {
-    Kind { name, covariates: &[], plain: true, rhythms: &[] }
+const fn plain(name: &'static str, units: fn(&Life<'_>) -> Vec<Unit>) -> Kind {
+    Kind { name, covariates: &[], plain: true, rhythms: &[], units }
 }
 
 const OF_NIGHTS: &[&str] =
@@ -55,51 +61,147 @@ const OF_MEALS: &[&str] = &[
 
 /// The kinds.
 pub(super) const KINDS: [Kind; 40] = [
-    kind("meal", OF_MEALS),
-    kind("late meal", &["size", "dinner"]),
-    kind("dinner", &["size"]),
-    kind("bolus", &["dose", "correction", "set age", "glucose"]),
-    kind("bolus without meal", &["dose", "glucose", "mealtime"]),
-    kind("rise without meal", &["rate", "low before"]),
-    kind("much insulin", &["insulin"]),
-    kind("little insulin", &["insulin"]),
-    kind("night", OF_NIGHTS),
-    kind("late night", OF_NIGHTS),
+    kind("meal", OF_MEALS, |life| {
+        life.meals(0..3 * STEPS_PER_HOUR, |k| {
+            let bolus = life.sum(&life.course.bolus, k, 6, 6);
+            vec![
+                life.course.carbs[k].ln(),
+                life.within_hours(k, 5.0..10.0),
+                life.within_hours(k, 17.0..22.0),
+                life.course.glucose[k],
+                flag(life.course.weekend[k]),
+                flag(bolus <= 0.0),
+                life.exercised(k, 10 * STEPS_PER_HOUR),
+                insulin_per_carbohydrate(bolus, life.course.carbs[k]),
+            ]
+        })
+    }),
+    kind("late meal", &["size", "dinner"], |life| {
+        life.meals(3 * STEPS_PER_HOUR..8 * STEPS_PER_HOUR, |k| {
+            vec![life.course.carbs[k].ln(), life.within_hours(k, 17.0..22.0)]
+        })
+    }),
+    kind("dinner", &["size"], |life| {
+        let mut dinners = life.meals(0..8 * STEPS_PER_HOUR, |k| vec![life.course.carbs[k].ln()]);
+        dinners.retain(|unit| (17.0..22.0).contains(&life.course.hour[unit.steps.start]));
+        dinners
+    }),
+    kind("bolus", &["dose", "correction", "set age", "glucose"], |life| life.boluses()),
+    kind("bolus without meal", &["dose", "glucose", "mealtime"], |life| {
+        life.boluses_without_meal()
+    }),
+    kind("rise without meal", &["rate", "low before"], |life| life.rises()),
+    kind("much insulin", &["insulin"], |life| life.doses_that(|over| over >= MUCH)),
+    kind("little insulin", &["insulin"], |life| life.doses_that(|over| over <= -MUCH)),
+    kind("night", OF_NIGHTS, |life| life.nights(23.0, 8.0)),
+    kind("late night", OF_NIGHTS, |life| life.nights(3.0, 5.0)),
     Kind {
         name: "day",
         covariates: OF_DAYS,
         plain: false,
         rhythms: &[("3 days", 3), ("7 days", 7), ("10 days", 10)],
+        units: |life| {
+            life.blocks(STEPS_PER_DAY, |steps| {
+                let middle = usize::midpoint(steps.start, steps.end);
+                let noon = (steps.start + STEPS_PER_DAY / 2).min(life.n - 1);
+                vec![
+                    flag(steps.clone().any(|k| life.short_night[k])),
+                    life.exercised(steps.start, STEPS_PER_DAY),
+                    flag(life.course.weekend[noon]),
+                    middle as f64,
+                    life.set_age[noon],
+                    life.doses.over_usual(steps),
+                ]
+            })
+        },
     },
-    kind("quarter", &["set age", "insulin"]),
-    kind("three days", &[]),
-    kind("hour", &["rate", "glucose"]),
-    kind("half hour low", &["depth"]),
-    kind("half hour asleep", &["rate"]),
-    kind("half hour awake", &["rate"]),
-    kind("set day", &["age"]),
-    kind("old set", &[]),
-    kind("sensor day", &["age"]),
-    kind("first sensor day", &[]),
-    kind("bout", &["length"]),
-    kind("after bout", &["length"]),
-    kind("long after bout", &["length"]),
-    kind("after short night", &[]),
-    kind("after low", &["depth", "carbohydrate"]),
-    kind("high", &["height"]),
-    kind("evening", &["weekend"]),
-    kind("morning after weekend", &[]),
-    plain("00-03"),
-    plain("03-06"),
-    plain("06-09"),
-    plain("09-12"),
-    plain("12-15"),
-    plain("15-18"),
-    plain("18-21"),
-    plain("21-24"),
-    plain("below 70"),
-    plain("70-180"),
-    plain("above 180"),
+    kind("quarter", &["set age", "insulin"], |life| {
+        life.blocks(STEPS_PER_DAY / 4, |steps| {
+            vec![life.set_age[steps.start], life.doses.over_usual(steps)]
+        })
+    }),
+    kind("three days", &[], |life| life.blocks(3 * STEPS_PER_DAY, |_| Vec::new())),
+    kind("hour", &["rate", "glucose"], |life| {
+        life.blocks(STEPS_PER_HOUR, |steps| {
+            vec![life.rate(steps), life.course.glucose[steps.start]]
+        })
+    }),
+    kind("half hour low", &["depth"], |life| {
+        life.half_hours(
+            |k| life.course.glucose[k] < 70.0,
+            |steps| vec![70.0 - life.course.glucose[steps.start]],
+        )
+    }),
+    kind("half hour asleep", &["rate"], |life| {
+        life.half_hours(|k| life.asleep(k), |steps| vec![life.rate(steps)])
+    }),
+    kind("half hour awake", &["rate"], |life| {
+        life.half_hours(|k| !life.asleep(k), |steps| vec![life.rate(steps)])
+    }),
+    kind("set day", &["age"], |life| match life.course.set_changed {
+        Some(_) => life.blocks(STEPS_PER_DAY / 2, |steps| vec![life.set_age[steps.start]]),
+        None => Vec::new(),
+    }),
+    kind("old set", &[], |life| life.stretches(&life.old_set)),
+    kind("sensor day", &["age"], |life| match &life.course.sensor_age {
+        Some(ages) => life.blocks(STEPS_PER_DAY / 2, |steps| vec![ages[steps.start]]),
+        None => Vec::new(),
+    }),
+    kind("first sensor day", &[], |life| match &life.course.sensor_age {
+        Some(ages) => life.stretches(&ages.iter().map(|age| *age < 1.0).collect::<Vec<_>>()),
+        None => Vec::new(),
+    }),
+    kind("bout", &["length"], |life| life.bouts(0, 0)),
+    kind("after bout", &["length"], |life| life.bouts(0, 2 * STEPS_PER_HOUR)),
+    kind("long after bout", &["length"], |life| {
+        life.bouts(2 * STEPS_PER_HOUR, 14 * STEPS_PER_HOUR)
+    }),
+    kind("after short night", &[], |life| life.stretches(&life.short_night)),
+    kind("after low", &["depth", "carbohydrate"], |life| {
+        life.episodes(
+            |glucose| glucose < 70.0,
+            2 * STEPS_PER_HOUR,
+            |steps| {
+                let lowest = steps.clone().map(|k| life.course.glucose[k]).fold(f64::MAX, f64::min);
+                let eaten: f64 = steps.clone().map(|k| life.course.carbs[k]).sum();
+                vec![70.0 - lowest, eaten]
+            },
+        )
+    }),
+    kind("high", &["height"], |life| {
+        life.episodes(
+            |glucose| glucose > 200.0,
+            0,
+            |steps| {
+                let most = steps.clone().map(|k| life.course.glucose[k]).fold(0.0, f64::max);
+                vec![most - 200.0]
+            },
+        )
+    }),
+    kind("evening", &["weekend"], |life| {
+        life.clock(18.0, 5.0, |k| vec![flag(life.course.weekend[k])])
+    }),
+    kind("morning after weekend", &[], |life| {
+        let mut mornings = life.clock(4.0, 8.0, |_| Vec::new());
+        mornings.retain(|unit| {
+            let evening = unit.steps.start.checked_sub(6 * STEPS_PER_HOUR);
+            evening.is_some_and(|evening| life.course.weekend[evening])
+        });
+        mornings
+    }),
+    plain("00-03", |life| life.clock(0.0, 3.0, |_| Vec::new())),
+    plain("03-06", |life| life.clock(3.0, 3.0, |_| Vec::new())),
+    plain("06-09", |life| life.clock(6.0, 3.0, |_| Vec::new())),
+    plain("09-12", |life| life.clock(9.0, 3.0, |_| Vec::new())),
+    plain("12-15", |life| life.clock(12.0, 3.0, |_| Vec::new())),
+    plain("15-18", |life| life.clock(15.0, 3.0, |_| Vec::new())),
+    plain("18-21", |life| life.clock(18.0, 3.0, |_| Vec::new())),
+    plain("21-24", |life| life.clock(21.0, 3.0, |_| Vec::new())),
+    plain("below 70", |life| life.half_hours(|k| life.course.glucose[k] < 70.0, |_| Vec::new())),
+    plain("70-180", |life| {
+        life.half_hours(|k| (70.0..=180.0).contains(&life.course.glucose[k]), |_| Vec::new())
+    }),
+    plain("above 180", |life| life.half_hours(|k| life.course.glucose[k] > 180.0, |_| Vec::new())),
 ];
 
 /// One unit.
@@ -120,8 +222,8 @@ pub(super) struct Units {
 /// A person's units, kind by kind; kinds that the record does not show are absent.
 pub(super) fn units(course: &Course, situations: &Situations, doses: &Doses) -> Vec<Units> {
     let life = Life::of(course, situations, doses);
-    let found = KINDS.iter().enumerate().map(|(kind, of)| Units { kind, units: life.of_kind(of) });
-    found.filter(|units| !units.units.is_empty()).collect()
+    let of_kind = |(kind, of): (usize, &Kind)| Units { kind, units: (of.units)(&life) };
+    KINDS.iter().enumerate().map(of_kind).filter(|units| !units.units.is_empty()).collect()
 }
 
 /// What defines the units.
@@ -157,120 +259,6 @@ impl<'a> Life<'a> {
             short_night: holds(Situation::DayAfterShortSleep),
             old_set: holds(Situation::SetDay3Plus),
             set_age,
-        }
-    }
-
-    fn of_kind(&self, kind: &Kind) -> Vec<Unit> {
-        match kind.name {
-            "meal" => self.meals(0..3 * STEPS_PER_HOUR, |k| {
-                let bolus = self.sum(&self.course.bolus, k, 6, 6);
-                vec![
-                    self.course.carbs[k].ln(),
-                    self.within_hours(k, 5.0..10.0),
-                    self.within_hours(k, 17.0..22.0),
-                    self.course.glucose[k],
-                    flag(self.course.weekend[k]),
-                    flag(bolus <= 0.0),
-                    self.exercised(k, 10 * STEPS_PER_HOUR),
-                    insulin_per_carbohydrate(bolus, self.course.carbs[k]),
-                ]
-            }),
-            "late meal" => self.meals(3 * STEPS_PER_HOUR..8 * STEPS_PER_HOUR, |k| {
-                vec![self.course.carbs[k].ln(), self.within_hours(k, 17.0..22.0)]
-            }),
-            "dinner" => {
-                let mut dinners =
-                    self.meals(0..8 * STEPS_PER_HOUR, |k| vec![self.course.carbs[k].ln()]);
-                dinners.retain(|unit| (17.0..22.0).contains(&self.course.hour[unit.steps.start]));
-                dinners
-            }
-            "bolus" => self.boluses(),
-            "bolus without meal" => self.boluses_without_meal(),
-            "rise without meal" => self.rises(),
-            "much insulin" => self.doses_that(|over| over >= MUCH),
-            "little insulin" => self.doses_that(|over| over <= -MUCH),
-            "night" => self.nights(23.0, 8.0),
-            "late night" => self.nights(3.0, 5.0),
-            "day" => self.blocks(STEPS_PER_DAY, |steps| {
-                let middle = usize::midpoint(steps.start, steps.end);
-                let noon = (steps.start + STEPS_PER_DAY / 2).min(self.n - 1);
-                vec![
-                    flag(steps.clone().any(|k| self.short_night[k])),
-                    self.exercised(steps.start, STEPS_PER_DAY),
-                    flag(self.course.weekend[noon]),
-                    middle as f64,
-                    self.set_age[noon],
-                    self.doses.over_usual(steps),
-                ]
-            }),
-            "quarter" => self.blocks(STEPS_PER_DAY / 4, |steps| {
-                vec![self.set_age[steps.start], self.doses.over_usual(steps)]
-            }),
-            "three days" => self.blocks(3 * STEPS_PER_DAY, |_| Vec::new()),
-            "hour" => self.blocks(STEPS_PER_HOUR, |steps| {
-                vec![self.rate(steps), self.course.glucose[steps.start]]
-            }),
-            "half hour low" => self.half_hours(
-                |k| self.course.glucose[k] < 70.0,
-                |steps| vec![70.0 - self.course.glucose[steps.start]],
-            ),
-            "half hour asleep" => {
-                self.half_hours(|k| self.asleep(k), |steps| vec![self.rate(steps)])
-            }
-            "half hour awake" => {
-                self.half_hours(|k| !self.asleep(k), |steps| vec![self.rate(steps)])
-            }
-            "set day" if self.course.set_changed.is_some() => {
-                self.blocks(STEPS_PER_DAY / 2, |steps| vec![self.set_age[steps.start]])
-            }
-            "old set" => self.stretches(&self.old_set),
-            "sensor day" => self.course.sensor_age.as_ref().map_or_else(Vec::new, |ages| {
-                self.blocks(STEPS_PER_DAY / 2, |steps| vec![ages[steps.start]])
-            }),
-            "first sensor day" => self.course.sensor_age.as_ref().map_or_else(Vec::new, |ages| {
-                self.stretches(&ages.iter().map(|age| *age < 1.0).collect::<Vec<_>>())
-            }),
-            "bout" => self.bouts(0, 0),
-            "after bout" => self.bouts(0, 2 * STEPS_PER_HOUR),
-            "long after bout" => self.bouts(2 * STEPS_PER_HOUR, 14 * STEPS_PER_HOUR),
-            "after short night" => self.stretches(&self.short_night),
-            "after low" => self.episodes(
-                |glucose| glucose < 70.0,
-                2 * STEPS_PER_HOUR,
-                |steps| {
-                    let lowest =
-                        steps.clone().map(|k| self.course.glucose[k]).fold(f64::MAX, f64::min);
-                    let eaten: f64 = steps.clone().map(|k| self.course.carbs[k]).sum();
-                    vec![70.0 - lowest, eaten]
-                },
-            ),
-            "high" => self.episodes(
-                |glucose| glucose > 200.0,
-                0,
-                |steps| {
-                    let most = steps.clone().map(|k| self.course.glucose[k]).fold(0.0, f64::max);
-                    vec![most - 200.0]
-                },
-            ),
-            "evening" => self.clock(18.0, 5.0, |k| vec![flag(self.course.weekend[k])]),
-            "morning after weekend" => {
-                let mut mornings = self.clock(4.0, 8.0, |_| Vec::new());
-                mornings.retain(|unit| {
-                    unit.steps
-                        .start
-                        .checked_sub(6 * STEPS_PER_HOUR)
-                        .is_some_and(|evening| self.course.weekend[evening])
-                });
-                mornings
-            }
-            "below 70" => self.half_hours(|k| self.course.glucose[k] < 70.0, |_| Vec::new()),
-            "70-180" => self
-                .half_hours(|k| (70.0..=180.0).contains(&self.course.glucose[k]), |_| Vec::new()),
-            "above 180" => self.half_hours(|k| self.course.glucose[k] > 180.0, |_| Vec::new()),
-            hours => match hours.split_once('-').and_then(|(first, _)| first.parse().ok()) {
-                Some(first) => self.clock(first, 3.0, |_| Vec::new()),
-                None => Vec::new(),
-            },
         }
     }
 

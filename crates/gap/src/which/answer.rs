@@ -3,7 +3,7 @@
 use effects::{Card, Effect, EffectId};
 
 use super::variance::SCALES;
-use super::{Belief, Candidate, NAMED_FROM, Named, Which};
+use super::{NAMED_FROM, Named, Which};
 use crate::context::hours_of_part;
 use crate::units::PortCourse;
 use contract::WithInterval;
@@ -45,20 +45,6 @@ impl Which {
             (true, true) => Verdict::Unknown,
             (true, false) => Verdict::None,
         };
-        let odds = Odds::of(&self.belief, &self.first.candidates);
-        let effects = known
-            .iter()
-            .map(|(named, card)| FoundEffect {
-                effect: card.id.name().to_owned(),
-                port: card.port.name().to_owned(),
-                gain_nats: named.gain,
-                probability: named.probability,
-                amplitude: interval(named.amplitude),
-                confusable_with: odds.rivals(named.probability),
-                people: amplitudes(named, people),
-                questioned: Vec::new(),
-            })
-            .collect();
         let mut candidates: Vec<CandidateEffect> = self
             .first
             .candidates
@@ -70,12 +56,29 @@ impl Which {
                 not_named: self.why_not(candidate.effect, people),
             })
             .collect();
-        for (effect, probability) in [(NONE, odds.none), (UNKNOWN, odds.unknown)] {
-            let effect = effect.to_owned();
+        let effects = known
+            .iter()
+            .map(|(named, card)| FoundEffect {
+                effect: card.id.name().to_owned(),
+                port: card.port.name().to_owned(),
+                gain_nats: named.gain,
+                probability: named.probability,
+                amplitude: interval(named.amplitude),
+                confusable_with: rivals(&candidates, named.probability),
+                people: amplitudes(named, people),
+                questioned: Vec::new(),
+            })
+            .collect();
+        // Effects that the posterior does not know may act beside those of the library, but where one acts something is
+        // missing, and has a name.
+        let own: f64 = self.first.candidates.iter().filter_map(|candidate| candidate.own).sum();
+        let left = 1.0 - own.min(1.0);
+        let answer = &self.belief.answer;
+        for (effect, probability) in [(NONE, answer.nothing), (UNKNOWN, answer.unknown)] {
             candidates.push(CandidateEffect {
-                effect,
+                effect: effect.to_owned(),
                 gain_nats: 0.0,
-                probability,
+                probability: left * probability,
                 not_named: None,
             });
         }
@@ -153,32 +156,12 @@ fn card(library: &[Box<dyn Effect>], id: EffectId) -> Option<Card> {
     library.iter().map(|effect| effect.card()).find(|card| card.id == id)
 }
 
-/// Probabilities of all answers.
-struct Odds {
-    none: f64,
-    unknown: f64,
-    effects: Vec<(EffectId, f64)>,
-}
-
-impl Odds {
-    /// What a posterior says, and beside it what is said of effects that it does not know. These may act beside those of
-    /// the library, but where one acts something is missing, and has a name.
-    fn of(belief: &Belief, candidates: &[Candidate]) -> Self {
-        let own: f64 = candidates.iter().filter_map(|candidate| candidate.own).sum();
-        let left = 1.0 - own.min(1.0);
-        Self {
-            none: left * belief.answer.nothing,
-            unknown: left * belief.answer.unknown,
-            effects: candidates.iter().map(|c| (c.effect, belief.of(c))).collect(),
-        }
-    }
-
-    /// Effects that may act in the place of a named one. What is likelier than not acts beside it, named or withheld.
-    fn rivals(&self, named: f64) -> Vec<String> {
-        let probable = RIVAL_SHARE * named..NAMED_FROM;
-        let rivals = self.effects.iter().filter(|(_, p)| probable.contains(p));
-        rivals.map(|(id, _)| id.name().to_owned()).collect()
-    }
+/// Effects that may act in the place of one that is named with this probability. What is likelier than not acts beside
+/// it, named or withheld.
+fn rivals(candidates: &[CandidateEffect], named: f64) -> Vec<String> {
+    let probable = RIVAL_SHARE * named..NAMED_FROM;
+    let rivals = candidates.iter().filter(|candidate| probable.contains(&candidate.probability));
+    rivals.map(|candidate| candidate.effect.clone()).collect()
 }
 
 fn interval((value, error): (f64, f64)) -> WithInterval {
@@ -209,15 +192,20 @@ mod tests {
 
     #[test]
     fn what_is_likelier_than_not_is_no_rival_of_a_name() {
-        let effects = vec![
-            (EffectId::DAWN, 0.9),
-            (EffectId::EXERCISE, 0.5),
-            (EffectId::ALCOHOL, 0.49),
-            (EffectId::SLEEP_LOSS, 0.31),
-            (EffectId::SET_AGEING, 0.29),
+        let candidates = [
+            ("dawn", 0.9),
+            ("exercise", 0.5),
+            ("alcohol", 0.49),
+            ("sleep_loss", 0.31),
+            ("set_ageing", 0.29),
         ];
-        let odds = Odds { none: 0.01, unknown: 0.01, effects };
-        assert_eq!(odds.rivals(0.9), ["alcohol", "sleep_loss"]);
+        let candidates = candidates.map(|(effect, probability)| CandidateEffect {
+            effect: effect.to_owned(),
+            gain_nats: 0.0,
+            probability,
+            not_named: None,
+        });
+        assert_eq!(rivals(&candidates, 0.9), ["alcohol", "sleep_loss"]);
     }
 
     #[test]

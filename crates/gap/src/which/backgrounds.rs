@@ -28,13 +28,14 @@ impl<'a> Backgrounds<'a> {
         let mut sets: Vec<Vec<usize>> = Vec::new();
         let mut found = Self { each: Vec::new(), indices: Vec::new() };
         for effect in hidden.effects() {
-            let allowed = background_columns(statistics, &tried.get(effect).card());
-            let columns: Vec<usize> = allowed.iter().map(|a| a.column).collect();
+            let card = tried.get(effect).card();
+            let directions = allowed(&statistics.columns, &[], Some(&card));
+            let columns: Vec<usize> = directions.iter().map(|a| a.column).collect();
             let known = sets.iter().position(|set| *set == columns);
             found.indices.push((effect, known.unwrap_or(sets.len())));
             if known.is_none() {
                 sets.push(columns);
-                found.each.push(fitted(design, statistics, &allowed));
+                found.each.push(fitted(design, statistics, &directions));
             }
         }
         found
@@ -47,15 +48,30 @@ impl<'a> Backgrounds<'a> {
     }
 }
 
-/// The directions of the background that the test of an effect with hidden events allows for.
-fn background_columns(statistics: &TestStatistics, effect: &Card) -> Vec<Allowed> {
-    let columns = statistics.columns.iter().enumerate();
+/// What is allowed for when an effect is tested: the background and one variant of each guard, which others have with
+/// their standard deviation; nothing that is the effect itself. `None` is for no effect in particular.
+pub(super) fn allowed(
+    columns: &[Column],
+    guards: &[(EffectId, f64)],
+    tested: Option<&Card>,
+) -> Vec<Allowed> {
+    let mut guarded: Vec<EffectId> = Vec::new();
     columns
+        .iter()
+        .enumerate()
         .filter_map(|(column, stands_for)| match stands_for {
-            Column::Background { which, prior_sd } if !is_itself(effect, *which) => {
-                Some(Allowed { column, mean: 0.0, sd: *prior_sd })
+            Column::Background { which, prior_sd } => {
+                let own = tested.is_some_and(|card| is_itself(card, *which));
+                (!own).then_some(Allowed { column, mean: 0.0, sd: *prior_sd })
             }
-            _ => None,
+            Column::Effect { effect, .. } => {
+                // One variant of each guard: its others differ in sign or phase.
+                let (_, sd) = guards.iter().find(|(guard, _)| guard == effect)?;
+                let own = tested.is_some_and(|card| card.id == *effect);
+                let skip = own || guarded.contains(effect);
+                guarded.push(*effect);
+                (!skip).then_some(Allowed { column, mean: 0.0, sd: *sd })
+            }
         })
         .collect()
 }
@@ -77,6 +93,6 @@ fn fitted<'a>(
 }
 
 /// Whether a direction of the background is what an effect itself would change.
-pub(super) fn is_itself(effect: &Card, direction: Background) -> bool {
+fn is_itself(effect: &Card, direction: Background) -> bool {
     effect.relations.is_itself.iter().any(|allowance| direction.is(*allowance))
 }

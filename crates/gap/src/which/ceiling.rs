@@ -21,8 +21,7 @@ use crate::config::DiagnosisConfig;
 use crate::design::design;
 use crate::error::GapError;
 use crate::filter::plants::Plants;
-use crate::person::{PersonOutcome, analyse};
-use crate::quality::UsedPerson;
+use crate::person::{all_calibrated, analyse_all, nobody_left};
 
 /// The exact course of an effect in a cohort.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,25 +75,10 @@ pub fn exact_course_evidence(
     for course in courses {
         course.lies_along(cohort)?;
     }
-    let outcomes: Vec<PersonOutcome> = cohort
-        .people
-        .par_iter()
-        .map(|person| analyse(person, &UsedPerson::of(person, &config.inclusion)?, plants, &config))
-        .collect::<Result<_, GapError>>()?;
-    let people: Vec<(usize, CalibratedPerson<'_>)> = cohort
-        .people
-        .iter()
-        .zip(&outcomes)
-        .enumerate()
-        .filter_map(|(index, (person, outcome))| Some((index, outcome.calibrated(person)?)))
-        .collect();
+    let outcomes = analyse_all(cohort, plants, &config)?;
+    let people: Vec<(usize, CalibratedPerson<'_>)> = all_calibrated(cohort, &outcomes).collect();
     if people.is_empty() {
-        let first = outcomes.first().map(|outcome| &outcome.summary);
-        return Err(first.map_or(GapError::EmptyCohort, |first| GapError::NobodyLeft {
-            people: outcomes.len(),
-            person: first.person_id.clone(),
-            reason: first.excluded.clone().unwrap_or_default(),
-        }));
+        return Err(nobody_left(&outcomes));
     }
     courses
         .par_iter()
@@ -134,12 +118,10 @@ fn subject(
     let template = Template { card: &course.card, course: &course.people[index] };
     let library: Vec<&dyn Effect> =
         std::iter::once(&template as &dyn Effect).chain(guards.iter().copied()).collect();
-    let mut design = design(person, &library)?;
+    let design = design(person, &library)?;
     let statistics = TestStatistics::of(&design);
-    // The largest parts of a person, and summed up.
-    design.signatures = Vec::new();
     Ok(RoundPerson {
-        design,
+        untried: design.untried,
         statistics,
         units: Vec::new(),
         events: Vec::new(),

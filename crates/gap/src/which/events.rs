@@ -22,18 +22,23 @@ const FREQUENCIES: [f64; 8] = [0.0005, 0.002, 0.01, 0.03, 0.06, 0.12, 0.25, 0.5]
 pub(super) struct EventEvidence {
     /// Gain of each person, nats, after subtraction of the mirror image.
     pub(super) gains: Vec<f64>,
-    /// Events that are more likely than not: person, onset, mean size.
-    pub(super) found: Vec<Found>,
+    /// Events that are more likely than not.
+    pub(super) found: Vec<FoundEvent>,
 }
 
-/// An event that is more likely than not: its onset, profile and size are those that explain most.
+/// A hidden event that is more likely than not: its onset, profile and size are those that explain most.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Found {
-    pub(super) person: usize,
-    pub(super) onset: usize,
-    pub(super) profile: usize,
-    pub(super) size: f64,
-    pub(super) probability: f64,
+pub struct FoundEvent {
+    /// The person's index.
+    pub person: usize,
+    /// Step of its onset.
+    pub onset: usize,
+    /// Which of the effect's profiles it has.
+    pub profile: usize,
+    /// Its size relative to the published.
+    pub size: f64,
+    /// The probability that an event starts in its stretch.
+    pub probability: f64,
 }
 
 /// Steps of the longest event of an effect.
@@ -131,7 +136,7 @@ pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize]) -> EventEviden
 }
 
 /// Events that are more likely than not.
-fn found(banks: &[Option<&EventBank>], ratios: &[Ratios]) -> Vec<Found> {
+fn found(banks: &[Option<&EventBank>], ratios: &[Ratios]) -> Vec<FoundEvent> {
     let total = |p: f64| -> f64 {
         ratios.iter().flatten().map(|(_, ratio)| log_with_probability(*ratio, p)).sum()
     };
@@ -148,7 +153,7 @@ fn found(banks: &[Option<&EventBank>], ratios: &[Ratios]) -> Vec<Found> {
             let probability = (1.0 + (-odds).exp()).recip();
             if probability > 0.5 {
                 let best = largest(bank, *stretch);
-                found.extend(best.map(|best| Found { person, probability, ..best }));
+                found.extend(best.map(|best| FoundEvent { person, probability, ..best }));
             }
         }
     }
@@ -157,12 +162,13 @@ fn found(banks: &[Option<&EventBank>], ratios: &[Ratios]) -> Vec<Found> {
 
 /// Events without those that another, likelier one of the same person reaches: an event across the border of
 /// two stretches shows in both.
-fn apart(mut found: Vec<Found>, banks: &[Option<&EventBank>]) -> Vec<Found> {
+fn apart(mut found: Vec<FoundEvent>, banks: &[Option<&EventBank>]) -> Vec<FoundEvent> {
     found.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.onset.cmp(&b.onset)));
-    let mut kept: Vec<Found> = Vec::new();
+    let mut kept: Vec<FoundEvent> = Vec::new();
     for event in found {
         let length = banks[event.person].map_or(0, longest);
-        let near = |k: &Found| k.person == event.person && k.onset.abs_diff(event.onset) < length;
+        let near =
+            |k: &FoundEvent| k.person == event.person && k.onset.abs_diff(event.onset) < length;
         if !kept.iter().any(near) {
             kept.push(event);
         }
@@ -173,7 +179,7 @@ fn apart(mut found: Vec<Found>, banks: &[Option<&EventBank>]) -> Vec<Found> {
 
 /// The event of a stretch that explains most; no size is believed beyond the largest of the effect's prior.
 /// Person and probability are the caller's to fill in.
-fn largest(bank: &EventBank, stretch: usize) -> Option<Found> {
+fn largest(bank: &EventBank, stretch: usize) -> Option<FoundEvent> {
     let most = bank.shape.sizes.iter().map(|(size, _)| *size).fold(0.0, f64::max);
     let length = stretch_of(bank);
     let here = bank.onsets.iter().zip(&bank.known).filter(|(o, _)| *o / length * length == stretch);
@@ -184,7 +190,7 @@ fn largest(bank: &EventBank, stretch: usize) -> Option<Found> {
             let size = (score / event.information).min(most);
             (
                 score * score / event.information,
-                Found { person: 0, onset, profile, size, probability: 0.0 },
+                FoundEvent { person: 0, onset, profile, size, probability: 0.0 },
             )
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))

@@ -270,16 +270,16 @@ impl Blend {
 
 /// Each person's weights of the variants, and the hierarchy that goes with them.
 fn weigh(fits: &[Option<TrainedFit>]) -> (Vec<Vec<f64>>, Hierarchy) {
-    // Variants may be each other's opposite: equal weights would cancel them.
-    let first: Vec<Vec<f64>> = fits
-        .iter()
-        .map(|fit| {
+    let weights_by = |evidence: &dyn Fn(&Information) -> f64| {
+        let of_person = |fit: &Option<TrainedFit>| -> Vec<f64> {
             let variants = fit.as_ref().map_or(&[][..], |f| &f.variants);
-            let rise = |info: &Information| info.score.max(0.0).powi(2) / (info.information + 1.0);
-            variants.iter().map(|(info, _)| 0.5 * rise(info)).collect()
-        })
-        .collect();
-    let mut weights = weights_of(&first);
+            variants.iter().map(|(info, _)| evidence(info)).collect()
+        };
+        weights_of(&fits.iter().map(of_person).collect::<Vec<_>>())
+    };
+    // Variants may be each other's opposite: equal weights would cancel them.
+    let rise = |info: &Information| info.score.max(0.0).powi(2) / (info.information + 1.0);
+    let mut weights = weights_by(&|info| 0.5 * rise(info));
     let mut hierarchy = Hierarchy { mean: 0.0, spread: 0.0, error: 0.0 };
     for _ in 0..ROUNDS {
         let mixed: Vec<Information> = fits
@@ -299,14 +299,7 @@ fn weigh(fits: &[Option<TrainedFit>]) -> (Vec<Vec<f64>>, Hierarchy) {
         if hierarchy.mean <= 0.0 {
             break;
         }
-        let evidence: Vec<Vec<f64>> = fits
-            .iter()
-            .map(|fit| {
-                let variants = fit.as_ref().map_or(&[][..], |f| &f.variants);
-                variants.iter().map(|(info, _)| hierarchy.evidence(*info)).collect()
-            })
-            .collect();
-        weights = weights_of(&evidence);
+        weights = weights_by(&|info| hierarchy.evidence(*info));
     }
     (weights, hierarchy)
 }
@@ -422,12 +415,6 @@ fn mixture(
         })
         .collect();
     log_sum(&logs)
-}
-
-/// Allowed directions fitted to all days.
-pub(super) fn background(folds: &FoldSums, allowed: &[Allowed]) -> Vec<f64> {
-    let trial = Trial { folds, allowed: allowed.to_vec(), variants: Vec::new() };
-    trial.fitted(None).background
 }
 
 /// Allowed directions fitted to the days of all folds, and the factor L of their information with the prior: the

@@ -2,9 +2,9 @@
 
 use effects::EffectId;
 
+use super::Named;
 use super::events::EventEvidence;
 use super::round::{Round, Score, ScoreOf};
-use super::{Named, NamedEvent};
 
 impl Round {
     pub(super) fn named(&self, score: &Score, probability: f64) -> Named {
@@ -17,12 +17,7 @@ impl Round {
             }
             ScoreOf::Lag(found) => (found.mean, found.personal.clone()),
             ScoreOf::Events(found) => {
-                events.extend(found.found.iter().map(|e| NamedEvent {
-                    person: e.person,
-                    onset: e.onset,
-                    profile: e.profile,
-                    size: e.size,
-                }));
+                events.clone_from(&found.found);
                 let of = |people| self.frequency(score.effect, found, people);
                 (of(0..people), (0..people).map(|person| of(person..person + 1)).collect())
             }
@@ -70,7 +65,7 @@ impl Round {
 mod tests {
     use effects::{EventShape, Field};
 
-    use super::super::events::Found;
+    use super::super::events::FoundEvent;
     use super::super::random_effects::UnitEvidence;
     use super::super::sample::{week, with_tried};
     use super::*;
@@ -109,8 +104,13 @@ mod tests {
         let (onsets, known) = (Vec::new(), Vec::new());
         people[0].events.push(EventBank { effect, shape, onsets, known });
         let round = Round::estimated(people, Vec::new());
-        let event =
-            |onset, size, probability| Found { person: 0, onset, profile: 0, size, probability };
+        let event = |onset, size, probability| FoundEvent {
+            person: 0,
+            onset,
+            profile: 0,
+            size,
+            probability,
+        };
         let found = vec![event(10, 2.0, 1.0), event(500, 4.0, 0.5)];
         let evidence = EventEvidence { gains: vec![6.0, 0.0], found };
         // Two and half of four where 3.5 a week are usual; of both people 7.

@@ -14,7 +14,7 @@
 
 use std::ops::Range;
 
-use effects::EffectId;
+use effects::{EffectId, Field};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use physiology::STEPS_PER_DAY;
@@ -52,6 +52,10 @@ struct UnitDay {
 pub(super) struct UnitSums {
     /// The effect.
     pub(super) effect: EffectId,
+    /// What varies.
+    pub(super) field: Field,
+    /// Standard deviation of its logarithm at amplitude 1.
+    pub(super) log_sd: f64,
     count: usize,
     days: Vec<UnitDay>,
 }
@@ -83,7 +87,13 @@ impl UnitSums {
                 UnitDay::of(design, person, bank, first..(first + STEPS_PER_DAY).min(steps))
             })
             .collect();
-        Self { effect: bank.effect, count: bank.starts.len(), days }
+        Self {
+            effect: bank.effect,
+            field: bank.field,
+            log_sd: bank.log_sd,
+            count: bank.starts.len(),
+            days,
+        }
     }
 }
 
@@ -299,7 +309,6 @@ fn posterior(likelihoods: &[f64]) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use effects::Field;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
@@ -346,8 +355,6 @@ mod tests {
         Design {
             residuals,
             weights: vec![1.0; steps],
-            days: (0..steps).map(|k| k / STEPS_PER_DAY).collect(),
-            hours: vec![0.0; steps],
             columns,
             signatures,
             events: crate::design::HiddenEvents::default(),

@@ -4,10 +4,10 @@ use effects::{Allowance, Card, EffectId};
 use rayon::prelude::*;
 
 use super::Named;
-use super::backgrounds::{Backgrounds, is_itself};
+use super::backgrounds::{Backgrounds, allowed};
 use super::conditioned::{conditioned, longer_lags};
 use super::events::EventEvidence;
-use super::held_out::{self, FoldSums, HeldOutEvidence, Trial};
+use super::held_out::{FoldSums, HeldOutEvidence, Trial, fitted_to_all};
 use super::lag::{self, LagEvidence};
 use super::random_effects::{UnitEvidence, UnitSums};
 use super::round_person::RoundPerson;
@@ -75,6 +75,15 @@ impl Round {
         before: Vec<Vec<EventBank>>,
         rule: &CalibrationRule,
     ) -> Result<Self, GapError> {
+        let mut guards: Vec<(EffectId, f64)> = Vec::new();
+        for effect in tried.ids() {
+            let known = named.iter().find(|n| n.effect == effect);
+            if let Some(known) = known {
+                guards.push((effect, (0.5 * known.amplitude.0).hypot(0.1)));
+            } else if tried.is_guard(effect) {
+                guards.push((effect, GUARD_SD));
+            }
+        }
         let mut subjects: Vec<RoundPerson> = people
             .par_iter()
             .zip(before)
@@ -100,25 +109,13 @@ impl Round {
                 drop(backgrounds);
                 let natural = named
                     .is_empty()
-                    .then(|| natural(&person, &design, &statistics, tried))
+                    .then(|| natural(&person, &design, &statistics, &guards))
                     .transpose()?;
-                // The largest parts of a person, and summed up.
-                design.signatures = Vec::new();
-                (design.residuals, design.weights) = (Vec::new(), Vec::new());
-                (design.days, design.hours) = (Vec::new(), Vec::new());
-                Ok(RoundPerson { design, statistics, units, events, lags, natural })
+                let untried = design.untried;
+                Ok(RoundPerson { untried, statistics, units, events, lags, natural })
             })
             .collect::<Result<_, GapError>>()?;
         longer_lags(&mut subjects, people, tried, named, rule)?;
-        let mut guards: Vec<(EffectId, f64)> = Vec::new();
-        for effect in tried.ids() {
-            let known = named.iter().find(|n| n.effect == effect);
-            if let Some(known) = known {
-                guards.push((effect, (0.5 * known.amplitude.0).hypot(0.1)));
-            } else if tried.is_guard(effect) {
-                guards.push((effect, GUARD_SD));
-            }
-        }
         Ok(Self::estimated(subjects, guards))
     }
 
@@ -155,26 +152,7 @@ impl Round {
 
     /// What is allowed for when an effect is tested in a person; `None` for no effect in particular.
     pub(super) fn allowed(&self, person: usize, tested: Option<&Card>) -> Vec<Allowed> {
-        let columns = &self.subjects[person].statistics.columns;
-        let mut guarded: Vec<EffectId> = Vec::new();
-        columns
-            .iter()
-            .enumerate()
-            .filter_map(|(column, stands_for)| match stands_for {
-                Column::Background { which, prior_sd } => {
-                    let own = tested.is_some_and(|card| is_itself(card, *which));
-                    (!own).then_some(Allowed { column, mean: 0.0, sd: *prior_sd })
-                }
-                Column::Effect { effect, .. } => {
-                    // One variant of each guard: its others differ in sign or phase.
-                    let (_, sd) = self.guards.iter().find(|(guard, _)| guard == effect)?;
-                    let own = tested.is_some_and(|card| card.id == *effect);
-                    let skip = own || guarded.contains(effect);
-                    guarded.push(*effect);
-                    (!skip).then_some(Allowed { column, mean: 0.0, sd: *sd })
-                }
-            })
-            .collect()
+        allowed(&self.subjects[person].statistics.columns, &self.guards, tested)
     }
 
     /// A person's constant directions, one number a column.
@@ -182,9 +160,8 @@ impl Round {
         let allowed = self.allowed(person, None);
         let columns = self.subjects[person].statistics.columns.len();
         let mut out = vec![0.0; columns];
-        for (allowed, value) in
-            allowed.iter().zip(held_out::background(&self.marginal[person], &allowed))
-        {
+        let (fitted, _) = fitted_to_all(&self.marginal[person].tests, &allowed);
+        for (allowed, value) in allowed.iter().zip(fitted) {
             out[allowed.column] = value;
         }
         out
@@ -214,29 +191,22 @@ fn natural(
     person: &CalibratedPerson<'_>,
     design: &Design,
     statistics: &TestStatistics,
-    tried: &Tried<'_>,
+    guards: &[(EffectId, f64)],
 ) -> Result<PersonUnits, GapError> {
     let information = Sums::over(&statistics.folds, None).a;
-    let (mut usual, mut plain) = (Vec::new(), Vec::new());
-    let mut guarded: Vec<EffectId> = Vec::new();
-    for (column, stands_for) in statistics.columns.iter().enumerate() {
-        match *stands_for {
-            Column::Background { which, prior_sd } => {
-                let (mean, sd) = of_calibration(which, person).unwrap_or((0.0, prior_sd));
-                let nuisance = Allowed { column, mean, sd };
-                usual.push(nuisance);
-                let asks = [Allowance::Clock, Allowance::Defence, Allowance::Shedding];
-                let is_allowance = asks.into_iter().any(|allowance| which.is(allowance));
-                if !is_allowance && which != Background::Effectiveness {
-                    plain.push(nuisance);
-                }
-            }
-            Column::Effect { effect, .. } => {
-                if tried.is_guard(effect) && !guarded.contains(&effect) {
-                    guarded.push(effect);
-                    usual.push(Allowed { column, mean: 0.0, sd: GUARD_SD });
-                }
-            }
+    let mut usual = allowed(&statistics.columns, guards, None);
+    let mut plain = Vec::new();
+    for nuisance in &mut usual {
+        let Column::Background { which, .. } = statistics.columns[nuisance.column] else {
+            continue;
+        };
+        if let Some(prior) = of_calibration(which, person) {
+            (nuisance.mean, nuisance.sd) = prior;
+        }
+        let asks = [Allowance::Clock, Allowance::Defence, Allowance::Shedding];
+        let is_allowance = asks.into_iter().any(|allowance| which.is(allowance));
+        if !is_allowance && which != Background::Effectiveness {
+            plain.push(*nuisance);
         }
     }
     PersonUnits::of(person, design, &information, &usual, &plain)
@@ -253,6 +223,7 @@ fn of_calibration(which: Background, person: &CalibratedPerson<'_>) -> Option<(f
 
 #[cfg(test)]
 mod tests {
+    use super::super::held_out::held_out;
     use super::super::sample::{
         A_DAY, CLOCK, COLUMNS, DAWN, PRIOR_SD, RENAL, design, only, subject, week,
     };
@@ -304,7 +275,7 @@ mod tests {
         assert!(nobody.trials(&card("dawn")).is_empty());
         let day = subject(design(only(DAWN[0], 1.0), &[0.0]));
         let round = Round::estimated(vec![day], Vec::new());
-        assert_eq!(held_out::held_out(&round.trials(&card("dawn"))).gains, [0.0]);
+        assert_eq!(held_out(&round.trials(&card("dawn"))).gains, [0.0]);
         assert_eq!(round.constant(0).len(), COLUMNS);
     }
 }

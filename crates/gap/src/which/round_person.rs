@@ -1,14 +1,17 @@
 //! One person in one round of naming.
 
+use effects::EffectId;
+
 use super::lag;
 use super::random_effects::UnitSums;
 use super::statistics::TestStatistics;
-use crate::design::{Design, EventBank};
+use crate::design::EventBank;
 use crate::units::PersonUnits;
 
 /// One person in one round: the model with what has been named so far.
 pub(super) struct RoundPerson {
-    pub(super) design: Design,
+    /// Effects that the record cannot show.
+    pub(super) untried: Vec<EffectId>,
     pub(super) statistics: TestStatistics,
     pub(super) units: Vec<UnitSums>,
     pub(super) events: Vec<EventBank>,

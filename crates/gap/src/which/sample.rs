@@ -8,7 +8,6 @@ use super::random_effects::UnitSums;
 use super::round_person::RoundPerson;
 use super::statistics::{RANDOM, TestStatistics};
 use super::tried::Tried;
-use crate::background::Phase;
 use crate::design::{Background, Column, Design, HiddenEvents, UnitBank};
 
 /// The columns behind those of the random factors.
@@ -30,7 +29,7 @@ pub(super) fn design(amplitudes: [f64; COLUMNS], by_day: &[f64]) -> Design {
     let effect = |effect, variant| Column::Effect { effect, variant };
     let mut columns: Vec<Column> = RANDOM.map(|random| background(random.background)).to_vec();
     columns.extend([
-        background(Background::Clock { harmonic: 1, phase: Phase::Sine }),
+        background(Background::Clock),
         effect(EffectId::DAWN, 0),
         effect(EffectId::DAWN, 1),
         effect(EffectId::EXERCISE, 0),
@@ -54,8 +53,6 @@ pub(super) fn design(amplitudes: [f64; COLUMNS], by_day: &[f64]) -> Design {
     Design {
         residuals: (0..steps).map(residual).collect(),
         weights: vec![1.0; steps],
-        days: (0..steps).map(|step| step / STEPS_PER_DAY).collect(),
-        hours: vec![0.0; steps],
         columns,
         signatures: (0..COLUMNS).map(|c| (0..steps).map(|k| acts(c, k)).collect()).collect(),
         events: HiddenEvents::default(),
@@ -69,7 +66,8 @@ pub(super) fn subject(design: Design) -> RoundPerson {
     let statistics = TestStatistics::of(&design);
     let of = |bank| UnitSums::of(&design, &statistics, bank);
     let units = design.random.iter().map(of).collect();
-    RoundPerson { design, statistics, units, events: Vec::new(), lags: None, natural: None }
+    let untried = design.untried;
+    RoundPerson { untried, statistics, units, events: Vec::new(), lags: None, natural: None }
 }
 
 /// Amplitudes of which one is not 0.

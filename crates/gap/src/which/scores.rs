@@ -7,7 +7,7 @@ use super::Named;
 use super::events;
 use super::held_out::held_out;
 use super::lag;
-use super::random_effects::{self, UnitTrial};
+use super::random_effects::{self, UnitSums, UnitTrial};
 use super::round::{Round, Score, ScoreOf};
 use super::statistics::RANDOM;
 use super::tried::Tried;
@@ -49,11 +49,11 @@ impl Round {
 
     /// Evidence of a random effect: a factor that is drawn for every unit.
     pub(super) fn random(&self, effect: EffectId) -> Option<ScoreOf> {
-        let banks = self.subjects.iter().flat_map(|s| &s.design.random);
-        let bank = banks.into_iter().find(|bank| bank.effect == effect)?;
+        let known = |units: &&UnitSums| units.effect == effect;
+        let units = self.subjects.iter().flat_map(|s| &s.units).find(known)?;
         let mut spreads = self.estimated.spreads;
         // The same factor by day of the record is not allowed for beside it.
-        if let Some(factor) = RANDOM.iter().position(|random| random.field == bank.field) {
+        if let Some(factor) = RANDOM.iter().position(|random| random.field == units.field) {
             spreads.day[factor] = 0.0;
         }
         let trials: Vec<UnitTrial<'_>> = self
@@ -62,11 +62,11 @@ impl Round {
             .enumerate()
             .map(|(person, subject)| UnitTrial {
                 person: &subject.statistics,
-                units: subject.units.iter().find(|units| units.effect == effect),
+                units: subject.units.iter().find(known),
                 allowed: self.allowed(person, None),
             })
             .collect();
-        Some(ScoreOf::Random(random_effects::score(&trials, &spreads), bank.log_sd))
+        Some(ScoreOf::Random(random_effects::score(&trials, &spreads), units.log_sd))
     }
 }
 

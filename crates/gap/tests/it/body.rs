@@ -6,7 +6,7 @@ use std::sync::Arc;
 use effects::{Field, Modulation};
 use gap::filter::augmented::AugmentedModel;
 use gap::filter::body::{Body, sees};
-use gap::filter::calibration::{Factor, PersonalFactors, calibrated};
+use gap::filter::calibration::{Factor, PersonalFactors, calibrate};
 use gap::filter::kalman::filter;
 use gap::filter::state::{AugmentedState, STATES};
 use gap::filter::tangent::{Direction, Parameter, signatures};
@@ -60,7 +60,7 @@ impl Body for OdeRates {
 
 fn ode() -> AugmentedModel {
     let (nominal, noise) = (OdeParameters::nominal(), NoiseModel::working());
-    AugmentedModel::new(nominal, WEIGHT, EgpMode::NonNegative, noise)
+    AugmentedModel::new(nominal, WEIGHT, noise)
 }
 
 fn body() -> AugmentedModel {
@@ -292,7 +292,7 @@ fn a_person_is_followed_and_calibrated_alike() {
     let made = person("p", &planted, &world, &mut ChaCha8Rng::seed_from_u64(21));
     let record = Observations::from_person(&made).expect("a good record");
     let (nominal, noise) = (OdeParameters::nominal(), NoiseModel::working());
-    let ode = AugmentedModel::new(nominal, record.weight, EgpMode::NonNegative, noise);
+    let ode = AugmentedModel::new(nominal, record.weight, noise);
     let body = ode.clone().with_body(Arc::new(OdeRates { range: None }));
     let runs = [&ode, &body].map(|model| filter(model, &record).expect("finite"));
     let (mut apart, mut size) = (0.0, 0.0);
@@ -320,7 +320,7 @@ fn a_person_is_followed_and_calibrated_alike() {
     }
 
     let rule = CalibrationRule::working();
-    let [a, b] = [&ode, &body].map(|model| calibrated(model, &record, &rule).expect("calibrates"));
+    let [a, b] = [&ode, &body].map(|model| calibrate(model, &record, &rule).expect("calibrates"));
     assert!(b.converged, "{} iterations", b.iterations);
     for (index, factor) in Factor::ALL.into_iter().enumerate() {
         let distance = (a.factors.0[index] - b.factors.0[index]).abs() / a.sd[index];

@@ -1,9 +1,10 @@
 //! Calibration recovers the parameters of people made with the plant.
 
 use ::cohort::{Channel, ImportFormat, Person, import};
+use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::{Calibration, Factor, PersonalFactors, calibrate};
 use gap::{CalibrationRule, Diagnoser, DiagnosisConfig, NoiseModel, Observations};
-use ode_sim::{EgpMode, OdeParameters};
+use ode_sim::OdeParameters;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -13,14 +14,13 @@ fn calibrated(planted: &PersonalFactors, rng: &mut ChaCha8Rng) -> Calibration {
     let world = World { gap: Gap::None, days: 14, spread: 0.0 };
     let person = person("p", planted, &world, rng);
     let observations = Observations::from_person(&person).expect("a good record");
-    calibrate(
-        &OdeParameters::nominal(),
-        EgpMode::NonNegative,
-        &NoiseModel::working(),
-        &observations,
-        &CalibrationRule::working(),
-    )
-    .expect("calibrates")
+    from(&OdeParameters::nominal(), &observations)
+}
+
+/// Calibrates by the working rule from these parameters.
+fn from(population: &OdeParameters, observations: &Observations) -> Calibration {
+    let model = AugmentedModel::new(*population, observations.weight, NoiseModel::working());
+    calibrate(&model, observations, &CalibrationRule::working()).expect("calibrates")
 }
 
 #[test]
@@ -62,19 +62,17 @@ fn people_of_other_bodies_settle_at_one_place() {
     let folder =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/embedded/cohort");
     let cohort = ::cohort::read_folder(&folder).expect("the fixture");
-    let (population, egp) = (OdeParameters::nominal(), EgpMode::NonNegative);
-    let (noise, rule) = (NoiseModel::working(), CalibrationRule::working());
+    let population = OdeParameters::nominal();
     for mut person in cohort.people {
         let steps = person.record.len().min(14 * 288);
         person.record = person.record.slice(0..steps).expect("not empty");
         let observations = Observations::from_person(&person).expect("a good record");
-        let found = calibrate(&population, egp, &noise, &observations, &rule).expect("calibrates");
+        let found = from(&population, &observations);
         // Two to seven are needed.
         assert!(found.converged && found.iterations < 15, "{}: {}", person.id, found.iterations);
         // Beginning elsewhere, and with a prior a little elsewhere, finds the same person.
         let nudge = PersonalFactors([0.05, 0.0, 0.05, -0.05, 0.0, 0.0]);
-        let nudged = nudge.applied_to(&population);
-        let again = calibrate(&nudged, egp, &noise, &observations, &rule).expect("calibrates");
+        let again = from(&nudge.applied_to(&population), &observations);
         for (k, factor) in Factor::ALL.into_iter().enumerate() {
             let moved = again.factors.0[k] + nudge.0[k] - found.factors.0[k];
             // What the nudge pulls, a quarter of a prior standard deviation, and a tenth of a posterior one at
@@ -141,7 +139,5 @@ fn a_struck_meal_moves_no_factor_of_real_people_by_more_than_its_uncertainty() {
 
 fn of(person: &Person) -> Calibration {
     let observations = Observations::from_person(person).expect("a good record");
-    let (population, egp) = (OdeParameters::nominal(), EgpMode::NonNegative);
-    let (noise, rule) = (NoiseModel::working(), CalibrationRule::working());
-    calibrate(&population, egp, &noise, &observations, &rule).expect("calibrates")
+    from(&OdeParameters::nominal(), &observations)
 }

@@ -4,7 +4,7 @@ use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::PersonalFactors;
 use gap::filter::kalman::filter;
 use gap::{NoiseModel, Observations};
-use ode_sim::{EgpMode, OdeParameters};
+use ode_sim::OdeParameters;
 use physiology::Kilograms;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -12,12 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::synthetic::{Gap, World, person, with_gaps};
 
 fn model() -> AugmentedModel {
-    AugmentedModel::new(
-        OdeParameters::nominal(),
-        Kilograms(76.3),
-        EgpMode::NonNegative,
-        NoiseModel::working(),
-    )
+    AugmentedModel::new(OdeParameters::nominal(), Kilograms(76.3), NoiseModel::working())
 }
 
 /// Normalised innovations after the first day, by step.

@@ -3,8 +3,9 @@
 use cohort::{Channel, Cohort};
 use effects::Effect;
 use gap::diagnosis::HowFar;
+use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::{Calibration, calibrate};
-use gap::how_far::{HowFarRule, NamedEffect, Settings, how_far, shrinkage};
+use gap::how_far::{NamedEffect, Settings, how_far, shrinkage};
 use gap::{CalibratedPerson, DiagnosisConfig, LocalisationRule, NoiseModel, Observations};
 use ode_sim::OdeParameters;
 use rand::SeedableRng;
@@ -43,14 +44,10 @@ fn calibrated(cohort: &Cohort) -> Vec<(Observations, Calibration)> {
         .par_iter()
         .map(|person| {
             let observations = Observations::from_person(person).expect("a good record");
-            let calibration = calibrate(
-                &OdeParameters::nominal(),
-                ode_sim::EgpMode::NonNegative,
-                &config.noise,
-                &observations,
-                &config.calibration,
-            )
-            .expect("calibrates");
+            let weight = observations.weight;
+            let population = AugmentedModel::new(OdeParameters::nominal(), weight, config.noise);
+            let calibration =
+                calibrate(&population, &observations, &config.calibration).expect("calibrates");
             (observations, calibration)
         })
         .collect()
@@ -81,7 +78,6 @@ fn measured(cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
         calibration: &config.calibration,
         free_run: &config.free_run,
         resampling: &config.localisation,
-        rule: &HowFarRule::working(),
     };
     how_far(&people, &found, settings, 1).expect("measured")
 }
@@ -125,7 +121,7 @@ fn a_planted_effect_shrinks_the_error_nearly_as_far_as_the_truth_would() {
         }
         let (truth, _) = errors(&without, index);
         let plan = stats::Bootstrap { replicates: 500, level: 0.95, seed: 3 };
-        let share = shrinkage(&before, &after, &truth, 0.1, &plan).expect("eight people").share;
+        let share = shrinkage(&before, &after, &truth, 0.1, &plan).expect("eight people");
         let share = share.expect("more than 0.1 mg/dL can be removed");
         // Amplitudes come from nine days; what they miss by costs a few per cent of what they remove.
         let near = (0.85..1.15).contains(&share.value);

@@ -3,10 +3,10 @@
 use effects::{Field, Modulation};
 use gap::filter::augmented::AugmentedModel;
 use gap::filter::calibration::PersonalFactors;
-use gap::filter::kalman::{Filtered, filter, replay};
+use gap::filter::kalman::{Filtered, filter, replayed};
 use gap::filter::tangent::{Direction, Parameter, signatures};
 use gap::{NoiseModel, Observations};
-use ode_sim::{EgpMode, OdeParameters};
+use ode_sim::OdeParameters;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -23,7 +23,7 @@ fn filtered(
     record.modulations = modulations(record.len());
     let parameters = OdeParameters::nominal().with_sensitivity_scaled(1.1);
     let noise = NoiseModel::working();
-    let model = AugmentedModel::new(parameters, record.weight, EgpMode::NonNegative, noise);
+    let model = AugmentedModel::new(parameters, record.weight, noise);
     let run = filter(&model, &record).expect("finite");
     let glucose = run.states.iter().map(|s| s.interstitial.0);
     let (low, high) = glucose.fold((400.0f64, 0.0f64), |(low, high), g| (low.min(g), high.max(g)));
@@ -50,9 +50,9 @@ fn check(
     frozen: &Filtered,
     found: &[f64],
     tolerance: f64,
-    replayed: impl Fn(f64) -> Vec<Option<f64>>,
+    moved: impl Fn(f64) -> Vec<Option<f64>>,
 ) {
-    let (above, below) = (replayed(HALF), replayed(-HALF));
+    let (above, below) = (moved(HALF), moved(-HALF));
     let largest = found.iter().copied().map(f64::abs).fold(0.0, f64::max);
     assert!(largest > 0.0, "{name}: no signature");
     for (step, value) in found.iter().enumerate() {
@@ -101,6 +101,16 @@ fn unit(field: Field) -> f64 {
     }
 }
 
+/// The innovations of a model with the gains of an earlier run, mg/dL.
+fn innovations(
+    model: &AugmentedModel,
+    record: &Observations,
+    frozen: &Filtered,
+) -> Vec<Option<f64>> {
+    let run = replayed(model, record, frozen).expect("finite");
+    run.innovations.iter().map(|innovation| innovation.map(|i| i.value)).collect()
+}
+
 fn signatures_agree(modulations: impl Fn(usize) -> Vec<Modulation>) {
     let (model, record, frozen) = filtered(modulations);
     let parameters = [
@@ -136,7 +146,7 @@ fn signatures_agree(modulations: impl Fn(usize) -> Vec<Modulation>) {
                 m[*field] += by * value;
             }
         }
-        replay(&model, &moved, &frozen).expect("finite")
+        innovations(&model, &moved, &frozen)
     };
     for (field, found) in Field::ALL.into_iter().zip(&found) {
         check(&format!("{field:?}"), &frozen, found, OF_FIELDS, |by| modulated(&[field], by));
@@ -145,7 +155,7 @@ fn signatures_agree(modulations: impl Fn(usize) -> Vec<Modulation>) {
         let found = &found[courses.len() + index];
         check(&format!("{parameter:?}"), &frozen, found, TOLERANCE, |by| {
             let moved = model.with_parameters(|p| parameter.raised(p, by));
-            replay(&moved, &record, &frozen).expect("finite")
+            innovations(&moved, &record, &frozen)
         });
     }
     let together = found.last().expect("asked for");

@@ -1,15 +1,15 @@
 //! A forward Euler step of the ODE with everything worked out beforehand that does not change between steps.
 //!
-//! It is [`OdePlant::advance`] without exercise and rescue carbohydrate, to rounding. A filter takes the same step
-//! hundreds of thousands of times, and divisions and exponentials would take most of its time.
+//! It is [`OdePlant::advance`] without exercise and rescue carbohydrate, to rounding, where production is never
+//! negative. A filter takes the same step hundreds of thousands of times, and divisions and exponentials would take
+//! most of its time.
 
 use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, UPTAKE_SATURATION, infusion};
 use ode_sim::gut::glucose_dose;
-use ode_sim::{EgpMode, ExerciseMemory, OdePlant, OdeState, slot};
+use ode_sim::{ExerciseMemory, OdePlant, OdeState, slot};
 use physiology::Compartment;
 use physiology::{Grams, STEP, StepInput};
 
-use crate::filter::personal::Personal;
 use crate::filter::transition::BodySlopes;
 
 /// Number of compartments.
@@ -36,7 +36,6 @@ pub(crate) struct Euler {
     returning: f64,
     /// Production without insulin, mmol/kg.
     production: f64,
-    egp: EgpMode,
     /// Share of C1 and C2 that stays; C2 per C1 over that, which is also the share of C2 that appears in Q1 by the rate
     /// at the start of the step.
     pub(crate) gut_left: f64,
@@ -66,7 +65,6 @@ impl Euler {
             renal_from: RENAL_THRESHOLD * p.v_g,
             returning: h * p.k_12,
             production: h * p.egp_0,
-            egp: plant.egp,
             gut_left: (-h / p.t_max_g).exp(),
             gut_on: h / p.t_max_g,
             per_rate: h * infusion(1.0, plant.weight.0),
@@ -76,10 +74,10 @@ impl Euler {
 
     /// The step of a body that differs from this one's in what a modulation changes.
     #[inline]
-    pub(crate) fn modulated(&self, own: &Personal, changed: &Personal) -> Self {
+    pub(crate) fn modulated(&self, own: &OdePlant, changed: &OdePlant) -> Self {
         let (before, p, h) = (&own.parameters, &changed.parameters, STEP.0);
         if p.t_max_g != before.t_max_g {
-            return Self::of(&changed.ode());
+            return Self::of(changed);
         }
         let mut step = *self;
         if p.t_max_i != before.t_max_i {
@@ -118,8 +116,7 @@ impl Euler {
     ) -> [f64; COMPARTMENTS] {
         let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2] = *x;
         let [infused, eaten] = doses;
-        let free = 1.0 - x3;
-        let free = if self.egp == EgpMode::NonNegative && x3 > 1.0 { 0.0 } else { free };
+        let free = if x3 > 1.0 { 0.0 } else { 1.0 - x3 };
         let moving = STEP.0 * x1 * q1;
         let low = self.uptake_slope * q1;
         let uptake = if low < self.uptake { low } else { self.uptake };
@@ -144,8 +141,8 @@ impl Euler {
 
     /// The derivative of the step by the compartments and by a flux.
     ///
-    /// At the kinks (4.5 and 9 mmol/L, X3 = 1 where production is never negative) the slope from above for
-    /// glucose and from below for X3, as in [`jacobian`](ode_sim::equations::jacobian).
+    /// At the kinks (4.5 and 9 mmol/L, X3 = 1) the slope from above for glucose and from below for X3, as in
+    /// [`jacobian`](ode_sim::equations::jacobian).
     pub(crate) fn slopes(&self, x: &[f64; COMPARTMENTS]) -> BodySlopes {
         let ([by_x1, by_x3, by_q1], distant) = self.varying_slopes(x);
         let [e1, e2, e3] = self.effect_on;
@@ -176,8 +173,7 @@ impl Euler {
     #[inline(always)]
     pub(super) fn varying_slopes(&self, x: &[f64; COMPARTMENTS]) -> ([f64; 3], [f64; 4]) {
         let [_, _, _, x1, x2, x3, q1, q2, _, _] = *x;
-        let closed = self.egp == EgpMode::NonNegative && x3 > 1.0;
-        let by_x3 = if closed { 0.0 } else { -self.production };
+        let by_x3 = if x3 > 1.0 { 0.0 } else { -self.production };
         let taken = if self.uptake_slope * q1 < self.uptake { self.uptake_slope } else { 0.0 };
         let cleared = if q1 >= self.renal_from { RENAL } else { 0.0 };
         let (moving, gone) = (STEP.0 * x1, STEP.0 * q1);
@@ -226,7 +222,7 @@ impl PlainRun<'_> {
 #[cfg(test)]
 mod tests {
     use ode_sim::equations::{Forcing, jacobian};
-    use ode_sim::{OdeParameters, OdeVector};
+    use ode_sim::{EgpMode, OdeParameters, OdeVector};
     use physiology::Compartment::{C2, I, Q1, Q2, S1, S2, X1, X2, X3};
     use physiology::{Kilograms, Units, UnitsPerHour};
     use proptest::prelude::*;
@@ -239,7 +235,7 @@ mod tests {
             insulin in prop::array::uniform3(0.0..30.0f64), x1 in 0.0..0.05f64, x2 in 0.0..0.05f64,
             x3 in 0.0..1.6f64, q1 in 0.2..4.0f64, q2 in 0.2..4.0f64,
             gut in prop::array::uniform2(0.0..5.0f64), carbs in 0.0..90.0f64, bolus in 0.0..9.0f64,
-            flux in -0.02..0.02f64, times in prop::array::uniform2(0.5..2.0f64), clamped: bool,
+            flux in -0.02..0.02f64, times in prop::array::uniform2(0.5..2.0f64),
         ) {
             let nominal = OdeParameters::nominal();
             let parameters = OdeParameters {
@@ -248,7 +244,7 @@ mod tests {
                 ..nominal
             };
             let plant = OdePlant {
-                egp: if clamped { EgpMode::NonNegative } else { EgpMode::Reproduction },
+                egp: EgpMode::NonNegative,
                 ..OdePlant::reproduction(parameters, Kilograms(71.0))
             };
             let [s1, s2, i] = insulin;

@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use ode_sim::equations::{Forcing, jacobian};
-use ode_sim::{OdeError, OdeState, OdeVector};
+use ode_sim::{OdeError, OdePlant, OdeState, OdeVector};
 use physiology::StepInput;
 
 use super::euler::Euler;
 use crate::filter::body::OtherBody;
-use crate::filter::personal::Personal;
 use crate::filter::transition::BodySlopes;
 
 /// Which body moves, and what it needs for a step.
@@ -25,7 +23,7 @@ impl Stepper {
     #[inline(always)]
     pub(super) fn advance(
         &self,
-        person: &Personal,
+        person: &OdePlant,
         body: &OdeState,
         input: &StepInput,
         flux: f64,
@@ -40,14 +38,15 @@ impl Stepper {
                 return Ok(body.with_vector(&x));
             }
         }
-        person.ode().advance(body, input, flux)
+        person.advance(body, input, flux)
     }
 
-    /// The body alone one step later and the derivative by its compartments.
+    /// The body alone one step later and the derivative by its compartments; that of the ODE is without exercise and
+    /// rescue carbohydrate.
     #[inline]
     pub(super) fn linearised(
         &self,
-        person: &Personal,
+        person: &OdePlant,
         body: &OdeState,
         input: &StepInput,
         flux: f64,
@@ -57,12 +56,6 @@ impl Stepper {
             Self::Other(other) => return other.linearised(person, body, input, flux),
         };
         let following = self.advance(person, body, input, flux)?;
-        if Euler::covers(body, input) {
-            return Ok((following, euler.slopes(&body.vector().0)));
-        }
-        let exercise = body.exercise.during(input.exercise).multipliers();
-        let forcing = Forcing { exercise, ..Forcing::default() };
-        let j = jacobian(&person.parameters, &body.vector(), &forcing, person.egp);
-        Ok((following, BodySlopes::of_rates(&j, euler.gut_left, person.parameters.t_max_g)))
+        Ok((following, euler.slopes(&body.vector().0)))
     }
 }

@@ -10,7 +10,7 @@ use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Filtered, Innovation, filter, replayed};
 use crate::filter::scored::{Whitening, cautious_scale, normalised};
-use crate::filter::tangent::{Fork, Lanes, few_at_a_time, filtered_with_forks};
+use crate::filter::tangent::{Along, Fork, Lanes, few_at_a_time, filtered_along};
 use crate::filter::whitening::{huber_loss, huber_weight};
 
 /// What is held while the factors are searched: gains and variances of the filter with some parameters, and the
@@ -106,20 +106,12 @@ impl OwnGains {
         struck: &[usize],
     ) -> Result<Self, GapError> {
         let model = setting.model(&factors);
-        let directions = directions();
-        let mut filtered = Filtered::with_capacity(setting.record.len());
-        let mut rows = Vec::new();
-        let forks = filtered_with_forks(
-            &model,
-            setting.record,
-            &directions,
-            struck,
-            &mut filtered,
-            |_, taken| rows = taken,
-        )?;
+        let Along { filtered, blocks, forks } =
+            filtered_along(&model, setting.record, &directions(), struck)?;
         let held = FixedGains::by(setting, filtered);
         let innovations = &held.filtered.innovations;
-        let signatures = scaled(innovations, &rows).collect();
+        // All factors are in one block.
+        let signatures = blocks.iter().flat_map(|(_, rows)| scaled(innovations, rows)).collect();
         let point = Point::of(setting, &held, factors, innovations, signatures);
         Ok(Self { model, held, point, forks })
     }

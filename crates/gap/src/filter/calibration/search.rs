@@ -4,9 +4,9 @@ use super::equations::NormalEquations;
 use super::information::square;
 use super::point::{FixedGains, OwnGains, Point};
 use super::unlogged::{meals, unlogged};
-use super::{Factor, Factors, PersonalFactors, Setting, Square};
+use super::{Calibration, Factor, Factors, PersonalFactors, Setting, Square};
 use crate::error::GapError;
-use crate::filter::kalman::Filtered;
+use crate::filter::scored::Whitening;
 
 /// Iterations in which the dependence of days follows the factors; later ones descend one loss.
 const FOLLOWED: usize = 4;
@@ -15,23 +15,11 @@ const FIRST_TOLERANCE: f64 = 1.0;
 /// Shortest share of a step that is tried.
 const SHORTEST_SHARE: f64 = 1.0 / 16.0;
 
-/// Where the loss is lowest.
-pub(super) struct Solved {
-    pub(super) factors: PersonalFactors,
-    /// The filter with these factors and its own gains.
-    pub(super) filtered: Filtered,
-    /// Posterior covariance of the factors.
-    pub(super) covariance: Square,
-    pub(super) dependence: f64,
-    pub(super) iterations: usize,
-    pub(super) converged: bool,
-}
-
 /// Descends twice: under the gains of everybody's parameters, which one minimum follows from, and under the gains of
 /// what was found, which are nearer to the person's.
 ///
 /// What a third descent would change by its first step counts as uncertainty.
-pub(super) fn solved(setting: &Setting<'_>) -> Result<Solved, GapError> {
+pub(super) fn solved(setting: &Setting<'_>) -> Result<Calibration, GapError> {
     let everybody = PersonalFactors::default();
     let held = FixedGains::of(setting, &everybody)?;
     let first = descended(setting, &held, everybody, FIRST_TOLERANCE)?;
@@ -52,11 +40,21 @@ pub(super) fn solved(setting: &Setting<'_>) -> Result<Solved, GapError> {
     let unlogged = unlogged(setting, &own, dependence, &left);
     let covariance = covariance(&observed(setting, &held, &point, &sd)?, &unlogged)
         .or_else(|_| covariance(&by_gauss, &unlogged))?;
-    Ok(Solved {
-        factors: point.factors,
-        filtered: own.held.filtered,
-        covariance: square(|row, column| covariance[row][column] + left[row] * left[column]),
+    let covariance = square(|row, column| covariance[row][column] + left[row] * left[column]);
+    let (factors, filtered) = (point.factors, own.held.filtered);
+    let at_bound = |factor: &Factor| factors.get(*factor).abs() >= setting.rule.bound;
+    let (Whitening { autoregression, scale }, whitened) = setting.whitened(&filtered);
+    Ok(Calibration {
+        at_bound: Factor::ALL.into_iter().filter(at_bound).collect(),
+        factors,
+        sd: std::array::from_fn(|k| covariance[k][k].sqrt()),
+        covariance,
         dependence,
+        model: own.model,
+        filtered,
+        autoregression,
+        whitened,
+        scale,
         iterations: first.iterations + iterations,
         converged,
     })

@@ -107,7 +107,7 @@ impl pulp::NullaryFnOnce for AdjointKernel<'_> {
 
 #[cfg(test)]
 mod tests {
-    use ode_sim::{EgpMode, OdeParameters};
+    use ode_sim::OdeParameters;
 
     use super::*;
     use crate::filter::kalman::filter;
@@ -121,8 +121,7 @@ mod tests {
         let wave = |k: usize| (0.4 * k as f64).sin();
         let record = record(n);
         let (weight, noise) = (record.weight, NoiseModel::working());
-        let model =
-            AugmentedModel::new(OdeParameters::nominal(), weight, EgpMode::NonNegative, noise);
+        let model = AugmentedModel::new(OdeParameters::nominal(), weight, noise);
         let frozen = filter(&model, &record).expect("finite");
         let factors: Vec<Lanes> =
             (0..n).map(|k| std::array::from_fn(|lane| (0.7 * (k + lane) as f32).cos())).collect();

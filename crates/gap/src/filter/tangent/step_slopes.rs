@@ -10,7 +10,7 @@ use ode_sim::equations::{
 };
 use ode_sim::{OdeParameters, slot};
 use physiology::Compartment;
-use physiology::{MG_PER_DL_PER_MMOL_PER_L, STEP, StepInput};
+use physiology::{MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
 
 use super::Parameter;
 use crate::filter::augmented::{Acting, AugmentedModel, Euler, Stepper, low_depth};
@@ -320,7 +320,7 @@ mod tests {
             gut in prop::array::uniform2(0.0..5.0f64), bolus in 0.0..9.0f64, flux in -0.02..0.02f64,
         ) {
             let (p, weight) = (OdeParameters::nominal(), Kilograms(71.0));
-            let model = AugmentedModel::new(p, weight, EgpMode::NonNegative, NoiseModel::working());
+            let model = AugmentedModel::new(p, weight, NoiseModel::working());
             let [s1, s2, i] = insulin;
             let x = [s1, s2, i, x1, x2, x3, q1, q2, gut[0], gut[1]];
             let (start, _) = model.start(UnitsPerHour(1.0), MgPerDl(120.0));

@@ -35,17 +35,16 @@ pub(super) fn distance(carbs: &[f64], bolus: &[f64]) -> Option<Minutes95> {
     }
     let table = Table::count(carbs, bolus, days)?;
     let (far, near) = (FARTHEST as i64, SEARCHED as i64);
-    let searched: Vec<(i64, Beyond)> = (-far..=far)
+    let searched: Vec<(i64, (f64, f64))> = (-far..=far)
         .step_by(STEP_OF_CLOCKS)
         .filter(|distance| distance.abs() > near)
         .map(|distance| (distance, table.beyond_habit(distance, whole)))
         .collect();
-    let (best, beyond) = searched.iter().max_by(|a, b| a.1.z().total_cmp(&b.1.z()))?;
-    let nearby = (-near..=near)
-        .map(|distance| table.beyond_habit(distance, whole).weight)
-        .fold(0.0, f64::max);
+    let (best, (weight, z)) = searched.iter().max_by(|(_, a), (_, b)| a.1.total_cmp(&b.1))?;
+    let nearby =
+        (-near..=near).map(|distance| table.beyond_habit(distance, whole).0).fold(0.0, f64::max);
     let least = Normal::standard().inverse_cdf(1.0 - FALSE_ALARM / searched.len() as f64);
-    (beyond.z() > least && beyond.weight > PREFERENCE * nearby).then(|| {
+    (*z > least && *weight > PREFERENCE * nearby).then(|| {
         let value = 5.0 * *best as f64;
         let width = 5.0 * HALF_WIDTH as f64;
         Minutes95 { value, lower: value - width, upper: value + width }
@@ -56,23 +55,6 @@ pub(super) fn distance(carbs: &[f64], bolus: &[f64]) -> Option<Minutes95> {
 struct Table {
     days: i64,
     weights: Vec<f64>,
-}
-
-/// What a distance has beyond habit.
-struct Beyond {
-    weight: f64,
-    /// Mean of other days.
-    habit: f64,
-    /// Number of other days.
-    days: f64,
-}
-
-impl Beyond {
-    /// The weight in standard deviations of a count about the mean of other days. The variance of a
-    /// count is its mean; products are at most 1.
-    fn z(&self) -> f64 {
-        self.weight / ((self.habit + 1.0) * (1.0 + 1.0 / self.days)).sqrt()
-    }
 }
 
 impl Table {
@@ -95,8 +77,11 @@ impl Table {
             / (half + 1) as f64
     }
 
+    /// What a distance has beyond habit, the mean of other days; and the same in standard deviations of a count about
+    /// that mean. The variance of a count is its mean; products are at most 1.
+    ///
     /// `whole` is the number of days of the record: fewer pairs of days lie further apart.
-    fn beyond_habit(&self, distance: i64, whole: usize) -> Beyond {
+    fn beyond_habit(&self, distance: i64, whole: usize) -> (f64, f64) {
         let other_days = (-self.days..=self.days).filter(|day| *day != 0).map(|day| {
             let pairs = 1.0 - day.abs() as f64 / whole as f64;
             self.at(distance + day * STEPS_PER_DAY as i64) / pairs
@@ -108,7 +93,8 @@ impl Table {
         other_days.pop();
         let count = other_days.len() as f64;
         let habit = other_days.iter().sum::<f64>() / count;
-        Beyond { weight: self.at(distance) - habit, habit, days: count }
+        let weight = self.at(distance) - habit;
+        (weight, weight / ((habit + 1.0) * (1.0 + 1.0 / count)).sqrt())
     }
 }
 
