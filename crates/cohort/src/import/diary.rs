@@ -38,6 +38,20 @@ const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
 /// The first second of 1900 and of 2200, from 1970.
 pub(super) const SECONDS: std::ops::Range<i64> = -2_208_988_800..7_258_118_400;
 
+/// A second on a person's wall clock, from 1970.
+#[derive(Clone, Copy)]
+pub(super) struct Moment {
+    pub(super) second: i64,
+    /// Whether the clock showed it before: it was set back in between.
+    pub(super) again: bool,
+}
+
+impl From<i64> for Moment {
+    fn from(second: i64) -> Self {
+        Self { second, again: false }
+    }
+}
+
 /// Sum and weight in one step of a channel; the weight is 0 where nothing was recorded.
 #[derive(Clone, Copy, Default)]
 struct Cell {
@@ -171,15 +185,18 @@ impl Diary {
     /// A sensor reading, in the unit of [`Diary::glucose`].
     pub(super) fn reading(
         &mut self,
-        at: i64,
+        at: impl Into<Moment>,
         value: f64,
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
+        let Moment { second: at, again } = at.into();
         check_second(at, &place)?;
         check_value(Channel::Cgm, value, false).map_err(|range| range.at(place()))?;
         let step = (at + STEP / 2).div_euclid(STEP);
-        // Nearer readings weigh more; at equal distance the first one stays.
-        let weight = (STEP - (at - step * STEP).abs()) as f32;
+        // Nearer readings weigh more, half of a step at least; at equal distance the first one stays.
+        let near = (STEP - (at - step * STEP).abs()) as f32;
+        // The hour that comes again only fills gaps.
+        let weight = if again { near / STEP as f32 } else { near };
         let cell = self.cell(Channel::Cgm, step, &place)?;
         let (taken, same) = (cell.weight > 0.0, cell.weight == weight && cell.sum == value);
         if weight > cell.weight {
@@ -665,6 +682,21 @@ mod tests {
         let error = read(MAX_DAYS + 1).expect_err("too many days").to_string();
         let says = "e.csv, row 7321: person 'p' spans 7322 days, more than 7320";
         assert!(error.contains(says), "{error}");
+    }
+
+    #[test]
+    fn the_hour_that_comes_again_only_fills_gaps() {
+        let mut diary = Diary::new("p", "e.csv", GlucoseUnit::MgPerDl);
+        let place = || Place::row("e.csv", 1);
+        let again = |second| Moment { second, again: true };
+        // The file begins with the last reading; those of the second hour are on the grid.
+        diary.reading(again(600), 130.0, place).expect("a reading");
+        diary.reading(again(300), 120.0, place).expect("a reading");
+        diary.reading(310, 100.0, place).expect("a reading");
+        diary.reading(0, 90.0, place).expect("a reading");
+        let imported = diary.finish().expect("a record").expect("a reading");
+        let glucose = imported.person.record.channel(Channel::Cgm);
+        assert_eq!(glucose, [Some(90.0), Some(100.0), Some(130.0)]);
     }
 
     #[test]

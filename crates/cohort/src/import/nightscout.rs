@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use chrono::{DateTime, Utc};
 
-use super::diary::{Diary, GlucoseUnit, people, second};
+use super::diary::{Diary, GlucoseUnit, Moment, people, second};
 use super::files::{self, name};
 use super::json_records::{JsonRecord, for_each};
 use super::zone::{Clock, from_millis, instant};
@@ -165,7 +165,7 @@ fn deleted(record: &JsonRecord<'_>, diary: &mut Diary) -> bool {
 
 /// A reading before the unit is known.
 struct Reading {
-    at: i64,
+    at: Moment,
     value: f64,
     place: Place,
 }
@@ -191,7 +191,7 @@ fn read_entries(
                 diary.note("entries without a reading: left out", || record.place("sgv"));
                 return Ok(());
             };
-            let at = at(&record, &["date", "dateString", "sysTime"], clock)?;
+            let at = moment(&record, &["date", "dateString", "sysTime"], clock)?;
             readings.push(Reading { at, value, place: record.place("sgv") });
             Ok(())
         })?;
@@ -221,6 +221,14 @@ fn at(
     keys: &[&'static str],
     clock: Option<Clock>,
 ) -> Result<i64, CohortError> {
+    Ok(moment(record, keys, clock)?.second)
+}
+
+fn moment(
+    record: &JsonRecord<'_>,
+    keys: &[&'static str],
+    clock: Option<Clock>,
+) -> Result<Moment, CohortError> {
     let key = keys.iter().find(|key| record.value(key).is_some());
     let Some(key) = key else {
         return Err(record.wrong(keys[0], "a time; the key is missing"));
@@ -252,5 +260,5 @@ fn at(
             Clock::Offset(minutes as i32)
         }
     };
-    Ok(second(clock.local(at)))
+    Ok(Moment { second: second(clock.local(at)), again: clock.shows_again(at) })
 }

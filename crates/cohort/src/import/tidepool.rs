@@ -16,7 +16,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::diary::{Diary, GlucoseUnit, Rate, people, second};
+use super::diary::{Diary, GlucoseUnit, Moment, Rate, people, second};
 use super::files::files;
 use super::json_records::{JsonRecord, for_each, number};
 use super::workbook::{Workbook, is_archive};
@@ -150,7 +150,7 @@ impl Reader {
             _ => return Err(record.wrong("units", "mmol/L or mg/dL")),
         };
         let value = required(record, "value")?;
-        self.diary.reading(at(record, self.zone)?, value * factor, || record.place("value"))
+        self.diary.reading(moment(record, self.zone)?, value * factor, || record.place("value"))
     }
 
     fn basal(&mut self, record: &JsonRecord<'_>) -> Result<(), CohortError> {
@@ -282,13 +282,22 @@ fn required(record: &JsonRecord<'_>, key: &str) -> Result<f64, CohortError> {
 
 /// The local second of a datum.
 fn at(record: &JsonRecord<'_>, given: Option<Clock>) -> Result<i64, CohortError> {
+    Ok(moment(record, given)?.second)
+}
+
+fn moment(record: &JsonRecord<'_>, given: Option<Clock>) -> Result<Moment, CohortError> {
+    let of = |clock: Clock, instant| Moment {
+        second: second(clock.local(instant)),
+        again: clock.shows_again(instant),
+    };
     let given = given.filter(|_| record.value("time").is_some());
     if given.is_none()
         && let Some(text) = record.text("deviceTime")?
     {
         let time = parse_iso(text.get(..19).unwrap_or(text));
         let expected = "a local time like 2024-03-01T08:05:00";
-        return time.map(second).ok_or_else(|| record.wrong("deviceTime", expected));
+        let second = time.map(second).ok_or_else(|| record.wrong("deviceTime", expected))?;
+        return Ok(Moment::from(second));
     }
     let Some(text) = record.text("time")? else {
         return Err(record.wrong("time", "an instant; the key is missing"));
@@ -296,7 +305,7 @@ fn at(record: &JsonRecord<'_>, given: Option<Clock>) -> Result<i64, CohortError>
     let expected = "an instant like 2024-03-01T07:05:00.000Z";
     let instant = instant(text).ok_or_else(|| record.wrong("time", expected))?.to_utc();
     if let Some(clock) = given {
-        return Ok(second(clock.local(instant)));
+        return Ok(of(clock, instant));
     }
     let clock = match (record.number("timezoneOffset")?, record.text("timezone")?) {
         (Some(minutes), _) if minutes.abs() <= 18.0 * 60.0 => Clock::Offset(minutes as i32),
@@ -310,5 +319,5 @@ fn at(record: &JsonRecord<'_>, given: Option<Clock>) -> Result<i64, CohortError>
             return Err(record.wrong("deviceTime", expected));
         }
     };
-    Ok(second(clock.local(instant)))
+    Ok(of(clock, instant))
 }

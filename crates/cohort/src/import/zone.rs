@@ -1,6 +1,7 @@
 //! From instants to the wall clock of a person.
 
-use chrono::{DateTime, Datelike as _, FixedOffset, NaiveDateTime, TimeDelta, Utc};
+use chrono::offset::LocalResult;
+use chrono::{DateTime, Datelike as _, FixedOffset, NaiveDateTime, TimeDelta, TimeZone as _, Utc};
 use chrono_tz::{TZ_VARIANTS, Tz};
 
 /// The wall clock that shows an instant.
@@ -22,6 +23,14 @@ impl Clock {
                 .checked_add_signed(TimeDelta::minutes(i64::from(minutes)))
                 .unwrap_or(NaiveDateTime::MAX),
         }
+    }
+
+    /// Whether the clock showed the local time of an instant before: it was set back in between.
+    pub(super) fn shows_again(self, instant: DateTime<Utc>) -> bool {
+        let Self::Zone(zone) = self else { return false };
+        let local = instant.with_timezone(&zone);
+        let instants = zone.from_local_datetime(&local.naive_local());
+        matches!(instants, LocalResult::Ambiguous(first, _) if first != local)
     }
 }
 
@@ -68,6 +77,9 @@ mod tests {
         assert_eq!(local("2024-03-31T01:00:00Z"), "2024-03-31 03:00:00");
         assert_eq!(local("2024-10-27T02:30:00+02:00"), "2024-10-27 02:30:00");
         assert_eq!(local("2024-10-27T02:30:00+01:00"), "2024-10-27 02:30:00");
+        let again = |text: &str| madrid.shows_again(instant(text).expect("a time").to_utc());
+        assert!(again("2024-10-27T02:30:00+01:00") && !again("2024-10-27T02:30:00+02:00"));
+        assert!(!again("2024-10-27T03:00:00+01:00") && !again("2024-10-27T01:59:00+02:00"));
         assert_eq!(local("2023-11-17T03:32:37.089+0100"), "2023-11-17 03:32:37.089");
         assert_eq!(zone("Mars/Olympus"), None);
         let at = from_millis(1_709_280_000_000.0).expect("a time");

@@ -154,17 +154,21 @@ fn the_order_of_day_and_month_is_found_out_or_asked_for() {
 
 #[test]
 fn an_hour_that_stands_twice_on_the_wall_clock_is_not_averaged() {
-    let text = "t,g\n2024-10-27 01:55,100\n2024-10-27 02:00,101\n2024-10-27 02:55,102\n\
-                2024-10-27 02:00,201\n2024-10-27 02:30,202\n2024-10-27 03:00,103\n";
-    let import = import(&[("p.csv", text)], |options| {
-        options.zone = Some("Europe/Madrid".into());
-    })
-    .expect("good");
-    let cgm = import.cohort.people[0].record.cgm();
-    assert_eq!(
-        (cgm[1], cgm[7], cgm[12], cgm[13]),
-        (Some(101.0), Some(202.0), Some(102.0), Some(103.0))
-    );
+    let rows = ["01:55,100", "02:00,101", "02:55,102", "02:00,201", "02:30,202", "03:00,103"]
+        .map(|row| format!("2024-10-27 {row}\n"));
+    let newest_first: String = rows.iter().rev().cloned().collect();
+    for rows in [rows.concat(), newest_first] {
+        let import = import(&[("p.csv", &format!("t,g\n{rows}"))], |options| {
+            options.zone = Some("Europe/Madrid".into());
+        })
+        .expect("good");
+        let cgm = import.cohort.people[0].record.cgm();
+        assert_eq!(
+            (cgm[1], cgm[7], cgm[12], cgm[13]),
+            (Some(101.0), Some(202.0), Some(102.0), Some(103.0)),
+            "{rows}"
+        );
+    }
     let skipped = "t,g\n2024-03-31 01:55,100\n2024-03-31 02:10,101\n2024-03-31 03:00,102\n";
     let import = self::import(&[("p.csv", skipped)], |options| {
         options.zone = Some("Europe/Madrid".into());

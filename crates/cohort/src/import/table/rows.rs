@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use chrono::{Datelike as _, NaiveDateTime};
+use chrono::{Datelike as _, NaiveDateTime, TimeDelta};
 
 use super::clock::{Clock, Hour, Local};
 use super::layout::{Opened, names};
@@ -338,6 +338,8 @@ impl<'a> File<'a> {
             // One of several offsets: at that hour the person's clock showed UTC.
             None => Local { time: stamp.written, hour: Hour::Usual },
         };
+        let mut times = stamps.iter().flatten().map(|stamp| stamp.written);
+        let newest_first = times.next() > times.next_back();
         let mut seen = HashSet::new();
         let mut hours: BTreeMap<String, (NaiveDateTime, bool)> = BTreeMap::new();
         let mut written: BTreeMap<String, String> = BTreeMap::new();
@@ -362,7 +364,8 @@ impl<'a> File<'a> {
             if !(1900..2200).contains(&local.time.year()) {
                 return Err(table.cell_wrong(i, self.time, "a time within the years 1900 to 2199"));
             }
-            let hour = settle(local, hours.entry(id).or_insert((local.time, false)));
+            let state = hours.entry(id).or_insert((local.time, newest_first));
+            let hour = settle(local, state, newest_first);
             match hour {
                 Hour::Skipped => log.note(
                     self.place(i, self.time),
@@ -621,17 +624,18 @@ impl<'a> File<'a> {
 }
 
 /// Which of two equal hours a local time without an offset lies in: the second one from where the
-/// clock went back. `state` is the last such time and whether it was in the second hour.
-fn settle(local: Local, state: &mut (NaiveDateTime, bool)) -> Hour {
+/// clock went back, or, in a file that begins with its newest row, up to there. `state` is the last
+/// such time and whether it was in the second hour.
+fn settle(local: Local, state: &mut (NaiveDateTime, bool), newest_first: bool) -> Hour {
     if local.hour != Hour::FirstOrSecond {
         return local.hour;
     }
     let apart = local.time.signed_duration_since(state.0);
-    let back = -apart;
-    if back > chrono::TimeDelta::minutes(15) && back < chrono::TimeDelta::minutes(75) {
-        state.1 = true;
-    } else if apart > chrono::TimeDelta::hours(2) || -apart > chrono::TimeDelta::hours(2) {
-        state.1 = false;
+    let jump = if newest_first { apart } else { -apart };
+    if jump > TimeDelta::minutes(15) && jump < TimeDelta::minutes(75) {
+        state.1 = !newest_first;
+    } else if apart.abs() > TimeDelta::hours(2) {
+        state.1 = newest_first;
     }
     state.0 = local.time;
     if state.1 { Hour::Second } else { Hour::First }

@@ -69,6 +69,11 @@ fn clocks_that_change_leave_a_gap_or_a_repeated_hour() {
     let autumn = read(&[("entries.json", &entries), ("profile.json", &profile)]);
     assert_eq!(autumn.cohort.people[0].record.cgm(), [Some(100.0)]);
     assert!(notes(&autumn).contains("readings beside a nearer or earlier one"));
+    // Sites write the newest entry first, and the second one may be nearer to the step.
+    let newest_first = r#"[{"sgv":110,"dateString":"2024-10-27T01:55:00Z"},
+                           {"sgv":100,"dateString":"2024-10-27T00:56:00Z"}]"#;
+    let autumn = read(&[("entries.json", newest_first), ("profile.json", &profile)]);
+    assert_eq!(autumn.cohort.people[0].record.cgm(), [Some(100.0)]);
 }
 
 #[test]
