@@ -7,7 +7,7 @@
 //! - [`TrajectoryCost`]: what a change of one sub-network does to simulated glucose, the cost of a repair.
 //! - [`width_search`]: which hidden widths to try next.
 //!
-//! It is the one place, but for the command line, where the ODE and the network meet.
+//! It brings the simulated days of the ODE to the network.
 //!
 //! ```
 //! use development::weeks::{check_split, simulated};
