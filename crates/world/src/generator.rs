@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-/// A generator of bodies. No two share an equation.
+/// A generator of bodies. No two share an equation of glucose, insulin or the gut; what hard
+/// exercise releases is of one form in `padova` and `saturating`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Generator {
