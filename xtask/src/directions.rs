@@ -1,7 +1,6 @@
 //! Which crate may know which: the arrows of `docs/architecture.md`, checked against the manifests.
 
 mod circles;
-mod folders;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -104,7 +103,6 @@ pub(crate) fn check(root: &Path) -> Result<()> {
             wrong.join(", ")
         );
     }
-    folders::check(root)?;
     circles::check(root)
 }
 

@@ -337,7 +337,7 @@ pub enum CohortError {
         /// The value.
         value: f64,
     },
-    /// A window or split rule cannot be applied.
+    /// A window rule cannot be applied.
     #[error("{rule} of {value}: {remedy}")]
     Rule {
         /// The rule's field.
@@ -360,13 +360,36 @@ fn spaced(unit: &str) -> String {
 }
 
 impl CohortError {
+    /// The error of a file or folder that is not in the layout of `expected`.
+    pub(crate) fn layout(
+        file: impl std::fmt::Display,
+        expected: &'static str,
+        reason: impl Into<String>,
+    ) -> Self {
+        Self::WrongLayout { file: file.to_string(), expected, reason: reason.into() }
+    }
+
+    /// The error of a file that is no readable table.
+    pub(crate) fn table(file: impl std::fmt::Display, reason: impl Into<String>) -> Self {
+        Self::Table { file: file.to_string(), reason: reason.into() }
+    }
+
+    /// The error of what the user says in `option`.
+    pub(crate) fn option(option: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Option { option: option.into(), reason: reason.into() }
+    }
+
+    /// Gives the error of a file that cannot be `action` for the system's reason.
+    pub(crate) fn io(file: &str, action: &'static str) -> impl Fn(std::io::Error) -> Self + Copy {
+        move |source| Self::Io { file: file.into(), action, source }
+    }
+
     /// The error of a table that could not be written. The table library wraps the system's reason in words
     /// about what it reads.
     pub(crate) fn not_written(file: &str, error: &impl std::fmt::Display) -> Self {
         let text = error.to_string();
         let reason = text.rsplit("IO error: ").next().unwrap_or_default().to_owned();
-        let source = std::io::Error::other(reason);
-        Self::Io { file: file.into(), action: "written", source }
+        Self::io(file, "written")(std::io::Error::other(reason))
     }
 
     /// File, row and column, as far as the error has them.

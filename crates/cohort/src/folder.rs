@@ -64,11 +64,10 @@ pub fn read_folder(folder: &Path) -> Result<Cohort, CohortError> {
 /// The format of the folder's records.
 fn records_format(folder: &Path) -> Result<RecordsFormat, CohortError> {
     match (folder.join(RECORDS_CSV).exists(), folder.join(RECORDS_PARQUET).exists()) {
-        (true, true) => Err(CohortError::WrongLayout {
-            file: folder.display().to_string(),
-            expected: "a cohort folder",
-            reason: "both records.csv and records.parquet; remove one".into(),
-        }),
+        (true, true) => {
+            let reason = "both records.csv and records.parquet; remove one";
+            Err(CohortError::layout(folder.display(), "a cohort folder", reason))
+        }
         (true, false) => Ok(RecordsFormat::Csv),
         (false, true) => Ok(RecordsFormat::Parquet),
         (false, false) => Err(CohortError::MissingFile {
@@ -100,18 +99,13 @@ pub fn write_folder(
         RecordsFormat::Parquet => RECORDS_CSV,
     };
     if folder.join(other).exists() {
-        return Err(CohortError::WrongLayout {
-            file: folder.display().to_string(),
-            expected: "a folder to write a cohort into",
-            reason: format!("it already holds {other}; remove it or choose another folder"),
-        });
+        let reason = format!("it already holds {other}; remove it or choose another folder");
+        let expected = "a folder to write a cohort into";
+        return Err(CohortError::layout(folder.display(), expected, reason));
     }
     write_records::check(cohort)?;
-    std::fs::create_dir_all(folder).map_err(|source| CohortError::Io {
-        file: folder.display().to_string(),
-        action: "written",
-        source,
-    })?;
+    std::fs::create_dir_all(folder)
+        .map_err(CohortError::io(&folder.display().to_string(), "written"))?;
     write_records::write(cohort, folder, format)?;
     people_table::write(cohort, folder)
 }
@@ -122,7 +116,7 @@ fn write_whole(
     name: &str,
     write: impl FnOnce(std::fs::File) -> Result<(), CohortError>,
 ) -> Result<(), CohortError> {
-    let failed = |source| CohortError::Io { file: name.into(), action: "written", source };
+    let failed = CohortError::io(name, "written");
     let partial = folder.join(format!(".{name}.partial"));
     let file = std::fs::File::create(&partial).map_err(failed)?;
     if let Err(error) = write(file) {

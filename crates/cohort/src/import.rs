@@ -21,9 +21,11 @@ mod metabonet;
 mod nightscout;
 mod ohio;
 mod parquet_rows;
+mod rates;
 mod replaybg;
 mod report;
 mod simglucose;
+mod steps;
 mod t1d_uom;
 mod t1dexi;
 mod t1dsim;
@@ -135,6 +137,28 @@ pub fn import_with(
     Ok(imported)
 }
 
+/// The one source of a format that takes no options of tables; a refusal names `clock` among them.
+fn single<'a>(
+    format: ImportFormat,
+    sources: &'a [PathBuf],
+    options: &TableOptions,
+    clock: &str,
+) -> Result<&'a Path, CohortError> {
+    let name = format.name();
+    if !options.is_default() {
+        let reason =
+            format!("{name} needs none of --map, --unit, {clock}, --dates, --decimal and --sheet");
+        return Err(CohortError::option("--from", reason));
+    }
+    match sources {
+        [source] => Ok(source.as_path()),
+        several => {
+            let reason = format!("{name} takes one folder or file, not {}", several.len());
+            Err(CohortError::option("SOURCE", reason))
+        }
+    }
+}
+
 /// Runs an importer of one folder or file.
 fn folder(
     run: fn(&Path) -> Result<Import, CohortError>,
@@ -142,20 +166,7 @@ fn folder(
     sources: &[PathBuf],
     options: &TableOptions,
 ) -> Result<Import, CohortError> {
-    let wrong =
-        |option: &str, reason: String| Err(CohortError::Option { option: option.into(), reason });
-    let name = format.name();
-    if !options.is_default() {
-        let reason =
-            format!("{name} needs none of --map, --unit, --zone, --dates, --decimal and --sheet");
-        return wrong("--from", reason);
-    }
-    match sources {
-        [source] => run(source),
-        several => {
-            wrong("SOURCE", format!("{name} takes one folder or file, not {}", several.len()))
-        }
-    }
+    run(single(format, sources, options, "--zone")?)
 }
 
 /// Runs an importer of one folder or file whose times are instants; a zone says what the wall clock showed.
@@ -165,24 +176,9 @@ fn zoned(
     sources: &[PathBuf],
     options: &TableOptions,
 ) -> Result<Import, CohortError> {
-    let wrong =
-        |option: &str, reason: String| Err(CohortError::Option { option: option.into(), reason });
-    let name = format.name();
-    let clock = match &options.zone {
-        Some(zone) => Some(zone::Clock::Zone(table::clock::find(zone)?)),
-        None => None,
-    };
-    if !(TableOptions { zone: None, ..options.clone() }).is_default() {
-        let reason =
-            format!("{name} needs none of --map, --unit, --utc, --dates, --decimal and --sheet");
-        return wrong("--from", reason);
-    }
-    match sources {
-        [source] => run(source, clock),
-        several => {
-            wrong("SOURCE", format!("{name} takes one folder or file, not {}", several.len()))
-        }
-    }
+    let zone = options.zone.as_deref().map(table::clock::find).transpose()?;
+    let others = TableOptions { zone: None, ..options.clone() };
+    run(single(format, sources, &others, "--utc")?, zone.map(zone::Clock::Zone))
 }
 
 /// Runs an importer of tables.

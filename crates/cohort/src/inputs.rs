@@ -45,7 +45,7 @@ impl Person {
                 len: self.record.len(),
             });
         }
-        let baseline = self.resting_heart_rate().map(|rest| rest.value.0);
+        let baseline = self.resting_heart_rate().map(|rest| rest.0);
         range
             .map(|k| {
                 let dose = |channel| self.dose(channel, k, missing);

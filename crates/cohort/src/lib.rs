@@ -10,7 +10,7 @@
 //! - [`export()`]: a cohort in the formats of other programs.
 //! - [`findings`], [`StraightLines`], [`mass_balance`]: what looks wrong, and the daily totals.
 //! - [`Person::inputs`]: a person's columns as the inputs of a plant.
-//! - [`windows`], [`split_by_time`], [`split_by_person`]: training and held-out parts.
+//! - [`windows`], [`split_by_time`]: training and held-out parts.
 //!
 //! The crate knows no model. It reads and writes paths because the tables demand files; it prints
 //! nothing.
@@ -52,7 +52,7 @@ mod text_table;
 mod wall_clock;
 mod window;
 
-pub use contract::import_report::MassBalance;
+pub use contract::import_report::{ImplausibleFigure, MassBalance};
 pub use error::{CohortError, Place};
 pub use export::{Csv, CsvCell, ExportFormat, export};
 pub use faults::Fault;
@@ -65,11 +65,10 @@ pub use inputs::MissingDoses;
 pub use mass_balance::{insulin_u_day, mass_balance};
 pub use parquet_sink::{CellKind, Cells, ParquetSink};
 pub use person::{Cohort, Person, Therapy};
-pub use plausibility::{Finding, findings};
+pub use plausibility::findings;
 pub use record::{Channel, Record};
-pub use resting_heart_rate::{RestRule, RestingHeartRate};
 pub use sensor_cadence::SensorCadence;
-pub use split::{PersonSplit, TRAINING_DAYS, TimeSplit, split_by_person, split_by_time};
+pub use split::{TRAINING_DAYS, TimeSplit, split_by_time};
 pub use straight_lines::StraightLines;
 pub use text_table::{TextColumn, TextTable};
 pub use window::{DoseRule, Window, WindowRule, windows};

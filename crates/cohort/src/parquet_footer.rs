@@ -25,89 +25,52 @@ enum Kind {
     Skipped,
 }
 
-/// Fields of a structure that the library reads, by number.
-type Fields = &'static [(i16, Kind)];
+/// Fields of a structure that the library reads: the first and the last number of those of a kind.
+type Fields = &'static [(i16, i16, Kind)];
 
 use Kind::{Byte, List, Skipped, Structure, Text, Truth, Whole};
 
 const FILE: Fields = &[
-    (1, Whole),
-    (2, List(&Structure(SCHEMA_ELEMENT))),
-    (3, Whole),
-    (4, List(&Structure(ROW_GROUP))),
-    (5, List(&Structure(KEY_VALUE))),
-    (6, Text),
-    (7, List(&Structure(&[(1, Structure(&[]))]))),
+    (1, 1, Whole),
+    (2, 2, List(&Structure(SCHEMA_ELEMENT))),
+    (3, 3, Whole),
+    (4, 4, List(&Structure(ROW_GROUP))),
+    (5, 5, List(&Structure(KEY_VALUE))),
+    (6, 6, Text),
+    (7, 7, List(&Structure(&[(1, 1, Structure(&[]))]))),
 ];
-const KEY_VALUE: Fields = &[(1, Text), (2, Text)];
-const SCHEMA_ELEMENT: Fields = &[
-    (1, Whole),
-    (2, Whole),
-    (3, Whole),
-    (4, Text),
-    (5, Whole),
-    (6, Whole),
-    (7, Whole),
-    (8, Whole),
-    (9, Whole),
-    (10, Structure(LOGICAL_TYPE)),
-];
+const KEY_VALUE: Fields = &[(1, 2, Text)];
+const SCHEMA_ELEMENT: Fields =
+    &[(1, 3, Whole), (4, 4, Text), (5, 9, Whole), (10, 10, Structure(LOGICAL_TYPE))];
 const LOGICAL_TYPE: Fields = &[
-    (1, Structure(&[])),
-    (2, Structure(&[])),
-    (3, Structure(&[])),
-    (4, Structure(&[])),
-    (5, Structure(&[(1, Whole), (2, Whole)])),
-    (6, Structure(&[])),
-    (7, Structure(TIME)),
-    (8, Structure(TIME)),
-    (10, Structure(&[(1, Byte), (2, Truth)])),
-    (11, Structure(&[])),
-    (12, Structure(&[])),
-    (13, Structure(&[])),
-    (14, Structure(&[])),
-    (15, Structure(&[])),
+    (1, 4, Structure(&[])),
+    (5, 5, Structure(&[(1, 2, Whole)])),
+    (6, 6, Structure(&[])),
+    (7, 8, Structure(TIME)),
+    (10, 10, Structure(&[(1, 1, Byte), (2, 2, Truth)])),
+    (11, 15, Structure(&[])),
 ];
-const TIME: Fields =
-    &[(1, Truth), (2, Structure(&[(1, Structure(&[])), (2, Structure(&[])), (3, Structure(&[]))]))];
+const TIME: Fields = &[(1, 1, Truth), (2, 2, Structure(&[(1, 3, Structure(&[]))]))];
 const ROW_GROUP: Fields = &[
-    (1, List(&Structure(COLUMN_CHUNK))),
-    (2, Whole),
-    (3, Whole),
-    (4, List(&Structure(&[(1, Whole), (2, Truth), (3, Truth)]))),
-    (5, Whole),
-    (6, Whole),
-    (7, Whole),
+    (1, 1, List(&Structure(COLUMN_CHUNK))),
+    (2, 3, Whole),
+    (4, 4, List(&Structure(&[(1, 1, Whole), (2, 3, Truth)]))),
+    (5, 7, Whole),
 ];
-const COLUMN_CHUNK: Fields = &[
-    (1, Text),
-    (2, Whole),
-    (3, Structure(COLUMN)),
-    (4, Whole),
-    (5, Whole),
-    (6, Whole),
-    (7, Whole),
-    (9, Text),
-];
+const COLUMN_CHUNK: Fields =
+    &[(1, 1, Text), (2, 2, Whole), (3, 3, Structure(COLUMN)), (4, 7, Whole), (9, 9, Text)];
 const COLUMN: Fields = &[
-    (1, Whole),
-    (2, List(&Whole)),
-    (3, List(&Text)),
-    (4, Whole),
-    (5, Whole),
-    (6, Whole),
-    (7, Whole),
-    (8, List(&Structure(KEY_VALUE))),
-    (9, Whole),
-    (10, Whole),
-    (11, Whole),
-    (12, Structure(STATISTICS)),
-    (13, List(&Structure(&[(1, Whole), (2, Whole), (3, Whole)]))),
-    (14, Whole),
-    (15, Whole),
+    (1, 1, Whole),
+    (2, 2, List(&Whole)),
+    (3, 3, List(&Text)),
+    (4, 7, Whole),
+    (8, 8, List(&Structure(KEY_VALUE))),
+    (9, 11, Whole),
+    (12, 12, Structure(STATISTICS)),
+    (13, 13, List(&Structure(&[(1, 3, Whole)]))),
+    (14, 15, Whole),
 ];
-const STATISTICS: Fields =
-    &[(1, Text), (2, Text), (3, Whole), (4, Whole), (5, Text), (6, Text), (7, Truth), (8, Truth)];
+const STATISTICS: Fields = &[(1, 2, Text), (3, 4, Whole), (5, 6, Text), (7, 8, Truth)];
 
 /// Checks that a file begins and ends as Parquet does, that the fields of its footer have the types of the format, and
 /// that no list there claims more entries than bytes follow; messages call it `name`.
@@ -115,14 +78,12 @@ const STATISTICS: Fields =
 /// # Errors
 /// [`CohortError::Table`] for a damaged file, [`CohortError::Io`] for one that cannot be read.
 pub(crate) fn check(mut file: File, name: &str) -> Result<(), CohortError> {
-    let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
-    if is_whole(&mut file).map_err(failed)? {
+    if is_whole(&mut file).map_err(CohortError::io(name, "read"))? {
         return Ok(());
     }
     let reason =
-        "it does not begin and end as Parquet does, or its footer is damaged; it may be cut off"
-            .into();
-    Err(CohortError::Table { file: name.into(), reason })
+        "it does not begin and end as Parquet does, or its footer is damaged; it may be cut off";
+    Err(CohortError::table(name, reason))
 }
 
 fn is_whole(file: &mut File) -> std::io::Result<bool> {
@@ -221,8 +182,8 @@ impl Thrift<'_> {
                 return Some(());
             }
             number = self.field(header, number)?;
-            let kind = known.iter().find(|(known, _)| *known == number);
-            let kind = kind.map_or(Skipped, |(_, kind)| *kind);
+            let kind = known.iter().find(|(first, last, _)| (*first..=*last).contains(&number));
+            let kind = kind.map_or(Skipped, |(.., kind)| *kind);
             match (header & 0x0f, kind) {
                 // A truth value is in the header.
                 (1 | 2, Truth | Skipped) => (),

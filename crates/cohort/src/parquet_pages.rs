@@ -29,10 +29,7 @@ pub(crate) fn check(
     name: &str,
     wanted: impl Fn(&str) -> bool,
 ) -> Result<(), CohortError> {
-    let damaged = || CohortError::Table {
-        file: name.into(),
-        reason: "damaged, or of a kind that cannot be read".into(),
-    };
+    let damaged = || CohortError::table(name, "damaged, or of a kind that cannot be read");
     // The library panics on some damage.
     let looked = catch_unwind(AssertUnwindSafe(|| {
         let length = file.seek(SeekFrom::End(0)).ok()?;

@@ -9,7 +9,7 @@ use std::io::Write;
 use polars::io::parquet::write::BatchedWriter;
 use polars::prelude::{
     Column, DataFrame, DataType, IntoColumn, NamedFrom, ParquetCompression, ParquetWriter,
-    PolarsError, Series,
+    PolarsError, PolarsResult, Schema, Series,
 };
 
 use crate::error::CohortError;
@@ -102,13 +102,7 @@ impl<W: Write> ParquetSink<W> {
             Series::new_empty((*name).into(), &dtype).into_column()
         });
         let writer = DataFrame::new(0, empty.collect())
-            .and_then(|frame| {
-                ParquetWriter::new(writer)
-                    .with_compression(ParquetCompression::Snappy)
-                    // Callers write several tables at once, one on each thread.
-                    .set_parallel(false)
-                    .batched(frame.schema())
-            })
+            .and_then(|frame| snappy(writer, frame.schema()))
             .map_err(|error| failed(&file, &error))?;
         let columns = columns.iter().map(|(name, kind)| ((*name).to_owned(), *kind)).collect();
         Ok(Self { file, columns, writer, rows: 0 })
@@ -123,7 +117,7 @@ impl<W: Write> ParquetSink<W> {
         let rows = cells.first().map_or(0, Cells::len);
         if cells.len() != self.columns.len() {
             let reason = format!("{} columns, {} are needed", cells.len(), self.columns.len());
-            return Err(CohortError::Table { file: self.file.clone(), reason });
+            return Err(CohortError::table(&self.file, reason));
         }
         for ((name, kind), cells) in self.columns.iter().zip(&cells) {
             if cells.kind() != *kind || cells.len() != rows {
@@ -132,7 +126,7 @@ impl<W: Write> ParquetSink<W> {
                     cells.len(),
                     cells.kind()
                 );
-                return Err(CohortError::Table { file: self.file.clone(), reason });
+                return Err(CohortError::table(&self.file, reason));
             }
         }
         let columns = self.columns.iter().zip(cells).map(|((name, _), c)| c.into_column(name));
@@ -152,6 +146,29 @@ impl<W: Write> ParquetSink<W> {
         self.writer.finish().map_err(|error| failed(&self.file, &error))?;
         Ok(self.rows)
     }
+}
+
+fn snappy<W: Write>(writer: W, schema: &Schema) -> PolarsResult<BatchedWriter<W>> {
+    ParquetWriter::new(writer)
+        .with_compression(ParquetCompression::Snappy)
+        // Callers write several tables at once, one on each thread.
+        .set_parallel(false)
+        .batched(schema)
+}
+
+/// Writes parts as the row groups of a table, each made when it is written; nothing without a part.
+pub(crate) fn write_parts<W: Write, T>(
+    writer: W,
+    parts: &[T],
+    frame: impl Fn(&T) -> PolarsResult<DataFrame>,
+) -> PolarsResult<()> {
+    let Some(first) = parts.first() else { return Ok(()) };
+    let mut writer = snappy(writer, frame(first)?.schema())?;
+    for part in parts {
+        writer.write_batch(&frame(part)?)?;
+    }
+    writer.finish()?;
+    Ok(())
 }
 
 fn failed(file: &str, error: &PolarsError) -> CohortError {

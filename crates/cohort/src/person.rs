@@ -4,6 +4,9 @@ use physiology::{BeatsPerMinute, Kilograms};
 
 use crate::record::Record;
 
+/// Kilograms in a pound.
+pub(crate) const KG_PER_LB: f64 = 0.453_592_37;
+
 /// People observed in one study or made in one world.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cohort {

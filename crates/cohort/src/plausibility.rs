@@ -3,7 +3,7 @@
 //! The bounds are wide. They catch a wrong unit, a rate read as an amount, a day without a pump, or
 //! a meal in milligrams; they say nothing about a person's treatment.
 
-use chrono::{NaiveDate, NaiveDateTime};
+use chrono::NaiveDate;
 use contract::import_report::ImplausibleFigure;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
@@ -28,79 +28,28 @@ const LARGEST_BOLUS_U: f64 = 35.0;
 /// Share of a calendar day's steps that must be recorded before the day is judged.
 const JUDGED_SHARE: f64 = 0.9;
 
-/// An implausible figure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// The person.
-    pub person: String,
-    /// Column of `records.csv`.
-    pub column: &'static str,
-    /// The calendar day, if the finding is about one.
-    pub date: Option<NaiveDate>,
-    /// The step within the record, if the finding is about one.
-    pub step: Option<usize>,
-    /// Start of that step: with the person it identifies the row of `records.csv`.
-    pub time: Option<NaiveDateTime>,
-    /// What was judged.
-    pub what: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// Its unit.
-    pub unit: &'static str,
-    /// Smallest and largest plausible value.
-    pub plausible: (f64, f64),
-}
-
-impl std::fmt::Display for Finding {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "person '{}'", self.person)?;
-        if let Some(date) = self.date {
-            write!(f, ", {date}")?;
-        }
-        if let Some(time) = self.time {
-            write!(f, ", {time}")?;
-        }
-        let (low, high) = self.plausible;
-        write!(
-            f,
-            ", column {}: {} of {:.3} {} is outside {low} to {high}; check the unit",
-            self.column, self.what, self.value, self.unit
-        )
-    }
-}
-
-impl From<&Finding> for ImplausibleFigure {
-    fn from(found: &Finding) -> Self {
-        Self {
-            person: found.person.clone(),
-            column: found.column.to_owned(),
-            date: found.date.map(|date| date.to_string()),
-            step: found.step,
-            time: found.time.map(|time| time.to_string()),
-            what: found.what.to_owned(),
-            value: found.value,
-            unit: found.unit.to_owned(),
-            plausible: found.plausible,
-        }
-    }
-}
-
 /// Everything implausible in a person's record, means first, then days and steps in order.
 #[must_use]
-pub fn findings(person: &Person) -> Vec<Finding> {
+pub fn findings(person: &Person) -> Vec<ImplausibleFigure> {
     let balance = mass_balance(person);
     let mut found = Vec::new();
-    let mut judge = |channel: Channel, date, step, what, value: f64, unit, (low, high)| {
+    let mut judge = |channel: Channel,
+                     date: Option<NaiveDate>,
+                     step: Option<usize>,
+                     what: &str,
+                     value: f64,
+                     unit: &str,
+                     (low, high): (f64, f64)| {
         if !(low..=high).contains(&value) {
-            found.push(Finding {
+            found.push(ImplausibleFigure {
                 person: person.id.clone(),
-                column: channel.column(),
-                date,
+                column: channel.column().into(),
+                date: date.map(|date| date.to_string()),
                 step,
-                time: step.map(|k| person.record.time(k)),
-                what,
+                time: step.map(|k| person.record.time(k).to_string()),
+                what: what.into(),
                 value,
-                unit,
+                unit: unit.into(),
                 plausible: (low, high),
             });
         }
@@ -140,24 +89,14 @@ pub fn findings(person: &Person) -> Vec<Finding> {
     }
     let record = &person.record;
     for k in 0..record.len() {
-        if let Some(carbs) = record.carbs()[k] {
-            judge(Channel::Carbs, None, Some(k), "meal", carbs, "g", (0.0, LARGEST_MEAL_G));
-        }
-        let steps_per_hour = STEPS_PER_HOUR as f64;
-        if let Some(bolus) = record.bolus()[k] {
-            judge(Channel::Bolus, None, Some(k), "bolus", bolus, "U", (0.0, LARGEST_BOLUS_U));
-        }
-        if let Some(rate) = record.basal()[k] {
-            let amount = rate / steps_per_hour;
-            judge(
-                Channel::Basal,
-                None,
-                Some(k),
-                "basal of the step",
-                amount,
-                "U",
-                (0.0, LARGEST_BOLUS_U),
-            );
+        for (channel, what, per_step, unit, largest) in [
+            (Channel::Carbs, "meal", 1.0, "g", LARGEST_MEAL_G),
+            (Channel::Bolus, "bolus", 1.0, "U", LARGEST_BOLUS_U),
+            (Channel::Basal, "basal of the step", STEPS_PER_HOUR as f64, "U", LARGEST_BOLUS_U),
+        ] {
+            if let Some(value) = record.channel(channel)[k] {
+                judge(channel, None, Some(k), what, value / per_step, unit, (0.0, largest));
+            }
         }
     }
     found
@@ -227,7 +166,7 @@ mod tests {
         let mut big = person(1.0);
         big.record.channel_mut(Channel::Carbs)[7] = Some(900.0);
         big.weight = Some(Kilograms(10.0));
-        let found: Vec<String> = findings(&big).iter().map(Finding::to_string).collect();
+        let found: Vec<String> = findings(&big).iter().map(ToString::to_string).collect();
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].contains("mean insulin a day per weight of 2.400 U/kg"), "{found:?}");
         assert!(

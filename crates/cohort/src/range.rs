@@ -8,30 +8,13 @@ use crate::record::Channel;
 /// mg/dL, and 35 mmol/L is beyond every sensor.
 pub(crate) const MMOL_MEDIAN: f64 = 35.0;
 
-/// A value outside its column's range.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Outside {
+/// Checks the value of a cell; `differences` says that heart rates are differences from a baseline.
+pub(crate) fn check_value(
+    channel: Channel,
     value: f64,
-    low: f64,
-    high: f64,
-    unit: &'static str,
-}
-
-impl Outside {
-    /// The error, given the cell.
-    pub(crate) fn at(self, place: Place) -> CohortError {
-        let Self { value, low, high, unit } = self;
-        let remedy = if value < low && low == 0.0 {
-            "a negative value is not a dose, count or share; correct it or leave the cell empty"
-        } else {
-            "check the column's unit, or leave the cell empty"
-        };
-        CohortError::OutOfRange { place, value, low, high, unit, remedy }
-    }
-}
-
-/// Checks a value; `differences` says that heart rates are differences from a baseline.
-pub(crate) fn check_value(channel: Channel, value: f64, differences: bool) -> Result<(), Outside> {
+    differences: bool,
+    place: impl FnOnce() -> Place,
+) -> Result<(), CohortError> {
     let (low, high) = match channel {
         Channel::Cgm => (f64::MIN_POSITIVE, 2000.0),
         // A bolus of 100 U inside one step, as a rate.
@@ -45,20 +28,25 @@ pub(crate) fn check_value(channel: Channel, value: f64, differences: bool) -> Re
     };
     let flag = channel != Channel::SetChange || value == 0.0 || value == 1.0;
     if (low..=high).contains(&value) && flag {
-        Ok(())
-    } else {
-        let low = if channel == Channel::Cgm { 0.0 } else { low };
-        Err(Outside { value, low, high, unit: channel.unit() })
+        return Ok(());
     }
+    let low = if channel == Channel::Cgm { 0.0 } else { low };
+    let remedy = if value < low && low == 0.0 {
+        "a negative value is not a dose, count or share; correct it or leave the cell empty"
+    } else {
+        "check the column's unit, or leave the cell empty"
+    };
+    let (place, unit) = (place(), channel.unit());
+    Err(CohortError::OutOfRange { place, value, low, high, unit, remedy })
+}
+
+/// The middle one of some values; of two the higher one.
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// The median of a glucose column if it can only be mmol/L.
 pub(crate) fn looks_like_mmol(cgm: &[Option<f64>]) -> Option<f64> {
-    let mut values: Vec<f64> = cgm.iter().copied().flatten().collect();
-    if values.is_empty() {
-        return None;
-    }
-    let middle = values.len() / 2;
-    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    (*median < MMOL_MEDIAN).then_some(*median)
+    median(cgm.iter().copied().flatten().collect()).filter(|median| *median < MMOL_MEDIAN)
 }

@@ -2,7 +2,7 @@
 
 use chrono::{Datelike, NaiveDateTime, TimeDelta, Timelike, Weekday};
 
-use crate::error::CohortError;
+use crate::error::{CohortError, Place};
 
 /// Longest record, days: 20 years. Anything longer is a wrong date.
 pub(crate) const MAX_DAYS: i64 = 20 * 366;
@@ -272,6 +272,27 @@ impl Record {
             len: range.len(),
             channels: std::array::from_fn(|c| self.channels[c][range.clone()].to_vec()),
         })
+    }
+}
+
+/// Refuses a row's time that is off the grid or not after the person's row above, `previous`.
+pub(crate) fn follows(
+    time: NaiveDateTime,
+    previous: Option<NaiveDateTime>,
+    person: &str,
+    place: impl FnOnce() -> Place,
+) -> Result<(), CohortError> {
+    if !on_grid(time) {
+        return Err(CohortError::OffGrid { place: place(), time });
+    }
+    match previous {
+        Some(previous) if time == previous => {
+            Err(CohortError::DuplicateStep { place: place(), person: person.into(), time })
+        }
+        Some(previous) if time < previous => {
+            Err(CohortError::OutOfOrder { place: place(), person: person.into(), time, previous })
+        }
+        _ => Ok(()),
     }
 }
 

@@ -9,41 +9,20 @@ use physiology::{BeatsPerMinute, STEPS_PER_DAY, STEPS_PER_HOUR};
 use crate::person::Person;
 use crate::split::TRAINING_DAYS;
 
-/// How rest was recognised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RestRule {
-    /// The source states the baseline (0 where it gives differences from it).
-    Given,
-    /// Mean over steps of five minutes without walking, also in the half hour before.
-    NoStepsForHalfAnHour,
-    /// Mean of the values at or below their median, used where too few steps have a step count.
-    LowerHalf,
-}
-
-/// A resting heart rate and where it comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RestingHeartRate {
-    /// The baseline.
-    pub value: BeatsPerMinute,
-    /// How rest was recognised.
-    pub rule: RestRule,
-    /// Number of steps in the mean; 0 where given.
-    pub steps: usize,
-}
-
 /// Fewest resting steps for the step-counter rule: one hour.
 const FEWEST_STEPS: usize = STEPS_PER_HOUR;
 /// Length of the time without walking before a step: half an hour.
 const STILL_BEFORE: usize = STEPS_PER_HOUR / 2;
 
 impl Person {
-    /// Heart rate at rest: the given baseline, or else an estimate by [`RestRule`] from the first
-    /// 14 days that have heart rates (so that held-out days do not enter). `None` if no heart rate
-    /// is recorded.
+    /// Heart rate at rest: the given baseline (0 where the source gives differences from it), or else an estimate from
+    /// the first 14 days that have heart rates, so that held-out days do not enter. That is the mean over steps of five
+    /// minutes without walking, also in the half hour before, or, where too few steps have a step count, of the values
+    /// at or below their median. `None` if no heart rate is recorded.
     #[must_use]
-    pub fn resting_heart_rate(&self) -> Option<RestingHeartRate> {
-        if let Some(value) = self.heart_rate_baseline {
-            return Some(RestingHeartRate { value, rule: RestRule::Given, steps: 0 });
+    pub fn resting_heart_rate(&self) -> Option<BeatsPerMinute> {
+        if self.heart_rate_baseline.is_some() {
+            return self.heart_rate_baseline;
         }
         let heart_rate = self.record.heart_rate();
         let first = heart_rate.iter().position(Option::is_some)?;
@@ -56,18 +35,17 @@ impl Person {
         let resting: Vec<f64> =
             (first..end).filter(|&k| still(k)).filter_map(|k| heart_rate[k]).collect();
         if resting.len() >= FEWEST_STEPS {
-            return Some(estimate(&resting, RestRule::NoStepsForHalfAnHour));
+            return Some(mean(&resting));
         }
         let mut values: Vec<f64> = heart_rate[first..end].iter().copied().flatten().collect();
         values.sort_by(f64::total_cmp);
         values.truncate(values.len().div_ceil(2));
-        Some(estimate(&values, RestRule::LowerHalf))
+        Some(mean(&values))
     }
 }
 
-fn estimate(values: &[f64], rule: RestRule) -> RestingHeartRate {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    RestingHeartRate { value: BeatsPerMinute(mean), rule, steps: values.len() }
+fn mean(values: &[f64]) -> BeatsPerMinute {
+    BeatsPerMinute(values.iter().sum::<f64>() / values.len() as f64)
 }
 
 #[cfg(test)]
@@ -98,18 +76,13 @@ mod tests {
         let person = person(40, |k| {
             (Some(if k < 16 { 90.0 } else { 60.0 }), Some(if k < 10 { 50.0 } else { 0.0 }))
         });
-        let rest = person.resting_heart_rate().expect("heart rate is there");
-        assert_eq!(
-            (rest.value.0, rest.rule, rest.steps),
-            (60.0, RestRule::NoStepsForHalfAnHour, 24)
-        );
+        assert_eq!(person.resting_heart_rate(), Some(BeatsPerMinute(60.0)));
     }
 
     #[test]
     fn without_a_step_counter_the_lower_half_counts() {
         let person = person(5, |k| (Some(60.0 + 10.0 * k as f64), None));
-        let rest = person.resting_heart_rate().expect("heart rate is there");
-        assert_eq!((rest.value.0, rest.rule, rest.steps), (70.0, RestRule::LowerHalf, 3));
+        assert_eq!(person.resting_heart_rate(), Some(BeatsPerMinute(70.0)));
     }
 
     #[test]
@@ -117,9 +90,9 @@ mod tests {
         let boundary = TRAINING_DAYS * STEPS_PER_DAY;
         let mut person =
             person(boundary + 288, |k| (Some(if k < boundary { 60.0 } else { 30.0 }), Some(0.0)));
-        assert_eq!(person.resting_heart_rate().map(|rest| rest.value.0), Some(60.0));
+        assert_eq!(person.resting_heart_rate(), Some(BeatsPerMinute(60.0)));
         person.heart_rate_baseline = Some(BeatsPerMinute(0.0));
-        assert_eq!(person.resting_heart_rate().map(|rest| rest.value.0), Some(0.0));
+        assert_eq!(person.resting_heart_rate(), Some(BeatsPerMinute(0.0)));
     }
 
     #[test]

@@ -128,10 +128,8 @@ impl TextTable {
         // One chunk, so that a cell is found without a search.
         frame.rechunk_mut();
         if frame.height() != lines.len() {
-            return Err(CohortError::Table {
-                file: name.into(),
-                reason: format!("{} rows were read of {}", frame.height(), lines.len()),
-            });
+            let reason = format!("{} rows were read of {}", frame.height(), lines.len());
+            return Err(CohortError::table(name, reason));
         }
         Ok(Self { file: name.into(), header, frame, lines })
     }
@@ -207,10 +205,9 @@ impl TextTable {
         let Some(index) = self.header.iter().position(|column| column == name) else {
             return Ok(None);
         };
-        let cells = self.frame.columns()[index].str().map_err(|error| CohortError::Table {
-            file: self.file.clone(),
-            reason: error.to_string(),
-        })?;
+        let cells = self.frame.columns()[index]
+            .str()
+            .map_err(|error| CohortError::table(&self.file, error.to_string()))?;
         Ok(Some(TextColumn {
             file: &self.file,
             name: &self.header[index],
@@ -279,7 +276,7 @@ impl TextColumn<'_> {
 /// The bytes of a text file. A file or a line that is too long ends the reading before it fills the
 /// memory.
 pub(crate) fn read_text(path: &Path, name: &str) -> Result<Vec<u8>, CohortError> {
-    let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+    let failed = CohortError::io(name, "read");
     let mut file = std::fs::File::open(path).map_err(|source| match source.kind() {
         std::io::ErrorKind::NotFound => CohortError::MissingFile {
             file: name.into(),
@@ -452,10 +449,6 @@ fn frame(body: Vec<u8>, width: usize, separator: u8, name: &str) -> Result<DataF
     let schema: Schema = (0..width)
         .map(|i| Field::new(PlSmallStr::from_string(i.to_string()), DataType::String))
         .collect();
-    let table = |error: polars::prelude::PolarsError| CohortError::Table {
-        file: name.into(),
-        reason: error.to_string(),
-    };
     let frame = CsvReadOptions::default()
         .with_rechunk(false)
         .with_has_header(false)
@@ -464,9 +457,9 @@ fn frame(body: Vec<u8>, width: usize, separator: u8, name: &str) -> Result<DataF
         .map_parse_options(|options| options.with_separator(separator).with_quote_char(Some(b'"')))
         .into_reader_with_file_handle(Cursor::new(body))
         .finish()
-        .map_err(table)?;
+        .map_err(|error| CohortError::table(name, error.to_string()))?;
     if frame.columns().iter().map(Column::dtype).any(|dtype| *dtype != DataType::String) {
-        return Err(CohortError::Table { file: name.into(), reason: "cells are not text".into() });
+        return Err(CohortError::table(name, "cells are not text"));
     }
     Ok(frame)
 }

@@ -12,6 +12,11 @@ pub(crate) fn parse_iso(text: &str) -> Option<NaiveDateTime> {
     date.and_hms_opt(number(text, 11..13)?, number(text, 14..16)?, number(text, 17..19)?)
 }
 
+/// The same at the start of a text, also with a blank for the `T`.
+pub(crate) fn parse_iso_start(text: &str) -> Option<NaiveDateTime> {
+    parse_iso(&text.get(..19)?.replace(' ', "T"))
+}
+
 /// Reads `DD/MM/YYYY`, and nothing else.
 pub(crate) fn parse_day_first_date(text: &str) -> Option<NaiveDate> {
     let day = digits(text, b"dd/dd/dddd", 0..2)?;

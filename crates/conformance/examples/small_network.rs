@@ -6,9 +6,7 @@
 use std::time::{Duration, Instant};
 
 use conformance::milp::MilpLimits;
-use conformance::{
-    CrossCheck, Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, verify,
-};
+use conformance::{Direction, Limits, OneHiddenLayer, Property, PropertyKind, Region, verify};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // dx/dt = u/2 - x/4, bent upwards once x passes 3 with u small.
@@ -25,10 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         relative_gap: 1e-9,
         nodes: 1_000_000,
         time: Duration::from_secs(10),
-        cross_check: CrossCheck::Milp(MilpLimits {
-            time: Duration::from_secs(10),
-            relative_gap: 0.0,
-        }),
+        cross_check: Some(MilpLimits { time: Duration::from_secs(10), relative_gap: 0.0 }),
     };
     let start = Instant::now();
     let clock = || start.elapsed();

@@ -7,7 +7,7 @@ use clarabel::solver::{
 use faer::{Mat, Side};
 
 use crate::error::ConformanceError;
-use crate::network::OneHiddenLayer;
+use crate::network::{OneHiddenLayer, check_arrays, check_point};
 
 /// Share of the mean curvature that is added to every direction of the output weights: what the cost does not see
 /// must not change without need either.
@@ -38,24 +38,10 @@ impl ChangeCost {
         curvature: &[f64],
     ) -> Result<Self, ConformanceError> {
         let n = network.hidden() + 1;
-        let name = || network.output().to_owned();
-        for (array, found, expected) in
-            [("gradient", gradient.len(), n), ("curvature", curvature.len(), n * n)]
-        {
-            if found != expected {
-                return Err(ConformanceError::Shape { network: name(), array, found, expected });
-            }
-        }
-        for (array, values) in [
-            ("value", std::slice::from_ref(&value)),
-            ("gradient", gradient.as_slice()),
-            ("curvature", curvature),
-        ] {
-            if let Some((index, &value)) = values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
-                let network = name();
-                return Err(ConformanceError::NonFiniteWeight { network, array, index, value });
-            }
-        }
+        check_arrays(
+            network.output(),
+            &[("value", &[value], 1), ("gradient", &gradient, n), ("curvature", curvature, n * n)],
+        )?;
         let curvature = Mat::from_fn(n, n, |row, column| curvature[row * n + column]);
         Ok(Self { value, gradient, curvature })
     }
@@ -75,7 +61,7 @@ impl ChangeCost {
             return Err(ConformanceError::Limit { limit: "points", value: 0.0, range });
         }
         for (index, point) in points.iter().enumerate() {
-            network.check_point(point, index)?;
+            check_point(network.output(), network.inputs().len(), point, index)?;
         }
         let n = network.hidden() + 1;
         let activity = Mat::from_fn(n, points.len(), |unit, index| {

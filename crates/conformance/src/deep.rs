@@ -21,7 +21,10 @@ use rayon::prelude::*;
 
 use crate::error::ConformanceError;
 use crate::exact::Dyadic;
+use crate::network::{check_arrays, check_point, position};
 
+/// What errors call the network.
+const NAME: &str = "deep";
 /// More than the unit rounding error of a product and an addition.
 const GAMMA: f64 = 2.0 * f64::EPSILON;
 /// Least size that a product of two numbers other than 0 counts as: [`GAMMA`] of it is above 1e-300, and nothing beside
@@ -76,10 +79,9 @@ impl DeepNetwork {
         inputs: Vec<String>,
         layers: Vec<(Vec<f64>, Vec<f64>)>,
     ) -> Result<Self, ConformanceError> {
-        let network = || "deep".to_owned();
         for (what, length) in [("inputs", inputs.len()), ("layers", layers.len())] {
             if length == 0 {
-                return Err(ConformanceError::Empty { network: network(), what });
+                return Err(ConformanceError::Empty { network: NAME.to_owned(), what });
             }
         }
         let mut width = inputs.len();
@@ -87,22 +89,10 @@ impl DeepNetwork {
         let mut built = Vec::with_capacity(layers.len());
         for (number, (weights, biases)) in layers.into_iter().enumerate() {
             let outputs = if number == last { 1 } else { biases.len().max(1) };
-            for (array, found, expected) in
-                [("weights", weights.len(), outputs * width), ("biases", biases.len(), outputs)]
-            {
-                if found != expected {
-                    let network = network();
-                    return Err(ConformanceError::Shape { network, array, found, expected });
-                }
-            }
-            for (array, values) in [("weights", &weights), ("biases", &biases)] {
-                if let Some((index, &value)) =
-                    values.iter().enumerate().find(|(_, v)| !v.is_finite())
-                {
-                    let network = network();
-                    return Err(ConformanceError::NonFiniteWeight { network, array, index, value });
-                }
-            }
+            check_arrays(
+                NAME,
+                &[("weights", &weights, outputs * width), ("biases", &biases, outputs)],
+            )?;
             built.push(Dense { weights, biases, inputs: width });
             width = outputs;
         }
@@ -115,30 +105,13 @@ impl DeepNetwork {
         &self.inputs
     }
 
-    /// Index of an input.
-    ///
-    /// # Errors
-    /// [`ConformanceError::UnknownInput`].
-    pub(crate) fn input_index(&self, input: &str) -> Result<usize, ConformanceError> {
-        self.inputs.iter().position(|name| name == input).ok_or_else(|| {
-            ConformanceError::UnknownInput {
-                network: "deep".to_owned(),
-                input: input.to_owned(),
-                known: self.inputs.clone(),
-            }
-        })
-    }
-
     /// By how much the output is larger at `to` than at `from`: worked out without rounding, then rounded down.
     ///
     /// # Errors
     /// [`ConformanceError::Point`].
     pub fn exact_rise(&self, from: &[f64], to: &[f64]) -> Result<f64, ConformanceError> {
         for (index, point) in [from, to].into_iter().enumerate() {
-            if point.len() != self.inputs.len() || point.iter().any(|x| !x.is_finite()) {
-                let (network, expected) = ("deep".to_owned(), self.inputs.len());
-                return Err(ConformanceError::Point { network, index, expected });
-            }
+            check_point(NAME, self.inputs.len(), point, index)?;
         }
         Ok(self.exact(to).minus(&self.exact(from)).round_down())
     }
@@ -166,6 +139,14 @@ impl DeepNetwork {
         values.swap_remove(0)
     }
 
+    /// Place of an input.
+    ///
+    /// # Errors
+    /// [`ConformanceError::UnknownInput`].
+    pub(crate) fn input_index(&self, input: &str) -> Result<usize, ConformanceError> {
+        position(NAME, &self.inputs, input)
+    }
+
     /// Certified bound on the largest slope against a property of input `tested` over the box from `lower` to `upper`.
     ///
     /// # Errors
@@ -181,10 +162,7 @@ impl DeepNetwork {
     ) -> Result<DeepBracket, ConformanceError> {
         let tested = self.input_index(tested)?;
         for (index, ends) in [lower, upper].into_iter().enumerate() {
-            if ends.len() != self.inputs.len() || ends.iter().any(|x| !x.is_finite()) {
-                let (network, expected) = ("deep".to_owned(), self.inputs.len());
-                return Err(ConformanceError::Point { network, index, expected });
-            }
+            check_point(NAME, self.inputs.len(), ends, index)?;
         }
         let against = direction.against();
         let began = clock();

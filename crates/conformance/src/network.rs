@@ -48,20 +48,15 @@ impl OneHiddenLayer {
             return Err(ConformanceError::DuplicateInput { network, input: input.clone() });
         }
         let hidden = b1.len();
-        for (array, found, expected) in
-            [("w1", w1.len(), hidden * inputs.len()), ("w2", w2.len(), hidden)]
-        {
-            if found != expected {
-                return Err(ConformanceError::Shape { network, array, found, expected });
-            }
-        }
-        for (array, values) in
-            [("w1", w1.as_slice()), ("b1", &b1), ("w2", &w2), ("b2", std::slice::from_ref(&b2))]
-        {
-            if let Some((index, &value)) = values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
-                return Err(ConformanceError::NonFiniteWeight { network, array, index, value });
-            }
-        }
+        check_arrays(
+            &network,
+            &[
+                ("w1", &w1, hidden * inputs.len()),
+                ("b1", &b1, hidden),
+                ("w2", &w2, hidden),
+                ("b2", &[b2], 1),
+            ],
+        )?;
         Ok(Self { output: network, inputs, w1, b1, w2, b2 })
     }
 
@@ -131,13 +126,7 @@ impl OneHiddenLayer {
     /// # Errors
     /// [`ConformanceError::UnknownInput`].
     pub fn input_index(&self, input: &str) -> Result<usize, ConformanceError> {
-        self.inputs.iter().position(|name| name == input).ok_or_else(|| {
-            ConformanceError::UnknownInput {
-                network: self.output.clone(),
-                input: input.to_owned(),
-                known: self.inputs.clone(),
-            }
-        })
+        position(&self.output, &self.inputs, input)
     }
 
     /// The network's value at `point` in ordinary floating point, scaled units per minute.
@@ -147,7 +136,7 @@ impl OneHiddenLayer {
     /// # Errors
     /// [`ConformanceError::Point`].
     pub fn evaluate(&self, point: &[f64]) -> Result<f64, ConformanceError> {
-        self.check_point(point, 0)?;
+        check_point(&self.output, self.inputs.len(), point, 0)?;
         let sum = (0..self.hidden())
             .map(|j| {
                 let a = self.input_weights(j).iter().zip(point).map(|(w, x)| w * x).sum::<f64>();
@@ -156,17 +145,53 @@ impl OneHiddenLayer {
             .sum::<f64>();
         Ok(sum + self.b2)
     }
+}
 
-    pub(crate) fn check_point(&self, point: &[f64], index: usize) -> Result<(), ConformanceError> {
-        if point.len() == self.inputs.len() && point.iter().all(|x| x.is_finite()) {
-            return Ok(());
+/// Refuses arrays that do not have the length beside them or hold what is not a finite number.
+pub(crate) fn check_arrays(
+    network: &str,
+    arrays: &[(&'static str, &[f64], usize)],
+) -> Result<(), ConformanceError> {
+    let network = || network.to_owned();
+    for &(array, values, expected) in arrays {
+        let found = values.len();
+        if found != expected {
+            return Err(ConformanceError::Shape { network: network(), array, found, expected });
         }
-        Err(ConformanceError::Point {
-            network: self.output.clone(),
-            index,
-            expected: self.inputs.len(),
-        })
     }
+    for &(array, values, _) in arrays {
+        if let Some((index, &value)) = values.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+            let network = network();
+            return Err(ConformanceError::NonFiniteWeight { network, array, index, value });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a point that is not `expected` finite numbers; `index` names it in the error.
+pub(crate) fn check_point(
+    network: &str,
+    expected: usize,
+    point: &[f64],
+    index: usize,
+) -> Result<(), ConformanceError> {
+    if point.len() == expected && point.iter().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    Err(ConformanceError::Point { network: network.to_owned(), index, expected })
+}
+
+/// Position of an input of a network.
+pub(crate) fn position(
+    network: &str,
+    inputs: &[String],
+    input: &str,
+) -> Result<usize, ConformanceError> {
+    inputs.iter().position(|name| name == input).ok_or_else(|| ConformanceError::UnknownInput {
+        network: network.to_owned(),
+        input: input.to_owned(),
+        known: inputs.to_vec(),
+    })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use contract::conformance::Share;
 use rand::{Rng, RngExt};
 
 use crate::error::ConformanceError;
-use crate::network::OneHiddenLayer;
+use crate::network::{OneHiddenLayer, check_point};
 use crate::property::Property;
 use crate::region::Region;
 use crate::slope::SlopeSum;
@@ -56,7 +56,7 @@ pub fn share_of_points<'a>(
     let sum = slope_sum(network, property)?;
     let (mut failed, mut count) = (0, 0);
     for point in points {
-        network.check_point(point, count)?;
+        check_point(network.output(), network.inputs().len(), point, count)?;
         failed += usize::from(sum.fails_at(point));
         count += 1;
     }

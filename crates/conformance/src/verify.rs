@@ -30,14 +30,8 @@ pub struct Limits {
     pub cross_check: CrossCheck,
 }
 
-/// A second engine beside the certified one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CrossCheck {
-    /// None.
-    None,
-    /// The gradient MILP through good_lp and HiGHS.
-    Milp(MilpLimits),
-}
+/// A second engine beside the certified one, if any: the gradient MILP through good_lp and HiGHS.
+pub type CrossCheck = Option<MilpLimits>;
 
 /// Decides `property` of `network` over `region` within `limits`.
 ///
@@ -73,8 +67,8 @@ pub fn verify(
     let seconds = clock().saturating_sub(began).as_secs_f64();
 
     let milp = match limits.cross_check {
-        CrossCheck::None => None,
-        CrossCheck::Milp(limits) => Some(milp::solve(network, property, region, &limits, clock)?),
+        None => None,
+        Some(limits) => Some(milp::solve(network, property, region, &limits, clock)?),
     };
     Ok(Row {
         person_id: None,

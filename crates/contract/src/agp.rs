@@ -41,20 +41,26 @@ pub struct Percentiles {
     pub p95: Vec<Option<f64>>,
 }
 
+impl Percentiles {
+    /// Checks that each has one value a slot.
+    pub(crate) fn even(&self, file: &'static str, slots: usize) -> Result<(), ContractError> {
+        let series = [
+            ("p05", self.p05.len()),
+            ("p25", self.p25.len()),
+            ("p50", self.p50.len()),
+            ("p75", self.p75.len()),
+            ("p95", self.p95.len()),
+        ];
+        even(file, ("hour", slots), series)
+    }
+}
+
 impl Document for GlucoseProfile {
     const FILE: &'static str = "agp.json";
     const SCHEMA: &'static str = "agp/1";
 
     fn check(&self) -> Result<(), ContractError> {
-        [&self.observed, &self.twin].into_iter().try_for_each(|of| {
-            let series = [
-                ("p05", of.p05.len()),
-                ("p25", of.p25.len()),
-                ("p50", of.p50.len()),
-                ("p75", of.p75.len()),
-                ("p95", of.p95.len()),
-            ];
-            even(Self::FILE, ("hour", self.hour.len()), series)
-        })
+        let slots = self.hour.len();
+        [&self.observed, &self.twin].into_iter().try_for_each(|of| of.even(Self::FILE, slots))
     }
 }

@@ -3,15 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::Verdict;
-use crate::document::documents;
 use crate::meals::Score;
-
-documents! {
-    DiagnosisBench: "bench.json", "bench-diagnosis/1";
-    MealsBench: "bench.json", "bench-meals/1";
-    TrainingStepBench: "bench.json", "bench-training-step/1";
-    TwinsBench: "bench.json", "bench-twins/1";
-}
 
 /// `bench`: diagnoses of made people.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -25,9 +25,6 @@ pub use seal::{OpenedLabel, OpenedLabels, Seal, SealedWorld};
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};
-use crate::document::documents;
-
-documents! { BlindCheck: "blind_check.json", "blind-check/3"; }
 
 /// Answers scored against labels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

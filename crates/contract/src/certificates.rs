@@ -5,10 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::conformance::Direction;
-use crate::document::documents;
 use crate::region::HalfSpace;
-
-documents! { Certificates: "certificates.json", "certificate/2"; }
 
 /// Certificates of one model over one region. Keys are in alphabetical order: the seal is made of the bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

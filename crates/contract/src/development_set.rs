@@ -4,13 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! {
-    DevelopmentSetSummary: "development-set.json", "development-set/1";
-    ScalerSummary: "scaler.json", "scaler/1";
-}
-
 /// What the development set consists of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -93,17 +93,6 @@ fn same_again<T: Document>(bytes: &[u8]) -> Result<bool, ContractError> {
     Ok(again == found)
 }
 
-/// Gives types of the crate the file and the schema name that are theirs.
-macro_rules! documents {
-    ($($type:ty: $file:literal, $schema:literal;)*) => {$(
-        impl $crate::Document for $type {
-            const FILE: &'static str = $file;
-            const SCHEMA: &'static str = $schema;
-        }
-    )*};
-}
-pub(crate) use documents;
-
 /// Checks that every series has as many values as the one that sets the length.
 pub(crate) fn even<'a>(
     file: &'static str,

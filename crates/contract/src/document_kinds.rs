@@ -7,57 +7,72 @@ use crate::blind_check::{
 use crate::development_set::{DevelopmentSetSummary, ScalerSummary};
 use crate::posterior::{PosteriorCard, StatisticNames};
 use crate::{
-    Baselines, Certificates, Conformance, DataInUse, Diagnosis, DocumentKind, EffectTwins,
-    ExampleDay, Exclusions, GlucoseByPerson, GlucoseProfile, HeldOut, ImportReport, Manifest,
-    Meals, OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates, Training,
-    Trajectories, TwinsTable, WhatIf, WidthSearch,
+    Baselines, Certificates, Conformance, DataInUse, Diagnosis, Document, DocumentKind,
+    EffectTwins, ExampleDay, Exclusions, GlucoseByPerson, GlucoseProfile, HeldOut, ImportReport,
+    Manifest, Meals, OutcomesTable, RegionFile, Repair, RunErrors, StatedTruth, SteadyStates,
+    Training, Trajectories, TwinsTable, WhatIf, WidthSearch,
 };
 
-/// Every kind of document.
-#[must_use]
-pub fn document_kinds() -> Vec<DocumentKind> {
-    vec![
-        DocumentKind::of::<Manifest>(),
-        DocumentKind::of::<ImportReport>(),
-        DocumentKind::of::<DevelopmentSetSummary>(),
-        DocumentKind::of::<ScalerSummary>(),
-        DocumentKind::of::<WidthSearch>(),
-        DocumentKind::of::<Training>(),
-        DocumentKind::of::<RegionFile>(),
-        DocumentKind::of::<Conformance>(),
-        DocumentKind::of::<Certificates>(),
-        DocumentKind::of::<Repair>(),
-        DocumentKind::of::<HeldOut>(),
-        DocumentKind::of::<SteadyStates>(),
-        DocumentKind::of::<Trajectories>(),
-        DocumentKind::of::<TwinsTable>(),
-        DocumentKind::of::<RunErrors>(),
-        DocumentKind::of::<Baselines>(),
-        DocumentKind::of::<OutcomesTable>(),
-        DocumentKind::of::<Exclusions>(),
-        DocumentKind::of::<GlucoseProfile>(),
-        DocumentKind::of::<WhatIf>(),
-        DocumentKind::of::<ExampleDay>(),
-        DocumentKind::of::<Diagnosis>(),
-        DocumentKind::of::<DataInUse>(),
-        DocumentKind::of::<GlucoseByPerson>(),
-        DocumentKind::of::<StatedTruth>(),
-        DocumentKind::of::<EffectTwins>(),
-        DocumentKind::of::<Meals>(),
-        DocumentKind::of::<BlindCheck>(),
-        DocumentKind::of::<Seal>(),
-        DocumentKind::of::<Answer>(),
-        DocumentKind::of::<OpenedLabels>(),
-        DocumentKind::of::<Label>(),
-        DocumentKind::of::<Labels>(),
-        DocumentKind::of::<PlantedCheck>(),
-        DocumentKind::of::<Realism>(),
-        DocumentKind::of::<People>(),
-        DocumentKind::of::<StatisticNames>(),
-        DocumentKind::of::<PosteriorCard>(),
-        DocumentKind::of::<DiagnosisBench>(),
-        DocumentKind::of::<MealsBench>(),
-        DocumentKind::of::<TrainingStepBench>(),
-        DocumentKind::of::<TwinsBench>(),
-    ]
+/// Lists every kind of document, and gives the types their file and schema name, but for those that state them
+/// beside a check of their own.
+macro_rules! document_kinds {
+    ($($type:ty $(: $file:literal, $schema:literal)?;)*) => {
+        $($(
+            impl Document for $type {
+                const FILE: &'static str = $file;
+                const SCHEMA: &'static str = $schema;
+            }
+        )?)*
+
+        /// Every kind of document.
+        #[must_use]
+        pub fn document_kinds() -> Vec<DocumentKind> {
+            vec![$(DocumentKind::of::<$type>()),*]
+        }
+    };
+}
+
+document_kinds! {
+    Manifest: "manifest.json", "manifest/1";
+    ImportReport: "import_report.json", "";
+    DevelopmentSetSummary: "development-set.json", "development-set/1";
+    ScalerSummary: "scaler.json", "scaler/1";
+    WidthSearch: "widths.json", "widths/1";
+    Training: "training.json", "training/1";
+    RegionFile: "region.json", "";
+    Conformance: "conformance.json", "conformance/1";
+    Certificates: "certificates.json", "certificate/2";
+    Repair: "repair.json", "repair/1";
+    HeldOut: "held-out.json", "held_out/1";
+    SteadyStates: "steady_state.json", "steady_state/1";
+    Trajectories: "trajectories.json", "trajectories/1";
+    TwinsTable: "twins.json", "twins/1";
+    RunErrors: "run_errors.json", "";
+    Baselines;
+    OutcomesTable: "outcomes.json", "outcomes/1";
+    Exclusions: "exclusions.json", "";
+    GlucoseProfile;
+    WhatIf;
+    ExampleDay;
+    Diagnosis;
+    DataInUse: "data_in_use.json", "data-in-use/1";
+    GlucoseByPerson;
+    StatedTruth: "truth.json", "truth/1";
+    EffectTwins: "effect_twins.json", "effect-twins/1";
+    Meals: "meals.json", "meals/1";
+    BlindCheck: "blind_check.json", "blind-check/3";
+    Seal: "seal.json", "seal/1";
+    Answer: "answers/ID.json", "";
+    OpenedLabels: "labels.json", "";
+    Label: "label.json", "";
+    Labels: "labels.json", "";
+    PlantedCheck: "planted.json", "planted/3";
+    Realism: "realism.json", "realism/1";
+    People: "people.json", "";
+    StatisticNames: "names.json", "";
+    PosteriorCard: "working.json", "";
+    DiagnosisBench: "bench.json", "bench-diagnosis/1";
+    MealsBench: "bench.json", "bench-meals/1";
+    TrainingStepBench: "bench.json", "bench-training-step/1";
+    TwinsBench: "bench.json", "bench-twins/1";
 }

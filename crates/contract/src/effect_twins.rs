@@ -6,9 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::Equivalence;
 use crate::Summary;
-use crate::document::documents;
-
-documents! { EffectTwins: "effect_twins.json", "effect-twins/1"; }
 
 /// Every kind of model on held-out windows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

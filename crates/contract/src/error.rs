@@ -28,14 +28,6 @@ pub enum ContractError {
         /// What the parser found, with its place.
         source: serde_json::Error,
     },
-    /// A value that the type allows and its meaning does not.
-    #[error("{file}: {problem}")]
-    Value {
-        /// Which file.
-        file: &'static str,
-        /// What is wrong, and what would mend it.
-        problem: &'static str,
-    },
     /// Two series that belong together have different lengths.
     #[error("{file}: '{series}' has {found} values where '{of}' has {expected}")]
     UnevenSeries {

@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::agp::Percentiles;
-use crate::document::even;
 use crate::{ContractError, Document};
 
 /// `glucose_by_person.json`: readings that are in use, by person.
@@ -66,16 +65,7 @@ impl Document for GlucoseByPerson {
     const SCHEMA: &'static str = "glucose-by-person/1";
 
     fn check(&self) -> Result<(), ContractError> {
-        self.people.iter().try_for_each(|person| {
-            let of = &person.percentiles;
-            let series = [
-                ("p05", of.p05.len()),
-                ("p25", of.p25.len()),
-                ("p50", of.p50.len()),
-                ("p75", of.p75.len()),
-                ("p95", of.p95.len()),
-            ];
-            even(Self::FILE, ("hour", self.hour.len()), series)
-        })
+        let slots = self.hour.len();
+        self.people.iter().try_for_each(|person| person.percentiles.even(Self::FILE, slots))
     }
 }

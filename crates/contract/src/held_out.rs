@@ -4,9 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::Equivalence;
 use crate::Summary;
-use crate::document::documents;
-
-documents! { HeldOut: "held-out.json", "held_out/1"; }
 
 /// Errors and outcomes of networks on held-out days.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

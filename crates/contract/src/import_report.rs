@@ -4,10 +4,6 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! { ImportReport: "import_report.json", ""; }
-
 /// Everything a reader must know to trust a cohort. What only an importer knows is absent where a cohort folder is
 /// read as it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -186,6 +182,21 @@ impl fmt::Display for MassBalance {
             shown(self.mean_glucose_mg_dl, 0),
             100.0 * self.cgm_share,
             100.0 * self.heart_rate_share,
+        )
+    }
+}
+
+impl fmt::Display for ImplausibleFigure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "person '{}'", self.person)?;
+        for when in self.date.iter().chain(&self.time) {
+            write!(f, ", {when}")?;
+        }
+        let (low, high) = self.plausible;
+        write!(
+            f,
+            ", column {}: {} of {:.3} {} is outside {low} to {high}; check the unit",
+            self.column, self.what, self.value, self.unit
         )
     }
 }

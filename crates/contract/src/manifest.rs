@@ -2,10 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! { Manifest: "manifest.json", "manifest/1"; }
-
 /// Command, version, resolved configuration, seed and the hash of every input.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -2,13 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
 use crate::{Spread, Summary, WithInterval};
-
-documents! {
-    OutcomesTable: "outcomes.json", "outcomes/1";
-    Exclusions: "exclusions.json", "";
-}
 
 /// `outcomes.json`: the six outcomes of every method, and forecast errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,13 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! {
-    PosteriorCard: "working.json", "";
-    StatisticNames: "names.json", "";
-}
-
 /// What a posterior was trained on: `working.json`, and `without-HAND.json` of the one that has not seen a hand.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -2,10 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! { DataInUse: "data_in_use.json", "data-in-use/1"; }
-
 /// `data_in_use.json`: the people, days and channels that are used, the same for every stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -6,10 +6,6 @@ use std::fmt;
 use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! { RegionFile: "region.json", ""; }
-
 /// One interval a signal, and half-spaces that cut pieces off.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

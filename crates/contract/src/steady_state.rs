@@ -2,10 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! { SteadyStates: "steady_state.json", "steady_state/1"; }
-
 /// Steady states of a model, beside a published table where one is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -4,10 +4,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! { StatedTruth: "truth.json", "truth/1"; }
-
 /// `truth.json`: what the makers of a cohort state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

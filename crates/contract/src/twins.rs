@@ -2,10 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! { TwinsTable: "twins.json", "twins/1"; }
-
 /// `twins.json`: the twin of every person.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use contract::Summary;
 use contract::held_out::Told;
 use nn_statespace::PopulationModel;
 use nn_statespace::training::{GroupErrors, WindowGroup};
@@ -9,7 +10,7 @@ use ode_sim::DevelopmentSet;
 use ode_sim::development_set::{DAYS_PER_WEEK, Origin, Subset, Week};
 use physiology::{Compartment, MgPerDl, OpenLoop, Plant as _, States, StepInput, simulate};
 use rayon::prelude::*;
-use stats::{Outcome, Outcomes, Summary, compare_outcomes};
+use stats::{Outcome, Outcomes, compare_outcomes};
 
 use crate::error::DevelopmentError;
 use crate::trajectory_cost::{WEEKS, drawn_weeks};
@@ -214,9 +215,7 @@ impl Scored {
         Ok(Told {
             errors: written(self.all.rmse()),
             errors_fasting: written(self.fasting.rmse()),
-            windows: std::array::from_fn(|k| {
-                (ode.windows.summary(k).into(), self.windows.summary(k).into())
-            }),
+            windows: std::array::from_fn(|k| (ode.windows.summary(k), self.windows.summary(k))),
             equivalence: compare_outcomes(&real, &model, ALPHA)
                 .map_err(|source| DevelopmentError::Outcomes { week: None, source })?
                 .into_iter()

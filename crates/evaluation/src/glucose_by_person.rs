@@ -6,7 +6,8 @@ use contract::agp::Percentiles;
 use contract::glucose_by_person::{GlucoseRanges, PersonGlucose};
 use contract::{Document as _, GlucoseByPerson};
 use physiology::{MgPerDl, STEPS_PER_DAY};
-use stats::{Outcomes, Profile};
+use stats::Outcomes;
+use stats::profile::percentiles;
 
 use crate::error::EvaluationError;
 
@@ -41,7 +42,7 @@ fn of_person(person: &Person) -> Result<PersonGlucose, EvaluationError> {
         let step_of_day = record.time(step).num_seconds_from_midnight() as usize / 300;
         (step_of_day * SLOTS / STEPS_PER_DAY, glucose)
     });
-    let Profile { p05, p25, p50, p75, p95 } = Profile::of(slots, SLOTS)?;
+    let Percentiles { p05, p25, p50, p75, p95 } = percentiles(slots, SLOTS)?;
     let [p05, p25, p50, p75, p95] = [p05, p25, p50, p75, p95].map(|series| {
         let rounded = |value: f64| (DECIMALS * value).round() / DECIMALS;
         series.into_iter().map(|value| value.map(rounded)).collect()

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use chrono::Timelike as _;
 use cohort::{Cohort, Person};
-use contract::agp::Percentiles;
 use contract::{Document as _, GlucoseProfile};
 use nn_statespace::PopulationModel;
 use physiology::STEPS_PER_DAY;
-use stats::Profile;
+use stats::profile::percentiles;
 use twins::{PersonWindows, Protocol, Twin};
 
 use crate::error::EvaluationError;
@@ -46,8 +45,8 @@ pub fn glucose_profile(
         schema: GlucoseProfile::SCHEMA.to_owned(),
         person_id: "cohort".to_owned(),
         hour: (0..SLOTS).map(|slot| (slot as f64 + 0.5) * 24.0 / SLOTS as f64).collect(),
-        observed: percentiles(samples.observed)?,
-        twin: percentiles(samples.simulated)?,
+        observed: percentiles(samples.observed, SLOTS)?,
+        twin: percentiles(samples.simulated, SLOTS)?,
         windows: samples.windows,
     })
 }
@@ -88,9 +87,4 @@ impl Samples {
         }
         Ok(())
     }
-}
-
-fn percentiles(samples: Vec<(usize, f64)>) -> Result<Percentiles, EvaluationError> {
-    let Profile { p05, p25, p50, p75, p95 } = Profile::of(samples, SLOTS)?;
-    Ok(Percentiles { p05, p25, p50, p75, p95 })
 }

@@ -3,8 +3,8 @@
 use contract::outcomes::{
     Comparison, ForecastRow, IntervalMethod, MethodRows, OutcomeRow, OutcomesTable, ScenarioTable,
 };
-use contract::{Document as _, Spread, TwinRow, TwinsTable, WithInterval};
-use stats::{Bootstrap, Outcomes, Summary, compare_outcomes, multiplicity, paired, tost};
+use contract::{Document as _, Spread, Summary, TwinRow, TwinsTable, WithInterval};
+use stats::{Bootstrap, Outcomes, compare_outcomes, multiplicity, paired, summary, tost};
 use twins::PersonTwin;
 
 use crate::error::EvaluationError;
@@ -133,7 +133,7 @@ impl Figures {
             name: method.name().to_owned(),
             label: method.label().to_owned(),
             rows: outcome_rows(&self.actual, &simulated, settings)?,
-            rmse_5h: spread(Summary::of(&self.rmse())?),
+            rmse_5h: spread(summary(&self.rmse())?),
             starts_not_at_rest: self.found.iter().map(|found| found.not_at_rest).sum(),
         })
     }
@@ -159,11 +159,7 @@ fn outcome_rows(
                 actual: spread(test.actual),
                 simulated: spread(test.simulated),
                 difference,
-                difference_t: WithInterval {
-                    value: test.difference.value,
-                    lower: test.difference.lower,
-                    upper: test.difference.upper,
-                },
+                difference_t: test.difference,
                 p: test.p,
                 p_holm,
                 equivalent: test.equivalent,
@@ -307,7 +303,7 @@ fn forecast_rows(people: &[PersonEvaluation]) -> Result<Vec<ForecastRow>, Evalua
                 rows.push(ForecastRow {
                     method: forecaster.name().to_owned(),
                     minutes,
-                    rmse: spread(Summary::of(&errors)?),
+                    rmse: spread(summary(&errors)?),
                 });
             }
         }

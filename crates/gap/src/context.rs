@@ -206,7 +206,7 @@ fn within(event: &[bool], span: usize) -> Vec<bool> {
 }
 
 fn exercise(person: &Person, n: usize) -> Vec<bool> {
-    let rest = person.resting_heart_rate().map(|rest| rest.value.0);
+    let rest = person.resting_heart_rate().map(|rest| rest.0);
     let record = &person.record;
     let active: Vec<bool> = (0..n)
         .map(|k| {

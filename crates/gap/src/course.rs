@@ -20,7 +20,7 @@ pub fn course(person: &Person, glucose: Vec<f64>) -> Course {
     let amounts = |channel: Channel| -> Vec<f64> {
         record.channel(channel).iter().map(|v| v.unwrap_or(0.0)).collect()
     };
-    let rest = person.resting_heart_rate().map(|rest| rest.value.0);
+    let rest = person.resting_heart_rate().map(|rest| rest.0);
     let over_rest = known(Channel::HeartRate)
         .zip(rest)
         .map(|(rates, rest)| rates.into_iter().map(|r| r.map(|r| r - rest)).collect());

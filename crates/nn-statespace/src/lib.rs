@@ -46,7 +46,7 @@ pub use error::ModelError;
 pub use network::HiddenLayerNetwork;
 pub use per_compartment::PerCompartment;
 pub use population::{GLUCOSE_RANGE, GlucoseClamp, PopulationModel};
-pub use scaler::{CentreAndScale, DoseGains, ScaledInputs, ScaledRates, ScaledStates, Scaler};
+pub use scaler::{CentreAndScale, DoseGains, ScaledInputs, ScaledStates, Scaler};
 pub use signal::Signal;
 pub use widths::Widths;
 pub use wiring::Wiring;

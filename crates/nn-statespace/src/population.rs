@@ -7,7 +7,7 @@ use crate::card::ModelCard;
 use crate::error::ModelError;
 use crate::network::HiddenLayerNetwork;
 use crate::per_compartment::PerCompartment;
-use crate::scaler::{DoseGains, ScaledInputs, ScaledRates, ScaledStates, Scaler};
+use crate::scaler::{DoseGains, ScaledInputs, ScaledStates, Scaler};
 use crate::signal::Signal;
 use crate::widths::Widths;
 use crate::wiring::Wiring;
@@ -121,12 +121,8 @@ impl PopulationModel {
 
     /// The rates of all states, scaled units per minute (paper Eq. 2).
     #[must_use]
-    pub fn derivative(&self, x: &ScaledStates, u: ScaledInputs) -> ScaledRates {
-        let mut rates = ScaledRates::default();
-        for compartment in Compartment::ALL {
-            rates[compartment] = self.rate(compartment, x, u);
-        }
-        rates
+    pub fn derivative(&self, x: &ScaledStates, u: ScaledInputs) -> PerCompartment<f64> {
+        PerCompartment::from_fn(|compartment| self.rate(compartment, x, u))
     }
 
     /// The rate of one state, scaled units per minute.

@@ -13,36 +13,25 @@ use crate::signal::Signal;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ScaledStates(PerCompartment<f64>);
 
-/// Rates of change of the ten scaled states, scaled units per minute.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ScaledRates(PerCompartment<f64>);
-
-macro_rules! by_compartment {
-    ($name:ident) => {
-        impl $name {
-            /// The compartments with their values, in the paper's order.
-            pub fn iter(&self) -> impl Iterator<Item = (Compartment, f64)> + '_ {
-                self.0.iter().map(|(compartment, value)| (compartment, *value))
-            }
-        }
-
-        impl Index<Compartment> for $name {
-            type Output = f64;
-            fn index(&self, compartment: Compartment) -> &f64 {
-                &self.0[compartment]
-            }
-        }
-
-        impl IndexMut<Compartment> for $name {
-            fn index_mut(&mut self, compartment: Compartment) -> &mut f64 {
-                &mut self.0[compartment]
-            }
-        }
-    };
+impl ScaledStates {
+    /// The compartments with their values, in the paper's order.
+    pub fn iter(&self) -> impl Iterator<Item = (Compartment, f64)> + '_ {
+        self.0.iter().map(|(compartment, value)| (compartment, *value))
+    }
 }
 
-by_compartment!(ScaledStates);
-by_compartment!(ScaledRates);
+impl Index<Compartment> for ScaledStates {
+    type Output = f64;
+    fn index(&self, compartment: Compartment) -> &f64 {
+        &self.0[compartment]
+    }
+}
+
+impl IndexMut<Compartment> for ScaledStates {
+    fn index_mut(&mut self, compartment: Compartment) -> &mut f64 {
+        &mut self.0[compartment]
+    }
+}
 
 /// The two inputs of the model in scaled units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,15 +59,21 @@ impl CentreAndScale {
     /// # Errors
     /// [`ModelError::NotFinite`] if a value is not a finite number, [`ModelError::NoRows`] if
     /// there is none; `signal` names it.
-    pub fn robust(signal: Signal, mut values: Vec<f64>) -> Result<Self, ModelError> {
-        if values.is_empty() {
-            return Err(ModelError::NoRows { signal });
-        }
+    pub fn robust(signal: Signal, values: Vec<f64>) -> Result<Self, ModelError> {
         crate::network::finite(signal.name(), &values)?;
+        Self::of(values).ok_or(ModelError::NoRows { signal })
+    }
+
+    /// The same of finite values that are no signal's; `None` if there are none.
+    #[must_use]
+    pub fn of(mut values: Vec<f64>) -> Option<Self> {
+        if values.is_empty() {
+            return None;
+        }
         values.sort_unstable_by(f64::total_cmp);
         let centre = quantile(&values, 0.5);
         let range = quantile(&values, 0.75) - quantile(&values, 0.25);
-        Ok(Self { centre, scale: if range > 0.0 { range } else { 1.0 } })
+        Some(Self { centre, scale: if range > 0.0 { range } else { 1.0 } })
     }
 
     fn scale(self, physical: f64) -> f64 {
@@ -128,13 +123,14 @@ impl Scaler {
         insulin: CentreAndScale,
         carbs: CentreAndScale,
     ) -> Result<Self, ModelError> {
-        let named = states.iter().map(|(compartment, pair)| (Signal::State(compartment), *pair));
-        for (signal, pair) in named.chain([(Signal::Insulin, insulin), (Signal::Carbs, carbs)]) {
-            if !pair.centre.is_finite() || !pair.scale.is_finite() || pair.scale <= 0.0 {
-                return Err(ModelError::Scale { signal, centre: pair.centre, scale: pair.scale });
+        let scaler = Self { states, insulin, carbs, gains: DoseGains::NONE };
+        for signal in Signal::all() {
+            let CentreAndScale { centre, scale } = scaler.of(signal);
+            if !centre.is_finite() || !scale.is_finite() || scale <= 0.0 {
+                return Err(ModelError::Scale { signal, centre, scale });
             }
         }
-        Ok(Self { states, insulin, carbs, gains: DoseGains::NONE })
+        Ok(scaler)
     }
 
     /// The same constants for a body that answers to doses with these gains.

@@ -14,6 +14,21 @@ pub enum Signal {
 }
 
 impl Signal {
+    /// Every signal, by [`row`](Self::row): the states in the paper's order, insulin, carbohydrate.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Compartment::ALL.into_iter().map(Self::State).chain([Self::Insulin, Self::Carbs])
+    }
+
+    /// The place of the signal among [`all`](Self::all).
+    #[must_use]
+    pub const fn row(self) -> usize {
+        match self {
+            Self::State(compartment) => compartment as usize,
+            Self::Insulin => Compartment::ALL.len(),
+            Self::Carbs => Compartment::ALL.len() + 1,
+        }
+    }
+
     /// The name that weight files and `region.json` use.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -38,5 +53,19 @@ impl Signal {
 impl std::fmt::Display for Signal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_follow_the_order_of_all_and_names_lead_back() {
+        for (row, signal) in Signal::all().enumerate() {
+            assert_eq!(signal.row(), row);
+            assert_eq!(Signal::from_name(signal.name()), Some(signal));
+        }
+        assert_eq!(Signal::from_name("u"), None);
     }
 }

@@ -45,7 +45,7 @@ impl PopulationModel {
         let header = Header {
             format: FORMAT.to_owned(),
             states: Compartment::ALL.map(|c| c.name().to_owned()).to_vec(),
-            signals: names(&signals()),
+            signals: Signal::all().map(|s| s.name().to_owned()).collect(),
             wiring: Compartment::ALL
                 .into_iter()
                 .map(|c| (c.name().to_owned(), names(self.wiring().inputs(c))))
@@ -75,7 +75,7 @@ impl PopulationModel {
             put(format!("{compartment}.output.bias"), vec![1], &[network.b2()]);
         }
         let column = |value: fn(CentreAndScale) -> f64| -> Vec<f64> {
-            signals().into_iter().map(|signal| value(self.scaler().of(signal))).collect()
+            Signal::all().map(|signal| value(self.scaler().of(signal))).collect()
         };
         put("scaler.centre".to_owned(), vec![12], &column(|pair| pair.centre));
         put("scaler.scale".to_owned(), vec![12], &column(|pair| pair.scale));
@@ -139,16 +139,6 @@ impl PopulationModel {
         }
         Self::new(wiring, networks, scaler, header.glucose_clamp, header.card)
     }
-}
-
-/// Every signal: the states, then the inputs.
-fn signals() -> [Signal; 12] {
-    let mut signals = [Signal::Insulin; 12];
-    for (slot, compartment) in signals.iter_mut().zip(Compartment::ALL) {
-        *slot = Signal::State(compartment);
-    }
-    signals[11] = Signal::Carbs;
-    signals
 }
 
 fn signal_named(name: &str) -> Result<Signal, ModelError> {

@@ -74,15 +74,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_lead_back_to_their_signal() {
-        let signals = Compartment::ALL.into_iter().map(Signal::State);
-        for signal in signals.chain([Signal::Insulin, Signal::Carbs]) {
-            assert_eq!(Signal::from_name(signal.name()), Some(signal));
-        }
-        assert_eq!(Signal::from_name("u"), None);
-    }
-
-    #[test]
     fn only_s1_sees_insulin_and_only_c1_sees_carbs() {
         let wiring = Wiring::paper();
         for compartment in Compartment::ALL {

@@ -337,11 +337,6 @@ impl DevelopmentSet {
             .collect()
     }
 
-    /// The weeks in order, each made when asked for.
-    pub fn iter(&self) -> impl Iterator<Item = Result<Week, OdeError>> + '_ {
-        (0..self.len()).map(|index| self.week(index))
-    }
-
     /// Where the glucose of a run lay, the start not counted.
     #[must_use]
     pub fn time_shares(&self, run: &Trajectory<OdeState>) -> TimeShares {

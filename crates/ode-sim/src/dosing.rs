@@ -32,12 +32,6 @@ pub fn insulin_to_carb_ratio(total: Units) -> GramsPerUnit {
     GramsPerUnit(CORRECTION_RULE / (RISE_PER_GRAM * total.0))
 }
 
-/// Fall of glucose by one unit, 1700 / TDIR, mg/dL/U.
-#[must_use]
-pub fn correction_factor(total: Units) -> f64 {
-    CORRECTION_RULE / total.0
-}
-
 /// What a bolus calculator does about glucose away from target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction {
@@ -71,15 +65,6 @@ impl BolusCalculator {
             }
         }
         Ok(Self { ratio, correction })
-    }
-
-    /// The calculator of a person by the 1700 rule, correcting to `target`.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new), if `total` is not a positive number.
-    pub fn by_1700_rule(total: Units, target: MgPerDl) -> Result<Self, OdeError> {
-        let correction = Correction { factor: correction_factor(total), target };
-        Self::new(insulin_to_carb_ratio(total), Some(correction))
     }
 
     /// The meal part alone: carbohydrate over the ratio.
@@ -119,13 +104,18 @@ mod tests {
     #[test]
     fn the_1700_rule_by_hand() {
         assert!((insulin_to_carb_ratio(Units(42.5)).0 - 40.0 / 3.0).abs() < 1e-13); // rounding
-        assert_eq!(correction_factor(Units(42.5)), 40.0);
+    }
+
+    /// That of a person on 42.5 U a day, correcting to 120 mg/dL.
+    fn calculator() -> BolusCalculator {
+        let correction = Correction { factor: CORRECTION_RULE / 42.5, target: MgPerDl(120.0) };
+        BolusCalculator::new(insulin_to_carb_ratio(Units(42.5)), Some(correction))
+            .expect("settings are positive")
     }
 
     #[test]
     fn boluses_by_hand() {
-        let calculator = BolusCalculator::by_1700_rule(Units(42.5), MgPerDl(120.0))
-            .expect("settings are positive");
+        let calculator = calculator();
         // (carbs g, glucose mg/dL, on board U, bolus U)
         let cases = [
             (40.0, 120.0, 0.0, 3.0),
@@ -143,8 +133,7 @@ mod tests {
 
     #[test]
     fn a_reading_that_is_not_a_number_gives_no_number() {
-        let calculator =
-            BolusCalculator::by_1700_rule(Units(42.5), MgPerDl(120.0)).expect("positive settings");
+        let calculator = calculator();
         assert!(calculator.bolus(Grams(40.0), MgPerDl(f64::NAN), Units(0.0)).0.is_nan());
         assert!(calculator.bolus(Grams(f64::NAN), MgPerDl(120.0), Units(0.0)).0.is_nan());
         assert!(calculator.bolus(Grams(40.0), MgPerDl(200.0), Units(f64::NAN)).0.is_nan());
@@ -153,6 +142,7 @@ mod tests {
     #[test]
     fn settings_that_cannot_be_are_refused() {
         assert!(BolusCalculator::new(GramsPerUnit(0.0), None).is_err());
-        assert!(BolusCalculator::by_1700_rule(Units(f64::NAN), MgPerDl(110.0)).is_err());
+        let correction = Correction { factor: f64::NAN, target: MgPerDl(110.0) };
+        assert!(BolusCalculator::new(GramsPerUnit(10.0), Some(correction)).is_err());
     }
 }

@@ -53,7 +53,7 @@ pub use parameters::{OdeParameters, T1D_SENSITIVITY_FACTOR};
 pub use personal::PersonalFactors;
 pub use plant::OdePlant;
 pub use population::{VirtualPerson, population};
-pub use pump::{Pump, Pumped};
+pub use pump::Pump;
 pub use rescue::RescueCarbs;
 pub use sensor::{Sensor, SensorModel};
 pub use state::{OdeMatrix, OdeState, OdeVector, slot};

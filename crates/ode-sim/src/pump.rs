@@ -1,6 +1,6 @@
 //! Insulin pumps deliver in whole increments; this turns what was ordered into what is given.
 
-use physiology::{InputSource, MgPerDl, STEP, StepInput, Units};
+use physiology::{STEP, StepInput, Units};
 
 use crate::error::OdeError;
 
@@ -35,12 +35,6 @@ impl Pump {
         Ok(Self { increment, owed: 0.0 })
     }
 
-    /// Basal insulin that was ordered and not given yet; less than one increment.
-    #[must_use]
-    pub fn owed(&self) -> Units {
-        Units(self.owed)
-    }
-
     /// What the pump gives within a step of 5 min for which `ordered` was programmed.
     ///
     /// Everything but basal and bolus is passed on.
@@ -71,53 +65,10 @@ impl Pump {
     }
 }
 
-/// Passes the inputs of a source through a pump.
-///
-/// Ends the simulation where the source orders what no pump can give; [`Pumped::error`] then tells.
-#[derive(Debug, Clone)]
-pub struct Pumped<S> {
-    source: S,
-    pump: Pump,
-    error: Option<OdeError>,
-}
-
-impl<S> Pumped<S> {
-    /// Delivers the insulin of `source` through `pump`.
-    #[must_use]
-    pub fn new(source: S, pump: Pump) -> Self {
-        Self { source, pump, error: None }
-    }
-
-    /// The pump as it stands.
-    #[must_use]
-    pub fn pump(&self) -> &Pump {
-        &self.pump
-    }
-
-    /// Why the simulation was ended, if the pump ended it.
-    #[must_use]
-    pub fn error(&self) -> Option<&OdeError> {
-        self.error.as_ref()
-    }
-}
-
-impl<S: InputSource> InputSource for Pumped<S> {
-    fn next(&mut self, step: usize, glucose: MgPerDl) -> Option<StepInput> {
-        let ordered = self.source.next(step, glucose)?;
-        match self.pump.deliver(&ordered) {
-            Ok(delivered) => Some(delivered),
-            Err(error) => {
-                self.error = Some(error);
-                None
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use physiology::{OpenLoop, UnitsPerHour};
+    use physiology::UnitsPerHour;
 
     fn pump() -> Pump {
         Pump::new(INCREMENT).expect("the increment is positive")
@@ -147,14 +98,9 @@ mod tests {
     }
 
     #[test]
-    fn what_no_pump_can_give_ends_the_simulation_and_is_told() {
-        let inputs =
-            [StepInput::default(), StepInput { bolus: Units(-1.0), ..StepInput::default() }];
-        let mut source = Pumped::new(OpenLoop::new(&inputs), pump());
-        assert!(source.next(0, MgPerDl(100.0)).is_some());
-        assert!(source.error().is_none());
-        assert!(source.next(1, MgPerDl(100.0)).is_none());
-        assert!(source.error().is_some());
+    fn what_no_pump_can_give_is_refused() {
+        let withdrawn = StepInput { bolus: Units(-1.0), ..StepInput::default() };
+        assert!(pump().deliver(&withdrawn).is_err());
         assert!(Pump::new(Units(0.0)).is_err());
     }
 }

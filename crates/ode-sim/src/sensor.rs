@@ -116,19 +116,6 @@ impl SensorModel {
         }
     }
 
-    /// A sensor without any error but the clamp of its display.
-    #[must_use]
-    pub fn ideal() -> Self {
-        Self {
-            lag: Minutes(0.0),
-            gain: [1.0, 0.0, 0.0],
-            offset: [0.0; 3],
-            own_noise: Autoregressive { phi_1: 0.0, phi_2: 0.0, innovation_variance: 0.0 },
-            common_noise: None,
-            calibrated_every: Minutes(14_400.0),
-        }
-    }
-
     /// Checks that the model can be run.
     ///
     /// # Errors
@@ -264,30 +251,34 @@ fn finite(glucose: MgPerDl) -> Result<(), OdeError> {
     Err(OdeError::Argument { name: "glucose", value: glucose.0, requirement: "finite" })
 }
 
-/// Reads a whole course of glucose, one value per 5 min, with a sensor inserted at its start.
-///
-/// # Errors
-/// Those of [`Sensor::inserted`] and [`Sensor::next`]; an empty course gives no readings.
-pub fn read_course(
-    model: SensorModel,
-    glucose: &[MgPerDl],
-    rng: &mut impl Rng,
-) -> Result<Vec<Reading>, OdeError> {
-    let Some((first, rest)) = glucose.split_first() else { return Ok(Vec::new()) };
-    let mut sensor = Sensor::inserted(model, *first, rng)?;
-    let mut readings = Vec::with_capacity(glucose.len());
-    readings.push(sensor.reading());
-    for value in rest {
-        readings.push(sensor.next(*value, rng)?);
-    }
-    Ok(readings)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use rand::SeedableRng;
     use rand_chacha::ChaCha12Rng;
+
+    const QUIET: Autoregressive =
+        Autoregressive { phi_1: 0.0, phi_2: 0.0, innovation_variance: 0.0 };
+
+    /// A sensor without any error but the clamp of its display.
+    fn ideal() -> SensorModel {
+        SensorModel {
+            lag: Minutes(0.0),
+            gain: [1.0, 0.0, 0.0],
+            offset: [0.0; 3],
+            own_noise: QUIET,
+            common_noise: None,
+            ..SensorModel::dexcom_g6()
+        }
+    }
+
+    fn read(model: SensorModel, glucose: &[MgPerDl]) -> Vec<Reading> {
+        let mut rng = ChaCha12Rng::seed_from_u64(6);
+        let mut sensor = Sensor::inserted(model, glucose[0], &mut rng).expect("a sensor");
+        let mut readings = vec![sensor.reading()];
+        readings.extend(glucose[1..].iter().map(|g| sensor.next(*g, &mut rng).expect("finite")));
+        readings
+    }
 
     fn autocorrelation(values: &[f64], lag: usize) -> f64 {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
@@ -339,10 +330,7 @@ mod tests {
 
     #[test]
     fn an_ideal_sensor_shows_glucose_within_its_range() {
-        let mut rng = ChaCha12Rng::seed_from_u64(6);
-        let course = [30.0, 100.0, 250.0, 450.0].map(MgPerDl);
-        let readings =
-            read_course(SensorModel::ideal(), &course, &mut rng).expect("an ideal sensor");
+        let readings = read(ideal(), &[30.0, 100.0, 250.0, 450.0].map(MgPerDl));
         let shown: Vec<f64> = readings.iter().map(|r| r.shown.0).collect();
         assert_eq!(shown, [40.0, 100.0, 250.0, 400.0]);
         assert_eq!(readings[3].raw.0, 450.0);
@@ -350,24 +338,21 @@ mod tests {
 
     #[test]
     fn the_interstitium_settles_behind_a_ramp_by_slope_times_lag() {
-        let mut rng = ChaCha12Rng::seed_from_u64(7);
-        let model = SensorModel { lag: Minutes(10.0), ..SensorModel::ideal() };
+        let model = SensorModel { lag: Minutes(10.0), ..ideal() };
         let course: Vec<MgPerDl> = (0..100).map(|k| MgPerDl(100.0 + 2.0 * f64::from(k))).collect();
-        let readings = read_course(model, &course, &mut rng).expect("a lagging sensor");
+        let readings = read(model, &course);
         let last = readings.last().expect("a hundred readings");
         // 0.4 mg/dL/min x 10 min; exp(-50) of the start is left.
         assert!((course[99].0 - last.interstitial.0 - 4.0).abs() < 1e-9);
-        let constant = read_course(model, &[MgPerDl(90.0); 5], &mut rng).expect("constant");
+        let constant = read(model, &[MgPerDl(90.0); 5]);
         assert!(constant.iter().all(|r| (r.shown.0 - 90.0).abs() < 1e-12)); // rounding
     }
 
     #[test]
     fn calibration_drifts_and_starts_anew() {
-        let mut rng = ChaCha12Rng::seed_from_u64(8);
-        let quiet = Autoregressive { phi_1: 0.0, phi_2: 0.0, innovation_variance: 0.0 };
         let model =
-            SensorModel { own_noise: quiet, common_noise: None, ..SensorModel::dexcom_g6() };
-        let readings = read_course(model, &[MgPerDl(150.0); 2881], &mut rng).expect("ten days");
+            SensorModel { own_noise: QUIET, common_noise: None, ..SensorModel::dexcom_g6() };
+        let readings = read(model, &[MgPerDl(150.0); 2881]);
         let at = |day: f64| {
             150.0 * (1.048 - 0.033 * day + 0.002 * day * day) - 6.398 + 6.179 * day
                 - 0.448 * day * day
@@ -383,8 +368,8 @@ mod tests {
         explosive.own_noise.phi_1 = 1.5;
         assert!(explosive.validated().is_err());
         let mut rng = ChaCha12Rng::seed_from_u64(9);
-        assert!(Sensor::inserted(SensorModel::ideal(), MgPerDl(f64::NAN), &mut rng).is_err());
-        let backwards = SensorModel { lag: Minutes(-1.0), ..SensorModel::ideal() };
+        assert!(Sensor::inserted(ideal(), MgPerDl(f64::NAN), &mut rng).is_err());
+        let backwards = SensorModel { lag: Minutes(-1.0), ..ideal() };
         assert!(backwards.validated().is_err());
     }
 }

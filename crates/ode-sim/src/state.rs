@@ -71,18 +71,7 @@ impl OdeState {
 #[inline]
 #[must_use]
 pub const fn slot(compartment: Compartment) -> usize {
-    match compartment {
-        Compartment::S1 => 0,
-        Compartment::S2 => 1,
-        Compartment::I => 2,
-        Compartment::X1 => 3,
-        Compartment::X2 => 4,
-        Compartment::X3 => 5,
-        Compartment::Q1 => 6,
-        Compartment::Q2 => 7,
-        Compartment::C1 => 8,
-        Compartment::C2 => 9,
-    }
+    compartment as usize
 }
 
 /// Ten values over S1 .. C2 in the units of [`OdeState`] (or those per minute, for derivatives).

@@ -5,8 +5,8 @@
 //! there is a constant here; patients, meals, the start and the number of steps are arguments.
 
 use physiology::{
-    Exercise, Grams, InputSource, Kilograms, MgPerDl, OpenLoop, StepInput, Units, UnitsPerHour,
-    simulate,
+    Exercise, Grams, InputSource, Kilograms, MgPerDl, OpenLoop, STEPS_PER_DAY, StepInput, Units,
+    UnitsPerHour, simulate,
 };
 
 use crate::dosing::{BolusCalculator, basal_of, insulin_to_carb_ratio};
@@ -160,25 +160,12 @@ pub fn trace(
     scenario: Scenario,
     days: usize,
 ) -> Result<Vec<Row>, OdeError> {
-    trace_steps(patient, meals, initial, scenario, days * physiology::STEPS_PER_DAY + 1)
-}
-
-/// The first `steps` rows of a patient's trace.
-///
-/// # Errors
-/// As [`trace`].
-pub fn trace_steps(
-    patient: &VirtualPatient,
-    meals: &[Meal],
-    initial: OdeState,
-    scenario: Scenario,
-    steps: usize,
-) -> Result<Vec<Row>, OdeError> {
     patient.parameters.validated()?;
     if !(patient.weight.0.is_finite() && patient.weight.0 > 0.0) {
         let (name, value) = ("weight, kg", patient.weight.0);
         return Err(OdeError::Argument { name, value, requirement: "positive and finite" });
     }
+    let steps = days * STEPS_PER_DAY + 1;
     let fixed = inputs(patient, meals, scenario, steps)?;
     let open_loop = OpenLoop::new(&fixed);
     match scenario {
@@ -262,7 +249,7 @@ mod tests {
     fn a_patient_who_cannot_be_is_an_error() {
         let start = patient().initial_state().expect("nominal");
         let trace_of = |patient: VirtualPatient| {
-            trace_steps(&patient, &[], start, Scenario::MealsOnly, 5).expect_err("cannot be")
+            trace(&patient, &[], start, Scenario::MealsOnly, 1).expect_err("cannot be")
         };
         let weightless = VirtualPatient { weight: Kilograms(0.0), ..patient() };
         assert!(matches!(trace_of(weightless), OdeError::Argument { name: "weight, kg", .. }));

@@ -32,8 +32,6 @@ pub struct Closest {
     pub place: usize,
     /// Its mean training loss.
     pub loss: f64,
-    /// Candidates that could not be simulated on every window.
-    pub failed: usize,
 }
 
 /// The candidate with the least training loss; of equals the first.
@@ -45,24 +43,17 @@ pub fn closest(
     candidates: &[Candidate],
 ) -> Result<Closest, OdeTwinError> {
     let mut best: Option<Closest> = None;
-    let (mut failed, mut last) = (0, "there is no candidate".to_owned());
-    for (index, candidate) in candidates.iter().enumerate() {
+    let mut last = "there is no candidate".to_owned();
+    for (place, candidate) in candidates.iter().enumerate() {
         match windows.loss(&candidate.plant()) {
             Ok(loss) if loss.is_finite() => {
                 if best.as_ref().is_none_or(|best| loss < best.loss) {
-                    best = Some(Closest { place: index, loss, failed: 0 });
+                    best = Some(Closest { place, loss });
                 }
             }
-            Ok(loss) => {
-                failed += 1;
-                last = format!("the loss is {loss}");
-            }
-            Err(error) => {
-                failed += 1;
-                last = error.to_string();
-            }
+            Ok(loss) => last = format!("the loss is {loss}"),
+            Err(error) => last = error.to_string(),
         }
     }
-    let best = best.ok_or(OdeTwinError::NoCandidate { tried: candidates.len(), last })?;
-    Ok(Closest { failed, ..best })
+    best.ok_or(OdeTwinError::NoCandidate { tried: candidates.len(), last })
 }

@@ -3,7 +3,7 @@
 use cohort::Person;
 use contract::baselines;
 use nn_statespace::PopulationModel;
-use ode_sim::personal::{FACTORS, Factor};
+use ode_sim::personal::Factor;
 use ode_sim::{OdeParameters, OdePlant};
 use physiology::Kilograms;
 use twins::{PersonWindows, Protocol, TwinLoss};
@@ -97,7 +97,7 @@ pub fn fit_person(
             loss: windows.loss(&at_mode)?,
         },
         posterior: PosteriorSummary {
-            factors: factor_names(),
+            factors: Factor::ALL.map(name_in_file).to_vec(),
             mode: mode.factors.0.to_vec(),
             mean: posterior.mean.to_vec(),
             sd: posterior.sd.to_vec(),
@@ -111,14 +111,10 @@ pub fn fit_person(
     })
 }
 
-fn factor_names() -> Vec<String> {
-    let names: [&str; FACTORS] = Factor::ALL.map(|factor| match factor {
+fn name_in_file(factor: Factor) -> String {
+    match factor {
         Factor::Action => "insulin_action",
-        Factor::Egp0 => "egp_0",
-        Factor::TMaxG => "t_max_g",
-        Factor::TMaxI => "t_max_i",
-        Factor::AG => "a_g",
-        Factor::F01 => "f_01",
-    });
-    names.map(str::to_owned).to_vec()
+        one => one.parameter(),
+    }
+    .to_owned()
 }

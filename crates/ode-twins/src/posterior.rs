@@ -23,17 +23,13 @@ const TOLERANCE: f64 = 0.01;
 pub struct MaximumAPosteriori {
     /// Log factors on the population's parameters.
     pub factors: PersonalFactors,
-    /// Their standard deviations by the curvature there, and by nothing else.
-    pub sd: [f64; FACTORS],
     /// Standard deviation of what half an hour adds to a run's error, mg/dL.
     pub sigma: f64,
     /// Share of the error that is left after half an hour.
     pub autoregression: f64,
     /// Whether the search came to rest.
     pub converged: bool,
-    /// Iterations made.
-    pub iterations: usize,
-    mode: Mode,
+    pub(crate) mode: Mode,
 }
 
 /// What the sampler starts from.
@@ -54,10 +50,6 @@ impl MaximumAPosteriori {
     pub fn parameters(&self) -> OdeParameters {
         self.factors.applied_to(&OdeParameters::nominal())
     }
-
-    pub(crate) fn mode(&self) -> &Mode {
-        &self.mode
-    }
 }
 
 /// The most probable factors given the windows that do not overlap, by Gauss-Newton steps with the
@@ -71,10 +63,9 @@ pub fn maximum_a_posteriori(windows: &FitWindows<'_>) -> Result<MaximumAPosterio
     let mut standard = [0.0; FACTORS];
     let mut at = density.linearised(&standard)?;
     let mut model = ErrorModel::fitted(&at.errors);
-    let (mut converged, mut iterations) = (false, 0);
+    let mut converged = false;
     let mut information = Mat::identity(FACTORS, FACTORS);
-    while !converged && iterations < MOST_ITERATIONS {
-        iterations += 1;
+    for _ in 0..MOST_ITERATIONS {
         let (matrix, right) = normal_equations(&at, &standard, &model);
         information = matrix;
         let factor = information.llt(Side::Lower).map_err(|_| OdeTwinError::Information)?;
@@ -100,6 +91,9 @@ pub fn maximum_a_posteriori(windows: &FitWindows<'_>) -> Result<MaximumAPosterio
             at = density.linearised(&standard)?;
             model = ErrorModel::fitted(&at.errors);
         }
+        if converged {
+            break;
+        }
     }
     let covariance = information
         .llt(Side::Lower)
@@ -107,15 +101,11 @@ pub fn maximum_a_posteriori(windows: &FitWindows<'_>) -> Result<MaximumAPosterio
         .solve(Mat::<f64>::identity(FACTORS, FACTORS));
     let root = covariance.llt(Side::Lower).map_err(|_| OdeTwinError::Information)?;
     let root = std::array::from_fn(|i| std::array::from_fn(|j| root.L()[(i, j)]));
-    let factors = factors_of(&standard);
-    let scale = factors_of(&[1.0; FACTORS]).0;
     Ok(MaximumAPosteriori {
-        factors,
-        sd: std::array::from_fn(|k| covariance[(k, k)].sqrt() * scale[k]),
+        factors: factors_of(&standard),
         sigma: model.sigma(),
         autoregression: model.coefficient(),
         converged,
-        iterations,
         mode: Mode {
             standard,
             errors: model,

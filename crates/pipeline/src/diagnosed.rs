@@ -154,7 +154,7 @@ fn of_twins(cohort: &Cohort, twins: &BTreeMap<String, Arc<Twin>>) -> Result<Judg
         let result = match held_out {
             Some(record) => {
                 // The baseline that the twin was trained with.
-                person.heart_rate_baseline = person.resting_heart_rate().map(|rest| rest.value);
+                person.heart_rate_baseline = person.resting_heart_rate();
                 person.record = record;
                 Ok(body)
             }

@@ -34,6 +34,9 @@ pub(crate) enum Column {
     Number,
 }
 
+/// A column of a list of items: its name, its alignment, and what its cell says of an item.
+pub(crate) type ColumnOf<'a, T> = (&'a str, Column, &'a dyn Fn(&T) -> String);
+
 impl Html {
     /// Markup that is written in this crate.
     pub(crate) fn literal(&mut self, markup: &'static str) -> &mut Self {
@@ -58,9 +61,26 @@ impl Html {
         self.element("p", text)
     }
 
+    /// A paragraph of a class of the style sheet.
+    pub(crate) fn paragraph_of(&mut self, class: &'static str, text: &str) -> &mut Self {
+        self.literal("<p class=\"").literal(class).literal("\">").text(text).literal("</p>\n")
+    }
+
     /// A paragraph that says that something is missing.
     pub(crate) fn absent(&mut self, text: &str) -> &mut Self {
-        self.literal("<p class=\"absent\">").text(text).literal("</p>\n")
+        self.paragraph_of("absent", text)
+    }
+
+    /// A list, which begins with the tag `open`; nothing without an item.
+    pub(crate) fn list(&mut self, open: &'static str, items: &[String]) {
+        if items.is_empty() {
+            return;
+        }
+        self.literal(open).literal("\n");
+        for item in items {
+            self.element("li", item);
+        }
+        self.literal("</ul>\n");
     }
 
     /// Another piece.
@@ -95,6 +115,25 @@ impl Html {
         }
         self.literal("<figcaption>").text(caption).literal("</figcaption>\n</figure>\n");
         true
+    }
+
+    /// A table with one row an item, as [`Html::table`]; nothing without an item.
+    pub(crate) fn rows<T>(
+        &mut self,
+        caption: &str,
+        items: &[T],
+        bold: impl Fn(&T) -> bool,
+        columns: &[ColumnOf<'_, T>],
+    ) {
+        if items.is_empty() {
+            return;
+        }
+        let cells = |item: &T| columns.iter().map(|(_, _, cell)| cell(item)).collect();
+        let rows: Vec<(bool, Vec<String>)> =
+            items.iter().map(|item| (bold(item), cells(item))).collect();
+        let columns: Vec<(&str, Column)> =
+            columns.iter().map(|(name, column, _)| (*name, *column)).collect();
+        self.table(caption, &columns, &rows);
     }
 
     /// A table that scrolls sideways where it is wider than the page. Rows marked `true` are bold.

@@ -29,23 +29,8 @@ mod section;
 pub use error::ReportError;
 pub use inputs::{Inputs, Part};
 pub use number::count;
+pub use section::{answer, render};
 
 /// What every report says about its use.
 pub const DISCLAIMER: &str =
     "Research software. Not a medical device; not validated for any treatment decision.";
-
-/// The answer of a diagnosis as lines of text: the sentence of the report, and what the makers of the
-/// cohort state beside what was found.
-#[must_use]
-pub fn answer(diagnosis: &contract::Diagnosis, truth: Option<&contract::StatedTruth>) -> String {
-    section::answer(diagnosis, truth)
-}
-
-/// Renders the report as one HTML document.
-///
-/// # Errors
-///
-/// [`ReportError::Figure`] where a figure cannot be drawn.
-pub fn render(inputs: &Inputs) -> Result<String, ReportError> {
-    section::page(inputs)
-}

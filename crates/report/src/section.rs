@@ -2,7 +2,6 @@
 
 mod absorbed;
 mod agp;
-mod any_json;
 mod blind_check;
 mod candidates;
 mod conformance;
@@ -89,17 +88,20 @@ const SECTIONS: [Section; 26] = [
     ("provenance", "How to reproduce this", |i| Some(provenance::body(&i.manifests))),
 ];
 
-/// The answer of a diagnosis as lines of text.
-pub(crate) fn answer(
-    diagnosis: &contract::Diagnosis,
-    truth: Option<&contract::StatedTruth>,
-) -> String {
+/// The answer of a diagnosis as lines of text: the sentence of the report, and what the makers of the
+/// cohort state beside what was found.
+#[must_use]
+pub fn answer(diagnosis: &contract::Diagnosis, truth: Option<&contract::StatedTruth>) -> String {
     let beside = truth.map_or_else(String::new, |truth| truth::text(diagnosis, truth));
     format!("{}\n{beside}", verdict::sentence(diagnosis))
 }
 
-/// The whole document.
-pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {
+/// Renders the report as one HTML document.
+///
+/// # Errors
+///
+/// [`ReportError::Figure`] where a figure cannot be drawn.
+pub fn render(inputs: &Inputs) -> Result<String, ReportError> {
     let title = verdict::title(inputs);
     let mut shown: Vec<(&'static str, &'static str, Html)> = Vec::new();
     let mut left_out: Vec<&'static str> = Vec::new();
@@ -116,7 +118,7 @@ pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {
     html.literal("<style>\n").literal(include_str!("style.css")).literal("</style>\n");
     html.literal("</head>\n<body>\n<header>\n");
     html.element("h1", &title);
-    html.literal("<p class=\"disclaimer\">").text(DISCLAIMER).literal("</p>\n</header>\n");
+    html.paragraph_of("disclaimer", DISCLAIMER).literal("</header>\n");
     html.literal("<main>\n<section id=\"verdict\">\n").push(&verdict::body(inputs));
     html.literal("</section>\n<nav aria-label=\"Contents\">\n<ul>");
     for &(id, heading, _) in &shown {
@@ -132,7 +134,7 @@ pub(crate) fn page(inputs: &Inputs) -> Result<String, ReportError> {
         html.text("This folder holds nothing for: ").text(&left_out.join("; "));
         html.literal(".</p>\n");
     }
-    html.literal("</main>\n<footer>\n<p class=\"disclaimer\">").text(DISCLAIMER);
-    html.literal("</p>\n</footer>\n</body>\n</html>\n");
+    html.literal("</main>\n<footer>\n").paragraph_of("disclaimer", DISCLAIMER);
+    html.literal("</footer>\n</body>\n</html>\n");
     Ok(html.into_string())
 }

@@ -1,17 +1,8 @@
 //! The paper's table: six outcomes of one method against the real ones, over people.
 
-use crate::{Outcome, Outcomes, StatsError, Summary, tost};
+use contract::{Summary, WithInterval};
 
-/// A difference with its interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
-    /// Mean of simulated minus actual, in the outcome's unit.
-    pub value: f64,
-    /// Lower end of the (1 - 2 alpha) interval.
-    pub lower: f64,
-    /// Upper end of the (1 - 2 alpha) interval.
-    pub upper: f64,
-}
+use crate::{Outcome, Outcomes, StatsError, summary, tost};
 
 /// One row of the outcomes table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,8 +17,8 @@ pub struct OutcomeEquivalence {
     pub actual: Summary,
     /// Mean and SD over people of the simulated outcome.
     pub simulated: Summary,
-    /// Mean paired difference and its interval.
-    pub difference: Difference,
+    /// Mean of simulated minus actual and its (1 - 2 alpha) interval, in that unit.
+    pub difference: WithInterval,
     /// The larger one-sided p-value.
     pub p: f64,
     /// Whether `p < alpha`.
@@ -36,14 +27,13 @@ pub struct OutcomeEquivalence {
 
 impl From<OutcomeEquivalence> for contract::Equivalence {
     fn from(row: OutcomeEquivalence) -> Self {
-        let Difference { value, lower, upper } = row.difference;
         Self {
             metric: row.metric.key().to_owned(),
             unit: row.unit.to_owned(),
             margin: row.margin,
-            actual: row.actual.into(),
-            simulated: row.simulated.into(),
-            difference: contract::WithInterval { value, lower, upper },
+            actual: row.actual,
+            simulated: row.simulated,
+            difference: row.difference,
             p: row.p,
             equivalent: row.equivalent,
         }
@@ -72,9 +62,9 @@ pub fn compare_outcomes(
                 metric,
                 unit: metric.unit(),
                 margin: metric.margin(),
-                actual: Summary::of(&real)?,
-                simulated: Summary::of(&model)?,
-                difference: Difference {
+                actual: summary(&real)?,
+                simulated: summary(&model)?,
+                difference: WithInterval {
                     value: test.difference,
                     lower: test.interval.lower,
                     upper: test.interval.upper,

@@ -1,39 +1,22 @@
 //! Mean and standard deviation of a sample.
 
+use contract::Summary;
+
 use crate::StatsError;
 use crate::error::finite;
 
-/// Mean and standard deviation over people (or over whatever the values are).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Summary {
-    /// Number of values.
-    pub n: usize,
-    /// Arithmetic mean, in the unit of the values.
-    pub mean: f64,
-    /// Sample standard deviation (denominator n - 1); `None` for a single value.
-    pub sd: Option<f64>,
-}
-
-impl From<Summary> for contract::Summary {
-    fn from(Summary { n, mean, sd }: Summary) -> Self {
-        Self { n, mean, sd }
+/// Mean and sample SD (denominator n - 1) of `values`, over people or over whatever they are.
+///
+/// # Errors
+///
+/// [`StatsError::TooFew`] for no value, [`StatsError::NonFinite`] for a NaN or an infinity.
+pub fn summary(values: &[f64]) -> Result<Summary, StatsError> {
+    if values.is_empty() {
+        return Err(StatsError::TooFew { what: "values", n: 0, needed: 1 });
     }
-}
-
-impl Summary {
-    /// Mean and SD of `values`.
-    ///
-    /// # Errors
-    ///
-    /// [`StatsError::TooFew`] for no value, [`StatsError::NonFinite`] for a NaN or an infinity.
-    pub fn of(values: &[f64]) -> Result<Self, StatsError> {
-        if values.is_empty() {
-            return Err(StatsError::TooFew { what: "values", n: 0, needed: 1 });
-        }
-        finite("value", values)?;
-        let (mean, sd) = mean_and_sd(values);
-        Ok(Self { n: values.len(), mean, sd: (values.len() > 1).then_some(sd) })
-    }
+    finite("value", values)?;
+    let (mean, sd) = mean_and_sd(values);
+    Ok(Summary { n: values.len(), mean, sd: (values.len() > 1).then_some(sd) })
 }
 
 /// Mean; 0/0 where there is no value.
@@ -57,14 +40,14 @@ mod tests {
 
     #[test]
     fn a_single_value_has_no_sd() {
-        assert_eq!(Summary::of(&[3.0]), Ok(Summary { n: 1, mean: 3.0, sd: None }));
-        assert!(Summary::of(&[]).is_err());
-        assert!(Summary::of(&[1.0, f64::NAN]).is_err());
+        assert_eq!(summary(&[3.0]), Ok(Summary { n: 1, mean: 3.0, sd: None }));
+        assert!(summary(&[]).is_err());
+        assert!(summary(&[1.0, f64::NAN]).is_err());
     }
 
     #[test]
     fn sd_divides_by_n_minus_one() {
-        let summary = Summary::of(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]).expect("finite");
+        let summary = summary(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]).expect("finite");
         assert_eq!(summary.mean, 5.0);
         // Sum of squares 32 over 7 degrees of freedom; one rounding of the square root.
         assert!((summary.sd.expect("n > 1") - (32.0_f64 / 7.0).sqrt()).abs() < 1e-15);
@@ -73,6 +56,6 @@ mod tests {
     #[test]
     fn identical_values_vary_by_nothing() {
         // 0.1 summed ten times is not 1, so a naive mean would leave a spurious SD of 1e-17.
-        assert_eq!(Summary::of(&[0.1; 10]).expect("finite").sd, Some(0.0));
+        assert_eq!(summary(&[0.1; 10]).expect("finite").sd, Some(0.0));
     }
 }

@@ -1,9 +1,11 @@
 //! Comparison of two methods over the same people.
 
+use contract::Summary;
+
 use crate::error::pairs;
 use crate::moments::{mean, mean_and_sd};
 use crate::wilcoxon::{SignedRank, signed_rank};
-use crate::{Bootstrap, Estimate, StatsError, Summary};
+use crate::{Bootstrap, Estimate, StatsError, summary};
 
 /// How one method compares with another, a figure (say RMSE) a person for both.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +38,8 @@ pub fn compare(
     let difference = plan
         .people(&differences, |people| mean(&people.iter().map(|d| **d).collect::<Vec<f64>>()))?;
     Ok(PairedComparison {
-        first: Summary::of(first)?,
-        second: Summary::of(second)?,
+        first: summary(first)?,
+        second: summary(second)?,
         difference,
         difference_sd: mean_and_sd(&differences).1,
         signed_rank: signed_rank(&differences)?,

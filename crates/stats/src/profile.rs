@@ -3,59 +3,44 @@
 //! As in the international consensus on CGM reports (Battelino et al. 2019): the median with the
 //! 25th to 75th and the 5th to 95th percentile, over all days together.
 
+use contract::agp::Percentiles;
+
 use crate::error::StatsError;
 use crate::quantile::quantile;
 
 /// The percentiles of a profile, per cent.
 pub const PERCENTILES: [f64; 5] = [5.0, 25.0, 50.0, 75.0, 95.0];
 
-/// Percentiles of glucose, mg/dL, one value a slot of the day; `None` where a slot has no sample.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Profile {
-    /// 5th percentile.
-    pub p05: Vec<Option<f64>>,
-    /// 25th percentile.
-    pub p25: Vec<Option<f64>>,
-    /// Median.
-    pub p50: Vec<Option<f64>>,
-    /// 75th percentile.
-    pub p75: Vec<Option<f64>>,
-    /// 95th percentile.
-    pub p95: Vec<Option<f64>>,
-}
-
-impl Profile {
-    /// The profile of `samples`, each a slot of the day (0 to `slots` - 1) and a glucose, mg/dL.
-    ///
-    /// Percentiles interpolate linearly between order statistics (type 7 of Hyndman and Fan).
-    ///
-    /// # Errors
-    /// [`StatsError::NonFinite`] for a glucose that is not a finite number and
-    /// [`StatsError::OutOfDomain`] for a slot beyond the day.
-    pub fn of(
-        samples: impl IntoIterator<Item = (usize, f64)>,
-        slots: usize,
-    ) -> Result<Self, StatsError> {
-        let mut by_slot: Vec<Vec<f64>> = vec![Vec::new(); slots];
-        for (index, (slot, value)) in samples.into_iter().enumerate() {
-            if !value.is_finite() {
-                return Err(StatsError::NonFinite { what: "glucose sample", index, value });
-            }
-            let Some(there) = by_slot.get_mut(slot) else {
-                let (name, value) = ("slot of the day", slot as f64);
-                return Err(StatsError::OutOfDomain { name, value, expected: "below the slots" });
-            };
-            there.push(value);
+/// The profile of `samples`, each a slot of the day (0 to `slots` - 1) and a glucose, mg/dL.
+///
+/// Percentiles interpolate linearly between order statistics (type 7 of Hyndman and Fan).
+///
+/// # Errors
+/// [`StatsError::NonFinite`] for a glucose that is not a finite number and
+/// [`StatsError::OutOfDomain`] for a slot beyond the day.
+pub fn percentiles(
+    samples: impl IntoIterator<Item = (usize, f64)>,
+    slots: usize,
+) -> Result<Percentiles, StatsError> {
+    let mut by_slot: Vec<Vec<f64>> = vec![Vec::new(); slots];
+    for (index, (slot, value)) in samples.into_iter().enumerate() {
+        if !value.is_finite() {
+            return Err(StatsError::NonFinite { what: "glucose sample", index, value });
         }
-        by_slot.iter_mut().for_each(|values| values.sort_by(f64::total_cmp));
-        let [p05, p25, p50, p75, p95] = PERCENTILES.map(|percent| {
-            by_slot
-                .iter()
-                .map(|values| (!values.is_empty()).then(|| quantile(values, percent / 100.0)))
-                .collect()
-        });
-        Ok(Self { p05, p25, p50, p75, p95 })
+        let Some(there) = by_slot.get_mut(slot) else {
+            let (name, value) = ("slot of the day", slot as f64);
+            return Err(StatsError::OutOfDomain { name, value, expected: "below the slots" });
+        };
+        there.push(value);
     }
+    by_slot.iter_mut().for_each(|values| values.sort_by(f64::total_cmp));
+    let [p05, p25, p50, p75, p95] = PERCENTILES.map(|percent| {
+        by_slot
+            .iter()
+            .map(|values| (!values.is_empty()).then(|| quantile(values, percent / 100.0)))
+            .collect()
+    });
+    Ok(Percentiles { p05, p25, p50, p75, p95 })
 }
 
 #[cfg(test)]
@@ -66,7 +51,7 @@ mod tests {
     fn percentiles_of_each_slot_by_themselves() {
         // 0, 1, ..., 100 in slot 0: the percentiles are their own names; one value in slot 2.
         let samples = (0..=100).rev().map(|k| (0, f64::from(k))).chain([(2, 90.0)]);
-        let profile = Profile::of(samples, 3).expect("valid");
+        let profile = percentiles(samples, 3).expect("valid");
         let slot = |k: usize| {
             [&profile.p05, &profile.p25, &profile.p50, &profile.p75, &profile.p95].map(|p| p[k])
         };
@@ -79,7 +64,7 @@ mod tests {
 
     #[test]
     fn what_is_no_glucose_or_no_slot_is_refused() {
-        assert!(Profile::of([(0, f64::NAN)], 1).is_err());
-        assert!(Profile::of([(1, 100.0)], 1).is_err());
+        assert!(percentiles([(0, f64::NAN)], 1).is_err());
+        assert!(percentiles([(1, 100.0)], 1).is_err());
     }
 }

@@ -160,9 +160,6 @@ pub enum TwinError {
     /// The ODE plant.
     #[error(transparent)]
     Ode(#[from] OdeError),
-    /// The tensor library.
-    #[error("tensor library: {0}")]
-    Candle(#[from] candle_core::Error),
 }
 
 impl From<CohortError> for TwinError {

@@ -129,13 +129,7 @@ impl Search<'_> {
             residual,
             heart_rate_scaler: None,
             inputs: InputSet::None,
-            card: TwinCard {
-                person_id: String::new(),
-                origin: String::new(),
-                version: String::new(),
-                training_data_sha256: None,
-                training: None,
-            },
+            card: TwinCard::default(),
         };
         let starts = (self.starts)(&twin.population)?;
         let inputs: Vec<&[StepInput]> = self.windows.iter().map(PreparedWindow::inputs).collect();

@@ -1,5 +1,6 @@
 //! Robust scaling of a person's heart rate over baseline.
 
+use nn_statespace::CentreAndScale;
 use physiology::BeatsPerMinute;
 
 use crate::error::TwinError;
@@ -23,17 +24,12 @@ impl HeartRateScaler {
     pub fn fit(
         values: impl IntoIterator<Item = BeatsPerMinute>,
     ) -> Result<Option<Self>, TwinError> {
-        let mut values: Vec<f64> = values.into_iter().map(|v| v.0).collect();
+        let values: Vec<f64> = values.into_iter().map(|v| v.0).collect();
         if values.iter().any(|v| !v.is_finite()) {
             return Err(TwinError::NotFinite { what: "heart rate over baseline" });
         }
-        if values.is_empty() {
-            return Ok(None);
-        }
-        values.sort_by(f64::total_cmp);
-        let range = quantile(&values, 0.75) - quantile(&values, 0.25);
-        let scale = if range > 0.0 { range } else { 1.0 };
-        Ok(Some(Self { center: quantile(&values, 0.5), scale }))
+        let pair = CentreAndScale::of(values);
+        Ok(pair.map(|CentreAndScale { centre, scale }| Self { center: centre, scale }))
     }
 
     /// (rate - median) / interquartile range, unitless.
@@ -41,14 +37,6 @@ impl HeartRateScaler {
     pub fn scale(&self, rate: BeatsPerMinute) -> f64 {
         (rate.0 - self.center) / self.scale
     }
-}
-
-/// Quantile `q` of ascending, non-empty `values`, linear between neighbours.
-fn quantile(values: &[f64], q: f64) -> f64 {
-    let position = q * (values.len() - 1) as f64;
-    let below = position.floor() as usize;
-    let above = (below + 1).min(values.len() - 1);
-    values[below] + (position - below as f64) * (values[above] - values[below])
 }
 
 #[cfg(test)]

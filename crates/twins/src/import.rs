@@ -45,8 +45,7 @@ pub fn published_twin(
             person_id: person_id.to_owned(),
             origin: "imported from a published PyTorch state dictionary".to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            training_data_sha256: None,
-            training: None,
+            ..TwinCard::default()
         },
     })
 }

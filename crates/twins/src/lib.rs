@@ -42,12 +42,17 @@
 //!
 //! The crate opens no files and prints nothing; randomness comes from explicit seeds.
 
+// The synthetic people of the tests name this crate.
+#[cfg(test)]
+extern crate self as twins;
+
 mod cohort_training;
 mod error;
 mod exclusion;
 mod file;
 mod fingerprint;
 mod gains;
+#[cfg(test)]
 mod graph;
 mod heart_rate;
 mod import;
@@ -60,6 +65,10 @@ mod residual;
 mod roll_out;
 mod signs;
 mod start;
+#[cfg(test)]
+#[expect(dead_code, reason = "other tests use the rest of this module")]
+#[path = "../tests/it/synthetic.rs"]
+mod synthetic;
 mod training;
 mod twin;
 
@@ -71,7 +80,6 @@ pub use exclusion::{Exclusion, Part};
 pub use file::is_twin;
 pub use fingerprint::{population_fingerprint, windows_fingerprint};
 pub use gains::Doses;
-pub use graph::{ResidualVariables, graph_loss};
 pub use heart_rate::HeartRateScaler;
 pub use import::published_twin;
 pub use inputs::{INPUT_NAMES, INPUTS, InputSet, MissingContext, PERSONAL_INPUTS, STATE_INPUTS};
@@ -83,10 +91,7 @@ pub use residual::{HIDDEN, PARAMETERS, ResidualNetwork};
 pub use roll_out::simulate_many;
 pub use signs::Signs;
 pub use start::{
-    AtRest, Startable, Starts, SteadyStates, WindowStart, settled, window_starts,
-    window_starts_with,
+    Startable, Starts, SteadyStates, WindowStart, settled, window_starts, window_starts_with,
 };
-pub use training::{
-    Epoch, KeptEpoch, Trained, TrainingPlan, batch_gradient, train, window_courses, window_loss,
-};
+pub use training::{Epoch, KeptEpoch, Trained, TrainingPlan, train, window_courses, window_loss};
 pub use twin::{Twin, TwinCard};

@@ -142,14 +142,6 @@ impl PreparedWindow {
         &self.target
     }
 
-    /// The states at the start of a step if Q1 and Q2 are these.
-    pub(crate) fn states_with(&self, step: usize, q1: f64, q2: f64) -> ScaledStates {
-        let mut x = self.states[step];
-        x[Compartment::Q1] = q1;
-        x[Compartment::Q2] = q2;
-        x
-    }
-
     /// What is known of a step beforehand: the states but Q1 and Q2, and the inputs.
     pub(crate) fn known(&self, step: usize) -> (&ScaledStates, ScaledInputs) {
         (&self.states[step], self.scaled[step])

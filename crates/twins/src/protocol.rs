@@ -7,7 +7,7 @@ use physiology::{STEPS_PER_DAY, StepInput, UnitsPerHour};
 
 use crate::error::TwinError;
 use crate::exclusion::{Exclusion, Part, without_doses};
-use crate::start::WindowStart;
+use crate::start::{WindowStart, reading};
 
 /// Which of the training days do not train: they choose an epoch, or show how far a twin errs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -169,14 +169,7 @@ impl PersonWindows {
 /// # Errors
 /// [`TwinError::NoReading`] if one is missing or not finite.
 pub fn measured(person: &Person, window: &Window) -> Result<Vec<f64>, TwinError> {
-    let missing = |step| TwinError::NoReading { person: person.id.clone(), step };
-    window
-        .range()
-        .map(|step| match person.record.cgm().get(step) {
-            Some(Some(glucose)) if glucose.is_finite() => Ok(*glucose),
-            _ => Err(missing(step)),
-        })
-        .collect()
+    window.range().map(|step| reading(person, step).map(|glucose| glucose.0)).collect()
 }
 
 /// Inputs between the first and the last reading of a window: one fewer than readings.

@@ -165,36 +165,13 @@ impl ResidualNetwork {
     /// A person's addition to dQ1/dt, scaled units per minute. Allocates nothing.
     #[must_use]
     pub fn evaluate(&self, input: &[f64; INPUTS]) -> f64 {
-        let mut first = [0.0; HIDDEN[0]];
-        let mut second = [0.0; HIDDEN[1]];
-        let mut third = [0.0; HIDDEN[2]];
-        let mut output = [0.0];
-        self.layers[0].apply(input, &mut first);
-        rectify(&mut first);
-        self.layers[1].apply(&first, &mut second);
-        rectify(&mut second);
-        self.layers[2].apply(&second, &mut third);
-        rectify(&mut third);
-        self.layers[3].apply(&third, &mut output);
-        output[0]
+        self.forward(input).3
     }
-}
 
-impl ResidualNetwork {
     /// The output and its slopes by the inputs. Units exactly at their kink count as inactive.
     #[must_use]
     pub fn evaluate_with_slopes(&self, input: &[f64; INPUTS]) -> (f64, [f64; INPUTS]) {
-        let mut first = [0.0; HIDDEN[0]];
-        let mut second = [0.0; HIDDEN[1]];
-        let mut third = [0.0; HIDDEN[2]];
-        let mut output = [0.0];
-        self.layers[0].apply(input, &mut first);
-        rectify(&mut first);
-        self.layers[1].apply(&first, &mut second);
-        rectify(&mut second);
-        self.layers[2].apply(&second, &mut third);
-        rectify(&mut third);
-        self.layers[3].apply(&third, &mut output);
+        let (first, second, third, output) = self.forward(input);
         let mut by_third = [0.0; HIDDEN[2]];
         let mut by_second = [0.0; HIDDEN[1]];
         let mut by_first = [0.0; HIDDEN[0]];
@@ -203,7 +180,26 @@ impl ResidualNetwork {
         self.layers[2].pull_back(&by_third, Some(&second), &mut by_second);
         self.layers[1].pull_back(&by_second, Some(&first), &mut by_first);
         self.layers[0].pull_back(&by_first, None, &mut by_input);
-        (output[0], by_input)
+        (output, by_input)
+    }
+
+    /// What each hidden layer puts out after its ReLU, and the output.
+    fn forward(
+        &self,
+        input: &[f64; INPUTS],
+    ) -> ([f64; HIDDEN[0]], [f64; HIDDEN[1]], [f64; HIDDEN[2]], f64) {
+        let mut first = [0.0; HIDDEN[0]];
+        let mut second = [0.0; HIDDEN[1]];
+        let mut third = [0.0; HIDDEN[2]];
+        let mut output = [0.0];
+        self.layers[0].apply(input, &mut first);
+        rectify(&mut first);
+        self.layers[1].apply(&first, &mut second);
+        rectify(&mut second);
+        self.layers[2].apply(&second, &mut third);
+        rectify(&mut third);
+        self.layers[3].apply(&third, &mut output);
+        (first, second, third, output[0])
     }
 }
 

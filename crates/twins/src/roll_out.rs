@@ -4,23 +4,23 @@
 //! one step changes the population's rates of Q1 and Q2 at the next. Within a step everything is
 //! piecewise linear, so that the way back needs the slopes of the three rates (population Q1 and
 //! Q2, residual) by Q1 and Q2, and weighs each step's gradient of the residual network by what a
-//! change of its output does to the loss. [`crate::graph`] computes the same in candle's graph and
-//! is what this is tested against.
+//! change of its output does to the loss. `graph.rs` computes the same in candle's graph, against
+//! which this is tested.
 
 mod residual_lanes;
 mod simulate;
 
-use nn_statespace::kernel::{LANES, LaneSteps, Real, Signals, signal_row};
+use nn_statespace::kernel::{LANES, LaneSteps, Real, Signals};
 use nn_statespace::{PopulationModel, Signal};
 use physiology::{Compartment, STEP};
 
-use self::residual_lanes::{Activations, Slopes, add_gradient, evaluate, flatten, network, slopes};
+use self::residual_lanes::{Activations, Slopes, add_gradient, evaluate, slopes};
 use crate::error::TwinError;
 use crate::inputs::{INPUTS, STATE_INPUTS};
 use crate::loss::ScaledLoss;
 use crate::prepared::PreparedWindow;
-use crate::residual::{PARAMETERS, ResidualNetwork};
 
+pub(crate) use self::residual_lanes::{network_of, parameters_of};
 pub use simulate::simulate_many;
 
 /// The precisions of the roll-out: single to train in, double to check gradients in.
@@ -225,8 +225,8 @@ fn load<T: Precision>(
             now[compartment as usize][lane] = T::of(states[compartment]);
         }
     }
-    now[signal_row(Signal::Insulin)][lane] = T::of(input.insulin);
-    now[signal_row(Signal::Carbs)][lane] = T::of(input.carbs);
+    now[Signal::Insulin.row()][lane] = T::of(input.insulin);
+    now[Signal::Carbs.row()][lane] = T::of(input.carbs);
     let seen = crate::prepared::network_input(states, window.personal(step));
     for (row, value) in activations.input.iter_mut().zip(seen).skip(GLUCOSE.len()) {
         row[lane] = T::of(value);
@@ -234,14 +234,3 @@ fn load<T: Precision>(
 }
 
 const _: () = assert!(STATE_INPUTS > GLUCOSE.len() && INPUTS > STATE_INPUTS);
-
-/// A network as one vector of parameters and back.
-pub(crate) fn parameters_of<T: Precision>(of: &ResidualNetwork) -> Vec<T> {
-    flatten(of)
-}
-
-/// The network with these parameters, [`PARAMETERS`] of them.
-pub(crate) fn network_of<T: Precision>(parameters: &[T]) -> ResidualNetwork {
-    debug_assert_eq!(parameters.len(), PARAMETERS);
-    network(parameters)
-}

@@ -45,16 +45,7 @@ pub trait Startable: Plant {
     ///
     /// # Errors
     /// Those of the plant's solver.
-    fn at_steady_state(&self, glucose: MgPerDl) -> Result<(Self::State, AtRest), TwinError>;
-}
-
-/// Whether a start is a steady state that a body could have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AtRest {
-    /// It is.
-    Yes,
-    /// The solver found none within physical range; the state with the smallest rates is used.
-    Nearly,
+    fn at_steady_state(&self, glucose: MgPerDl) -> Result<(Self::State, bool), TwinError>;
 }
 
 impl Startable for PopulationModel {
@@ -68,13 +59,9 @@ impl Startable for PopulationModel {
         ScaledStates::default()
     }
 
-    fn at_steady_state(&self, glucose: MgPerDl) -> Result<(ScaledStates, AtRest), TwinError> {
+    fn at_steady_state(&self, glucose: MgPerDl) -> Result<(ScaledStates, bool), TwinError> {
         let found = steady_state(self, glucose)?;
-        let rest = match found.outcome {
-            SteadyStateOutcome::Found => AtRest::Yes,
-            _ => AtRest::Nearly,
-        };
-        Ok((found.states, rest))
+        Ok((found.states, found.outcome == SteadyStateOutcome::Found))
     }
 }
 
@@ -91,14 +78,14 @@ impl Startable for OdePlant {
     /// mg/dL for the population), nothing stands still: the state without any insulin is used, with
     /// the glucose asked for. It is what steady states come to as glucose rises towards the last that
     /// has one, so that a start depends on parameters without a jump.
-    fn at_steady_state(&self, glucose: MgPerDl) -> Result<(OdeState, AtRest), TwinError> {
+    fn at_steady_state(&self, glucose: MgPerDl) -> Result<(OdeState, bool), TwinError> {
         let found = ode_sim::steady_state::state_at_glucose(&self.parameters, glucose);
-        let (state, rest) = match found {
-            Ok(state) => (state, AtRest::Yes),
-            Err(OdeError::NoBasal { .. }) => (OdeState::default(), AtRest::Nearly),
+        let (state, at_rest) = match found {
+            Ok(state) => (state, true),
+            Err(OdeError::NoBasal { .. }) => (OdeState::default(), false),
             Err(error) => return Err(error.into()),
         };
-        Ok((self.with_glucose(&state, glucose), rest))
+        Ok((self.with_glucose(&state, glucose), at_rest))
     }
 }
 
@@ -182,7 +169,7 @@ pub struct SteadyStates<'a, P: Startable> {
 }
 
 /// A place for each whole mg/dL.
-type Solved<S> = Vec<OnceLock<(S, AtRest)>>;
+type Solved<S> = Vec<OnceLock<(S, bool)>>;
 
 /// Above this glucose, mg/dL, nothing is kept: no sensor reads that far.
 const HIGHEST_KEPT: usize = 600;
@@ -208,10 +195,10 @@ impl<'a, P: Startable> SteadyStates<'a, P> {
     }
 
     /// The steady state at the glucose rounded to 1 mg/dL, with the glucose itself set.
-    fn at(&self, glucose: MgPerDl) -> Result<(P::State, AtRest), TwinError> {
+    fn at(&self, glucose: MgPerDl) -> Result<(P::State, bool), TwinError> {
         let rounded = glucose.0.round().max(1.0);
         let place = self.solved.get(rounded as usize);
-        let (state, rest) = match place.and_then(OnceLock::get) {
+        let (state, at_rest) = match place.and_then(OnceLock::get) {
             Some(known) => known.clone(),
             None => {
                 // Two threads may solve the same glucose at once; both find the same.
@@ -219,7 +206,7 @@ impl<'a, P: Startable> SteadyStates<'a, P> {
                 place.map_or_else(|| solved.clone(), |p| p.get_or_init(|| solved.clone()).clone())
             }
         };
-        Ok((self.plant.with_glucose(&state, glucose), rest))
+        Ok((self.plant.with_glucose(&state, glucose), at_rest))
     }
 }
 
@@ -230,9 +217,9 @@ fn steady_starts<P: Startable>(
 ) -> Result<Starts<P::State>, TwinError> {
     let mut starts = Starts { states: Vec::with_capacity(steps.len()), not_at_rest: 0 };
     for step in steps {
-        let (state, rest) = steady.at(reading(person, *step)?)?;
+        let (state, at_rest) = steady.at(reading(person, *step)?)?;
         starts.states.push(state);
-        starts.not_at_rest += usize::from(rest == AtRest::Nearly);
+        starts.not_at_rest += usize::from(!at_rest);
     }
     Ok(starts)
 }
@@ -276,7 +263,7 @@ fn carried_starts<P: Startable>(
     }
 }
 
-fn reading(person: &Person, step: usize) -> Result<MgPerDl, TwinError> {
+pub(crate) fn reading(person: &Person, step: usize) -> Result<MgPerDl, TwinError> {
     match person.record.cgm().get(step) {
         Some(Some(glucose)) if glucose.is_finite() => Ok(MgPerDl(*glucose)),
         _ => Err(TwinError::NoReading { person: person.id.clone(), step }),

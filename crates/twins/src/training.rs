@@ -130,8 +130,8 @@ pub struct Trained {
 /// so that the result does not depend on the number of threads; people train in parallel.
 ///
 /// # Errors
-/// [`TwinError::Setting`], [`TwinError::NoWindows`], [`TwinError::UnequalWindows`],
-/// [`TwinError::Diverged`] and [`TwinError::Candle`].
+/// [`TwinError::Setting`], [`TwinError::NoWindows`], [`TwinError::UnequalWindows`] and
+/// [`TwinError::Diverged`].
 pub fn train(
     population: &PopulationModel,
     start: ResidualNetwork,
@@ -237,26 +237,6 @@ pub fn window_courses(
         course.into_iter().map(|q1| MgPerDl(glucose.centre + glucose.scale * q1)).collect()
     };
     Ok(courses.into_iter().map(unscaled).collect())
-}
-
-/// Mean loss of a batch and its gradient by the fused roll-out, in f64. The gradient has the shape of a
-/// network.
-///
-/// # Errors
-/// [`TwinError::NoWindows`].
-pub fn batch_gradient(
-    population: &PopulationModel,
-    network: &ResidualNetwork,
-    windows: &[&PreparedWindow],
-    loss: TwinLoss,
-) -> Result<(f64, ResidualNetwork), TwinError> {
-    let windows = same_length(windows.iter().copied())?;
-    let mut roll_out = TwinRollOut::<f64>::new(population, loss.scaled_by(population))?;
-    let mut gradient = vec![0.0; PARAMETERS];
-    let sum = roll_out.loss_and_gradient(&parameters_of(network), &windows, &mut gradient);
-    let share = 1.0 / windows.len() as f64;
-    gradient.iter_mut().for_each(|slope| *slope *= share);
-    Ok((sum * share, network_of(&gradient)))
 }
 
 /// The windows, which must be of one length.

@@ -13,7 +13,7 @@ use crate::protocol::Protocol;
 use crate::residual::ResidualNetwork;
 
 /// Where a twin came from.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct TwinCard {
     /// The person the twin stands for.
     pub person_id: String,
@@ -57,12 +57,9 @@ impl Twin {
     /// The person's addition to dQ1/dt at a state, scaled units of Q1 per minute.
     #[must_use]
     pub fn residual_rate(&self, state: &ScaledStates, input: &StepInput) -> f64 {
-        let personal = self.inputs.personal(&input.context, self.heart_rate_scaler.as_ref());
-        self.residual.evaluate(&network_input(state, &personal))
+        self.residual.evaluate(&self.residual_inputs(state, input))
     }
-}
 
-impl Twin {
     /// [`residual_rate`](Self::residual_rate) with its slopes by the scaled states, per minute; 0 for
     /// states that the network does not see.
     #[must_use]
@@ -72,8 +69,8 @@ impl Twin {
         input: &StepInput,
     ) -> (f64, PerCompartment<f64>) {
         use Compartment::{C2, Q1, Q2, X1, X3};
-        let personal = self.inputs.personal(&input.context, self.heart_rate_scaler.as_ref());
-        let (rate, slopes) = self.residual.evaluate_with_slopes(&network_input(state, &personal));
+        let seen = self.residual_inputs(state, input);
+        let (rate, slopes) = self.residual.evaluate_with_slopes(&seen);
         let mut by_state = PerCompartment::from_fn(|_| 0.0);
         // The order of `network_input`.
         for (compartment, slope) in [Q1, Q2, X1, X3, C2].into_iter().zip(slopes) {

@@ -1,5 +1,5 @@
 //! Files of a crate that know each other in a circle. A parent and its children are not looked at: a module may use
-//! what it is made of.
+//! what it is made of. Also what the filter of `gap` must not know.
 //!
 //! What a file names is read from its text: every path that begins with `crate`, `super` or `self`, up to the longest part
 //! that is a file. Tests are left out.
@@ -13,7 +13,10 @@ use anyhow::{Context as _, Result, bail};
 /// A module of a crate by its path, as `["which", "round"]`.
 type Module = Vec<String>;
 
-/// Reports every circle.
+/// Modules of `gap` that its filter may know. The filter answers; the questions that are put to it are elsewhere.
+const FILTER_MAY_KNOW: [&str; 3] = ["error", "filter", "quality"];
+
+/// Reports every circle, and what the filter must not know.
 pub(super) fn check(root: &Path) -> Result<()> {
     let mut crates: Vec<_> = fs::read_dir(root.join("crates"))
         .context("the folder of crates")?
@@ -27,13 +30,28 @@ pub(super) fn check(root: &Path) -> Result<()> {
     for folder in crates {
         let name =
             folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let found = circles(&arrows(&folder.join("src"))?);
+        let arrows = arrows(&folder.join("src"))?;
+        let found = circles(&arrows);
         wrong.extend(found.iter().map(|circle| format!("{name}: {}", circle.join(" - "))));
+        let beyond = if name == "gap" { beyond_the_filter(&arrows) } else { BTreeSet::new() };
+        if !beyond.is_empty() {
+            bail!(
+                "the filter of gap names modules that it must not know (docs/architecture.md): {}",
+                beyond.into_iter().collect::<Vec<_>>().join(", ")
+            );
+        }
     }
     if !wrong.is_empty() {
         bail!("files know each other in circles:\n  {}", wrong.join("\n  "));
     }
     Ok(())
+}
+
+/// The modules that the filter and its parts name and must not know.
+fn beyond_the_filter(arrows: &BTreeMap<Module, BTreeSet<Module>>) -> BTreeSet<&str> {
+    let of_filter = arrows.iter().filter(|(module, _)| module[0] == "filter");
+    let named = of_filter.flat_map(|(_, named)| named).map(|path| path[0].as_str());
+    named.filter(|name| !FILTER_MAY_KNOW.contains(name)).collect()
 }
 
 /// What each file of a crate names, parents and children aside.
@@ -190,18 +208,26 @@ mod tests {
         assert!(found.iter().all(|path| path[0] != "no" && path[0] != "t"), "{found:?}");
     }
 
+    fn arrows<const N: usize>(named: [(&str, &[&str]); N]) -> BTreeMap<Module, BTreeSet<Module>> {
+        let arrow =
+            |(from, to): (&str, &[&str])| (module(from), to.iter().map(|to| module(to)).collect());
+        named.into_iter().map(arrow).collect()
+    }
+
     #[test]
     fn a_circle_is_found_and_a_line_is_not() {
-        let arrows: BTreeMap<Module, BTreeSet<Module>> = [
-            ("a", vec!["b"]),
-            ("b", vec!["c"]),
-            ("c", vec!["a"]),
-            ("d", vec!["a"]),
-            ("e", Vec::new()),
-        ]
-        .into_iter()
-        .map(|(from, to)| (module(from), to.into_iter().map(module).collect()))
-        .collect();
+        let arrows =
+            arrows([("a", &["b"]), ("b", &["c"]), ("c", &["a"]), ("d", &["a"]), ("e", &[])]);
         assert_eq!(circles(&arrows), [["a", "b", "c"]]);
+    }
+
+    #[test]
+    fn what_the_filter_must_not_know_is_named() {
+        let arrows = arrows([
+            ("filter", &["which/round"]),
+            ("filter/kalman", &["filter/state", "error"]),
+            ("which", &["filter"]),
+        ]);
+        assert_eq!(beyond_the_filter(&arrows), BTreeSet::from(["which"]));
     }
 }

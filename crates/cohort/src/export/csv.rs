@@ -27,7 +27,7 @@ impl Csv {
     /// # Errors
     /// [`CohortError::Io`] if it cannot be written.
     pub fn new(folder: &Path, name: &str, header: &[&str]) -> Result<Self, CohortError> {
-        let file = File::create(folder.join(name)).map_err(|source| failed(name, source))?;
+        let file = File::create(folder.join(name)).map_err(CohortError::io(name, "written"))?;
         let mut csv = Self { file: name.into(), writer: BufWriter::new(file) };
         csv.row(header.iter().map(|name| Cell::Text(name)))?;
         Ok(csv)
@@ -53,7 +53,7 @@ impl Csv {
             }
         }
         line.push('\n');
-        self.writer.write_all(line.as_bytes()).map_err(|source| failed(&self.file, source))
+        self.writer.write_all(line.as_bytes()).map_err(CohortError::io(&self.file, "written"))
     }
 
     /// Writes what is left.
@@ -61,12 +61,8 @@ impl Csv {
     /// # Errors
     /// [`CohortError::Io`] if it cannot be written.
     pub fn finish(mut self) -> Result<(), CohortError> {
-        self.writer.flush().map_err(|source| failed(&self.file, source))
+        self.writer.flush().map_err(CohortError::io(&self.file, "written"))
     }
-}
-
-fn failed(file: &str, source: std::io::Error) -> CohortError {
-    CohortError::Io { file: file.into(), action: "written", source }
 }
 
 /// A text as a cell that no spreadsheet computes, quoted where it must be.

@@ -6,37 +6,22 @@ use std::path::Path;
 
 use physiology::STEPS_PER_HOUR;
 use polars::prelude::{
-    Column, DataFrame, DataType, IntoColumn, NamedFrom, ParquetCompression, ParquetWriter,
-    PolarsError, Series, TimeUnit,
+    Column, DataFrame, DataType, IntoColumn, NamedFrom, PolarsError, Series, TimeUnit,
 };
 
 use crate::error::CohortError;
-use crate::person::{Cohort, Person, Therapy};
+use crate::parquet_sink::write_parts;
+use crate::person::{Cohort, KG_PER_LB, Person, Therapy};
 
 const FILE: &str = "metabonet.parquet";
 const SOURCE: &str = "cohort";
-const KG_PER_LB: f64 = 0.453_592_37;
 
 pub(super) fn write(cohort: &Cohort, folder: &Path) -> Result<(), CohortError> {
-    let failed = |error: PolarsError| CohortError::not_written(FILE, &error);
-    let Some(first) = cohort.people.first() else {
+    if cohort.people.is_empty() {
         return Err(CohortError::Empty { file: FILE.into() });
-    };
-    let file = File::create(folder.join(FILE)).map_err(|source| CohortError::Io {
-        file: FILE.into(),
-        action: "written",
-        source,
-    })?;
-    let mut writer = ParquetWriter::new(file)
-        .with_compression(ParquetCompression::Snappy)
-        .set_parallel(false)
-        .batched(frame(first).map_err(failed)?.schema())
-        .map_err(failed)?;
-    for person in &cohort.people {
-        writer.write_batch(&frame(person).map_err(failed)?).map_err(failed)?;
     }
-    writer.finish().map_err(failed)?;
-    Ok(())
+    let file = File::create(folder.join(FILE)).map_err(CohortError::io(FILE, "written"))?;
+    write_parts(file, &cohort.people, frame).map_err(|error| CohortError::not_written(FILE, &error))
 }
 
 fn frame(person: &Person) -> Result<DataFrame, PolarsError> {

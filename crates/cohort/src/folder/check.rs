@@ -7,10 +7,10 @@ use super::record_table::RecordTable;
 use super::{PEOPLE, people_table, read_records, record_table, records_format};
 use crate::error::CohortError;
 use crate::faults::{Fault, Faults};
-use contract::import_report::MassBalance;
+use contract::import_report::{ImplausibleFigure, MassBalance};
 
 use crate::mass_balance::mass_balance;
-use crate::plausibility::{Finding, findings};
+use crate::plausibility::findings;
 use crate::record::Channel;
 
 /// What [`check_folder`] found.
@@ -21,7 +21,7 @@ pub struct FolderCheck {
     /// What is ignored or counts as not recorded.
     pub remarks: Vec<String>,
     /// Figures that are unlikely; they are read as they are. Empty where there are faults.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<ImplausibleFigure>,
     /// The daily figures of each person. Empty where there are faults.
     pub people: Vec<MassBalance>,
 }

@@ -15,13 +15,10 @@ pub(super) fn check_names(
     if let [one] = header
         && let Some(mark) = [';', '\t', '|'].into_iter().find(|mark| one.contains(*mark))
     {
-        return Err(CohortError::WrongLayout {
-            file: file.into(),
-            expected: "a table separated by ','",
-            reason: format!(
-                "the header is one cell with {mark:?} in it; separate the cells by ',', or import the table"
-            ),
-        });
+        let reason = format!(
+            "the header is one cell with {mark:?} in it; separate the cells by ',', or import the table"
+        );
+        return Err(CohortError::layout(file, "a table separated by ','", reason));
     }
     let absent: Vec<&'static str> =
         known.iter().copied().filter(|name| !header.iter().any(|column| column == name)).collect();

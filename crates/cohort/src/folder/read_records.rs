@@ -38,8 +38,9 @@ pub(super) fn fill(
             let values = person.record.channel_mut(channel);
             for &(row, time) in rows {
                 let Some(Some(value)) = faults.pass(cells(row as usize))? else { continue };
-                if let Err(range) = check_value(channel, value, differences) {
-                    faults.add(range.at(table.cell(row as usize, channel.column())))?;
+                let place = || table.cell(row as usize, channel.column());
+                if let Err(error) = check_value(channel, value, differences, place) {
+                    faults.add(error)?;
                     continue;
                 }
                 let k = time.signed_duration_since(start).num_minutes() / 5;

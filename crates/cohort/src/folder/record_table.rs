@@ -195,9 +195,7 @@ impl ParquetTable {
     /// here that is an error like any other (the library's own message still goes to the panic
     /// hook). What its pages claim is looked at first.
     fn read(path: &Path, faults: &mut Faults) -> Result<Self, CohortError> {
-        let failed =
-            |source| CohortError::Io { file: RECORDS_PARQUET.into(), action: "read", source };
-        let open = || File::open(path).map_err(failed);
+        let open = || File::open(path).map_err(CohortError::io(RECORDS_PARQUET, "read"));
         parquet_footer::check(open()?, RECORDS_PARQUET)?;
         let (file, again) = (open()?, open()?);
         let header = caught(|| header(file))?;
@@ -281,12 +279,9 @@ impl ParquetTable {
 fn caught<T>(
     read: impl FnOnce() -> Result<T, CohortError> + std::panic::UnwindSafe,
 ) -> Result<T, CohortError> {
-    let again = "it is damaged; write it again from its source";
-    std::panic::catch_unwind(read).unwrap_or_else(|_| Err(damaged(again)))
-}
-
-fn damaged(reason: &str) -> CohortError {
-    CohortError::Table { file: RECORDS_PARQUET.into(), reason: reason.into() }
+    let damaged = "it is damaged; write it again from its source";
+    std::panic::catch_unwind(read)
+        .unwrap_or_else(|_| Err(CohortError::table(RECORDS_PARQUET, damaged)))
 }
 
 /// The names of the columns, if rows and columns are as many as a study can have.
@@ -311,7 +306,7 @@ fn header(file: File) -> Result<Vec<String>, CohortError> {
 }
 
 fn broken(error: PolarsError) -> CohortError {
-    CohortError::Table { file: RECORDS_PARQUET.into(), reason: parquet_fault(&error) }
+    CohortError::table(RECORDS_PARQUET, parquet_fault(&error))
 }
 
 fn epoch(value: i64, unit: TimeUnit) -> Option<NaiveDateTime> {

@@ -31,11 +31,8 @@ const ROWS: [(Channel, [Option<f64>; 3]); 8] = [
 pub fn new_folder(folder: &Path) -> Result<(), CohortError> {
     let holds_files = std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
     if holds_files || folder.is_file() {
-        return Err(CohortError::WrongLayout {
-            file: folder.display().to_string(),
-            expected: "a new folder",
-            reason: "there are files; choose another name".into(),
-        });
+        let reason = "there are files; choose another name";
+        return Err(CohortError::layout(folder.display(), "a new folder", reason));
     }
     let start = START.parse().expect("a literal time");
     let mut record = Record::new(start, 3)?;

@@ -5,13 +5,13 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use polars::prelude::{
-    CsvWriter, DataFrame, DataType, IntoColumn, NamedFrom, ParquetCompression, ParquetWriter,
-    PolarsError, SerWriter, Series, TimeUnit,
+    CsvWriter, DataFrame, DataType, IntoColumn, NamedFrom, PolarsError, SerWriter, Series, TimeUnit,
 };
 
 use super::record_table::{PERSON_ID, TIME};
 use super::{PEOPLE, RecordsFormat, write_whole};
 use crate::error::{CohortError, Place};
+use crate::parquet_sink::write_parts;
 use crate::person::{Cohort, Person, is_person_id};
 use crate::range::{check_value, looks_like_mmol};
 use crate::record::Channel;
@@ -46,9 +46,9 @@ pub(super) fn check(cohort: &Cohort) -> Result<(), CohortError> {
         for channel in Channel::ALL {
             for k in 0..person.record.len() {
                 let Some(value) = person.finite(channel, k)? else { continue };
-                check_value(channel, value, differences).map_err(|range| {
+                check_value(channel, value, differences, || {
                     let column = channel.column();
-                    range.at(Place::file(format!("person '{}', step {k}, {column}", person.id)))
+                    Place::file(format!("person '{}', step {k}, {column}", person.id))
                 })?;
             }
         }
@@ -88,22 +88,7 @@ pub(super) fn write(
             }
             Ok(())
         }
-        RecordsFormat::Parquet => {
-            let schema = match cohort.people.first() {
-                Some(person) => frame(person).map_err(failed)?.schema().as_ref().clone(),
-                None => return Ok(()),
-            };
-            let mut writer = ParquetWriter::new(file)
-                .with_compression(ParquetCompression::Snappy)
-                .set_parallel(false)
-                .batched(&schema)
-                .map_err(failed)?;
-            for person in &cohort.people {
-                writer.write_batch(&frame(person).map_err(failed)?).map_err(failed)?;
-            }
-            writer.finish().map_err(failed)?;
-            Ok(())
-        }
+        RecordsFormat::Parquet => write_parts(file, &cohort.people, frame).map_err(failed),
     })
 }
 

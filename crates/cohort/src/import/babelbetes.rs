@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::diary::{Diary, GlucoseUnit, Rate, people, second};
-use super::files::name;
+use super::files::{entries, name};
 use super::parquet_rows::{Kind, ParquetRow, Wanted, for_each};
 use crate::error::CohortError;
 use crate::person::is_person_id;
@@ -93,21 +93,15 @@ impl Part {
 /// Reads the output's folder.
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     if !source.is_dir() {
-        return Err(CohortError::WrongLayout {
-            file: source.display().to_string(),
-            expected: FORMAT,
-            reason: "not a folder; give the folder that it writes".into(),
-        });
+        let reason = "not a folder; give the folder that it writes";
+        return Err(CohortError::layout(source.display(), FORMAT, reason));
     }
     let mut parts = Vec::new();
     find(source, source, None, None, None, 0, &mut parts)?;
     parts.sort_by(|a, b| (a.table, &a.shown).cmp(&(b.table, &b.shown)));
     if !parts.iter().any(|part| part.table == Table::Cgm) {
-        return Err(CohortError::WrongLayout {
-            file: source.display().to_string(),
-            expected: FORMAT,
-            reason: "no cgm.parquet and no folder data_type=cgm".into(),
-        });
+        let reason = "no cgm.parquet and no folder data_type=cgm";
+        return Err(CohortError::layout(source.display(), FORMAT, reason));
     }
     let mut diaries: BTreeMap<String, Diary> = BTreeMap::new();
     for part in &parts {
@@ -158,13 +152,7 @@ fn find(
     depth: usize,
     parts: &mut Vec<Part>,
 ) -> Result<(), CohortError> {
-    let failed = |error| CohortError::Io {
-        file: folder.display().to_string(),
-        action: "read",
-        source: error,
-    };
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
+    for path in entries(folder)? {
         let name = name(&path);
         if path.is_dir() && depth < DEPTH {
             match name.split_once('=') {

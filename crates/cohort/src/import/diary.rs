@@ -14,27 +14,23 @@ use std::borrow::Cow;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, HashSet};
 
-use chrono::{DateTime, NaiveDateTime};
+use chrono::NaiveDateTime;
 use physiology::{Kilograms, MG_PER_DL_PER_MMOL_PER_L, STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use contract::import_report::{Inference, Totals};
 
-use super::report::{Imported, Notes, assemble_measured, inference};
+use super::rates::{COVERED, Held, Laid, lay, therapy_of};
+use super::report::{Imported, Notes, assemble_measured, inference, totals_of};
+use super::steps::{STEP, Span, step_of, time_of};
 use crate::error::{CohortError, Place};
 use crate::person::{Person, Therapy};
 use crate::range::{check_value, looks_like_mmol};
 use crate::record::{Channel, MAX_DAYS, Record, longest};
 
-/// Seconds of a step.
-const STEP: i64 = 300;
-/// Seconds of a step that rates must cover for the step to be recorded.
-const COVERED: i64 = 240;
 /// Longest time a rate without an end holds, s: a pump confirms its rate once a day.
 const HOLD: i64 = 86_400;
 /// Longest duration of a dose, s.
 const LONGEST_DOSE: i64 = 2 * 86_400;
-/// From this number of rate changes a day, a controller sets them, not a person.
-const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
 /// The first second of 1900 and of 2200, from 1970.
 pub(super) const SECONDS: std::ops::Range<i64> = -2_208_988_800..7_258_118_400;
 
@@ -106,11 +102,6 @@ pub(super) struct Diary {
 /// Seconds from 1970 on the local clock.
 pub(super) fn second(time: NaiveDateTime) -> i64 {
     time.and_utc().timestamp()
-}
-
-/// The local time of a second.
-pub(super) fn time_of(second: i64) -> NaiveDateTime {
-    DateTime::from_timestamp(second, 0).unwrap_or_default().naive_utc()
 }
 
 impl Diary {
@@ -191,7 +182,7 @@ impl Diary {
     ) -> Result<(), CohortError> {
         let Moment { second: at, again } = at.into();
         check_second(at, &place)?;
-        check_value(Channel::Cgm, value, false).map_err(|range| range.at(place()))?;
+        check_value(Channel::Cgm, value, false, &place)?;
         let step = (at + STEP / 2).div_euclid(STEP);
         // Nearer readings weigh more, half of a step at least; at equal distance the first one stays.
         let near = (STEP - (at - step * STEP).abs()) as f32;
@@ -221,7 +212,7 @@ impl Diary {
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
         check_second(at, &place)?;
-        check_value(channel, amount, false).map_err(|range| range.at(place()))?;
+        check_value(channel, amount, false, &place)?;
         if !(0..=LONGEST_DOSE).contains(&seconds) {
             return Err(CohortError::Cell {
                 place: place(),
@@ -276,7 +267,7 @@ impl Diary {
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
         check_second(at, &place)?;
-        check_value(Channel::Steps, count, false).map_err(|range| range.at(place()))?;
+        check_value(Channel::Steps, count, false, &place)?;
         self.spread(Channel::Steps, at, seconds.clamp(0, HOLD), count, &place)
     }
 
@@ -288,7 +279,7 @@ impl Diary {
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
         check_second(at, &place)?;
-        check_value(Channel::HeartRate, value, false).map_err(|range| range.at(place()))?;
+        check_value(Channel::HeartRate, value, false, &place)?;
         if value == 0.0 {
             self.note("heart rates of 0: no signal, left out", place);
             return Ok(());
@@ -350,7 +341,7 @@ impl Diary {
         amount: f64,
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
-        check_value(Channel::Bolus, amount, false).map_err(|range| range.at(place()))?;
+        check_value(Channel::Bolus, amount, false, place)?;
         self.injected += amount;
         Ok(())
     }
@@ -362,7 +353,7 @@ impl Diary {
         place: impl Fn() -> Place,
     ) -> Result<(), CohortError> {
         check_second(rate.from, &place)?;
-        check_value(Channel::Basal, rate.u_h, false).map_err(|range| range.at(place()))?;
+        check_value(Channel::Basal, rate.u_h, false, place)?;
         match self.rates.last_mut() {
             // A rate that goes on.
             Some(last)
@@ -404,7 +395,7 @@ impl Diary {
     pub(super) fn finish(mut self) -> Result<Option<Imported>, CohortError> {
         let Some((first, last)) = self.record_span()? else { return Ok(None) };
         let len = usize::try_from((last - first) / STEP).expect("readings ascend") + 1;
-        let mut record = Record::new(time_of(first), len)?;
+        let mut record = Record::new(time_of(step_of(first)), len)?;
         self.place_cells(first / STEP, &mut record)?;
         self.infer_unit(&mut record)?;
 
@@ -412,9 +403,13 @@ impl Diary {
         let mut therapy = self.therapy;
         if !self.rates.is_empty() || self.injected > 0.0 {
             let rates = self.resolved();
-            totals.push(self.place_rates(&rates, first, &mut record)?);
-            if !rates.is_empty() && therapy.is_none() {
-                therapy = Some(self.therapy_of(&rates));
+            totals.push(self.place_rates(&rates, step_of(first), &mut record));
+            if therapy.is_none()
+                && let Some((found, conclusion, evidence)) = therapy_of(&rates)
+            {
+                let place = Place::column(&self.file, Channel::Basal.column());
+                self.infer(place, conclusion, evidence);
+                therapy = Some(found);
             }
         }
         self.fill_zeros(&mut record);
@@ -427,13 +422,7 @@ impl Diary {
             let outside = source - repeated - kept;
             let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
             self.outside(channel, unit, outside);
-            totals.push(Totals {
-                column: channel.column().into(),
-                unit: unit.into(),
-                source,
-                record: kept,
-                left_out: repeated + outside,
-            });
+            totals.push(totals_of(channel, unit, source, kept, repeated + outside));
         }
         let mut notes = Notes::default();
         for (what, place, count) in self.tally {
@@ -473,8 +462,8 @@ impl Diary {
                     Channel::SleepEfficiency => (cell.sum / STEP as f64).min(1.0),
                     _ => cell.sum,
                 };
-                check_value(channel, sum, false)
-                    .map_err(|range| range.at(Place::column(&self.file, channel.column())))?;
+                let place = || Place::column(&self.file, channel.column());
+                check_value(channel, sum, false, place)?;
                 *value = Some(sum);
             }
         }
@@ -490,14 +479,14 @@ impl Diary {
         }
         for value in record.channel_mut(Channel::Cgm).iter_mut().flatten() {
             *value *= MG_PER_DL_PER_MMOL_PER_L;
-            check_value(Channel::Cgm, *value, false).map_err(|range| range.at(place.clone()))?;
+            check_value(Channel::Cgm, *value, false, || place.clone())?;
         }
         self.infer(place, "glucose in mmol/L; x 18 mg/dL", format!("median {median}"));
         Ok(())
     }
 
     /// The rates in order of time, each with its end; a later one ends the one before it.
-    fn resolved(&mut self) -> Vec<(i64, i64, f64)> {
+    fn resolved(&mut self) -> Vec<Held> {
         let mut rates = std::mem::take(&mut self.rates);
         rates.sort_by_key(|rate| rate.from);
         let place = || Place::column(&self.file, Channel::Basal.column());
@@ -535,40 +524,11 @@ impl Diary {
         resolved
     }
 
-    fn place_rates(
-        &mut self,
-        rates: &[(i64, i64, f64)],
-        first: i64,
-        record: &mut Record,
-    ) -> Result<Totals, CohortError> {
-        // U and covered seconds of each step.
-        let mut steps = vec![(0.0, 0_i64); record.len()];
-        let end = first + record.len() as i64 * STEP;
-        let mut source = 0.0;
-        for &(from, to, u_h) in rates {
-            source += u_h * (to - from) as f64 / 3600.0;
-            let (from, to) = (from.max(first), to.min(end));
-            let mut at = from;
-            while at < to {
-                let k = (at - first).div_euclid(STEP);
-                let until = to.min(first + (k + 1) * STEP);
-                let cell = &mut steps[usize::try_from(k).expect("within the record")];
-                cell.0 += u_h * (until - at) as f64 / 3600.0;
-                cell.1 += until - at;
-                at = until;
-            }
-        }
-        let (mut kept, mut silent, mut partly) = (0.0, 0, 0);
-        let cells = record.channel_mut(Channel::Basal);
-        for (cell, (amount, covered)) in cells.iter_mut().zip(steps) {
-            if covered >= COVERED {
-                *cell = Some(amount * 12.0);
-                kept += amount;
-                partly += usize::from(covered < STEP);
-            } else {
-                silent += 1;
-            }
-        }
+    /// Puts the rates into the record, which begins at the step `first`.
+    fn place_rates(&mut self, rates: &[Held], first: i64, record: &mut Record) -> Totals {
+        let span = Span { first, end: first + record.len() as i64 };
+        let Laid { source, kept, silent, partly } =
+            lay(rates.iter().copied(), span, COVERED, 0.0, record);
         let place = || Place::column(&self.file, Channel::Basal.column());
         let silence = "steps without a rate for at least 4 of 5 min: not recorded";
         let part = "steps with a rate for 4 of 5 min only: the amount is kept";
@@ -580,32 +540,8 @@ impl Diary {
         let outside = source - kept;
         let outside = if outside.abs() <= 1e-9 * source.max(1.0) { 0.0 } else { outside };
         self.outside(Channel::Basal, "U", outside);
-        Ok(Totals {
-            column: Channel::Basal.column().into(),
-            unit: "U".into(),
-            source: source + self.injected,
-            record: kept,
-            left_out: outside + self.injected,
-        })
-    }
-
-    fn therapy_of(&mut self, rates: &[(i64, i64, f64)]) -> Therapy {
-        let span = match (rates.first(), rates.last()) {
-            (Some(first), Some(last)) => last.1 - first.0,
-            _ => 0,
-        };
-        // At least the length of a step.
-        let days = (span as f64).max(STEP as f64) / 86_400.0;
-        let changes = rates.windows(2).filter(|pair| pair[0].2 != pair[1].2).count() as f64 / days;
-        let evidence = format!("{changes:.1} changes of the rate a day over {days:.1} days");
-        let place = Place::column(&self.file, Channel::Basal.column());
-        if changes >= CHANGES_OF_A_CONTROLLER {
-            self.infer(place, "therapy aid: a controller sets the rate", evidence);
-            Therapy::Aid
-        } else {
-            self.infer(place, "therapy open_loop_pump: a programmed profile", evidence);
-            Therapy::OpenLoopPump
-        }
+        let injected = self.injected;
+        totals_of(Channel::Basal, "U", source + injected, kept, outside + injected)
     }
 
     /// Says where nothing was given, and where a watch was worn without sleep.

@@ -12,15 +12,15 @@ use contract::import_report::{Inference, Totals};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use rayon::prelude::*;
 
-use super::files::files;
+use super::files::{files, identifier};
 use super::hupa_units::{
     BasalUnit, BolusUnit, CarbUnit, GRAMS_PER_SERVING, basal_unit, bolus_unit, carb_unit,
 };
-use super::report::{Imported, Notes, assemble, inference};
+use super::report::{Imported, Notes, assemble, inference, totals_of};
 use crate::error::{CohortError, Place};
-use crate::person::{Person, Therapy, is_person_id};
+use crate::person::{Person, Therapy};
 use crate::range::{check_value, looks_like_mmol};
-use crate::record::{Channel, Record, longest, on_grid};
+use crate::record::{Channel, Record, follows, longest};
 use crate::straight_lines::StraightLines;
 use crate::text_table::TextTable;
 use crate::wall_clock::parse_iso;
@@ -56,13 +56,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 fn person(table: &TextTable) -> Result<Imported, CohortError> {
     let file = table.file();
     let id = file.strip_suffix(".csv").unwrap_or(file).to_owned();
-    if !is_person_id(&id) {
-        return Err(CohortError::WrongLayout {
-            file: file.into(),
-            expected: FORMAT,
-            reason: "the file's name becomes the person's identifier; rename it".into(),
-        });
-    }
+    identifier(&id, file, FORMAT, "the file's name", "rename it")?;
     let steps = grid(table, &id)?;
     let mut reader = Reader {
         table,
@@ -110,24 +104,14 @@ fn grid(table: &TextTable, person: &str) -> Result<Grid, CohortError> {
     let mut at: Vec<usize> = Vec::with_capacity(table.height());
     let mut previous = None;
     for i in 0..table.height() {
-        let (time, place) = (time(i)?, times.place(i));
-        if !on_grid(time) {
-            return Err(CohortError::OffGrid { place, time });
-        }
-        match previous {
-            Some(previous) if time == previous => {
-                return Err(CohortError::DuplicateStep { place, person: person.into(), time });
-            }
-            Some(previous) if time < previous => {
-                let person = person.into();
-                return Err(CohortError::OutOfOrder { place, person, time, previous });
-            }
-            _ => previous = Some(time),
-        }
+        let time = time(i)?;
+        follows(time, previous, person, || times.place(i))?;
+        previous = Some(time);
         let elapsed = time.signed_duration_since(start);
         let (days, limit) = (elapsed.num_days(), longest(table.height()));
         if days >= limit {
-            return Err(CohortError::TooLong { place, person: person.into(), days, limit });
+            let (place, person) = (times.place(i), person.into());
+            return Err(CohortError::TooLong { place, person, days, limit });
         }
         at.push(usize::try_from(elapsed.num_minutes() / 5).expect("times ascend"));
     }
@@ -154,8 +138,7 @@ impl Reader<'_> {
             .map(|i| {
                 let value = column.number(i)?;
                 if let Some(value) = value {
-                    check_value(channel, value, false)
-                        .map_err(|range| range.at(column.place(i)))?;
+                    check_value(channel, value, false, || column.place(i))?;
                 }
                 Ok(value)
             })
@@ -250,13 +233,9 @@ impl Reader<'_> {
         self.infer(BASAL, conclusion, evidence);
         self.check_rates(&values, rate)?;
         self.keep(Channel::Basal, &values, rate);
-        self.totals.push(Totals {
-            column: Channel::Basal.column().to_owned(),
-            unit: "U".to_owned(),
-            source: values.iter().flatten().sum::<f64>() * units,
-            record: self.record.basal().iter().flatten().sum::<f64>() / STEPS_PER_HOUR as f64,
-            left_out: 0.0,
-        });
+        let source = values.iter().flatten().sum::<f64>() * units;
+        let kept = self.record.basal().iter().flatten().sum::<f64>() / STEPS_PER_HOUR as f64;
+        self.totals.push(totals_of(Channel::Basal, "U", source, kept, 0.0));
         let (therapy, conclusion, evidence) = therapy(self.record.basal());
         self.infer(BASAL, conclusion, evidence);
         Ok(therapy)
@@ -267,8 +246,7 @@ impl Reader<'_> {
         let column = self.table.column(BASAL)?;
         for (i, value) in values.iter().enumerate() {
             let Some(value) = value else { continue };
-            check_value(Channel::Basal, value * factor, false)
-                .map_err(|range| range.at(column.place(i)))?;
+            check_value(Channel::Basal, value * factor, false, || column.place(i))?;
         }
         Ok(())
     }
@@ -316,22 +294,15 @@ impl Reader<'_> {
         factor: Option<f64>,
     ) {
         let source = values.iter().flatten().sum::<f64>();
-        let total = |unit: &str, source, record, left_out| Totals {
-            column: channel.column().to_owned(),
-            unit: unit.to_owned(),
-            source,
-            record,
-            left_out,
-        };
         match factor {
             Some(factor) => {
                 let kept = self.record.channel(channel).iter().flatten().sum();
-                self.totals.push(total(unit, source * factor, kept, 0.0));
+                self.totals.push(totals_of(channel, unit, source * factor, kept, 0.0));
             }
             None => {
                 let flags = values.iter().flatten().filter(|value| **value > 0.0).count();
                 self.note(column, "entries without an amount: left out", flags);
-                self.totals.push(total("entries", source, 0.0, source));
+                self.totals.push(totals_of(channel, "entries", source, 0.0, source));
             }
         }
     }

@@ -77,6 +77,11 @@ impl<'a> JsonRecord<'a> {
     }
 }
 
+/// The error that says a part of a value is not what was expected.
+pub(super) fn wrong_part(place: Place, part: &Value, expected: &'static str) -> CohortError {
+    CohortError::Cell { place, value: shorten(&part.to_string(), SHOWN), expected }
+}
+
 /// A finite number, also written as text; `None` for null and an empty text.
 pub(super) fn number(value: &Value) -> Result<Option<f64>, ()> {
     let number = match value {
@@ -95,7 +100,7 @@ pub(super) fn for_each(
     name: &str,
     each: impl FnMut(JsonRecord<'_>) -> Result<(), CohortError>,
 ) -> Result<(), CohortError> {
-    let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+    let failed = CohortError::io(name, "read");
     let file = std::fs::File::open(path).map_err(failed)?;
     let mut input = BufReader::with_capacity(1 << 16, file);
     let start = input.fill_buf().map_err(failed)?;
@@ -137,10 +142,8 @@ pub(super) fn for_each(
                 })
             }),
         _ => {
-            return Err(CohortError::Table {
-                file: name.into(),
-                reason: "not JSON: an array of objects is needed, like [{...}, {...}]".into(),
-            });
+            let reason = "not JSON: an array of objects is needed, like [{...}, {...}]";
+            return Err(CohortError::table(name, reason));
         }
     };
     let number = objects.number.get();
@@ -155,8 +158,7 @@ pub(super) fn for_each(
         } else {
             ""
         };
-        let reason = format!("record {}: {error}{remedy}", number + 1);
-        CohortError::Table { file: name.into(), reason }
+        CohortError::table(name, format!("record {}: {error}{remedy}", number + 1))
     })?;
     if number == 0 {
         return Err(CohortError::Empty { file: name.into() });

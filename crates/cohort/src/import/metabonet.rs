@@ -13,11 +13,10 @@ use super::diary::{Diary, GlucoseUnit, people, second};
 use super::files::files;
 use super::parquet_rows::{Kind, ParquetRow, Wanted, for_each};
 use crate::error::CohortError;
-use crate::person::{Therapy, is_person_id};
+use crate::person::{KG_PER_LB, Therapy, is_person_id};
 use crate::record::Channel;
 
 const FORMAT: &str = "metabonet";
-const KG_PER_LB: f64 = 0.453_592_37;
 /// Seconds before a row's time in which its amounts were given.
 const BEFORE: i64 = 300;
 

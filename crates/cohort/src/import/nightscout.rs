@@ -17,8 +17,7 @@ use super::files::{self, name};
 use super::json_records::{JsonRecord, for_each};
 use super::zone::{Clock, from_millis, instant};
 use crate::error::{CohortError, Place};
-use crate::person::is_person_id;
-use crate::range::{MMOL_MEDIAN, check_value};
+use crate::range::{MMOL_MEDIAN, check_value, median};
 use crate::record::Channel;
 
 mod basal;
@@ -47,56 +46,28 @@ fn folders(source: &Path) -> Result<Vec<PathBuf>, CohortError> {
     if !json_files(source, "entries")?.is_empty() {
         return Ok(vec![source.to_owned()]);
     }
-    let failed = |error| CohortError::Io {
-        file: source.display().to_string(),
-        action: "read",
-        source: error,
-    };
     let mut folders = Vec::new();
-    for entry in std::fs::read_dir(source).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
+    for path in files::entries(source)? {
         if path.is_dir() && !json_files(&path, "entries")?.is_empty() {
             folders.push(path);
         }
     }
-    folders.sort();
     if folders.is_empty() {
-        return Err(CohortError::WrongLayout {
-            file: source.display().to_string(),
-            expected: FORMAT,
-            reason: "no file named entries*.json, here or in a folder inside".into(),
-        });
+        let reason = "no file named entries*.json, here or in a folder inside";
+        return Err(CohortError::layout(source.display(), FORMAT, reason));
     }
     Ok(folders)
 }
 
 /// The files of a folder whose names begin with `kind`, in order.
 fn json_files(folder: &Path, kind: &str) -> Result<Vec<(PathBuf, String)>, CohortError> {
-    let failed =
-        |source| CohortError::Io { file: folder.display().to_string(), action: "read", source };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let name = name(&path);
-        if path.is_file() && name.starts_with(kind) && name.ends_with(".json") {
-            files.push((path, name));
-        }
-    }
-    files.sort();
-    Ok(files)
+    files::named(folder, |name| name.starts_with(kind) && name.ends_with(".json"))
 }
 
 fn person(folder: &Path, zone: Option<Clock>) -> Result<Diary, CohortError> {
     let id = std::path::absolute(folder).map_or_else(|_| name(folder), |path| name(&path));
-    if !is_person_id(&id) {
-        return Err(CohortError::WrongLayout {
-            file: folder.display().to_string(),
-            expected: FORMAT,
-            reason: "the folder's name becomes the person's identifier; use letters, digits, '_', \
-                     '-' and '.'"
-                .into(),
-        });
-    }
+    let shown = folder.display().to_string();
+    files::identifier(&id, &shown, FORMAT, "the folder's name", files::LETTERS)?;
     let mut profiles = Profiles::default();
     for (path, name) in json_files(folder, "profile")? {
         for_each(&path, &name, |record| profiles.read(&record))?;
@@ -196,19 +167,15 @@ fn read_entries(
             Ok(())
         })?;
     }
-    let mut values: Vec<f64> =
-        readings.iter().map(|reading| reading.value).filter(|value| *value > 0.0).collect();
-    let middle = values.len() / 2;
-    let in_mmol = !values.is_empty()
-        && *values.select_nth_unstable_by(middle, f64::total_cmp).1 < MMOL_MEDIAN;
+    let values = readings.iter().map(|reading| reading.value).filter(|value| *value > 0.0);
+    let in_mmol = median(values.collect()).is_some_and(|median| median < MMOL_MEDIAN);
     let factor = if in_mmol { physiology::MG_PER_DL_PER_MMOL_PER_L } else { 1.0 };
     for Reading { at, value, place } in readings {
         let code = value <= LAST_CODE && (!in_mmol || value <= 0.0);
         if code && value >= 0.0 {
             diary.note("readings of 12 or less: codes of the sensor, left out", || place);
         } else {
-            check_value(Channel::Cgm, value * factor, false)
-                .map_err(|range| range.at(place.clone()))?;
+            check_value(Channel::Cgm, value * factor, false, || place.clone())?;
             diary.reading(at, value, || place.clone())?;
         }
     }

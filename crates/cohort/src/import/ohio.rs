@@ -8,7 +8,6 @@
 //!
 //! A row in a message is the number of the event in its file, from 1.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -32,15 +31,12 @@ const LARGEST: u64 = 256 << 20;
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     let mut patients: BTreeMap<String, Patient> = BTreeMap::new();
     for (path, name) in files(source, FORMAT, "*.xml", |name| name.ends_with(".xml"))? {
-        let size = std::fs::metadata(&path)
-            .map_err(|source| CohortError::Io { file: name.clone(), action: "read", source })?
-            .len();
+        let size = std::fs::metadata(&path).map_err(CohortError::io(&name, "read"))?.len();
         if size == 0 {
             return Err(CohortError::Empty { file: name });
         }
         if size > LARGEST {
-            let reason = "larger than 256 MiB; no patient's file is".into();
-            return Err(CohortError::Table { file: name, reason });
+            return Err(CohortError::table(name, "larger than 256 MiB; no patient's file is"));
         }
         let bytes = read_text(&path, &name)?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
@@ -117,12 +113,11 @@ fn read(
     let mut reader = Reader::from_str(text);
     let mut sections: Vec<String> = Vec::new();
     let (mut id, mut number) = (None::<String>, 0);
-    let table = |reader: &Reader<&[u8]>, reason: String| CohortError::Table {
-        file: file.into(),
-        reason: format!("at byte {}: {reason}", reader.buffer_position()),
+    let table = |reader: &Reader<&[u8]>, reason: &str| {
+        CohortError::table(file, format!("at byte {}: {reason}", reader.buffer_position()))
     };
     loop {
-        let event = reader.read_event().map_err(|error| table(&reader, error.to_string()))?;
+        let event = reader.read_event().map_err(|error| table(&reader, &error.to_string()))?;
         let (element, open) = match &event {
             Event::Eof => break,
             Event::Start(element) => (element, true),
@@ -134,8 +129,7 @@ fn read(
             _ => continue,
         };
         let name = element.name().as_ref().to_owned();
-        let attributes =
-            attributes(element).map_err(|reason| table(&reader, reason.into_owned()))?;
+        let attributes = attributes(element).map_err(|reason| table(&reader, &reason))?;
         if name == "patient" {
             let found = attributes.iter().find(|(name, _)| name == "id");
             let patient = found.map_or("", |(_, id)| id.trim());
@@ -167,20 +161,16 @@ fn read(
     }
     if !sections.is_empty() {
         let reason = format!("the file is cut off within <{}>", sections.join("><"));
-        return Err(CohortError::Table { file: file.into(), reason });
+        return Err(CohortError::table(file, reason));
     }
     Ok(())
 }
 
 fn not_ohio(file: &str) -> CohortError {
-    CohortError::WrongLayout {
-        file: file.into(),
-        expected: FORMAT,
-        reason: "no element <patient id=\"...\">".into(),
-    }
+    CohortError::layout(file, FORMAT, "no element <patient id=\"...\">")
 }
 
-fn attributes(element: &BytesStart<'_>) -> Result<Vec<(String, String)>, Cow<'static, str>> {
+fn attributes(element: &BytesStart<'_>) -> Result<Vec<(String, String)>, String> {
     let mut found = Vec::new();
     for attribute in element.attributes() {
         let attribute = attribute.map_err(|error| error.to_string())?;

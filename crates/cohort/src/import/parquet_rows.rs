@@ -14,7 +14,7 @@ use crate::error::{CohortError, Place};
 use crate::parquet_footer;
 use crate::parquet_pages;
 use crate::parquet_sink::parquet_fault;
-use crate::wall_clock::parse_iso;
+use crate::wall_clock::parse_iso_start;
 
 /// Rows of a piece.
 const PIECE: usize = 250_000;
@@ -84,10 +84,7 @@ impl ParquetRow<'_> {
             Cells::Epoch(cells, per_second) => cells.get(self.index).and_then(|value| {
                 DateTime::from_timestamp(value.div_euclid(*per_second), 0).map(|t| t.naive_utc())
             }),
-            Cells::Text(cells) => {
-                let text = cells.get(self.index).and_then(|text| text.get(..19));
-                text.and_then(|text| parse_iso(&text.replace(' ', "T")))
-            }
+            Cells::Text(cells) => cells.get(self.index).and_then(parse_iso_start),
             _ => None,
         };
         time.ok_or_else(|| self.wrong(column, "a local time like 2024-03-01T08:05:00"))
@@ -112,13 +109,7 @@ pub(super) fn for_each(
     wanted: &[Wanted],
     mut each: impl FnMut(ParquetRow<'_>) -> Result<(), CohortError>,
 ) -> Result<(), CohortError> {
-    let open = || {
-        File::open(path).map_err(|source| CohortError::Io {
-            file: name.into(),
-            action: "read",
-            source,
-        })
-    };
+    let open = || File::open(path).map_err(CohortError::io(name, "read"));
     parquet_footer::check(open()?, name)?;
     let (rows, header) = guarded(name, {
         let mut reader = ParquetReader::new(open()?);
@@ -132,8 +123,7 @@ pub(super) fn for_each(
         return Err(CohortError::Empty { file: name.into() });
     }
     if rows > MOST_ROWS {
-        let reason = format!("{rows} rows; more than any study has");
-        return Err(CohortError::Table { file: name.into(), reason });
+        return Err(CohortError::table(name, format!("{rows} rows; more than any study has")));
     }
     let mut columns = Vec::new();
     for (column, _, required) in wanted {
@@ -162,33 +152,27 @@ pub(super) fn for_each(
             move || reader.finish()
         })?;
         if frame.height() == 0 {
-            let reason = format!("{first} rows were read of {rows}");
-            return Err(CohortError::Table { file: name.into(), reason });
+            return Err(CohortError::table(name, format!("{first} rows were read of {rows}")));
         }
         let mut cells = Vec::with_capacity(wanted.len());
         for ((_, kind, _), column) in wanted.iter().zip(&columns) {
             cells.push(match column {
                 None => Cells::Absent,
                 Some(column) => {
-                    let found = frame.column(column).map_err(|error| CohortError::Table {
-                        file: name.into(),
-                        reason: parquet_fault(&error),
-                    })?;
-                    let found = guarded(name, || typed(found, *kind))?;
-                    found.ok_or_else(|| CohortError::Table {
-                        file: name.into(),
-                        reason: format!(
-                            "column {column} holds {}, not {}",
-                            frame
-                                .column(column)
-                                .map_or_else(|_| "?".into(), |c| c.dtype().to_string()),
-                            match kind {
-                                Kind::Text => "text",
-                                Kind::Number => "numbers",
-                                Kind::Time => "local times without a zone",
-                                Kind::Span => "spans of time or seconds",
-                            }
-                        ),
+                    let found = frame
+                        .column(column)
+                        .map_err(|error| CohortError::table(name, parquet_fault(&error)))?;
+                    let typed = guarded(name, || typed(found, *kind))?;
+                    typed.ok_or_else(|| {
+                        let wanted = match kind {
+                            Kind::Text => "text",
+                            Kind::Number => "numbers",
+                            Kind::Time => "local times without a zone",
+                            Kind::Span => "spans of time or seconds",
+                        };
+                        let holds = found.dtype();
+                        let reason = format!("column {column} holds {holds}, not {wanted}");
+                        CohortError::table(name, reason)
                     })?
                 }
             });
@@ -230,8 +214,7 @@ fn typed(column: &Column, kind: Kind) -> PolarsResult<Option<Cells>> {
 
 /// Runs what the table library does; it panics on some damaged files, which becomes an error here.
 fn guarded<T>(name: &str, run: impl FnOnce() -> PolarsResult<T>) -> Result<T, CohortError> {
-    let table = |reason: String| CohortError::Table { file: name.into(), reason };
     catch_unwind(AssertUnwindSafe(run))
-        .map_err(|_| table("damaged, or of a kind that cannot be read".into()))?
-        .map_err(|error| table(parquet_fault(&error)))
+        .map_err(|_| CohortError::table(name, "damaged, or of a kind that cannot be read"))?
+        .map_err(|error| CohortError::table(name, parquet_fault(&error)))
 }

@@ -9,12 +9,11 @@ use std::path::Path;
 use chrono::NaiveDateTime;
 
 use super::diary::{Diary, GlucoseUnit, Rate, people, second};
-use super::files::files;
+use super::files::{files, identifier};
 use crate::error::CohortError;
-use crate::person::is_person_id;
-use crate::record::{Channel, on_grid};
+use crate::record::{Channel, follows};
 use crate::text_table::{TextColumn, TextTable};
-use crate::wall_clock::parse_iso;
+use crate::wall_clock::parse_iso_start;
 
 const FORMAT: &str = "replaybg";
 /// Seconds and minutes of a step.
@@ -32,32 +31,16 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 
 fn person(table: &TextTable) -> Result<Diary, CohortError> {
     let id = table.file().strip_suffix(".csv").unwrap_or(table.file());
-    if !is_person_id(id) {
-        return Err(CohortError::WrongLayout {
-            file: table.file().into(),
-            expected: FORMAT,
-            reason: "the file's name becomes the person's identifier; rename it".into(),
-        });
-    }
+    identifier(id, table.file(), FORMAT, "the file's name", "rename it")?;
     let mut diary = Diary::new(id, table.file(), GlucoseUnit::MgPerDl);
     let (times, glucose) = (table.column("t")?, table.column("glucose")?);
     let (carbs, bolus, basal) =
         (table.column("cho")?, table.column("bolus")?, table.column("basal")?);
     let mut previous = None;
     for i in 0..table.height() {
-        let (time, place) = (time(&times, i)?, times.place(i));
-        if !on_grid(time) {
-            return Err(CohortError::OffGrid { place, time });
-        }
-        match previous {
-            Some(previous) if time == previous => {
-                return Err(CohortError::DuplicateStep { place, person: id.into(), time });
-            }
-            Some(previous) if time < previous => {
-                return Err(CohortError::OutOfOrder { place, person: id.into(), time, previous });
-            }
-            _ => previous = Some(time),
-        }
+        let time = time(&times, i)?;
+        follows(time, previous, id, || times.place(i))?;
+        previous = Some(time);
         let at = second(time);
         if let Some(value) = number(&glucose, i)? {
             diary.reading(at, value, || glucose.place(i))?;
@@ -86,7 +69,7 @@ fn number(column: &TextColumn<'_>, i: usize) -> Result<Option<f64>, CohortError>
 /// `01-Mar-2024 08:05:00` (MATLAB) or `2024-03-01 08:05:00`.
 fn time(times: &TextColumn<'_>, i: usize) -> Result<NaiveDateTime, CohortError> {
     let text = times.text(i).unwrap_or("");
-    let iso = text.get(..19).and_then(|text| parse_iso(&text.replace(' ', "T")));
-    iso.or_else(|| NaiveDateTime::parse_from_str(text, "%d-%b-%Y %H:%M:%S").ok())
+    parse_iso_start(text)
+        .or_else(|| NaiveDateTime::parse_from_str(text, "%d-%b-%Y %H:%M:%S").ok())
         .ok_or_else(|| times.wrong(i, "a time like 01-Mar-2024 08:05:00 or 2024-03-01 08:05:00"))
 }

@@ -8,7 +8,7 @@ use crate::error::{CohortError, Place};
 use crate::mass_balance::mass_balance;
 use crate::person::{Cohort, Person};
 use crate::plausibility::findings;
-use crate::record::GridSteps;
+use crate::record::{Channel, GridSteps};
 
 /// What was concluded of a person's unit or meaning at `place`, from which figures.
 pub(super) fn inference(
@@ -20,6 +20,17 @@ pub(super) fn inference(
     let Place { file, row, column } = place;
     let (conclusion, evidence) = (conclusion.into(), evidence.into());
     Inference { person: person.to_owned(), file, row, column, conclusion, evidence }
+}
+
+/// The account of an amount in a channel.
+pub(super) fn totals_of(
+    channel: Channel,
+    unit: &str,
+    source: f64,
+    record: f64,
+    left_out: f64,
+) -> Totals {
+    Totals { column: channel.column().into(), unit: unit.into(), source, record, left_out }
 }
 
 /// One person as an importer read them.
@@ -100,11 +111,7 @@ pub(super) fn assemble_measured(
     let days_are = "the span from the first to the last sensor reading";
     let mut import = assemble(format, days_are, measured)?;
     if import.cohort.people.is_empty() {
-        return Err(CohortError::WrongLayout {
-            file: source.into(),
-            expected: format,
-            reason: "no sensor reading of anyone".into(),
-        });
+        return Err(CohortError::layout(source, format, "no sensor reading of anyone"));
     }
     import.report.notes.extend(without);
     Ok(import)
@@ -138,7 +145,7 @@ fn assemble_after(
                 "its person would be called '{}', as that of '{other}'; rename one of the files",
                 person.id
             );
-            return Err(CohortError::WrongLayout { file, expected: format, reason });
+            return Err(CohortError::layout(file, format, reason));
         }
         let balance = mass_balance(&person);
         people.push(PersonImport {
@@ -146,7 +153,7 @@ fn assemble_after(
             balance,
             therapy: Some(person.therapy.name().to_owned()),
             totals: Some(totals),
-            findings: findings(&person).iter().map(Into::into).collect(),
+            findings: findings(&person),
         });
         all_inferences.extend(inferences);
         all_notes.extend(notes.notes);

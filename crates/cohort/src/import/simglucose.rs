@@ -5,15 +5,12 @@
 
 use std::path::Path;
 
-use chrono::NaiveDateTime;
-
 use super::diary::{Diary, GlucoseUnit, Rate, people, second};
-use super::files::files;
+use super::files::{files, identifier};
 use crate::error::CohortError;
-use crate::person::is_person_id;
 use crate::record::Channel;
 use crate::text_table::{TextColumn, TextTable};
-use crate::wall_clock::parse_iso;
+use crate::wall_clock::parse_iso_start;
 
 const FORMAT: &str = "simglucose";
 /// Longest time from row to row, s.
@@ -35,13 +32,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 fn person(table: &TextTable) -> Result<Diary, CohortError> {
     let stem = table.file().strip_suffix(".csv").unwrap_or(table.file());
     let id = stem.replace('#', "-");
-    if !is_person_id(&id) {
-        return Err(CohortError::WrongLayout {
-            file: table.file().into(),
-            expected: FORMAT,
-            reason: "the file's name becomes the person's identifier; rename it".into(),
-        });
-    }
+    identifier(&id, table.file(), FORMAT, "the file's name", "rename it")?;
     let mut diary = Diary::new(&id, table.file(), GlucoseUnit::MgPerDl);
     let (times, cgm) = (table.column("Time")?, table.column("CGM")?);
     let (carbs, insulin) = (table.column("CHO")?, table.column("insulin")?);
@@ -82,7 +73,6 @@ fn person(table: &TextTable) -> Result<Diary, CohortError> {
 }
 
 fn time(times: &TextColumn<'_>, i: usize) -> Result<i64, CohortError> {
-    let time: Option<NaiveDateTime> =
-        times.text(i).and_then(|text| parse_iso(&text.get(..19)?.replace(' ', "T")));
+    let time = times.text(i).and_then(parse_iso_start);
     time.map(second).ok_or_else(|| times.wrong(i, "a time like 2024-03-01 08:05:00"))
 }

@@ -8,13 +8,14 @@
 
 use std::path::{Path, PathBuf};
 
-use chrono::{DateTime, NaiveDateTime};
 use contract::import_report::Inference;
 use rayon::prelude::*;
 
+use super::files::{entries, identifier, name};
 use super::report::{Imported, Notes, assemble, inference};
+use super::steps::{Span, time_of};
 use crate::error::{CohortError, Place};
-use crate::person::{Person, Therapy, is_person_id};
+use crate::person::{Person, Therapy};
 use crate::record::{Channel, Record, longest};
 use crate::text_table::TextTable;
 
@@ -45,48 +46,25 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 fn people(source: &Path) -> Result<Vec<String>, CohortError> {
     let folder = source.join(GLUCOSE);
     if !folder.is_dir() {
-        return Err(CohortError::WrongLayout {
-            file: source.display().to_string(),
-            expected: FORMAT,
-            reason: format!("no folder '{GLUCOSE}'"),
-        });
+        let reason = format!("no folder '{GLUCOSE}'");
+        return Err(CohortError::layout(source.display(), FORMAT, reason));
     }
-    let names = file_names(&folder)?;
     let mut people = Vec::new();
-    for name in &names {
+    for path in entries(&folder)? {
+        let name = name(&path);
         let id = name.strip_prefix("UoMGlucose").and_then(|rest| rest.strip_suffix(".csv"));
         let Some(id) = id else { continue };
-        if !is_person_id(id) {
-            return Err(CohortError::WrongLayout {
-                file: format!("{GLUCOSE}/{name}"),
-                expected: FORMAT,
-                reason: "what follows UoMGlucose in the file's name becomes the person's \
-                         identifier; rename the file, or move it elsewhere"
-                    .into(),
-            });
-        }
+        let what = "what follows UoMGlucose in the file's name";
+        let remedy = "rename the file, or move it elsewhere";
+        identifier(id, &format!("{GLUCOSE}/{name}"), FORMAT, what, remedy)?;
         people.push(id.to_owned());
     }
     people.sort();
     if people.is_empty() {
-        return Err(CohortError::WrongLayout {
-            file: folder.display().to_string(),
-            expected: FORMAT,
-            reason: "no file named UoMGlucose*.csv".into(),
-        });
+        let reason = "no file named UoMGlucose*.csv";
+        return Err(CohortError::layout(folder.display(), FORMAT, reason));
     }
     Ok(people)
-}
-
-fn file_names(folder: &Path) -> Result<Vec<String>, CohortError> {
-    let failed =
-        |source| CohortError::Io { file: folder.display().to_string(), action: "read", source };
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        names.push(entry.map_err(failed)?.file_name().to_string_lossy().into_owned());
-    }
-    names.sort();
-    Ok(names)
 }
 
 /// The notes and inferences of one person while their files are read.
@@ -125,15 +103,12 @@ fn person(source: &Path, id: &str) -> Result<Imported, CohortError> {
             });
         }
     };
-    let basal_table = table(BASAL, format!("UoMBasal{id}.csv"))?;
-    let basal =
-        basal_table.as_ref().map(|table| insulin::basal(table, &mut account)).transpose()?;
-    let bolus_table = table(BOLUS, format!("UoMBolus{id}.csv"))?;
-    let bolus =
-        bolus_table.as_ref().map(|table| insulin::bolus(table, &mut account)).transpose()?;
-    let meals_table = table(NUTRITION, format!("UoMNutrition{id}.csv"))?;
-    let meals =
-        meals_table.as_ref().map(|table| nutrition::read(table, &mut account)).transpose()?;
+    let basal = table(BASAL, format!("UoMBasal{id}.csv"))?;
+    let basal = basal.map(|table| insulin::basal(&table, &mut account)).transpose()?;
+    let bolus = table(BOLUS, format!("UoMBolus{id}.csv"))?;
+    let bolus = bolus.map(|table| insulin::bolus(&table, &mut account)).transpose()?;
+    let meals = table(NUTRITION, format!("UoMNutrition{id}.csv"))?;
+    let meals = meals.map(|table| nutrition::read(&table, &mut account)).transpose()?;
     let activity = table(ACTIVITY, format!("UoMActivity{id}.csv"))?;
     let sleep = table(SLEEP, format!("UoM{id}sleeptime.csv"))?;
     for (folder, missing, what) in [
@@ -185,7 +160,8 @@ fn refuse_heart_rate(source: &Path, account: &mut Account<'_>) -> Result<(), Coh
     if !folder.is_dir() {
         return Ok(());
     }
-    for name in file_names(&folder)? {
+    for path in entries(&folder)? {
+        let name = name(&path);
         let of_person = name.contains(account.id) && name.ends_with(".csv");
         if of_person && !name.ends_with("sleeptime.csv") {
             account.note(
@@ -196,34 +172,6 @@ fn refuse_heart_rate(source: &Path, account: &mut Account<'_>) -> Result<(), Coh
         }
     }
     Ok(())
-}
-
-/// Steps counted from 1970-01-01, first and one past the last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Span {
-    first: i64,
-    end: i64,
-}
-
-impl Span {
-    fn len(&self) -> usize {
-        usize::try_from(self.end - self.first).unwrap_or(0)
-    }
-
-    /// The step of the record; `None` outside.
-    fn index(&self, step: i64) -> Option<usize> {
-        (self.first..self.end).contains(&step).then(|| usize::try_from(step - self.first).ok())?
-    }
-}
-
-/// The step that holds a time.
-fn step_of(time: NaiveDateTime) -> i64 {
-    time.and_utc().timestamp().div_euclid(300)
-}
-
-/// Start of a step.
-fn time_of(step: i64) -> NaiveDateTime {
-    DateTime::from_timestamp(step * 300, 0).unwrap_or_default().naive_utc()
 }
 
 /// The span in which glucose and insulin are both recorded; glucose alone without insulin files.
@@ -244,15 +192,13 @@ fn span(
         None => cgm,
     };
     if span.end <= span.first {
-        return Err(CohortError::WrongLayout {
-            file: format!("{GLUCOSE}/UoMGlucose{}.csv", account.id),
-            expected: FORMAT,
-            reason: format!(
-                "glucose of person '{}' ends at {} before insulin begins, or the reverse",
-                account.id,
-                time_of(cgm.end)
-            ),
-        });
+        let reason = format!(
+            "glucose of person '{}' ends at {} before insulin begins, or the reverse",
+            account.id,
+            time_of(cgm.end)
+        );
+        let file = format!("{GLUCOSE}/UoMGlucose{}.csv", account.id);
+        return Err(CohortError::layout(file, FORMAT, reason));
     }
     let days = (span.end - span.first) / 288;
     let limit = longest(readings.len());

@@ -26,7 +26,7 @@ use physiology::Kilograms;
 use super::diary::{Diary, GlucoseUnit, Rate, people};
 use super::files::{self, name};
 use crate::error::CohortError;
-use crate::person::{Therapy, is_person_id};
+use crate::person::{KG_PER_LB, Therapy, is_person_id};
 use crate::record::Channel;
 
 mod duration;
@@ -38,7 +38,6 @@ use xpt::{Variable, Xpt, XptRow};
 const FORMAT: &str = "t1dexi";
 /// Seconds from 1960-01-01 to 1970-01-01.
 const FROM_1960: f64 = 315_619_200.0;
-const KG_PER_LB: f64 = 0.453_592_37;
 const MG_PER_DL_PER_MMOL: f64 = physiology::MG_PER_DL_PER_MMOL_PER_L;
 const STEPS_OF_TEN_SECONDS: &str = "10-SECOND INTERVAL STEP COUNT";
 const INJECTIONS: &str = "MULTIPLE DAILY INJECTIONS";
@@ -47,13 +46,10 @@ const INJECTIONS: &str = "MULTIPLE DAILY INJECTIONS";
 pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
     let files = domains(source)?;
     let Some(glucose) = files.get("LB") else {
-        return Err(CohortError::WrongLayout {
-            file: source.display().to_string(),
-            expected: FORMAT,
-            reason: "no file LB.xpt, which has the sensor's readings".into(),
-        });
+        let reason = "no file LB.xpt, which has the sensor's readings";
+        return Err(CohortError::layout(source.display(), FORMAT, reason));
     };
-    let mut study = Study { diaries: Vec::new(), index: HashMap::new(), last: None };
+    let mut study = Study { diaries: Vec::new(), index: HashMap::new(), last: 0 };
     if let Some(path) = files.get("DX") {
         study.devices(open(path)?)?;
     }
@@ -78,29 +74,15 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 
 /// The `*.xpt` of a folder by the name of their domain.
 fn domains(source: &Path) -> Result<HashMap<String, PathBuf>, CohortError> {
-    let failed = |error| CohortError::Io {
-        file: source.display().to_string(),
-        action: "read",
-        source: error,
-    };
     files::folder(source, FORMAT, "LB.xpt, FACM.xpt and the others")?;
-    let mut paths = Vec::new();
-    for entry in std::fs::read_dir(source).map_err(failed)? {
-        paths.push(entry.map_err(failed)?.path());
-    }
-    // The system lists files in any order.
-    paths.sort();
     let mut found: HashMap<String, PathBuf> = HashMap::new();
-    for path in paths {
+    for path in files::entries(source)? {
         let file = name(&path);
         let upper = file.to_ascii_uppercase();
         let Some(domain) = upper.strip_suffix(".XPT") else { continue };
         if let Some(other) = found.insert(domain.to_owned(), path) {
-            return Err(CohortError::WrongLayout {
-                file,
-                expected: FORMAT,
-                reason: format!("'{}' is of the same domain; keep one of them", name(&other)),
-            });
+            let reason = format!("'{}' is of the same domain; keep one of them", name(&other));
+            return Err(CohortError::layout(file, FORMAT, reason));
         }
     }
     Ok(found)
@@ -115,31 +97,27 @@ struct Study {
     diaries: Vec<Diary>,
     index: HashMap<String, usize>,
     /// The person of the row before: rows of one person follow each other.
-    last: Option<(String, usize)>,
+    last: usize,
 }
 
 impl Study {
     fn person(&mut self, row: &XptRow<'_>, id: &Variable) -> Result<&mut Diary, CohortError> {
         let text = row.text(id);
-        if let Some((last, at)) = &self.last
-            && *last == *text
-        {
-            return Ok(&mut self.diaries[*at]);
+        if self.diaries.get(self.last).is_none_or(|last| *last.id() != *text) {
+            self.last = match self.index.get(&*text) {
+                Some(at) => *at,
+                None if is_person_id(&text) => {
+                    self.diaries.push(Diary::new(&text, "LB.xpt", GlucoseUnit::MgPerDl));
+                    self.index.insert(text.into_owned(), self.diaries.len() - 1);
+                    self.diaries.len() - 1
+                }
+                None => {
+                    let expected = "a person's identifier of letters, digits, '_', '-' and '.'";
+                    return Err(row.wrong(id, expected));
+                }
+            };
         }
-        let at = match self.index.get(&*text) {
-            Some(at) => *at,
-            None if is_person_id(&text) => {
-                self.diaries.push(Diary::new(&text, "LB.xpt", GlucoseUnit::MgPerDl));
-                self.index.insert(text.clone().into_owned(), self.diaries.len() - 1);
-                self.diaries.len() - 1
-            }
-            None => {
-                let expected = "a person's identifier of letters, digits, '_', '-' and '.'";
-                return Err(row.wrong(id, expected));
-            }
-        };
-        self.last = Some((text.into_owned(), at));
-        Ok(&mut self.diaries[at])
+        Ok(&mut self.diaries[self.last])
     }
 
     fn devices(&mut self, file: Xpt) -> Result<(), CohortError> {

@@ -8,13 +8,12 @@
 use std::path::Path;
 
 use chrono::{Datelike, NaiveDate, NaiveDateTime, TimeDelta, Weekday};
-use contract::import_report::Totals;
 use physiology::{BeatsPerMinute, STEPS_PER_HOUR};
 
-use super::files::files;
-use super::report::{Imported, Notes, assemble, inference};
+use super::files::{LETTERS, files, identifier};
+use super::report::{Imported, Notes, assemble, inference, totals_of};
 use crate::error::{CohortError, Place};
-use crate::person::{Person, Therapy, is_person_id};
+use crate::person::{Person, Therapy};
 use crate::range::{check_value, looks_like_mmol};
 use crate::record::{Channel, Record};
 use crate::text_table::{TextColumn, TextTable};
@@ -43,15 +42,7 @@ pub(super) fn import(source: &Path) -> Result<super::Import, CohortError> {
 fn person(table: &TextTable) -> Result<Imported, CohortError> {
     let file = table.file();
     let id = file.strip_suffix(".csv").unwrap_or(file).to_owned();
-    if !is_person_id(&id) {
-        return Err(CohortError::WrongLayout {
-            file: file.into(),
-            expected: FORMAT,
-            reason: "the file's name becomes the person's identifier; use letters, digits, '_', \
-                     '-' and '.'"
-                .into(),
-        });
-    }
+    identifier(&id, file, FORMAT, "the file's name", LETTERS)?;
     let start = start(table)?;
     let mut record = Record::new(start, table.height())?;
     let mut totals = Vec::new();
@@ -60,22 +51,17 @@ fn person(table: &TextTable) -> Result<Imported, CohortError> {
         let mut source = 0.0;
         for i in 0..table.height() {
             let Some(value) = column.number(i)? else { continue };
-            check_value(channel, value, true).map_err(|range| range.at(column.place(i)))?;
+            check_value(channel, value, true, || column.place(i))?;
             record.channel_mut(channel)[i] = Some(value);
             source += value;
         }
-        let total = |unit: &str, per_unit: f64| Totals {
-            column: channel.column().to_owned(),
-            unit: unit.to_owned(),
-            source: source / per_unit,
-            record: record.channel(channel).iter().flatten().sum::<f64>() / per_unit,
-            left_out: 0.0,
+        let (unit, per_unit) = match channel {
+            Channel::Basal => ("U", STEPS_PER_HOUR as f64),
+            Channel::Carbs => ("g", 1.0),
+            _ => continue,
         };
-        match channel {
-            Channel::Basal => totals.push(total("U", STEPS_PER_HOUR as f64)),
-            Channel::Carbs => totals.push(total("g", 1.0)),
-            _ => {}
-        }
+        let kept = record.channel(channel).iter().flatten().sum::<f64>() / per_unit;
+        totals.push(totals_of(channel, unit, source / per_unit, kept, 0.0));
     }
     if let Some(median) = looks_like_mmol(record.cgm()) {
         return Err(CohortError::LooksLikeMmol {
@@ -163,6 +149,8 @@ fn start(table: &TextTable) -> Result<NaiveDateTime, CohortError> {
 
 #[cfg(test)]
 mod tests {
+    use contract::import_report::Totals;
+
     use super::*;
 
     const HEADER: &str = "hour_of_day,cgm,sleep_efficiency,heart_rate_WRTbaseline,\

@@ -45,12 +45,9 @@ pub(super) fn import(
     options: &TableOptions,
 ) -> Result<super::Import, CohortError> {
     if options.columns.is_empty() {
-        return Err(CohortError::Option {
-            option: "--map".into(),
-            reason: "say which column is what, like --map time=Date,glucose=Value; --guess \
-                     proposes a map"
-                .into(),
-        });
+        let reason = "say which column is what, like --map time=Date,glucose=Value; --guess \
+                      proposes a map";
+        return Err(CohortError::option("--map", reason));
     }
     read(sources, &Plan::of_user(options.clone()))
 }
@@ -127,10 +124,9 @@ fn one(
     let file = File::new(&opened, plan, names)?;
     let (order, shown) = match (plan.options.dates, file.order()?) {
         (Some(told), Some((order, shown))) if order != told && !shown.is_empty() => {
-            return Err(CohortError::Option {
-                option: format!("--dates {}", told.name()),
-                reason: format!("{name} shows the other order: {shown}"),
-            });
+            let option = format!("--dates {}", told.name());
+            let reason = format!("{name} shows the other order: {shown}");
+            return Err(CohortError::option(option, reason));
         }
         (Some(told), _) => (told, String::new()),
         (None, Some(found)) => found,
@@ -154,12 +150,9 @@ fn every_role_is_there(
     files: &[(PathBuf, String)],
 ) -> Result<(), CohortError> {
     if read.len() < files.len() {
-        return Err(CohortError::Option {
-            option: "--dates".into(),
-            reason: "no file shows whether dates have the day or the month first: say day-first \
-                     or month-first"
-                .into(),
-        });
+        let reason = "no file shows whether dates have the day or the month first: say day-first \
+                      or month-first";
+        return Err(CohortError::option("--dates", reason));
     }
     if !read.iter().any(|file| file.has_glucose) {
         return Err(CohortError::MissingColumn {
@@ -177,14 +170,12 @@ fn people(plan: &Plan, read: Vec<Read>) -> Result<BTreeMap<String, Log>, CohortE
     let of_one = !plan.has(Role::Person) && with_glucose == 1;
     if !plan.has(Role::Person) && with_glucose > 1 && with_glucose < read.len() {
         let without = read.iter().find(|file| !file.has_glucose);
-        return Err(CohortError::Option {
-            option: "--map".into(),
-            reason: format!(
-                "{with_glucose} files have glucose and '{}' has none, so whose it is stays open; \
-                 map a column as person, or import each person alone",
-                without.map_or("", |file| file.name.as_str())
-            ),
-        });
+        let reason = format!(
+            "{with_glucose} files have glucose and '{}' has none, so whose it is stays open; \
+             map a column as person, or import each person alone",
+            without.map_or("", |file| file.name.as_str())
+        );
+        return Err(CohortError::option("--map", reason));
     }
     let owner = read.iter().find(|file| file.has_glucose).and_then(|file| file.logs.keys().next());
     let owner = owner.cloned();
@@ -209,15 +200,12 @@ fn people(plan: &Plan, read: Vec<Read>) -> Result<BTreeMap<String, Log>, CohortE
 
 /// The error of two people whose names differ in nothing that an identifier may have.
 fn one_name_for_two(plan: &Plan, known: &Log, other: &Log) -> CohortError {
-    CohortError::WrongLayout {
-        file: other.file.clone(),
-        expected: plan.format,
-        reason: format!(
-            "'{}' and '{}' of {} would both be called {}; use letters and digits that differ",
-            shorten(&other.written, 40),
-            shorten(&known.written, 40),
-            known.file,
-            known.id
-        ),
-    }
+    let reason = format!(
+        "'{}' and '{}' of {} would both be called {}; use letters and digits that differ",
+        shorten(&other.written, 40),
+        shorten(&known.written, 40),
+        known.file,
+        known.id
+    );
+    CohortError::layout(&other.file, plan.format, reason)
 }

@@ -17,12 +17,11 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::diary::{Diary, GlucoseUnit, Moment, Rate, people, second};
-use super::files::files;
-use super::json_records::{JsonRecord, for_each, number};
+use super::files::{LETTERS, files, identifier};
+use super::json_records::{JsonRecord, for_each, number, wrong_part};
 use super::workbook::{Workbook, is_archive};
 use super::zone::{Clock, instant, zone};
 use crate::error::{CohortError, Place};
-use crate::person::is_person_id;
 use crate::record::Channel;
 use crate::wall_clock::parse_iso;
 
@@ -49,17 +48,10 @@ pub(super) fn import(source: &Path, zone: Option<Clock>) -> Result<super::Import
     for (path, name) in files(source, FORMAT, "*.json or *.xlsx", wanted)? {
         let stem = ENDINGS.iter().find_map(|ending| name.strip_suffix(ending));
         let id = stem.unwrap_or(&name).to_owned();
-        let wrong =
-            |reason| CohortError::WrongLayout { file: name.clone(), expected: FORMAT, reason };
-        if !is_person_id(&id) {
-            return Err(wrong(
-                "the file's name becomes the person's identifier; use letters, digits, '_', '-' \
-                 and '.'"
-                    .into(),
-            ));
-        }
+        identifier(&id, &name, FORMAT, "the file's name", LETTERS)?;
         if let Some(other) = known.insert(id.clone(), name.clone()) {
-            return Err(wrong(format!("'{other}' is of the same person; keep one of them")));
+            let reason = format!("'{other}' is of the same person; keep one of them");
+            return Err(CohortError::layout(name, FORMAT, reason));
         }
         let mut reader = Reader {
             diary: Diary::new(&id, &name, GlucoseUnit::MgPerDl),
@@ -212,11 +204,8 @@ impl Reader {
             self.diary.note("food without carbohydrate: left out", || record.place("nutrition"));
             return Ok(());
         };
-        let grams = number(net).ok().flatten().ok_or_else(|| CohortError::Cell {
-            place: record.place(key),
-            value: crate::text_table::shorten(&net.to_string(), 40),
-            expected: "a number",
-        })?;
+        let grams = number(net).ok().flatten();
+        let grams = grams.ok_or_else(|| wrong_part(record.place(key), net, "a number"))?;
         self.foods.push((at(record, self.zone)?, grams, record.place(key)));
         let (at, grams, place) = &self.foods[self.foods.len() - 1];
         self.diary.dose(Channel::Carbs, *at, 0, *grams, || place.clone())

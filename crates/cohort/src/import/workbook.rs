@@ -89,7 +89,7 @@ pub(super) fn is_archive(path: &Path) -> bool {
 impl Workbook {
     /// Opens a workbook whose parts have been counted; messages call it `name`.
     pub(super) fn open(path: &Path, name: &str) -> Result<Self, CohortError> {
-        let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+        let failed = CohortError::io(name, "read");
         let mut file = File::open(path).map_err(failed)?;
         if !file.metadata().map_err(failed)?.is_file() {
             let reason = "not a file; a file is needed";
@@ -132,8 +132,8 @@ impl Workbook {
                 let (at, column) = cell.get_position();
                 if at != row {
                     if at < row || at >= MOST_ROWS {
-                        let reason = "rows are not in their order; save the workbook again".into();
-                        return Err(CohortError::Table { file: name.clone(), reason });
+                        let reason = "rows are not in their order; save the workbook again";
+                        return Err(CohortError::table(&name, reason));
                     }
                     if !held.is_empty() {
                         each(row as usize + 1, &held)?;
@@ -208,7 +208,7 @@ pub(super) fn from_days(days: f64) -> Option<NaiveDateTime> {
 
 /// Unpacks every part and counts its bytes.
 fn count(file: &mut File, name: &str) -> Result<(), CohortError> {
-    let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+    let failed = CohortError::io(name, "read");
     let large = |what: String| CohortError::TooLarge {
         file: name.into(),
         what,
@@ -220,9 +220,9 @@ fn count(file: &mut File, name: &str) -> Result<(), CohortError> {
     }
     parts(file, size, name).map_err(failed)??;
     file.rewind().map_err(failed)?;
-    let broken = |error: zip::result::ZipError| CohortError::Table {
-        file: name.into(),
-        reason: format!("the workbook is damaged or cut off ({error}); download it again"),
+    let broken = |error: zip::result::ZipError| {
+        let reason = format!("the workbook is damaged or cut off ({error}); download it again");
+        CohortError::table(name, reason)
     };
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(broken)?;
     if !archive.file_names().any(|part| part.is_ok_and(|part| part.starts_with("xl/"))) {
@@ -237,9 +237,10 @@ fn count(file: &mut File, name: &str) -> Result<(), CohortError> {
         let is_sheet = title.to_lowercase().contains("worksheets/");
         let (mut unpacked, mut piece, mut last) = (0, 0, 0);
         loop {
-            let read = part.read(&mut buffer).map_err(|error| CohortError::Table {
-                file: name.into(),
-                reason: format!("part '{title}' cannot be unpacked ({error}); download it again"),
+            let read = part.read(&mut buffer).map_err(|error| {
+                let reason =
+                    format!("part '{title}' cannot be unpacked ({error}); download it again");
+                CohortError::table(name, reason)
             })?;
             if read == 0 {
                 break;
@@ -257,7 +258,7 @@ fn count(file: &mut File, name: &str) -> Result<(), CohortError> {
                 // Comments and quoted sections have no end that a reader could be sure of.
                 if piece > LONGEST_PIECE || last == b'<' && *byte == b'!' {
                     let reason = "a sheet that no spreadsheet program writes; save it as CSV";
-                    return Err(CohortError::Table { file: name.into(), reason: reason.into() });
+                    return Err(CohortError::table(name, reason));
                 }
                 last = *byte;
             }
@@ -277,10 +278,9 @@ fn parts(file: &mut File, size: u64, name: &str) -> std::io::Result<Result<(), C
     let most = ends.map(|end| u16::from_le_bytes([end[10], end[11]])).max();
     let far = bytes.windows(4).any(|four| four == b"PK\x06\x07");
     Ok(match most {
-        None => Err(CohortError::Table {
-            file: name.into(),
-            reason: "not an Excel workbook, or cut off; download it again".into(),
-        }),
+        None => {
+            Err(CohortError::table(name, "not an Excel workbook, or cut off; download it again"))
+        }
         Some(most) if most > MOST_PARTS || far => Err(CohortError::TooLarge {
             file: name.into(),
             what: format!("more than {MOST_PARTS} parts"),
@@ -293,14 +293,13 @@ fn parts(file: &mut File, size: u64, name: &str) -> std::io::Result<Result<(), C
 /// The error of a workbook that the library cannot read.
 fn damaged(name: &str, error: &XlsxError) -> CohortError {
     let reason = format!("{error}; save it again in a spreadsheet program, or as CSV");
-    CohortError::Table { file: name.into(), reason }
+    CohortError::table(name, reason)
 }
 
 /// Runs what the library does; should it panic on a damaged file, that becomes an error.
 fn guarded<T>(name: &str, run: impl FnOnce() -> Result<T, CohortError>) -> Result<T, CohortError> {
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
-        let reason = "damaged, or of a kind that cannot be read; save it as CSV".into();
-        Err(CohortError::Table { file: name.into(), reason })
+        Err(CohortError::table(name, "damaged, or of a kind that cannot be read; save it as CSV"))
     })
 }
 

@@ -83,7 +83,7 @@ fn hupa_ucm() {
     let (_, flags) = import.cohort.find("HUPA0019P").expect("the person is there");
     assert!(flags.record.bolus().iter().chain(flags.record.carbs()).all(Option::is_none));
     let rest = flags.resting_heart_rate().expect("heart rate is there");
-    assert!((50.0..85.0).contains(&rest.value.0), "{rest:?}");
+    assert!((50.0..85.0).contains(&rest.0), "{rest:?}");
 }
 
 #[test]

@@ -41,6 +41,16 @@ pub struct MilpLimits {
     pub relative_gap: f64,
 }
 
+impl MilpLimits {
+    fn check(&self) -> Result<(), ConformanceError> {
+        let (value, range) = (self.relative_gap, "0 or more");
+        if value.is_finite() && value >= 0.0 {
+            return Ok(());
+        }
+        Err(ConformanceError::Limit { limit: "milp relative_gap", value, range })
+    }
+}
+
 /// How far the solver's numbers may stray within its feasibility tolerances; scaled output per
 /// minute per scaled input. On the published networks its bounds fall short of the truth by 3e-8.
 pub const CLAIM_TOLERANCE: f64 = 1e-6;
@@ -57,13 +67,7 @@ pub fn solve(
     limits: &MilpLimits,
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<MilpReport, ConformanceError> {
-    if !limits.relative_gap.is_finite() || limits.relative_gap < 0.0 {
-        return Err(ConformanceError::Limit {
-            limit: "milp relative_gap",
-            value: limits.relative_gap,
-            range: "0 or more",
-        });
-    }
+    limits.check()?;
     let boxed = region.box_of(network)?;
     let sum = slope_sum(network, property)?.within(&boxed, network.hidden());
     boxed.check_free(network, sum.tested)?;
@@ -87,11 +91,13 @@ pub fn solve(
             seconds: 0.0,
         }
     } else {
-        let programme = Programme::new(&rest, &boxed);
-        let answer = programme.solve(limits).map_err(fail)?;
-        let attained = answer.incumbent.as_ref().and_then(|incumbent| {
-            let inside = deepest_point(&rest, &boxed, &incumbent.on);
-            [Some(incumbent.point.clone()), inside]
+        let constant = rest.constant.round_up();
+        let solved = solve_switches(&rest, &boxed, limits).map_err(fail)?;
+        let attained = solved.columns.as_ref().and_then(|columns| {
+            let (inputs, binaries) = columns.split_at(boxed.lower().len());
+            let on: Vec<bool> = binaries.iter().map(|&q| q > 0.5).collect();
+            let inside = deepest_point(&rest, &boxed, &on);
+            [Some(point_at(inputs, &boxed, rest.tested)), inside]
                 .into_iter()
                 .flatten()
                 .map(|point| (sum.at(&point).round_down(), point))
@@ -99,11 +105,11 @@ pub fn solve(
         });
         let (m_lower, point) = attained.unzip();
         MilpReport {
-            status: answer.status,
+            status: solved.status,
             m_lower,
             point,
-            claimed_objective: answer.incumbent.map(|incumbent| incumbent.objective),
-            claimed_bound: answer.bound,
+            claimed_objective: solved.columns.as_ref().map(|_| constant + solved.objective),
+            claimed_bound: constant + solved.bound,
             binaries: rest.switches.len(),
             seconds: 0.0,
         }
@@ -115,62 +121,30 @@ pub fn solve(
 /// Stage and reason of a failure of HiGHS.
 type Failure = (&'static str, String);
 
-/// The switches undecided over a box, over inputs that run from 0 to 1 across it.
-struct Programme<'a> {
-    region: &'a BoxRegion,
-    tested: usize,
-    /// Slope that does not depend on the binaries.
-    constant: f64,
-    rows: Vec<UnitRow>,
-}
-
-struct Answer {
-    status: MilpStatus,
-    incumbent: Option<Incumbent>,
-    bound: f64,
-}
-
-struct Incumbent {
-    point: Vec<f64>,
-    on: Vec<bool>,
-    objective: f64,
-}
-
-impl<'a> Programme<'a> {
-    fn new(rest: &SlopeSum, region: &'a BoxRegion) -> Self {
-        Self {
-            region,
-            tested: rest.tested,
-            constant: rest.constant.round_up(),
-            rows: rest.switches.iter().map(|switch| UnitRow::new(switch, region)).collect(),
-        }
+/// Solves for the switches undecided over a box. Columns are the inputs, from 0 to 1 across the box,
+/// then a binary a switch.
+fn solve_switches(
+    rest: &SlopeSum,
+    region: &BoxRegion,
+    limits: &MilpLimits,
+) -> Result<Solved, Failure> {
+    let rows: Vec<UnitRow> =
+        rest.switches.iter().map(|switch| UnitRow::new(switch, region)).collect();
+    let mut variables = ProblemVariables::new();
+    let inputs = unit_inputs(&mut variables, region);
+    let binaries: Vec<Variable> = rows.iter().map(|_| variables.add(variable().binary())).collect();
+    let objective: Expression = rows.iter().zip(&binaries).map(|(row, &q)| row.gain * q).sum();
+    let mut problem = variables.maximise(objective).using(good_lp::highs);
+    for (row, &q) in rows.iter().zip(&binaries) {
+        // Divided by the range, so that every row has coefficients of order 1.
+        let constraint = if row.gain > 0.0 {
+            (row.expression(&inputs, -row.low) - q).geq(-1.0)
+        } else {
+            (row.expression(&inputs, row.high) - q).leq(0.0)
+        };
+        problem.add_constraint(constraint);
     }
-
-    fn solve(&self, limits: &MilpLimits) -> Result<Answer, Failure> {
-        let mut variables = ProblemVariables::new();
-        let inputs = unit_inputs(&mut variables, self.region);
-        let binaries: Vec<Variable> =
-            self.rows.iter().map(|_| variables.add(variable().binary())).collect();
-        let objective: Expression =
-            self.rows.iter().zip(&binaries).map(|(row, &q)| row.gain * q).sum();
-        let mut problem = variables.maximise(objective).using(good_lp::highs);
-        for (row, &q) in self.rows.iter().zip(&binaries) {
-            // Divided by the range, so that every row has coefficients of order 1.
-            let constraint = if row.gain > 0.0 {
-                (row.expression(&inputs, -row.low) - q).geq(-1.0)
-            } else {
-                (row.expression(&inputs, row.high) - q).leq(0.0)
-            };
-            problem.add_constraint(constraint);
-        }
-        let solved = run(problem, limits)?;
-        let incumbent = solved.columns.map(|columns| Incumbent {
-            point: point_at(&columns[..inputs.len()], self.region, self.tested),
-            on: columns[inputs.len()..].iter().map(|&q| q > 0.5).collect(),
-            objective: self.constant + solved.objective,
-        });
-        Ok(Answer { status: solved.status, incumbent, bound: self.constant + solved.bound })
-    }
+    run(problem, limits)
 }
 
 /// What HiGHS says of a programme.

@@ -27,19 +27,10 @@ pub fn solve_step(
     limits: &MilpLimits,
     clock: &(dyn Fn() -> Duration + Sync),
 ) -> Result<StepReport, ConformanceError> {
-    for (limit, value, good, range) in [
-        ("delta", delta, delta.is_finite() && delta > 0.0, "above 0"),
-        (
-            "milp relative_gap",
-            limits.relative_gap,
-            limits.relative_gap.is_finite() && limits.relative_gap >= 0.0,
-            "0 or more",
-        ),
-    ] {
-        if !good {
-            return Err(ConformanceError::Limit { limit, value, range });
-        }
+    if !(delta.is_finite() && delta > 0.0) {
+        return Err(ConformanceError::Limit { limit: "delta", value: delta, range: "above 0" });
     }
+    limits.check()?;
     let tested = crate::share::slope_sum(network, property)?.tested;
     let boxed = region.box_of(network)?;
     boxed.check_free(network, tested)?;
@@ -49,9 +40,11 @@ pub fn solve_step(
         let (network, input) = (property.network.clone(), property.input.clone());
         ConformanceError::Solver { network, input, stage, reason }
     })?;
-    let attained: Option<Replay> = solved.columns.as_ref().and_then(|columns| {
-        let point = point_at(&columns[..boxed.lower().len()], &boxed, tested);
-        let share = columns[boxed.lower().len()].clamp(0.0, 1.0);
+    let width = boxed.lower().len();
+    let found = solved.columns.as_ref();
+    let found = found.map(|columns| (point_at(&columns[..width], &boxed, tested), columns[width]));
+    let attained: Option<Replay> = found.as_ref().and_then(|(point, share)| {
+        let share = share.clamp(0.0, 1.0);
         let from = point[tested];
         let mut to = (from + share * programme.delta).min(boxed.upper()[tested]);
         while to - from > delta {
@@ -60,19 +53,15 @@ pub fn solve_step(
         let mut end = point.clone();
         end[tested] = to;
         // The solver keeps half-spaces to a tolerance.
-        let inside = boxed.contains(&point) && boxed.contains(&end);
-        inside.then(|| replay(network, &point, tested, to, property.direction))
+        let inside = boxed.contains(point) && boxed.contains(&end);
+        inside.then(|| replay(network, point, tested, to, property.direction))
     });
-    let point = solved
-        .columns
-        .as_ref()
-        .map(|columns| point_at(&columns[..boxed.lower().len()], &boxed, tested));
     Ok(StepReport {
         form,
         status: solved.status,
         delta,
         z_lower: attained.as_ref().map(|step| step.rise),
-        point,
+        point: found.map(|(point, _)| point),
         step: attained.as_ref().map(|step| step.to - step.from),
         claimed_objective: solved.columns.as_ref().map(|_| solved.objective),
         claimed_bound: solved.bound,

@@ -179,7 +179,7 @@ fn a_solvers_claim_decides_nothing() {
     let property = property("a", Direction::Decreasing);
     let region = cube(-1.0, 1.25);
     let mut limits = limits(1_000_000);
-    limits.cross_check = CrossCheck::Milp(unhurried());
+    limits.cross_check = Some(unhurried());
     let row = verify(&network, &property, &region, &limits, &still).expect("valid row");
     // By rational arithmetic on the polygons of the arrangement, outside this crate.
     assert!((row.m_lower - 3.5826417587279).abs() < 1e-13, "{}", row.m_lower);
@@ -270,8 +270,7 @@ fn says_what_it_refuses() {
 fn rows_serialise_to_the_contract() {
     let network = network(2, &[1.0, 0.0], &[-0.5], &[1.0]);
     let mut limits = limits(100);
-    limits.cross_check =
-        CrossCheck::Milp(MilpLimits { time: Duration::from_secs(60), relative_gap: 0.0 });
+    limits.cross_check = Some(MilpLimits { time: Duration::from_secs(60), relative_gap: 0.0 });
     let property = property("a", Direction::Decreasing);
     let row = verify(&network, &property, &cube(-1.0, 1.0), &limits, &still).expect("valid row");
     let scaling = |scale| conformance::Scaling { centre: 3.0, scale };

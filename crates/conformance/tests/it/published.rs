@@ -170,7 +170,7 @@ fn milp_agrees_on_every_row_of_two_to_four_inputs() {
     let name = "milp_agrees_on_every_row_of_two_to_four_inputs";
     let Some(networks) = crate::weights::published(name) else { return };
     let limits = MilpLimits { time: Duration::from_secs(30), relative_gap: 0.0 };
-    let rows = table(&networks, [2, 4], CrossCheck::Milp(limits));
+    let rows = table(&networks, [2, 4], Some(limits));
     for row in &rows {
         let milp = row.milp.as_ref().expect("asked for");
         let attained = milp.m_lower.expect("an incumbent");

@@ -3,9 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::diagnosis::{CandidateEffect, CellGap, FoundEffect, PortEvidence};
-use crate::document::documents;
-
-documents! { Answer: "answers/ID.json", ""; }
 
 /// The answer in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -2,13 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! {
-    Label: "label.json", "";
-    Labels: "labels.json", "";
-}
-
 /// What kind of truth a world holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -3,9 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Answer, Share, Verdict};
-use crate::document::documents;
-
-documents! { PlantedCheck: "planted.json", "planted/3"; }
 
 /// The label of a cohort of real people: what is sealed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

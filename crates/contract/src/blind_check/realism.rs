@@ -4,13 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! {
-    Realism: "realism.json", "realism/1";
-    People: "people.json", "";
-}
-
 /// Where a person comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -2,13 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::document::documents;
-
-documents! {
-    Seal: "seal.json", "seal/1";
-    OpenedLabels: "labels.json", "";
-}
-
 /// Hashes of all labels of a check: `seal.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -124,7 +124,7 @@ impl Observations {
                 });
             }
         }
-        let resting = person.resting_heart_rate().map(|resting| resting.value.0);
+        let resting = person.resting_heart_rate().map(|resting| resting.0);
         let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
         let mut basal = record.basal().iter().flatten().next().copied().unwrap_or(0.0);
         let injects = record.basal().iter().all(Option::is_none);

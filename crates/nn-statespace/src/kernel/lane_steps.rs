@@ -8,7 +8,7 @@ use super::instructions::Instructions;
 use super::lanes::{Job, Lanes};
 use super::layout::ParameterLayout;
 use super::real::Real;
-use super::units::{Networks, SIGNALS, row_of};
+use super::units::{Networks, SIGNALS};
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
 use crate::population::{GlucoseClamp, PopulationModel};
@@ -17,15 +17,8 @@ use crate::signal::Signal;
 /// Samples that step together.
 pub const LANES: usize = BLOCK;
 
-/// The signals of [`LANES`] samples, shape (12, lanes): the ten states in the order of
-/// [`Compartment::ALL`], insulin, carbohydrate; all scaled.
+/// The signals of [`LANES`] samples, shape (12, lanes), in the rows of [`Signal::row`]; all scaled.
 pub type Signals<T> = [[T; LANES]; SIGNALS];
-
-/// The row of a signal among [`Signals`].
-#[must_use]
-pub fn signal_row(signal: Signal) -> usize {
-    row_of(signal)
-}
 
 /// Steps of some states of the population model (paper Eq. 2), with what is added to them, if
 /// anything, coming from elsewhere: a twin's residual network adds to the step of Q1.
@@ -94,7 +87,7 @@ impl<T: Real> LaneSteps<T> {
     pub fn slope(&self, of: Compartment, by: Signal) -> Option<&[T; LANES]> {
         let network = self.networks.each.iter().find(|network| network.compartment == of)?;
         let seen = &network.signals[..network.seen];
-        let column = seen.iter().position(|row| *row == row_of(by))?;
+        let column = seen.iter().position(|row| *row == by.row())?;
         Some(&self.slopes[network.first_slope + column])
     }
 

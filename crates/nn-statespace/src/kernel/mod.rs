@@ -29,7 +29,7 @@ mod units;
 mod x86;
 
 pub use instructions::Instructions;
-pub use lane_steps::{LANES, LaneSteps, Signals, signal_row};
+pub use lane_steps::{LANES, LaneSteps, Signals};
 pub use layout::{NetworkSpan, ParameterLayout};
 pub use real::Real;
 pub use roll_out::{FusedRollOut, Sequence, StateLoss};

@@ -5,7 +5,6 @@ use physiology::{Compartment, STEP};
 use super::layout::ParameterLayout;
 use super::real::Real;
 use crate::error::ModelError;
-use crate::signal::Signal;
 use crate::training::windows::STATES;
 use crate::wiring::Wiring;
 
@@ -72,9 +71,9 @@ impl<T: Real> Networks<T> {
         let mut slopes = 0;
         let each = Compartment::ALL.map(|compartment| {
             let seen = wiring.inputs(compartment);
-            let mut signals = [row_of(seen[0]); SIGNALS];
+            let mut signals = [seen[0].row(); SIGNALS];
             for (row, signal) in signals.iter_mut().zip(seen) {
-                *row = row_of(*signal);
+                *row = signal.row();
             }
             let units = match seen.len() {
                 ..=2 => Units::Two(Vec::new()),
@@ -179,14 +178,5 @@ pub(super) fn slopes_of_weights<T: Real>(
             sums[v] = step * by_v;
         }
         sums[span.b2()] = step * sums[span.b2()];
-    }
-}
-
-/// The row of a signal.
-pub(super) fn row_of(signal: Signal) -> usize {
-    match signal {
-        Signal::State(compartment) => compartment as usize,
-        Signal::Insulin => STATES,
-        Signal::Carbs => STATES + 1,
     }
 }

@@ -7,7 +7,6 @@ use physiology::STEP;
 use crate::error::ModelError;
 use crate::network::HiddenLayerNetwork;
 use crate::per_compartment::PerCompartment;
-use crate::signal::Signal;
 use crate::training::windows::STATES;
 use crate::wiring::Wiring;
 
@@ -64,7 +63,7 @@ impl RollOut {
             for unit in 0..network.hidden() {
                 let column = first + unit;
                 for (input, signal) in signals.iter().enumerate() {
-                    let place = row_of(*signal) * total + column;
+                    let place = signal.row() * total + column;
                     w1[place] = network.w1()[unit * signals.len() + input];
                     mask1[place] = 1.0;
                 }
@@ -110,35 +109,11 @@ impl RollOut {
     /// # Errors
     /// [`ModelError::Tensor`] if the shapes do not fit.
     pub fn simulate(&self, initial: &Tensor, inputs: &Tensor) -> Result<Tensor, ModelError> {
-        self.simulate_with(&self.w1, &self.w2, &self.b2, initial, inputs)
-    }
-
-    /// The same without a graph behind it, for validation.
-    ///
-    /// # Errors
-    /// [`ModelError::Tensor`] if the shapes do not fit.
-    pub fn simulate_detached(
-        &self,
-        initial: &Tensor,
-        inputs: &Tensor,
-    ) -> Result<Tensor, ModelError> {
-        let (w1, w2, b2) = (self.w1.detach(), self.w2.detach(), self.b2.detach());
-        self.simulate_with(&w1, &w2, &b2, initial, inputs)
-    }
-
-    fn simulate_with(
-        &self,
-        w1: &Tensor,
-        w2: &Tensor,
-        b2: &Tensor,
-        initial: &Tensor,
-        inputs: &Tensor,
-    ) -> Result<Tensor, ModelError> {
         let (steps, batch, _) = inputs.dims3()?;
-        let w1 = (w1 * &self.mask1)?;
+        let w1 = (self.w1.as_tensor() * &self.mask1)?;
         // Minutes per step go into the output layer once instead of into every step.
-        let w2 = ((w2 * &self.mask2)? * STEP.0)?;
-        let b2 = (b2 * STEP.0)?;
+        let w2 = ((self.w2.as_tensor() * &self.mask2)? * STEP.0)?;
+        let b2 = (self.b2.as_tensor() * STEP.0)?;
         let ones = Tensor::ones((steps, batch, 1), inputs.dtype(), &Device::Cpu)?;
         let inputs = Tensor::cat(&[inputs, &ones], 2)?;
         let mut x = initial.clone();
@@ -196,7 +171,7 @@ impl RollOut {
                 signals.len(),
                 units
                     .clone()
-                    .flat_map(|unit| signals.iter().map(move |signal| (unit, row_of(*signal))))
+                    .flat_map(|unit| signals.iter().map(move |signal| (unit, signal.row())))
                     .map(|(unit, row)| w1[row][unit])
                     .collect(),
                 units.clone().map(|unit| w1[BIAS][unit]).collect(),
@@ -204,15 +179,6 @@ impl RollOut {
                 b2[0][compartment as usize],
             )
         })
-    }
-}
-
-/// The row of `w1` that belongs to a signal.
-fn row_of(signal: Signal) -> usize {
-    match signal {
-        Signal::State(compartment) => compartment as usize,
-        Signal::Insulin => STATES,
-        Signal::Carbs => STATES + 1,
     }
 }
 

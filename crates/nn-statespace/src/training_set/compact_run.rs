@@ -2,8 +2,6 @@
 
 use std::io::Write;
 
-use physiology::Compartment;
-
 use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::training::Run;
@@ -12,18 +10,12 @@ pub(super) use crate::training::windows::{INPUTS, STATES};
 /// Signals a row holds.
 pub(super) const SIGNALS: usize = STATES + INPUTS;
 
-/// Every signal of a row, states first.
-pub(super) fn signals() -> impl Iterator<Item = Signal> {
-    let states = Compartment::ALL.into_iter().map(Signal::State);
-    states.chain([Signal::Insulin, Signal::Carbs])
-}
-
 /// A simulated run in physical units, rounded to single precision: the ten states of
 /// [`physiology::States`], insulin in U/h (basal and bolus together) and the carbohydrate of a
 /// step in g.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompactRun {
-    /// Row-major, shape (steps + 1, 10) in the order of [`Compartment::ALL`].
+    /// Row-major, shape (steps + 1, 10) in the order of [`physiology::Compartment::ALL`].
     pub(super) states: Box<[f32]>,
     /// Row-major, shape (steps, 2): insulin and carbohydrate.
     pub(super) inputs: Box<[f32]>,
@@ -49,7 +41,7 @@ impl CompactRun {
             .flat_map(|u| [u.insulin().0 as f32, (u.carbs + u.rescue.amount).0 as f32])
             .collect();
         let compact = Self { states, inputs };
-        for (column, signal) in signals().enumerate() {
+        for (column, signal) in Signal::all().enumerate() {
             if let Some(index) = compact.column(column).position(|value| !value.is_finite()) {
                 return Err(ModelError::NotFinite { tensor: signal.name().to_owned(), index });
             }
@@ -65,11 +57,10 @@ impl CompactRun {
 
     /// The values of a signal by step: one more for a state than for an input.
     pub fn values(&self, signal: Signal) -> impl Iterator<Item = f32> + '_ {
-        let column = signals().position(|other| other == signal).expect("every signal is listed");
-        self.column(column)
+        self.column(signal.row())
     }
 
-    /// The values of the signal at this place of [`signals`].
+    /// The values of the signal in this row of [`Signal::all`].
     pub(super) fn column(&self, index: usize) -> impl Iterator<Item = f32> + '_ {
         let (rows, first, width) = match index.checked_sub(STATES) {
             None => (&self.states, index, STATES),
@@ -92,7 +83,7 @@ impl CompactRun {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use physiology::{FastCarbs, Grams, States, StepInput, Units, UnitsPerHour};
+    use physiology::{Compartment, FastCarbs, Grams, States, StepInput, Units, UnitsPerHour};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha12Rng;
 

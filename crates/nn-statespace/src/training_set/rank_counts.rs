@@ -10,7 +10,7 @@ use physiology::Compartment;
 use rayon::iter::ParallelIterator;
 use rayon::slice::ParallelSlice;
 
-use super::compact_run::{CompactRun, SIGNALS, signals};
+use super::compact_run::{CompactRun, SIGNALS};
 use crate::error::ModelError;
 use crate::per_compartment::PerCompartment;
 use crate::scaler::{CentreAndScale, Scaler};
@@ -55,7 +55,7 @@ impl CoarseCounts {
     #[must_use]
     pub fn new() -> Self {
         let mut counts: [Vec<u64>; SIGNALS] = Default::default();
-        for (signal, counts) in signals().zip(&mut counts) {
+        for (signal, counts) in Signal::all().zip(&mut counts) {
             if is_scaled(signal) {
                 *counts = vec![0; BINS];
             }
@@ -85,7 +85,7 @@ impl CoarseCounts {
     /// [`ModelError::NoRows`] if nothing was counted.
     pub fn narrow(&self) -> Result<FineCounts, ModelError> {
         let mut sought: [Sought; SIGNALS] = Default::default();
-        for ((signal, counts), sought) in signals().zip(&self.counts).zip(&mut sought) {
+        for ((signal, counts), sought) in Signal::all().zip(&self.counts).zip(&mut sought) {
             if is_scaled(signal) {
                 *sought = Sought::new(counts).ok_or(ModelError::NoRows { signal })?;
             }
@@ -132,8 +132,7 @@ impl FineCounts {
             if !is_scaled(signal) {
                 return Ok(CentreAndScale { centre: 0.0, scale: 1.0 });
             }
-            let index = signals().position(|other| other == signal).expect("every one is listed");
-            let sought = &self.sought[index];
+            let sought = &self.sought[signal.row()];
             let missing = || ModelError::NoRows { signal };
             let quantile = |share| sought.quantile(share).ok_or_else(missing);
             let range = quantile(SHARES[2])? - quantile(SHARES[0])?;

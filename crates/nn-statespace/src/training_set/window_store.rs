@@ -5,7 +5,7 @@ use std::io::Write;
 use physiology::Compartment;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
-use super::compact_run::{CompactRun, INPUTS, SIGNALS, STATES, signals};
+use super::compact_run::{CompactRun, INPUTS, SIGNALS, STATES};
 use crate::error::ModelError;
 use crate::kernel::Sequence;
 use crate::per_compartment::PerCompartment;
@@ -79,7 +79,7 @@ impl WindowSet {
             .into_iter()
             .map(|CompactRun { states, inputs }| ScaledRun { states, inputs })
             .collect();
-        let pairs: Vec<CentreAndScale> = signals().map(|signal| scaler.of(signal)).collect();
+        let pairs: Vec<CentreAndScale> = Signal::all().map(|signal| scaler.of(signal)).collect();
         let bounds = runs
             .par_iter_mut()
             .enumerate()
@@ -154,8 +154,7 @@ impl WindowSet {
     /// The lowest and highest scaled value of a signal over all rows.
     #[must_use]
     pub fn bounds(&self, signal: Signal) -> (f64, f64) {
-        let index = signals().position(|other| other == signal).expect("every signal is listed");
-        self.bounds[index]
+        self.bounds[signal.row()]
     }
 
     /// Bytes that rows and windows take.
@@ -238,7 +237,7 @@ fn rounded(value: f64, index: usize, step: usize, column: usize) -> Result<f32, 
     if single.is_finite() {
         return Ok(single);
     }
-    let signal = signals().nth(column).expect("a row has no more");
+    let signal = Signal::all().nth(column).expect("a row has no more");
     Err(ModelError::NotFinite { tensor: format!("run {index}, {signal}"), index: step })
 }
 

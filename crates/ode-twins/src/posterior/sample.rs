@@ -48,19 +48,13 @@ impl Sampling {
     }
 
     fn check(&self) -> Result<(), OdeTwinError> {
-        for (setting, value, least) in [
-            ("chains", self.chains, 2),
-            ("tune", self.tune, 20),
-            ("draws", self.draws, 8),
-            ("kept", self.kept, 1),
+        for (setting, value, least, requirement) in [
+            ("chains", self.chains, 2, "at least 2"),
+            ("tune", self.tune, 20, "at least 20"),
+            ("draws", self.draws, 8, "at least 8"),
+            ("kept", self.kept, 1, "at least 1"),
         ] {
             if value < least {
-                let requirement = match least {
-                    2 => "at least 2",
-                    20 => "at least 20",
-                    8 => "at least 8",
-                    _ => "at least 1",
-                };
                 return Err(OdeTwinError::Setting { setting, value: value as f64, requirement });
             }
         }
@@ -105,7 +99,7 @@ pub fn sample_posterior(
     sampling.check()?;
     let chains: Vec<Result<ChainRun, OdeTwinError>> = (0..sampling.chains)
         .into_par_iter()
-        .map(|chain| run_chain(windows, mode.mode(), sampling, seed, chain))
+        .map(|chain| run_chain(windows, &mode.mode, sampling, seed, chain))
         .collect();
     let chains: Vec<ChainRun> = chains.into_iter().collect::<Result<_, _>>()?;
     let mut diagnostics = ChainDiagnostics {

@@ -10,22 +10,21 @@ mod tables;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
-use blind::{ScoredWorld, seal};
+use blind::ScoredWorld;
 use cohort::{RecordsFormat, write_folder};
-use contract::blind_check::{Answer, BlindCheck, Bound, Label, OpenedLabel, OpenedLabels, Seal};
+use contract::blind_check::{Answer, BlindCheck, Bound, Label};
 use rayon::prelude::*;
 use world::blind::{Plan, PlannedWorld, RealisedWorld};
 
-use crate::asked::{Asked, ask};
+use crate::asked::Asked;
 use crate::bounds;
 use crate::diagnosed::{Diagnosed, ODE};
-use crate::documents::read_document;
 use crate::labels::label;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::progress::{Progress, note, table as print_table};
 use crate::stages::report;
-use crate::stages::sealed::{diagnosis_seed, drawn_seed, salt};
+use crate::stages::sealed::{answered, drawn_seed, under_seal};
 
 /// Settings of `blind-check`.
 #[derive(Debug, Clone)]
@@ -125,40 +124,17 @@ fn check(
         .enumerate()
         .map(|(index, world)| label(&name(index), world))
         .collect::<Result<Vec<Label>>>()?;
-    let closed = labels
-        .iter()
-        .enumerate()
-        .map(|(index, label)| {
-            Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    output.write_document(&seal::seal(&closed))?;
-
-    let progress = Progress::begin("diagnoses", worlds.len());
-    let answers = worlds
-        .par_iter()
-        .enumerate()
-        .map(|(index, world)| {
-            let answer = answer(index, world, model, seed, asked, output)?;
-            progress.advance("");
-            Ok(answer)
-        })
-        .collect::<Result<Vec<Answer>>>()?;
-    progress.finish(&format!("{} answers", answers.len()));
-
-    // The seal as it lies on the disk, not as we remember it.
-    let sealed: Seal = read_document(output.path())?;
-    seal::verify(&sealed, &closed).context("opening the labels")?;
-    output.write_document(&OpenedLabels(closed))?;
+    let answer =
+        |index: usize, _: &Label| answer(&worlds[index], model, (seed, index), asked, output);
+    let answers = under_seal(&labels, |label| &label.id, seed, output, answer)?;
     Ok((labels.into_iter().zip(answers).collect(), worlds))
 }
 
 /// Writes the cohort of one world and its answer.
 fn answer(
-    index: usize,
     world: &RealisedWorld,
     model: &str,
-    seed: u64,
+    (seed, index): (u64, usize),
     asked: Asked,
     output: &OutputFolder,
 ) -> Result<Answer> {
@@ -170,12 +146,7 @@ fn answer(
     drop(cohort);
     // Nothing that answers a world has seen the hand that made it.
     let hand = world.planned.generator.name();
-    let (answer, written) = ask(&folder, model, Some(hand), diagnosis_seed(seed, index), asked)?;
-    match written {
-        Some(written) => output.write(&format!("answers/{id}.json"), &written.text)?,
-        None => output.write_document_as(&format!("answers/{id}.json"), &answer)?,
-    }
-    Ok(answer)
+    Ok(answered(&id, (model, Some(hand)), (seed, index), asked, output)?.0)
 }
 
 fn score(seed: u64, answered: Vec<(Label, Answer)>) -> Result<BlindCheck> {
@@ -216,6 +187,7 @@ fn say(check: &BlindCheck) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stages::sealed::checked;
     use world::blind::PlannedEffect;
     use world::{Effect, Generator, OutsideEffect};
 
@@ -266,36 +238,11 @@ mod tests {
         assert!(
             tables::tables(&scored).iter().any(|line| line.contains("course at the true port"))
         );
-        let read = |name: &str| std::fs::read(target.join(name)).expect("written");
-        let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
-        let OpenedLabels(mut labels) = contract::read(&read("labels.json")).expect("labels");
-        seal::verify(&sealed, &labels).expect("as sealed");
+        // What a diagnosis is given: two files, and no word of what acts. The schema names a channel
+        // after what changes sets, and no effect.
+        let words: Vec<&str> = PlannedEffect::all().map(PlannedEffect::name).collect();
+        let labels = checked(&target, &words);
         let truth: Label = serde_json::from_str(&labels[0].label).expect("a label");
         assert_eq!((truth.id.as_str(), truth.has("dawn")), ("world_0001", true));
-        labels[0].label = labels[0].label.replace("dawn", "alcohol");
-        assert!(seal::verify(&sealed, &labels).is_err());
-
-        // What a diagnosis is given: two files, and no word of what acts.
-        let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());
-        let sealed = sealed.expect("a time");
-        for index in 0..4 {
-            let folder = target.join("cohorts").join(name(index));
-            let mut files: Vec<_> = std::fs::read_dir(&folder)
-                .expect("a cohort")
-                .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
-                .collect();
-            files.sort();
-            assert_eq!(files, ["people.csv", "records.parquet"]);
-            for file in files {
-                let bytes = std::fs::read(folder.join(&file)).expect("a file");
-                for effect in PlannedEffect::all() {
-                    let word = effect.name().as_bytes();
-                    // The schema names a channel after what changes sets, and no effect.
-                    assert!(!bytes.windows(word.len()).any(|w| w == word), "{}", effect.name());
-                }
-                let written = std::fs::metadata(folder.join(&file)).and_then(|m| m.modified());
-                assert!(sealed <= written.expect("a time"), "a cohort before the seal");
-            }
-        }
     }
 }

@@ -15,7 +15,7 @@ use contract::effect_twins::{InputEffect, KindComparison, KindRow};
 use contract::{Document as _, EffectTwins};
 use gap::{Diagnoser, Diagnosis, DiagnosisConfig};
 use rayon::prelude::*;
-use stats::{Bootstrap, Outcome, Outcomes, Summary, compare_outcomes, paired};
+use stats::{Bootstrap, Outcome, Outcomes, compare_outcomes, paired, summary};
 use twins::SteadyStates;
 
 use crate::manifest::Manifest;
@@ -145,7 +145,7 @@ fn found(
         let simulated: Vec<Outcomes> = judged.iter().map(|j| j.kinds[index].0).collect();
         kinds.push(KindRow {
             name: kind.name.to_owned(),
-            rmse_5h: Summary::of(&rmse(index))?.into(),
+            rmse_5h: summary(&rmse(index))?,
             rows: compare_outcomes(&actual, &simulated, LEVEL)?
                 .into_iter()
                 .map(Into::into)

@@ -323,7 +323,7 @@ fn account(cohort: &Cohort, folder: &Path) -> Result<ImportReport> {
             balance,
             therapy: None,
             totals: None,
-            findings: findings(person).iter().map(Into::into).collect(),
+            findings: findings(person),
         }
     });
     Ok(ImportReport {

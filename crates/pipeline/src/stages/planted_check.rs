@@ -8,25 +8,23 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
-use blind::{AnsweredCohort, NOTHING, seal};
+use blind::{AnsweredCohort, NOTHING};
 use cohort::{Cohort, RecordsFormat, read_folder, write_folder};
 use contract::Document as _;
 use contract::blind_check::{
-    CalibratedPeople, OpenedLabel, OpenedLabels, PlantedCheck, PlantedLabel, PlantedTotals, Seal,
-    Share, Verdict,
+    CalibratedPeople, PlantedCheck, PlantedLabel, PlantedTotals, Share, Verdict,
 };
 use gap::undone;
 use rand::seq::SliceRandom as _;
 use rayon::prelude::*;
 use world::planted::{Exactness, Happenings, Planting, Truth, plant};
 
-use super::sealed::{diagnosis_seed, drawn_seed, salt, stream};
-use crate::asked::{Asked, ask};
+use super::sealed::{answered, drawn_seed, stream, under_seal};
+use crate::asked::Asked;
 use crate::diagnosed::ODE;
-use crate::documents::read_document;
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::{Progress, note};
+use crate::progress::note;
 use ::report::count;
 
 /// Settings of a check of effects that are planted into real records.
@@ -119,50 +117,29 @@ fn check(
         .enumerate()
         .map(|(index, (what, changed))| label(name(index), *what, *changed))
         .collect();
-    let closed = labels
-        .iter()
-        .enumerate()
-        .map(|(index, label)| {
-            Ok(OpenedLabel::new(&label.id, salt(seed, index), serde_json::to_string(label)?))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    output.write_document(&seal::seal(&closed))?;
-
     let likelihoods = undone::log_likelihoods(cohort);
-    let progress = Progress::begin("diagnoses", labels.len());
-    let answered = labels
-        .into_par_iter()
-        .enumerate()
-        .map(|(index, label)| {
-            let what = order[index].0;
-            let gains = what.and_then(|(planting, size)| {
-                let planted = plant(cohort, planting, size, seed);
-                let gain = undone::gain(cohort, &likelihoods, &planted.cohort)?;
-                let at_best = planted.happenings.map_or(gain, |Happenings { count, places }| {
-                    undone::without_knowing_where(count, places, gain)
-                });
-                Some((gain, at_best))
+    let answer = |index: usize, label: &PlantedLabel| -> Result<AnsweredCohort> {
+        let what = order[index].0;
+        let gains = what.and_then(|(planting, size)| {
+            let planted = plant(cohort, planting, size, seed);
+            let gain = undone::gain(cohort, &likelihoods, &planted.cohort)?;
+            let at_best = planted.happenings.map_or(gain, |Happenings { count, places }| {
+                undone::without_knowing_where(count, places, gain)
             });
-            let mut answered = answer(cohort, what, label, (seed, index), asked, output)?;
-            (answered.undone_nats, answered.at_best_nats) = gains.unzip();
-            progress.advance("");
-            Ok(answered)
-        })
-        .collect::<Result<Vec<AnsweredCohort>>>()?;
-    progress.finish(&format!("{} answers", answered.len()));
-
-    // The seal as it lies on the disk, not as we remember it.
-    let sealed: Seal = read_document(output.path())?;
-    seal::verify(&sealed, &closed).context("opening the labels")?;
-    output.write_document(&OpenedLabels(closed))?;
-    Ok(answered)
+            Some((gain, at_best))
+        });
+        let mut answered = answer(cohort, what, label, (seed, index), asked, output)?;
+        (answered.undone_nats, answered.at_best_nats) = gains.unzip();
+        Ok(answered)
+    };
+    under_seal(&labels, |label| &label.id, seed, output, answer)
 }
 
 /// Writes one cohort and its answer.
 fn answer(
     cohort: &Cohort,
     what: What,
-    label: PlantedLabel,
+    label: &PlantedLabel,
     (seed, index): (u64, usize),
     asked: Asked,
     output: &OutputFolder,
@@ -177,17 +154,8 @@ fn answer(
         }
     }
     .with_context(|| format!("cohort {id}"))?;
-    let (answer, written) = ask(&folder, ODE, None, diagnosis_seed(seed, index), asked)?;
-    let calibrated = match written {
-        Some(written) => {
-            output.write(&format!("answers/{id}.json"), &written.text)?;
-            written.calibrated
-        }
-        None => {
-            output.write_document_as(&format!("answers/{id}.json"), &answer)?;
-            CalibratedPeople::default()
-        }
-    };
+    let (answer, calibrated) = answered(id, (ODE, None), (seed, index), asked, output)?;
+    let label = label.clone();
     Ok(AnsweredCohort { label, answer, calibrated, undone_nats: None, at_best_nats: None })
 }
 
@@ -329,6 +297,7 @@ mod tests {
     use std::os::unix::ffi::OsStrExt as _;
 
     use super::*;
+    use crate::stages::sealed::checked;
     use cohort::Person;
 
     /// Five days of two people of the embedded cohort.
@@ -370,28 +339,8 @@ mod tests {
             let meals = row.label.planting == Planting::MissedMeals.name();
             assert!(!meals || at_best.is_some(), "the log is what was changed");
         }
-        let read = |name: &str| std::fs::read(target.join(name)).expect("written");
-        let sealed: Seal = contract::read(&read("seal.json")).expect("a seal");
-        let OpenedLabels(mut labels) = contract::read(&read("labels.json")).expect("labels");
-        seal::verify(&sealed, &labels).expect("as sealed");
-        labels[0].label.push(' ');
-        assert!(seal::verify(&sealed, &labels).is_err());
-
-        // Neutral names, no word of what was planted, and the seal before the first cohort.
-        let sealed = std::fs::metadata(target.join("seal.json")).and_then(|m| m.modified());
-        let sealed = sealed.expect("a time");
-        for index in 0..4 {
-            let folder = target.join("cohorts").join(name(index));
-            for file in ["people.csv", "records.parquet"] {
-                let bytes = std::fs::read(folder.join(file)).expect("a file");
-                for planting in Planting::ALL {
-                    let word = planting.name().as_bytes();
-                    assert!(!bytes.windows(word.len()).any(|w| w == word), "{}", planting.name());
-                }
-                let written = std::fs::metadata(folder.join(file)).and_then(|m| m.modified());
-                assert!(sealed <= written.expect("a time"), "a cohort before the seal");
-            }
-        }
+        // Neutral names, and no word of what was planted.
+        checked(&target, &Planting::ALL.map(Planting::name));
         let table = table(&scored);
         assert!(table.contains("| missed_meals | 1 meals a day |"), "{table}");
     }

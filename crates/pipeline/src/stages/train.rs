@@ -234,9 +234,7 @@ fn trained<'a>(
 /// Lowest and highest scaled value of each signal over the training rows: the training region of
 /// the conformance rows.
 fn training_range(training: &WindowSet) -> RegionFile {
-    let states = Compartment::ALL.into_iter().map(Signal::State);
-    let bounds = states
-        .chain([Signal::Insulin, Signal::Carbs])
+    let bounds = Signal::all()
         .map(|signal| {
             let (least, greatest) = training.bounds(signal);
             (signal.name().to_owned(), [least, greatest])

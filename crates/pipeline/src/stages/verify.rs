@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, bail, ensure};
 use conformance::milp::{Form, MilpLimits, solve_step};
 use conformance::{
-    ConformanceError, CrossCheck, Limits, Property, PropertyKind, Region, Row, Scaling, Signal,
-    Verdict, paper_properties, share_of_points, share_of_region, step_bracket, verify,
-    with_physical, with_slice,
+    ConformanceError, Limits, Property, PropertyKind, Region, Row, Scaling, Signal, Verdict,
+    paper_properties, share_of_points, share_of_region, step_bracket, verify, with_physical,
+    with_slice,
 };
 use contract::conformance::Share;
 use contract::{Certificates, RegionFile};
@@ -162,12 +162,7 @@ pub fn run(args: &Settings) -> Result<()> {
         progress.advance(&format!("{} against {}", property.network, property.input));
         rows.push(row);
     }
-    let bytes = if args.repair {
-        model.to_safetensors()
-    } else {
-        std::fs::read(&args.model)
-            .with_context(|| format!("cannot read '{}'", args.model.display()))?
-    };
+    let bytes = if args.repair { model.to_safetensors() } else { read_bytes(&args.model)? };
     let mut took = Duration::ZERO;
     let proofs = proved(&mut rows, &properties, &model, &bytes, &region, &mut took)?;
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
@@ -209,11 +204,7 @@ fn verify_row(
     let small = network.inputs().len() <= MILP_INPUTS;
     let relative_gap = if small { RELATIVE_GAP } else { RELATIVE_GAP_OF_LARGE };
     let milp = MilpLimits { time, relative_gap: RELATIVE_GAP };
-    let cross_check = if small && args.milp == MilpForm::Gradient {
-        CrossCheck::Milp(milp)
-    } else {
-        CrossCheck::None
-    };
+    let cross_check = (small && args.milp == MilpForm::Gradient).then_some(milp);
     let limits = Limits { relative_gap, nodes: u64::MAX, time, cross_check };
     let mut row = verify(&network, property, region, &limits, clock)?;
     let input = NetworkSignal::from_name(&property.input)
@@ -259,9 +250,7 @@ fn verify_row(
 
 /// Every signal of the model with its scaling.
 fn signals(model: &PopulationModel) -> Vec<Signal> {
-    let states = Compartment::ALL.into_iter().map(NetworkSignal::State);
-    states
-        .chain([NetworkSignal::Insulin, NetworkSignal::Carbs])
+    NetworkSignal::all()
         .map(|signal| {
             let constants = model.scaler().of(signal);
             Signal {

@@ -16,7 +16,7 @@ use physiology::{Compartment, StepInput};
 use twins::{INPUT_NAMES, ReplayStart, Twin, replay};
 
 use crate::manifest::Manifest;
-use crate::models::{read_population, read_twin};
+use crate::models::{read_bytes, read_population, read_twin};
 use crate::output::OutputFolder;
 use crate::people::read_cohort;
 use crate::progress::{Progress, table as print_table};
@@ -101,8 +101,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let clock = Instant::now();
     let limit = Duration::from_secs_f64(args.limit);
     let progress = Progress::begin("verify", ASKED.len());
-    let bytes = std::fs::read(&args.model)
-        .with_context(|| format!("cannot read '{}'", args.model.display()))?;
+    let bytes = read_bytes(&args.model)?;
     let mut found: Vec<Row> = Vec::new();
     for input in ASKED {
         let began = clock.elapsed();

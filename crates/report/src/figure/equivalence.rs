@@ -1,7 +1,6 @@
 //! Differences of all methods and outcomes in units of their margin.
 
 use contract::outcomes::{MethodRows, OutcomeRow};
-use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
 use super::canvas::{WIDTH, draw};
@@ -55,8 +54,7 @@ pub(crate) fn equivalence(methods: &[MethodRows]) -> Result<Option<Drawn>, Repor
             for (group, metric) in metrics.iter().enumerate() {
                 let top = panel.y.range.1 - group as f64 * lanes;
                 let (_, middle) = panel.at(0.0, top - lanes / 2.0);
-                let name = metric.to_uppercase();
-                canvas.text(&name, (panel.left - 14, middle), (HPos::Right, VPos::Center))?;
+                panel.label(canvas, &metric.to_uppercase(), middle)?;
                 for (index, method) in methods.iter().enumerate() {
                     let Some(row) = method.rows.iter().find(|row| row.metric == *metric) else {
                         continue;

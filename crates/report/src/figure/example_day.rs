@@ -63,8 +63,8 @@ pub(crate) fn example_day(day: &ExampleDay) -> Result<Option<Drawn>, ReportError
     let doses: Vec<f64> = day.bolus_u.iter().chain(&day.basal_u_h).copied().collect();
     let second = panel(525, 210, room(&doses, 1.0));
     let third = panel(820, 180, room(&day.carbs_g, 10.0));
-    let lower =
-        panel(1085, 210, Axis::over(present(&day.heart_rate_over_baseline).chain([1.0]), 4));
+    let rates = day.heart_rate_over_baseline.iter().flatten().copied();
+    let lower = panel(1085, 210, Axis::over(rates.chain([1.0]), 4));
 
     let label = if is_long(*first, *last) {
         "Glucose, insulin, carbohydrate, heart rate and sleep over several days"
@@ -212,17 +212,12 @@ fn activity(
     }
     panel.frame(canvas, "Time of day", "Heart rate over baseline (1/min), sleep")?;
     if !has_value(&day.heart_rate_over_baseline) && !has_value(&day.sleep_efficiency) {
-        return note(canvas, panel, "not recorded");
+        let middle = ((panel.left + panel.right) / 2, (panel.top + panel.bottom) / 2);
+        return canvas.text("not recorded", middle, (HPos::Center, VPos::Center));
     }
     midnights(canvas, panel)?;
     let values = day.heart_rate_over_baseline.iter().copied();
     panel.line(canvas, hours.iter().copied().zip(values), HEART_RATE)
-}
-
-/// Words in place of data.
-fn note(canvas: &Canvas<'_>, panel: &Panel, text: &str) -> Result<(), ReportError> {
-    let middle = ((panel.left + panel.right) / 2, (panel.top + panel.bottom) / 2);
-    canvas.text(text, middle, (HPos::Center, VPos::Center))
 }
 
 /// Hours since midnight of the first day: the clock of the first step, and five minutes a step.
@@ -233,10 +228,6 @@ fn hour_of(day: &ExampleDay, index: usize) -> f64 {
         Some(f64::from(hours.parse::<u32>().ok()?) + f64::from(minutes.parse::<u32>().ok()?) / 60.0)
     };
     day.time.first().and_then(read).unwrap_or(0.0) + index as f64 / 12.0
-}
-
-fn present(values: &[Option<f64>]) -> impl Iterator<Item = f64> + '_ {
-    values.iter().flatten().copied()
 }
 
 fn has_value(values: &[Option<f64>]) -> bool {

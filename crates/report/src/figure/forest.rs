@@ -1,7 +1,6 @@
 //! Estimates with their intervals, one line each, around zero or another reference.
 
 use contract::WithInterval;
-use plotters::style::text_anchor::{HPos, VPos};
 
 use super::canvas::{WIDTH, draw};
 use super::palette::{BLUE, GREEN, GREY, Key, Marker, VERMILLION, dashed, solid};
@@ -60,11 +59,9 @@ pub(crate) fn forest(
     }
     let longest = rows.iter().map(|row| row.label.chars().count().min(LABEL)).max().unwrap_or(0);
     let ends = rows.iter().flat_map(|row| [row.value.lower, row.value.upper, row.value.value]);
-    let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
     let places = || frame.references.iter().map(|(place, _)| *place);
     let across = (40 + 18 * longest as i32, WIDTH - 30);
-    let (x, y) = (Axis::over(ends.chain(places()), 5), Axis::bare(0.0, rows.len() as f64));
-    let panel = Panel::new(across, (20, 20 + height), x, y);
+    let panel = Panel::rows(across, Axis::over(ends.chain(places()), 5), rows.len(), ROW);
     let strokes: [Stroke; 2] = [solid(GREY, 4), solid(VERMILLION, 6)];
 
     let svg = draw(frame.label, panel.bottom + 110, |canvas| {
@@ -77,11 +74,7 @@ pub(crate) fn forest(
             let y = rows.len() as f64 - index as f64 - 0.5;
             let [from, to, at] =
                 [row.value.lower, row.value.upper, row.value.value].map(|x| panel.at(x, y));
-            canvas.text(
-                &shortened(&row.label),
-                (panel.left - 14, at.1),
-                (HPos::Right, VPos::Center),
-            )?;
+            panel.label(canvas, &shortened(&row.label), at.1)?;
             let stroke = strokes[usize::from(row.stands_out)];
             canvas.path(vec![from, to], stroke)?;
             let marker = if row.stands_out { Marker::Disc } else { Marker::Ring };

@@ -144,6 +144,22 @@ impl Panel {
         Self { left, right, top, bottom, x, y }
     }
 
+    /// A panel of so many rows, each one unit of the vertical axis and `high` canvas units.
+    pub(super) fn rows(across: (i32, i32), x: Axis, rows: usize, high: i32) -> Self {
+        let height = high * i32::try_from(rows).unwrap_or(i32::MAX / high);
+        Self::new(across, (20, 20 + height), x, Axis::bare(0.0, rows as f64))
+    }
+
+    /// The name of a row, left of it.
+    pub(super) fn label(
+        &self,
+        canvas: &Canvas<'_>,
+        label: &str,
+        middle: i32,
+    ) -> Result<(), ReportError> {
+        canvas.text(label, (self.left - 14, middle), (HPos::Right, VPos::Center))
+    }
+
     /// From data to canvas.
     pub(super) fn at(&self, x: f64, y: f64) -> At {
         let across = f64::from(self.right - self.left) * self.x.share(x);

@@ -1,7 +1,6 @@
 //! What was promised and what was measured, one line each.
 
 use contract::blind_check::{Bound, Target};
-use plotters::style::text_anchor::{HPos, VPos};
 
 use super::Drawn;
 use super::canvas::{WIDTH, draw};
@@ -19,10 +18,8 @@ pub(crate) fn targets(rows: &[(String, &Target)]) -> Result<Option<Drawn>, Repor
         return Ok(None);
     }
     let longest = rows.iter().map(|(name, _)| shortened(name).chars().count()).max().unwrap_or(0);
-    let height = ROW * i32::try_from(rows.len()).unwrap_or(i32::MAX / ROW);
     let across = (40 + 19 * longest as i32, WIDTH - 50);
-    let (x, y) = (Axis::over([0.0, 1.0], 5), Axis::bare(0.0, rows.len() as f64));
-    let panel = Panel::new(across, (20, 20 + height), x, y);
+    let panel = Panel::rows(across, Axis::over([0.0, 1.0], 5), rows.len(), ROW);
     let (met, missed) = (solid(BLUE, 5), solid(VERMILLION, 5));
     let svg = draw("Every target with what was measured", panel.bottom + 110, |canvas| {
         panel.frame(canvas, "Measured (share, F1 or error)", "")?;
@@ -36,11 +33,7 @@ pub(crate) fn targets(rows: &[(String, &Target)]) -> Result<Option<Drawn>, Repor
             canvas.rectangle(corner, (from.0.max(to.0), middle + ROW / 3), SHADE, 1.0)?;
             let tick = vec![(from.0, middle - ROW / 3), (from.0, middle + ROW / 3)];
             canvas.path(tick, solid(BLACK, 4))?;
-            canvas.text(
-                &shortened(name),
-                (panel.left - 14, middle),
-                (HPos::Right, VPos::Center),
-            )?;
+            panel.label(canvas, &shortened(name), middle)?;
             let Some(value) = target.value else { continue };
             let is_met = target.met == Some(true);
             let stroke = if is_met { met } else { missed };

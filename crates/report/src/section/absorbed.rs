@@ -14,51 +14,30 @@ pub(super) fn body(absorbed: &Absorbed) -> Result<Html, ReportError> {
          absorbed: the residual does what the effect would do, without its name.",
     );
     html.paragraph(&without(absorbed));
-    let rows: Vec<(bool, Vec<String>)> = absorbed
-        .effects
-        .iter()
-        .map(|row| {
-            let cells = vec![
-                effect(&row.effect),
-                optional(row.evidence_before, 1),
-                optional(row.evidence_after, 1),
-                row.share.map_or_else(|| ABSENT.to_owned(), percent),
-            ];
-            (row.share.is_some_and(|share| share >= 0.5), cells)
-        })
-        .collect();
-    if !rows.is_empty() {
-        html.table(
-            "Evidence by effect; bold: half or more is gone. No share is given of evidence below \
-             4 nats, which is as likely to be chance; a negative share is evidence that grew",
-            &[
-                ("Effect", Column::Text),
-                ("Without residual, nats", Column::Number),
-                ("With residual, nats", Column::Number),
-                ("Absorbed", Column::Number),
-            ],
-            &rows,
-        );
-    }
-    let rows: Vec<(bool, Vec<String>)> = absorbed
-        .baseline
-        .iter()
-        .map(|row| {
-            let minutes = row.minutes.to_string();
-            (false, vec![minutes, fixed(row.mae_before, 1), fixed(row.mae_after, 1)])
-        })
-        .collect();
-    if !rows.is_empty() {
-        html.table(
-            "Mean absolute error of free runs on the same days, mg/dL",
-            &[
-                ("Minutes ahead", Column::Number),
-                ("Without residual", Column::Number),
-                ("With residual", Column::Number),
-            ],
-            &rows,
-        );
-    }
+    html.rows(
+        "Evidence by effect; bold: half or more is gone. No share is given of evidence below \
+         4 nats, which is as likely to be chance; a negative share is evidence that grew",
+        &absorbed.effects,
+        |row| row.share.is_some_and(|share| share >= 0.5),
+        &[
+            ("Effect", Column::Text, &|row| effect(&row.effect)),
+            ("Without residual, nats", Column::Number, &|row| optional(row.evidence_before, 1)),
+            ("With residual, nats", Column::Number, &|row| optional(row.evidence_after, 1)),
+            ("Absorbed", Column::Number, &|row| {
+                row.share.map_or_else(|| ABSENT.to_owned(), percent)
+            }),
+        ],
+    );
+    html.rows(
+        "Mean absolute error of free runs on the same days, mg/dL",
+        &absorbed.baseline,
+        |_| false,
+        &[
+            ("Minutes ahead", Column::Number, &|row| row.minutes.to_string()),
+            ("Without residual", Column::Number, &|row| fixed(row.mae_before, 1)),
+            ("With residual", Column::Number, &|row| fixed(row.mae_after, 1)),
+        ],
+    );
     Ok(html)
 }
 

@@ -39,17 +39,14 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
             &rows,
         );
     }
-    if !diagnosis.untried.is_empty() {
-        let rows: Vec<(bool, Vec<String>)> = diagnosis
-            .untried
-            .iter()
-            .map(|u| (false, vec![effect(&u.effect), u.reason.clone()]))
-            .collect();
-        html.table(
-            "Not tried; nothing is said about these",
-            &[("Effect", Column::Text), ("Why not", Column::Text)],
-            &rows,
-        );
-    }
+    html.rows(
+        "Not tried; nothing is said about these",
+        &diagnosis.untried,
+        |_| false,
+        &[
+            ("Effect", Column::Text, &|untried| effect(&untried.effect)),
+            ("Why not", Column::Text, &|untried| untried.reason.clone()),
+        ],
+    );
     Ok(html)
 }

@@ -3,7 +3,7 @@
 use contract::Conformance;
 use contract::conformance::{Direction, Grounds, Row, Verdict};
 
-use crate::html::{Column, Html};
+use crate::html::{Column, ColumnOf, Html};
 use crate::number::{ABSENT, significant};
 use crate::{ReportError, figure};
 
@@ -38,38 +38,11 @@ pub(super) fn body(conformance: &Conformance) -> Result<Html, ReportError> {
 
 /// One row a property. Rows of twins begin with the person.
 fn table(html: &mut Html, caption: &str, rows: &[&Row]) {
-    if rows.is_empty() {
-        return;
-    }
-    let of_twins = rows.iter().any(|row| row.person_id.is_some());
-    let mut columns = vec![
-        ("Network", Column::Text),
-        ("Input", Column::Text),
-        ("Property", Column::Text),
-        ("Verdict", Column::Text),
-        ("Bracket of M", Column::Number),
-        ("Fails at steps, %", Column::Number),
-        ("Seconds", Column::Number),
-    ];
-    let mut all: Vec<(bool, Vec<String>)> = rows
-        .iter()
-        .map(|row| (row.is_physical() && row.verdict != Verdict::Proved, cells(row)))
-        .collect();
-    if of_twins {
-        columns.insert(0, ("Person", Column::Text));
-        for (row, (_, cells)) in rows.iter().zip(&mut all) {
-            cells.insert(0, row.person_id.clone().unwrap_or_else(|| ABSENT.to_owned()));
-        }
-    }
-    html.table(caption, &columns, &all);
-}
-
-fn cells(row: &Row) -> Vec<String> {
-    let property = match row.property {
+    let property = |row: &Row| match row.property {
         Direction::Increasing => "increasing",
         Direction::Decreasing => "decreasing",
     };
-    let verdict = match (row.verdict, row.grounds) {
+    let verdict = |row: &Row| match (row.verdict, row.grounds) {
         (Verdict::Proved, Some(Grounds::Certificate)) => "proved, certified",
         (Verdict::Proved, Some(Grounds::Construction)) => "proved by construction",
         (Verdict::Proved, _) => "proved",
@@ -77,14 +50,22 @@ fn cells(row: &Row) -> Vec<String> {
         (Verdict::Undecided, _) => "undecided",
     };
     // Of a twin it is the steps of the record, of a network those that were simulated.
-    let fails = row.share_of_steps.or(row.share_of_points.map(|share| share.value));
-    vec![
-        row.network.clone(),
-        row.input.clone(),
-        property.to_owned(),
-        verdict.to_owned(),
-        format!("{} to {}", significant(row.m_lower), significant(row.m_upper)),
-        significant(fails.map(|share| 100.0 * share)),
-        significant(row.seconds),
-    ]
+    let fails = |row: &Row| row.share_of_steps.or(row.share_of_points.map(|share| share.value));
+    let columns: [ColumnOf<'_, &Row>; 8] = [
+        ("Person", Column::Text, &|row| row.person_id.clone().unwrap_or_else(|| ABSENT.to_owned())),
+        ("Network", Column::Text, &|row| row.network.clone()),
+        ("Input", Column::Text, &|row| row.input.clone()),
+        ("Property", Column::Text, &|row| property(row).to_owned()),
+        ("Verdict", Column::Text, &|row| verdict(row).to_owned()),
+        ("Bracket of M", Column::Number, &|row| {
+            format!("{} to {}", significant(row.m_lower), significant(row.m_upper))
+        }),
+        ("Fails at steps, %", Column::Number, &|row| {
+            significant(fails(row).map(|share| 100.0 * share))
+        }),
+        ("Seconds", Column::Number, &|row| significant(row.seconds)),
+    ];
+    let of_twins = rows.iter().any(|row| row.person_id.is_some());
+    let bold = |row: &&Row| row.is_physical() && row.verdict != Verdict::Proved;
+    html.rows(caption, rows, bold, &columns[usize::from(!of_twins)..]);
 }

@@ -79,12 +79,12 @@ fn card(index: usize, found: &FoundEffect, diagnosis: &Diagnosis) -> Result<Html
     html.literal("</dl>\n");
     amplitudes(&mut html, found)?;
     if index + 1 == diagnosis.effects.len() {
-        html.literal("<p class=\"note\">").text(
+        html.paragraph_of(
+            "note",
             "A gain of x nats says that readings which were held out are e to the power of x times \
              as probable with the effect as without it. The words are those of Kass and Raftery \
              (1995): above 1 positive, above 3 strong, above 5 very strong.",
         );
-        html.literal("</p>\n");
     }
     html.literal("</article>\n");
     Ok(html)

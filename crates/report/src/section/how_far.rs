@@ -45,15 +45,7 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
     if changes.is_empty() {
         return Ok(());
     }
-    let bars: Vec<Bars> = changes
-        .iter()
-        .map(|row| Bars {
-            name: name(row),
-            before: row.mae_before,
-            after: row.mae_after,
-            floor: floor(row),
-        })
-        .collect();
+    let bars: Vec<Bars<'_>> = changes.iter().map(|row| (name(row), row, floor(row))).collect();
     html.figure(
         before_after(&bars)?,
         "Mean absolute error on days that were held out. The lower bar is shorter where the effects \
@@ -76,60 +68,44 @@ fn horizons(html: &mut Html, changes: &[HorizonChange]) -> Result<(), ReportErro
         "Change of that error with its interval over people. Left of the dashed line the error \
          is smaller with the effects.",
     );
-    let rows: Vec<(bool, Vec<String>)> = changes
-        .iter()
-        .map(|row| {
-            let smaller = row.difference.upper < 0.0;
-            let mark = if row.reconstructed { RECONSTRUCTED } else { "" };
-            let removed = floor(row).and(row.share_above_floor).map(|share| share.value);
-            let cells = vec![
-                format!("{}{mark}", ahead(row.minutes)),
-                fixed(row.mae_before, 1),
-                fixed(row.mae_after, 1),
-                interval(row.difference, 1),
-                optional(floor(row), 1),
-                removed.map_or_else(|| ABSENT.to_owned(), percent),
-                row.people.to_string(),
-                row.runs.to_string(),
-            ];
-            (smaller, cells)
-        })
-        .collect();
-    html.table(
+    html.rows(
         "Mean absolute error on held-out days, mg/dL; bold: smaller with the effects",
+        changes,
+        |row| row.difference.upper < 0.0,
         &[
-            ("Ahead", Column::Text),
-            ("Before", Column::Number),
-            ("After", Column::Number),
-            ("After \u{2212} before (interval over people)", Column::Number),
-            ("Perfect model", Column::Number),
-            ("Excess removed", Column::Number),
-            ("People", Column::Number),
-            ("Runs", Column::Number),
+            ("Ahead", Column::Text, &|row| {
+                let mark = if row.reconstructed { RECONSTRUCTED } else { "" };
+                format!("{}{mark}", ahead(row.minutes))
+            }),
+            ("Before", Column::Number, &|row| fixed(row.mae_before, 1)),
+            ("After", Column::Number, &|row| fixed(row.mae_after, 1)),
+            ("After \u{2212} before (interval over people)", Column::Number, &|row| {
+                interval(row.difference, 1)
+            }),
+            ("Perfect model", Column::Number, &|row| optional(floor(row), 1)),
+            ("Excess removed", Column::Number, &|row| {
+                let removed = floor(row).and(row.share_above_floor);
+                removed.map_or_else(|| ABSENT.to_owned(), |share| percent(share.value))
+            }),
+            ("People", Column::Number, &|row| row.people.to_string()),
+            ("Runs", Column::Number, &|row| row.runs.to_string()),
         ],
-        &rows,
     );
     Ok(())
 }
 
 /// What was fitted on training days, and the one-step fit of the days held out.
 fn fits(html: &mut Html, how_far: &HowFar) {
-    let rows: Vec<(bool, Vec<String>)> = how_far
-        .amplitudes
-        .iter()
-        .map(|row| (false, vec![effect(&row.effect), interval(row.mean, 2), fixed(row.sd, 2)]))
-        .collect();
-    if !rows.is_empty() {
-        html.table(
-            "Size of the effects as fitted on training days (1 = published)",
-            &[
-                ("Effect", Column::Text),
-                ("Mean over people (interval)", Column::Number),
-                ("SD between people", Column::Number),
-            ],
-            &rows,
-        );
-    }
+    html.rows(
+        "Size of the effects as fitted on training days (1 = published)",
+        &how_far.amplitudes,
+        |_| false,
+        &[
+            ("Effect", Column::Text, &|row| effect(&row.effect)),
+            ("Mean over people (interval)", Column::Number, &|row| interval(row.mean, 2)),
+            ("SD between people", Column::Number, &|row| fixed(row.sd, 2)),
+        ],
+    );
     if let Some(innovations) = &how_far.innovations {
         html.paragraph(&format!(
             "The log-likelihood of a held-out day's readings, each predicted from those before it, \
@@ -173,12 +149,5 @@ fn notes(html: &mut Html, how_far: &HowFar) {
                 .to_owned(),
         );
     }
-    if notes.is_empty() {
-        return;
-    }
-    html.literal("<ul class=\"note\">\n");
-    for note in &notes {
-        html.element("li", note);
-    }
-    html.literal("</ul>\n");
+    html.list("<ul class=\"note\">", &notes);
 }

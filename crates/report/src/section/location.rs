@@ -81,11 +81,7 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
             .into_iter()
             .map(|cell| ForestRow {
                 label: level(cell),
-                value: WithInterval {
-                    value: cell.mean_error_mg_dl,
-                    lower: cell.lower,
-                    upper: cell.upper,
-                },
+                value: mean(cell),
                 stands_out: cell.p_adjusted < LEVEL,
             })
             .collect();
@@ -98,8 +94,23 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
         html.figure(drawn, &format!("{caption}{shown}"));
     }
     table(&mut html, diagnosis);
-    baseline(&mut html, diagnosis);
+    html.rows(
+        "Error of the calibrated model by horizon, mg/dL, with intervals over people",
+        &diagnosis.baseline,
+        |_| false,
+        &[
+            ("Min ahead", Column::Number, &|row| row.minutes.to_string()),
+            ("Mean absolute error", Column::Number, &|row| interval(row.mae, 1)),
+            ("Root mean squared error", Column::Number, &|row| interval(row.rmse, 1)),
+            ("Observed \u{2212} predicted", Column::Number, &|row| interval(row.bias, 1)),
+        ],
+    );
     Ok(html)
+}
+
+/// Its mean error, mg/dL.
+fn mean(cell: &CellGap) -> WithInterval {
+    WithInterval { value: cell.mean_error_mg_dl, lower: cell.lower, upper: cell.upper }
 }
 
 /// A level in words, with its unit.
@@ -127,68 +138,30 @@ fn table(html: &mut Html, diagnosis: &Diagnosis) {
     if diagnosis.cells.is_empty() {
         return;
     }
-    let rows: Vec<(bool, Vec<String>)> = diagnosis
-        .cells
-        .iter()
-        .map(|cell| {
-            let mean =
-                WithInterval { value: cell.mean_error_mg_dl, lower: cell.lower, upper: cell.upper };
-            let cells = vec![
-                factor(cell.factor.name()),
-                level(cell),
-                interval(mean, 1),
-                p_value(cell.p_adjusted),
-                share(cell),
-                cell.horizon_minutes.to_string(),
-                cell.people.to_string(),
-                optional(cell.expected_mg_dl, 1),
-            ];
-            (cell.p_adjusted < LEVEL, cells)
-        })
-        .collect();
     let title = "Every situation, first where the posterior expects most of what is missing (share of the expected \
                  squared gap; people and horizons have none); errors are measured, bold: they differ from zero at a \
                  family-wise level of 0.05";
-    let columns = [
-        ("Set apart by", Column::Text),
-        ("Level", Column::Text),
-        ("Observed \u{2212} predicted, mg/dL (simultaneous interval)", Column::Number),
-        ("Adjusted p", Column::Number),
-        ("Share of expected gap", Column::Number),
-        ("Min ahead", Column::Number),
-        ("People", Column::Number),
-        ("Expected of what is missing, whole days, mg/dL", Column::Number),
-    ];
     let mut folded = Html::default();
-    folded.table(title, &columns, &rows);
-    html.folded("Every situation in numbers", &folded);
-}
-
-fn baseline(html: &mut Html, diagnosis: &Diagnosis) {
-    if diagnosis.baseline.is_empty() {
-        return;
-    }
-    let rows: Vec<(bool, Vec<String>)> = diagnosis
-        .baseline
-        .iter()
-        .map(|row| {
-            let cells = vec![
-                row.minutes.to_string(),
-                interval(row.mae, 1),
-                interval(row.rmse, 1),
-                interval(row.bias, 1),
-            ];
-            (false, cells)
-        })
-        .collect();
-    html.table(
-        "Error of the calibrated model by horizon, mg/dL, with intervals over people",
+    folded.rows(
+        title,
+        &diagnosis.cells,
+        |cell| cell.p_adjusted < LEVEL,
         &[
-            ("Min ahead", Column::Number),
-            ("Mean absolute error", Column::Number),
-            ("Root mean squared error", Column::Number),
-            ("Observed \u{2212} predicted", Column::Number),
+            ("Set apart by", Column::Text, &|cell| factor(cell.factor.name())),
+            ("Level", Column::Text, &level),
+            (
+                "Observed \u{2212} predicted, mg/dL (simultaneous interval)",
+                Column::Number,
+                &|cell| interval(mean(cell), 1),
+            ),
+            ("Adjusted p", Column::Number, &|cell| p_value(cell.p_adjusted)),
+            ("Share of expected gap", Column::Number, &share),
+            ("Min ahead", Column::Number, &|cell| cell.horizon_minutes.to_string()),
+            ("People", Column::Number, &|cell| cell.people.to_string()),
+            ("Expected of what is missing, whole days, mg/dL", Column::Number, &|cell| {
+                optional(cell.expected_mg_dl, 1)
+            }),
         ],
-        &rows,
     );
+    html.folded("Every situation in numbers", &folded);
 }

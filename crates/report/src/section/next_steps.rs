@@ -22,11 +22,7 @@ pub(super) fn body(diagnosis: &Diagnosis, in_use: Option<&DataInUse>) -> Result<
         "Repeat the run with another seed. An answer that changes with the seed is none."
             .to_owned(),
     );
-    html.literal("<ul>\n");
-    for step in &steps {
-        html.element("li", step);
-    }
-    html.literal("</ul>\n");
+    html.list("<ul>", &steps);
     Ok(html)
 }
 

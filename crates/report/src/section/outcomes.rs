@@ -194,18 +194,6 @@ fn forecast(html: &mut Html, outcomes: &OutcomesTable) {
 /// Two methods within people: a table for each first method and quantity.
 fn comparisons(html: &mut Html, outcomes: &OutcomesTable) {
     for compared in outcomes.comparisons.chunk_by(|a, b| shared(a) == shared(b)) {
-        let rows: Vec<(bool, Vec<String>)> = compared
-            .iter()
-            .map(|row| {
-                let cells = vec![
-                    label(outcomes, &row.second),
-                    interval(row.difference, 1),
-                    p_value(row.p),
-                    p_value(row.p_holm),
-                ];
-                (row.difference.upper < 0.0 || row.difference.lower > 0.0, cells)
-            })
-            .collect();
         let level = fixed(100.0 * outcomes.interval.level, 0);
         let (first, quantity, unit) = shared(&compared[0]);
         let caption = format!(
@@ -213,14 +201,19 @@ fn comparisons(html: &mut Html, outcomes: &OutcomesTable) {
              zero; p (Holm): adjusted for all comparisons of this table",
             label(outcomes, first)
         );
-        let difference = format!("Difference ({level} % interval)");
-        let columns = [
-            ("Other", Column::Text),
-            (difference.as_str(), Column::Number),
-            ("p (signed rank)", Column::Number),
-            ("p (Holm)", Column::Number),
-        ];
-        html.table(&caption, &columns, &rows);
+        html.rows(
+            &caption,
+            compared,
+            |row| row.difference.upper < 0.0 || row.difference.lower > 0.0,
+            &[
+                ("Other", Column::Text, &|row| label(outcomes, &row.second)),
+                (&format!("Difference ({level} % interval)"), Column::Number, &|row| {
+                    interval(row.difference, 1)
+                }),
+                ("p (signed rank)", Column::Number, &|row| p_value(row.p)),
+                ("p (Holm)", Column::Number, &|row| p_value(row.p_holm)),
+            ],
+        );
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
          it is that something is missing there. The table says the same in numbers.",
     );
     let mut ports: Vec<&PortEvidence> = diagnosis.ports.iter().collect();
-    ports.sort_by(|a, b| order(b).total_cmp(&order(a)));
+    ports.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let rows: Vec<(bool, Vec<Html>)> = ports
         .into_iter()
         .map(|p| {
@@ -76,7 +76,7 @@ const DRAWN: usize = 3;
 fn courses(html: &mut Html, diagnosis: &Diagnosis, framed: &[&str]) -> Result<(), ReportError> {
     let mut own: Vec<&PortEvidence> =
         diagnosis.ports.iter().filter(|p| framed.contains(&p.port.as_str())).collect();
-    own.sort_by(|a, b| order(b).total_cmp(&order(a)));
+    own.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     for evidence in own.into_iter().filter(|p| !p.course.is_empty()).take(DRAWN) {
         let place = course_of(&evidence.port);
         let axis = match evidence.unit.as_str() {
@@ -141,7 +141,7 @@ fn shades<'a>(diagnosis: &'a Diagnosis, framed: &[&'a str]) -> Vec<PortShade<'a>
         .into_iter()
         .map(|name| {
             let of_name = diagnosis.ports.iter().filter(|p| p.port == name);
-            let strongest = of_name.max_by(|a, b| order(a).total_cmp(&order(b)));
+            let strongest = of_name.max_by(|a, b| a.probability.total_cmp(&b.probability));
             let probability = strongest.map(|p| p.probability);
             let says = match (named(name), probability) {
                 (Some(word), Some(probability)) => format!("{word}; {}", percent(probability)),
@@ -165,10 +165,5 @@ pub(super) fn most_probable(diagnosis: &Diagnosis) -> Option<String> {
 
 /// The port with the strongest evidence.
 fn best(diagnosis: &Diagnosis) -> Option<&PortEvidence> {
-    diagnosis.ports.iter().max_by(|a, b| order(a).total_cmp(&order(b)))
-}
-
-/// The order of ports.
-fn order(port: &PortEvidence) -> f64 {
-    port.probability
+    diagnosis.ports.iter().max_by(|a, b| a.probability.total_cmp(&b.probability))
 }

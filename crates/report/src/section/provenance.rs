@@ -2,10 +2,11 @@
 
 use serde_json::Value;
 
-use super::any_json::json;
 use super::shown_path::{shown_command, shown_json, shown_path};
+use super::words::plain;
 use crate::ReportError;
 use crate::html::{Column, Html};
+use crate::number::ABSENT;
 use contract::Manifest;
 
 pub(super) fn body(manifests: &[Manifest]) -> Result<Html, ReportError> {
@@ -28,30 +29,40 @@ pub(super) fn body(manifests: &[Manifest]) -> Result<Html, ReportError> {
             _ => String::new(),
         };
         html.paragraph(&format!("Version {}, seed {seed}.{again}", manifest.version));
-        let configured = match &manifest.config {
-            Value::Null => false,
-            Value::Object(config) => !config.is_empty(),
-            _ => true,
-        };
         let mut folded = Html::default();
-        if configured {
-            json(&mut folded, "Resolved configuration", &shown_json(&manifest.config));
+        if let Value::Object(config) = shown_json(&manifest.config) {
+            folded.rows(
+                "Resolved configuration",
+                &config.into_iter().collect::<Vec<(String, Value)>>(),
+                |_| false,
+                &[
+                    ("Item", Column::Text, &|(key, _)| plain(key)),
+                    ("Value", Column::Text, &|(_, value)| in_a_cell(value)),
+                ],
+            );
         }
         if manifest.inputs.is_empty() {
             folded.paragraph("No file was read.");
-        } else {
-            let rows: Vec<(bool, Vec<String>)> = manifest
-                .inputs
-                .iter()
-                .map(|input| (false, vec![shown_path(&input.path), input.sha256.clone()]))
-                .collect();
-            folded.table(
-                "Files that were read",
-                &[("File", Column::Text), ("SHA-256", Column::Text)],
-                &rows,
-            );
         }
+        folded.rows(
+            "Files that were read",
+            &manifest.inputs,
+            |_| false,
+            &[
+                ("File", Column::Text, &|input| shown_path(&input.path)),
+                ("SHA-256", Column::Text, &|input| input.sha256.clone()),
+            ],
+        );
         html.folded("Configuration, and hashes of the files that were read", &folded);
     }
     Ok(html)
+}
+
+/// A JSON value in one cell.
+fn in_a_cell(value: &Value) -> String {
+    match value {
+        Value::Null => ABSENT.to_owned(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
 }

@@ -31,13 +31,13 @@ pub(super) fn body(diagnosis: &Diagnosis, truth: &StatedTruth) -> Result<Html, R
     ];
     // What the source does not state has no column.
     let rows = rows(diagnosis, truth);
-    let stated = |column: usize| rows.iter().any(|row| row.cells[column] != ABSENT);
+    let stated = |column: usize| rows.iter().any(|(_, cells)| cells[column] != ABSENT);
     let shown: Vec<usize> =
         (0..columns.len()).filter(|column| *column < SHOWN || stated(*column)).collect();
     let columns: Vec<(&str, Column)> = shown.iter().map(|column| columns[*column]).collect();
     let rows: Vec<(bool, Vec<String>)> = rows
         .iter()
-        .map(|row| (row.named, shown.iter().map(|column| row.cells[*column].clone()).collect()))
+        .map(|(named, cells)| (*named, shown.iter().map(|column| cells[*column].clone()).collect()))
         .collect();
     html.table(
         "What acts, and what was found; bold: named. Sizes are multiples of the published one",
@@ -51,7 +51,7 @@ pub(super) fn body(diagnosis: &Diagnosis, truth: &StatedTruth) -> Result<Html, R
 pub(super) fn text(diagnosis: &Diagnosis, truth: &StatedTruth) -> String {
     let head = ["effect", "true size", "answer", "size found", "probability"].map(str::to_owned);
     let all: Vec<Vec<String>> = std::iter::once(head.to_vec())
-        .chain(rows(diagnosis, truth).into_iter().map(|row| row.cells[..SHOWN].to_vec()))
+        .chain(rows(diagnosis, truth).into_iter().map(|(_, cells)| cells[..SHOWN].to_vec()))
         .collect();
     let width = |column: usize| {
         all.iter().map(|cells| cells[column].chars().count()).max().unwrap_or_default()
@@ -119,11 +119,8 @@ fn summary(diagnosis: &Diagnosis, truth: &StatedTruth) -> String {
     text
 }
 
-/// A row of the table.
-struct Row {
-    named: bool,
-    cells: Vec<String>,
-}
+/// Whether an effect is named, and the cells of its row.
+type Row = (bool, Vec<String>);
 
 /// Effects that act, then those that are named and do not.
 fn rows(diagnosis: &Diagnosis, truth: &StatedTruth) -> Vec<Row> {
@@ -164,5 +161,5 @@ fn row(diagnosis: &Diagnosis, name: &str, acting: Option<&ActingEffect>) -> Row 
         acting.and_then(|a| a.shift_mg_dl).map_or_else(absent, |shift| fixed(shift, 1)),
         acting.and_then(|a| a.says.clone()).unwrap_or_else(absent),
     ];
-    Row { named: named.is_some(), cells }
+    (named.is_some(), cells)
 }

@@ -4,19 +4,19 @@ use crate::figure::ErrorPair;
 use crate::html::{Column, Html};
 use crate::number::{count, optional, significant};
 use crate::{ReportError, figure};
-use contract::TwinsTable;
+use contract::{TwinRow, TwinsTable};
 
 pub(super) fn body(twins: &TwinsTable) -> Result<Html, ReportError> {
     let mut html = Html::default();
-    let made = twins.people.iter().filter(|person| person.excluded.is_none()).count();
-    let others = match twins.people.len() - made {
+    let made: Vec<&TwinRow> = twins.people.iter().filter(|p| p.excluded.is_none()).collect();
+    let others = match twins.people.len() - made.len() {
         0 => "",
         1 => "; the other is listed below with the reason",
         _ => "; the others are listed below with the reason",
     };
-    let verb = if made == 1 || twins.people.len() == 1 { "has" } else { "have" };
+    let verb = if made.len() == 1 || twins.people.len() == 1 { "has" } else { "have" };
     let all = count(twins.people.len(), "person", "people");
-    html.paragraph(&format!("{made} of {all} {verb} a twin{others}."));
+    html.paragraph(&format!("{} of {all} {verb} a twin{others}.", made.len()));
     let points: Vec<ErrorPair<'_>> = twins
         .people
         .iter()
@@ -40,37 +40,19 @@ pub(super) fn body(twins: &TwinsTable) -> Result<Html, ReportError> {
     if !shown {
         html.absent("No person has an error of both the population network and the twin.");
     }
-    let rows: Vec<(bool, Vec<String>)> = twins
-        .people
-        .iter()
-        .filter(|person| person.excluded.is_none())
-        .map(|person| {
-            let cells = vec![
-                person.person_id.clone(),
-                person.windows_train.to_string(),
-                person.windows_test.to_string(),
-                significant(person.loss_first),
-                significant(person.loss_last),
-                optional(person.rmse_population, 1),
-                optional(person.rmse_twin, 1),
-            ];
-            (false, cells)
-        })
-        .collect();
-    if !rows.is_empty() {
-        html.table(
-            "Twins by person",
-            &[
-                ("Person", Column::Text),
-                ("Windows, training", Column::Number),
-                ("Windows, test", Column::Number),
-                ("First loss, scaled units", Column::Number),
-                ("Last loss, scaled units", Column::Number),
-                ("RMSE population, mg/dL", Column::Number),
-                ("RMSE twin, mg/dL", Column::Number),
-            ],
-            &rows,
-        );
-    }
+    html.rows(
+        "Twins by person",
+        &made,
+        |_| false,
+        &[
+            ("Person", Column::Text, &|p| p.person_id.clone()),
+            ("Windows, training", Column::Number, &|p| p.windows_train.to_string()),
+            ("Windows, test", Column::Number, &|p| p.windows_test.to_string()),
+            ("First loss, scaled units", Column::Number, &|p| significant(p.loss_first)),
+            ("Last loss, scaled units", Column::Number, &|p| significant(p.loss_last)),
+            ("RMSE population, mg/dL", Column::Number, &|p| optional(p.rmse_population, 1)),
+            ("RMSE twin, mg/dL", Column::Number, &|p| optional(p.rmse_twin, 1)),
+        ],
+    );
     Ok(html)
 }

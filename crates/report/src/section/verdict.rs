@@ -36,12 +36,12 @@ pub(super) fn body(inputs: &Inputs) -> Html {
     let mut others = others::sentences(inputs).into_iter();
     if let Some(diagnosis) = &inputs.diagnosis {
         tiles::tiles(&mut html, diagnosis, inputs);
-        lead(&mut html, &sentence(diagnosis));
+        html.paragraph_of("lead", &sentence(diagnosis));
         html.literal("<p class=\"open\"><strong>Not known.</strong> ");
         html.text(&open::open(diagnosis)).literal("</p>\n");
         doubts(&mut html, diagnosis);
     } else if let Some(first) = others.next() {
-        lead(&mut html, &first);
+        html.paragraph_of("lead", &first);
     } else {
         html.absent(
             "This folder holds no diagnosis, no blind check, no outcomes and no conformance table, so \
@@ -54,10 +54,6 @@ pub(super) fn body(inputs: &Inputs) -> Html {
     html
 }
 
-fn lead(html: &mut Html, text: &str) {
-    html.literal("<p class=\"lead\">").text(text).literal("</p>\n");
-}
-
 /// Why a name is doubtful, and what has to be known to read the answer.
 fn doubts(html: &mut Html, diagnosis: &Diagnosis) {
     let doubted = diagnosis.effects.iter().filter(|found| !found.questioned.is_empty());
@@ -65,12 +61,5 @@ fn doubts(html: &mut Html, diagnosis: &Diagnosis) {
         format!("{} is doubtful. {}", capital(&effect(&found.effect)), found.questioned.join(" "))
     });
     let all: Vec<String> = doubted.chain(diagnosis.notes.iter().cloned()).collect();
-    if all.is_empty() {
-        return;
-    }
-    html.literal("<ul class=\"note\">\n");
-    for doubt in &all {
-        html.element("li", doubt);
-    }
-    html.literal("</ul>\n");
+    html.list("<ul class=\"note\">", &all);
 }

@@ -74,30 +74,23 @@ fn order(html: &mut Html, heading: &str, answers: &WhatIf) {
         count(of, "twin", "twins"),
         if out.is_empty() { "" } else { " The others are not to be used for what-ifs:" }
     ));
-    if !out.is_empty() {
-        let rows: Vec<(bool, Vec<String>)> = out
-            .into_iter()
-            .map(|twin| {
-                let place = match twin.worst_mg_dl > SAME {
-                    true => twin.worst_at.as_str(),
-                    false => "mean glucose does not grow with the ratio",
-                };
+    html.rows(
+        "Twins that are not to be used for what-ifs, and where more insulin did not mean less glucose",
+        &out,
+        |_| false,
+        &[
+            ("Twin", Column::Text, &|twin| twin.person_id.clone()),
+            ("Out of order by, mg/dL", Column::Number, &|twin| fixed(twin.worst_mg_dl, 1)),
+            ("Worst at", Column::Text, &|twin| match twin.worst_mg_dl > SAME {
+                true => twin.worst_at.clone(),
+                false => "mean glucose does not grow with the ratio".to_owned(),
+            }),
+            ("Peak grows with the meal", Column::Text, &|twin| {
                 let grows = if twin.peaks_grow_with_meals { "yes" } else { "no" };
-                let cells = [&twin.person_id, &fixed(twin.worst_mg_dl, 1), place, grows];
-                (false, cells.map(str::to_owned).to_vec())
-            })
-            .collect();
-        html.table(
-            "Twins that are not to be used for what-ifs, and where more insulin did not mean less glucose",
-            &[
-                ("Twin", Column::Text),
-                ("Out of order by, mg/dL", Column::Number),
-                ("Worst at", Column::Text),
-                ("Peak grows with the meal", Column::Text),
-            ],
-            &rows,
-        );
-    }
+                grows.to_owned()
+            }),
+        ],
+    );
     peaks(html, &answers.order);
 }
 
@@ -119,5 +112,5 @@ fn peaks(html: &mut Html, order: &[WhatIfOrder]) {
             list(&without)
         ));
     }
-    html.literal("<p class=\"note\">").text(&text).literal(".</p>\n");
+    html.paragraph_of("note", &format!("{text}."));
 }

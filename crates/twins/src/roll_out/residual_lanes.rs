@@ -29,22 +29,11 @@ impl<T: Precision> Activations<T> {
 }
 
 /// Slopes of the output by what each hidden layer put out before ReLU; room that steps share.
-#[derive(Debug)]
-pub(super) struct Slopes<T> {
-    hidden: [Rows<T>; 3],
-    input: Rows<T>,
-}
-
-impl<T: Precision> Slopes<T> {
-    pub(super) fn new() -> Self {
-        let rows = |units: usize| vec![[T::ZERO; LANES]; units];
-        Self { hidden: HIDDEN.map(rows), input: rows(INPUTS) }
-    }
-}
+pub(super) type Slopes<T> = Activations<T>;
 
 /// All weights and biases as one vector: each layer's weights, shape `(inputs, outputs)` row-major,
 /// then its biases.
-pub(super) fn flatten<T: Precision>(network: &ResidualNetwork) -> Vec<T> {
+pub(crate) fn parameters_of<T: Precision>(network: &ResidualNetwork) -> Vec<T> {
     let mut parameters = Vec::with_capacity(PARAMETERS);
     for layer in network.layers() {
         parameters.extend(layer.weight.iter().chain(&layer.bias).map(|value| T::of(*value)));
@@ -53,7 +42,8 @@ pub(super) fn flatten<T: Precision>(network: &ResidualNetwork) -> Vec<T> {
 }
 
 /// The network of such a vector.
-pub(super) fn network<T: Precision>(parameters: &[T]) -> ResidualNetwork {
+pub(crate) fn network_of<T: Precision>(parameters: &[T]) -> ResidualNetwork {
+    debug_assert_eq!(parameters.len(), PARAMETERS);
     let mut network = ResidualNetwork::zeros();
     let mut rest = parameters.iter();
     for layer in network.layers_mut() {

@@ -1,12 +1,12 @@
 //! Many runs of one twin at once.
 
 use nn_statespace::ScaledStates;
-use nn_statespace::kernel::{LANES, LaneSteps, Signals, signal_row};
+use nn_statespace::kernel::{LANES, LaneSteps, Signals};
 use nn_statespace::{ScaledInputs, Signal};
 use physiology::{Compartment, MgPerDl, STEP, SimulationError, StepInput};
 use rayon::prelude::*;
 
-use super::residual_lanes::{Activations, evaluate, flatten};
+use super::residual_lanes::{Activations, evaluate, parameters_of};
 use crate::error::TwinError;
 use crate::inputs::{INPUTS, STATE_INPUTS};
 use crate::twin::Twin;
@@ -38,7 +38,7 @@ pub fn simulate_many(
         return Err(TwinError::UnequalRuns { expected: starts.len(), found: inputs.len() });
     }
     let lane_steps = LaneSteps::<f32>::new(&twin.population, &Compartment::ALL)?;
-    let parameters: Vec<f32> = flatten(&twin.residual);
+    let parameters: Vec<f32> = parameters_of(&twin.residual);
     let blocks: Result<Vec<Vec<Vec<MgPerDl>>>, TwinError> = starts
         .par_chunks(LANES)
         .zip(inputs.par_chunks(LANES))
@@ -109,8 +109,8 @@ impl Block<'_> {
         activations: &mut Activations<f32>,
     ) {
         let ScaledInputs { insulin, carbs } = self.twin.population.scaler().scale_input(input);
-        now[signal_row(Signal::Insulin)][lane] = insulin as f32;
-        now[signal_row(Signal::Carbs)][lane] = carbs as f32;
+        now[Signal::Insulin.row()][lane] = insulin as f32;
+        now[Signal::Carbs.row()][lane] = carbs as f32;
         let scaler = self.twin.heart_rate_scaler.as_ref();
         let personal = self.twin.inputs.personal(&input.context, scaler);
         for (row, value) in activations.input[STATE_INPUTS..INPUTS].iter_mut().zip(personal) {

@@ -1,7 +1,6 @@
-//! Twins on made people: gradients, starts, training, files.
+//! Twins on made people: starts, training, files.
 
 mod files;
-mod gradient;
 mod published_twin;
 mod starts;
 mod synthetic;

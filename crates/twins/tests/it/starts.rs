@@ -4,9 +4,7 @@ use cohort::{Channel, MissingDoses, Person};
 use nn_statespace::{GlucoseClamp, PopulationModel, ScaledStates};
 use ode_sim::{OdeParameters, OdePlant};
 use physiology::{Compartment, Kilograms, MgPerDl, OpenLoop, UnitsPerHour, simulate};
-use twins::{
-    AtRest, ReplayStart, ResidualNetwork, Startable, WindowStart, replay, settled, window_starts,
-};
+use twins::{ReplayStart, ResidualNetwork, Startable, WindowStart, replay, settled, window_starts};
 
 use crate::synthetic::{cohort_of, planted, population, twin_of};
 
@@ -101,17 +99,15 @@ fn steady_starts_carry_the_reading_and_stand_still() {
 #[test]
 fn a_glucose_without_a_steady_state_starts_without_insulin_and_without_a_jump() {
     let ode = ode();
-    let (state, rest) = ode.at_steady_state(MgPerDl(406.0)).expect("a start");
-    assert_eq!(rest, AtRest::Nearly);
+    let (state, at_rest) = ode.at_steady_state(MgPerDl(406.0)).expect("a start");
+    assert!(!at_rest);
     assert_eq!(state, ode.with_glucose(&ode.neutral(), MgPerDl(406.0)));
     // The last glucose that has a steady state, by halving.
     let (mut low, mut high) = (400.0, 406.0);
     while high - low > 1e-9 {
         let middle = 0.5 * (low + high);
-        match ode.at_steady_state(MgPerDl(middle)).expect("a start").1 {
-            AtRest::Yes => low = middle,
-            AtRest::Nearly => high = middle,
-        }
+        let at_rest = ode.at_steady_state(MgPerDl(middle)).expect("a start").1;
+        if at_rest { low = middle } else { high = middle }
     }
     let below = ode.at_steady_state(MgPerDl(low)).expect("a steady state").0;
     let above = ode.at_steady_state(MgPerDl(high)).expect("a start").0;

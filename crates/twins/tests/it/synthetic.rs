@@ -127,8 +127,7 @@ pub(crate) fn twin_of(residual: ResidualNetwork, clamp: GlucoseClamp) -> Twin {
             person_id: "a".to_owned(),
             origin: "made for a test".to_owned(),
             version: "0".to_owned(),
-            training_data_sha256: None,
-            training: None,
+            ..TwinCard::default()
         },
     }
 }

@@ -71,7 +71,7 @@ impl RecordedLife {
         };
         let heart_rate = padded(record.heart_rate());
         let steps = padded(record.steps());
-        let rest = person.resting_heart_rate().map(|found| found.value.0);
+        let rest = person.resting_heart_rate().map(|found| found.0);
         let sessions = rest.map_or_else(Vec::new, |rest| sessions(&heart_rate, &asleep, rest));
         let logged = padded(record.carbs());
         let meals = meals(&calendar, &logged, &mut rng(Concept::Meals));

@@ -6,7 +6,7 @@ use chrono::{DateTime, Utc};
 use serde_json::{Map, Value};
 
 use crate::error::{CohortError, Place};
-use crate::import::json_records::{JsonRecord, number};
+use crate::import::json_records::{JsonRecord, number, wrong_part};
 use crate::import::zone::{Clock, instant, zone};
 use crate::range::check_value;
 use crate::record::Channel;
@@ -60,16 +60,13 @@ impl Schedule {
     }
 
     /// Reads `basal` of a profile: a list of `time` and `value`, or one number.
-    pub(super) fn read(
-        basal: &Value,
-        wrong: impl Fn(&'static str) -> CohortError,
-        place: impl Fn() -> Place,
-    ) -> Result<Self, CohortError> {
+    pub(super) fn read(basal: &Value, place: impl Fn() -> Place) -> Result<Self, CohortError> {
+        let wrong = |expected| wrong_part(place(), basal, expected);
         let mut rates = Vec::new();
         let rate = |value: &Value| {
             let u_h = number(value).ok().flatten();
             let u_h = u_h.ok_or_else(|| wrong("rates whose value is a number"))?;
-            check_value(Channel::Basal, u_h, false).map_err(|range| range.at(place()))?;
+            check_value(Channel::Basal, u_h, false, &place)?;
             Ok(u_h)
         };
         match basal {
@@ -182,13 +179,7 @@ impl Profiles {
         document: &mut Document,
     ) -> Result<(), CohortError> {
         if let Some(basal) = profile.get("basal") {
-            let place = || record.place(&format!("{key}.{name}.basal"));
-            let wrong = |expected| CohortError::Cell {
-                place: place(),
-                value: crate::text_table::shorten(&basal.to_string(), 40),
-                expected,
-            };
-            let schedule = Schedule::read(basal, wrong, place)?;
+            let schedule = Schedule::read(basal, || record.place(&format!("{key}.{name}.basal")))?;
             document.schedules.insert(name.to_owned(), schedule);
         }
         if let Some(Value::String(zone)) = profile.get("timezone")
@@ -266,13 +257,7 @@ mod tests {
     fn a_schedule_has_so_many_rates_and_no_more() {
         let schedule = |count: usize| {
             let rates = vec![serde_json::json!({ "time": "00:00", "value": 1 }); count];
-            let place = || Place::file("profile.json");
-            let wrong = |expected| CohortError::Cell {
-                place: Place::file("profile.json"),
-                value: String::new(),
-                expected,
-            };
-            Schedule::read(&Value::Array(rates), wrong, place)
+            Schedule::read(&Value::Array(rates), || Place::file("profile.json"))
         };
         assert_eq!(schedule(MOST_RATES).expect("as many as there may be").rates.len(), MOST_RATES);
         let error = schedule(MOST_RATES + 1).expect_err("one more").to_string();

@@ -166,19 +166,10 @@ impl Treatments {
                     .map_err(|_| record.wrong("profileJson", "a profile as JSON"))?,
             ),
         };
-        let place = || record.place("profileJson.basal");
-        let schedule = match parsed.as_ref().and_then(|profile| profile.get("basal")) {
-            None => None,
-            Some(basal) => Some(Schedule::read(
-                basal,
-                |expected| CohortError::Cell {
-                    place: place(),
-                    value: crate::text_table::shorten(&basal.to_string(), 40),
-                    expected,
-                },
-                place,
-            )?),
-        };
+        let basal = parsed.as_ref().and_then(|profile| profile.get("basal"));
+        let schedule = basal
+            .map(|basal| Schedule::read(basal, || record.place("profileJson.basal")))
+            .transpose()?;
         let percentage = record.number("percentage")?.filter(|percent| *percent != 0.0);
         let share = percentage.unwrap_or(100.0) / 100.0;
         if !(0.0..=10.0).contains(&share) {

@@ -3,8 +3,11 @@
 use chrono::{Datelike as _, NaiveDateTime};
 use contract::import_report::Totals;
 
-use super::{Account, Span, step_of};
+use super::Account;
 use crate::error::{CohortError, Place};
+use crate::import::diary::second;
+use crate::import::report::totals_of;
+use crate::import::steps::{Span, step_of};
 use crate::range::check_value;
 use crate::record::{Channel, Record};
 use crate::text_table::{TextColumn, TextTable};
@@ -86,7 +89,7 @@ impl Events {
                 continue;
             };
             let amount = amount * factor;
-            check_value(channel, amount, false).map_err(|range| range.at(values.place(i)))?;
+            check_value(channel, amount, false, || values.place(i))?;
             match stamp {
                 Stamp::At(time) => {
                     let late = events.last().is_some_and(|last| time < last.time);
@@ -115,7 +118,7 @@ impl Events {
     /// The steps from the first to the last event.
     pub(super) fn span(&self) -> Option<Span> {
         let (first, last) = (self.events.first()?, self.events.last()?);
-        Some(Span { first: step_of(first.time), end: step_of(last.time) + 1 })
+        Some(Span { first: step_of(second(first.time)), end: step_of(second(last.time)) + 1 })
     }
 
     /// Adds the amounts to their steps; a step without one within the events' span holds 0.
@@ -143,7 +146,7 @@ impl Events {
         }
         for event in &self.events {
             source += event.value;
-            match span.index(step_of(event.time)) {
+            match span.index(step_of(second(event.time))) {
                 Some(k) => {
                     let more = filled[k] && event.value > 0.0;
                     account.note(
@@ -153,8 +156,7 @@ impl Events {
                     );
                     filled[k] |= event.value > 0.0;
                     let sum = cells[k].unwrap_or(0.0) + event.value;
-                    check_value(channel, sum, false)
-                        .map_err(|range| range.at(event.place.clone()))?;
+                    check_value(channel, sum, false, || event.place.clone())?;
                     cells[k] = Some(sum);
                 }
                 None => {
@@ -168,12 +170,6 @@ impl Events {
             }
         }
         let kept = cells.iter().flatten().sum();
-        Ok(Totals {
-            column: channel.column().to_owned(),
-            unit: unit.to_owned(),
-            source,
-            record: kept,
-            left_out,
-        })
+        Ok(totals_of(channel, unit, source, kept, left_out))
     }
 }

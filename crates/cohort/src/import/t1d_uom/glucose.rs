@@ -3,9 +3,11 @@
 use physiology::MG_PER_DL_PER_MMOL_PER_L;
 
 use super::events::{Event, Events};
-use super::{Account, FORMAT, Span};
+use super::{Account, FORMAT};
 use crate::error::{CohortError, Place};
-use crate::range::MMOL_MEDIAN;
+use crate::import::diary::second;
+use crate::import::steps::{STEP, Span, step_of, time_of};
+use crate::range::{MMOL_MEDIAN, median};
 use crate::record::{Channel, Record};
 use crate::text_table::TextTable;
 
@@ -25,23 +27,17 @@ pub(super) fn read(table: &TextTable, account: &mut Account<'_>) -> Result<Readi
     for i in 0..table.height() {
         values.extend(column.number(i)?);
     }
-    let middle = values.len() / 2;
-    if !values.is_empty() {
-        let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-        if *median >= MMOL_MEDIAN {
-            return Err(CohortError::WrongLayout {
-                file: table.file().into(),
-                expected: FORMAT,
-                reason: format!("median glucose of {median} looks like mg/dL, not mmol/L"),
-            });
-        }
+    let median = median(values);
+    if let Some(median) = median.filter(|median| *median >= MMOL_MEDIAN) {
+        let reason = format!("median glucose of {median} looks like mg/dL, not mmol/L");
+        return Err(CohortError::layout(table.file(), FORMAT, reason));
     }
     let factor = MG_PER_DL_PER_MMOL_PER_L;
     let events = Events::read(table, "bg_ts", "value", Channel::Cgm, factor, account)?;
     account.infer(
         Place::column(table.file(), "value"),
         "mmol/L; x 18 mg/dL",
-        values.get(middle).map_or_else(String::new, |median| format!("median {median}")),
+        median.map_or_else(String::new, |median| format!("median {median}")),
     );
     Ok(Readings { events, file: table.file().into() })
 }
@@ -78,11 +74,8 @@ impl Readings {
                 differ += usize::from(apart == 0 && event.value != previous.value);
             }
             previous = Some(event);
-            let distance = event
-                .time
-                .signed_duration_since(super::time_of(nearest(event)))
-                .num_minutes()
-                .abs();
+            let distance =
+                event.time.signed_duration_since(time_of(nearest(event))).num_minutes().abs();
             match best[k] {
                 Some(nearer) if nearer <= distance => beside += 1,
                 known => {
@@ -116,5 +109,5 @@ impl Readings {
 
 /// The step whose start is nearest: minutes 3 and 4 of a step belong to the next one.
 fn nearest(event: &Event) -> i64 {
-    super::step_of(event.time + chrono::TimeDelta::seconds(150))
+    step_of(second(event.time) + STEP / 2)
 }

@@ -5,13 +5,16 @@
 //! insulin, which no basal rate describes without a model of their absorption. They are left out
 //! and counted. A person who has only those is on `mdi` with the basal missing.
 
-use chrono::{NaiveDateTime, TimeDelta};
 use contract::import_report::Totals;
 use physiology::STEPS_PER_DAY;
 
+use super::Account;
 use super::events::{Event, Events, Stamp, stamp};
-use super::{Account, Span, step_of, time_of};
 use crate::error::{CohortError, Place};
+use crate::import::diary::second;
+use crate::import::rates::{Held, lay, therapy_of_changes};
+use crate::import::report::totals_of;
+use crate::import::steps::{STEP, Span, step_of};
 use crate::person::Therapy;
 use crate::range::check_value;
 use crate::record::{Channel, Record};
@@ -20,11 +23,9 @@ use crate::text_table::TextTable;
 const TIME: &str = "basal_ts";
 const DOSE: &str = "basal_dose";
 const KIND: &str = "insulin_kind";
-/// A programmed rate changes or is confirmed at least once a day; after that the pump counts as
+/// A programmed rate changes or is confirmed at least once a day, s; after that the pump counts as
 /// silent.
-const HOLD: TimeDelta = TimeDelta::hours(24);
-/// From this number of rate changes a day, a controller sets them, not a person.
-const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
+const HOLD: i64 = 86_400;
 
 /// Pump rates and injections of one person.
 pub(super) struct Basal {
@@ -55,16 +56,14 @@ pub(super) fn basal(table: &TextTable, account: &mut Account<'_>) -> Result<Basa
         let event = Event { time, value, place: doses.place(i) };
         match kinds.text(i) {
             Some("R") => {
-                check_value(Channel::Basal, value, false)
-                    .map_err(|range| range.at(doses.place(i)))?;
+                check_value(Channel::Basal, value, false, || doses.place(i))?;
                 let late = rates.last().is_some_and(|last| time < last.time);
                 let what = "rows earlier than the row above: sorted";
                 account.note(times.place(i), what, usize::from(late));
                 rates.push(event);
             }
             Some("L") => {
-                check_value(Channel::Bolus, value, false)
-                    .map_err(|range| range.at(doses.place(i)))?;
+                check_value(Channel::Bolus, value, false, || doses.place(i))?;
                 let what = "long-acting injections, which no basal rate describes: left out";
                 account.note(doses.place(i), what, 1);
                 injections.push(event);
@@ -102,16 +101,16 @@ impl Basal {
     /// The steps that lie wholly between the first and the last rate.
     pub(super) fn span(&self) -> Option<Span> {
         let (first, last) = (self.rates.first()?, self.rates.last()?);
-        let before = first.time - TimeDelta::seconds(1);
-        Some(Span { first: step_of(before) + 1, end: step_of(last.time) })
+        let before = second(first.time) - 1;
+        Some(Span { first: step_of(before) + 1, end: step_of(second(last.time)) })
     }
 
     /// Each rate with its start and end.
-    fn held(&self) -> impl Iterator<Item = (NaiveDateTime, NaiveDateTime, f64)> + '_ {
-        self.rates
-            .iter()
-            .zip(self.rates.iter().skip(1))
-            .map(|(rate, next)| (rate.time, next.time.min(rate.time + HOLD), rate.value))
+    fn held(&self) -> impl Iterator<Item = Held> + '_ {
+        self.rates.iter().zip(self.rates.iter().skip(1)).map(|(rate, next)| {
+            let from = second(rate.time);
+            (from, second(next.time).min(from + HOLD), rate.value)
+        })
     }
 
     /// Puts the mean rate of each step that is wholly covered into the record.
@@ -121,47 +120,17 @@ impl Basal {
         record: &mut Record,
         account: &mut Account<'_>,
     ) -> Totals {
-        // U and seconds of each step.
-        let mut steps = vec![(0.0, 0_i64); span.len()];
-        let mut source = 0.0;
-        for (start, end, rate) in self.held() {
-            source += rate * seconds(start, end) / 3600.0;
-            let (first, last) = (step_of(start).max(span.first), step_of(end).min(span.end - 1));
-            for step in first..=last {
-                let Some(k) = span.index(step) else { continue };
-                let (from, to) = (start.max(time_of(step)), end.min(time_of(step + 1)));
-                if to > from {
-                    steps[k].0 += rate * seconds(from, to) / 3600.0;
-                    steps[k].1 += to.signed_duration_since(from).num_seconds();
-                }
-            }
-        }
+        let laid = lay(self.held(), *span, STEP, 0.0, record);
         let injected: f64 = self.injections.iter().map(|event| event.value).sum();
-        let mut kept = 0.0;
-        let mut silent = 0;
-        let cells = record.channel_mut(Channel::Basal);
-        for (cell, (amount, covered)) in cells.iter_mut().zip(steps) {
-            if covered == 300 {
-                *cell = Some(amount * 12.0);
-                kept += amount;
-            } else {
-                silent += 1;
-            }
-        }
         let what = "steps more than 24 h after a rate, or without one: missing";
-        account.note(Place::column(&self.file, DOSE), what, silent);
-        let outside = source - kept;
-        if outside > 1e-9 * source.max(1.0) {
+        account.note(Place::column(&self.file, DOSE), what, laid.silent);
+        let outside = laid.source - laid.kept;
+        if outside > 1e-9 * laid.source.max(1.0) {
             let what = format!("{outside:.2} U of basal outside whole steps of the span: left out");
             account.note(Place::column(&self.file, DOSE), &what, 1);
         }
-        Totals {
-            column: Channel::Basal.column().to_owned(),
-            unit: "U".to_owned(),
-            source: source + injected,
-            record: record.basal().iter().flatten().sum::<f64>() / 12.0,
-            left_out: outside + injected,
-        }
+        let kept = record.basal().iter().flatten().sum::<f64>() / 12.0;
+        totals_of(Channel::Basal, "U", laid.source + injected, kept, outside + injected)
     }
 
     /// The therapy that the rows indicate.
@@ -173,17 +142,14 @@ impl Basal {
             account.infer(place, "therapy mdi", evidence);
             return Therapy::Mdi;
         };
-        let days = (seconds(first.time, last.time) / 86_400.0).max(1.0 / STEPS_PER_DAY as f64);
+        let days = (second(last.time) - second(first.time)) as f64 / 86_400.0;
+        let days = days.max(1.0 / STEPS_PER_DAY as f64);
         let changes = (self.rates.len() - 1) as f64 / days;
         let evidence =
             format!("{changes:.1} rates a day over {days:.1} days, {injections} injections");
-        if changes >= CHANGES_OF_A_CONTROLLER {
-            account.infer(place, "therapy aid: a controller sets the rate", evidence);
-            Therapy::Aid
-        } else {
-            account.infer(place, "therapy open_loop_pump: a programmed profile", evidence);
-            Therapy::OpenLoopPump
-        }
+        let (therapy, conclusion) = therapy_of_changes(changes);
+        account.infer(place, conclusion, evidence);
+        therapy
     }
 }
 
@@ -201,8 +167,4 @@ pub(super) fn silence_between(record: &mut Record, has_rates: bool) {
             _ => {}
         }
     }
-}
-
-fn seconds(from: NaiveDateTime, to: NaiveDateTime) -> f64 {
-    to.signed_duration_since(from).num_seconds() as f64
 }

@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 
 use contract::import_report::Totals;
 
+use super::Account;
 use super::events::Events;
-use super::{Account, Span};
 use crate::error::{CohortError, Place};
+use crate::import::steps::Span;
 use crate::record::{Channel, Record};
 use crate::text_table::TextTable;
 

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use chrono::{DateTime, NaiveDateTime, TimeDelta};
 
+use super::Account;
 use super::events::{Stamp, stamp};
-use super::{Account, Span, step_of, time_of};
 use crate::error::{CohortError, Place};
-use crate::import::diary::SECONDS;
+use crate::import::diary::{SECONDS, second};
+use crate::import::steps::{Span, step_of, time_of};
 use crate::range::check_value;
 use crate::record::{Channel, Record};
 use crate::text_table::{TextColumn, TextTable};
@@ -52,13 +53,13 @@ pub(super) fn steps(
         }
         let pieces = (seconds / 300.0).round().max(1.0) as i64;
         for piece in 0..pieces {
-            let Some(k) = span.index(step_of(time) + piece) else {
+            let Some(k) = span.index(step_of(second(time)) + piece) else {
                 outside += usize::from(piece == 0);
                 continue;
             };
             let cell = &mut record.channel_mut(Channel::Steps)[k];
             let sum = cell.unwrap_or(0.0) + count / pieces as f64;
-            check_value(Channel::Steps, sum, false).map_err(|range| range.at(counts.place(i)))?;
+            check_value(Channel::Steps, sum, false, || counts.place(i))?;
             *cell = Some(sum);
         }
     }
@@ -177,7 +178,8 @@ fn add(
     to: NaiveDateTime,
     mut grow: impl FnMut(&mut (i64, i64), i64),
 ) {
-    for step in step_of(from).max(span.first)..=step_of(to).min(span.end - 1) {
+    let (first, last) = (step_of(second(from)), step_of(second(to)));
+    for step in first.max(span.first)..=last.min(span.end - 1) {
         let Some(k) = span.index(step) else { continue };
         let overlap = to.min(time_of(step + 1)).signed_duration_since(from.max(time_of(step)));
         grow(&mut seconds[k], overlap.num_seconds().max(0));

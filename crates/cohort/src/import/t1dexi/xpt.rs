@@ -49,7 +49,7 @@ pub(super) struct XptRow<'a> {
 impl Xpt {
     /// Opens the file at `path` and reads its headers; messages call it `name`.
     pub(super) fn open(path: &Path, name: &str) -> Result<Self, CohortError> {
-        let failed = |source| CohortError::Io { file: name.into(), action: "read", source };
+        let failed = CohortError::io(name, "read");
         let file = File::open(path).map_err(failed)?;
         let size = file.metadata().map_err(failed)?.len();
         if size == 0 {
@@ -124,20 +124,14 @@ impl Xpt {
     ) -> Result<(), CohortError> {
         let mut bytes = vec![0; self.row_len];
         for number in 1..=self.rows {
-            self.input.read_exact(&mut bytes).map_err(|source| CohortError::Io {
-                file: self.file.clone(),
-                action: "read",
-                source,
-            })?;
+            self.input.read_exact(&mut bytes).map_err(CohortError::io(&self.file, "read"))?;
             let filling = number + self.doubtful > self.rows && bytes.iter().all(|b| *b == b' ');
             if filling {
                 break;
             }
             if bytes.starts_with(b"HEADER RECORD*******MEMBER") {
-                return Err(CohortError::Table {
-                    file: self.file.clone(),
-                    reason: "a second member; write one table a file".into(),
-                });
+                let reason = "a second member; write one table a file";
+                return Err(CohortError::table(&self.file, reason));
             }
             each(XptRow { file: &self.file, number, bytes: &bytes })?;
         }
@@ -207,7 +201,7 @@ impl Headers<'_> {
         let mut bytes = vec![0; len];
         self.input.read_exact(&mut bytes).map_err(|source| match source.kind() {
             std::io::ErrorKind::UnexpectedEof => self.wrong("the file is cut off in its headers"),
-            _ => CohortError::Io { file: self.file.into(), action: "read", source },
+            _ => CohortError::io(self.file, "read")(source),
         })?;
         self.at += len as u64;
         Ok(bytes)
@@ -230,7 +224,7 @@ impl Headers<'_> {
     }
 
     fn wrong(&self, reason: &str) -> CohortError {
-        CohortError::Table { file: self.file.into(), reason: reason.into() }
+        CohortError::table(self.file, reason)
     }
 }
 

@@ -46,10 +46,8 @@ impl Clock {
     pub(super) fn new(zone: Option<&str>, utc: bool) -> Result<Self, CohortError> {
         let zone = zone.map(find).transpose()?;
         if utc && zone.is_none() {
-            return Err(CohortError::Option {
-                option: "--utc".into(),
-                reason: "say also where the person lived, like --zone Europe/Madrid".into(),
-            });
+            let reason = "say also where the person lived, like --zone Europe/Madrid";
+            return Err(CohortError::option("--utc", reason));
         }
         Ok(Self { zone, utc })
     }
@@ -95,14 +93,12 @@ pub(in crate::import) fn find(name: &str) -> Result<Tz, CohortError> {
         let city = zone.name().rsplit('/').next().unwrap_or("");
         !plain_name.is_empty() && (plain(zone.name()) == plain_name || plain(city) == plain_name)
     };
-    let near = TZ_VARIANTS.iter().find(named);
-    Err(CohortError::Option {
-        option: format!("--zone {}", crate::text_table::shorten(name, 40)),
-        reason: match near {
-            Some(zone) => format!("no such zone: did you mean '{zone}'?"),
-            None => "no such zone; write a name like Europe/Madrid or America/New_York".into(),
-        },
-    })
+    let reason = match TZ_VARIANTS.iter().find(named) {
+        Some(zone) => format!("no such zone: did you mean '{zone}'?"),
+        None => "no such zone; write a name like Europe/Madrid or America/New_York".into(),
+    };
+    let option = format!("--zone {}", crate::text_table::shorten(name, 40));
+    Err(CohortError::option(option, reason))
 }
 
 #[cfg(test)]

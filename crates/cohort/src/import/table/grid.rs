@@ -4,7 +4,6 @@
 //! steps are summed; a basal rate holds until the next one and a step has the mean over its five
 //! minutes. The record spans the first to the last glucose reading; doses outside are counted.
 
-use chrono::{DateTime, NaiveDateTime};
 use physiology::STEPS_PER_DAY;
 
 use super::clock::Hour;
@@ -14,47 +13,22 @@ use super::unit::Unit;
 use crate::error::{CohortError, Place};
 use contract::import_report::Totals;
 
-use crate::import::report::Imported;
+use crate::import::rates::{COVERED, Held, lay, therapy_of};
+use crate::import::report::{Imported, totals_of};
+use crate::import::steps::{Span, step_of, time_of};
 use crate::person::{Person, Therapy};
 use crate::range::check_value;
 use crate::record::{Channel, Record, longest};
 
-/// Seconds of a step.
-const STEP: i64 = 300;
-/// Seconds of a step that rates must cover for it to be recorded.
-const COVERED: i64 = 240;
 /// Longest time a rate holds that is written at its changes alone, s.
 const HOLD: i64 = 86_400;
 /// Rates that are at most this far apart stand in every row, s; they hold for three rows.
 const EVERY_ROW: i64 = 900;
 /// Share of rows that differ from the row before, from which rows are changes and no others.
 const CHANGES_ALONE: f64 = 0.9;
-/// From this number of rate changes a day, a controller sets them, not a person.
-const CHANGES_OF_A_CONTROLLER: f64 = 48.0;
 /// Share of steps with an amount, among them zeros, from which an empty cell means that nothing is
 /// known.
 const DENSE: f64 = 0.5;
-
-/// The steps of a record, counted from 1970.
-#[derive(Clone, Copy)]
-struct Span {
-    first: i64,
-    end: i64,
-}
-
-impl Span {
-    fn index(self, step: i64) -> Option<usize> {
-        (self.first..self.end).contains(&step).then(|| usize::try_from(step - self.first).ok())?
-    }
-}
-
-fn step_of(event: &Event) -> i64 {
-    event.second.div_euclid(STEP)
-}
-
-fn time_of(step: i64) -> NaiveDateTime {
-    DateTime::from_timestamp(step * STEP, 0).unwrap_or_default().naive_utc()
-}
 
 /// The person; `None` without a glucose reading.
 pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>, CohortError> {
@@ -69,7 +43,9 @@ pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>,
             events.sort_by_key(|event| event.second);
         }
     }
-    let steps = |events: &Vec<Event>| Some((step_of(events.first()?), step_of(events.last()?)));
+    let steps = |events: &Vec<Event>| {
+        Some((step_of(events.first()?.second), step_of(events.last()?.second)))
+    };
     let Some((first, last)) = log.events.get(&Role::Glucose).and_then(steps) else {
         return Ok(None);
     };
@@ -80,8 +56,7 @@ pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>,
         let place = log.place(Role::Glucose);
         return Err(CohortError::TooLong { place, person: log.id, days, limit });
     }
-    let len = usize::try_from(span.end - span.first).expect("events are sorted");
-    let mut record = Record::new(time_of(span.first), len)?;
+    let mut record = Record::new(time_of(span.first), span.len())?;
     for role in [Role::Glucose, Role::HeartRate, Role::Sleep] {
         mean(&mut log, role, span, &mut record);
     }
@@ -94,7 +69,7 @@ pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>,
     } else if let (Unit::PerMinutes(_), Some(amount)) =
         (basal_unit, log.left_out.get(&Role::Basal).copied())
     {
-        totals.push(nothing_kept(amount));
+        totals.push(totals_of(Channel::Basal, "U", amount, 0.0, amount));
     }
     for (role, unit) in
         [(Role::Bolus, "U"), (Role::Carbs, "g"), (Role::Steps, ""), (Role::SetChange, "")]
@@ -128,7 +103,7 @@ fn mean(log: &mut Log, role: Role, span: Span, record: &mut Record) {
     // The hour that comes again only fills gaps, so the first one is laid first.
     for second in [false, true] {
         for event in events.iter().filter(|event| (event.hour == Hour::Second) == second) {
-            let Some(k) = span.index(step_of(event)) else {
+            let Some(k) = span.index(step_of(event.second)) else {
                 outside += 1;
                 continue;
             };
@@ -166,7 +141,7 @@ fn sum(
     let mut left_out = source;
     let own = match (events.first(), events.last()) {
         (Some(first), Some(last)) => {
-            step_of(first).max(span.first)..(step_of(last) + 1).min(span.end)
+            step_of(first.second).max(span.first)..(step_of(last.second) + 1).min(span.end)
         }
         _ => 0..0,
     };
@@ -175,7 +150,7 @@ fn sum(
     let cells = record.channel_mut(channel);
     for event in &events {
         source += event.value;
-        let Some(k) = span.index(step_of(event)) else {
+        let Some(k) = span.index(step_of(event.second)) else {
             left_out += event.value;
             outside += 1;
             continue;
@@ -197,9 +172,9 @@ fn sum(
     }
     for (k, value) in cells.iter().enumerate() {
         let Some(value) = value else { continue };
-        check_value(channel, *value, false).map_err(|range| {
+        check_value(channel, *value, false, || {
             let at = time_of(span.first + k as i64);
-            range.at(Place::file(format!("{}, the step at {at}", log.place(role))))
+            Place::file(format!("{}, the step at {at}", log.place(role)))
         })?;
     }
     let kept: f64 = cells.iter().flatten().sum();
@@ -210,20 +185,7 @@ fn sum(
     }
     log.note_of(role, "amounts in a step that already has one: summed", more);
     log.note_of(role, "amounts outside the span of glucose: left out", outside);
-    Ok(Totals {
-        column: channel.column().into(),
-        unit: unit.into(),
-        source,
-        record: kept,
-        left_out,
-    })
-}
-
-/// A rate, U/h, from a second to another.
-struct Rate {
-    from: i64,
-    to: i64,
-    u_h: f64,
+    Ok(totals_of(channel, unit, source, kept, left_out))
 }
 
 /// Puts the mean rate of each step into the record.
@@ -248,55 +210,35 @@ fn basal(
     }
     log.note_of(Role::Basal, "rates at one time: the last one of the file holds", twice);
     let rates = rates(log, &kept, unit)?;
-    for rate in &rates {
-        check_value(Channel::Basal, rate.u_h, false)
-            .map_err(|range| range.at(log.place(Role::Basal)))?;
+    for (_, _, u_h) in &rates {
+        check_value(Channel::Basal, *u_h, false, || log.place(Role::Basal))?;
     }
-    let mut steps = vec![(0.0, 0_i64); record.len()];
     // Amounts whose row gives no rate are part of the source; rates without a time have none.
-    let mut source = match unit {
+    let source = match unit {
         Unit::PerMinutes(_) => replaced + log.left_out.get(&Role::Basal).copied().unwrap_or(0.0),
         _ => 0.0,
     };
-    for rate in &rates {
-        source += rate.u_h * (rate.to - rate.from) as f64 / 3600.0;
-        let (mut at, end) = (rate.from.max(span.first * STEP), rate.to.min(span.end * STEP));
-        while at < end {
-            let step = at.div_euclid(STEP);
-            let until = end.min((step + 1) * STEP);
-            let k = span.index(step).expect("within the span");
-            steps[k].0 += rate.u_h * (until - at) as f64 / 3600.0;
-            steps[k].1 += until - at;
-            at = until;
-        }
-    }
-    let (mut amounts, mut silent) = (0.0, 0);
-    for (cell, (amount, covered)) in record.channel_mut(Channel::Basal).iter_mut().zip(steps) {
-        if covered >= COVERED {
-            *cell = Some(amount * 12.0);
-            amounts += amount;
-        } else {
-            silent += 1;
-        }
-    }
-    log.note_of(Role::Basal, "steps without a rate: not recorded", silent);
-    let mut left_out = source - amounts;
-    if left_out.abs() <= 1e-9 * source.max(1.0) {
+    let laid = lay(rates.iter().copied(), span, COVERED, source, record);
+    log.note_of(Role::Basal, "steps without a rate: not recorded", laid.silent);
+    let mut left_out = laid.source - laid.kept;
+    if left_out.abs() <= 1e-9 * laid.source.max(1.0) {
         left_out = 0.0;
     } else {
         let what = format!("{left_out:.2} U of basal outside the record: left out");
         log.note_of(Role::Basal, &what, 1);
     }
-    let therapy = therapy(log, &rates);
-    let column = Channel::Basal.column();
-    Ok((
-        Totals { column: column.into(), unit: "U".into(), source, record: amounts, left_out },
-        therapy,
-    ))
+    let therapy = match therapy_of(&rates) {
+        Some((therapy, conclusion, evidence)) => {
+            log.infer(Role::Basal, conclusion, evidence);
+            therapy
+        }
+        None => Therapy::Unknown,
+    };
+    Ok((totals_of(Channel::Basal, "U", laid.source, laid.kept, left_out), therapy))
 }
 
 /// The rates and how long each holds.
-fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Rate>, CohortError> {
+fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Held>, CohortError> {
     let next = |i: usize| events.get(i + 1).map(|event| event.second);
     let mut gaps: Vec<i64> =
         events.windows(2).map(|pair| pair[1].second - pair[0].second).collect();
@@ -327,7 +269,7 @@ fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Rate>, Cohor
             let near = |next: &i64| (next - usual).abs() * 5 <= seconds || *next < usual;
             let to = next(i).filter(near).unwrap_or(usual);
             let u_h = event.value * 3600.0 / (to - event.second).max(1) as f64;
-            Rate { from: event.second, to, u_h }
+            (event.second, to, u_h)
         };
         return Ok(events.iter().enumerate().map(rate).collect());
     }
@@ -353,26 +295,9 @@ fn rates(log: &mut Log, events: &[Event], unit: Unit) -> Result<Vec<Rate>, Cohor
         .enumerate()
         .map(|(i, event)| {
             let to = next(i).map_or(event.second + last, |next| next.min(event.second + hold));
-            Rate { from: event.second, to, u_h: event.value }
+            (event.second, to, event.value)
         })
         .collect())
-}
-
-/// The therapy that the rates indicate.
-fn therapy(log: &mut Log, rates: &[Rate]) -> Therapy {
-    let (Some(first), Some(last)) = (rates.first(), rates.last()) else {
-        return Therapy::Unknown;
-    };
-    let days = ((last.to - first.from).max(STEP)) as f64 / HOLD as f64;
-    let changes = rates.windows(2).filter(|pair| pair[0].u_h != pair[1].u_h).count() as f64 / days;
-    let evidence = format!("{changes:.1} changes of the rate a day over {days:.1} days");
-    if changes >= CHANGES_OF_A_CONTROLLER {
-        log.infer(Role::Basal, "therapy aid: a controller sets the rate", evidence);
-        Therapy::Aid
-    } else {
-        log.infer(Role::Basal, "therapy open_loop_pump: a programmed profile", evidence);
-        Therapy::OpenLoopPump
-    }
 }
 
 /// Counts injections of long-acting insulin, which no basal rate describes without a model of
@@ -400,20 +325,9 @@ fn long_acting(log: &mut Log, therapy: Therapy, totals: &mut Vec<Totals>) -> The
                 count => format!("{count} long-acting injections and no rate"),
             };
             log.infer(Role::LongActing, "therapy mdi", evidence);
-            totals.push(nothing_kept(injected));
+            totals.push(totals_of(Channel::Basal, "U", injected, 0.0, injected));
             Therapy::Mdi
         }
-    }
-}
-
-/// The totals of basal insulin, U, of which the record holds nothing.
-fn nothing_kept(amount: f64) -> Totals {
-    Totals {
-        column: Channel::Basal.column().into(),
-        unit: "U".into(),
-        source: amount,
-        record: 0.0,
-        left_out: amount,
     }
 }
 

@@ -8,6 +8,7 @@ use super::stamp::{DateOrder, Stamp};
 use super::unit::{glucose_unit_in, glucose_unit_of};
 use crate::error::CohortError;
 use crate::near_name::plain;
+use crate::range::median;
 use crate::text_table::{TextTable, shorten};
 
 /// Rows that are looked at.
@@ -224,11 +225,6 @@ fn unit(table: &TextTable, at: usize) -> &'static str {
     if let Some(unit) = glucose_unit_in(&table.header()[at]) {
         return unit;
     }
-    let mut values: Vec<f64> =
-        samples(table, at).filter_map(|text| text.replace(',', ".").parse().ok()).collect();
-    if values.is_empty() {
-        return "mg/dL";
-    }
-    let middle = values.len() / 2;
-    glucose_unit_of(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
+    let values = samples(table, at).filter_map(|text| text.replace(',', ".").parse::<f64>().ok());
+    median(values.collect()).map_or("mg/dL", glucose_unit_of)
 }

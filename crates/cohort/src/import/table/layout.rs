@@ -44,7 +44,7 @@ impl Opened {
         }
         if sheet.is_some() {
             let reason = format!("{name} is no Excel workbook; leave the option out");
-            return Err(CohortError::Option { option: "--sheet".into(), reason });
+            return Err(CohortError::option("--sheet", reason));
         }
         Self::of(read_text(path, name)?, name, wanted)
     }
@@ -81,7 +81,7 @@ impl Opened {
         let Some(chosen) = chosen else {
             let names: Vec<&str> = sheets.iter().map(|sheet| sheet.name.as_str()).collect();
             let reason = format!("{name} has the sheets {}", shorten(&names.join(", "), 160));
-            return Err(CohortError::Option { option: "--sheet".into(), reason });
+            return Err(CohortError::option("--sheet", reason));
         };
         let text = sheet_text(&mut book, &chosen.name, name)?;
         let (separator, above) = header(&text, b",", wanted);

@@ -103,10 +103,8 @@ impl Role {
             || format!("write one of {}", words.join(", ")),
             |near| format!("did you mean '{near}'?"),
         );
-        Err(CohortError::Option {
-            option: option.into(),
-            reason: format!("'{}' is not what a column can hold: {hint}", shorten(word, 40)),
-        })
+        let word = shorten(word, 40);
+        Err(CohortError::option(option, format!("'{word}' is not what a column can hold: {hint}")))
     }
 }
 
@@ -183,10 +181,8 @@ impl TableOptions {
     /// # Errors
     /// If it is not TOML or has an unknown key.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, CohortError> {
-        let settings: Settings = toml::from_str(text).map_err(|error| CohortError::Option {
-            option: file.into(),
-            reason: error.to_string().trim_end().to_owned(),
-        })?;
+        let settings: Settings = toml::from_str(text)
+            .map_err(|error| CohortError::option(file, error.to_string().trim_end()))?;
         let mut options = Self {
             zone: settings.zone,
             utc: settings.utc,
@@ -235,10 +231,9 @@ impl TableOptions {
         if self.columns.is_empty() && self.only.is_empty() {
             return Ok(());
         }
-        Err(CohortError::Option {
-            option: "--map".into(),
-            reason: format!("the columns of {format} are known; leave it out, or use --from table"),
-        })
+        let reason =
+            format!("the columns of {format} are known; leave it out, or use --from table");
+        Err(CohortError::option("--map", reason))
     }
 
     /// Whether nothing is said.
@@ -250,10 +245,10 @@ impl TableOptions {
     pub(super) fn check_decimal(&self, option: &str) -> Result<(), CohortError> {
         match self.decimal {
             None | Some('.' | ',') => Ok(()),
-            Some(mark) => Err(CohortError::Option {
-                option: option.into(),
-                reason: format!("decimal mark '{mark}' is neither . nor ,"),
-            }),
+            Some(mark) => {
+                let reason = format!("decimal mark '{mark}' is neither . nor ,");
+                Err(CohortError::option(option, reason))
+            }
         }
     }
 
@@ -284,10 +279,8 @@ pub(super) fn pairs(text: &str, option: &str) -> Result<Vec<(Role, String)>, Coh
             let (word, column) = part.split_once('=').unwrap_or((part, ""));
             let role = Role::of(word, option)?;
             if column.trim().is_empty() {
-                return Err(CohortError::Option {
-                    option: option.into(),
-                    reason: format!("nothing behind '{}='", role.word()),
-                });
+                let reason = format!("nothing behind '{}='", role.word());
+                return Err(CohortError::option(option, reason));
             }
             Ok((role, column.trim().to_owned()))
         })

@@ -16,7 +16,7 @@ use super::unit::{Unit, glucose_unit_in, glucose_unit_of};
 use crate::error::{CohortError, Place};
 use crate::import::report::inference;
 use crate::person::is_person_id;
-use crate::range::check_value;
+use crate::range::{check_value, median};
 use crate::record::Channel;
 use crate::text_table::TextTable;
 
@@ -256,15 +256,10 @@ impl<'a> File<'a> {
         column: &Column,
         numbers: Numbers,
     ) -> Result<(f64, String, String), CohortError> {
-        let mut values: Vec<f64> = (0..self.table().height())
+        let values = (0..self.table().height())
             .filter(|i| self.counts(column, *i))
-            .filter_map(|i| numbers.parse(self.table().cell(i, column.index)?))
-            .collect();
-        let middle = values.len() / 2;
-        let median = match values.len() {
-            0 => None,
-            _ => Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1),
-        };
+            .filter_map(|i| numbers.parse(self.table().cell(i, column.index)?));
+        let median = median(values.collect());
         let name = &self.table().header()[column.index];
         let seen = median.map(glucose_unit_of);
         let told = match column.unit {
@@ -517,8 +512,7 @@ impl<'a> File<'a> {
                 (role, _) => role.channel(),
             };
             if let Some(channel) = channel {
-                check_value(channel, value, false)
-                    .map_err(|range| range.at(self.place(i, index)))?;
+                check_value(channel, value, false, || self.place(i, index))?;
             }
             values.push((column.role, index, value));
         }
@@ -586,12 +580,11 @@ impl<'a> File<'a> {
             Some(at) => {
                 self.table().cell_wrong(i, at, "a person's identifier; use letters and digits")
             }
-            None => CohortError::WrongLayout {
-                file: self.table().file().into(),
-                expected: plan.format,
-                reason: "the file's name becomes the person's identifier; use letters and digits"
-                    .into(),
-            },
+            None => {
+                let reason =
+                    "the file's name becomes the person's identifier; use letters and digits";
+                CohortError::layout(self.table().file(), plan.format, reason)
+            }
         };
         if !is_person_id(&id) {
             return Err(wrong());

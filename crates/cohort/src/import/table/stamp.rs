@@ -24,12 +24,6 @@ impl DateOrder {
             Self::MonthFirst => "month-first",
         }
     }
-
-    /// The order of a word.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Self::DayFirst, Self::MonthFirst].into_iter().find(|order| order.name() == name)
-    }
 }
 
 /// A time as written.

@@ -70,11 +70,8 @@ pub(super) fn read(
     if any {
         return Ok(());
     }
-    Err(CohortError::WrongLayout {
-        file: name.into(),
-        expected: super::FORMAT,
-        reason: "no sheet has a column 'Tidepool Data Type' in its first row".into(),
-    })
+    let reason = "no sheet has a column 'Tidepool Data Type' in its first row";
+    Err(CohortError::layout(name, super::FORMAT, reason))
 }
 
 /// The key of each column; `None` for those that are not read.

@@ -42,11 +42,11 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         "Worlds by truth (row, with their number) and answer (column)",
         &Heat { corner: "Truth".to_owned(), columns, rows, ..Heat::default() },
     );
-    html.literal("<p class=\"note\">").text(
+    html.paragraph_of(
+        "note",
         "Framed cells are right, others are not; the deeper the colour, the larger their share of \
          the row. Where \
          several effects were named the first counts. Worlds with two effects are scored apart.",
     );
-    html.literal("</p>\n");
     Ok(html)
 }

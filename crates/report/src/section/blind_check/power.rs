@@ -21,32 +21,18 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         "Share of worlds with a single effect in which it was found, by the mean shift of \
          glucose that it causes, with 95 % intervals. The lines should rise to the right.",
     );
-    let rows: Vec<(bool, Vec<String>)> = together
-        .iter()
-        .map(|row| {
-            let cells = vec![
-                bin(row),
-                optional(row.mean_shift_mg_dl, 1),
-                share(&row.named),
-                share(&row.named_or_in_set),
-                share(&row.detected),
-            ];
-            (false, cells)
-        })
-        .collect();
-    if !rows.is_empty() {
-        html.table(
-            "All effects together: worlds, and share with its 95 % interval",
-            &[
-                ("Shift, mg/dL", Column::Text),
-                ("Mean shift, mg/dL", Column::Number),
-                ("Named", Column::Number),
-                ("Named or in set", Column::Number),
-                ("Something found", Column::Number),
-            ],
-            &rows,
-        );
-    }
+    html.rows(
+        "All effects together: worlds, and share with its 95 % interval",
+        &together,
+        |_| false,
+        &[
+            ("Shift, mg/dL", Column::Text, &|row| bin(row)),
+            ("Mean shift, mg/dL", Column::Number, &|row| optional(row.mean_shift_mg_dl, 1)),
+            ("Named", Column::Number, &|row| share(&row.named)),
+            ("Named or in set", Column::Number, &|row| share(&row.named_or_in_set)),
+            ("Something found", Column::Number, &|row| share(&row.detected)),
+        ],
+    );
     by_effect(&mut html, &single);
     Ok(html)
 }

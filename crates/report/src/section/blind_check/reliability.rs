@@ -28,15 +28,14 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         "Stated probability against the share that came true. On the dashed line, \u{201c}80 \
          %\u{201d} is true four times in five; below it the diagnosis is too sure of itself.",
     );
-    let rows: Vec<(bool, Vec<String>)> = reliability
-        .bins
-        .iter()
-        .map(|bin| (false, vec![percent(bin.mean_probability), share(&bin.came_true)]))
-        .collect();
-    html.table(
+    html.rows(
         "Probabilities of about one size",
-        &[("Stated, mean", Column::Number), ("Came true (95 % interval)", Column::Number)],
-        &rows,
+        &reliability.bins,
+        |_| false,
+        &[
+            ("Stated, mean", Column::Number, &|bin| percent(bin.mean_probability)),
+            ("Came true (95 % interval)", Column::Number, &|bin| share(&bin.came_true)),
+        ],
     );
     Ok(html)
 }

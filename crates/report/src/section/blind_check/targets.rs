@@ -18,45 +18,30 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         html.absent("No target was set.");
         return Ok(html);
     }
-    let rows: Vec<(bool, Vec<String>)> = check
-        .targets
-        .iter()
-        .map(|target| {
-            let cells = vec![
-                sentence(&name(&target.name)),
-                match target.met {
-                    Some(true) => "\u{2713}\u{a0}met",
-                    Some(false) => "\u{2717}\u{a0}missed",
-                    None => "not\u{a0}tested",
-                }
-                .to_owned(),
-                limit(target),
-                measured(target),
-                optional(target.value_counting_sets, 3),
-                target.of.to_string(),
-                sentence(&target.says),
-            ];
-            (target.met == Some(false), cells)
-        })
-        .collect();
-    html.table(
+    let verdict = |target: &Target| match target.met {
+        Some(true) => "\u{2713}\u{a0}met",
+        Some(false) => "\u{2717}\u{a0}missed",
+        None => "not\u{a0}tested",
+    };
+    html.rows(
         "Targets; bold: missed",
+        &check.targets,
+        |target| target.met == Some(false),
         &[
-            ("Target", Column::Text),
-            ("Verdict", Column::Text),
-            ("Limit", Column::Number),
-            ("Measured (95 % interval)", Column::Number),
-            ("Counting sets", Column::Number),
-            ("Of", Column::Number),
-            ("What is counted", Column::Text),
+            ("Target", Column::Text, &|target| sentence(&name(&target.name))),
+            ("Verdict", Column::Text, &|target| verdict(target).to_owned()),
+            ("Limit", Column::Number, &limit),
+            ("Measured (95 % interval)", Column::Number, &measured),
+            ("Counting sets", Column::Number, &|t| optional(t.value_counting_sets, 3)),
+            ("Of", Column::Number, &|target| target.of.to_string()),
+            ("What is counted", Column::Text, &|target| sentence(&target.says)),
         ],
-        &rows,
     );
-    html.literal("<p class=\"note\">").text(
+    html.paragraph_of(
+        "note",
         "Verdicts compare the measured value with its limit. \u{201c}Counting sets\u{201d}: an answer \
          also counts if the truth stands in the set of effects that it says it cannot tell apart.",
     );
-    html.literal("</p>\n");
     let named: Vec<(String, &Target)> = check.targets.iter().map(|t| (name(&t.name), t)).collect();
     html.figure(
         figure::targets(&named)?,

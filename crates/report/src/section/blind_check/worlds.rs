@@ -62,27 +62,22 @@ fn composition(html: &mut Html, check: &BlindCheck) {
         }
     }
     counts.sort();
-    let rows: Vec<(bool, Vec<String>)> = counts
-        .into_iter()
-        .map(|((kind, generator), all, correct)| {
-            let kind = match kind {
-                Kind::Null => "nothing acts",
-                Kind::Single => "one effect of the library",
-                Kind::Pair => "two effects of the library",
-                Kind::Outside => "an effect outside the library",
-            };
-            (false, vec![kind.to_owned(), plain(generator), all.to_string(), correct.to_string()])
-        })
-        .collect();
-    html.table(
+    let truth = |kind: Kind| match kind {
+        Kind::Null => "nothing acts",
+        Kind::Single => "one effect of the library",
+        Kind::Pair => "two effects of the library",
+        Kind::Outside => "an effect outside the library",
+    };
+    html.rows(
         "Worlds by truth and simulator",
+        &counts,
+        |_| false,
         &[
-            ("Truth", Column::Text),
-            ("Simulator", Column::Text),
-            ("Worlds", Column::Number),
-            ("Answered correctly", Column::Number),
+            ("Truth", Column::Text, &|((kind, _), ..)| truth(*kind).to_owned()),
+            ("Simulator", Column::Text, &|((_, generator), ..)| plain(generator)),
+            ("Worlds", Column::Number, &|(_, all, _)| all.to_string()),
+            ("Answered correctly", Column::Number, &|(.., correct)| correct.to_string()),
         ],
-        &rows,
     );
 }
 

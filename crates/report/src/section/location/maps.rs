@@ -24,7 +24,7 @@ pub(super) fn maps(html: &mut Html, gap: &HourlyGap) {
         );
         html.heat(&caption, &table(gap, &gap.situations, "Situation", situation, end));
         html.shades(end);
-        html.literal("<p class=\"note\">").text(READING).literal("</p>\n");
+        html.paragraph_of("note", READING);
     }
     if !gap.people.is_empty() {
         html.element("h3", "Hour of the day by person");
@@ -66,11 +66,11 @@ fn strips(html: &mut Html, gap: &HourlyGap, when: &str, end: f64) {
         );
         html.folded(&format!("The other {}", count(others.len(), "person", "people")), &body);
     }
-    html.literal("<p class=\"note\">").text(
+    html.paragraph_of(
+        "note",
         "Colours, signs and frames as above; a frame holds for all people together. Columns of one colour: the model \
          misses the same in everybody. Rows that differ: people differ.",
     );
-    html.literal("</p>\n");
 }
 
 fn table<'a>(

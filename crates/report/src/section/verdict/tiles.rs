@@ -41,9 +41,9 @@ pub(super) fn tiles(html: &mut Html, diagnosis: &Diagnosis, inputs: &Inputs) {
         }
         html.literal("</div>\n");
     }
-    html.literal("</dl>\n<p class=\"people\">").text(&people(diagnosis, inputs));
-    let compared = format!(" Compared with the sensor: {}.", model(&diagnosis.plant));
-    html.text(&compared).literal("</p>\n");
+    let (people, model) = (people(diagnosis, inputs), model(&diagnosis.plant));
+    html.literal("</dl>\n");
+    html.paragraph_of("people", &format!("{people} Compared with the sensor: {model}."));
 }
 
 fn place(diagnosis: &Diagnosis) -> Tile {
