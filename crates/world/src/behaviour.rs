@@ -38,6 +38,9 @@ pub struct Life {
     pub sessions: Vec<Session>,
     /// One night a day, and one more for the last evening.
     pub nights: Vec<Night>,
+    /// Hour of waking of a usual weekday. Of people who work in shifts that rotate it is that of their early days: a
+    /// body's clock hardly follows such shifts (Boivin and Boudreau, Pathol Biol 2014;62:292).
+    pub usual_wake_hour: f64,
     /// Evenings with alcohol.
     pub evenings: Vec<Drinking>,
     /// Infusion sets.
@@ -77,7 +80,18 @@ impl Life {
         let sets = InfusionSets::sample(habits, &calendar, &mut rng(Concept::InfusionSets));
         let wearable =
             wearable::wearable(habits, &calendar, &asleep, &sessions, &mut rng(Concept::Wearable));
-        Self { calendar, meals, sessions, nights, evenings, sets, asleep, wearable }
+        let usual_wake_hour = habits.wake_hour + hours.always_later();
+        Self {
+            calendar,
+            meals,
+            sessions,
+            nights,
+            usual_wake_hour,
+            evenings,
+            sets,
+            asleep,
+            wearable,
+        }
     }
 
     /// The session that covers a step, if there is one.
@@ -127,8 +141,8 @@ mod tests {
             assert!((snacks / days - habits.snacks_per_day).abs() < tolerance);
             let weekly = 7.0 * life.sessions.len() as f64 / days;
             assert!((1.8..=5.5).contains(&weekly), "{weekly}"); // 3.5, binomial SD 0.39 x 4
-            let interval = days / life.sets.count() as f64;
-            assert!((interval - habits.set_change_days).abs() < 0.8, "{interval}"); // whole days
+            let interval = 0.5 + days / life.sets.count() as f64;
+            assert!((interval - habits.set_change_days).abs() < 0.4, "{interval}"); // SD 0.1
             let carbs = life.meals.iter().map(|m| m.eaten.0).sum::<f64>() / days;
             assert!((100.0..300.0).contains(&carbs), "{carbs}");
         }

@@ -139,7 +139,7 @@ pub(crate) fn background(seed: u64, person: usize) -> Background {
 ///
 /// Late boluses 5 to 50 % and missed ones 0 to 15 % of main meals (Chase et al., Diabetes Care
 /// 2006;29:1012; Robinson et al., Diabetes Technol Ther 2021;23:395 have 12 to 27 % missed or
-/// late), snacks 0.3 to 2.5 a day, sessions 0.5 to 6 a week, alcohol on 0 to 3 evenings a week,
+/// late), snacks 0.3 to 2.5 a day, sessions 0.5 to 6 a week, alcohol on 0.1 to 2.5 evenings a week,
 /// sets changed every 2 to 4 days, short nights 4 to 25 %, appetite 0.25 to 1.3 times the usual
 /// (diets from low to high in carbohydrate). A third of each range is between worlds, the rest
 /// between people.

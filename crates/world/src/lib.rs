@@ -34,7 +34,6 @@ mod physique;
 pub mod planted;
 pub mod plausibility;
 mod reactions;
-pub mod replayed;
 pub mod saturating;
 mod shift;
 mod stream;

@@ -258,6 +258,7 @@ impl Living<'_> {
             && self.reading().is_some_and(|g| g < EXERCISE_SNACK_BELOW)
             && reaction.snack < EXERCISE_SNACKS
         {
+            // Portions of snacks and treatments are known, so they are logged to the gram.
             eaten = eaten + EXERCISE_SNACK;
             logged = logged + EXERCISE_SNACK;
         }

@@ -120,16 +120,6 @@ impl Physique {
         for_kind!(self, model => model.weight)
     }
 
-    /// The same body with another weight.
-    #[must_use]
-    pub fn with_weight(self, weight: Kilograms) -> Self {
-        of_same_kind!(self, model => {
-            let mut other = model;
-            other.weight = weight;
-            other
-        })
-    }
-
     /// The same body with insulin `factor` times as effective: `1 / factor` of it does the same
     /// work.
     #[must_use]

@@ -40,7 +40,7 @@ impl VirtualPerson {
     ) -> Result<Counterfactual, WorldError> {
         let in_body = |source: ode_sim::OdeError| WorldError::Body { person: self.index, source };
         let happenings = self.happenings(&lived.life);
-        let course = conditions(&self.habits, &lived.life, &happenings, &self.shapes, amplitudes);
+        let course = conditions(&lived.life, &happenings, &self.shapes, amplitudes);
         let inputs = self.inputs_behind_the_log(lived, amplitudes);
         let steps = inputs.len();
         let run = self

@@ -151,7 +151,7 @@ impl VirtualPerson {
         let rng = |concept| stream(self.seed, self.index, concept);
         let life = self.life(calendar);
         let happenings = self.happenings(&life);
-        let course = conditions(&self.habits, &life, &happenings, &self.shapes, &self.amplitudes);
+        let course = conditions(&life, &happenings, &self.shapes, &self.amplitudes);
         let reactions = reactions(&calendar, &mut rng(Concept::Reactions));
         let sensors = self.sensors(&life, &happenings, &self.amplitudes);
         let (settings, regime) = (self.settings, self.regime);

@@ -50,13 +50,6 @@ impl SensorWear {
         Self { starts, lost }
     }
 
-    /// The same sensors without a lost reading.
-    #[must_use]
-    pub(crate) fn without_losses(mut self) -> Self {
-        self.lost.fill(false);
-        self
-    }
-
     /// Whether the reading of `step` is lost.
     #[must_use]
     pub fn is_lost(&self, step: usize) -> bool {

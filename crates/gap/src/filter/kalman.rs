@@ -59,6 +59,8 @@ impl Filtered {
 pub(crate) struct FilterStep<'a> {
     pub(crate) step: usize,
     pub(crate) input: &'a StepInput,
+    /// Interstitial glucose expected before the step's reading, mg/dL.
+    pub(crate) expected: f64,
     /// The state after the step's reading, before the step's inputs.
     pub(crate) state: &'a AugmentedState,
     pub(crate) innovation: Option<Innovation>,
@@ -157,8 +159,9 @@ impl<F: FnMut(FilterStep<'_>, &Covariance) -> Result<(), GapError>> pulp::Nullar
         let mut transition = Transition::default();
         for step in begin..end.min(record.len()) {
             let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
-            let expected = model.reading(&state, record.modulation(step));
-            let difference = correction(record.readings[step], expected);
+            let expected = state.interstitial.0;
+            let reading = model.reading(&state, record.modulation(step));
+            let difference = correction(record.readings[step], reading);
             let mut gain = None;
             if let Some(value) = difference {
                 let update = covariance.update(variance);
@@ -185,6 +188,7 @@ impl<F: FnMut(FilterStep<'_>, &Covariance) -> Result<(), GapError>> pulp::Nullar
             let made = FilterStep {
                 step,
                 input,
+                expected,
                 state: &state,
                 innovation,
                 gain,

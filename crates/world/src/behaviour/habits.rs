@@ -30,7 +30,8 @@ pub struct Habits {
     pub sport: Sport,
     /// Evenings with alcohol a week, on average.
     pub alcohol_evenings_per_week: f64,
-    /// Days between infusion set changes, on average.
+    /// Longest days of wear of an infusion set, on average; [`InfusionSets`](super::InfusionSets) are changed half a
+    /// day earlier on average.
     pub set_change_days: f64,
     /// Heart rate at rest and awake, 1/min.
     pub resting_heart_rate: f64,
@@ -59,8 +60,8 @@ impl Habits {
     /// adults, Ohayon et al., Sleep 2004;27:1255). Missed boluses 2 to 10 % and late ones 12 to 32
     /// % of main meals: youths with a raised HbA1c miss 4 to 5 a week (Chase et al., Diabetes Care
     /// 2006;29:1012), and these people are better kept adults. Sessions: 3 to 4 a week, as asked of
-    /// the T1DEXI cohort (Riddell et al., Diabetes Care 2023;46:704). Set changes about every 3
-    /// days, the labelled wear time. Highest heart rate 208 - 0.7 age (Tanaka et al., J Am Coll
+    /// the T1DEXI cohort (Riddell et al., Diabetes Care 2023;46:704). Sets are worn for
+    /// about 3 days at most, the labelled wear time. Highest heart rate 208 - 0.7 age (Tanaka et al., J Am Coll
     /// Cardiol 2001;37:153) with ages uniform from 22 to 60. Walking 450 steps a waking hour gives
     /// about 7,000 a day (Tudor-Locke et al., Int J Behav Nutr Phys Act 2011;8:79). The spread
     /// between people of appetite, snacks and alcohol is assumed.

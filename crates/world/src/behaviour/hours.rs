@@ -64,6 +64,12 @@ impl Hours {
         Self { irregularity, shift, meals_left_out, weekend_drinking }
     }
 
+    /// Hours by which every day is later.
+    #[must_use]
+    pub(crate) fn always_later(&self) -> f64 {
+        if let Shift::Late(hours) = self.shift { hours } else { 0.0 }
+    }
+
     /// Hours by which each day of a calendar is later, and one more for its last evening.
     #[must_use]
     pub(crate) fn later(&self, calendar: &Calendar) -> Vec<f64> {

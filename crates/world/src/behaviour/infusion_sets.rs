@@ -14,7 +14,8 @@ pub struct InfusionSets {
 }
 
 impl InfusionSets {
-    /// Draws changes at the person's interval (SD half a day), at 8:00 to 21:00. The set worn at
+    /// Draws changes, at 8:00 to 21:00 of the day in which the person's longest wear (SD half a day) ends: half a day
+    /// before its end on average. The set worn at
     /// the start was inserted before the record.
     #[must_use]
     pub fn sample(habits: &Habits, calendar: &Calendar, rng: &mut (impl Rng + ?Sized)) -> Self {
@@ -29,12 +30,6 @@ impl InfusionSets {
             let before = (habits.set_change_days * STEPS_PER_DAY as f64) as i64;
             changes.insert(0, changes[0] - before);
         }
-        Self { changes }
-    }
-
-    /// Sets with known changes, in order; none if no change is known.
-    #[must_use]
-    pub(crate) fn recorded(changes: Vec<i64>) -> Self {
         Self { changes }
     }
 

@@ -39,7 +39,8 @@ impl ExactCourse {
 
 impl RealisedWorld {
     /// The exact course of every effect that acts, each in the presence of the others, and of those
-    /// of `idle` that do not act.
+    /// of `idle` that do not act. Meals and rescue carbohydrate that were never eaten have none: of these two, an
+    /// idle course is 0.
     ///
     /// `cohort` is the result of [`cohort`](Self::cohort) for this world: courses run along its
     /// records.

@@ -11,7 +11,7 @@ use super::{
     Amplitudes, Effect, alcohol, circadian_sensitivity, counter_regulation, dawn, exercise_forms,
     renal_threshold, set_ageing, set_failure, sleep_loss, slow_meals,
 };
-use crate::behaviour::{Habits, Life, Meal};
+use crate::behaviour::{Life, Meal};
 
 /// What acts on the body through one step.
 ///
@@ -95,7 +95,6 @@ impl Condition {
 /// The conditions of each step of a life.
 #[must_use]
 pub fn conditions(
-    habits: &Habits,
     life: &Life,
     happenings: &Happenings,
     shapes: &Shapes,
@@ -127,7 +126,7 @@ pub fn conditions(
             let dawn = dawn::production_factor(
                 shapes.forms.dawn,
                 hour,
-                habits.wake_hour + shapes.dawn_shift,
+                life.usual_wake_hour + shapes.dawn_shift,
                 amplitudes.of(Effect::Dawn),
             );
             let alcohol: f64 = life

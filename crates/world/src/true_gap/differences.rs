@@ -45,9 +45,8 @@ pub(super) fn differences(
     let in_body = |source: ode_sim::OdeError| WorldError::Body { person: person.index, source };
     let steps = lived.glucose.len();
     let happenings = person.happenings(&lived.life);
-    let course = |amplitudes: &Amplitudes| {
-        conditions(&person.habits, &lived.life, &happenings, &person.shapes, amplitudes)
-    };
+    let course =
+        |amplitudes: &Amplitudes| conditions(&lived.life, &happenings, &person.shapes, amplitudes);
     let (with, other) = (course(&person.amplitudes), course(without));
     let inputs = person.inputs_behind_the_log(lived, without);
     let restarts = restarts(steps);
@@ -75,7 +74,8 @@ pub(super) fn differences(
     for (restart, course) in restarts.iter().zip(&courses) {
         let start = restart.start;
         if restart.steps == STEPS_PER_DAY {
-            let of_day = course.iter().enumerate().skip(1);
+            // The last value, at 24:00, belongs to the next day's first hour, which no run of this day reaches.
+            let of_day = course.iter().enumerate().take(STEPS_PER_DAY).skip(1);
             let of_day =
                 of_day.filter_map(|(k, glucose)| Some((start + k, at(start + k, glucose)?)));
             found.days.extend(of_day);

@@ -125,9 +125,8 @@ fn of_person(
         }
         CourseUnit::Factor | CourseUnit::Flux => {
             let happenings = person.happenings(&lived.life);
-            let course = |amplitudes| {
-                conditions(&person.habits, &lived.life, &happenings, &person.shapes, amplitudes)
-            };
+            let course =
+                |amplitudes| conditions(&lived.life, &happenings, &person.shapes, amplitudes);
             let (with, other) = (course(&person.amplitudes), course(&without));
             let mut low = LowTrace::default();
             let pairs = with.iter().zip(&other).zip(&lived.glucose);

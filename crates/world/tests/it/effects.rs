@@ -308,8 +308,7 @@ fn a_tenth_more_sets_fail_for_three_amplitudes_more() {
             let calendar = Calendar::new(calendar().start(), 84);
             let life = world::Life::sample(&person.habits, calendar, 24, index);
             let happenings = world::Happenings::sample(&life, 24, index);
-            let course =
-                world::conditions(&person.habits, &life, &happenings, &person.shapes, &amplitudes);
+            let course = world::conditions(&life, &happenings, &person.shapes, &amplitudes);
             let starts = |step: usize| {
                 course[step].bioavailability < 0.3 && course[step - 1].bioavailability == 1.0
             };

@@ -7,7 +7,6 @@ mod effects;
 mod embedded_fixture;
 mod planted;
 mod plausibility;
-mod replayed;
 mod switches;
 mod therapy;
 mod true_gap;

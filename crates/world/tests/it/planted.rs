@@ -202,22 +202,6 @@ fn moved_doses_are_all_still_there() {
 }
 
 #[test]
-fn a_lag_is_what_a_first_order_sensor_shows() {
-    let mut cohort = people();
-    // A step of glucose: after tau minutes 63 % of it shows.
-    let person = &mut cohort.people[0];
-    for (k, value) in person.record.channel_mut(Channel::Cgm).iter_mut().enumerate() {
-        *value = Some(if k < 100 { 100.0 } else { 200.0 });
-    }
-    let planted = plant(&cohort, Planting::SensorLag, 10.0, 7).cohort;
-    let shown = planted.people[0].record.cgm();
-    assert_eq!(shown[99], Some(100.0));
-    // Two steps of five minutes.
-    let after = shown[101].expect("recorded");
-    assert!((after - (200.0 - 100.0 * (-1.0_f64).exp())).abs() < 1e-9, "{after}");
-}
-
-#[test]
 fn truths_are_names_of_the_library_or_none() {
     for planting in Planting::ALL {
         match planting.truth() {

@@ -8,7 +8,7 @@ use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, GLUCOSE_FLOOR};
 use crate::filter::kalman::{FilterStep, Filtered, start};
 use crate::filter::observations::Observations;
-use crate::filter::state::{INTERSTITIAL, STATES};
+use crate::filter::state::STATES;
 use crate::filter::transition::Narrow;
 
 /// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
@@ -121,6 +121,7 @@ impl<'a> Steps<'a> {
     ) -> Result<Self, GapError> {
         let n = record.len();
         let mut steps = Self::new(model, record, directions, n);
+        let mut expected = start(model, record).0.interstitial.0;
         for step in 0..n {
             let (state, input) = (&frozen.states[step], &record.inputs[step]);
             let (following, transition) =
@@ -130,12 +131,14 @@ impl<'a> Steps<'a> {
             steps.push(&FilterStep {
                 step,
                 input,
+                expected,
                 state,
                 innovation: frozen.innovations[step],
                 gain: frozen.gains[step],
                 following: &following,
                 transition: &transition,
             })?;
+            expected = following.interstitial.0;
         }
         Ok(steps)
     }
@@ -173,7 +176,7 @@ impl<'a> Steps<'a> {
             transition: made.transition.narrowed(),
             gain,
             sensor_gain: modulation[Field::SensorGain] as f32,
-            expected: expected(made) as f32,
+            expected: made.expected as f32,
             scored: made.innovation.is_some(),
             floored: made.gain.is_some() && state.body.q1 <= self.floor,
         });
@@ -241,13 +244,6 @@ impl Parameters {
         }
         Self { members, begin, steps: Vec::with_capacity(capacity) }
     }
-}
-
-/// Interstitial glucose as expected before the reading: the state after it holds part of the innovation.
-fn expected(made: &FilterStep<'_>) -> f64 {
-    let Some(gain) = &made.gain else { return 0.0 };
-    let correction = made.innovation.map_or(0.0, |i| gain.gain[INTERSTITIAL] * i.value);
-    made.state.interstitial.0 - correction
 }
 
 /// Writes the numbers of one direction.
