@@ -48,7 +48,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn build(root: &Path, folder: &Path) -> Result<()> {
     let place = root.canonicalize().context("the workspace")?;
     let mut manifest = String::from(
-        "[package]\nname = \"outside\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n[workspace]\n\n[dependencies]\n\
+        "[package]\nname = \"outside\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n[workspace]\n\n\
+         [profile.dev]\ndebug = false\n\n[dependencies]\n\
          serde_json = \"1\"\n",
     );
     for name in IMPORTED {
