@@ -125,20 +125,21 @@ fn plan(args: &Settings) -> Result<Vec<PlannedWorld>> {
         return Ok(plan.worlds(args.seed));
     }
     let effects = effects(&args.effect, args.shift)?;
-    // A plan of nulls draws seeds and dates.
-    let nulls = Plan { nulls: args.count, ..Plan::check(0, 0) };
+    // A plan draws seeds, dates and therapy.
+    let plan = Plan { nulls: args.count, ..Plan::check(0, 0) };
     let worlds =
-        nulls.worlds(args.seed).into_iter().enumerate().map(|(index, drawn)| PlannedWorld {
-            effects: effects.clone(),
-            generator: args.generator.unwrap_or(Generator::ALL[index % Generator::ALL.len()]),
-            regime: args.regime.map_or(drawn.regime, |regime| match regime {
-                RegimeName::OpenLoop => Regime::OpenLoopPump,
-                RegimeName::ClosedLoop => Regime::Aid,
-            }),
-            people: args.people,
-            days: args.days,
-            nuisances: if args.nuisances { drawn.nuisances } else { Nuisances::default() },
-            ..drawn
+        plan.worlds_with(&effects, args.seed).into_iter().enumerate().map(|(index, drawn)| {
+            PlannedWorld {
+                generator: args.generator.unwrap_or(Generator::ALL[index % Generator::ALL.len()]),
+                regime: args.regime.map_or(drawn.regime, |regime| match regime {
+                    RegimeName::OpenLoop => Regime::OpenLoopPump,
+                    RegimeName::ClosedLoop => Regime::Aid,
+                }),
+                people: args.people,
+                days: args.days,
+                nuisances: if args.nuisances { drawn.nuisances } else { Nuisances::default() },
+                ..drawn
+            }
         });
     Ok(worlds.collect())
 }

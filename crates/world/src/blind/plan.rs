@@ -128,6 +128,17 @@ impl Plan {
     /// generators; the rest is drawn.
     #[must_use]
     pub fn worlds(&self, master_seed: u64) -> Vec<PlannedWorld> {
+        self.worlds_with(&[], master_seed)
+    }
+
+    /// As [`Self::worlds`], with `effects` and their shifts, mg/dL, in each of the `nulls`. Who wears a
+    /// pump follows from what acts: an effect on infusion sets needs one.
+    #[must_use]
+    pub fn worlds_with(
+        &self,
+        effects: &[(PlannedEffect, f64)],
+        master_seed: u64,
+    ) -> Vec<PlannedWorld> {
         let master_seed = match self.role {
             Role::Check => master_seed,
             Role::Training => master_seed ^ TRAINING,
@@ -139,7 +150,7 @@ impl Plan {
             .chain(self.two_effects(&mut rng))
             .chain(outside_effects(&OutsideEffect::AUTHORED, self.outside, &mut rng))
             .chain(outside_effects(&OutsideEffect::RANDOM, self.random, &mut rng))
-            .chain((0..self.nulls).map(|index| (Vec::new(), index)));
+            .chain((0..self.nulls).map(|index| (effects.to_vec(), index)));
         let mut worlds: Vec<PlannedWorld> = truths
             .enumerate()
             .map(|(item, (effects, turn))| self.world(master_seed, item, effects, turn))
@@ -285,6 +296,22 @@ mod tests {
         assert!(training.worlds(1).iter().zip(plan.worlds(1)).all(|(a, b)| a.seed != b.seed));
         let seeds: BTreeSet<u64> = plan.worlds(1).iter().map(|w| w.seed).collect();
         assert_eq!(seeds.len(), 40);
+    }
+
+    #[test]
+    fn nobody_injects_where_an_effect_acts_through_sets() {
+        let plan = Plan { nulls: 60, ..Plan::check(0, 0) };
+        let who_injects = |effect| -> Vec<bool> {
+            let worlds = plan.worlds_with(&[(PlannedEffect::Named(effect), 10.0)], 1);
+            worlds.iter().map(|world| world.regime == Regime::Mdi).collect()
+        };
+        let nulls: Vec<bool> =
+            plan.worlds(1).iter().map(|world| world.regime == Regime::Mdi).collect();
+        assert!(nulls.contains(&true));
+        assert_eq!(who_injects(Effect::Dawn), nulls);
+        for effect in [Effect::SetAgeing, Effect::SetFailure] {
+            assert!(!who_injects(effect).contains(&true), "{}", effect.name());
+        }
     }
 
     #[test]
