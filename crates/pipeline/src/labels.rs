@@ -84,3 +84,16 @@ fn regime(regime: Regime) -> &'static str {
         Regime::Mdi => "mdi",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use world::Effect;
+
+    #[test]
+    fn a_label_and_the_card_of_an_effect_name_one_port() {
+        for effect in Effect::ALL {
+            let known = effects::find(effect.name()).expect("an effect of the library");
+            assert_eq!(effect.port().name(), known.card().port.name(), "{}", effect.name());
+        }
+    }
+}

@@ -146,17 +146,14 @@ impl Effect {
     pub const fn port(self) -> Port {
         match self {
             Self::Dawn | Self::Alcohol | Self::CounterRegulation => Port::Egp,
-            Self::Exercise
-            | Self::RenalThreshold
-            | Self::MissedMeals
-            | Self::UnloggedRescueCarbs => Port::GlucoseFlux,
+            Self::Exercise | Self::RenalThreshold | Self::UnloggedRescueCarbs => Port::GlucoseFlux,
             Self::PostExerciseSensitivity | Self::SleepLoss | Self::CircadianSensitivity => {
                 Port::InsulinAction
             }
             Self::SlowMeals => Port::GutAbsorption,
             Self::SetAgeing | Self::SetFailure => Port::InsulinInput,
             Self::InsulinAbsorption => Port::InsulinAbsorption,
-            Self::CarbMiscount => Port::CarbAmount,
+            Self::CarbMiscount | Self::MissedMeals => Port::CarbAmount,
             Self::SensorLag | Self::SensorDrift | Self::CompressionLows => Port::Sensor,
         }
     }

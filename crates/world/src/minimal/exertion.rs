@@ -7,8 +7,8 @@
 
 use physiology::{Exercise, STEP};
 
-/// Uptake at full intensity in steady state, mg/kg/min: a third more than a_3/a_4 of Roy and
-/// Parker. With it glucose falls by 40 to 60 mg/dL in 45 min at half of it (Riddell et al., Lancet
+/// Uptake at full intensity in steady state, mg/kg/min: half more than a_3/a_4 of Roy and
+/// Parker (4.0). With it glucose falls by 40 to 60 mg/dL in 45 min at half of it (Riddell et al., Lancet
 /// Diabetes Endocrinol 2017;5:377).
 const UPTAKE: f64 = 6.0;
 /// Rate of the uptake a_4, 1/min.

@@ -113,7 +113,7 @@ fn courses_at_ports_have_the_size_that_was_set() {
     let ageing = course(Effect::SetAgeing, 1.0);
     assert!(ageing.by_hour.iter().flatten().all(|change| (-0.2..0.0).contains(change)));
     let missed = course(Effect::MissedMeals, 5.0);
-    assert_eq!((missed.port, missed.unit), (Port::GlucoseFlux, CourseUnit::Carbohydrate));
+    assert_eq!((missed.port, missed.unit), (Port::CarbAmount, CourseUnit::Carbohydrate));
     assert!(missed.by_hour.iter().flatten().sum::<f64>() > 10.0); // g a day
     let sensor = course(Effect::CompressionLows, 1.0);
     assert_eq!(sensor.unit, CourseUnit::Reading);
