@@ -16,7 +16,7 @@ const STILL_BEFORE: usize = STEPS_PER_HOUR / 2;
 
 impl Person {
     /// Heart rate at rest: the given baseline (0 where the source gives differences from it), or else an estimate from
-    /// the first 14 days that have heart rates, so that held-out days do not enter. That is the mean over steps of five
+    /// the first 14 days that have heart rates: where as many days train, held-out days do not enter. That is the mean over steps of five
     /// minutes without walking, also in the half hour before, or, where too few steps have a step count, of the values
     /// at or below their median. `None` if no heart rate is recorded.
     #[must_use]

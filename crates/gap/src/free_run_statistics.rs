@@ -27,19 +27,16 @@ pub(crate) fn free_run_statistics<'a>(
         found.insert(format!("free runs/{factor} {}/bias", cell.level), mean);
         found.insert(format!("free runs/{factor} {}/people differ", cell.level), sd);
     }
-    let mut before: Option<Vec<f64>> = None;
+    let horizons = 0..config.free_run.horizons.len();
+    let sizes: Vec<Vec<Option<f64>>> = people
+        .map(|person| horizons.clone().map(|index| log_size(total(person, index))).collect())
+        .collect();
     for (index, steps) in config.free_run.horizons.iter().enumerate() {
-        let sizes: Vec<f64> =
-            people.clone().map(|person| total(person, index).rms().max(1e-3).ln()).collect();
-        let grown = match &before {
-            Some(last) => sizes.iter().zip(last).map(|(now, last)| now - last).collect(),
-            None => sizes.clone(),
-        };
+        let grown: Vec<f64> = sizes.iter().filter_map(|own| growth(own, index)).collect();
         if let Some((mean, sd)) = mean_and_sd(&grown) {
             found.insert(format!("free runs/growth to {} min/mean", 5 * steps), mean);
             found.insert(format!("free runs/growth to {} min/SD", 5 * steps), sd);
         }
-        before = Some(sizes);
     }
     found
 }
@@ -54,6 +51,21 @@ fn bias(person: &PersonAnalysis, cell: usize, horizon: usize) -> Option<f64> {
     (count >= FEWEST && rms > 0.0).then(|| of_days(|day| &day.sums) / count / rms)
 }
 
+/// Logarithm of the root mean squared error of some runs, mg/dL; `None` where there is no run or no error.
+fn log_size(sums: HorizonSums) -> Option<f64> {
+    let rms = sums.rms();
+    (rms > 0.0).then(|| rms.ln())
+}
+
+/// How much the logarithm grows to a horizon from the one before; the first is given as it is.
+fn growth(sizes: &[Option<f64>], horizon: usize) -> Option<f64> {
+    let before = match horizon.checked_sub(1) {
+        Some(before) => sizes[before]?,
+        None => 0.0,
+    };
+    Some(sizes[horizon]? - before)
+}
+
 fn total(person: &PersonAnalysis, horizon: usize) -> HorizonSums {
     HorizonSums::total(person.horizons.iter(), horizon)
 }
@@ -63,4 +75,18 @@ fn mean_and_sd(values: &[f64]) -> Option<(f64, f64)> {
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
     mean.is_finite().then(|| (mean, variance.sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_no_run_is_long_enough_nothing_is_said_of_growth() {
+        let runs = |squares: f64| HorizonSums { runs: 4.0, squares, ..HorizonSums::default() };
+        let sizes = [runs(400.0), runs(1600.0), HorizonSums::default()].map(log_size);
+        assert_eq!(growth(&sizes, 0), Some(10f64.ln()));
+        assert!((growth(&sizes, 1).expect("runs at both") - 2f64.ln()).abs() < 1e-12);
+        assert_eq!(growth(&sizes, 2), None);
+    }
 }

@@ -102,7 +102,6 @@ impl Values {
 
     fn record(&mut self, person: &Person, observations: &Observations) {
         let record = &person.record;
-        let days = record.len() as f64 / STEPS_PER_DAY as f64;
         let within = |step: usize| within(observations, step);
         let glucose: Vec<f64> = observations.readings.iter().filter_map(|r| r.value()).collect();
         let differences: Vec<Option<f64>> = (DIFFERENCE..record.len())
@@ -115,18 +114,16 @@ impl Values {
         self.set("record/difference kurtosis", moment(&known, excess_kurtosis));
         self.set("record/difference autocorrelation", autocorrelation(&differences, DIFFERENCE));
         self.readings(record, observations);
-        let carbs: Vec<f64> = record.carbs().iter().flatten().copied().collect();
-        let boluses = || record.bolus().iter().flatten().copied();
-        let basal: f64 =
-            record.basal().iter().flatten().map(|rate| rate / STEPS_PER_HOUR as f64).sum();
+        let carbs = |grams: f64| grams;
+        let meal = |grams: f64| f64::from(u8::from(grams >= LEAST_MEAL));
+        let given = |units: f64| f64::from(u8::from(units > 0.0));
         let some = |value: f64| (value > 0.0).then_some(value);
-        self.set("record/carbohydrate, g/day", some(carbs.iter().sum::<f64>() / days));
-        let meals = carbs.iter().filter(|g| **g >= LEAST_MEAL).count() as f64;
-        self.set("record/meals of 10 g, 1/day", some(meals / days));
-        let per_kg = (boluses().sum::<f64>() + basal) / days / observations.weight.0;
+        self.set("record/carbohydrate, g/day", some(per_day(record.carbs(), carbs)));
+        self.set("record/meals of 10 g, 1/day", some(per_day(record.carbs(), meal)));
+        let basal = per_day(record.basal(), |rate| rate / STEPS_PER_HOUR as f64);
+        let per_kg = (per_day(record.bolus(), |units| units) + basal) / observations.weight.0;
         self.set("record/insulin, U/kg/day", some(per_kg));
-        let given = boluses().filter(|units| *units > 0.0).count() as f64;
-        self.set("record/boluses, 1/day", some(given / days));
+        self.set("record/boluses, 1/day", some(per_day(record.bolus(), given)));
     }
 
     fn innovations(&mut self, person: &Person, calibration: &Calibration) {
@@ -172,6 +169,13 @@ impl Values {
         }
         self.set("calibration/iterations", Some(calibration.iterations as f64));
     }
+}
+
+/// Sum over the entries of a channel a day of entries; 0 for a channel without any.
+fn per_day(channel: &[Option<f64>], of: impl Fn(f64) -> f64) -> f64 {
+    let entries = || channel.iter().flatten();
+    let days = entries().count().max(1) as f64 / STEPS_PER_DAY as f64;
+    entries().map(|value| of(*value)).sum::<f64>() / days
 }
 
 /// A moment of enough values.
@@ -228,6 +232,15 @@ fn autocorrelation(values: &[Option<f64>], lag: usize) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rates_count_the_time_that_is_on_record() {
+        let mut channel = vec![Some(0.0); STEPS_PER_DAY];
+        channel[10] = Some(30.0);
+        channel.extend(vec![None; 3 * STEPS_PER_DAY]);
+        assert_eq!(per_day(&channel, |grams| grams), 30.0);
+        assert_eq!(per_day(&[None; 5], |grams| grams), 0.0);
+    }
 
     #[test]
     fn moments_are_those_of_known_series() {

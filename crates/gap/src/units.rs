@@ -75,7 +75,7 @@ impl PersonUnits {
             courses: port_course::of_person(&less, &course.hour),
         };
         let doses = Doses::of_person(person);
-        for units in units(&course, &situations, &doses) {
+        for units in units(&course, &situations, &doses, &person.observations.doses_recorded) {
             let kind = KINDS[units.kind];
             let scores = if kind.plain { &less } else { &usual };
             let covariates = standardised(&units.units, kind.covariates.len());

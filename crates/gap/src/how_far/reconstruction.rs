@@ -78,11 +78,14 @@ impl StrengthSums {
     }
 }
 
-/// The strength with which an effect of amplitude `amplitude` was published; `None` for a driven one.
+/// The strength of an effect of amplitude `amplitude`, which is the frequency of events, or the spread of a random
+/// factor, over the published one; `None` for a driven one.
 pub(super) fn published(form: &Form, amplitude: f64) -> Option<Strength> {
     match form {
         Form::Driven => None,
-        Form::Events(shape) => Some(Strength { per_day: shape.per_day, amplitude }),
+        Form::Events(shape) => {
+            Some(Strength { per_day: shape.per_day * amplitude, amplitude: 1.0 })
+        }
         Form::Random { .. } => Some(Strength { per_day: 0.0, amplitude }),
     }
 }
@@ -209,7 +212,8 @@ impl<'a> Linear<'a> {
         strength: Strength,
         within: &Range<usize>,
     ) -> Result<(Vec<Hidden>, StrengthSums), GapError> {
-        let grid = (shape.profiles[0].len() + ANSWER).div_ceil(MOST_LANES).max(GRID);
+        let longest = shape.profiles.iter().map(Vec::len).max().unwrap_or(0);
+        let grid = (longest + ANSWER).div_ceil(MOST_LANES).max(GRID);
         let mut onsets: Vec<usize> = Vec::new();
         for onset in shape.onsets.iter().filter(|o| within.contains(*o)) {
             if onsets.last().is_none_or(|last| onset / grid != last / grid) {
@@ -219,34 +223,42 @@ impl<'a> Linear<'a> {
         let days = within.len() as f64 / STEPS_PER_DAY as f64;
         let mut tally = StrengthSums { days, ..StrengthSums::default() };
         let mut hidden = Vec::new();
-        if onsets.is_empty() || strength.amplitude <= 0.0 {
+        if onsets.is_empty() || strength.per_day <= 0.0 || strength.amplitude <= 0.0 {
             return Ok((hidden, tally));
         }
-        let pulses: Vec<Pulse> = onsets
+        // Every profile at every onset.
+        let places: Vec<(usize, &Vec<f64>)> = onsets
             .iter()
-            .map(|onset| Pulse {
+            .flat_map(|onset| shape.profiles.iter().map(move |profile| (*onset, profile)))
+            .collect();
+        let pulses: Vec<Pulse> = places
+            .iter()
+            .map(|(onset, profile)| Pulse {
                 start: onset - self.range.start,
-                course: shape.profiles[0].clone(),
+                course: (*profile).clone(),
             })
             .collect();
         let answers = self.answers(shape.field, &pulses)?;
-        let chance = (strength.per_day * days / onsets.len() as f64).clamp(1e-6, 0.5);
+        let chance = (strength.per_day * days / places.len() as f64).clamp(1e-6, 0.5);
         let prior_odds = (chance / (1.0 - chance)).ln();
         let usual: f64 = shape.sizes.iter().map(|(size, weight)| size * weight).sum();
         let mut state: Vec<Event> = answers
             .iter()
             .map(|answer| Event::of(self, answer, shape, strength.amplitude))
             .collect();
-        for _ in 0..onsets.len() {
+        for _ in &onsets {
             let best = (0..state.len())
                 .filter(|k| !state[*k].taken)
                 .max_by(|a, b| state[*a].log_odds.total_cmp(&state[*b].log_odds));
             let Some(best) = best.filter(|k| state[*k].log_odds + prior_odds > 0.0) else { break };
             let probability = 1.0 / (1.0 + (-state[best].log_odds - prior_odds).exp());
             let amount = probability * state[best].size;
-            state[best].taken = true;
-            for (offset, value) in shape.profiles[0].iter().enumerate() {
-                hidden.push((onsets[best] + offset, shape.field, Change::Added(amount * value)));
+            let (onset, profile) = places[best];
+            for (event, place) in state.iter_mut().zip(&places) {
+                event.taken |= place.0 == onset;
+            }
+            for (offset, value) in profile.iter().enumerate() {
+                hidden.push((onset + offset, shape.field, Change::Added(amount * value)));
             }
             tally.count += probability;
             tally.sum += amount / usual;
@@ -367,5 +379,23 @@ impl Event {
         let total: f64 = weights.iter().sum();
         let size = sizes.iter().zip(&weights).map(|(size, w)| size * w).sum::<f64>() / total;
         Self { log_odds: log_sum(&logs), size, taken: false }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_amplitude_is_a_frequency_of_events_and_a_spread_of_factors() {
+        let (field, profiles) = (Field::ExtraCarbs, vec![vec![25.0]]);
+        let sizes = vec![(1.0, 1.0)];
+        let events =
+            Form::Events(EventShape { field, profiles, onsets: Vec::new(), per_day: 0.4, sizes });
+        let random = Form::Random { field: Field::GutTime, unit: RandomUnit::Day, log_sd: 0.2 };
+        let strength = |per_day, amplitude| Some(Strength { per_day, amplitude });
+        assert_eq!(published(&events, 0.25), strength(0.1, 1.0));
+        assert_eq!(published(&random, 0.25), strength(0.0, 0.25));
+        assert_eq!(published(&Form::Driven, 0.25), None);
     }
 }

@@ -66,14 +66,21 @@ fn insulin(person: &Person, step: usize) -> f64 {
     basal + record.bolus()[step].unwrap_or(0.0)
 }
 
-/// Hours a day in which no dose acts.
+/// Hours a day in which no dose acts, over the time that is on record: where no channel of insulin has an entry, nobody
+/// knows.
 fn uncovered_hours(person: &Person) -> f64 {
-    let (mut since, mut uncovered) = (0, 0);
+    let (basal, bolus) = (person.record.basal(), person.record.bolus());
+    let (mut since, mut uncovered, mut known) = (0, 0, 0);
     for step in 0..person.record.len() {
+        if basal[step].is_none() && bolus[step].is_none() {
+            since = 0;
+            continue;
+        }
+        known += 1;
         since = if insulin(person, step) > 0.0 { 0 } else { since + 1 };
         uncovered += usize::from(since > ACTS_FOR);
     }
-    24.0 * uncovered as f64 / person.record.len() as f64
+    24.0 * uncovered as f64 / f64::from(known.max(1))
 }
 
 /// Insulin around meals beyond that of other hours, over what the rule of 500 has for their carbohydrate.

@@ -220,8 +220,15 @@ pub(super) struct Units {
 }
 
 /// A person's units, kind by kind; kinds that the record does not show are absent.
-pub(super) fn units(course: &Course, situations: &Situations, doses: &Doses) -> Vec<Units> {
-    let life = Life::of(course, situations, doses);
+///
+/// `recorded` says in which steps every dose is on record.
+pub(super) fn units(
+    course: &Course,
+    situations: &Situations,
+    doses: &Doses,
+    recorded: &[bool],
+) -> Vec<Units> {
+    let life = Life::of(course, situations, doses, recorded);
     let of_kind = |(kind, of): (usize, &Kind)| Units { kind, units: (of.units)(&life) };
     KINDS.iter().enumerate().map(of_kind).filter(|units| !units.units.is_empty()).collect()
 }
@@ -230,6 +237,7 @@ pub(super) fn units(course: &Course, situations: &Situations, doses: &Doses) -> 
 struct Life<'a> {
     course: &'a Course,
     doses: &'a Doses,
+    recorded: &'a [bool],
     n: usize,
     exercise: Vec<bool>,
     short_night: Vec<bool>,
@@ -239,7 +247,12 @@ struct Life<'a> {
 }
 
 impl<'a> Life<'a> {
-    fn of(course: &'a Course, situations: &Situations, doses: &'a Doses) -> Self {
+    fn of(
+        course: &'a Course,
+        situations: &Situations,
+        doses: &'a Doses,
+        recorded: &'a [bool],
+    ) -> Self {
         let n = course.len();
         let holds = |situation| (0..n).map(|k| situations.holds(situation, k)).collect();
         let mut changed = None;
@@ -254,6 +267,7 @@ impl<'a> Life<'a> {
         Self {
             course,
             doses,
+            recorded,
             n,
             exercise: holds(Situation::Exercise),
             short_night: holds(Situation::DayAfterShortSleep),
@@ -268,6 +282,13 @@ impl<'a> Life<'a> {
 
     fn sum(&self, values: &[f64], k: usize, before: usize, after: usize) -> f64 {
         values[k.saturating_sub(before)..(k + after).min(self.n)].iter().sum()
+    }
+
+    /// Whether it is on record that nothing was eaten from so many steps before to so many after.
+    fn nothing_eaten(&self, k: usize, before: usize, after: usize) -> bool {
+        let steps = k.saturating_sub(before)..(k + after).min(self.n);
+        self.recorded[steps.clone()].iter().all(|recorded| *recorded)
+            && self.course.carbs[steps].iter().sum::<f64>() <= 0.0
     }
 
     /// Hours of exercise in the steps before.
@@ -323,8 +344,7 @@ impl<'a> Life<'a> {
         });
         found.retain(|unit| {
             let k = unit.steps.start;
-            self.course.bolus[k] >= BOLUS
-                && self.sum(&self.course.carbs, k, STEPS_PER_HOUR, STEPS_PER_HOUR) <= 0.0
+            self.course.bolus[k] >= BOLUS && self.nothing_eaten(k, STEPS_PER_HOUR, STEPS_PER_HOUR)
         });
         for unit in &mut found {
             let k = unit.steps.start;
@@ -341,9 +361,8 @@ impl<'a> Life<'a> {
             vec![self.rate(steps), flag(before.iter().any(|glucose| *glucose < 75.0))]
         });
         found.retain(|unit| {
-            let eaten =
-                self.sum(&self.course.carbs, unit.steps.start, 3 * STEPS_PER_HOUR, HALF_HOUR);
-            unit.covariates[0] >= RISE && eaten <= 0.0
+            let k = unit.steps.start;
+            unit.covariates[0] >= RISE && self.nothing_eaten(k, 3 * STEPS_PER_HOUR, HALF_HOUR)
         });
         for unit in &mut found {
             let start = unit.steps.start;
@@ -506,14 +525,14 @@ mod tests {
         };
         let situations = Situations::of(&person, &glucose);
         let course = crate::course(&person, glucose);
-        let doses = Doses::of(&course.hour, course.bolus.clone());
+        let doses = Doses::of(&course.hour, course.bolus.iter().copied().map(Some).collect());
         (course, situations, doses)
     }
 
     /// First step, length and covariates of the units of a kind.
     fn found(name: &str) -> Vec<(usize, usize, Vec<f64>)> {
         let (course, situations, doses) = course();
-        let units = units(&course, &situations, &doses);
+        let units = units(&course, &situations, &doses, &vec![true; course.len()]);
         let own = units.into_iter().find(|units| KINDS[units.kind].name == name);
         let own = own.map_or_else(Vec::new, |units| units.units);
         own.into_iter().map(|u| (u.steps.start, u.steps.len(), u.covariates)).collect()
@@ -557,7 +576,7 @@ mod tests {
             assert!(found(absent).is_empty(), "{absent}");
         }
         let (course, situations, doses) = course();
-        for units in units(&course, &situations, &doses) {
+        for units in units(&course, &situations, &doses, &vec![true; course.len()]) {
             let kind = KINDS[units.kind];
             assert!(units.units.iter().all(|u| u.covariates.len() == kind.covariates.len()));
             assert!(units.units.iter().all(|u| u.steps.end <= course.len()));

@@ -29,7 +29,7 @@ impl<'a> Backgrounds<'a> {
         let mut found = Self { each: Vec::new(), indices: Vec::new() };
         for effect in hidden.effects() {
             let card = tried.get(effect).card();
-            let directions = allowed(&statistics.columns, &[], Some(&card));
+            let directions = allowed(&statistics.columns, &[], 0, Some(&card));
             let columns: Vec<usize> = directions.iter().map(|a| a.column).collect();
             let known = sets.iter().position(|set| *set == columns);
             found.indices.push((effect, known.unwrap_or(sets.len())));
@@ -48,11 +48,32 @@ impl<'a> Backgrounds<'a> {
     }
 }
 
-/// What is allowed for when an effect is tested: the background and one variant of each guard, which others have with
-/// their standard deviation; nothing that is the effect itself. `None` is for no effect in particular.
+/// Standard deviation of the amplitude of a guard that was not named.
+const GUARD_SD: f64 = 0.5;
+
+/// An effect that is allowed for while others are tested.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Guard {
+    pub(super) effect: EffectId,
+    /// Standard deviation of its amplitude.
+    pub(super) sd: f64,
+    /// The variant by which it was named, by person; empty where it was not: then the first stands for it.
+    pub(super) variants: Vec<usize>,
+}
+
+impl Guard {
+    /// An effect that every body has in its own measure.
+    pub(super) fn usual(effect: EffectId) -> Self {
+        Self { effect, sd: GUARD_SD, variants: Vec::new() }
+    }
+}
+
+/// What is allowed for when an effect is tested in a person: the background and one variant of each guard, with their
+/// standard deviations; nothing that is the effect itself. `None` is for no effect in particular.
 pub(super) fn allowed(
     columns: &[Column],
-    guards: &[(EffectId, f64)],
+    guards: &[Guard],
+    person: usize,
     tested: Option<&Card>,
 ) -> Vec<Allowed> {
     let mut guarded: Vec<EffectId> = Vec::new();
@@ -64,13 +85,16 @@ pub(super) fn allowed(
                 let own = tested.is_some_and(|card| is_itself(card, *which));
                 (!own).then_some(Allowed { column, mean: 0.0, sd: *prior_sd })
             }
-            Column::Effect { effect, .. } => {
+            Column::Effect { effect, variant } => {
                 // One variant of each guard: its others differ in sign or phase.
-                let (_, sd) = guards.iter().find(|(guard, _)| guard == effect)?;
+                let guard = guards.iter().find(|guard| guard.effect == *effect)?;
                 let own = tested.is_some_and(|card| card.id == *effect);
-                let skip = own || guarded.contains(effect);
+                let other = guard.variants.get(person).is_some_and(|named| named != variant);
+                if own || other || guarded.contains(effect) {
+                    return None;
+                }
                 guarded.push(*effect);
-                (!skip).then_some(Allowed { column, mean: 0.0, sd: *sd })
+                Some(Allowed { column, mean: 0.0, sd: guard.sd })
             }
         })
         .collect()

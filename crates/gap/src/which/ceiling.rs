@@ -12,8 +12,9 @@ use cohort::Cohort;
 use effects::{Card, Course, Effect, EffectId, Field, Form, Modulation, Structure};
 use rayon::prelude::*;
 
+use super::backgrounds::Guard;
 use super::held_out::held_out;
-use super::round::{GUARD_SD, Round};
+use super::round::Round;
 use super::round_person::RoundPerson;
 use super::statistics::TestStatistics;
 use crate::calibrated_person::CalibratedPerson;
@@ -92,7 +93,7 @@ pub fn exact_course_evidence(
                 .par_iter()
                 .map(|(index, person)| subject(person, course, *index, &guards))
                 .collect::<Result<Vec<_>, GapError>>()?;
-            let spreads = guards.iter().map(|guard| (guard.card().id, GUARD_SD)).collect();
+            let spreads = guards.iter().map(|guard| Guard::usual(guard.card().id)).collect();
             let found = held_out(&Round::estimated(subjects, spreads).trials(&course.card));
             Ok(ExactEvidence {
                 effect: course.card.id,

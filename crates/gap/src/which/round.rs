@@ -4,7 +4,7 @@ use effects::{Allowance, Card, EffectId};
 use rayon::prelude::*;
 
 use super::Named;
-use super::backgrounds::{Backgrounds, allowed};
+use super::backgrounds::{Backgrounds, Guard, allowed};
 use super::conditioned::{conditioned, longer_lags};
 use super::events::EventEvidence;
 use super::held_out::{FoldSums, HeldOutEvidence, Trial, fitted_to_all};
@@ -21,9 +21,6 @@ use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
 use crate::units::PersonUnits;
 
-/// Standard deviation of the amplitude of a guard.
-pub(super) const GUARD_SD: f64 = 0.5;
-
 /// Everything that is known in one round.
 pub(super) struct Round {
     pub(super) subjects: Vec<RoundPerson>,
@@ -31,7 +28,7 @@ pub(super) struct Round {
     pub(super) marginal: Vec<FoldSums>,
     pub(super) estimated: Estimated,
     /// Guards that are not themselves named, and named driven effects with their spread.
-    pub(super) guards: Vec<(EffectId, f64)>,
+    pub(super) guards: Vec<Guard>,
 }
 
 /// Evidence of one effect.
@@ -75,13 +72,14 @@ impl Round {
         before: Vec<Vec<EventBank>>,
         rule: &CalibrationRule,
     ) -> Result<Self, GapError> {
-        let mut guards: Vec<(EffectId, f64)> = Vec::new();
+        let mut guards: Vec<Guard> = Vec::new();
         for effect in tried.ids() {
             let known = named.iter().find(|n| n.effect == effect);
             if let Some(known) = known {
-                guards.push((effect, (0.5 * known.amplitude.0).hypot(0.1)));
+                let sd = (0.5 * known.amplitude.0).hypot(0.1);
+                guards.push(Guard { effect, sd, variants: known.variants.clone() });
             } else if tried.is_guard(effect) {
-                guards.push((effect, GUARD_SD));
+                guards.push(Guard::usual(effect));
             }
         }
         let mut subjects: Vec<RoundPerson> = people
@@ -109,7 +107,7 @@ impl Round {
                 drop(backgrounds);
                 let natural = named
                     .is_empty()
-                    .then(|| natural(&person, &design, &statistics, &guards))
+                    .then(|| natural(&person, index, &design, &statistics, &guards))
                     .transpose()?;
                 let untried = design.untried;
                 Ok(RoundPerson { untried, statistics, units, events, lags, natural })
@@ -120,7 +118,7 @@ impl Round {
     }
 
     /// The round of these linear models: random differences between days are estimated and integrated out.
-    pub(super) fn estimated(subjects: Vec<RoundPerson>, guards: Vec<(EffectId, f64)>) -> Self {
+    pub(super) fn estimated(subjects: Vec<RoundPerson>, guards: Vec<Guard>) -> Self {
         let mut round =
             Self { subjects, marginal: Vec::new(), estimated: Estimated::default(), guards };
         // Constant directions, then spreads given them, twice: each needs the other.
@@ -152,7 +150,7 @@ impl Round {
 
     /// What is allowed for when an effect is tested in a person; `None` for no effect in particular.
     pub(super) fn allowed(&self, person: usize, tested: Option<&Card>) -> Vec<Allowed> {
-        allowed(&self.subjects[person].statistics.columns, &self.guards, tested)
+        allowed(&self.subjects[person].statistics.columns, &self.guards, person, tested)
     }
 
     /// A person's constant directions, one number a column.
@@ -189,12 +187,13 @@ impl Round {
 /// and of glucose.
 fn natural(
     person: &CalibratedPerson<'_>,
+    index: usize,
     design: &Design,
     statistics: &TestStatistics,
-    guards: &[(EffectId, f64)],
+    guards: &[Guard],
 ) -> Result<PersonUnits, GapError> {
     let information = Sums::over(&statistics.folds, None).a;
-    let mut usual = allowed(&statistics.columns, guards, None);
+    let mut usual = allowed(&statistics.columns, guards, index, None);
     let mut plain = Vec::new();
     for nuisance in &mut usual {
         let Column::Background { which, .. } = statistics.columns[nuisance.column] else {
@@ -235,7 +234,8 @@ mod tests {
 
     #[test]
     fn the_background_and_one_variant_of_each_guard_are_allowed_for_but_never_the_effect_itself() {
-        let guards = vec![(EffectId::RENAL_THRESHOLD, 0.5), (EffectId::DAWN, 0.3)];
+        let guard = |effect, sd| Guard { effect, sd, variants: Vec::new() };
+        let guards = vec![guard(EffectId::RENAL_THRESHOLD, 0.5), guard(EffectId::DAWN, 0.3)];
         let round = Round::estimated(vec![week(0, 0.0)], guards);
         let allowed = |tested: Option<&str>| -> Vec<usize> {
             let card = tested.map(card);
@@ -248,6 +248,15 @@ mod tests {
         assert_eq!(allowed(Some("dawn")), [&background[..CLOCK], &[RENAL]].concat());
         let sds: Vec<f64> = round.allowed(0, None).iter().map(|allowed| allowed.sd).collect();
         assert_eq!(sds[CLOCK..], [PRIOR_SD, 0.3, 0.5]);
+    }
+
+    #[test]
+    fn each_person_is_allowed_the_variant_by_which_an_effect_was_named() {
+        let variants = vec![1, 0];
+        let named = Guard { effect: EffectId::DAWN, sd: 0.3, variants };
+        let round = Round::estimated(vec![week(0, 0.0), week(0, 0.0)], vec![named]);
+        let last = |person| round.allowed(person, None).last().map(|allowed| allowed.column);
+        assert_eq!([last(0), last(1)], [Some(DAWN[1]), Some(DAWN[0])]);
     }
 
     #[test]

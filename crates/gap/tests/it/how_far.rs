@@ -54,6 +54,11 @@ fn calibrated(cohort: &Cohort) -> Vec<(Observations, Calibration)> {
 }
 
 fn measured(cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
+    measured_at(1.0, cohort, effects)
+}
+
+/// With effects that were named with this amplitude.
+fn measured_at(amplitude: f64, cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
     let known = calibrated(cohort);
     let people: Vec<CalibratedPerson<'_>> = cohort
         .people
@@ -70,7 +75,7 @@ fn measured(cohort: &Cohort, effects: &[(&dyn Effect, usize)]) -> HowFar {
         .map(|(effect, variant)| NamedEffect {
             effect: *effect,
             variant: *variant,
-            amplitudes: vec![1.0; people.len()],
+            amplitudes: vec![amplitude; people.len()],
         })
         .collect();
     let config = config();
@@ -206,6 +211,9 @@ fn hidden_events_are_reconstructed_and_kept_apart() {
         assert_eq!(person.mae_before, person.mae_after, "nothing was predicted");
         assert_ne!(person.mae_reconstructed, person.mae_after);
     }
+    // Meals of the usual size that are missed seldom are as large as others.
+    let seldom = measured_at(0.4, &forgotten, &[(missed.as_ref(), 0)]);
+    assert!(seldom.horizons[1].difference.upper < -1.0, "{:?}", seldom.horizons[1]);
     let nothing_missed = measured(&logged, &[(missed.as_ref(), 0)]);
     for row in &nothing_missed.horizons {
         assert!(row.difference.value.abs() < 0.5, "{row:?}");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use cohort::Cohort;
 use gap::quality::InUse;
-use gap::{Diagnoser, Diagnosis, DiagnosisConfig, InclusionRule, Plants};
+use gap::{Diagnoser, Diagnosis, DiagnosisConfig, GapError, InclusionRule, Plants};
 use posterior::Posterior;
 
 use crate::diagnosed::{Diagnosed, ODE};
@@ -44,7 +44,13 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
     Manifest::new("diagnose", config, Some(args.seed))
         .with_input(&args.cohort)?
         .with_inputs((args.model != ODE).then_some(&args.model))?
-        .with_inputs(&args.population)
+        .with_inputs(&args.population)?
+        .with_inputs(&args.posterior)
+}
+
+/// Whether a diagnosis ended because nobody could be diagnosed.
+fn nobody_left(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(GapError::NobodyLeft { .. }))
 }
 
 /// Reads a posterior.
@@ -85,7 +91,11 @@ pub fn run(args: &Settings) -> Result<()> {
     diagnosis.notes.extend(judged.notes);
     if let Some(network) = &without {
         let same = included(&judged.cohort, &diagnosis);
-        diagnosis.absorbed = gap::absorbed(&run(&same, network)?, &diagnosis);
+        diagnosis.absorbed = match run(&same, network) {
+            Ok(found) => gap::absorbed(&found, &diagnosis),
+            Err(error) if nobody_left(&error) => None,
+            Err(error) => return Err(error),
+        };
         if diagnosis.absorbed.is_none() {
             diagnosis.notes.push(
                 "Not everybody could be diagnosed without the residual, so that nothing is said of what \
