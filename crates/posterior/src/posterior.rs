@@ -61,7 +61,7 @@ impl Described {
 pub struct Answer {
     /// Probability that nothing is missing.
     pub nothing: f64,
-    /// Probability that something is missing that is none of the effects, alone or beside them.
+    /// Probability that something is missing that is none of the effects.
     pub unknown: f64,
     /// Probability of each effect, alone or beside others.
     pub effects: Vec<(String, f64)>,
@@ -198,6 +198,9 @@ impl Posterior {
         let description = metadata.metadata().as_ref().and_then(|all| all.get(DESCRIPTION));
         let description = description.ok_or_else(|| file("its metadata describe no posterior"))?;
         let described: Described = serde_json::from_str(description).map_err(file)?;
+        if let Some(fault) = described.reading.fault().or(described.regression.fault()) {
+            return Err(file(fault));
+        }
         let tensors = candle_core::safetensors::load_buffer(bytes, &Device::Cpu)?;
         let shape = described.shape();
         let weights_of = |member: &str, shapes: &[(&'static str, Vec<usize>)]| {
@@ -206,7 +209,11 @@ impl Posterior {
                 let found = tensors.get(&key).filter(|tensor| tensor.dims() == *shape);
                 let found =
                     found.ok_or_else(|| file(format!("`{key}` is absent or of another shape")))?;
-                Ok(found.to_dtype(DType::F32)?)
+                let found = found.to_dtype(DType::F32)?;
+                if found.flatten_all()?.to_vec1::<f32>()?.iter().any(|weight| !weight.is_finite()) {
+                    return Err(file(format!("`{key}` holds a weight that is not finite")));
+                }
+                Ok(found)
             };
             shapes.iter().map(one).collect::<Result<Vec<Tensor>, PosteriorError>>()
         };

@@ -48,6 +48,17 @@ impl Reading {
         reading
     }
 
+    /// Why this cannot be read with, if so.
+    pub(crate) fn fault(&self) -> Option<&'static str> {
+        let names = self.names.len();
+        if [self.centre.len(), self.spread.len()] != [names, names] {
+            return Some("its statistics have no centre or spread each");
+        }
+        let sound = self.centre.iter().all(|centre| centre.is_finite())
+            && self.spread.iter().all(|spread| spread.is_finite() && *spread > 0.0);
+        (!sound).then_some("a centre is not finite, or a spread is not positive")
+    }
+
     /// Some of the statistics.
     pub(crate) fn only(&self, kept: &[usize]) -> Self {
         Self {

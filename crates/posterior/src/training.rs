@@ -570,6 +570,29 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_would_answer_nonsense_is_refused() {
+        let sound = trained(160);
+        type Damage = fn(&mut Posterior);
+        let damages: [(&str, Damage); 5] = [
+            ("centre or spread each", |p| p.described.reading.centre.truncate(1)),
+            ("centre or spread each", |p| p.described.regression.spread.push(1.0)),
+            ("spread is not positive", |p| p.described.reading.spread[0] = 0.0),
+            ("not finite", |p| p.described.regression.centre[0] = f32::MAX * 2.0),
+            ("weight that is not finite", |p| {
+                let weights = &mut p.networks[0].weights[0];
+                *weights = (&*weights * 1e9).expect("a product");
+            }),
+        ];
+        for (why, damage) in damages {
+            let mut damaged = sound.clone();
+            damage(&mut damaged);
+            let bytes = damaged.bytes().expect("written");
+            let error = Posterior::from_bytes(&bytes).map(|_| ()).expect_err(why).to_string();
+            assert!(error.contains(why) || error.contains("null"), "{error}");
+        }
+    }
+
+    #[test]
     fn a_table_without_rows_or_with_a_strange_effect_is_refused() {
         let of = |table: &Table| {
             let settings = Training::working(1);
