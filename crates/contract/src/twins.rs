@@ -26,11 +26,12 @@ pub struct TwinRow {
     pub windows_test: usize,
     /// Why there is no twin; null where there is one.
     pub excluded: Option<String>,
-    /// Training loss before the first epoch, which is the population model's.
+    /// Training loss before the first epoch: of the population model, of the earlier twin where training went on
+    /// from one, or of the fitted rate where doses are scaled.
     pub loss_first: Option<f64>,
     /// Training loss of the kept network.
     pub loss_last: Option<f64>,
-    /// Epochs behind the kept network; 0 if training did not improve on the population model.
+    /// Epochs behind the kept network; 0 if none improved on what training began with.
     pub epoch_kept: Option<usize>,
     /// Training steps without a heart rate, read as the training median.
     pub steps_without_heart_rate: Option<usize>,

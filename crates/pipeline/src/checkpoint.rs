@@ -15,9 +15,9 @@ pub(crate) struct CheckpointFile {
 impl CheckpointFile {
     /// The one that belongs to the folder `out`: `out/train.checkpoint` to `out/train`.
     pub(crate) fn beside(out: &Path) -> Self {
-        let mut name = out.as_os_str().to_owned();
+        let mut name = out.file_name().unwrap_or_default().to_owned();
         name.push(".checkpoint");
-        Self { path: name.into() }
+        Self { path: out.with_file_name(name) }
     }
 
     /// What was written last, if a run was ended before it was done.
@@ -50,6 +50,14 @@ impl CheckpointFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_slash_at_the_end_of_the_folder_changes_nothing() {
+        for out in ["out/train", "out/train/", "out/train/."] {
+            let file = CheckpointFile::beside(Path::new(out));
+            assert_eq!(file.path(), Path::new("out/train.checkpoint"), "{out}");
+        }
+    }
 
     #[test]
     fn what_was_written_last_is_read_and_nothing_else_is_left() {

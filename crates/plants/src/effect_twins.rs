@@ -41,6 +41,19 @@ pub const KINDS: [Kind; 6] = [
     Kind { name: "twin, states only, + effect", effect: true, residual: Some(InputSet::None) },
 ];
 
+/// Everybody with the resting heart rate that their training days show, so that the diagnosis of these days and the
+/// windows of the whole record see one course of exercise.
+#[must_use]
+pub fn resting_as_in_training(cohort: &Cohort, protocol: &Protocol) -> Cohort {
+    let trained = training_days(cohort, protocol).people;
+    let people = cohort.people.iter().map(|person| {
+        let own = trained.iter().find(|trained| trained.id == person.id);
+        let heart_rate_baseline = own.and_then(Person::resting_heart_rate);
+        Person { heart_rate_baseline, ..person.clone() }
+    });
+    Cohort { people: people.collect() }
+}
+
 /// Everybody's training days alone.
 #[must_use]
 pub fn training_days(cohort: &Cohort, protocol: &Protocol) -> Cohort {

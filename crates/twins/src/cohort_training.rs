@@ -117,7 +117,8 @@ pub fn build_twins_from(
 ///
 /// # Errors
 /// Those of [`PersonWindows::new`], [`window_starts`](crate::window_starts), [`PreparedWindow::new`] and [`train`], and
-/// [`TwinError::OtherPerson`] if `before` is someone else's.
+/// [`TwinError::OtherPerson`] if `before` is someone else's, and [`TwinError::SeenDays`] if it was trained on days that
+/// are to test now.
 pub fn build_twin(
     index: usize,
     person: &Person,
@@ -140,6 +141,11 @@ fn build_with(
             person: person.id.clone(),
             twin: twin.card.person_id.clone(),
         });
+    }
+    let days = recipe.protocol.training_days_of(&person.record);
+    let seen = before.and_then(|twin| twin.training_days_of(&person.record));
+    if let Some(seen) = seen.filter(|seen| *seen > days) {
+        return Err(TwinError::SeenDays { seen, days });
     }
     let cut = PersonWindows::new(index, person, &recipe.protocol)?;
     let result = match cut.excluded {

@@ -140,6 +140,17 @@ pub enum TwinError {
         /// The person whom the twin stands for.
         twin: String,
     },
+    /// A twin was trained on days that are to test now.
+    #[error(
+        "the earlier twin was trained on the first {seen} days, and only {days} are to train now: it would be \
+             tested on days that trained it; give --training-days {seen} or more"
+    )]
+    SeenDays {
+        /// Days that trained the twin.
+        seen: usize,
+        /// Days that are to train.
+        days: usize,
+    },
     /// The record.
     #[error(transparent)]
     Cohort(Box<CohortError>),

@@ -17,12 +17,12 @@ pub enum HeldOut {
     Nothing,
     /// That many, the last.
     Last(usize),
-    /// A block in their midst.
+    /// One of `count` blocks of days that are as equal as whole days allow.
     Block {
-        /// The first of them, counted from 0.
-        first: usize,
-        /// How many.
-        days: usize,
+        /// Which of them, counted from 0.
+        index: usize,
+        /// How many there are.
+        count: usize,
     },
 }
 
@@ -33,20 +33,17 @@ impl HeldOut {
         match self {
             Self::Nothing => training_days..training_days,
             Self::Last(days) => training_days.saturating_sub(days)..training_days,
-            Self::Block { first, days } => {
-                first.min(training_days)..(first + days).min(training_days)
+            Self::Block { index, count } => {
+                let from = |block: usize| (block * training_days / count.max(1)).min(training_days);
+                from(index)..from(index + 1)
             }
         }
     }
 
-    /// Blocks that between them hold out each of so many training days once; `count` of them, or fewer
-    /// where there are fewer days.
-    pub fn blocks(training_days: usize, count: usize) -> impl Iterator<Item = Self> {
-        let count = count.clamp(1, training_days.max(1));
-        (0..count).map(move |block| {
-            let [first, end] = [block, block + 1].map(|b| b * training_days / count);
-            Self::Block { first, days: end - first }
-        })
+    /// Blocks that between them hold out each training day once, of every record its own days. Where
+    /// there are fewer days than blocks, some are empty.
+    pub fn blocks(count: usize) -> impl Iterator<Item = Self> {
+        (0..count).map(move |index| Self::Block { index, count })
     }
 }
 
@@ -184,9 +181,12 @@ mod tests {
 
     #[test]
     fn blocks_hold_out_every_training_day_once() {
-        for (days, count) in [(14, 4), (14, 1), (3, 5), (1, 4), (10, 3)] {
-            let held: Vec<usize> =
-                HeldOut::blocks(days, count).flat_map(|block| block.within(days)).collect();
+        for (days, count) in [(14, 4), (14, 1), (3, 5), (1, 4), (10, 3), (0, 4)] {
+            let blocks: Vec<Range<usize>> =
+                HeldOut::blocks(count).map(|block| block.within(days)).collect();
+            let sizes = blocks.iter().map(Range::len);
+            assert!(sizes.clone().max() <= sizes.min().map(|least| least + 1));
+            let held: Vec<usize> = blocks.into_iter().flatten().collect();
             assert_eq!(held, (0..days).collect::<Vec<usize>>(), "{days} in {count}");
         }
         assert_eq!(HeldOut::Last(4).within(14), 10..14);

@@ -26,7 +26,7 @@ use crate::profile::Profile;
 use crate::progress::{Progress, note};
 use crate::stages::twin;
 use ::report::count;
-use plants::effect_twins::{Judged, KINDS, Subject, acting, training_days};
+use plants::effect_twins::{Judged, KINDS, Subject, acting, resting_as_in_training, training_days};
 use plants::{Acting, check_wiring};
 
 /// Settings of `effect-twins`.
@@ -65,11 +65,11 @@ pub(crate) fn manifest(args: &Settings) -> Result<Manifest> {
 pub fn run(args: &Settings) -> Result<()> {
     let manifest = manifest(args)?;
     let in_use = People::read(&args.cohort)?;
-    let cohort = in_use.used();
+    let (protocol, plan) = twin::protocol(args.profile, None);
+    let cohort = resting_as_in_training(&in_use.used(), &protocol);
     let population = Arc::new(read_population(&args.model)?);
     check_wiring(&population)
         .with_context(|| format!("'{}' cannot take effects as inputs", args.model.display()))?;
-    let (protocol, plan) = twin::protocol(args.profile, None);
     let output = OutputFolder::begin(&args.out, manifest)?;
     in_use.write(&output)?;
 

@@ -205,7 +205,7 @@ fn write_spread(
     let recipe = TwinRecipe { plan: without_penalties(recipe.plan), ..recipe.clone() };
     let steady = SteadyStates::new(&*recipe.population);
     let mut runs: BTreeMap<&str, Vec<HeldOutRun>> = BTreeMap::new();
-    for held_out in HeldOut::blocks(recipe.protocol.training_days, ERROR_BLOCKS) {
+    for held_out in HeldOut::blocks(ERROR_BLOCKS) {
         let protocol = Protocol { held_out, ..recipe.protocol };
         let part = build_twins(cohort, &TwinRecipe { protocol, ..recipe.clone() }, finished)?;
         for (index, (built, person)) in part.iter().zip(&cohort.people).enumerate() {
@@ -219,7 +219,10 @@ fn write_spread(
     let trained = built.iter().filter(|person| person.result.is_ok());
     let trained = trained.map(|person| person.person_id.as_str());
     let mut rng = ChaCha8Rng::seed_from_u64(recipe.seed);
-    let Some(errors) = run_errors_by_person(trained, &runs, &mut rng) else { return Ok(()) };
+    let Some(errors) = run_errors_by_person(trained, &runs, &mut rng) else {
+        note("twin: nobody has complete windows on held-out training days: no twins with spread");
+        return Ok(());
+    };
     let folder = format!("{VARIANTS}/{}", Method::SpreadTwin.name());
     write(output, &folder, &built)?;
     output.write_document_as(&format!("{folder}/{}", RunErrors::FILE), &errors)
