@@ -40,7 +40,7 @@ fn hand_row(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<Han
         another_named: among(of_kind(Kind::Single), |w| {
             w.answer.found.iter().any(|found| !w.label.has(&found.effect))
         })?,
-        nulls_with_alarm: among(of_kind(Kind::Null), |w| w.answer.verdict != Verdict::None)?,
+        nulls_with_alarm: among(of_kind(Kind::Null), |w| w.answer.raises_alarm())?,
         nulls_with_name: among(of_kind(Kind::Null), is_named)?,
         unknown: unknown.recalled,
         right_port: unknown.right_port,
@@ -52,7 +52,7 @@ fn hand_row(hand: Option<&str>, worlds: &[ScoredWorld], seed: u64) -> Result<Han
     })
 }
 
-/// A row per hand, by name, and one of all hands together; empty where there is only one hand.
+/// A row per hand, by name, and one of all hands together.
 pub(crate) fn by_hand(worlds: &[ScoredWorld], seed: u64) -> Result<Vec<HandRow>, BlindError> {
     let hands: BTreeSet<&str> = worlds.iter().map(|w| w.label.generator.as_str()).collect();
     let mut rows = Vec::with_capacity(hands.len() + 1);

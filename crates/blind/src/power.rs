@@ -2,7 +2,7 @@
 
 use crate::outcome::outcome;
 use crate::share::among;
-use contract::blind_check::{Kind, Outcome, PowerRow, Verdict};
+use contract::blind_check::{Kind, Outcome, PowerRow};
 
 use std::collections::BTreeSet;
 
@@ -55,9 +55,7 @@ fn row(
         mean_shift_mg_dl: shifts / worlds.len() as f64,
         named: among(worlds, |w| outcome(w) == Outcome::Correct)?,
         named_or_in_set: among(worlds, |w| outcome(w).is_correct_or_in_set())?,
-        detected: among(worlds, |w| {
-            matches!(w.answer.verdict, Verdict::Effect | Verdict::Unknown)
-        })?,
+        detected: among(worlds, |w| w.answer.raises_alarm())?,
         ceiling: None,
     })
 }

@@ -132,13 +132,18 @@ fn planted_totals(what: &str, rows: &[&PlantedRow]) -> Result<PlantedTotals, Bli
 /// Scores the answers; one of `cohorts` must be the unchanged record.
 ///
 /// # Errors
-/// [`BlindError::Unmatched`] without an unchanged record.
+/// [`BlindError::Unmatched`] without an unchanged record that was diagnosed.
 pub fn planted_check(seed: u64, cohorts: &[AnsweredCohort]) -> Result<PlantedCheck, BlindError> {
     let is_changed = |cohort: &&AnsweredCohort| cohort.label.planting != NOTHING;
     let as_it_is = cohorts.iter().find(|cohort| !is_changed(cohort)).ok_or_else(|| {
         let problem = "no cohort holds the record as it is";
         BlindError::Unmatched { id: NOTHING.to_owned(), problem }
     })?;
+    if as_it_is.answer.verdict == Verdict::Failed {
+        let problem =
+            "the record as it is could not be diagnosed, so that nothing can be held against it";
+        return Err(BlindError::Unmatched { id: NOTHING.to_owned(), problem });
+    }
     let changed = cohorts.iter().filter(is_changed);
     let mut rows: Vec<PlantedRow> =
         changed.map(|cohort| planted_row(cohort, &as_it_is.answer)).collect();
@@ -162,7 +167,8 @@ pub fn planted_check(seed: u64, cohorts: &[AnsweredCohort]) -> Result<PlantedChe
             planted_totals(&format!("size {}", rank + 1), &of_rank)
         })
         .collect();
-    let lost = rows.iter().filter(|row| row.label.effect.is_none());
+    let answered = rows.iter().filter(|row| row.verdict != Verdict::Failed);
+    let lost = answered.filter(|row| row.label.effect.is_none());
     let lost = lost.flat_map(|row| &row.evidence).filter(|evidence| evidence.named_before);
     let people = |count: fn(&CalibratedPeople) -> usize| -> usize {
         rows.iter().map(|row| count(&row.calibrated)).sum()
@@ -221,6 +227,22 @@ mod tests {
             undone_nats: None,
             at_best_nats: None,
         }
+    }
+
+    #[test]
+    fn a_diagnosis_that_failed_is_no_evidence_that_is_gone() {
+        let failed = |cohort: AnsweredCohort| AnsweredCohort {
+            answer: Answer::failed("killed".to_owned(), 1.0),
+            ..cohort
+        };
+        let as_it_is = || cohort(NOTHING, 0.0, &["sleep_loss"], &[("sleep_loss", 9.0)]);
+        let struck = || cohort("sleep_struck", 1.0, &[], &[]);
+        let check = |cohorts: &[AnsweredCohort]| planted_check(1, cohorts);
+        let gone = |check: PlantedCheck| (check.evidence_gone.count, check.evidence_gone.of);
+        assert_eq!(gone(check(&[as_it_is(), struck()]).expect("countable")), (1, 1));
+        assert_eq!(gone(check(&[as_it_is(), failed(struck())]).expect("countable")), (0, 0));
+        let error = check(&[failed(as_it_is()), struck()]).expect_err("nothing to compare with");
+        assert!(error.to_string().contains("as it is"), "{error}");
     }
 
     #[test]

@@ -109,5 +109,5 @@ pub(crate) fn targets(
 /// Null worlds whose answer names an effect or says "unknown".
 pub(crate) fn false_alarms(worlds: &[ScoredWorld]) -> Result<Share, BlindError> {
     let nulls = worlds.iter().filter(|w| w.label.kind == Kind::Null);
-    among(nulls, |w| matches!(w.answer.verdict, Verdict::Effect | Verdict::Unknown))
+    among(nulls, |w| w.answer.raises_alarm())
 }

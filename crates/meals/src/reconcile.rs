@@ -351,6 +351,16 @@ mod tests {
     }
 
     #[test]
+    fn a_report_s_bolus_gives_no_other_meal_its_time() {
+        check(
+            Rule::Additive,
+            &Day { detections: &[(100, 30.0, 6.0)], reports: &[(80, 40.0)], boluses: &[(85, 4.0)] },
+            [&[MealAdded], &[KeptAsLogged], &[NoMeal]],
+            &[(80, 40.0), (100, 30.0)],
+        );
+    }
+
+    #[test]
     fn added_meals_are_of_the_persons_own_measure() {
         // Five estimates, each a fifth below its report, and one without a report.
         let day = Day {

@@ -182,6 +182,11 @@ impl Desk {
         }
         for (d, b) in nearest_pairs(&self.detections, &self.boluses, self.window) {
             let (detection, bolus) = (&mut self.detections[d], &mut self.boluses[b]);
+            let is_near = |report: &Entry| report.step.abs_diff(bolus.step) <= self.window;
+            if self.reports.iter().any(is_near) {
+                // That meal's bolus; the time of another is not known so well.
+                continue;
+            }
             detection.fate = Some((Fate::MealAtBolus, Some(bolus.step)));
             bolus.fate = Some((Fate::GivesTime, Some(detection.step)));
             self.meals.extend(detection.size.map(|grams| (bolus.step, scale * grams)));

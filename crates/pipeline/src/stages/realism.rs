@@ -17,6 +17,7 @@ use crate::manifest::Manifest;
 use crate::output::OutputFolder;
 use crate::people::read_cohort;
 use crate::progress::{Progress, note};
+use crate::stages::evaluate::cohort_name;
 
 /// Settings of `realism`.
 #[derive(Debug, Clone)]
@@ -59,8 +60,11 @@ pub fn run(args: &Settings) -> Result<()> {
     });
     let manifest = Manifest::new("realism", settings, Some(args.seed)).with_inputs(&args.cohort)?;
     let mut people = Vec::new();
-    for folder in &args.cohort {
-        let study = folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into());
+    let names: Vec<String> = args.cohort.iter().map(|folder| cohort_name(folder)).collect();
+    for (place, folder) in args.cohort.iter().enumerate() {
+        let is_twice = names.iter().filter(|name| **name == names[place]).count() > 1;
+        let number = if is_twice { format!(" {}", place + 1) } else { String::new() };
+        let study = format!("{}{number}", names[place]);
         people
             .extend(read_cohort(folder)?.people.into_iter().map(|person| (study.clone(), person)));
     }
