@@ -13,7 +13,7 @@ from figures import PERCENTILES, draw_errors, draw_profile, folders, read
 def main() -> None:
     source, out = folders()
 
-    outcomes = read(source, "7-evaluate/outcomes.json", "outcomes/1")
+    outcomes = read(source, "7-evaluate/outcomes.json", "outcomes/2")
     if outcomes["methods"]:
         rows = pd.json_normalize(outcomes["methods"], "rows", ["label"])
         table = rows.pivot(index="label", columns="metric", values="simulated.mean")

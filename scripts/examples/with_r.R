@@ -21,7 +21,7 @@ read_document <- function(file, schema) {
   document
 }
 
-outcomes <- read_document("7-evaluate/outcomes.json", "outcomes/1")
+outcomes <- read_document("7-evaluate/outcomes.json", "outcomes/2")
 if (length(outcomes$methods) > 0) {
   measured <- outcomes$methods$rows[[1]]
   means <- sapply(outcomes$methods$rows, function(rows) rows$simulated$mean)

@@ -49,7 +49,7 @@ document_kinds! {
     TwinsTable: "twins.json", "twins/1";
     RunErrors: "run_errors.json", "";
     Baselines;
-    OutcomesTable: "outcomes.json", "outcomes/1";
+    OutcomesTable: "outcomes.json", "outcomes/2";
     Exclusions: "exclusions.json", "";
     GlucoseProfile;
     WhatIf;

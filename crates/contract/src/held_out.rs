@@ -51,7 +51,8 @@ pub struct ModelScores {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Told {
-    /// Equivalence over meal weeks, which are independent; a row an outcome.
+    /// Equivalence over meal weeks; a row an outcome. Weeks share a meal day only where a subset has fewer days than they
+    /// need.
     pub equivalence: Vec<Equivalence>,
     /// Error of glucose over the samples of a window, by group.
     pub errors: GroupErrors,

@@ -9,7 +9,7 @@ use crate::{Spread, Summary, WithInterval};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct OutcomesTable {
-    /// `outcomes/1`.
+    /// `outcomes/2`.
     pub schema: String,
     /// Name of the cohort.
     pub cohort: String,
@@ -186,6 +186,8 @@ pub struct ForecastRow {
     pub method: String,
     /// The horizon, min.
     pub minutes: u32,
+    /// People whom it forecasts: who has too few training days for a regression is missing there.
+    pub people: usize,
     /// Root mean squared error, mg/dL, over people.
     pub rmse: Spread,
 }

@@ -22,8 +22,8 @@ const WINDOWS: usize = 2000;
 const EVERY: usize = 3;
 /// Windows that one task sums up; fixed, so that sums do not depend on the number of threads.
 const TOGETHER: usize = 10;
-/// Share of the curvature of glucose, as means of diagonals, that the output of the network itself is given at the steps of the
-/// windows: what hardly moves glucose is not to move without need.
+/// Share of the curvature of glucose, as means of diagonals, that the output of the network itself is given at the starts of
+/// the windows: what hardly moves glucose is not to move without need.
 const OWN_SHARE: f64 = 1e-3;
 
 /// Windows of training weeks beside the ODE.
@@ -41,7 +41,7 @@ struct Window {
     group: WindowGroup,
 }
 
-/// Sums over windows: half of the value, the gradient, the upper triangle of the curvature, row by row.
+/// Sums over windows: the value, the gradient, the upper triangle of the curvature, row by row.
 struct Sums {
     value: f64,
     gradient: Vec<f64>,

@@ -6,7 +6,7 @@ use chrono::Timelike as _;
 use cohort::{Cohort, Person};
 use contract::{Document as _, GlucoseProfile};
 use nn_statespace::PopulationModel;
-use physiology::STEPS_PER_DAY;
+use physiology::{MgPerDl, STEPS_PER_DAY};
 use stats::profile::percentiles;
 use twins::{PersonWindows, Protocol, Twin};
 
@@ -14,6 +14,7 @@ use crate::error::EvaluationError;
 use crate::evaluate::Evaluation;
 use crate::example_day::{glucose, starts};
 use crate::method::Method;
+use crate::readings::sensor_reading;
 
 /// Slots of the day: half hours.
 const SLOTS: usize = 48;
@@ -82,7 +83,7 @@ impl Samples {
                 let step_of_day = time.num_seconds_from_midnight() as usize / 300;
                 let slot = step_of_day * SLOTS / STEPS_PER_DAY;
                 self.observed.push((slot, reading));
-                self.simulated.push((slot, simulated));
+                self.simulated.push((slot, sensor_reading(MgPerDl(simulated)).0));
             }
         }
         Ok(())

@@ -82,6 +82,8 @@ impl PersonEvaluation {
 
 /// Courses drawn around a run.
 const COURSES: usize = 24;
+/// Separates the seed of these courses from that of the bootstrap.
+const COURSES_SEED: u64 = 0x636f_7572_7365_7300;
 
 pub(crate) fn evaluate_person(
     index: usize,
@@ -191,8 +193,8 @@ impl Judge<'_> {
 
     /// Courses around each run: as many as make their own chance small beside a person's.
     fn courses(&self, error: &RunError, runs: &Runs) -> Vec<Runs> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.settings.bootstrap.seed);
-        // Streams by person; those of the bootstrap are its own.
+        let mut rng = ChaCha8Rng::seed_from_u64(self.settings.bootstrap.seed ^ COURSES_SEED);
+        // Streams by person.
         rng.set_stream(self.cut.test.first().map_or(0, |window| window.person as u64));
         (0..COURSES)
             .map(|_| runs.iter().map(|run| drawn_course(error, run, &mut rng)).collect())

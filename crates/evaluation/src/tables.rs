@@ -303,6 +303,7 @@ fn forecast_rows(people: &[PersonEvaluation]) -> Result<Vec<ForecastRow>, Evalua
                 rows.push(ForecastRow {
                     method: forecaster.name().to_owned(),
                     minutes,
+                    people: errors.len(),
                     rmse: spread(summary(&errors)?),
                 });
             }

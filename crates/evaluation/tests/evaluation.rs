@@ -191,7 +191,7 @@ fn the_tables_have_the_keys_of_the_contract() {
     }
     let table = outcomes_table("made", &found, &settings()).expect("three people");
     let json = serde_json::to_value(&table).expect("JSON");
-    assert_eq!((&json["schema"], &json["cohort"]), (&"outcomes/1".into(), &"made".into()));
+    assert_eq!((&json["schema"], &json["cohort"]), (&"outcomes/2".into(), &"made".into()));
     assert_eq!((&json["people"], &json["window_minutes"]), (&3.into(), &300.into()));
     let row = &json["methods"][0]["rows"][0];
     assert_eq!((&row["metric"], &row["unit"]), (&"tir".into(), &"%".into()));

@@ -240,9 +240,9 @@ impl DevelopmentSet {
         let basal = steady_state::at_glucose(&parameters, weight, BASAL_TARGET)?.basal;
         let ratio = insulin_to_carb_ratio(total_daily_insulin(basal));
         let calculator = BolusCalculator::new(ratio, None)?;
-        let pool = (0..plan.meal_days)
-            .map(|day| MealDay::draw(&mut stream(plan.seed, Purpose::MealDay, day as u64)))
-            .collect();
+        let day = |place| MealDay::draw(&mut stream(plan.seed, Purpose::MealDay, place));
+        let pool = Subset::ALL.into_iter().flat_map(|subset| streams(&plan, subset)).map(day);
+        let pool = pool.collect();
         let weeks = meal_weeks(&plan);
         Ok(Self { plan, plant, basal, calculator, pool, weeks })
     }
@@ -479,6 +479,19 @@ fn pool_of(plan: &DevelopmentPlan, subset: Subset) -> std::ops::Range<usize> {
         Subset::Validation => first..second,
         Subset::Test => second..plan.meal_days,
     }
+}
+
+/// The streams of a subset's days: the same for the first, second and every day of a subset in each plan of a seed, so
+/// that what one plan tests on trained no network of another.
+fn streams(plan: &DevelopmentPlan, subset: Subset) -> impl Iterator<Item = u64> {
+    let paper = pool_of(&DevelopmentPlan::paper(plan.seed), subset);
+    // Beyond the paper's days each subset has streams of its own.
+    let beyond = (1 + subset as u64) << 32;
+    let stream = move |k: usize| match paper.clone().nth(k) {
+        Some(place) => place as u64,
+        None => beyond + k as u64,
+    };
+    (0..pool_of(plan, subset).len()).map(stream)
 }
 
 /// Deals the days of each subset to its weeks, as evenly as they go: a subset's days are shuffled

@@ -46,7 +46,7 @@ impl ErrorModel {
         self.unbounded[1].tanh()
     }
 
-    /// The model that fits some errors best, each window starting at zero; its prior counts.
+    /// The model that fits some errors best, by least squares, each window starting at zero. Its prior does not count.
     pub(crate) fn fitted(errors: &[Vec<f64>]) -> Self {
         let (mut xx, mut xy) = (0.0, 0.0);
         for_each_step(errors, |now, before| {

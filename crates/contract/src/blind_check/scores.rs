@@ -94,7 +94,7 @@ pub struct HandRow {
     pub named_from_10: Share,
     /// Worlds with one effect in which another one is named, first or later.
     pub another_named: Share,
-    /// Nulls in which the answer is not "none".
+    /// Nulls in which the answer names an effect or says "unknown".
     pub nulls_with_alarm: Share,
     /// Nulls in which an effect is named.
     pub nulls_with_name: Share,
@@ -182,7 +182,7 @@ pub struct PowerRow {
     pub named: Share,
     /// As `named`, or the effect stands in the set that the answer offers.
     pub named_or_in_set: Share,
-    /// Worlds in which the answer was not "none".
+    /// Worlds in which the answer named an effect or said "unknown".
     pub detected: Share,
     /// Worlds in which the exact course of the effect would be above the bar
     /// (the ceiling); `None` where that was not asked.

@@ -177,3 +177,21 @@ fn plans_that_cannot_be_are_refused() {
     }
     assert!(quick().week(quick().len()).is_err());
 }
+
+#[test]
+fn no_plan_tests_on_meals_that_train_another() {
+    let [quick, paper] = [DevelopmentPlan::quick(1), DevelopmentPlan::paper(1)]
+        .map(|plan| DevelopmentSet::new(plan).expect("plans"));
+    let days = |set: &DevelopmentSet, subset| set.pool()[set.pool_of(subset)].to_vec();
+    for subset in Subset::ALL {
+        let few = days(&quick, subset);
+        assert_eq!(few, days(&paper, subset)[..few.len()]);
+    }
+    // A plan beyond the paper's has days of its own in each subset.
+    let large = DevelopmentPlan { meal_days: 3000, ..DevelopmentPlan::quick(1) };
+    let large = DevelopmentSet::new(large).expect("a plan");
+    let mut all = large.pool().to_vec();
+    all.sort_by_key(|day| format!("{day:?}"));
+    all.dedup();
+    assert_eq!(all.len(), 3000);
+}

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, bail, ensure};
 use cohort::Cohort;
 use contract::{Document as _, Exclusions, OutcomesTable, TwinsTable};
 use evaluation::{
@@ -64,9 +64,13 @@ pub fn run(args: &Settings) -> Result<()> {
     let manifest = manifest(args)?;
     let in_use = InUse::read(&args.cohort)?;
     let cohort = in_use.used();
-    note_other_records(&args.twins, &manifest);
+    note_other_records("the twins were trained", &args.twins, &manifest);
     let people = People::read(args, &cohort)?;
     let (profile, training_days) = trained_with(&args.twins)?;
+    if let Some(baselines) = &args.baselines {
+        note_other_records("the baselines were fitted", baselines, &manifest);
+        check_fitted_with(baselines, training_days)?;
+    }
     let (protocol, _) = twin::protocol(profile, training_days);
     let settings = EvaluationSettings::paper(protocol, args.seed);
 
@@ -222,21 +226,21 @@ fn add(
     }
 }
 
-/// Says so if the twins were trained on other records: held-out days may not be held out then.
-fn note_other_records(twins: &Path, manifest: &Manifest) {
-    let Some(trained) = Manifest::read(twins) else { return };
+/// Says so if models stand on other records: held-out days may not be held out then.
+fn note_other_records(done: &str, folder: &Path, manifest: &Manifest) {
+    let Some(trained) = Manifest::read(folder) else { return };
     let records = |path: &str| path.ends_with("records.csv") || path.ends_with("records.parquet");
     let known = |hash: &str| trained.inputs.iter().any(|input| input.sha256 == hash);
     if manifest.inputs.iter().any(|input| records(&input.path) && !known(&input.sha256)) {
-        note(
-            "evaluate: the twins were trained on other records than these; days that are held out \
-             here may have trained them",
-        );
+        note(format!(
+            "evaluate: {done} on other records than these; days that are held out here may be among \
+             them"
+        ));
     }
 }
 
 /// The folder's name, or its parent's where the folder is just called "cohort".
-fn cohort_name(folder: &Path) -> String {
+pub(crate) fn cohort_name(folder: &Path) -> String {
     let named = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
     match named(folder) {
         Some(name) if name == "cohort" => folder.parent().and_then(named).unwrap_or(name),
@@ -250,10 +254,29 @@ fn trained_with(folder: &Path) -> Result<(Profile, Option<usize>)> {
     let Some(manifest) = Manifest::read(folder) else {
         bail!("'{}' has no manifest; give an output folder of the command twin", folder.display());
     };
-    let days = manifest.config["training_days"].as_u64().and_then(|n| usize::try_from(n).ok());
+    let days = training_days(&manifest);
     match manifest.config["profile"].as_str() {
         Some("quick") if manifest.stage == "twin" => Ok((Profile::Quick, days)),
         Some("paper") if manifest.stage == "twin" => Ok((Profile::Paper, days)),
         _ => bail!("'{}' is the output of '{}', not of twin", folder.display(), manifest.stage),
     }
+}
+
+fn training_days(manifest: &Manifest) -> Option<usize> {
+    manifest.config["training_days"].as_u64().and_then(|n| usize::try_from(n).ok())
+}
+
+/// Refuses baselines that were fitted to other days than those that trained the twins: they may have seen days that
+/// test.
+fn check_fitted_with(folder: &Path, trained: Option<usize>) -> Result<()> {
+    let fitted = Manifest::read(folder).and_then(|manifest| training_days(&manifest));
+    let days = |days: Option<usize>| days.map_or("unknown".to_owned(), |days| days.to_string());
+    ensure!(
+        fitted == trained,
+        "'{}': training days {}, and {} of the twins; give the commands twin and baselines the same --training-days",
+        folder.display(),
+        days(fitted),
+        days(trained)
+    );
+    Ok(())
 }

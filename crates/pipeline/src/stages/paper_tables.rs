@@ -178,7 +178,9 @@ fn comparisons(text: &mut String, table: &OutcomesTable) {
 }
 
 fn forecast(text: &mut String, table: &OutcomesTable) {
-    text.push_str("\nForecast RMSE, mg/dL, mean \u{b1} SD over people\n");
+    text.push_str(
+        "\nForecast RMSE, mg/dL, mean \u{b1} SD over people (their number, where not all)\n",
+    );
     let mut minutes: Vec<u32> = table.forecast.iter().map(|row| row.minutes).collect();
     minutes.sort_unstable();
     minutes.dedup();
@@ -199,7 +201,12 @@ fn forecast(text: &mut String, table: &OutcomesTable) {
             let mut rows = table.forecast.iter();
             let row = rows.find(|row| row.method == method && row.minutes == *minutes);
             let cell = row.map_or_else(String::new, |row| {
-                format!("{:.1} \u{b1} {:.1}", row.rmse.mean, row.rmse.sd)
+                let of = if row.people == table.people {
+                    String::new()
+                } else {
+                    format!(" ({})", row.people)
+                };
+                format!("{:.1} \u{b1} {:.1}{of}", row.rmse.mean, row.rmse.sd)
             });
             let _ = write!(text, "{cell:<16}");
         }

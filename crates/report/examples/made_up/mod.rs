@@ -97,11 +97,11 @@ fn outcomes() -> Value {
         .flat_map(|(name, base)| {
             [30, 60, 120].map(|minutes| {
                 let mean = base * (f64::from(minutes) / 30.0_f64).sqrt();
-                json!({"method": name, "minutes": minutes, "rmse": {"mean": mean, "sd": 0.2 * mean}})
+                json!({"method": name, "minutes": minutes, "people": 12, "rmse": {"mean": mean, "sd": 0.2 * mean}})
             })
         })
         .collect();
-    json!({"schema": "outcomes/1", "cohort": "made-up cohort", "people": 12, "windows": 412,
+    json!({"schema": "outcomes/2", "cohort": "made-up cohort", "people": 12, "windows": 412,
         "window_minutes": 300,
         "exclusions": [{"person_id": "p13", "reason": "no carbohydrate in the second part"}],
         "interval": {"method": "bootstrap over people", "level": 0.9, "replicates": 2000},

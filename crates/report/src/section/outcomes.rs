@@ -180,7 +180,13 @@ fn forecast(html: &mut Html, outcomes: &OutcomesTable) {
                     .forecast
                     .iter()
                     .find(|row| row.method == method && row.minutes == *minutes);
-                found.map_or_else(|| ABSENT.to_owned(), |row| spread(row.rmse, 1))
+                found.map_or_else(
+                    || ABSENT.to_owned(),
+                    |row| match row.people {
+                        people if people == outcomes.people => spread(row.rmse, 1),
+                        people => format!("{} ({people})", spread(row.rmse, 1)),
+                    },
+                )
             }));
             (false, cells)
         })
@@ -188,7 +194,11 @@ fn forecast(html: &mut Html, outcomes: &OutcomesTable) {
     let titles: Vec<String> = horizons.iter().map(|m| format!("{m} min")).collect();
     let mut columns = vec![("Method", Column::Text)];
     columns.extend(titles.iter().map(|title| (title.as_str(), Column::Number)));
-    html.table("Forecast RMSE, mg/dL, mean \u{b1} SD over people", &columns, &rows);
+    html.table(
+        "Forecast RMSE, mg/dL, mean \u{b1} SD over people (their number, where not all)",
+        &columns,
+        &rows,
+    );
 }
 
 /// Two methods within people: a table for each first method and quantity.
