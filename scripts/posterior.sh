@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Makes the tables that the posterior is trained on, and trains it (decision 0047).
+#
+#   ./scripts/posterior.sh OUT [FOLDER]
+#
+# FOLDER holds make_worlds.py of another hand (Python 3 with numpy and numba); without it that hand
+# trains nothing. OUT gets tables/, another/ and posterior/; a table that is there already is kept, so
+# a run that was ended goes on. The last lines say how the six files come into use.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+fail() {
+  printf 'posterior: %s\n' "$*" >&2
+  exit 1
+}
+[ $# -ge 1 ] && [ $# -le 2 ] || fail "usage: $0 OUT [FOLDER]"
+out=$1 folder=${2:-}
+[ -z "$folder" ] || [ -f "$folder/make_worlds.py" ] || fail "there is no $folder/make_worlds.py"
+
+cargo build --quiet --locked --package xtask
+xtask=$(cargo metadata --format-version 1 --no-deps |
+  python3 -c 'import json, sys; print(json.load(sys.stdin)["target_directory"])')/debug/xtask
+mkdir -p "$out/tables" "$out/another"
+
+# Whether the table of a name is there, and that it belongs to the others.
+tables=()
+is_there() {
+  tables+=(--table "$out/tables/$1")
+  [ -f "$out/tables/$1/manifest.json" ]
+}
+# A table of our hands: its seed, and settings of `evidence`.
+table() {
+  is_there "$1" || "$xtask" evidence --quiet --seed "$1" "${@:2}" --out "$out/tables/$1"
+}
+
+for seed in $(seq 101 121); do table "$seed" --worlds 251 --nulls 149; done
+for seed in $(seq 201 208); do table "$seed" --worlds 251 --nulls 149 --narrow; done
+for seed in 401 402 406 407 408; do table "$seed" --worlds 280 --nulls 0 --random; done
+for seed in 403 405; do table "$seed" --worlds 251 --nulls 149 --random; done
+table 404 --worlds 251 --nulls 149 --random --narrow
+if [ -n "$folder" ]; then
+  for seed in $(seq 30001 30014); do
+    worlds=$out/another/$seed
+    if [ ! -f "$worlds/labels.json" ] && ! python3 "$folder/make_worlds.py" \
+      --out "$worlds/worlds" --labels "$worlds/labels.json" --seed "$seed" >/dev/null; then
+      printf 'posterior: the other hand makes no worlds of seed %s\n' "$seed" >&2
+      continue
+    fi
+    is_there "$seed" ||
+      "$xtask" evidence --quiet --labelled "$worlds" --seed "$seed" --out "$out/tables/$seed"
+  done
+fi
+
+"$xtask" train-posterior --quiet "${tables[@]}" --seed 1 --out "$out/posterior"
+printf '%s\n' "cp $out/posterior/working.safetensors crates/gap/posterior/" \
+  "cp $out/posterior/without-*.safetensors crates/pipeline/posterior/"
