@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the tables that the posterior is trained on, and trains it (decision 0047).
+# Makes the tables that a posterior is trained on, and trains it: the seeds of decision 0047. How many
+# worlds each table of drawn forms had there is not on record for 406 to 408; here it is that of 401.
 #
 #   ./scripts/posterior.sh OUT [FOLDER]
 #
