@@ -20,6 +20,10 @@ pub struct Accepted {
     pub property: String,
     /// Upper bound on the slope against the property; the property holds if it is not above 0.
     pub claim: f64,
+    /// Where: the network's inputs with their bounds, scaled units.
+    pub over: Vec<(String, [f64; 2])>,
+    /// How many half-spaces cut pieces off that box.
+    pub half_spaces: usize,
     /// Boxes that were looked at.
     pub leaves: usize,
 }
@@ -38,19 +42,23 @@ pub fn check(certificates: &[u8], model: &[u8]) -> Result<Vec<Accepted>, Rejecti
         .iter()
         .map(|certificate| {
             let network = Network::read(model, &certificate.network)?;
-            let leaves = prove(certificate, &network, &read.bounds, &read.half_spaces).map_err(
-                |reason| Rejection::Unproved {
-                    network: certificate.network.clone(),
-                    input: certificate.input.clone(),
-                    property: certificate.property.clone(),
-                    reason,
-                },
-            )?;
+            let unproved = |reason| Rejection::Unproved {
+                network: certificate.network.clone(),
+                input: certificate.input.clone(),
+                property: certificate.property.clone(),
+                reason,
+            };
+            let leaves =
+                prove(certificate, &network, &read.bounds, &read.half_spaces).map_err(unproved)?;
+            let bounds = |input: &String| Some((input.clone(), *read.bounds.get(input)?));
+            let half_spaces = cuts(&network, &read.half_spaces).map_err(unproved)?.len();
             Ok(Accepted {
                 network: certificate.network.clone(),
                 input: certificate.input.clone(),
                 property: certificate.property.clone(),
                 claim: certificate.claim,
+                over: network.inputs.iter().filter_map(bounds).collect(),
+                half_spaces,
                 leaves,
             })
         })

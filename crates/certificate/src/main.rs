@@ -39,9 +39,20 @@ fn run(model: &Path, certificates: &Path) -> Result<(), String> {
         })?;
     for row in &accepted {
         let verdict = if row.claim <= 0.0 { "proved" } else { "bounded" };
+        let over =
+            row.over.iter().map(|(input, [lower, upper])| format!("{input} {lower} to {upper}"));
+        let cut = match row.half_spaces {
+            0 => String::new(),
+            number => format!(", cut by {number} half-spaces"),
+        };
         println!(
-            "{verdict}: {} {} in {}, slope against it at most {:e} ({} boxes)",
-            row.network, row.property, row.input, row.claim, row.leaves
+            "{verdict}: {} {} in {}, slope against it at most {:e} over {}{cut} (scaled; {} boxes)",
+            row.network,
+            row.property,
+            row.input,
+            row.claim,
+            over.collect::<Vec<_>>().join(", "),
+            row.leaves
         );
     }
     println!(

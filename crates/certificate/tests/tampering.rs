@@ -133,6 +133,8 @@ fn sealed(mut file: Value, model: &[u8]) -> Value {
 fn checked(file: &Value, model: &[u8]) -> Result<f64, Rejection> {
     let accepted = check(&serde_json::to_vec(file).expect("plain"), model)?;
     assert_eq!(accepted.len(), 1);
+    let over: BTreeMap<_, _> = accepted[0].over.iter().cloned().collect();
+    assert_eq!(json!(over), file["bounds"]);
     Ok(accepted[0].claim)
 }
 

@@ -71,15 +71,18 @@ pub struct DeepLimits {
 }
 
 impl DeepNetwork {
-    /// A network from its layers: weights of shape (outputs, inputs) row by row, and biases.
+    /// A network from its layers, two or more: weights of shape (outputs, inputs) row by row, and biases.
     ///
     /// # Errors
-    /// [`ConformanceError::Shape`], [`ConformanceError::Empty`], [`ConformanceError::NonFiniteWeight`].
+    /// [`ConformanceError::Shape`], [`ConformanceError::NonFiniteWeight`]; [`ConformanceError::Empty`] without inputs or
+    /// hidden layers.
     pub fn new(
         inputs: Vec<String>,
         layers: Vec<(Vec<f64>, Vec<f64>)>,
     ) -> Result<Self, ConformanceError> {
-        for (what, length) in [("inputs", inputs.len()), ("layers", layers.len())] {
+        for (what, length) in
+            [("inputs", inputs.len()), ("hidden layers", layers.len().saturating_sub(1))]
+        {
             if length == 0 {
                 return Err(ConformanceError::Empty { network: NAME.to_owned(), what });
             }
@@ -616,7 +619,11 @@ mod tests {
         assert!(of("x0", (&[0.0; 1], &[1.0; 2])).is_err());
         assert!(of("x0", (&[f64::NAN; 2], &[1.0; 2])).is_err());
         assert!(network.exact_rise(&[0.0], &[0.0]).is_err());
-        let wrong = DeepNetwork::new(vec!["a".to_owned()], vec![(vec![1.0; 3], vec![0.0; 2])]);
-        assert!(wrong.is_err());
+        let of_layers = |layers| DeepNetwork::new(vec!["a".to_owned()], layers);
+        let last = (vec![1.0; 2], vec![0.0]);
+        assert!(of_layers(vec![(vec![1.0; 3], vec![0.0; 2]), last.clone()]).is_err());
+        assert!(of_layers(vec![(vec![1.0; 2], vec![0.0; 2]), last]).is_ok());
+        // Without a hidden layer the slope is a weight, and nothing is to be searched.
+        assert!(of_layers(vec![(vec![1.0], vec![0.0])]).is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! From bounds to proofs: a certificate for each row whose bound is not above 0, checked by another program.
 
 use contract::certificates::{Certificate, Certificates};
-use contract::conformance::{Grounds, Row, Verdict};
+use contract::conformance::{Direction, Grounds, Row, Verdict};
 use contract::{Document as _, RegionFile};
 use sha2::{Digest as _, Sha256};
 
@@ -21,6 +21,8 @@ pub struct AcceptedClaim {
     pub network: String,
     /// The tested input.
     pub input: String,
+    /// The property.
+    pub property: Direction,
     /// Upper bound on the slope against the property, scaled output per minute per scaled input.
     pub claim: f64,
 }
@@ -35,7 +37,8 @@ pub struct Proofs {
 }
 
 /// Writes a certificate for each row that is proved by its bound, and has them checked against the bytes of the
-/// model file. A row is proved by [`Grounds::Certificate`] afterwards, or undecided.
+/// model file. A row is proved by [`Grounds::Certificate`] afterwards, or undecided. Where the row's bound takes too
+/// many boxes, the certificate claims no more than the property: a slope of at most 0.
 ///
 /// `check` is the program that reads the file of certificates beside the model file; it shares no code with this
 /// crate. `rows` and `of` are in one order.
@@ -54,16 +57,22 @@ pub fn prove(
         if row.grounds != Some(Grounds::Bound) {
             continue;
         }
-        match certify(network, property, region, row.m_upper, MOST_NODES)? {
-            Some(certificate) => found.push(certificate),
-            None => (row.verdict, row.grounds) = (Verdict::Undecided, None),
+        let of_claim = |claim: f64| certify(network, property, region, claim, MOST_NODES);
+        if let Some(certificate) = first_of([row.m_upper, 0.0], of_claim)? {
+            row.m_upper = certificate.claim;
+            found.push(certificate);
+        } else {
+            (row.verdict, row.grounds) = (Verdict::Undecided, None);
         }
     }
     let file = sealed(found, model, region);
     let accepted = check(&file).map_err(|reason| ConformanceError::Rejected { reason })?;
     for row in rows.iter_mut().filter(|row| row.grounds == Some(Grounds::Bound)) {
         let is_accepted = accepted.iter().any(|claim| {
-            claim.network == row.network && claim.input == row.input && claim.claim == row.m_upper
+            claim.network == row.network
+                && claim.input == row.input
+                && claim.property == row.property
+                && claim.claim == row.m_upper
         });
         (row.verdict, row.grounds) = if is_accepted {
             (Verdict::Proved, Some(Grounds::Certificate))
@@ -72,6 +81,14 @@ pub fn prove(
         };
     }
     Ok(Proofs { file, accepted: accepted.len() })
+}
+
+/// The certificate of the first claim that has one.
+fn first_of<E>(
+    claims: [f64; 2],
+    of_claim: impl Fn(f64) -> Result<Option<Certificate>, E>,
+) -> Result<Option<Certificate>, E> {
+    claims.into_iter().find_map(|claim| of_claim(claim).transpose()).transpose()
 }
 
 fn sealed(certificates: Vec<Certificate>, model: &[u8], region: &Region) -> Vec<u8> {
@@ -91,4 +108,31 @@ fn sealed(certificates: Vec<Certificate>, model: &[u8], region: &Region) -> Vec<
 
 fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::property::PropertyKind;
+
+    #[test]
+    fn where_a_bound_takes_too_many_boxes_the_property_alone_is_claimed() {
+        // -a for a from 0 on: its slope is -1.
+        let names = vec!["a".to_owned()];
+        let network = OneHiddenLayer::new("y", names, vec![1.0], vec![0.0], vec![-1.0], 0.0)
+            .expect("shapes fit");
+        let region = Region::scaled([("a", [0.0, 1.0])]).expect("a box");
+        let property = Property {
+            network: "y".to_owned(),
+            input: "a".to_owned(),
+            direction: Direction::Decreasing,
+            kind: PropertyKind::Physical,
+        };
+        let claimed = |bound: f64| {
+            let of_claim = |claim| certify(&network, &property, &region, claim, 100);
+            first_of([bound, 0.0], of_claim).expect("a box").map(|certificate| certificate.claim)
+        };
+        assert_eq!(claimed(-1.0), Some(-1.0));
+        assert_eq!(claimed(-1.5), Some(0.0)); // as if -1.5 took more boxes than there are
+    }
 }

@@ -93,7 +93,7 @@ pub fn verify(
         share_of_steps: None,
         milp_contradicted: milp
             .as_ref()
-            .map(|milp| milp.claimed_bound < m_lower - milp::CLAIM_TOLERANCE),
+            .and_then(|milp| Some(milp.claimed_bound? < m_lower - milp::CLAIM_TOLERANCE)),
         milp,
         share_of_region: None,
         share_of_points: None,

@@ -110,7 +110,8 @@ pub enum Grounds {
     Bound,
     /// Proved: the independent checker accepts the certificate.
     Certificate,
-    /// Proved: every weight on the way has the sign that the property needs, whatever the region.
+    /// Proved: every weight on the way has the sign that the property needs, whatever the region. Of a twin's sum: those
+    /// of its residual, and a certificate of the population's network over the box of the record, checked and not kept.
     Construction,
     /// Violated: a step that exact arithmetic replays goes against the property.
     Witness,
@@ -233,8 +234,8 @@ pub struct MilpReport {
     pub point: Option<Vec<f64>>,
     /// Objective claimed by the solver.
     pub claimed_objective: Option<f64>,
-    /// Bound claimed by the solver. Not a proof.
-    pub claimed_bound: f64,
+    /// Bound claimed by the solver, where it got as far as one. Not a proof.
+    pub claimed_bound: Option<f64>,
     /// Number of binaries.
     pub binaries: usize,
     /// Time taken, by the caller's clock.
@@ -274,8 +275,8 @@ pub struct StepReport {
     pub step: Option<f64>,
     /// Objective claimed by the solver.
     pub claimed_objective: Option<f64>,
-    /// Bound claimed by the solver. Not a proof.
-    pub claimed_bound: f64,
+    /// Bound claimed by the solver, where it got as far as one. Not a proof.
+    pub claimed_bound: Option<f64>,
     /// Number of binaries.
     pub binaries: usize,
     /// Time taken, by the caller's clock.

@@ -40,7 +40,7 @@ document_kinds! {
     WidthSearch: "widths.json", "widths/1";
     Training: "training.json", "training/1";
     RegionFile: "region.json", "";
-    Conformance: "conformance.json", "conformance/1";
+    Conformance: "conformance.json", "conformance/2";
     Certificates: "certificates.json", "certificate/2";
     Repair: "repair.json", "repair/1";
     HeldOut: "held-out.json", "held_out/1";

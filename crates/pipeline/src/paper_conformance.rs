@@ -5,7 +5,7 @@
 //! printed.
 
 use conformance::Direction::{Decreasing, Increasing};
-use conformance::{Direction, PropertyKind, Row, Verdict};
+use conformance::{Direction, PropertyKind, Row, StepBracket, Verdict};
 
 /// A row of the paper: network, input, direction, training region, generalisation region.
 type PaperRow = (&'static str, &'static str, Direction, Option<f64>, Option<f64>);
@@ -96,16 +96,17 @@ pub(crate) fn beside_the_paper(rows: &[Row], widened: bool) -> String {
 
 /// What a row says beside the paper's.
 fn follows(row: &Row, conformant: bool) -> &'static str {
-    let by_their_rule = match (&row.physical_step, row.smallest_change) {
-        (Some(step), Some(least)) => step.z_lower < least,
-        _ => false,
+    let (surely_below, perhaps_below) = match (&row.physical_step, row.smallest_change) {
+        (Some(step), Some(least)) => (step.z_upper < least, step.z_lower < least),
+        _ => (false, false),
     };
     match (row.verdict, conformant) {
         (Verdict::Undecided, _) => "open",
         (Verdict::Proved, true) => "confirmed: proved",
         (Verdict::Proved, false) => "holds here: proved",
         (Verdict::Violated, false) => "confirmed: fails",
-        (Verdict::Violated, true) if by_their_rule => "fails, by less than their rule sees",
+        (Verdict::Violated, true) if surely_below => "fails, by less than their rule sees",
+        (Verdict::Violated, true) if perhaps_below => "fails, perhaps by less than their rule sees",
         (Verdict::Violated, true) => "contradicted by a counterexample",
     }
 }
@@ -126,14 +127,18 @@ pub(crate) fn summary(rows: &[Row]) -> String {
         let physical = rows
             .iter()
             .filter(|other| other.network == row.network && other.kind == PropertyKind::Physical);
-        let worst = physical
-            .clone()
-            .max_by(|a, b| worst(a).total_cmp(&worst(b)))
-            .filter(|row| row.verdict != Verdict::Proved);
-        let all = physical.clone().all(|row| row.verdict == Verdict::Proved);
-        let told = match worst {
-            _ if all => "proved for every input".to_owned(),
-            Some(row) => format!("{:.1e} against {}", self::worst(row), row.input),
+        let open: Vec<&Row> = physical.filter(|row| row.verdict != Verdict::Proved).collect();
+        let steps: Option<Vec<(&Row, StepBracket)>> =
+            open.iter().map(|row| Some((*row, row.physical_step?))).collect();
+        let by_upper =
+            |a: &(&Row, StepBracket), b: &(&Row, StepBracket)| a.1.z_upper.total_cmp(&b.1.z_upper);
+        let largest = steps.as_ref().map(|steps| steps.iter().copied().max_by(by_upper));
+        let attained = steps.iter().flatten().map(|(_, step)| step.z_lower).fold(0.0, f64::max);
+        let told = match largest {
+            Some(None) => "proved for every input".to_owned(),
+            Some(Some((row, step))) => {
+                format!("{attained:.1e} to {:.1e} against {}", step.z_upper, row.input)
+            }
             None => "open".to_owned(),
         };
         let paper = papers_largest(&row.network)
@@ -151,13 +156,61 @@ fn papers_largest(network: &str) -> Option<f64> {
     rows.flat_map(|row| [row.3, row.4]).flatten().max_by(f64::total_cmp)
 }
 
-fn worst(row: &Row) -> f64 {
-    row.physical_step.as_ref().map_or(0.0, |step| step.z_lower)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
+    use conformance::{CrossCheck, Limits, OneHiddenLayer, Property, Region, verify};
+
     use super::*;
+
+    /// A row of C2 with a bracket of z, where the paper's rule sees 1.
+    fn row(verdict: Verdict, z: Option<[f64; 2]>) -> Row {
+        let names = vec!["C1".to_owned()];
+        let network = OneHiddenLayer::new("C2", names, vec![1.0], vec![0.0], vec![1.0], 0.0);
+        let property = Property {
+            network: "C2".to_owned(),
+            input: "C1".to_owned(),
+            direction: Increasing,
+            kind: PropertyKind::Physical,
+        };
+        let limits = Limits {
+            relative_gap: 0.0,
+            nodes: 10,
+            time: Duration::from_secs(60),
+            cross_check: CrossCheck::None,
+        };
+        let region = Region::scaled([("C1", [0.0, 1.0])]).expect("a box");
+        let still = || Duration::ZERO;
+        let found = verify(&network.expect("shapes fit"), &property, &region, &limits, &still);
+        let step = |[z_lower, z_upper]: [f64; 2]| StepBracket { delta: 0.1, z_lower, z_upper };
+        Row {
+            verdict,
+            physical_step: z.map(step),
+            smallest_change: Some(1.0),
+            ..found.expect("decided")
+        }
+    }
+
+    #[test]
+    fn what_the_papers_rule_sees_is_said_where_the_bound_says_it() {
+        let of = |z: [f64; 2]| follows(&row(Verdict::Violated, Some(z)), true);
+        assert_eq!(of([0.1, 0.2]), "fails, by less than their rule sees");
+        assert_eq!(of([0.1, 2.0]), "fails, perhaps by less than their rule sees");
+        assert_eq!(of([1.5, 2.0]), "contradicted by a counterexample");
+    }
+
+    #[test]
+    fn the_summary_brackets_the_largest_movement_of_all_rows_that_are_not_proved() {
+        let told = |rows: &[Row]| summary(rows).lines().nth(2).unwrap_or_default().to_owned();
+        let proved = || row(Verdict::Proved, Some([0.0, 0.0]));
+        let undecided = || row(Verdict::Undecided, Some([0.0, 3.0]));
+        let violated = || row(Verdict::Violated, Some([0.5, 0.6]));
+        assert!(told(&[proved(), proved()]).starts_with("C2   proved for every input"));
+        let both = told(&[undecided(), violated(), proved()]);
+        assert!(both.starts_with("C2   5.0e-1 to 3.0e0 against C1"), "{both}");
+        assert!(told(&[violated(), row(Verdict::Undecided, None)]).starts_with("C2   open"));
+    }
 
     #[test]
     fn the_appendix_gives_the_papers_summary() {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
-use conformance::{AcceptedClaim, OneHiddenLayer, Proofs, Property, Region, Row, prove};
+use conformance::{AcceptedClaim, Direction, OneHiddenLayer, Proofs, Property, Region, Row, prove};
 use nn_statespace::PopulationModel;
 use physiology::Compartment;
 
@@ -44,12 +44,20 @@ pub(crate) fn proved(
         let began = Instant::now();
         let accepted = certificate::check(file, bytes).map_err(|error| error.to_string());
         *took = began.elapsed();
-        let claims = accepted?.into_iter().map(|claim| AcceptedClaim {
-            network: claim.network,
-            input: claim.input,
-            claim: claim.claim,
+        let claims = accepted?.into_iter().map(|claim| {
+            let property = match claim.property.as_str() {
+                "decreasing" => Direction::Decreasing,
+                "increasing" => Direction::Increasing,
+                other => return Err(format!("no property is called '{other}'")),
+            };
+            Ok(AcceptedClaim {
+                network: claim.network,
+                input: claim.input,
+                property,
+                claim: claim.claim,
+            })
         });
-        Ok(claims.collect())
+        claims.collect()
     };
     Ok(prove(rows, &of, region, bytes, check)?)
 }

@@ -86,7 +86,7 @@ pub fn solve(
             m_lower: Some(rest.constant.round_down()),
             point: Some(boxed.lower().to_vec()),
             claimed_objective: None,
-            claimed_bound: rest.constant.round_up(),
+            claimed_bound: Some(rest.constant.round_up()),
             binaries: 0,
             seconds: 0.0,
         }
@@ -109,7 +109,7 @@ pub fn solve(
             m_lower,
             point,
             claimed_objective: solved.columns.as_ref().map(|_| constant + solved.objective),
-            claimed_bound: constant + solved.bound,
+            claimed_bound: solved.bound.map(|bound| constant + bound),
             binaries: rest.switches.len(),
             seconds: 0.0,
         }
@@ -153,7 +153,8 @@ struct Solved {
     /// Values of all variables in the order they were added, if it has a feasible point.
     columns: Option<Vec<f64>>,
     objective: f64,
-    bound: f64,
+    /// Infinite in the solver before its first relaxation is solved.
+    bound: Option<f64>,
 }
 
 /// Solves a programme on one thread.
@@ -190,5 +191,5 @@ fn run(
     let feasible = solved.primal_solution_status() == highs::HighsSolutionStatus::Feasible;
     let objective = solved.objective_value();
     let columns = feasible.then(|| solved.get_solution().columns().to_vec());
-    Ok(Solved { status, columns, objective, bound })
+    Ok(Solved { status, columns, objective, bound: Some(bound).filter(|bound| bound.is_finite()) })
 }

@@ -50,16 +50,23 @@ fn a_row_is_proved_by_what_the_checker_accepts_and_by_nothing_else() {
     let grounds: Vec<Option<Grounds>> = fresh.iter().map(|row| row.grounds).collect();
     assert_eq!(grounds, [Some(Grounds::Bound), Some(Grounds::Bound), Some(Grounds::Witness)]);
 
-    // A checker that accepts the first claim alone, and another claim about the second row.
+    // A checker that accepts the first claim alone, and other claims about the second row.
     let mut judged = fresh.clone();
+    let claim = |input: &str, property, claim| AcceptedClaim {
+        network: "y".to_owned(),
+        input: input.to_owned(),
+        property,
+        claim,
+    };
     let accept = |_: &[u8]| {
         Ok(vec![
-            AcceptedClaim { network: "y".to_owned(), input: "a".to_owned(), claim: 0.0 },
-            AcceptedClaim { network: "y".to_owned(), input: "b".to_owned(), claim: 0.5 },
+            claim("a", Direction::Increasing, 0.0),
+            claim("b", Direction::Decreasing, 0.5),
+            claim("b", Direction::Increasing, 0.0),
         ])
     };
     let proofs = prove(&mut judged, &of, &region, b"model", accept).expect("proved");
-    assert_eq!(proofs.accepted, 2);
+    assert_eq!(proofs.accepted, 3);
     let file: serde_json::Value = serde_json::from_slice(&proofs.file).expect("JSON");
     assert_eq!(file["certificates"].as_array().map(Vec::len), Some(2));
     let verdicts: Vec<_> = judged.iter().map(|row| (row.verdict, row.grounds)).collect();

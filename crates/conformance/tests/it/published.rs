@@ -176,7 +176,12 @@ fn milp_agrees_on_every_row_of_two_to_four_inputs() {
         let attained = milp.m_lower.expect("an incumbent");
         println!(
             "{:2} {:9} {:?} attained {attained:.12} claimed bound {:.12} {:.3} s, {} binaries",
-            row.network, row.input, row.property, milp.claimed_bound, milp.seconds, milp.binaries
+            row.network,
+            row.input,
+            row.property,
+            milp.claimed_bound.expect("a bound"),
+            milp.seconds,
+            milp.binaries
         );
         let place = format!("{}/{} {:?}", row.network, row.input, row.property);
         assert_eq!(milp.status, MilpStatus::Optimal, "{place}");

@@ -45,7 +45,7 @@ pub struct Settings {
 const ASKED: [&str; 3] = ["X1", "X3", "Q1"];
 /// Boxes that are bounded for a row; a number, not a time, so that the same bound comes out on every machine.
 const BOXES: u64 = 20_000;
-/// Steps of the record at which slopes are looked for.
+/// Most steps of the record at which slopes are looked for.
 const STEPS: usize = 4000;
 /// A step of the record: what the residual network sees, what the population's network of Q1 sees.
 struct Seen {
@@ -89,13 +89,17 @@ pub fn run(args: &Settings) -> Result<()> {
         ],
         glucose.inputs().to_vec(),
     )?;
+    // The box is that of every step; slopes are looked for at some.
     let (lower, upper) = extremes(steps.iter().map(|seen| seen.residual.as_slice()));
+    let stride = steps.len().div_ceil(STEPS).max(1);
     let bounds = INPUT_NAMES.iter().zip(lower.iter().zip(&upper));
     let region = Region::scaled(bounds.map(|(name, (l, u))| (*name, [*l, *u])))?;
 
-    let points = |of: fn(&Seen) -> &Vec<f64>| steps.iter().map(|seen| of(seen).clone()).collect();
-    let seen: Vec<Vec<f64>> = points(|seen| &seen.residual);
-    let beside: Vec<Vec<f64>> = points(|seen| &seen.population);
+    let points = |of: fn(&Seen) -> &Vec<f64>| -> Vec<Vec<f64>> {
+        steps.iter().step_by(stride).map(|seen| of(seen).clone()).collect()
+    };
+    let seen = points(|seen| &seen.residual);
+    let beside = points(|seen| &seen.population);
     let own = Summand { network: &residual, points: &seen };
     let other = Summand { network: &shallow, points: &beside };
     let clock = Instant::now();
@@ -185,12 +189,10 @@ fn steps_of(person: &Person, twin: &Twin) -> Result<Vec<Seen>> {
         .inputs(first..person.record.len(), MissingDoses::Zero)
         .with_context(|| format!("person {}", person.id))?;
     let scaler = population.scaler();
-    let stride = rows.len().div_ceil(STEPS).max(1);
     Ok(rows
         .iter()
         .zip(&inputs)
         .enumerate()
-        .step_by(stride)
         .map(|(step, (row, input))| {
             let mut states = row.states;
             if let Some(reading) = person.record.cgm()[first + step] {

@@ -42,7 +42,7 @@ pub(crate) fn completed(part: Part, mut value: Value) -> Value {
         Part::Manifest => fill(&mut value, json!({"outputs": []})),
         Part::Diagnosis => complete_diagnosis(&mut value),
         Part::Conformance => {
-            fill(&mut value, json!({"schema": "conformance/1"}));
+            fill(&mut value, json!({"schema": "conformance/2"}));
             let row =
                 json!({"grounds": null, "engine": "branch_and_bound", "nodes": 812, "stop": "gap"});
             fill_each(&mut value, "/rows", &row);
