@@ -4,6 +4,8 @@ use physiology::{BeatsPerMinute, Kilograms};
 
 use crate::record::Record;
 
+/// Weights that a cohort folder can hold, kg.
+pub(crate) const WEIGHTS: std::ops::RangeInclusive<f64> = 1.0..=500.0;
 /// Kilograms in a pound.
 pub(crate) const KG_PER_LB: f64 = 0.453_592_37;
 

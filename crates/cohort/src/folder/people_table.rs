@@ -10,7 +10,7 @@ use polars::prelude::{Column, CsvWriter, DataFrame, IntoColumn, NamedFrom, SerWr
 use super::{PEOPLE, columns, write_whole};
 use crate::error::CohortError;
 use crate::faults::Faults;
-use crate::person::{Cohort, Person, Therapy, is_person_id};
+use crate::person::{Cohort, Person, Therapy, WEIGHTS, is_person_id};
 use crate::record::Record;
 use crate::text_table::{TextColumn, TextTable};
 
@@ -48,7 +48,9 @@ pub(super) fn read(folder: &Path, faults: &mut Faults) -> Result<Vec<Person>, Co
             faults.add(CohortError::DuplicatePerson { place: ids.place(i), person: id.into() })?;
             continue;
         }
-        let weight = faults.pass(bounded(weights.as_ref(), i, 1.0, 500.0, "kg"))?.flatten();
+        let weight = faults
+            .pass(bounded(weights.as_ref(), i, *WEIGHTS.start(), *WEIGHTS.end(), "kg"))?
+            .flatten();
         let baseline = faults.pass(bounded(baselines.as_ref(), i, 0.0, 250.0, "1/min"))?.flatten();
         people.push(Person {
             id: id.into(),

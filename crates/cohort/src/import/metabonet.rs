@@ -13,7 +13,7 @@ use super::diary::{Diary, GlucoseUnit, people, second};
 use super::files::files;
 use super::parquet_rows::{Kind, ParquetRow, Wanted, for_each};
 use crate::error::CohortError;
-use crate::person::{KG_PER_LB, Therapy, is_person_id};
+use crate::person::{KG_PER_LB, Therapy, WEIGHTS, is_person_id};
 use crate::record::Channel;
 
 const FORMAT: &str = "metabonet";
@@ -116,10 +116,11 @@ impl Study {
             diary.steps(before, 0, count, || row.place(STEPS))?;
         }
         if let Some(pounds) = row.number(WEIGHT)? {
-            if !(2.0..2000.0).contains(&pounds) {
-                return Err(row.wrong(WEIGHT, "a weight between 2 and 2000 lb"));
+            let kg = pounds * KG_PER_LB;
+            if !WEIGHTS.contains(&kg) {
+                return Err(row.wrong(WEIGHT, "a weight of 1 to 500 kg, in lb"));
             }
-            diary.weight = Some(Kilograms(pounds * KG_PER_LB));
+            diary.weight = Some(Kilograms(kg));
         }
         match row.text(MODALITY) {
             Some("MDI") => diary.therapy = Some(Therapy::Mdi),

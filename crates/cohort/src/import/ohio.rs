@@ -236,6 +236,14 @@ impl Patient {
             let after = self.basal.partition_point(|rate| rate.0 <= second);
             after.checked_sub(1).map(|at| self.basal[at].1)
         };
+        // A temporary rate ends where the next one begins.
+        for i in 1..self.temporary.len() {
+            let next = self.temporary[i].0;
+            let (from, to, ..) = &mut self.temporary[i - 1];
+            if *from < next {
+                *to = next.min(*to);
+            }
+        }
         // The latest end of the temporary rates up to each.
         let mut latest = i64::MIN;
         let mut ends = Vec::with_capacity(self.temporary.len());

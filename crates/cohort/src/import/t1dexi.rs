@@ -26,7 +26,7 @@ use physiology::Kilograms;
 use super::diary::{Diary, GlucoseUnit, Rate, people};
 use super::files::{self, name};
 use crate::error::CohortError;
-use crate::person::{KG_PER_LB, Therapy, is_person_id};
+use crate::person::{KG_PER_LB, Therapy, WEIGHTS, is_person_id};
 use crate::record::Channel;
 
 mod duration;
@@ -276,8 +276,8 @@ impl Study {
                     return Ok(());
                 }
             };
-            if !(1.0..1000.0).contains(&kg) {
-                return Err(row.wrong(&value, "a weight between 1 and 1000 kg"));
+            if !WEIGHTS.contains(&kg) {
+                return Err(row.wrong(&value, "a weight of 1 to 500 kg"));
             }
             diary.weight = Some(Kilograms(kg));
             Ok(())

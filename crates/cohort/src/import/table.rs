@@ -5,7 +5,7 @@
 //! them, refused where it leaves them open, and told in the report. [`dexcom`](super::dexcom) and
 //! [`libre`](super::libre) are plans for this reader.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::PathBuf;
 
 use super::files::files;
@@ -73,10 +73,12 @@ fn tables(
     Ok(found)
 }
 
-/// The logs of one file, its stem, and whether it holds glucose.
+/// The logs of one file, its stem, whether it holds glucose, and which columns of the plan.
 struct Read {
     name: String,
     has_glucose: bool,
+    present: Vec<bool>,
+    columns: String,
     logs: BTreeMap<String, Log>,
 }
 
@@ -89,8 +91,10 @@ pub(super) fn read(sources: &[PathBuf], plan: &Plan) -> Result<super::Import, Co
     let names: Vec<String> = files.iter().map(|(_, name)| name.clone()).collect();
     let mut read: Vec<Option<Read>> = Vec::with_capacity(files.len());
     let mut orders = Vec::new();
+    // Rows that stand in several files are those of one export after the other.
+    let mut seen = HashSet::new();
     for file in &files {
-        let (result, order) = one(file, plan, clock, &names, None)?;
+        let (result, order) = one(file, plan, clock, &names, None, &mut seen)?;
         orders.extend(order);
         read.push(result);
     }
@@ -98,7 +102,7 @@ pub(super) fn read(sources: &[PathBuf], plan: &Plan) -> Result<super::Import, Co
     let agreed = orders.first().filter(|first| orders.iter().all(|order| order == *first)).copied();
     for (file, read) in files.iter().zip(&mut read) {
         if read.is_none() {
-            *read = one(file, plan, clock, &names, agreed)?.0;
+            *read = one(file, plan, clock, &names, agreed, &mut seen)?.0;
         }
     }
     let read: Vec<Read> = read.into_iter().flatten().collect();
@@ -119,6 +123,7 @@ fn one(
     clock: Clock,
     names: &[String],
     agreed: Option<DateOrder>,
+    seen: &mut HashSet<u64>,
 ) -> Result<(Option<Read>, Option<DateOrder>), CohortError> {
     let opened = Opened::read(path, name, &plan.wanted(names), plan.options.sheet.as_deref())?;
     let file = File::new(&opened, plan, names)?;
@@ -138,9 +143,11 @@ fn one(
     };
     let found = (!shown.is_empty()).then_some(order);
     let mut logs = BTreeMap::new();
-    file.read(plan, clock, (order, &shown), &mut logs)?;
+    file.read(plan, clock, (order, &shown), seen, &mut logs)?;
     let has_glucose = file.roles().any(|role| role == Role::Glucose);
-    Ok((Some(Read { name: name.clone(), has_glucose, logs }), found))
+    let present = plan.present(&opened.table, &opened.stem, names);
+    let columns = layout::names(&opened.table);
+    Ok((Some(Read { name: name.clone(), has_glucose, present, columns, logs }), found))
 }
 
 /// Refuses a map of which a column is in none of the files.
@@ -159,6 +166,16 @@ fn every_role_is_there(
             file: files.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "),
             column: plan.names(Role::Glucose).unwrap_or_else(|| Role::Glucose.word().into()),
             found: "no column for glucose, which every record needs".into(),
+        });
+    }
+    let absent = |at: &usize| !read.iter().any(|file| file.present[*at]);
+    if plan.is_users()
+        && let Some(at) = (0..plan.options.columns.len()).find(absent)
+    {
+        return Err(CohortError::MissingColumn {
+            file: files.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", "),
+            column: plan.options.columns[at].1.clone(),
+            found: read.iter().map(|file| file.columns.as_str()).collect::<Vec<_>>().join("; "),
         });
     }
     Ok(())

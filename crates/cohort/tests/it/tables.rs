@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use cohort::{Import, ImportFormat, TableOptions, Therapy, guess_table, import_with};
+use cohort::{Channel, Import, ImportFormat, TableOptions, Therapy, guess_table, import_with};
 use proptest::prelude::*;
 
 /// Writes files and imports all of them.
@@ -45,6 +45,80 @@ fn readings_are_averaged_and_doses_summed_on_floored_steps() {
     // 9 U a day later lie outside.
     let bolus = &import.report.people[0].totals.as_ref().expect("totals")[0];
     assert_eq!((bolus.source, bolus.record, bolus.left_out), (11.0, 2.0, 9.0));
+}
+
+#[test]
+fn every_mapped_column_is_read_or_refused() {
+    let file =
+        ("p.csv", "t,g,meal,correction\n2024-03-01 08:00,100,5,\n2024-03-01 08:05,110,1,2\n");
+    let with =
+        |map: &'static str| import(&[file], move |options| options.add_map(map).expect("a map"));
+    let absent = with("bolus=meals").expect_err("misspelt");
+    assert!(absent.contains("'meals'") && absent.contains("correction"), "{absent}");
+    // Amounts of several columns are summed; of readings there is one column.
+    let both = with("bolus=meal,bolus=correction").expect("good");
+    assert_eq!(both.cohort.people[0].record.bolus(), &[Some(5.0), Some(3.0)]);
+    let twice = with("glucose=meal").expect_err("two columns");
+    assert!(twice.contains("'g' and 'meal' of p.csv are both glucose"), "{twice}");
+}
+
+#[test]
+fn a_row_that_stands_in_two_exports_of_a_person_counts_once() {
+    let first =
+        "t,who,g,b\n2024-03-01 08:00,a,100,5\n2024-03-01 08:05,a,110,\n2024-03-01 08:00,b,100,5\n";
+    let second = "t,who,g,b\n2024-03-01 08:00,a,100,5\n2024-03-01 08:10,a,120,1\n";
+    let import = import(&[("one.csv", first), ("two.csv", second)], |options| {
+        options.add_map("person=who,bolus=b").expect("a map");
+    })
+    .expect("good");
+    let doses = |at: usize| import.cohort.people[at].record.bolus().to_vec();
+    assert_eq!(doses(0), [Some(5.0), Some(0.0), Some(1.0)]);
+    assert_eq!(doses(1), [Some(5.0)]);
+}
+
+#[test]
+fn pauses_of_a_log_of_every_step_are_not_recorded() {
+    let row = |step: u32, grams: &str| {
+        let (day, hour, minute) = (1 + step / 288, step / 12 % 24, 5 * (step % 12));
+        format!("2024-03-{day:02} {hour:02}:{minute:02},100,{grams}\n")
+    };
+    // Two days of zeros with a meal, four days of glucose alone, and a day of zeros.
+    let carbs = |step: u32| match step {
+        100 => "40",
+        _ if (576..1728).contains(&step) => "",
+        _ => "0",
+    };
+    let text: String = (0..2016).map(|step| row(step, carbs(step))).collect();
+    let map = |options: &mut TableOptions| options.add_map("carbs=c").expect("a map");
+    let dense = import(&[("p.csv", &format!("t,g,c\n{text}"))], map).expect("good");
+    let carbs = dense.cohort.people[0].record.carbs();
+    assert_eq!(
+        (carbs[100], carbs[575], carbs[576], carbs[1728]),
+        (Some(40.0), Some(0.0), None, Some(0.0))
+    );
+    assert_eq!(carbs.iter().flatten().count(), 576 + 288);
+}
+
+#[test]
+fn shares_of_sleep_are_told_from_per_cent_by_their_middle() {
+    let read = |values: [&str; 3]| {
+        let rows = values.iter().zip(["00", "05", "10"]);
+        let rows: String =
+            rows.map(|(value, minute)| format!("2024-03-01 08:{minute},100,{value}\n")).collect();
+        import(&[("p.csv", &format!("t,g,s\n{rows}"))], |options| {
+            options.add_map("sleep=s").expect("a map");
+        })
+    };
+    let shares = |values| {
+        let import = read(values).expect("good");
+        let told = format!("{:?}", import.report.inferences);
+        assert!(told.contains("sleep efficiency"), "{told}");
+        import.cohort.people[0].record.channel(Channel::SleepEfficiency).to_vec()
+    };
+    assert_eq!(shares(["0.5", "0.75", "1"]), [Some(0.5), Some(0.75), Some(1.0)]);
+    assert_eq!(shares(["50", "1", "100"]), [Some(0.5), Some(0.01), Some(1.0)]);
+    let beyond = read(["0.93", "0.97", "1.01"]).expect_err("no share");
+    assert!(beyond.contains("1.01 is outside 0 to 1"), "{beyond}");
 }
 
 #[test]

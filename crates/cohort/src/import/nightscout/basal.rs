@@ -28,8 +28,7 @@ pub(super) fn place(
     // The last reading's step is part of the record.
     let (first, end) = (first, last + 300);
     let clock = treatments.clock();
-    let Treatments { mut temporaries, mut switches, .. } = treatments;
-    switches.sort_by_key(|switch| switch.from);
+    let Treatments { mut temporaries, switches, .. } = treatments;
     temporaries.sort_by_key(|temporary| temporary.from);
     let mut in_force: Vec<InForce<'_>> = profiles
         .documents()
@@ -49,12 +48,16 @@ pub(super) fn place(
         latest = latest.max(one.from);
         one.from = latest;
     }
+    if let Some(place) = profiles.other_zone() {
+        let what = "profiles state several time zones: that of the latest holds throughout";
+        diary.note(what, || place.clone());
+    }
     if in_force.is_empty() && !temporaries.is_empty() {
         diary.note("no profile: the basal rate is known during temporary rates only", || {
             temporaries[0].place.clone()
         });
     }
-    switch(&mut in_force, &switches, profiles, diary);
+    let mut in_force = with_switches(in_force, &switches, profiles, diary);
     if let Some(earliest) = in_force.first_mut()
         && earliest.from > first
     {
@@ -104,13 +107,15 @@ pub(super) fn place(
     push(diary, base(at, end), &Place::file("profile"))
 }
 
-/// Adds the switches to the schedules in force, in order of time.
-fn switch<'a>(
-    in_force: &mut Vec<InForce<'a>>,
+/// The schedules in force with the switches among them: at any time the one that began last and has not ended.
+fn with_switches<'a>(
+    documents: Vec<InForce<'a>>,
     switches: &'a [Switch],
     profiles: &'a Profiles,
     diary: &mut Diary,
-) {
+) -> Vec<InForce<'a>> {
+    let mut all: Vec<(InForce<'a>, i64)> =
+        documents.into_iter().map(|one| (one, i64::MAX)).collect();
     for switch in switches {
         let own = switch.schedule.as_ref();
         let named = || profiles.named(switch.name.as_deref()?);
@@ -118,25 +123,38 @@ fn switch<'a>(
             diary.note("switches to a profile that no file has: left out", || switch.place.clone());
             continue;
         };
-        let at = in_force.partition_point(|one| one.from <= switch.from);
-        let before = at.checked_sub(1);
         let schedule = match switch.hours {
             0.0 => Cow::Borrowed(schedule),
             hours => Cow::Owned(schedule.shifted(hours)),
         };
-        let new = InForce { from: switch.from, schedule, share: switch.share };
-        if switch.seconds > 0
-            && let Some(before) = before
-        {
-            let InForce { schedule, share, .. } = &in_force[before];
-            let from = switch.from + switch.seconds;
-            let back = InForce { from, schedule: schedule.clone(), share: *share };
-            if in_force.get(at).is_none_or(|next| back.from < next.from) {
-                in_force.insert(at, back);
-            }
-        }
-        in_force.insert(at, new);
+        let until = if switch.seconds > 0 { switch.from + switch.seconds } else { i64::MAX };
+        all.push((InForce { from: switch.from, schedule, share: switch.share }, until));
     }
+    // At the same second a switch comes after a document.
+    all.sort_by_key(|(one, _)| one.from);
+    let mut times: Vec<i64> = all.iter().flat_map(|(one, until)| [one.from, *until]).collect();
+    times.sort_unstable();
+    times.dedup();
+    let mut found: Vec<InForce<'a>> = Vec::new();
+    let (mut next, mut begun, mut last) = (0, Vec::new(), None);
+    for at in times.into_iter().filter(|at| *at < i64::MAX) {
+        while all.get(next).is_some_and(|(one, _)| one.from <= at) {
+            begun.push(next);
+            next += 1;
+        }
+        while begun.last().is_some_and(|place| all[*place].1 <= at) {
+            begun.pop();
+        }
+        // Where nothing was in force before, a switch that has ended goes on.
+        if let Some(place) = begun.last().copied()
+            && last != Some(place)
+        {
+            let InForce { schedule, share, .. } = &all[place].0;
+            found.push(InForce { from: at, schedule: schedule.clone(), share: *share });
+            last = Some(place);
+        }
+    }
+    found
 }
 
 fn push(diary: &mut Diary, pieces: Vec<(i64, i64, f64)>, place: &Place) -> Result<(), CohortError> {
@@ -159,5 +177,38 @@ mod tests {
         }
         let placed = place(&Profiles::default(), Treatments::new(None), &mut diary);
         assert!(matches!(placed, Err(CohortError::TooLong { .. })), "{placed:?}");
+    }
+
+    #[test]
+    fn at_any_time_the_switch_holds_that_began_last_and_has_not_ended() {
+        let schedule = |u_h: f64| Schedule { rates: vec![(0, u_h)] };
+        let switch = |from, minutes: i64, u_h| Switch {
+            from,
+            seconds: 60 * minutes,
+            name: None,
+            schedule: Some(schedule(u_h)),
+            share: 1.0,
+            hours: 0.0,
+            place: Place::file("treatments.json"),
+        };
+        let in_force = |switches: &[Switch]| -> Vec<(i64, f64)> {
+            let usual = schedule(1.0);
+            let documents = vec![InForce { from: 0, schedule: Cow::Borrowed(&usual), share: 1.0 }];
+            let profiles = Profiles::default();
+            let mut diary = Diary::new("p", "treatments.json", GlucoseUnit::MgPerDl);
+            let found = with_switches(documents, switches, &profiles, &mut diary);
+            found.iter().map(|one| (one.from, one.schedule.rates[0].1)).collect()
+        };
+        // A temporary switch ends, and the schedule before it goes on.
+        assert_eq!(in_force(&[switch(600, 60, 1.5)]), [(0, 1.0), (600, 1.5), (4200, 1.0)]);
+        // One for good in the middle of it stays; so does a temporary one that lasts longer.
+        let for_good = [switch(600, 60, 1.5), switch(1200, 0, 2.0)];
+        assert_eq!(in_force(&for_good), [(0, 1.0), (600, 1.5), (1200, 2.0)]);
+        let longer = [switch(600, 60, 1.5), switch(1200, 120, 2.0)];
+        assert_eq!(in_force(&longer), [(0, 1.0), (600, 1.5), (1200, 2.0), (8400, 1.0)]);
+        // After one within another the outer one goes on.
+        let within = [switch(600, 60, 1.5), switch(1200, 10, 2.0)];
+        let expected = [(0, 1.0), (600, 1.5), (1200, 2.0), (1800, 1.5), (4200, 1.0)];
+        assert_eq!(in_force(&within), expected);
     }
 }

@@ -120,7 +120,17 @@ impl Document {
 #[derive(Default)]
 pub(super) struct Profiles {
     documents: Vec<Document>,
-    zone: Option<(String, Place)>,
+    zone: Option<StatedZone>,
+    /// Where another zone is stated.
+    other_zone: Option<Place>,
+}
+
+/// A zone that a profile states.
+struct StatedZone {
+    name: String,
+    place: Place,
+    /// Whether by a default profile, and since when: the greatest holds.
+    rank: (bool, DateTime<Utc>),
 }
 
 impl Profiles {
@@ -183,17 +193,29 @@ impl Profiles {
             document.schedules.insert(name.to_owned(), schedule);
         }
         if let Some(Value::String(zone)) = profile.get("timezone")
-            && (self.zone.is_none() || name == document.default)
             && !zone.trim().is_empty()
         {
-            self.zone = Some((zone.clone(), record.place(&format!("{key}.{name}.timezone"))));
+            let place = record.place(&format!("{key}.{name}.timezone"));
+            let rank = (name == document.default, document.from);
+            let known = self.zone.as_ref();
+            if known.is_some_and(|known| known.name != *zone) {
+                self.other_zone.get_or_insert_with(|| place.clone());
+            }
+            if known.is_none_or(|known| rank > known.rank) {
+                self.zone = Some(StatedZone { name: zone.clone(), place, rank });
+            }
         }
         Ok(())
     }
 
+    /// Where a profile states another zone than another profile.
+    pub(super) fn other_zone(&self) -> Option<&Place> {
+        self.other_zone.as_ref()
+    }
+
     /// The wall clock of the profiles; `None` if none states a zone.
     pub(super) fn clock(&self) -> Result<Option<(Clock, Place)>, CohortError> {
-        let Some((name, place)) = &self.zone else { return Ok(None) };
+        let Some(StatedZone { name, place, .. }) = &self.zone else { return Ok(None) };
         let zone = zone(name).ok_or_else(|| CohortError::Cell {
             place: place.clone(),
             value: crate::text_table::shorten(name, 40),

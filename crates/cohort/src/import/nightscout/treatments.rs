@@ -47,6 +47,29 @@ pub(super) struct Switch {
     pub(super) place: crate::error::Place,
 }
 
+/// `duration`, min.
+fn minutes(record: &JsonRecord<'_>) -> Result<f64, CohortError> {
+    let minutes = record.number("duration")?.unwrap_or(0.0);
+    if (0.0..=366.0 * 1440.0).contains(&minutes) {
+        return Ok(minutes);
+    }
+    Err(record.wrong("duration", "minutes, from 0 to those of a year"))
+}
+
+fn seconds_of(minutes: f64) -> i64 {
+    (minutes * 60.0).round() as i64
+}
+
+/// Over how long carbohydrate is eaten, s. AndroidAPS, which alone states it, writes ms; less than a minute of them is
+/// no such duration.
+fn seconds_of_carbs(record: &JsonRecord<'_>) -> Result<i64, CohortError> {
+    let milliseconds = record.number("duration")?.unwrap_or(0.0);
+    if !(0.0..=86.4e6).contains(&milliseconds) {
+        return Err(record.wrong("duration", "milliseconds, from 0 to those of a day"));
+    }
+    Ok(if milliseconds < 60e3 { 0 } else { (milliseconds / 1000.0).round() as i64 })
+}
+
 /// What the treatments say of the basal rate.
 pub(super) struct Treatments {
     clock: Option<Clock>,
@@ -89,16 +112,11 @@ impl Treatments {
             return Ok(());
         }
         let at = super::at(record, &["created_at", "timestamp", "date", "mills"], self.clock)?;
-        let minutes = record.number("duration")?.unwrap_or(0.0);
-        if !(0.0..=366.0 * 1440.0).contains(&minutes) {
-            return Err(record.wrong("duration", "minutes, from 0 to those of a year"));
-        }
-        let seconds = (minutes * 60.0).round() as i64;
         match kind {
             "Temp Basal" | "Temp Basal Start" | "Temp Basal End" => {
-                return self.temporary(record, at, seconds);
+                return self.temporary(record, at, seconds_of(minutes(record)?));
             }
-            "Profile Switch" => return self.switch(record, at, seconds),
+            "Profile Switch" => return self.switch(record, at, seconds_of(minutes(record)?)),
             "Suspend Pump" | "Resume Pump" => {
                 let change = if kind == "Suspend Pump" { Change::Rate(0.0) } else { Change::End };
                 let place = record.place("eventType");
@@ -114,14 +132,17 @@ impl Treatments {
             diary.dose(Channel::Bolus, at, 0, insulin, || record.place("insulin"))?;
         }
         if let Some(carbs) = record.number("carbs")? {
-            diary.dose(Channel::Carbs, at, 0, carbs, || record.place("carbs"))?;
+            let seconds = seconds_of_carbs(record)?;
+            diary.dose(Channel::Carbs, at, seconds, carbs, || record.place("carbs"))?;
         }
         // The part of a combined bolus that is given as a rate.
         if kind == "Combo Bolus"
             && let Some(u_h) = record.number("relative")?
         {
+            let minutes = minutes(record)?;
             let amount = u_h * minutes / 60.0;
-            diary.dose(Channel::Bolus, at, seconds, amount, || record.place("relative"))?;
+            let place = || record.place("relative");
+            diary.dose(Channel::Bolus, at, seconds_of(minutes), amount, place)?;
         }
         Ok(())
     }
@@ -181,6 +202,9 @@ impl Treatments {
         if hours.abs() > 24.0 {
             return Err(record.wrong("timeshift", "hours, from -24 to 24"));
         }
+        // The old circadian profiles of Nightscout took the rate of later hours, AndroidAPS takes that of earlier ones.
+        let circadian = record.value("CircadianPercentageProfile") == Some(&Value::Bool(true));
+        let hours = if circadian { hours } else { -hours };
         let name = record.text("profile")?.map(str::to_owned);
         let place = record.place("profile");
         self.switches.push(Switch { from, seconds, name, schedule, share, hours, place });

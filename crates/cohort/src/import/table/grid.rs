@@ -26,9 +26,8 @@ const HOLD: i64 = 86_400;
 const EVERY_ROW: i64 = 900;
 /// Share of rows that differ from the row before, from which rows are changes and no others.
 const CHANGES_ALONE: f64 = 0.9;
-/// Share of steps with an amount, among them zeros, from which an empty cell means that nothing is
-/// known.
-const DENSE: f64 = 0.5;
+/// Steps from one amount to the next, zeros among them, up to which an empty cell means that nothing is known.
+const DENSE: i64 = 2;
 
 /// The person; `None` without a glucose reading.
 pub(super) fn person(mut log: Log, basal_unit: Unit) -> Result<Option<Imported>, CohortError> {
@@ -162,7 +161,15 @@ fn sum(
     }
     let steps = usize::try_from((own.end - own.start).max(0)).unwrap_or(0);
     let log_of_events = events.iter().all(|event| event.value > 0.0);
-    let sparse = role != Role::Steps && (log_of_events || (written as f64) < DENSE * steps as f64);
+    let mut apart: Vec<f64> = events
+        .windows(2)
+        .map(|pair| (step_of(pair[1].second) - step_of(pair[0].second)) as f64)
+        .filter(|apart| *apart > 0.0)
+        .collect();
+    apart.sort_by(f64::total_cmp);
+    // Where most amounts follow each other closely, longer pauses were not recorded.
+    let dense = apart.get(apart.len() / 2).is_some_and(|apart| *apart <= DENSE as f64);
+    let sparse = role != Role::Steps && (log_of_events || !dense);
     if sparse {
         for step in own {
             if let Some(k) = span.index(step) {

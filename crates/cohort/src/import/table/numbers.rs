@@ -98,12 +98,18 @@ impl Numbers {
     /// The finite number in a text; `None` for anything else.
     pub(super) fn parse(self, text: &str) -> Option<f64> {
         let blank = |c: &char| !matches!(c, ' ' | '\u{a0}' | '\u{202f}' | '\'');
-        let mut digits = String::with_capacity(text.len());
-        for mark in text.chars().filter(blank) {
-            if Some(mark) == self.thousands {
-                continue;
-            }
-            digits.push(if mark == self.decimal { '.' } else { mark });
+        let text: String = text.chars().filter(blank).collect();
+        let (whole, fraction) = match text.split_once(self.decimal) {
+            Some((whole, fraction)) => (whole, Some(fraction)),
+            None => (text.as_str(), None),
+        };
+        let mut digits = match self.thousands {
+            Some(mark) if whole.contains(mark) => ungrouped(whole, mark)?,
+            _ => whole.to_owned(),
+        };
+        if let Some(fraction) = fraction {
+            digits.push('.');
+            digits.push_str(fraction);
         }
         let plain = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | 'E');
         if !digits.chars().all(plain) {
@@ -111,6 +117,20 @@ impl Numbers {
         }
         digits.parse::<f64>().ok().filter(|value| value.is_finite())
     }
+}
+
+/// A whole number without the mark between its groups of three digits; `None` where groups are of another length.
+fn ungrouped(whole: &str, mark: char) -> Option<String> {
+    let (sign, number) = match whole.strip_prefix(['-', '+']) {
+        Some(number) => (&whole[..1], number),
+        None => ("", whole),
+    };
+    let digits = |group: &str| group.bytes().all(|byte| byte.is_ascii_digit());
+    let first = number.split(mark).next().unwrap_or("");
+    let right = (1..=3).contains(&first.len())
+        && digits(first)
+        && number.split(mark).skip(1).all(|group| group.len() == 3 && digits(group));
+    right.then(|| format!("{sign}{}", number.replace(mark, "")))
 }
 
 #[cfg(test)]
@@ -140,6 +160,24 @@ mod tests {
         ] {
             let numbers = decide(cells).expect("decided");
             assert_eq!(numbers.parse(text), Some(value), "{cells:?}");
+        }
+    }
+
+    #[test]
+    fn a_mark_that_groups_no_three_digits_makes_no_number() {
+        let told = |mark| Evidence::default().decide(Some(mark)).expect("told");
+        for (mark, text, value) in [
+            (',', "5,6", Some(5.6)),
+            (',', "0.5", None),
+            (',', "-1.234,5", Some(-1234.5)),
+            (',', "1.2345", None),
+            (',', "1.234.56", None),
+            (',', "1,234.5", None),
+            ('.', "0,5", None),
+            ('.', ",500", None),
+            ('.', "1,234,567.8", Some(1_234_567.8)),
+        ] {
+            assert_eq!(told(mark).parse(text), value, "{mark} {text}");
         }
     }
 

@@ -65,6 +65,11 @@ impl Plan {
         same(name, column) || others.into_iter().any(|(other, _)| same(other, column))
     }
 
+    /// Whether the user said which columns there are.
+    pub(super) fn is_users(&self) -> bool {
+        self.format == "table"
+    }
+
     /// Index of the column of a role in a table of the file `stem`.
     pub(super) fn column(
         &self,
@@ -73,18 +78,53 @@ impl Plan {
         stem: &str,
         files: &[String],
     ) -> Option<usize> {
+        self.columns(role, table, stem, files).first().copied()
+    }
+
+    /// Indices of the columns of a role: those that are called exactly so before those that nearly are.
+    pub(super) fn columns(
+        &self,
+        role: Role,
+        table: &TextTable,
+        stem: &str,
+        files: &[String],
+    ) -> Vec<usize> {
         let names = self.options.columns.iter().filter(|(of, _)| *of == role);
-        let names: Vec<&str> = names
-            .filter_map(|(_, name)| match in_file(name, files) {
-                Some((file, name)) => (file == table.file() || file == stem).then_some(name),
-                None => Some(name.as_str()),
-            })
-            .collect();
+        let mut found: Vec<(bool, usize)> =
+            names.filter_map(|(_, name)| self.place(name, table, stem, files)).collect();
+        found.sort_by_key(|(near, _)| *near);
+        let mut indices: Vec<usize> = Vec::new();
+        for (_, index) in found {
+            if !indices.contains(&index) {
+                indices.push(index);
+            }
+        }
+        indices
+    }
+
+    /// Of each column of the plan, whether a table of the file `stem` has it.
+    pub(super) fn present(&self, table: &TextTable, stem: &str, files: &[String]) -> Vec<bool> {
+        let columns = self.options.columns.iter();
+        columns.map(|(_, name)| self.place(name, table, stem, files).is_some()).collect()
+    }
+
+    /// Where a table has the column of a name, and whether that is only nearly called so.
+    fn place(
+        &self,
+        name: &str,
+        table: &TextTable,
+        stem: &str,
+        files: &[String],
+    ) -> Option<(bool, usize)> {
+        let name = match in_file(name, files) {
+            Some((file, _)) if file != table.file() && file != stem => return None,
+            Some((_, name)) => name,
+            None => name,
+        };
         let header = table.header();
-        let exact = names.iter().find_map(|name| header.iter().position(|column| column == name));
-        exact.or_else(|| {
-            names.iter().find_map(|name| header.iter().position(|column| self.is(name, column)))
-        })
+        let exact = header.iter().position(|column| column == name);
+        let near = || Some((true, header.iter().position(|column| self.is(name, column))?));
+        exact.map(|index| (false, index)).or_else(near)
     }
 }
 

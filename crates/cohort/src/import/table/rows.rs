@@ -96,7 +96,20 @@ impl<'a> File<'a> {
                 .iter()
                 .filter_map(|name| table.header().iter().position(|column| plan.is(name, column)))
                 .collect();
-            let Some(index) = find(role).or_else(|| parts.first().copied()) else { continue };
+            let indices = match plan.columns(role, table, &opened.stem, files) {
+                found if found.is_empty() => parts.first().copied().into_iter().collect(),
+                // A known format has several names of one column, a user's map several columns.
+                found if !plan.is_users() => found[..1].to_vec(),
+                found => found,
+            };
+            if let [one, other, ..] = indices[..]
+                && !matches!(role, Role::Bolus | Role::Carbs)
+            {
+                let [one, other] = [one, other].map(|at| &table.header()[at]);
+                let reason =
+                    format!("'{one}' and '{other}' of {} are both {}", table.file(), role.word());
+                return Err(CohortError::option("--map", reason));
+            }
             let mut only = Vec::new();
             for rule in plan.options.only.iter().filter(|rule| rule.role == role) {
                 let at = table.header().iter().position(|name| plan.is(&rule.column, name));
@@ -108,7 +121,10 @@ impl<'a> File<'a> {
                 only.push((at, rule.values.clone()));
             }
             let unit = Unit::of(role, &plan.options)?;
-            columns.push(Column { role, index, parts, only, unit });
+            for index in indices {
+                let (parts, only) = (parts.clone(), only.clone());
+                columns.push(Column { role, index, parts, only, unit });
+            }
         }
         if columns.is_empty() {
             return Err(missing(Role::Glucose));
@@ -288,6 +304,7 @@ impl<'a> File<'a> {
         plan: &Plan,
         clock: Clock,
         (order, order_shown): (DateOrder, &str),
+        seen: &mut HashSet<u64>,
         logs: &mut BTreeMap<String, Log>,
     ) -> Result<(), CohortError> {
         let table = self.table();
@@ -312,7 +329,11 @@ impl<'a> File<'a> {
                     factor
                 }
                 (_, Unit::Times(factor)) => factor,
-                (Role::Sleep, Unit::Open) => self.sleep_factor(column, numbers),
+                (Role::Sleep, Unit::Open) => {
+                    let (factor, unit, shown) = self.sleep_factor(column, numbers);
+                    facts.push((place, unit.to_owned(), shown));
+                    factor
+                }
                 (_, Unit::PerMinutes(_) | Unit::Open) => 1.0,
             });
         }
@@ -335,7 +356,6 @@ impl<'a> File<'a> {
         };
         let mut times = stamps.iter().flatten().map(|stamp| stamp.written);
         let newest_first = times.next() > times.next_back();
-        let mut seen = HashSet::new();
         let mut hours: BTreeMap<String, (NaiveDateTime, bool)> = BTreeMap::new();
         let mut written: BTreeMap<String, String> = BTreeMap::new();
         for (i, stamp) in stamps.iter().enumerate() {
@@ -354,7 +374,7 @@ impl<'a> File<'a> {
                 return Err(table.cell_wrong(i, self.time, TIME_EXPECTED));
             };
             let untimed = !stamp.timed;
-            let twice = !seen.insert(self.fingerprint(i, plan));
+            let twice = !seen.insert(self.fingerprint(i, plan, &id));
             let local = local(stamp);
             if !(1900..2200).contains(&local.time.year()) {
                 return Err(table.cell_wrong(i, self.time, "a time within the years 1900 to 2199"));
@@ -551,11 +571,17 @@ impl<'a> File<'a> {
         Err(self.table().cell_wrong(i, index, expected))
     }
 
-    fn sleep_factor(&self, column: &Column, numbers: Numbers) -> f64 {
-        let percent = (0..self.table().height())
+    /// The factor to a share, with what shows it.
+    fn sleep_factor(&self, column: &Column, numbers: Numbers) -> (f64, &'static str, String) {
+        let values = (0..self.table().height())
             .filter_map(|i| numbers.parse(self.table().cell(i, column.index)?))
-            .any(|value| value > 1.0);
-        if percent { 0.01 } else { 1.0 }
+            .filter(|value| *value > 0.0);
+        let median = median(values.collect()).unwrap_or(1.0);
+        let (factor, unit) = match median {
+            m if m > 1.5 => (0.01, "sleep efficiency in per cent"),
+            _ => (1.0, "sleep efficiency as a share"),
+        };
+        (factor, unit, format!("median {median:.2} of those above 0"))
     }
 
     /// The person of row `i`; `known` takes the name of each identifier as it is written.
@@ -604,11 +630,13 @@ impl<'a> File<'a> {
         Ok(id)
     }
 
-    /// What a row holds, as a number.
-    fn fingerprint(&self, i: usize, plan: &Plan) -> u64 {
+    /// Whose a row is and what it holds under which names, as a number.
+    fn fingerprint(&self, i: usize, plan: &Plan, id: &str) -> u64 {
         let mut hasher = DefaultHasher::new();
+        id.hash(&mut hasher);
         for (at, name) in self.table().header().iter().enumerate() {
             if !plan.numbering.contains(&name.as_str()) {
+                name.hash(&mut hasher);
                 self.table().cell(i, at).hash(&mut hasher);
             }
         }

@@ -134,6 +134,54 @@ fn a_switch_may_shift_the_schedule_and_a_deleted_record_counts_for_nothing() {
     assert!(notes(&import).contains("records that were deleted: left out"), "{}", notes(&import));
 }
 
+/// As AndroidAPS uploads them: carbohydrate over a time in ms, and switches to the rates of earlier hours.
+#[test]
+fn extended_carbohydrate_and_shifts_of_androidaps_are_read() {
+    let profile = PROFILE.replace("\"value\":1}", "\"value\":1},{\"time\":\"07:00\",\"value\":3}");
+    let entries: String = (0..36)
+        .map(|k| format!("{{\"sgv\":100,\"date\":{}}}\n", 1_709_280_000_000_i64 + 300_000 * k))
+        .collect();
+    // From 08:00 UTC on; 2 h back at 08:30: the rate of 06:30, until 07:00 there is 09:00 here.
+    let treatments = r#"[
+        {"eventType":"Carb Correction","created_at":"2024-03-01T08:00:00Z","carbs":36,
+         "duration":7200000},
+        {"eventType":"Meal Bolus","created_at":"2024-03-01T10:30:00Z","carbs":20,"duration":0},
+        {"eventType":"Profile Switch","created_at":"2024-03-01T08:30:00Z","profile":"A",
+         "percentage":100,"timeshift":7200000,"duration":0}]"#;
+    let import = read(&[
+        ("entries.json", &entries),
+        ("treatments.json", treatments),
+        ("profile.json", &profile),
+    ]);
+    let record = &import.cohort.people[0].record;
+    let carbs: Vec<f64> = record.carbs().iter().map(|grams| grams.unwrap_or(0.0)).collect();
+    assert!(carbs[..24].iter().all(|grams| (grams - 1.5).abs() < 1e-9), "{carbs:?}");
+    assert_eq!((carbs[24], carbs[30]), (0.0, 20.0));
+    let basal: Vec<f64> = record.basal().iter().map(|rate| rate.expect("recorded")).collect();
+    assert_eq!((basal[0], basal[5], basal[6], basal[11], basal[12]), (3.0, 3.0, 1.0, 1.0, 3.0));
+}
+
+#[test]
+fn the_zone_is_that_of_the_latest_profile_in_any_order() {
+    let document = |from: &str, zone: &str| {
+        PROFILE
+            .trim_matches(['[', ']'])
+            .replace("2024-01-01", from)
+            .replace("\"UTC\"", &format!("\"{zone}\""))
+    };
+    let documents =
+        [document("2020-01-01", "America/New_York"), document("2024-01-01", "Europe/Madrid")];
+    let entries = r#"[{"sgv":100,"dateString":"2024-03-01T00:55:00Z"},
+                      {"sgv":110,"dateString":"2024-03-01T01:00:00Z"}]"#;
+    for order in [[0, 1], [1, 0]] {
+        let profile = format!("[{},{}]", documents[order[0]], documents[order[1]]);
+        let import = read(&[("entries.json", entries), ("profile.json", &profile)]);
+        let record = &import.cohort.people[0].record;
+        assert_eq!(record.start().to_string(), "2024-03-01 01:55:00");
+        assert!(notes(&import).contains("several time zones"), "{}", notes(&import));
+    }
+}
+
 #[test]
 fn broken_files_are_refused_with_their_place() {
     let entry = r#"{"type":"sgv","sgv":100,"date":1709280000000}"#;
@@ -180,6 +228,12 @@ fn broken_files_are_refused_with_their_place() {
         (
             "treatments.json",
             "[{\"carbs\":1,\"duration\":1e99,\"created_at\":\"2024-03-01T08:00:00Z\"}]",
+            "column duration: '1e+99' is not milliseconds",
+        ),
+        (
+            "treatments.json",
+            "[{\"eventType\":\"Temp Basal\",\"absolute\":1,\"duration\":1e99,\
+              \"created_at\":\"2024-03-01T08:00:00Z\"}]",
             "column duration: '1e+99' is not minutes",
         ),
         (

@@ -22,6 +22,36 @@ fn the_morning_is_read() {
     assert_eq!(import.cohort.people[0].weight, None);
 }
 
+/// A temporary rate within another ends it, and the programme that was changed meanwhile goes on.
+#[test]
+fn the_programme_goes_on_after_temporary_rates_that_overlap() {
+    let readings: String = (0..36)
+        .map(|k| {
+            let (hour, minute) = (10 + k / 12, 5 * (k % 12));
+            format!("<event ts=\"07-12-2021 {hour}:{minute:02}:00\" value=\"100\"/>")
+        })
+        .collect();
+    let temporary = |from: &str, to: &str, u_h: f64| {
+        format!(
+            "<event ts_begin=\"07-12-2021 {from}:00\" ts_end=\"07-12-2021 {to}:00\" value=\"{u_h}\"/>"
+        )
+    };
+    let text = format!(
+        "<patient id=\"559\"><glucose_level>{readings}</glucose_level><basal>\
+         <event ts=\"07-12-2021 09:00:00\" value=\"1.0\"/>\
+         <event ts=\"07-12-2021 11:30:00\" value=\"1.5\"/>\
+         <event ts=\"07-12-2021 13:00:00\" value=\"1.5\"/></basal><temp_basal>{}{}</temp_basal></patient>",
+        temporary("10:00", "12:00", 0.2),
+        temporary("10:30", "11:00", 0.4)
+    );
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("559-ws-training.xml"), text).expect("writable");
+    let import = cohort::import(FORMAT, folder.path()).expect("a good file");
+    let basal = import.cohort.people[0].record.basal();
+    let rates = [0, 6, 12, 17, 18, 30].map(|step| basal[step].expect("recorded"));
+    assert_eq!(rates, [0.2, 0.4, 1.0, 1.0, 1.5, 1.5]);
+}
+
 #[test]
 fn broken_files_are_refused_with_their_place() {
     let event = |event: &str| {
