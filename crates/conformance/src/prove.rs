@@ -113,7 +113,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::property::PropertyKind;
+    use contract::conformance::PropertyKind;
 
     #[test]
     fn where_a_bound_takes_too_many_boxes_the_property_alone_is_claimed() {

@@ -5,7 +5,8 @@
 //! printed.
 
 use conformance::Direction::{Decreasing, Increasing};
-use conformance::{Direction, PropertyKind, Row, StepBracket, Verdict};
+use conformance::{Direction, PropertyKind, Row, Verdict};
+use contract::conformance::StepBracket;
 
 /// A row of the paper: network, input, direction, training region, generalisation region.
 type PaperRow = (&'static str, &'static str, Direction, Option<f64>, Option<f64>);
