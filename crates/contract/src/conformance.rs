@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Conformance {
     /// One row a property.
     pub rows: Vec<Row>,
-    /// `conformance/1`.
+    /// `conformance/2`.
     pub schema: String,
 }
 
