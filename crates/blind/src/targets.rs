@@ -56,8 +56,18 @@ pub(crate) fn targets(
     let of_kind = |kind| worlds.iter().filter(move |w| w.label.kind == kind);
     let mut all = Vec::new();
     for (shift, target, name, says) in [
-        (5.0, 0.90, "named_at_5", "one effect that moves glucose by 5 mg/dL or more is named"),
-        (10.0, 0.97, "named_at_10", "one effect that moves glucose by 10 mg/dL or more is named"),
+        (
+            5.0,
+            0.90,
+            "named_at_5",
+            "one effect that moves glucose by 5 mg/dL or more is named, and no other",
+        ),
+        (
+            10.0,
+            0.97,
+            "named_at_10",
+            "one effect that moves glucose by 10 mg/dL or more is named, and no other",
+        ),
     ] {
         let moved = || of_kind(Kind::Single).filter(move |w| w.label.largest_shift() >= shift);
         let named = among(moved(), |w| outcome(w) == Outcome::Correct)?;

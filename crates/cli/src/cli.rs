@@ -403,7 +403,7 @@ pub(crate) struct VerifyArgs {
     /// Population model.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
-    /// Box over which to verify [default: the range of the model's training data].
+    /// Box over which to verify [default: the range of the model's training data; an imported model has none].
     #[arg(long, value_name = "FILE")]
     pub region: Option<PathBuf>,
     /// Verify a person's twin on this population model in its place: insulin-action and glucose directions of dQ1/dt, over

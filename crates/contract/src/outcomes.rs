@@ -196,8 +196,8 @@ pub struct ForecastRow {
 const LEVEL: f64 = 0.05;
 
 impl OutcomeRow {
-    /// Whether so few people with so much scatter between them cannot show equivalence, however good the
-    /// method.
+    /// Whether so few people, between whom this method's differences scatter so much, could not show equivalence if it
+    /// had no bias.
     #[must_use]
     pub fn cannot_be_shown(&self) -> bool {
         !self.equivalent && self.p_unbiased >= LEVEL

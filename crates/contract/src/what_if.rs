@@ -77,6 +77,11 @@ pub struct WhatIfOrder {
     pub peaks_grow_with_meals: bool,
 }
 
+impl WhatIfOrder {
+    /// By how much a curve with less insulin may lie below one with more, mg/dL.
+    pub const SAME_MG_DL: f64 = 0.5;
+}
+
 impl Document for WhatIf {
     const FILE: &'static str = "what_if.json";
     const SCHEMA: &'static str = "what-if/1";

@@ -232,8 +232,19 @@ fn slashed(path: &Path) -> String {
     path.to_string_lossy().replace('\\', "/")
 }
 
+/// A path, or another argument, as it can be pasted into a shell.
+pub(crate) fn shown(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+@:,=".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
 fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1).map(|a| a.to_string_lossy().into_owned());
+    let arguments = std::env::args_os().skip(1).map(|argument| shown(Path::new(&argument)));
     std::iter::once(program().to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use contract::blind_check::PlantedCheck;
 use contract::{Document as _, TwinsTable};
 
-use crate::manifest::program;
+use crate::manifest::{program, shown};
 use crate::progress::note;
 use crate::result_file::result_file;
 
@@ -46,6 +47,9 @@ fn next(program: &str, command: &str, folder: &Path, cohort: Option<&Path>) -> S
     let file = |name: &str| shown(&folder.join(name));
     let cohort = cohort.map_or_else(|| "COHORT".to_owned(), shown);
     match command {
+        "blind-check" if folder.join(PlantedCheck::FILE).is_file() => {
+            format!("look at {}", file("planted.md"))
+        }
         "blind-check" | "diagnose" | "pipeline" | "report" => {
             format!("open {} in a browser", file("report.html"))
         }
@@ -58,8 +62,11 @@ fn next(program: &str, command: &str, folder: &Path, cohort: Option<&Path>) -> S
                 "{filled}, then {program} cohort check {out}; docs/cohort.md describes the columns"
             )
         }
-        "train" | "import-model" => {
-            format!("{program} verify --model {}", file("population.safetensors"))
+        "train" => format!("{program} verify --model {}", file("population.safetensors")),
+        // A network that was trained elsewhere has no region of its own.
+        "import-model" => {
+            let model = file("population.safetensors");
+            format!("{program} verify --model {model} --region REGION.json")
         }
         "twin" if !holds_files(&folder.join(TWINS)) => {
             format!("read why nobody has a twin in {}", file(TwinsTable::FILE))
@@ -97,13 +104,6 @@ fn first_cohort(folder: &Path) -> PathBuf {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let cohorts = entries.map(|entry| entry.path().join("cohort")).filter(|path| path.is_dir());
     cohorts.min().unwrap_or_else(|| folder.to_path_buf())
-}
-
-/// A path as it can be pasted into a shell.
-fn shown(path: &Path) -> String {
-    let text = path.display().to_string();
-    let plain = |c: char| c.is_alphanumeric() || "/._-+@:,".contains(c);
-    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
 #[cfg(test)]

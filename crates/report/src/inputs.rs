@@ -4,8 +4,9 @@ use std::io::Read;
 
 use contract::blind_check::Seal;
 use contract::{
-    BlindCheck, Conformance, DataInUse, Diagnosis, ExampleDay, GlucoseByPerson, GlucoseProfile,
-    ImportReport, Manifest, OutcomesTable, StatedTruth, Training, TwinsTable, WhatIf,
+    BlindCheck, Conformance, DataInUse, Diagnosis, ExampleDay, Exclusions, GlucoseByPerson,
+    GlucoseProfile, ImportReport, Manifest, OutcomesTable, StatedTruth, Training, TwinsTable,
+    WhatIf,
 };
 
 use crate::ReportError;
@@ -24,7 +25,7 @@ macro_rules! parts {
 
         impl Part {
             /// Every part.
-            pub const ALL: [Self; 16] = [Self::Manifest, $(Self::$part),*];
+            pub const ALL: [Self; 17] = [Self::Manifest, $(Self::$part),*];
 
             /// Name of the file that holds the part in an output folder.
             #[must_use]
@@ -70,6 +71,8 @@ macro_rules! parts {
 parts! {
     /// Glucose outcomes and forecast errors of every method.
     Outcomes, outcomes: OutcomesTable, "outcomes.json";
+    /// Who was left out of an evaluation that judged fewer than two people.
+    Exclusions, exclusions: Exclusions, "exclusions.json";
     /// Proofs of the network's monotonicity properties.
     Conformance, conformance: Conformance, "conformance.json";
     /// Where the gap lies, which effect explains it, and how far it shrinks.
@@ -105,6 +108,7 @@ impl Inputs {
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.outcomes.is_none()
+            && self.exclusions.is_none()
             && self.conformance.is_none()
             && self.diagnosis.is_none()
             && self.training.is_none()

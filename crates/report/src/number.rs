@@ -57,13 +57,12 @@ pub(crate) fn percent(share: f64) -> String {
     if !size.is_finite() {
         return ABSENT.to_owned();
     }
-    if size > 0.0 && size < 0.5 {
-        return "<1\u{a0}%".to_owned();
+    let text = fixed(size, 0);
+    match text.as_str() {
+        "0" if size > 0.0 => "<1\u{a0}%".to_owned(),
+        "100" if size < 100.0 => ">99\u{a0}%".to_owned(),
+        text => format!("{text}\u{a0}%"),
     }
-    if size > 99.5 && size < 100.0 {
-        return ">99\u{a0}%".to_owned();
-    }
-    format!("{}\u{a0}%", fixed(size, 0))
 }
 
 /// A counted share with its interval: `12 of 20: 60 % (36 to 81)`.

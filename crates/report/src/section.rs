@@ -77,7 +77,8 @@ const SECTIONS: [Section; 26] = [
     ("training", "Training of the population network", |i| i.training.as_ref().map(training::body)),
     ("twins", "Digital twins", |i| i.twins.as_ref().map(twins::body)),
     ("exclusions", "Who was left out", |i| {
-        let takes_people = i.twins.is_some() || i.outcomes.is_some();
+        let judged = i.outcomes.is_some() || i.exclusions.is_some();
+        let takes_people = i.twins.is_some() || judged;
         let told = i.data_in_use.is_some() || i.diagnosis.is_some() || takes_people;
         told.then(|| exclusions::body(i))
     }),

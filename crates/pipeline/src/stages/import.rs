@@ -10,7 +10,7 @@ use contract::{Document as _, ImportReport};
 
 use crate::manifest::Manifest;
 use crate::output::OutputFolder;
-use crate::progress::{note, table};
+use crate::progress::{json_is_asked_for, note, table};
 use ::report::count;
 
 /// Largest file of a map, bytes.
@@ -132,6 +132,10 @@ fn guess(args: &Settings) -> Result<()> {
     if args.from != ImportFormat::Table {
         bail!("--guess: the columns of {} are known; use it with --from table", args.from.name());
     }
+    anyhow::ensure!(
+        !json_is_asked_for(),
+        "--json: a proposal is no JSON; leave it out with --guess"
+    );
     let guess =
         guess_table(&args.source, args.sheet.as_deref()).context("looking at the tables")?;
     for line in &guess.lines {

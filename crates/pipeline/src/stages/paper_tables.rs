@@ -7,6 +7,7 @@ use ::report::count;
 use anyhow::{Context as _, Result};
 use contract::WhatIf;
 use contract::outcomes::{MethodRows, OutcomeRow, OutcomesTable};
+use contract::what_if::WhatIfOrder;
 use nn_statespace::{PopulationModel, Widths};
 use physiology::Compartment;
 
@@ -224,10 +225,10 @@ fn order(text: &mut String, whose: &str, answers: &WhatIf) {
         answers.order.iter().filter(|row| row.peaks_grow_with_meals).count()
     );
     for row in answers.order.iter().filter(|row| !row.ordered) {
-        let _ = writeln!(
-            text,
-            "  {}: not to be used for what-ifs: out of order by {:.1} mg/dL ({})",
-            row.person_id, row.worst_mg_dl, row.worst_at
-        );
+        let out_of_order = match row.worst_mg_dl > WhatIfOrder::SAME_MG_DL {
+            true => format!("out of order by {:.1} mg/dL ({})", row.worst_mg_dl, row.worst_at),
+            false => "mean glucose does not grow with the ratio".to_owned(),
+        };
+        let _ = writeln!(text, "  {}: not to be used for what-ifs: {out_of_order}", row.person_id);
     }
 }

@@ -60,7 +60,11 @@ pub(crate) fn before_after(rows: &[Bars<'_>]) -> Result<Option<Drawn>, ReportErr
         Ok(())
     })?;
     let mut keys = vec![
-        Key::area("Before: the recalibrated model (upper bar)", GREY, 1.0),
+        Key::area(
+            "Before: the recalibrated model, in bars with * with the effects that need no events (upper bar)",
+            GREY,
+            1.0,
+        ),
         Key::area("After: with the effects (lower bar)", BLUE, 1.0),
     ];
     if rows.iter().any(|(_, _, floor)| floor.is_some()) {

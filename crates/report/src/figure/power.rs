@@ -20,7 +20,7 @@ const LINES: [Line; 3] = [
         Marker::Triangle,
         0,
     ),
-    ("Named", |row| &row.named, solid(BLUE, 5), Marker::Disc, 12),
+    ("Named, and no other", |row| &row.named, solid(BLUE, 5), Marker::Disc, 12),
 ];
 
 /// Draws the rows of all effects together, or `None` without one.

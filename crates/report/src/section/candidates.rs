@@ -30,7 +30,8 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
             })
             .collect();
         html.table_of(
-            "Every answer that was weighed, by its held-out gain; bold: named",
+            "Every answer that was weighed, by its held-out gain before any of them is in the model (that of a card \
+             has those above it in the model); bold: named",
             &[
                 ("Effect", Column::Text),
                 ("Gain, nats", Column::Number),

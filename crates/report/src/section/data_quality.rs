@@ -114,7 +114,8 @@ fn not_used(person: &PersonInUse) -> Vec<String> {
     }
     let channels = person.channels_left_out.iter().map(|left| {
         let share = fixed(100.0 * left.share, 0);
-        format!("{share}\u{a0}% of {} ({})", channel(&left.channel), check(&left.reason))
+        let reasons: Vec<String> = left.reason.split(", ").map(check).collect();
+        format!("{share}\u{a0}% of {} ({})", channel(&left.channel), reasons.join(", "))
     });
     let reasons = distinct(person.days_left_out.iter().map(|day| day.reason.as_str()));
     let days = reasons.into_iter().map(|reason| {

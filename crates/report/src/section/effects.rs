@@ -28,9 +28,16 @@ pub(super) fn body(diagnosis: &Diagnosis) -> Result<Html, ReportError> {
             html.absent("The verdict says that an effect is named, but the file names none.");
         }
         Verdict::Unknown => {
-            html.paragraph(
-                "No effect is named: something is missing, and no effect that was tried accounts for it well enough.",
-            );
+            let probable = diagnosis.candidates.iter().filter(|c| c.not_named.is_some());
+            let probable: Vec<String> = probable.map(|c| effect(&c.effect)).collect();
+            html.paragraph(&match probable.as_slice() {
+                [] => "No effect is named: something is missing, and no effect that was tried accounts for it well enough.".to_owned(),
+                probable => format!(
+                    "No effect is named: something is missing. Probable enough, and not named for the reason that \
+                     stands under what was weighed: {}.",
+                    probable.join(", ")
+                ),
+            });
         }
         Verdict::None => {
             html.paragraph("No effect is named.");

@@ -18,7 +18,7 @@ fn caption(day: &ExampleDay) -> String {
     let mut text = format!(
         "Person {}, {}. Above, glucose: compare each broken line, which runs freely from the first \
          reading on, with the solid sensor line. Then boluses and basal insulin, and meals. Below, what \
-         the twin knows besides: heart rate and sleep. Gaps are missing data.",
+         the twin knows besides: heart rate and sleep. Gaps are missing data; insulin and meals that nobody recorded count as none.",
         day.person_id, day.date
     );
     if day.days > 1 {

@@ -28,9 +28,9 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
             add("twin", &person.person_id, reason);
         }
     }
-    for exclusion in
-        inputs.outcomes.iter().flat_map(|o| &o.exclusions).filter(|e| !everywhere(&e.person_id))
-    {
+    let of_outcomes = inputs.outcomes.iter().flat_map(|outcomes| &outcomes.exclusions);
+    let alone = inputs.exclusions.iter().flat_map(|exclusions| &exclusions.0);
+    for exclusion in of_outcomes.chain(alone).filter(|e| !everywhere(&e.person_id)) {
         add("evaluation", &exclusion.person_id, &exclusion.reason);
     }
     if rows.is_empty() {

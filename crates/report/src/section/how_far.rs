@@ -115,14 +115,19 @@ fn fits(html: &mut Html, how_far: &HowFar) {
     }
 }
 
-/// A note that begins with the key of an effect, in words.
+/// A note with the keys of effects in words.
 fn in_words(note: &str) -> String {
-    let (key, rest) = note.split_once(' ').unwrap_or((note, ""));
+    let word = |text: &str| {
+        let key = text.trim_end_matches([',', '.', ';', ':']);
+        match key.contains('_') {
+            true => format!("{}{}", effect(key), &text[key.len()..]),
+            false => text.to_owned(),
+        }
+    };
+    let text = note.split(' ').map(word).collect::<Vec<_>>().join(" ");
+    let begins_with_key = note.split(' ').next().is_some_and(|first| first.contains('_'));
     let end = if note.ends_with('.') { "" } else { "." };
-    match key.contains('_') {
-        true => format!("{} {rest}{end}", sentence(&effect(key))),
-        false => format!("{note}{end}"),
-    }
+    format!("{}{end}", if begins_with_key { sentence(&text) } else { text })
 }
 
 fn notes(html: &mut Html, how_far: &HowFar) {

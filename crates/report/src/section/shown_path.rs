@@ -16,13 +16,24 @@ pub(super) fn shown_path(path: &str) -> String {
     format!("\u{2026}/{}", parts[parts.len().saturating_sub(SHOWN)..].join("/"))
 }
 
-/// A command line with every absolute path shown by its end.
+/// A command line with every absolute path shown by its end. Arguments with spaces stand in single quotes.
 pub(super) fn shown_command(command: &str) -> String {
-    let word = |word: &str| match word.split_once('=') {
-        Some((option, path)) if option.starts_with('-') => format!("{option}={}", shown_path(path)),
-        _ => shown_path(word),
+    let mut within = false;
+    let arguments = command.split(|c: char| {
+        within ^= c == '\'';
+        c == ' ' && !within
+    });
+    let word = |argument: &str| {
+        let plain = argument.trim_matches('\'');
+        let shown = match plain.split_once('=') {
+            Some((option, path)) if option.starts_with('-') => {
+                format!("{option}={}", shown_path(path))
+            }
+            _ => shown_path(plain),
+        };
+        if plain.len() < argument.len() { format!("'{shown}'") } else { shown }
     };
-    command.split(' ').map(word).collect::<Vec<_>>().join(" ")
+    arguments.map(word).collect::<Vec<_>>().join(" ")
 }
 
 /// JSON with every string that is an absolute path shown by its end.
@@ -57,6 +68,10 @@ mod tests {
                 "cargo xtask diagnose --cohort /home/ann/a/b --out=/home/ann/c/d --seed 1"
             ),
             "cargo xtask diagnose --cohort \u{2026}/a/b --out=\u{2026}/c/d --seed 1"
+        );
+        assert_eq!(
+            shown_command("p import '/home/ann my/a/b c' --map 'time=Fecha y hora' --seed 1"),
+            "p import '\u{2026}/a/b c' --map 'time=Fecha y hora' --seed 1"
         );
         let config = serde_json::json!({"model": ["/home/ann/x/y/z"], "n": 3});
         assert_eq!(shown_json(&config), serde_json::json!({"model": ["\u{2026}/y/z"], "n": 3}));

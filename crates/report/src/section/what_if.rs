@@ -52,7 +52,7 @@ fn caption(answers: &WhatIf, of: &str) -> String {
 }
 
 /// Glucose difference that the check of the order ignores, mg/dL: below what a sensor resolves.
-pub(super) const SAME: f64 = 0.5;
+pub(super) const SAME: f64 = WhatIfOrder::SAME_MG_DL;
 
 /// For how many twins the order holds, and where it does not for the others.
 fn order(html: &mut Html, heading: &str, answers: &WhatIf) {

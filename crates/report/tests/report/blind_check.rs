@@ -24,7 +24,7 @@ fn a_check_alone_is_a_page_of_its_own() {
     assert!(!html.contains("id=\"which\""));
     for words in [
         "7 of 10 targets are met, 2 missed, 1 not tested.",
-        "is named in 89\u{a0}% of 168 worlds (95\u{a0}% interval 83 to 93\u{a0}%).",
+        "is named, and no other, in 89\u{a0}% of 168 worlds (95\u{a0}% interval 83 to 93\u{a0}%).",
         "Where nothing acts, something was found in 3 of 150 worlds (95",
         "master seed 20261121",
         "Hashes of the labels: SHA-256 of salt, line feed (0x0a), label",

@@ -161,3 +161,11 @@ fn short_words_are_explained_and_steps_follow() {
         assert!(next.contains(words), "{words}: {next}");
     }
 }
+
+#[test]
+fn an_evaluation_of_too_few_people_says_who_was_left_out() {
+    let reason = "8 complete test windows, 10 needed";
+    let html = small(vec![(Part::Exclusions, json!([{ "person_id": "p7", "reason": reason }]))]);
+    assert!(section(&html, "exclusions").contains(reason));
+    assert!(!html.contains("Nobody was left out of any step"));
+}

@@ -66,7 +66,7 @@ fn what_differs_between_methods_is_said() {
 
 #[test]
 fn too_few_people_are_told_in_the_verdict() {
-    let words = "For TBR these people are too few and vary too much to show it of any method.";
+    let words = "For TBR the differences of this method vary too much over so few people to show it, even if it had no bias.";
     assert!(!page(&made_up::parts()).contains(words));
     let few = with(made_up::parts(), Part::Outcomes, "/methods/0/rows/2/p_unbiased", json!(0.2));
     assert!(page(&few).contains(words));

@@ -28,7 +28,7 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         &[
             ("Shift, mg/dL", Column::Text, &|row| bin(row)),
             ("Mean shift, mg/dL", Column::Number, &|row| optional(row.mean_shift_mg_dl, 1)),
-            ("Named", Column::Number, &|row| share(&row.named)),
+            ("Named, and no other", Column::Number, &|row| share(&row.named)),
             ("Named or in set", Column::Number, &|row| share(&row.named_or_in_set)),
             ("Something found", Column::Number, &|row| share(&row.detected)),
         ],
@@ -71,7 +71,7 @@ fn by_effect(html: &mut Html, rows: &[&PowerRow]) {
         .collect();
     let columns = bins.iter().map(|row| bin(row)).collect();
     html.heat(
-        "Worlds in which the effect was named, of how many, by effect and shift (mg/dL); \
+        "Worlds in which the effect was named and no other, of how many, by effect and shift (mg/dL); \
          \u{201c}+1\u{201d}: one more has it in the set that cannot be told apart",
         &Heat { corner: "Effect".to_owned(), columns, rows: cells, ..Heat::default() },
     );

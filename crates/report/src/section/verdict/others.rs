@@ -46,7 +46,7 @@ fn blind_check(check: &BlindCheck) -> Vec<String> {
         let worlds = count(named.of, "world", "worlds");
         let ends = interval_of_share(named.lower, named.upper);
         paragraphs.push(format!(
-            "An effect that moves glucose by 5 mg/dL or more is named in {} of {worlds}{ends}.",
+            "An effect that moves glucose by 5 mg/dL or more is named, and no other, in {} of {worlds}{ends}.",
             percent(value)
         ));
     }
@@ -103,7 +103,7 @@ fn equivalence(outcomes: &OutcomesTable, method: &MethodRows) -> String {
     let mut aside = String::new();
     if !hopeless.is_empty() {
         aside.push_str(&format!(
-            " For {} these people are too few and vary too much to show it of any method.",
+            " For {} the differences of this method vary too much over so few people to show it, even if it had no bias.",
             list(&hopeless)
         ));
     }

@@ -1,5 +1,7 @@
 //! The four tiles of a diagnosis (where, which, how far, how sure), and who is in it.
 
+use std::collections::BTreeMap;
+
 use super::how_far::change;
 use super::place::{direction, expected, worst};
 use super::sentence::why_suspected;
@@ -7,8 +9,8 @@ use crate::Inputs;
 use crate::html::Html;
 use crate::number::{count, fixed, interval, p_value, percent};
 use crate::section::words::{ahead, effect, list, model, number, sentence, situation};
+use contract::Diagnosis;
 use contract::diagnosis::{FoundEffect, Standing, Verdict};
-use contract::{DataInUse, Diagnosis};
 
 /// Most people whose reason is told here; the others stand under the data checks.
 const NAMED: usize = 6;
@@ -168,14 +170,27 @@ fn sure(diagnosis: &Diagnosis) -> Tile {
 /// What the probability of an effect is; also the name of its column.
 pub(crate) const PROBABILITY: &str = "probability that it acts, with others or alone";
 
-/// People and days in use, and who was left out.
+/// People and days in use, and who was left out: by the checks of the data or by the diagnosis.
 fn people(diagnosis: &Diagnosis, inputs: &Inputs) -> String {
-    let (all, left_out, days) = match &inputs.data_in_use {
-        Some(data) => of_data(data),
-        None => of_diagnosis(diagnosis),
+    let checked = inputs.data_in_use.iter().flat_map(|data| &data.people);
+    let by_checks = checked.clone().map(|p| (&*p.person_id, p.left_out.as_deref()));
+    let by_diagnosis = diagnosis.people.iter().map(|p| (&*p.person_id, p.excluded.as_deref()));
+    let mut all: BTreeMap<&str, Option<&str>> = BTreeMap::new();
+    for (person, reason) in by_checks.chain(by_diagnosis) {
+        let known = all.entry(person).or_default();
+        *known = known.or(reason);
+    }
+    let used = |person: &str| all.get(person).is_some_and(Option::is_none);
+    let days: usize = diagnosis.people.iter().filter(|p| used(&p.person_id)).map(|p| p.days).sum();
+    let recorded: usize = checked.filter(|p| used(&p.person_id)).map(|p| p.days).sum();
+    let days = match inputs.data_in_use {
+        Some(_) => format!("{days} of their {}", count(recorded, "day", "days")),
+        None => count(days, "day", "days"),
     };
-    let used = all - left_out.len();
-    let mut text = format!("{used} of {} in use, {days}. ", count(all, "person", "people"));
+    let left_out: Vec<(&str, &str)> =
+        all.iter().filter_map(|(person, reason)| Some((*person, (*reason)?))).collect();
+    let in_use = all.len() - left_out.len();
+    let mut text = format!("{in_use} of {} in use, {days}. ", count(all.len(), "person", "people"));
     if left_out.is_empty() {
         text.push_str("Nobody was left out.");
         return text;
@@ -188,25 +203,4 @@ fn people(diagnosis: &Diagnosis, inputs: &Inputs) -> String {
     }
     text.push('.');
     text
-}
-
-/// All people, those left out with the reason, and the days in use.
-type InUse<'a> = (usize, Vec<(&'a str, &'a str)>, String);
-
-fn of_data(data: &DataInUse) -> InUse<'_> {
-    let left_out: Vec<(&str, &str)> =
-        data.people.iter().filter_map(|p| Some((&*p.person_id, p.left_out.as_deref()?))).collect();
-    let used = data.people.iter().filter(|person| person.left_out.is_none());
-    let (days, of) = used.fold((0, 0), |(days, of), person| {
-        (days + person.days.saturating_sub(person.days_left_out.len()), of + person.days)
-    });
-    (data.people.len(), left_out, format!("{days} of their {}", count(of, "day", "days")))
-}
-
-fn of_diagnosis(diagnosis: &Diagnosis) -> InUse<'_> {
-    let people = &diagnosis.people;
-    let left_out: Vec<(&str, &str)> =
-        people.iter().filter_map(|p| Some((&*p.person_id, p.excluded.as_deref()?))).collect();
-    let days: usize = people.iter().filter(|p| p.excluded.is_none()).map(|p| p.days).sum();
-    (people.len(), left_out, count(days, "day", "days"))
 }
