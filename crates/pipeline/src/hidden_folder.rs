@@ -106,9 +106,14 @@ fn sweep_folder(folder: &Path, parent: &Path) {
     // A run that was killed before it could lock left an empty one; what holds anything stays.
     let _ = fs::remove_dir(folder);
     let Ok(file) = File::open(folder.join(LOCK)) else { return };
-    if file.try_lock().is_ok() && nothing_is_lost_with(folder, parent) {
+    if file.try_lock().is_err() {
+        return;
+    }
+    if nothing_is_lost_with(folder, parent) {
         let _ = fs::remove_dir_all(folder);
     }
+    // A process that starts at this moment has inherited the file: to close it would not free the folder.
+    let _ = file.unlock();
 }
 
 /// Puts back what a killed run was about to replace; whether nothing in the folder is of use any more.
@@ -154,7 +159,7 @@ mod tests {
         fs::remove_dir_all(dead.join(REPLACED)).expect("ours");
         sweep(parent.path());
         assert!(alive.exists() && !dead.exists() && !empty.exists());
-        drop(held);
+        held.unlock().expect("held");
         sweep(parent.path());
         assert!(!alive.exists());
     }
