@@ -169,3 +169,13 @@ fn an_evaluation_of_too_few_people_says_who_was_left_out() {
     assert!(section(&html, "exclusions").contains(reason));
     assert!(!html.contains("Nobody was left out of any step"));
 }
+
+#[test]
+fn who_was_left_out_by_the_diagnosis_alone_is_not_in_use() {
+    let reason = json!("no run of a day");
+    let parts = with(made_up::parts(), Part::Diagnosis, "/people/0/excluded", reason);
+    let html = page(&parts);
+    for words in ["10 of 12 people in use, 279 of their 280 days. ", "p01 (no run of a day)"] {
+        assert!(html.contains(words), "{words}");
+    }
+}

@@ -173,7 +173,7 @@ pub(crate) const PROBABILITY: &str = "probability that it acts, with others or a
 /// People and days in use, and who was left out: by the checks of the data or by the diagnosis.
 fn people(diagnosis: &Diagnosis, inputs: &Inputs) -> String {
     let checked = inputs.data_in_use.iter().flat_map(|data| &data.people);
-    let by_checks = checked.clone().map(|p| (&*p.person_id, p.left_out.as_deref()));
+    let by_checks = checked.map(|p| (&*p.person_id, p.left_out.as_deref()));
     let by_diagnosis = diagnosis.people.iter().map(|p| (&*p.person_id, p.excluded.as_deref()));
     let mut all: BTreeMap<&str, Option<&str>> = BTreeMap::new();
     for (person, reason) in by_checks.chain(by_diagnosis) {
@@ -181,11 +181,18 @@ fn people(diagnosis: &Diagnosis, inputs: &Inputs) -> String {
         *known = known.or(reason);
     }
     let used = |person: &str| all.get(person).is_some_and(Option::is_none);
-    let days: usize = diagnosis.people.iter().filter(|p| used(&p.person_id)).map(|p| p.days).sum();
-    let recorded: usize = checked.filter(|p| used(&p.person_id)).map(|p| p.days).sum();
-    let days = match inputs.data_in_use {
-        Some(_) => format!("{days} of their {}", count(recorded, "day", "days")),
-        None => count(days, "day", "days"),
+    let days = match &inputs.data_in_use {
+        Some(data) => {
+            let people = || data.people.iter().filter(|person| used(&person.person_id));
+            let recorded = people().map(|person| person.days).sum();
+            let left_out: usize = people().map(|person| person.days_left_out.len()).sum();
+            let days = count(recorded, "day", "days");
+            format!("{} of their {days}", recorded.saturating_sub(left_out))
+        }
+        None => {
+            let people = diagnosis.people.iter().filter(|person| used(&person.person_id));
+            count(people.map(|person| person.days).sum(), "day", "days")
+        }
     };
     let left_out: Vec<(&str, &str)> =
         all.iter().filter_map(|(person, reason)| Some((*person, (*reason)?))).collect();
