@@ -13,7 +13,7 @@ use crate::error::EvaluationError;
 use crate::readings::readings;
 
 /// Glucose that counts as the same, mg/dL: below what a sensor resolves.
-pub const TOLERANCE: f64 = 0.5;
+pub const TOLERANCE: f64 = WhatIfOrder::SAME_MG_DL;
 
 /// The paper's meals and ratios over five hours; the order is checked at three glucose levels
 /// and three hours, which the paper leaves open.
