@@ -1,18 +1,30 @@
 //! The ceiling: what the exact course of an effect would name.
 
-use crate::share::among;
-use contract::blind_check::{BlindCheck, Ceiling, ExactCourse, Kind, Outcome, PowerRow};
+use std::collections::BTreeMap;
+
+use contract::blind_check::{
+    BlindCheck, Ceiling, CeilingAtBar, ExactCourse, Kind, Outcome, PowerRow,
+};
 
 use crate::error::BlindError;
+use crate::share::{among, interval_over_worlds};
 
 /// Share of the courses of effects that do not act that may be above the bar: the names that are allowed where nothing
 /// is missing.
 const ALLOWED: f64 = 0.02;
 
-/// The evidence that no larger share of these courses exceeds, nats; 0 where there is none.
-fn bar(courses: &[ExactCourse]) -> f64 {
-    let idle = courses.iter().filter(|course| !course.acts);
-    let mut gains: Vec<f64> = idle.filter_map(|course| course.gain_nats).collect();
+/// What the courses of effects that do not act gain, nats, world by world.
+fn idle(courses: &[ExactCourse]) -> Vec<Vec<f64>> {
+    let mut by_world: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for course in courses.iter().filter(|course| !course.acts) {
+        by_world.entry(&course.id).or_default().extend(course.gain_nats);
+    }
+    by_world.into_values().collect()
+}
+
+/// The evidence that no larger share of the courses of these worlds exceeds, nats; 0 where there is none.
+fn bar(worlds: &[&Vec<f64>]) -> f64 {
+    let mut gains: Vec<f64> = worlds.iter().copied().flatten().copied().collect();
     gains.sort_by(|a, b| b.total_cmp(a));
     gains.get((ALLOWED * gains.len() as f64) as usize).copied().unwrap_or(0.0).max(0.0)
 }
@@ -25,7 +37,9 @@ pub fn with_ceiling(
     mut check: BlindCheck,
     courses: Vec<ExactCourse>,
 ) -> Result<BlindCheck, BlindError> {
-    let bar = bar(&courses);
+    let idle = idle(&courses);
+    let interval = interval_over_worlds(&idle, check.master_seed, bar)?;
+    let bar = bar(&idle.iter().collect::<Vec<_>>());
     let is_above = |course: &ExactCourse| course.gain_nats.is_some_and(|gain| gain > bar);
     let of_kind = |kind: Kind| -> Vec<(Single<'_>, bool)> {
         let rows = check.worlds.iter().filter(|row| row.kind == kind);
@@ -33,30 +47,39 @@ pub fn with_ceiling(
             let truth = row.truth.first()?;
             let course = courses.iter().find(|c| c.acts && c.id == row.id)?;
             let shift = truth.achieved_mg_dl;
-            let single = Single { effect: &truth.effect, shift, above: is_above(course) };
+            let (effect, gain_nats) = (&*truth.effect, course.gain_nats);
+            let single = Single { effect, shift, gain_nats };
             Some((single, row.outcome == Outcome::Correct))
         })
         .collect()
     };
     let (singles, outside) = (of_kind(Kind::Single), of_kind(Kind::Outside));
     let moved = |from: f64| singles.iter().filter(move |(single, _)| single.shift >= from);
-    let above = |from: f64| among(moved(from), |(single, _)| single.above);
+    let above = |from: f64| among(moved(from), |(single, _)| single.is_above(bar));
     let right = |from: f64| among(moved(from), |(_, right)| *right);
+    let at = |bar: f64| CeilingAtBar {
+        bar_nats: bar,
+        named_at_5: moved(5.0).filter(|(single, _)| single.is_above(bar)).count(),
+        named_at_10: moved(10.0).filter(|(single, _)| single.is_above(bar)).count(),
+        unknown: outside.iter().filter(|(single, _)| single.is_above(bar)).count(),
+    };
     let ceiling = Ceiling {
         bar_nats: bar,
+        at_lower_bar: interval.map(|(lower, _)| at(lower)),
+        at_upper_bar: interval.map(|(_, upper)| at(upper)),
         named: above(0.0)?,
         named_at_5: above(5.0)?,
         answered_at_5: right(5.0)?,
         named_at_10: above(10.0)?,
         answered_at_10: right(10.0)?,
-        unknown: among(&outside, |(single, _)| single.above)?,
+        unknown: among(&outside, |(single, _)| single.is_above(bar))?,
         answered_unknown: among(&outside, |(_, right)| *right)?,
         false_alarms: among(courses.iter().filter(|c| !c.acts), |c| is_above(c))?,
         courses: Vec::new(),
     };
     for row in &mut check.power {
         let within = singles.iter().filter(|(single, _)| single.is_of(row));
-        row.ceiling = Some(among(within, |(single, _)| single.above)?);
+        row.ceiling = Some(among(within, |(single, _)| single.is_above(bar))?);
     }
     check.ceiling = Some(Ceiling { courses, ..ceiling });
     Ok(check)
@@ -66,10 +89,15 @@ pub fn with_ceiling(
 struct Single<'a> {
     effect: &'a str,
     shift: f64,
-    above: bool,
+    /// Evidence of the exact course of the effect.
+    gain_nats: Option<f64>,
 }
 
 impl Single<'_> {
+    fn is_above(&self, bar: f64) -> bool {
+        self.gain_nats.is_some_and(|gain| gain > bar)
+    }
+
     fn is_of(&self, row: &PowerRow) -> bool {
         row.effect.as_deref().is_none_or(|effect| effect == self.effect)
             && row.from_mg_dl <= self.shift

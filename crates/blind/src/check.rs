@@ -1,4 +1,4 @@
-//! The whole check: `blind_check.json`, schema `blind-check/3`.
+//! The whole check: `blind_check.json`, schema `blind-check/4`.
 
 use crate::amplitude::amplitude_recovery;
 use crate::confusion::confusion;

@@ -217,6 +217,8 @@ fn the_ceiling_stands_beside_the_power() {
     assert_eq!((ceiling.answered_unknown.count, ceiling.answered_unknown.of), (0, 2));
     // Of two courses that do not act none may be above the bar; of fifty, one.
     assert_eq!(ceiling.bar_nats, 5.0);
+    // The courses that do not act are of one world, which has no interval.
+    assert!(ceiling.at_lower_bar.is_none() && ceiling.at_upper_bar.is_none());
     assert_eq!((ceiling.false_alarms.count, ceiling.false_alarms.of), (0, 2));
     let rows: Vec<(f64, usize, usize)> = check
         .power
@@ -227,4 +229,34 @@ fn the_ceiling_stands_beside_the_power() {
     assert_eq!(rows, [(3.75, 0, 1), (7.5, 1, 2)]);
     let text = serde_json::to_string(&check).expect("JSON");
     assert_eq!(serde_json::from_str::<BlindCheck>(&text).expect("its own layout"), check);
+}
+
+#[test]
+fn the_bar_of_the_ceiling_has_an_interval_over_worlds() {
+    let course = |id: String, acts: bool, gain: f64| ExactCourse {
+        id,
+        effect: "dawn".to_owned(),
+        acts,
+        gain_nats: Some(gain),
+        amplitude: Some(1.0),
+    };
+    // One world in ten has a course far above the others, so the bar of one course in fifty is there or is not.
+    let nulls = (0..10).map(|world| {
+        let gain = if world == 0 { 30.0 } else { 1.0 };
+        course(format!("n{world}"), false, gain)
+    });
+    let acting = [("a", 0.5), ("b", 20.0), ("c", 40.0)];
+    let worlds: Vec<ScoredWorld> = acting
+        .iter()
+        .map(|(id, _)| ScoredWorld { label: label(id, Some(morning())), answer: Answer::none() })
+        .collect();
+    let courses =
+        nulls.chain(acting.iter().map(|(id, gain)| course((*id).to_owned(), true, *gain)));
+    let check = with_ceiling(score(1, &worlds).expect("countable"), courses.collect());
+    let ceiling = check.expect("countable").ceiling.expect("asked");
+    assert_eq!((ceiling.bar_nats, ceiling.named_at_5.count), (30.0, 1));
+    let (lower, upper) =
+        (ceiling.at_lower_bar.expect("ten worlds"), ceiling.at_upper_bar.expect("ten worlds"));
+    assert_eq!((lower.bar_nats, lower.named_at_5), (1.0, 2));
+    assert_eq!((upper.bar_nats, upper.named_at_5), (30.0, 1));
 }

@@ -10,7 +10,7 @@ mod scores;
 mod seal;
 
 pub use answer::{Answer, Outcome, Verdict};
-pub use ceiling::{Ceiling, ExactCourse};
+pub use ceiling::{Ceiling, CeilingAtBar, ExactCourse};
 pub use label::{Kind, Label, Labels, PortCourse, TrueCell, TrueEffect, TrueWhere};
 pub use places::{ContextScore, CoverageScore, EquationScore, WhereScore, WorldWhere};
 pub use planted::{
@@ -31,7 +31,7 @@ use crate::diagnosis::{CandidateEffect, FoundEffect, PortEvidence};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BlindCheck {
-    /// `blind-check/3`.
+    /// `blind-check/4`.
     pub schema: String,
     /// Seed from which the plan was drawn.
     pub master_seed: u64,

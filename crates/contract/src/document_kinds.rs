@@ -60,7 +60,7 @@ document_kinds! {
     StatedTruth: "truth.json", "truth/1";
     EffectTwins: "effect_twins.json", "effect-twins/1";
     Meals: "meals.json", "meals/1";
-    BlindCheck: "blind_check.json", "blind-check/3";
+    BlindCheck: "blind_check.json", "blind-check/4";
     Seal: "seal.json", "seal/1";
     Answer: "answers/ID.json", "";
     OpenedLabels: "labels.json", "";

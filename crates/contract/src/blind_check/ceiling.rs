@@ -29,6 +29,11 @@ pub struct ExactCourse {
 pub struct Ceiling {
     /// Evidence that at most one in fifty courses of effects that do not act exceeds, nats: what a name requires here.
     pub bar_nats: f64,
+    /// The ceiling with the bar at the lower limit of its 95 % bootstrap interval over worlds; `None` where fewer than
+    /// two worlds have courses of effects that do not act.
+    pub at_lower_bar: Option<CeilingAtBar>,
+    /// The same at the upper limit.
+    pub at_upper_bar: Option<CeilingAtBar>,
     /// Worlds with one effect whose exact course is above the bar.
     pub named: Share,
     /// The same of effects that move glucose by 5 mg/dL or more, and what the answers named of those worlds.
@@ -47,4 +52,19 @@ pub struct Ceiling {
     pub false_alarms: Share,
     /// Every course.
     pub courses: Vec<ExactCourse>,
+}
+
+/// How many worlds are above another bar.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct CeilingAtBar {
+    /// The bar, nats.
+    pub bar_nats: f64,
+    /// Of those that `named_at_5` of the ceiling counts.
+    pub named_at_5: usize,
+    /// Of those that `named_at_10` of the ceiling counts.
+    pub named_at_10: usize,
+    /// Of those that `unknown` of the ceiling counts.
+    pub unknown: usize,
 }

@@ -46,7 +46,7 @@ fn found(half: f64, shift: f64, worlds: usize) -> (usize, usize) {
 }
 
 pub(crate) fn blind_check() -> Value {
-    json!({"schema": "blind-check/3", "master_seed": 20_261_121_u64,
+    json!({"schema": "blind-check/4", "master_seed": 20_261_121_u64,
         "worlds": worlds(), "confusion": confusion(), "power": power(),
         "false_alarms": share(3, 150), "wrong_names": share(5, 252),
         "unknown": {"recalled": share(31, 36), "right_port": share(25, 31),

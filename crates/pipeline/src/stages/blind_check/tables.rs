@@ -1,6 +1,6 @@
 //! The figures by hand, "where" and the ceiling of a check, as lines of text.
 
-use contract::blind_check::{BlindCheck, PowerRow, Share, WhereScore};
+use contract::blind_check::{BlindCheck, CeilingAtBar, PowerRow, Share, WhereScore};
 
 /// The tables, a line each.
 pub(super) fn tables(check: &BlindCheck) -> Vec<String> {
@@ -96,23 +96,47 @@ fn ceiling(check: &BlindCheck) -> Vec<String> {
             row.ceiling.as_ref().map_or_else(|| "-".to_owned(), counted),
         ));
     }
-    for (from, answered, above) in [
-        (5, &found.answered_at_5, &found.named_at_5),
-        (10, &found.answered_at_10, &found.named_at_10),
+    let between = |count: fn(&CeilingAtBar) -> usize| {
+        found
+            .at_upper_bar
+            .as_ref()
+            .zip(found.at_lower_bar.as_ref())
+            .map_or_else(String::new, |(upper, lower)| {
+                format!(" ({} to {})", count(upper), count(lower))
+            })
+    };
+    for (what, answered, above, between) in [
+        (
+            "from 5 mg/dL: named",
+            &found.answered_at_5,
+            &found.named_at_5,
+            between(|at| at.named_at_5),
+        ),
+        (
+            "from 10 mg/dL: named",
+            &found.answered_at_10,
+            &found.named_at_10,
+            between(|at| at.named_at_10),
+        ),
+        (
+            "outside the library: called unknown",
+            &found.answered_unknown,
+            &found.unknown,
+            between(|at| at.unknown),
+        ),
     ] {
-        lines.push(format!(
-            "  from {from} mg/dL: named {}, ceiling {}",
-            counted(answered),
-            counted(above)
-        ));
+        let (answered, above) = (counted(answered), counted(above));
+        lines.push(format!("  {what} {answered}, ceiling {above}{between}"));
     }
+    let interval = found
+        .at_lower_bar
+        .as_ref()
+        .zip(found.at_upper_bar.as_ref())
+        .map_or_else(String::new, |(lower, upper)| {
+            format!(" (95 % interval {:.1} to {:.1})", lower.bar_nats, upper.bar_nats)
+        });
     lines.push(format!(
-        "  outside the library: called unknown {}, ceiling {}",
-        counted(&found.answered_unknown),
-        counted(&found.unknown)
-    ));
-    lines.push(format!(
-        "  above {:.1} nats: exact courses of effects that do not act {}",
+        "  above {:.1} nats{interval}: exact courses of effects that do not act {}",
         found.bar_nats,
         counted(&found.false_alarms)
     ));
