@@ -96,14 +96,11 @@ fn ceiling(check: &BlindCheck) -> Vec<String> {
             row.ceiling.as_ref().map_or_else(|| "-".to_owned(), counted),
         ));
     }
-    let between = |count: fn(&CeilingAtBar) -> usize| {
-        found
-            .at_upper_bar
-            .as_ref()
-            .zip(found.at_lower_bar.as_ref())
-            .map_or_else(String::new, |(upper, lower)| {
-                format!(" ({} to {})", count(upper), count(lower))
-            })
+    let ends = found.at_lower_bar.zip(found.at_upper_bar);
+    let between = |count: fn(CeilingAtBar) -> usize| {
+        ends.map_or_else(String::new, |(lower, upper)| {
+            format!(" ({} to {})", count(upper), count(lower))
+        })
     };
     for (what, answered, above, between) in [
         (
@@ -128,13 +125,9 @@ fn ceiling(check: &BlindCheck) -> Vec<String> {
         let (answered, above) = (counted(answered), counted(above));
         lines.push(format!("  {what} {answered}, ceiling {above}{between}"));
     }
-    let interval = found
-        .at_lower_bar
-        .as_ref()
-        .zip(found.at_upper_bar.as_ref())
-        .map_or_else(String::new, |(lower, upper)| {
-            format!(" (95 % interval {:.1} to {:.1})", lower.bar_nats, upper.bar_nats)
-        });
+    let interval = ends.map_or_else(String::new, |(lower, upper)| {
+        format!(" (95 % interval {:.1} to {:.1})", lower.bar_nats, upper.bar_nats)
+    });
     lines.push(format!(
         "  above {:.1} nats{interval}: exact courses of effects that do not act {}",
         found.bar_nats,
