@@ -33,7 +33,7 @@ use crate::{DISCLAIMER, Inputs, ReportError};
 type Section = (&'static str, &'static str, fn(&Inputs) -> Option<Result<Html, ReportError>>);
 
 /// Every section below the verdict.
-const SECTIONS: [Section; 26] = [
+const SECTIONS: [Section; 27] = [
     ("where", "Where the gap lies", |i| i.diagnosis.as_ref().map(location::body)),
     ("which", "Which effect explains the gap", |i| i.diagnosis.as_ref().map(effects::body)),
     ("truth", "Truth beside answer", |i| {
@@ -56,6 +56,9 @@ const SECTIONS: [Section; 26] = [
     }),
     ("power", "Blind check: how small an effect is found", |i| {
         i.blind_check.as_ref().map(blind_check::power)
+    }),
+    ("ceiling", "Blind check: what exact courses would name", |i| {
+        i.blind_check.as_ref()?.ceiling.as_ref().map(blind_check::ceiling)
     }),
     ("reliability", "Blind check: do probabilities come true", |i| {
         i.blind_check.as_ref().map(blind_check::reliability)

@@ -55,7 +55,17 @@ pub(crate) fn blind_check() -> Value {
             "both": share(27, 40), "f1": 0.874, "f1_lower": 0.81, "f1_upper": 0.93},
         "reliability": reliability(),
         "amplitudes": {"worlds": 190, "rank_correlation": 0.71},
-        "failed": share(0, 478), "targets": targets()})
+        "failed": share(0, 478), "ceiling": ceiling(), "targets": targets()})
+}
+
+fn ceiling() -> Value {
+    let at = |bar: f64, from_5: usize, from_10: usize, unknown: usize| json!({"bar_nats": bar, "named_at_5": from_5, "named_at_10": from_10, "unknown": unknown});
+    json!({"bar_nats": 14.3, "at_lower_bar": at(6.1, 190, 119, 34),
+        "at_upper_bar": at(22.8, 171, 112, 29), "named": share(213, 252),
+        "named_at_5": share(184, 196), "answered_at_5": share(163, 196),
+        "named_at_10": share(117, 126), "answered_at_10": share(113, 126),
+        "unknown": share(33, 36), "answered_unknown": share(31, 36),
+        "false_alarms": share(9, 450), "courses": []})
 }
 
 pub(crate) fn seal() -> Value {

@@ -1,5 +1,6 @@
 //! The blind check: what was promised, what was found, and every world.
 
+mod ceiling;
 mod confusion;
 mod power;
 mod reliability;
@@ -7,6 +8,7 @@ mod scores;
 mod targets;
 mod worlds;
 
+pub(super) use ceiling::body as ceiling;
 pub(super) use confusion::body as confusion;
 pub(super) use power::body as power;
 pub(super) use reliability::body as reliability;

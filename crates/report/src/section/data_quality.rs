@@ -1,6 +1,6 @@
 //! What the checks of the data said of every person, and what was done on import.
 
-use super::words::{channel, check, list, sentence};
+use super::words::{channel, check, list, reason as why, sentence};
 use crate::distinct::distinct;
 use crate::html::{Column, Html};
 use crate::number::{ABSENT, count, ends, fixed};
@@ -110,7 +110,7 @@ fn people(html: &mut Html, data: &DataInUse) {
 /// The reason why a person is left out, or what is not used of one who is not.
 fn not_used(person: &PersonInUse) -> Vec<String> {
     if let Some(reason) = &person.left_out {
-        return vec![reason.clone()];
+        return vec![why(reason)];
     }
     let channels = person.channels_left_out.iter().map(|left| {
         let share = fixed(100.0 * left.share, 0);

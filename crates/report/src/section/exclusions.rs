@@ -1,5 +1,6 @@
 //! Everyone who was left out, at which step and why.
 
+use super::words;
 use crate::html::{Column, Html};
 use crate::{Inputs, ReportError};
 
@@ -7,7 +8,7 @@ pub(super) fn body(inputs: &Inputs) -> Result<Html, ReportError> {
     let mut html = Html::default();
     let mut rows: Vec<(bool, Vec<String>)> = Vec::new();
     let mut add = |step: &str, person: &str, reason: &str| {
-        rows.push((false, vec![person.to_owned(), step.to_owned(), reason.to_owned()]));
+        rows.push((false, vec![person.to_owned(), step.to_owned(), words::reason(reason)]));
     };
     for person in inputs.data_in_use.iter().flat_map(|data| &data.people) {
         if let Some(reason) = &person.left_out {

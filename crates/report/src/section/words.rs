@@ -133,6 +133,15 @@ pub(super) fn check(key: &str) -> String {
     words.to_owned()
 }
 
+/// Why somebody is left out: the key of a check before the colon becomes words.
+pub(super) fn reason(text: &str) -> String {
+    let is_key = |word: &str| word.bytes().all(|b| b == b'_' || b.is_ascii_lowercase());
+    match text.split_once(": ") {
+        Some((key, says)) if is_key(key) => format!("{}: {says}", check(key)),
+        _ => text.to_owned(),
+    }
+}
+
 /// A channel of a record in words; one that this version does not know keeps its key.
 pub(super) fn channel(key: &str) -> String {
     let words = match key {

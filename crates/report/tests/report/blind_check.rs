@@ -106,6 +106,25 @@ fn power_is_told_by_effect_and_bin() {
 }
 
 #[test]
+fn the_ceiling_stands_beside_the_answers_with_its_interval() {
+    let html = check_page(&[]);
+    for words in [
+        "a bar of 14.3 nats (6.1 to 22.8):",
+        "163 of 196: 83\u{a0}% (",
+        "184 of 196: 94\u{a0}% (",
+        ">171 to 190</td>",
+        ">112 to 119</td>",
+        ">29 to 34</td>",
+    ] {
+        assert!(html.contains(words), "{words}");
+    }
+    let no_ends = [("/ceiling/at_lower_bar", Value::Null), ("/ceiling/at_upper_bar", Value::Null)];
+    let html = check_page(&no_ends);
+    assert!(html.contains("a bar of 14.3 nats: one in") && !html.contains(">171 to 190</td>"));
+    assert!(!check_page(&[("/ceiling", Value::Null)]).contains("id=\"ceiling\""));
+}
+
+#[test]
 fn every_world_is_listed_folded() {
     let html = check_page(&[]);
     let (_, worlds) = html.split_once("Truth and answer of 60 worlds").expect("a summary");

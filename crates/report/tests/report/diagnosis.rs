@@ -141,6 +141,10 @@ fn the_first_screen_has_four_tiles_and_who_is_in_use() {
     ] {
         assert!(tiles.contains(words), "{words}: {tiles}");
     }
+    let found = "meal_clock_offset: meals recorded 40 min too early; moving them would mend it";
+    let html = diagnosis_page("effect", &[("/people/1/excluded", json!(found))]);
+    let words = "Left out: p11 (the clock of meals: meals recorded 40 min too early; moving";
+    assert!(verdict_of(&html).contains(words), "no key of a check");
     let mut three = made_up::diagnosis("effect")["effects"].as_array().expect("a list").clone();
     let mut third = three[1].clone();
     third["effect"] = json!("sleep_loss");

@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::made_up::completed;
 
 /// Anchors of all sections, in reading order.
-pub(crate) const SECTIONS: [&str; 27] = [
+pub(crate) const SECTIONS: [&str; 28] = [
     "verdict",
     "where",
     "which",
@@ -20,6 +20,7 @@ pub(crate) const SECTIONS: [&str; 27] = [
     "targets",
     "confusion",
     "power",
+    "ceiling",
     "reliability",
     "scores",
     "worlds",

@@ -8,7 +8,7 @@ use super::sentence::why_suspected;
 use crate::Inputs;
 use crate::html::Html;
 use crate::number::{count, fixed, interval, p_value, percent};
-use crate::section::words::{ahead, effect, list, model, number, sentence, situation};
+use crate::section::words::{ahead, effect, list, model, number, reason, sentence, situation};
 use contract::Diagnosis;
 use contract::diagnosis::{FoundEffect, Standing, Verdict};
 
@@ -202,8 +202,11 @@ fn people(diagnosis: &Diagnosis, inputs: &Inputs) -> String {
         text.push_str("Nobody was left out.");
         return text;
     }
-    let named: Vec<String> =
-        left_out.iter().take(NAMED).map(|(person, why)| format!("{person} ({why})")).collect();
+    let named: Vec<String> = left_out
+        .iter()
+        .take(NAMED)
+        .map(|(person, why)| format!("{person} ({})", reason(why)))
+        .collect();
     text.push_str(&format!("Left out: {}", named.join("; ")));
     if left_out.len() > NAMED {
         text.push_str(&format!("; {} more, under the data checks", left_out.len() - NAMED));
