@@ -120,7 +120,7 @@ fn the_ceiling_stands_beside_the_answers_with_its_interval() {
     }
     let no_ends = [("/ceiling/at_lower_bar", Value::Null), ("/ceiling/at_upper_bar", Value::Null)];
     let html = check_page(&no_ends);
-    assert!(html.contains("a bar of 14.3 nats: one in") && !html.contains(">171 to 190</td>"));
+    assert!(html.contains("a bar of 14.3 nats: at most") && !html.contains(">171 to 190</td>"));
     assert!(!check_page(&[("/ceiling", Value::Null)]).contains("id=\"ceiling\""));
 }
 

@@ -2,7 +2,7 @@
 
 use crate::ReportError;
 use crate::html::{Column, Html};
-use crate::number::{ends, fixed, share};
+use crate::number::{ABSENT, ends, fixed, share};
 use contract::blind_check::{Ceiling, CeilingAtBar, Share};
 
 /// What is counted, what was answered, what is above the bar, and that at another bar.
@@ -15,10 +15,10 @@ pub(in super::super) fn body(ceiling: &Ceiling) -> Result<Html, ReportError> {
         at_ends.map_or_else(String::new, |(lower, upper)| ends(lower.bar_nats, upper.bar_nats, 1));
     html.paragraph(&format!(
         "After all answers were in, the exact course of each effect went through the same tests. The \
-         evidence of a course of an effect that acts is compared with a bar of {} nats{interval}: one in \
-         fifty courses of effects that do not act is above it. Nobody knows the exact courses in real \
-         people. An effect that is not named, and whose exact course is above the bar, could be named by \
-         a better form of it. One whose exact course is below the bar is hidden by noise.",
+         evidence of a course of an effect that acts is compared with a bar of {} nats{interval}: at \
+         most one in fifty courses of effects that do not act is above it. Nobody knows the exact courses in real \
+         people. An effect that is not named, and whose exact course is above the bar, might be named with \
+         a better form of it. One whose exact course is below the bar does not stand out even so.",
         fixed(ceiling.bar_nats, 1)
     ));
     let rows: [Row<'_>; 3] = [
@@ -40,7 +40,7 @@ pub(in super::super) fn body(ceiling: &Ceiling) -> Result<Html, ReportError> {
     ];
     let other = |count: fn(&CeilingAtBar) -> usize| {
         at_ends.map_or_else(
-            || "\u{2013}".to_owned(),
+            || ABSENT.to_owned(),
             |(lower, upper)| format!("{} to {}", count(upper), count(lower)),
         )
     };
