@@ -59,7 +59,10 @@ pub(crate) fn blind_check() -> Value {
 }
 
 fn ceiling() -> Value {
-    let at = |bar: f64, from_5: usize, from_10: usize, unknown: usize| json!({"bar_nats": bar, "named_at_5": from_5, "named_at_10": from_10, "unknown": unknown});
+    let at = |bar: f64, from_5: usize, from_10: usize, unknown: usize| {
+        json!({"bar_nats": bar, "named_at_5": from_5, "named_at_10": from_10,
+            "unknown": unknown})
+    };
     json!({"bar_nats": 14.3, "at_lower_bar": at(6.1, 190, 119, 34),
         "at_upper_bar": at(22.8, 171, 112, 29), "named": share(213, 252),
         "named_at_5": share(184, 196), "answered_at_5": share(163, 196),

@@ -16,9 +16,9 @@ pub(in super::super) fn body(ceiling: &Ceiling) -> Result<Html, ReportError> {
     html.paragraph(&format!(
         "After all answers were in, the exact course of each effect went through the same tests. The \
          evidence of a course of an effect that acts is compared with a bar of {} nats{interval}: at \
-         most one in fifty courses of effects that do not act is above it. Nobody knows the exact courses in real \
-         people. An effect that is not named, and whose exact course is above the bar, might be named with \
-         a better form of it. One whose exact course is below the bar does not stand out even so.",
+         most one in fifty courses of effects that do not act is above it. Nobody knows the exact \
+         courses in real people. An effect that is not named, and whose exact course is above the bar, \
+         might be named with a better form of it. One whose exact course is below the bar does not stand out even so.",
         fixed(ceiling.bar_nats, 1)
     ));
     let rows: [Row<'_>; 3] = [
