@@ -176,10 +176,10 @@ impl XptRow<'_> {
 
     /// The error that says this cell is not what was expected.
     pub(super) fn wrong(&self, variable: &Variable, expected: &'static str) -> CohortError {
-        let value = match (variable.numeric, ibm(self.cell(variable))) {
-            (true, Some(value)) => value.to_string(),
-            (true, None) => String::new(),
-            (false, _) => shorten(&self.text(variable), 40),
+        let value = if variable.numeric {
+            ibm(self.cell(variable)).map(|value| value.to_string()).unwrap_or_default()
+        } else {
+            shorten(&self.text(variable), 40)
         };
         CohortError::Cell { place: self.place(variable), value, expected }
     }

@@ -124,6 +124,11 @@ fn broken_files_are_refused_with_their_place() {
     let facm = changed("FACM.xpt", b"PT60M", b"sixty");
     let message = refusal(FORMAT, &[("LB.xpt", &lb), ("FACM.xpt", &facm)]);
     assert!(message.contains("FACM.xpt, row 2, column FADUR: 'sixty' is not"), "{message}");
+    // Words longer than any number.
+    let nv = changed("NV.xpt", b"NVTEST  ", b"NVSTRESN");
+    let message = refusal(FORMAT, &[("LB.xpt", &lb), ("NV.xpt", &nv)]);
+    let says = "NV.xpt, row 1, column NVSTRESN: 'Deep Sleep Duration' is not a number";
+    assert!(message.contains(says), "{message}");
     let message = refusal(FORMAT, &[("VS.xpt", &domain("VS.xpt"))]);
     assert!(message.contains("no file LB.xpt"), "{message}");
 }
