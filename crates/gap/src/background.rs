@@ -245,8 +245,9 @@ fn by_size(record: &Observations) -> Vec<f64> {
                 size = (input.carbs.0 / USUAL_MEAL - 1.0).clamp(-1.0, 1.5);
                 left = MEAL_HOURS * STEPS_PER_HOUR;
             }
+            let held = if left > 0 { size } else { 0.0 };
             left = left.saturating_sub(1);
-            if left > 0 { size } else { 0.0 }
+            held
         })
         .collect()
 }

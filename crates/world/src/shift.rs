@@ -18,7 +18,7 @@ use crate::virtual_person::{FIRST_GLUCOSE, LivedDays, VirtualPerson};
 pub struct Counterfactual {
     /// True glucose at the start of each step.
     pub glucose: Vec<MgPerDl>,
-    /// What the sensor would have shown, not rounded; `None` where readings were lost.
+    /// What a record of the sensor would hold, not rounded; `None` where readings were lost.
     pub sensed: Vec<Option<MgPerDl>>,
 }
 
@@ -86,7 +86,7 @@ impl VirtualPerson {
             || OutsideEffect::all().any(|e| e.port() == Port::Sensor && outside(&e))
     }
 
-    /// What the sensors of a life show of a course of glucose.
+    /// What a record of the sensors of a life holds of a course of glucose, not rounded.
     pub(crate) fn sensed(
         &self,
         life: &Life,
@@ -94,12 +94,11 @@ impl VirtualPerson {
         amplitudes: &Amplitudes,
     ) -> Result<Vec<Option<MgPerDl>>, WorldError> {
         let mut sensors = self.sensors(life, &self.happenings(life), amplitudes);
-        glucose
-            .iter()
-            .enumerate()
-            .map(|(step, value)| sensors.sense(step, *value))
+        let shown = glucose.iter().enumerate().map(|(step, value)| sensors.sense(step, *value));
+        let shown: Vec<_> = shown
             .collect::<Result<_, _>>()
-            .map_err(|source| WorldError::Body { person: self.index, source })
+            .map_err(|source| WorldError::Body { person: self.index, source })?;
+        Ok(self.everyday.sensor.drawn_through(shown.into_iter()))
     }
 
     /// The inputs of the days, with what is eaten under `amplitudes` for the same log.

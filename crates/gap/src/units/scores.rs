@@ -113,8 +113,10 @@ impl Scores {
 /// The innovations, and beside them draws of what they are where nothing is missing: noise, and a background from
 /// its prior.
 fn drawn(design: &Design, nuisances: &[Allowed]) -> Vec<Lanes> {
-    // The same for everybody: the answer depends on no seed.
-    let mut rng = ChaCha8Rng::seed_from_u64(0x756e_6974);
+    // Each person's own, so that a cohort's information is as sure as all draws together; of the record alone, so
+    // that the answer depends on no seed, name or order.
+    let of_record = design.residuals.iter().fold(0_u64, |sum, r| sum.rotate_left(1) ^ r.to_bits());
+    let mut rng = ChaCha8Rng::seed_from_u64(of_record);
     let mut sign = || if rng.random_bool(0.5) { 1.0f32 } else { -1.0 };
     let weights = design.weights.iter();
     let mut lanes: Vec<Lanes> = weights

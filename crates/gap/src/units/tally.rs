@@ -13,22 +13,25 @@ pub(super) struct Total {
     pub(super) score: f64,
     /// Sum of their squares: the variance of the sum as units scatter.
     pub(super) squares: f64,
-    /// The variance of the sum where nothing is missing.
+    /// The variance of the sum where nothing is missing, as draws of the sum tell it.
     pub(super) information: f64,
+    /// The same of units that are independent: the sum of their variances, which far more draws tell.
+    pub(super) apart: f64,
 }
 
 impl Total {
     /// Of each unit's scores times a factor.
     pub(super) fn of<'a>(units: impl Iterator<Item = (&'a [f64; LANES], f64)>) -> Self {
         let mut sums = [0.0; LANES];
-        let mut squares = 0.0;
+        let (mut squares, mut apart) = (0.0, 0.0);
         for (scores, factor) in units {
             for (sum, score) in sums.iter_mut().zip(scores) {
                 *sum += factor * score;
             }
             squares += (factor * scores[DATA]).powi(2);
+            apart += factor * factor * drawn_variance(scores);
         }
-        Self { score: sums[DATA], squares, information: drawn_variance(&sums) }
+        Self { score: sums[DATA], squares, information: drawn_variance(&sums), apart }
     }
 }
 
@@ -51,16 +54,15 @@ pub(super) struct Tally {
 }
 
 impl Tally {
+    /// Of units; those without a scored step are none.
     pub(super) fn of(scores: &[[f64; LANES]]) -> Self {
-        let total = Total::of(scores.iter().map(|s| (s, 1.0)));
-        let units = scores.len() as f64;
-        let variance = scores.iter().map(drawn_variance).sum::<f64>() / units.max(1.0);
+        let scored = || scores.iter().filter(|scores| drawn_variance(scores) > LEAST_INFORMATION);
+        let total = Total::of(scored().map(|s| (s, 1.0)));
+        let units = scored().count() as f64;
+        let variance = total.apart / units.max(1.0);
         let mut tally = Self { units, total, ..Self::default() };
-        if variance < LEAST_INFORMATION {
-            return Self::default();
-        }
         let mut before = 0.0;
-        for scores in scores {
+        for scores in scored() {
             let value = scores[DATA] / variance.sqrt();
             let mut power = 1.0;
             for sum in &mut tally.powers {
@@ -97,17 +99,17 @@ pub(super) const OF_TOTALS: [&str; 5] = ["z", "z by unit", "z by person", "size"
 pub(super) fn of_totals(people: &[Total]) -> [f64; 5] {
     let sum = |of: fn(&Total) -> f64| people.iter().map(of).sum::<f64>();
     let (score, squares) = (sum(|t| t.score), sum(|t| t.squares));
-    let information = sum(|t| t.information);
+    let (information, apart) = (sum(|t| t.information), sum(|t| t.apart));
     if information < LEAST_INFORMATION {
         return [0.0; 5];
     }
     let by_person = sum(|t| t.score * t.score);
     let over =
         |value: f64, variance: f64| if variance > 0.0 { value / variance.sqrt() } else { 0.0 };
+    // Few draws tell one person's information; how far units are correlated is the cohort's.
     let differ = people
         .iter()
-        .filter(|t| t.information >= LEAST_INFORMATION)
-        .map(|t| t.score * t.score / t.information)
+        .map(|t| over(t.score, information / apart * t.apart).powi(2))
         .sum::<f64>()
         / people.len() as f64;
     [
@@ -164,7 +166,7 @@ mod tests {
         };
         // Draws of all units are alike, so that their sum has the size 2 n.
         let one = person(&[3.0, 1.0]);
-        assert_eq!((one.score, one.squares, one.information), (4.0, 10.0, 16.0));
+        assert_eq!((one.score, one.squares, one.information, one.apart), (4.0, 10.0, 16.0, 8.0));
         let [z, by_unit, by_person, size, differ] = of_totals(&[one, person(&[-1.0, 1.0])]);
         assert!((z - 4.0 / 32f64.sqrt()).abs() < 1e-12);
         assert!((by_unit - 4.0 / 12f64.sqrt()).abs() < 1e-12);
@@ -195,5 +197,13 @@ mod tests {
         assert_eq!((memory, most, least), (-0.75, 1.0, -1.0));
         assert!(of(&[0.0, 0.0, 0.0, 8.0])[1] > 1.9);
         assert_eq!(of_tallies(&[Tally::default()]), [0.0; 6]);
+    }
+
+    #[test]
+    fn units_without_a_scored_step_are_none() {
+        let known = [unit(2.0, 2.0), unit(-2.0, 2.0)];
+        let gap = [known[0], unit(0.0, 0.0), known[1]];
+        assert_eq!(Tally::of(&gap), Tally::of(&known));
+        assert_eq!(Tally::of(&gap[1..2]), Tally::default());
     }
 }

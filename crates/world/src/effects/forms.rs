@@ -326,13 +326,13 @@ impl Forms {
     ///
     /// A hand uses the typical form (35 %), one that it prefers (45 %) and, where an effect has
     /// four, a third (20 %); one form of four it never draws. The choice rotates from effect to
-    /// effect, so no two hands are alike in all of them.
+    /// effect, and with it the hands that agree: no two do in half of the effects with four forms.
     #[must_use]
     pub fn sample(hand: Generator, rng: &mut (impl Rng + ?Sized)) -> Self {
         let mut index = |effect: Effect, count: usize| {
             let draw = rng.random::<f64>();
             let others = count - 1;
-            let own = (hand as usize + effect as usize) % others;
+            let own = (hand as usize + effect as usize) % Generator::ALL.len() % others;
             match draw {
                 draw if draw < 0.35 => 0,
                 draw if draw < 0.80 || others < 3 => 1 + own,
@@ -429,6 +429,18 @@ mod tests {
                 let drawn = of(&hand).len();
                 assert!((2..all.len()).contains(&drawn), "{effect:?} {hand:?}: {drawn}");
                 assert!(of(&hand).contains(Forms::TYPICAL.words(effect)));
+            }
+        }
+        let effects = |of: &dyn Fn(&Effect) -> bool| Effect::ALL.iter().filter(|e| of(e)).count();
+        let rich = |effect: &Effect| {
+            let all = Generator::ALL.iter().flat_map(|hand| &seen[&(*effect, *hand)]);
+            all.collect::<BTreeSet<_>>().len() == 4
+        };
+        for (index, one) in Generator::ALL.into_iter().enumerate() {
+            for other in Generator::ALL.into_iter().skip(index + 1) {
+                let agree = |e: &Effect| rich(e) && seen[&(*e, one)] == seen[&(*e, other)];
+                let (agree, all) = (effects(&agree), effects(&rich));
+                assert!(2 * agree < all, "{one:?} {other:?}: {agree} of {all}");
             }
         }
     }

@@ -71,6 +71,8 @@ pub struct SensorKind {
     pub offset_spread: f64,
     /// Days for which one is worn.
     pub life_days: usize,
+    /// Time after which the drift of one that is still worn starts anew.
+    pub calibrated_every: Minutes,
     /// Steps of warm-up without readings.
     pub warm_up: usize,
     /// Days between lost stretches, on average.
@@ -90,6 +92,7 @@ impl SensorKind {
         gain_spread: 0.05,
         offset_spread: 0.0,
         life_days: 10,
+        calibrated_every: Minutes(14_400.0),
         warm_up: 2 * STEPS_PER_HOUR,
         days_between_losses: 2.0,
         loss_steps: 8.0,
@@ -103,7 +106,7 @@ impl SensorKind {
     /// between makes, Freckmann et al., J Diabetes Sci Technol 2019;13:575); lag 5 to 11 min (Basu
     /// et al., Diabetes 2013;62:4083); noise 0.6 to 1.4 times the family's; lost stretches every
     /// 0.7 to 6 days of 20 to 90 min on average; 0.3 to 3 spikes a day where there are any
-    /// (assumed).
+    /// (assumed). Drift starts anew with the next sensor, however long one is worn.
     #[must_use]
     pub(super) fn sample(hand: Generator, world: &mut impl Rng, own: &mut impl Rng) -> Self {
         let mut draw = world.random::<f64>();
@@ -131,6 +134,7 @@ impl SensorKind {
             gain_spread,
             offset_spread,
             life_days,
+            calibrated_every: Minutes(f64::INFINITY),
             warm_up,
             days_between_losses: about(between),
             loss_steps: about(length),
@@ -149,7 +153,7 @@ impl SensorKind {
         if self.noise != Noise::Quarterly {
             return readings;
         }
-        let read = |step: usize| readings.get(step).copied().flatten().map(|g| g.0.round());
+        let read = |step: usize| readings.get(step).copied().flatten().map(|g| g.0);
         (0..readings.len())
             .map(|step| {
                 let (from, later) = (step / QUARTER * QUARTER, step % QUARTER);
@@ -198,7 +202,7 @@ impl SensorKind {
             Noise::Spiky => own(3.0, 0.85, 0.0),
             Noise::Quarterly => own(6.0, 0.95, 0.0),
         };
-        SensorModel { lag: self.lag, ..model }
+        SensorModel { lag: self.lag, calibrated_every: self.calibrated_every, ..model }
     }
 }
 

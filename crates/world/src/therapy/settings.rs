@@ -37,9 +37,9 @@ pub struct TherapySettings {
 impl TherapySettings {
     /// The settings that trials on a body give; pass an undisturbed body.
     ///
-    /// Basal: the rate that holds 125 mg/dL. ISF: the fall within six hours after 1 U given at a
-    /// steady 180 mg/dL. ICR: the ratio with which glucose is back at its start six hours after a
-    /// meal of 50 g.
+    /// Basal: the rate that holds 125 mg/dL where nothing warps the body. ISF: how much lower 1 U
+    /// makes glucose within six hours from 180 mg/dL. ICR: the ratio with which glucose six hours
+    /// after a meal of 50 g is what it would have been without meal and bolus.
     ///
     /// # Errors
     /// If the body has no steady state at these values or its simulation fails.
@@ -47,9 +47,10 @@ impl TherapySettings {
         let fall = fall_by_a_unit(body)?;
 
         let (start, basal) = body.at_rest(TARGET)?;
+        let fasting = glucose_after_trial(body, &start, basal, StepInput::default())?;
         let ends_high = |bolus: f64| -> Result<bool, SimulationError> {
             let meal = StepInput { carbs: TRIAL_MEAL, bolus: Units(bolus), ..StepInput::default() };
-            Ok(glucose_after_trial(body, &start, basal, meal)? > TARGET.0)
+            Ok(glucose_after_trial(body, &start, basal, meal)? > fasting)
         };
         let (mut low, mut high) = (0.0, 50.0);
         for _ in 0..40 {
@@ -123,14 +124,18 @@ impl Serialize for TherapySettings {
     }
 }
 
-/// Fall of glucose, mg/dL, within six hours after 1 U given at a steady 180 mg/dL.
+/// How much lower, mg/dL, glucose is six hours after 1 U was given at 180 mg/dL than without it. A
+/// body with warps moves from there by itself.
 ///
 /// # Errors
 /// If the body has no steady state there or its simulation fails.
 pub(crate) fn fall_by_a_unit<M: BodyModel>(body: &Body<'_, M>) -> Result<f64, OdeError> {
     let (start, basal) = body.at_rest(MgPerDl(180.0))?;
-    let correction = StepInput { bolus: Units(1.0), ..StepInput::default() };
-    Ok(180.0 - glucose_after_trial(body, &start, basal, correction)?)
+    let after = |bolus: f64| {
+        let first = StepInput { bolus: Units(bolus), ..StepInput::default() };
+        glucose_after_trial(body, &start, basal, first)
+    };
+    Ok(after(0.0)? - after(1.0)?)
 }
 
 /// Glucose, mg/dL, six hours after `first`, with basal insulin held.

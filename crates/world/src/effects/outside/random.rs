@@ -51,7 +51,7 @@ fn occasions(port: Port) -> &'static [Occasion] {
     match port {
         // Not by the clock (`circadian_sensitivity`), nor with exercise (`post_exercise_sensitivity`).
         Port::InsulinAction => &[Waking, Meal, Weekend, Spell],
-        // Neither about waking (`dawn`) nor in the night (`alcohol`).
+        // Neither about waking (`dawn`) nor in the night (`alcohol`): of meals after lunch alone.
         Port::Egp => &[Meal, Session, Weekend, Spell],
         // Not with exercise (`exercise`).
         Port::GlucoseFlux => &[Hour, Waking, Meal, Weekend],
@@ -89,8 +89,13 @@ impl Form {
         let meals =
             [None, Some(MealKind::Breakfast), Some(MealKind::Lunch), Some(MealKind::Dinner)];
         let meal = *meals.choose(rng).expect("four");
-        // What follows dinner is mostly in the night.
-        let meal = meal.filter(|kind| port != Port::Sensor || *kind != MealKind::Dinner);
+        let meal = match port {
+            // After breakfast it would be `dawn`, after dinner `alcohol`.
+            Port::Egp => Some(MealKind::Lunch),
+            // What follows dinner is mostly in the night.
+            Port::Sensor => meal.filter(|kind| *kind != MealKind::Dinner),
+            _ => meal,
+        };
         let hours = LENGTHS.0 * (LENGTHS.1 / LENGTHS.0).powf(rng.random());
         Self {
             occasion,
