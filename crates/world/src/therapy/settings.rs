@@ -156,6 +156,8 @@ mod tests {
     use super::*;
     use crate::hovorka::HovorkaParameters;
     use crate::padova::PadovaParameters;
+    use crate::stream::{Concept, stream};
+    use crate::warp::Warps;
 
     #[test]
     fn trials_on_the_nominal_body_give_settings_of_the_usual_size() {
@@ -169,6 +171,18 @@ mod tests {
             assert!((0.5..=2.0).contains(&(found.basal[0] / 0.99)), "{}", found.basal[0]);
             assert!((0.5..=2.0).contains(&(found.icr.0 / 13.4)), "{}", found.icr.0);
             assert!((20.0..90.0).contains(&found.isf), "{}", found.isf);
+        }
+    }
+
+    /// At 180 mg/dL it moves by itself, which is not the insulin's doing.
+    #[test]
+    fn a_warped_body_has_usual_settings() {
+        let parameters = HovorkaParameters::nominal();
+        for person in 0..40 {
+            let warps = Warps::sample(0.2, &mut stream(1, person, Concept::Warps));
+            let body = Body::undisturbed(parameters).with_warps(warps).expect("a steady state");
+            let found = TherapySettings::by_trial(&body).expect("finite");
+            assert!(found.are_usual(), "{person}: {found:?}");
         }
     }
 }

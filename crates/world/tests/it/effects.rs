@@ -99,6 +99,26 @@ fn shifts_grow_with_the_amplitude_from_nothing() {
     }
 }
 
+/// What is compared to find a shift is what a record would hold: between readings that are 15 min apart, a line.
+#[test]
+fn a_counterfactual_of_the_same_life_shows_its_record() {
+    let mut of_15_min = 0;
+    for seed in 0..6 {
+        let person = VirtualPerson::sample_widely(Generator::Saturating, seed, 0, Regime::OpenLoopPump)
+            .expect("a person");
+        of_15_min += usize::from(person.everyday.sensor.noise == world::Noise::Quarterly);
+        let lived = live(&person);
+        let again = person.counterfactual(&lived, &person.amplitudes).expect("finite");
+        for (shown, again) in lived.recorded.record.cgm().iter().zip(&again.sensed) {
+            assert_eq!(shown.is_some(), again.is_some(), "world {seed}");
+            // Readings are rounded before lines are drawn through them, and then again.
+            let far = shown.zip(*again).map_or(0.0, |(shown, again)| (shown - again.0).abs());
+            assert!(far <= 1.0, "world {seed}: {far} mg/dL");
+        }
+    }
+    assert!(of_15_min > 0, "no sensor of 15 min among these");
+}
+
 #[test]
 fn glucose_moves_the_right_way() {
     use Effect::{
