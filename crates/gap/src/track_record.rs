@@ -11,7 +11,7 @@ pub struct TrackRecord {
     pub nulls_with_alarm: Counted,
     /// The same with a name.
     pub nulls_with_name: Counted,
-    /// Single effects that move glucose by 5 mg/dL or more, named first.
+    /// Single effects that move glucose by 5 mg/dL or more, named and no other.
     pub named_from_5: Counted,
     /// Cohorts with one effect in which another is named.
     pub another_named: Counted,
@@ -47,7 +47,7 @@ impl TrackRecord {
         let of = |counted: Counted| format!("{} of {}", counted.count, counted.of);
         format!(
             "How much to believe: on made cohorts by hands that its posterior never saw this diagnosis raised an \
-             alarm in {} in which nothing was missing (a name in {}), named {} effects of 5 mg/dL or more, and named \
+             alarm in {} in which nothing was missing (a name in {}), named {} effects of 5 mg/dL or more (and no other), and named \
              another effect in {}; of effects planted into real people's records it newly named {}, with another name in {}.",
             of(self.nulls_with_alarm),
             self.nulls_with_name.count,
