@@ -129,6 +129,10 @@ fn broken_files_are_refused_with_their_place() {
     let message = refusal(FORMAT, &[("LB.xpt", &lb), ("NV.xpt", &nv)]);
     let says = "NV.xpt, row 1, column NVSTRESN: 'Deep Sleep Duration' is not a number";
     assert!(message.contains(says), "{message}");
+    // The exponent of 154.3 lb, one higher in base 16.
+    let vs = changed("VS.xpt", &[0x42, 0x9a, 0x52], &[0x43, 0x9a, 0x52]);
+    let message = refusal(FORMAT, &[("LB.xpt", &lb), ("VS.xpt", &vs)]);
+    assert!(message.contains("is not a weight of 1 to 500 kg"), "{message}");
     let message = refusal(FORMAT, &[("VS.xpt", &domain("VS.xpt"))]);
     assert!(message.contains("no file LB.xpt"), "{message}");
 }
