@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Makes the tables that a posterior is trained on, and trains it: the seeds of decision 0047. How many
-# worlds each table of drawn forms had there is not on record for 406 to 408; here it is that of 401.
+# Makes the tables that a posterior is trained on, and trains it: the seeds of decision 0054.
 #
 #   ./scripts/posterior.sh OUT [FOLDER]
 #
@@ -36,9 +35,6 @@ table() {
 
 for seed in $(seq 101 121); do table "$seed" --worlds 251 --nulls 149; done
 for seed in $(seq 201 208); do table "$seed" --worlds 251 --nulls 149 --narrow; done
-for seed in 401 402 406 407 408; do table "$seed" --worlds 280 --nulls 0 --random; done
-for seed in 403 405; do table "$seed" --worlds 251 --nulls 149 --random; done
-table 404 --worlds 251 --nulls 149 --random --narrow
 # The worlds that the other hand can make of a seed: some ask for more real people than it has.
 is_made='
 import sys

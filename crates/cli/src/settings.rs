@@ -39,7 +39,7 @@ settings! {
         effect, shift, generator, regime, people, days, nuisances, count, mixture, nulls, out, seed
     }
     RealismArgs => realism { cohort, worlds, nulls, people, days, out, seed }
-    EvidenceArgs => evidence { worlds, nulls, narrow, random, cohort, labelled, out, seed }
+    EvidenceArgs => evidence { worlds, nulls, narrow, cohort, labelled, out, seed }
     TrainPosteriorArgs => train_posterior { table, out, seed }
     ReportArgs => report { folder }
     SteadyStateArgs => steady_state { model, compare, out }

@@ -21,9 +21,6 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// Index of the biases of the log odds in [`Self::weights`].
-    pub(crate) const ODDS_BIAS: usize = 5;
-
     /// Shapes of the weights, by name.
     pub(crate) fn weights(self) -> [(&'static str, Vec<usize>); 11] {
         let Self { statistics, hidden, odds, ports, cells } = self;

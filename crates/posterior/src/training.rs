@@ -50,9 +50,6 @@ pub struct Training {
     pub port_weight: f64,
     /// Weight of the loss of gaps.
     pub gap_weight: f64,
-    /// For each world in which nothing is missing, how many have something outside the library: what is stated answers to
-    /// this, however many of either a table has.
-    pub outside_to_nothing: f64,
     /// Seed of everything that is drawn.
     pub seed: u64,
 }
@@ -74,8 +71,6 @@ impl Training {
             dropped: 0.5,
             port_weight: 0.3,
             gap_weight: 0.5,
-            // As in a full check.
-            outside_to_nothing: 54.0 / 150.0,
             seed,
         }
     }
@@ -95,9 +90,7 @@ pub fn train(
 ) -> Result<Posterior, PosteriorError> {
     let things = Things::of(table, effects);
     let prepared = Prepared::of(table, &things)?;
-    let rare = prepared.rarer(settings)?;
-    let (regressed, mut regression) = prepared.regression(settings)?;
-    regression.weights[1] = (&regression.weights[1] + &rare)?;
+    let (regressed, regression) = prepared.regression(settings)?;
     let of_any: Vec<f64> = (0..prepared.all.names.len())
         .map(|column| prepared.told.iter().map(|one| one[column]).fold(0.0, f64::max))
         .collect();
@@ -130,14 +123,10 @@ pub fn train(
         gaps: table.truths.iter().flat_map(|truth| gaps(truth, &described.cells)).collect(),
         shape: described.shape(),
     };
-    let mut networks = (0..settings.networks)
+    let networks = (0..settings.networks)
         .into_par_iter()
         .map(|member| examples.fitted(settings, member as u64))
         .collect::<Result<Vec<Network>, _>>()?;
-    for network in &mut networks {
-        let biases = &mut network.weights[Shape::ODDS_BIAS];
-        *biases = (&*biases + &rare)?;
-    }
     Ok(Posterior { described, networks, regression })
 }
 
@@ -184,24 +173,6 @@ impl Prepared {
             return Err(PosteriorError::Table("none of its statistics tells anything".to_owned()));
         }
         Ok(Self { all, read, missing, told, effects: things.effects.len() })
-    }
-
-    /// What is added to the log odds of each thing so that what is outside the library is as rare as the settings say, not
-    /// as in the table.
-    fn rarer(&self, settings: &Training) -> Result<Tensor, PosteriorError> {
-        let rows = |of: &dyn Fn(&Vec<bool>) -> bool| {
-            self.missing.iter().filter(|row| of(row)).count() as f64
-        };
-        let nothing = rows(&|row| !row.contains(&true));
-        let outside = rows(&|row| row[self.effects..].contains(&true));
-        let by = if nothing > 0.0 && outside > 0.0 {
-            (settings.outside_to_nothing * nothing / outside).ln() as f32
-        } else {
-            0.0
-        };
-        let things = self.told.len() - 1;
-        let of = (0..things).map(|thing| if thing < self.effects { 0.0 } else { by });
-        Ok(Tensor::from_vec(of.collect::<Vec<f32>>(), things, &Device::Cpu)?)
     }
 
     /// Some of the statistics.
@@ -527,27 +498,6 @@ mod tests {
         };
         let (bath, tea, rest) = (mean(Some("bath")), mean(Some("tea")), mean(None));
         assert!(bath > 2.0 * rest && tea > 2.0 * rest, "{bath} {tea} {rest}");
-    }
-
-    /// Odds of something unknown change by the factor asked for, and those of an effect do not.
-    #[test]
-    fn what_is_outside_is_as_rare_as_asked() {
-        let mut table = table(400, 1);
-        for (row, truth) in table.truths.iter_mut().enumerate().filter(|(r, _)| r % 8 == 7) {
-            truth.outside = Some("bath".to_owned());
-            table.values[3 * row + 2] += 2.0;
-        }
-        let effects = ["dawn".to_owned(), "exercise".to_owned()];
-        let of = |outside_to_nothing: f64| {
-            let settings = Training { hidden: 8, epochs: 5, ..Training::working(1) };
-            let settings = Training { outside_to_nothing, ..settings };
-            let ports = ["egp".to_owned(), "insulin_action".to_owned()];
-            let posterior = train(&table, &effects, &ports, &settings, "").expect("trained");
-            let answer = posterior.answer(&table.row(7)).expect("finite");
-            (answer.unknown / answer.nothing, answer.effects[0].1 / answer.nothing)
-        };
-        let ((often, with_dawn), (seldom, too)) = (of(1.0), of(0.25));
-        assert!((often / seldom - 4.0).abs() < 0.01 && (with_dawn / too - 1.0).abs() < 0.01);
     }
 
     #[test]

@@ -210,13 +210,13 @@ impl Effect {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplitudes {
     named: [f64; Effect::ALL.len()],
-    outside: [f64; OutsideEffect::COUNT],
+    outside: [f64; OutsideEffect::ALL.len()],
 }
 
 impl Amplitudes {
     /// No effect acts.
     pub const NONE: Self =
-        Self { named: [0.0; Effect::ALL.len()], outside: [0.0; OutsideEffect::COUNT] };
+        Self { named: [0.0; Effect::ALL.len()], outside: [0.0; OutsideEffect::ALL.len()] };
 
     /// Draws log-normal amplitudes of every named effect with median 1 and spread 0.25 (assumed);
     /// none outside the library acts.
@@ -273,7 +273,7 @@ impl Amplitudes {
     /// The effects that act, by name and with their amplitudes.
     pub fn acting(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let named = Effect::ALL.map(|e| (e.name(), self.of(e)));
-        let outside = OutsideEffect::all().map(|e| (e.name(), self.of_outside(e)));
+        let outside = OutsideEffect::ALL.map(|e| (e.name(), self.of_outside(e)));
         named.into_iter().chain(outside).filter(|(_, amplitude)| *amplitude != 0.0)
     }
 }
@@ -307,7 +307,7 @@ mod tests {
             assert_eq!(amplitudes.without(effect), Amplitudes::NONE);
             assert_eq!(amplitudes.acting().collect::<Vec<_>>(), [(effect.name(), 0.7)]);
         }
-        for effect in OutsideEffect::all() {
+        for effect in OutsideEffect::ALL {
             let amplitudes = Amplitudes::NONE.with_outside(effect, 0.7);
             assert_eq!(amplitudes.of_outside(effect), 0.7);
             assert_eq!(amplitudes.without_outside(effect), Amplitudes::NONE);

@@ -83,7 +83,7 @@ impl VirtualPerson {
         let named = |e: &Effect| self.amplitudes.of(*e) != other.of(*e);
         let outside = |e: &OutsideEffect| self.amplitudes.of_outside(*e) != other.of_outside(*e);
         Effect::ALL.iter().any(|e| e.port() == Port::Sensor && named(e))
-            || OutsideEffect::all().any(|e| e.port() == Port::Sensor && outside(&e))
+            || OutsideEffect::ALL.iter().any(|e| e.port() == Port::Sensor && outside(e))
     }
 
     /// What a record of the sensors of a life holds of a course of glucose, not rounded.

@@ -63,7 +63,7 @@ impl WorldInfo {
             _ => effect.size_at_one(),
         };
         let named = Effect::ALL.into_iter().map(|e| (e.name(), size(e)));
-        let outside = OutsideEffect::all().map(|e| (e.name(), e.size_at_one()));
+        let outside = OutsideEffect::ALL.map(|e| (e.name(), e.size_at_one()));
         let effects = named.chain(outside).filter(|(name, _)| acts(name)).collect();
         let forms = people
             .first()

@@ -16,9 +16,6 @@ pub(crate) struct EvidenceArgs {
     /// Let everyday life vary as little as in the embedded cohort, and effects have their typical forms.
     #[arg(long, conflicts_with_all = ["cohort", "labelled"])]
     pub narrow: bool,
-    /// Let what is missing be of a form that is drawn, outside the library.
-    #[arg(long, conflicts_with_all = ["cohort", "labelled"])]
-    pub random: bool,
     /// Cohorts to be read in the place of worlds; may be given more than once.
     #[arg(long, value_name = "DIR")]
     pub cohort: Vec<PathBuf>,

@@ -107,11 +107,9 @@ pub(super) fn of_totals(people: &[Total]) -> [f64; 5] {
     let over =
         |value: f64, variance: f64| if variance > 0.0 { value / variance.sqrt() } else { 0.0 };
     // Few draws tell one person's information; how far units are correlated is the cohort's.
-    let differ = people
-        .iter()
-        .map(|t| over(t.score, information / apart * t.apart).powi(2))
-        .sum::<f64>()
-        / people.len() as f64;
+    let differ =
+        people.iter().map(|t| over(t.score, information / apart * t.apart).powi(2)).sum::<f64>()
+            / people.len() as f64;
     [
         over(score, information),
         over(score, squares),

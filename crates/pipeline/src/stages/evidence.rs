@@ -34,8 +34,6 @@ pub struct Settings {
     /// Worlds of another hand to be read in the place of ours: a folder with `worlds/` and `labels.json` (schema
     /// `blind_labels/1`).
     pub labelled: Vec<PathBuf>,
-    /// Whether what is missing has a form that no author thought of.
-    pub random: bool,
     /// Output folder.
     pub out: PathBuf,
     /// Seed of the worlds.
@@ -55,7 +53,7 @@ type Row = BTreeMap<String, f64>;
 pub fn run(args: &Settings) -> Result<()> {
     bounds::worlds(("--worlds", args.worlds), ("--nulls", args.nulls), MOST_WORLDS)?;
     let settings = serde_json::json!({
-        "worlds": args.worlds, "nulls": args.nulls, "narrow": args.narrow, "random": args.random,
+        "worlds": args.worlds, "nulls": args.nulls, "narrow": args.narrow,
     });
     let manifest = Manifest::new("evidence", settings, Some(args.seed))
         .with_inputs(args.cohort.iter().chain(&args.labelled))?;
@@ -88,8 +86,7 @@ pub fn run(args: &Settings) -> Result<()> {
 /// Draws worlds and reads them; those of which nobody can be read are left out.
 fn of_worlds(args: &Settings) -> Result<Vec<(Label, Row)>> {
     let variation = if args.narrow { Variation::Narrow } else { Variation::Wide };
-    let of = if args.random { Plan::random } else { Plan::training };
-    let plan = Plan { variation, ..of(args.worlds, args.nulls) };
+    let plan = Plan { variation, ..Plan::training(args.worlds, args.nulls) };
     let planned = plan.worlds(args.seed);
     let world = |index: usize| -> Result<(Label, Cohort)> {
         let world = planned[index].realise()?;

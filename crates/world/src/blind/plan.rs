@@ -45,10 +45,8 @@ pub struct Plan {
     pub singles: usize,
     /// Worlds with two effects of the library.
     pub pairs: usize,
-    /// Worlds with an effect outside the library that an author thought of.
+    /// Worlds with an effect outside the library.
     pub outside: usize,
-    /// Worlds with an effect outside the library whose form is drawn.
-    pub random: usize,
     /// Worlds without an effect.
     pub nulls: usize,
     /// Generators, used in turn.
@@ -103,7 +101,6 @@ impl Plan {
             singles: worlds - pairs - outside,
             pairs,
             outside,
-            random: 0,
             nulls,
             generators: Generator::ALL.to_vec(),
             variation: Variation::Wide,
@@ -114,12 +111,6 @@ impl Plan {
     #[must_use]
     pub fn training(worlds: usize, nulls: usize) -> Self {
         Self { role: Role::Training, ..Self::check(worlds, nulls) }
-    }
-
-    /// Worlds that train a posterior, with effects outside the library whose form is drawn.
-    #[must_use]
-    pub fn random(worlds: usize, nulls: usize) -> Self {
-        Self { random: worlds, ..Self::training(0, nulls) }
     }
 
     /// Draws the worlds, in an order that does not reveal what acts.
@@ -148,8 +139,7 @@ impl Plan {
             .single_effects(&mut rng)
             .into_iter()
             .chain(self.two_effects(&mut rng))
-            .chain(outside_effects(&OutsideEffect::AUTHORED, self.outside, &mut rng))
-            .chain(outside_effects(&OutsideEffect::RANDOM, self.random, &mut rng))
+            .chain(outside_effects(self.outside, &mut rng))
             .chain((0..self.nulls).map(|index| (effects.to_vec(), index)));
         let mut worlds: Vec<PlannedWorld> = truths
             .enumerate()
@@ -214,8 +204,8 @@ impl Plan {
     }
 }
 
-fn outside_effects(kinds: &[OutsideEffect], worlds: usize, rng: &mut impl Rng) -> Vec<Truth> {
-    let mut order = kinds.to_vec();
+fn outside_effects(worlds: usize, rng: &mut impl Rng) -> Vec<Truth> {
+    let mut order = OutsideEffect::ALL;
     order.shuffle(rng);
     (0..worlds)
         .map(|k| {
@@ -235,7 +225,7 @@ fn needs_a_set(effects: &[(PlannedEffect, f64)]) -> bool {
         matches!(
             effect,
             PlannedEffect::Named(Effect::SetAgeing | Effect::SetFailure)
-                | PlannedEffect::Outside(OutsideEffect::HardenedSites | OutsideEffect::RandomInput)
+                | PlannedEffect::Outside(OutsideEffect::HardenedSites)
         )
     })
 }
@@ -312,26 +302,6 @@ mod tests {
         for effect in [Effect::SetAgeing, Effect::SetFailure] {
             assert!(!who_injects(effect).contains(&true), "{}", effect.name());
         }
-    }
-
-    #[test]
-    fn drawn_forms_train_a_posterior_and_are_in_no_check() {
-        let drawn = |plan: Plan| {
-            let worlds = plan.worlds(4).into_iter();
-            let random = worlds.filter(|world| {
-                let own = |e: &(PlannedEffect, f64)| {
-                    matches!(e.0, PlannedEffect::Outside(o) if OutsideEffect::RANDOM.contains(&o))
-                };
-                world.effects.iter().any(own)
-            });
-            random.count()
-        };
-        assert_eq!((drawn(Plan::check(70, 30)), drawn(Plan::training(70, 30))), (0, 0));
-        assert_eq!(drawn(Plan::random(70, 30)), 70);
-        let plan = Plan::random(70, 30);
-        let each = plan.worlds(4).into_iter().filter_map(|world| world.effects.first().copied());
-        let kinds: BTreeSet<PlannedEffect> = each.map(|(effect, _)| effect).collect();
-        assert_eq!(kinds.len(), OutsideEffect::RANDOM.len());
     }
 
     #[test]

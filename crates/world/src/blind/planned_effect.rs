@@ -16,7 +16,7 @@ impl PlannedEffect {
     /// Every effect, those of the library first.
     pub fn all() -> impl Iterator<Item = Self> {
         let named = Effect::ALL.into_iter().map(Self::Named);
-        named.chain(OutsideEffect::all().map(Self::Outside))
+        named.chain(OutsideEffect::ALL.into_iter().map(Self::Outside))
     }
 
     /// The effect of a name; `None` for an unknown name.

@@ -11,7 +11,6 @@ mod illness;
 mod late_protein;
 mod menstrual_cycle;
 mod paracetamol;
-mod random;
 mod slow_stomach;
 mod stress;
 
@@ -19,7 +18,7 @@ pub use event::Event;
 
 use super::{Amplitudes, Condition, Port};
 use crate::behaviour::Life;
-use crate::stream::{Concept, WORLD, stream};
+use crate::stream::{Concept, stream};
 
 /// An effect outside the library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -44,25 +43,11 @@ pub enum OutsideEffect {
     Paracetamol,
     /// Morning coffee: lower insulin action for hours.
     Caffeine,
-    /// Insulin is lost, or there is more of it, on occasions that a world draws.
-    RandomInput,
-    /// Insulin is absorbed at another speed on occasions that a world draws.
-    RandomAbsorption,
-    /// Insulin acts more or less on occasions that a world draws.
-    RandomAction,
-    /// The liver makes more or less glucose on occasions that a world draws.
-    RandomProduction,
-    /// Meals are absorbed at another speed on occasions that a world draws.
-    RandomGut,
-    /// Glucose enters or leaves on occasions that a world draws.
-    RandomFlux,
-    /// Readings are off on occasions that a world draws.
-    RandomReading,
 }
 
 impl OutsideEffect {
-    /// Those of which an author had an idea: a diagnosis is checked on them.
-    pub const AUTHORED: [Self; 10] = [
+    /// Every effect outside the library.
+    pub const ALL: [Self; 10] = [
         Self::Stress,
         Self::HotBath,
         Self::SlowStomach,
@@ -74,25 +59,6 @@ impl OutsideEffect {
         Self::Paracetamol,
         Self::Caffeine,
     ];
-
-    /// Those whose form is drawn by world: a posterior is trained on them too.
-    pub const RANDOM: [Self; 7] = [
-        Self::RandomInput,
-        Self::RandomAbsorption,
-        Self::RandomAction,
-        Self::RandomProduction,
-        Self::RandomGut,
-        Self::RandomFlux,
-        Self::RandomReading,
-    ];
-
-    /// Number of all effects outside the library.
-    pub(crate) const COUNT: usize = Self::AUTHORED.len() + Self::RANDOM.len();
-
-    /// Every effect outside the library.
-    pub fn all() -> impl Iterator<Item = Self> {
-        Self::AUTHORED.into_iter().chain(Self::RANDOM)
-    }
 
     /// The name that labels use.
     #[must_use]
@@ -108,13 +74,6 @@ impl OutsideEffect {
             Self::HardenedSites => "hardened_sites",
             Self::Paracetamol => "paracetamol",
             Self::Caffeine => "caffeine",
-            Self::RandomInput => "random_input",
-            Self::RandomAbsorption => "random_absorption",
-            Self::RandomAction => "random_action",
-            Self::RandomProduction => "random_production",
-            Self::RandomGut => "random_gut",
-            Self::RandomFlux => "random_flux",
-            Self::RandomReading => "random_reading",
         }
     }
 
@@ -122,16 +81,14 @@ impl OutsideEffect {
     #[must_use]
     pub const fn port(self) -> Port {
         match self {
-            Self::Stress | Self::RandomProduction => Port::Egp,
-            Self::HotBath | Self::RandomAbsorption => Port::InsulinAbsorption,
-            Self::SlowStomach | Self::RandomGut => Port::GutAbsorption,
-            Self::MenstrualCycle | Self::Illness | Self::Caffeine | Self::RandomAction => {
-                Port::InsulinAction
-            }
-            Self::LateProtein | Self::RandomFlux => Port::GlucoseFlux,
+            Self::Stress => Port::Egp,
+            Self::HotBath => Port::InsulinAbsorption,
+            Self::SlowStomach => Port::GutAbsorption,
+            Self::MenstrualCycle | Self::Illness | Self::Caffeine => Port::InsulinAction,
+            Self::LateProtein => Port::GlucoseFlux,
             Self::FattyEvenings => Port::InsulinActionLiver,
-            Self::HardenedSites | Self::RandomInput => Port::InsulinInput,
-            Self::Paracetamol | Self::RandomReading => Port::Sensor,
+            Self::HardenedSites => Port::InsulinInput,
+            Self::Paracetamol => Port::Sensor,
         }
     }
 
@@ -157,18 +114,11 @@ impl OutsideEffect {
             Self::HardenedSites => "22 % of the insulin lost from three sets in ten",
             Self::Paracetamol => "readings up to 50 mg/dL too high for 6 h on a quarter of days",
             Self::Caffeine => "insulin action 24 % lower for 5 to 8 h after waking, 9 days in 10",
-            Self::RandomInput => "a quarter of the insulin more or less on drawn occasions",
-            Self::RandomAbsorption => "insulin absorbed 40 % faster or slower on drawn occasions",
-            Self::RandomAction => "insulin action 30 % higher or lower on drawn occasions",
-            Self::RandomProduction => "endogenous glucose 30 % more or less on drawn occasions",
-            Self::RandomGut => "meals absorbed 40 % faster or slower on drawn occasions",
-            Self::RandomFlux => "0.004 mmol/kg/min of glucose more or less on drawn occasions",
-            Self::RandomReading => "readings 25 mg/dL too high or too low on drawn occasions",
         }
     }
 
-    /// When it would act in a life of the world with this seed.
-    fn events(self, life: &Life, seed: u64, rng: &mut rand_chacha::ChaCha8Rng) -> Vec<Event> {
+    /// When it would act in a life.
+    fn events(self, life: &Life, rng: &mut rand_chacha::ChaCha8Rng) -> Vec<Event> {
         match self {
             Self::Stress => stress::events(life, rng),
             Self::HotBath => hot_bath::events(life, rng),
@@ -180,17 +130,6 @@ impl OutsideEffect {
             Self::HardenedSites => hardened_sites::events(life, rng),
             Self::Paracetamol => paracetamol::events(life, rng),
             Self::Caffeine => caffeine::events(life, rng),
-            Self::RandomInput
-            | Self::RandomAbsorption
-            | Self::RandomAction
-            | Self::RandomProduction
-            | Self::RandomGut
-            | Self::RandomFlux
-            | Self::RandomReading => {
-                // What all people share, drawn apart for each port.
-                let of_world = &mut stream(seed, WORLD + self as usize, Concept::Outside);
-                random::events(self.port(), life, of_world, rng)
-            }
         }
     }
 
@@ -206,20 +145,14 @@ impl OutsideEffect {
             Self::FattyEvenings => fatty_evenings::act(condition, strength),
             Self::HardenedSites => hardened_sites::act(condition, strength),
             Self::Caffeine => caffeine::act(condition, strength),
-            Self::RandomInput
-            | Self::RandomAbsorption
-            | Self::RandomAction
-            | Self::RandomProduction
-            | Self::RandomGut
-            | Self::RandomFlux => random::act(self.port(), condition, strength),
-            Self::Paracetamol | Self::RandomReading => {} // act on the sensor alone
+            Self::Paracetamol => {} // acts on the sensor alone
         }
     }
 }
 
 /// When each effect outside the library would act in one life.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Events([Vec<Event>; OutsideEffect::COUNT]);
+pub struct Events([Vec<Event>; OutsideEffect::ALL.len()]);
 
 impl Events {
     /// Draws the events of a life of person `person` of the world with this seed.
@@ -227,8 +160,8 @@ impl Events {
     pub(super) fn sample(life: &Life, seed: u64, person: usize) -> Self {
         let mut rng = stream(seed, person, Concept::Outside);
         let mut events = std::array::from_fn(|_| Vec::new());
-        for effect in OutsideEffect::all() {
-            events[effect as usize] = effect.events(life, seed, &mut rng);
+        for effect in OutsideEffect::ALL {
+            events[effect as usize] = effect.events(life, &mut rng);
         }
         Self(events)
     }
@@ -242,7 +175,7 @@ impl Events {
 
 /// Lets the effects act on the body's course.
 pub(super) fn act(course: &mut [Condition], events: &Events, amplitudes: &Amplitudes) {
-    for effect in OutsideEffect::all() {
+    for effect in OutsideEffect::ALL {
         let amplitude = amplitudes.of_outside(effect);
         if amplitude == 0.0 {
             continue;
@@ -257,19 +190,13 @@ pub(super) fn act(course: &mut [Condition], events: &Events, amplitudes: &Amplit
 
 /// Lets the effects act on the offset of the sensor, mg/dL, one value a step.
 pub(super) fn act_on_sensor(offset: &mut [f64], events: &Events, amplitudes: &Amplitudes) {
-    for effect in [OutsideEffect::Paracetamol, OutsideEffect::RandomReading] {
-        let added = match effect {
-            OutsideEffect::Paracetamol => paracetamol::offset,
-            _ => random::offset,
-        };
-        let amplitude = amplitudes.of_outside(effect);
-        if amplitude == 0.0 {
-            continue;
-        }
-        for event in events.of(effect) {
-            for step in event.steps(offset.len()) {
-                offset[step] += added(amplitude * event.course(step));
-            }
+    let amplitude = amplitudes.of_outside(OutsideEffect::Paracetamol);
+    if amplitude == 0.0 {
+        return;
+    }
+    for event in events.of(OutsideEffect::Paracetamol) {
+        for step in event.steps(offset.len()) {
+            offset[step] += paracetamol::offset(amplitude * event.course(step));
         }
     }
 }
@@ -280,7 +207,7 @@ mod tests {
 
     #[test]
     fn effects_stand_in_their_order_and_share_no_name_with_the_library() {
-        for (index, effect) in OutsideEffect::all().enumerate() {
+        for (index, effect) in OutsideEffect::ALL.into_iter().enumerate() {
             assert_eq!(effect as usize, index);
             assert!(crate::Effect::ALL.iter().all(|named| named.name() != effect.name()));
         }
@@ -288,7 +215,7 @@ mod tests {
 
     #[test]
     fn each_acts_at_its_port_and_nowhere_else() {
-        for effect in OutsideEffect::all() {
+        for effect in OutsideEffect::ALL {
             let drawn = Condition::AS_DRAWN;
             let mut c = drawn;
             effect.act(&mut c, 0.0);
@@ -314,6 +241,6 @@ mod tests {
                 assert!(moves == (port == effect.port()) || with_liver, "{}", effect.name());
             }
         }
-        assert!(paracetamol::offset(1.0) > 0.0 && random::offset(1.0) > 0.0);
+        assert!(paracetamol::offset(1.0) > 0.0);
     }
 }

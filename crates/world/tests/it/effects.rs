@@ -22,7 +22,7 @@ enum Switch {
 impl Switch {
     fn all() -> impl Iterator<Item = Self> {
         let named = Effect::ALL.into_iter().map(Self::Named);
-        named.chain(OutsideEffect::AUTHORED.into_iter().map(Self::Outside))
+        named.chain(OutsideEffect::ALL.into_iter().map(Self::Outside))
     }
 
     fn at(self, amplitude: f64) -> Amplitudes {
@@ -104,8 +104,9 @@ fn shifts_grow_with_the_amplitude_from_nothing() {
 fn a_counterfactual_of_the_same_life_shows_its_record() {
     let mut of_15_min = 0;
     for seed in 0..6 {
-        let person = VirtualPerson::sample_widely(Generator::Saturating, seed, 0, Regime::OpenLoopPump)
-            .expect("a person");
+        let person =
+            VirtualPerson::sample_widely(Generator::Saturating, seed, 0, Regime::OpenLoopPump)
+                .expect("a person");
         of_15_min += usize::from(person.everyday.sensor.noise == world::Noise::Quarterly);
         let lived = live(&person);
         let again = person.counterfactual(&lived, &person.amplitudes).expect("finite");
