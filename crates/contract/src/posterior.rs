@@ -15,6 +15,9 @@ pub struct PosteriorCard {
     pub nothing: f64,
     /// Networks of the ensemble; the regressions are one more member.
     pub members: usize,
+    /// Probability from which on something is said to be missing: one in twenty worlds of hands left out in which
+    /// nothing is missing reaches it.
+    pub speaks_from: f64,
 }
 
 /// Names of the statistics of a table of evidence, in the order of its columns.

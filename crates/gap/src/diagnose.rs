@@ -30,7 +30,7 @@ use crate::person::{
 use crate::quality::InUse;
 use crate::questioned::doubts;
 use crate::track_record::TrackRecord;
-use crate::which::{Belief, NAMED_FROM, SAID_FROM, Which, is_free, which};
+use crate::which::{Belief, NAMED_FROM, Which, is_free, which};
 use contract::WithInterval;
 use contract::diagnosis::{
     CellFactor, CellGap, HorizonError, HowFar, InnovationGap, PosteriorSaid, ProbableSet,
@@ -221,7 +221,7 @@ fn distinct(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
 
 /// What a posterior said, as it is written.
 fn said(belief: &Belief, posterior: &Posterior) -> PosteriorSaid {
-    let Belief { answer } = belief;
+    let Belief { answer, speaks_from } = belief;
     PosteriorSaid {
         something: 1.0 - answer.nothing,
         sets: answer
@@ -232,7 +232,7 @@ fn said(belief: &Belief, posterior: &Posterior) -> PosteriorSaid {
                 probability: *probability,
             })
             .collect(),
-        speaks_from: SAID_FROM,
+        speaks_from: *speaks_from,
         names_from: NAMED_FROM,
         source: posterior.card().source.clone(),
     }

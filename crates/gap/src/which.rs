@@ -80,15 +80,14 @@ pub struct Which {
 
 /// Probability from which on an effect is named where something is missing: it is more likely there than not.
 pub(crate) const NAMED_FROM: f64 = 0.5;
-/// Probability from which on something is said to be missing, with a name or without: one in twenty cohorts in which
-/// nothing is missing reaches it, among the training worlds of hands left out (decision 0045).
-pub(crate) const SAID_FROM: f64 = 0.7;
 
 /// What a posterior says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Belief {
     /// Its probabilities.
     pub answer: posterior::Answer,
+    /// Probability from which on something is said to be missing, with a name or without.
+    pub speaks_from: f64,
 }
 
 impl Belief {
@@ -117,7 +116,7 @@ impl Belief {
 
     /// Whether something is said to be missing.
     pub(crate) fn alarms(&self) -> bool {
-        1.0 - self.answer.nothing >= SAID_FROM
+        1.0 - self.answer.nothing >= self.speaks_from
     }
 }
 
@@ -263,7 +262,7 @@ pub(crate) fn believed(
     statistics: &BTreeMap<String, f64>,
 ) -> Result<Belief, GapError> {
     let answer = posterior.answer(statistics).map_err(|e| GapError::Posterior(e.to_string()))?;
-    Ok(Belief { answer })
+    Ok(Belief { answer, speaks_from: posterior.card().speaks_from })
 }
 
 /// Index of the largest of some values; 0 of none.
@@ -286,7 +285,7 @@ mod tests {
             ports: Vec::new(),
             gaps: BTreeMap::new(),
         };
-        let belief = Belief { answer };
+        let belief = Belief { answer, speaks_from: 0.7 };
         let candidates = [EffectId::EXERCISE, EffectId::DAWN].map(|effect| Candidate {
             effect,
             gain: 9.0,

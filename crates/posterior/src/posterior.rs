@@ -89,6 +89,14 @@ impl Posterior {
         &self.described.card
     }
 
+    /// The same, with the probability from which on something is said to be missing. Training alone knows none, so
+    /// that what was just trained says nothing.
+    #[must_use]
+    pub fn speaking_from(mut self, probability: f64) -> Self {
+        self.described.card.speaks_from = probability;
+        self
+    }
+
     /// The effects that it knows.
     #[must_use]
     pub fn effects(&self) -> &[String] {
@@ -198,6 +206,9 @@ impl Posterior {
         let description = metadata.metadata().as_ref().and_then(|all| all.get(DESCRIPTION));
         let description = description.ok_or_else(|| file("its metadata describe no posterior"))?;
         let described: Described = serde_json::from_str(description).map_err(file)?;
+        if !(0.0..=1.0).contains(&described.card.speaks_from) {
+            return Err(file("`speaks_from` is no probability"));
+        }
         if let Some(fault) = described.reading.fault().or(described.regression.fault()) {
             return Err(file(fault));
         }

@@ -113,6 +113,7 @@ pub fn train(
             hands: by_hand(table),
             nothing: nothing as f64 / table.len() as f64,
             members: settings.networks,
+            speaks_from: 1.0,
         },
     };
     let examples = Examples {

@@ -1,6 +1,6 @@
 //! `train-posterior`: the posterior in use, and one for each hand that has not seen it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, ensure};
@@ -28,6 +28,8 @@ pub struct Settings {
 
 /// Statistics that follow how a calibration states its uncertainty, not what a record holds.
 const NOT_READ: &str = "calibration/SD of ";
+/// Share of the cohorts in which nothing is missing of which a diagnosis may say that something is.
+const FALSE_ALARMS: f64 = 0.05;
 /// Factor of the cells that belong to one cohort alone.
 const PERSON: &str = "person";
 
@@ -45,18 +47,54 @@ pub fn run(args: &Settings) -> Result<()> {
     ensure!(hands.len() > 1, "worlds of one hand; leave one out of two or more");
     let output = OutputFolder::begin(&args.out, manifest)?;
     let progress = Progress::begin("posteriors", hands.len() + 1);
+    let mut all: Vec<(Option<&String>, Posterior)> = Vec::new();
+    let mut idle: BTreeMap<&String, Vec<f64>> = BTreeMap::new();
     for left_out in hands.iter().map(Some).chain([None]) {
         let seen = table.rows_where(|truth| Some(&truth.hand) != left_out);
-        let name = left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"));
         let trained = trained(&seen, &library, args.seed)?;
+        if let Some(hand) = left_out {
+            idle.insert(hand, said_of_nothing(&trained, &table, hand)?);
+        }
+        progress.advance(&name_of(left_out));
+        all.push((left_out, trained));
+    }
+    for (left_out, trained) in all {
+        // The worlds of a hand set no bar by which they are judged.
+        let others = idle.iter().filter(|(hand, _)| Some(**hand) != left_out);
+        let trained = trained.speaking_from(bar(others.flat_map(|(_, said)| said)));
+        let name = name_of(left_out);
         output.write(&format!("{name}.safetensors"), &trained.bytes()?)?;
         output.write_document_as(&format!("{name}.json"), trained.card())?;
-        progress.advance(&name);
     }
     progress.finish(&format!("trained on {} worlds", table.len()));
     let place = output.finish()?;
     note(format!("train-posterior: {}", place.display()));
     Ok(())
+}
+
+/// The name of the file of a posterior that never saw this hand.
+fn name_of(left_out: Option<&String>) -> String {
+    left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"))
+}
+
+/// The probability that something is missing, in each world of a hand in which nothing is.
+fn said_of_nothing(posterior: &Posterior, table: &Table, hand: &str) -> Result<Vec<f64>> {
+    let is_idle = |truth: &Truth| truth.effects.is_empty() && truth.outside.is_none();
+    let rows = (0..table.len()).filter(|row| {
+        let truth = &table.truths[*row];
+        truth.hand == hand && is_idle(truth)
+    });
+    rows.map(|row| Ok(1.0 - posterior.answer(&table.row(row))?.nothing)).collect()
+}
+
+/// The hundredth from which on at most [`FALSE_ALARMS`] of these probabilities lie; 1 where there are none.
+fn bar<'a>(said: impl Iterator<Item = &'a f64>) -> f64 {
+    let mut said: Vec<f64> = said.copied().collect();
+    said.sort_by(|a, b| b.total_cmp(a));
+    let allowed = (FALSE_ALARMS * said.len() as f64) as usize;
+    let above = said.get(allowed).copied().unwrap_or(1.0);
+    // The next hundredth above the first that must stay below.
+    ((100.0 * above).floor() + 1.0).min(100.0) / 100.0
 }
 
 /// A posterior over the effects of the library.
@@ -137,6 +175,16 @@ mod tests {
     use contract::blind_check::TrueEffect;
 
     use super::*;
+
+    #[test]
+    fn one_in_twenty_is_at_or_above_the_bar() {
+        let said: Vec<f64> = (0..1000).map(|k| f64::from(k) / 1000.0 + 0.0005).collect();
+        assert_eq!(bar(said.iter()), 0.95);
+        assert_eq!(said.iter().filter(|p| **p >= bar(said.iter())).count(), 50);
+        assert_eq!(bar([0.2, 0.3].iter()), 0.31);
+        assert_eq!(bar([0.999; 30].iter()), 1.0);
+        assert_eq!(bar([].iter()), 1.0);
+    }
 
     #[test]
     fn an_effect_that_nothing_places_is_refused_with_a_remedy() {
