@@ -266,6 +266,17 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
+    fn a_shell_reads_the_argument_that_was_given() {
+        for argument in ["out/a b", "it's", "", "$HOME", "a\"b", "*", "~", "a;b", "--worlds=3", "é\n"] {
+            let script = format!("printf %s {}", shown(Path::new(argument)));
+            let output = std::process::Command::new("sh").args(["-c", &script]).output();
+            assert_eq!(output.expect("a shell").stdout, argument.as_bytes(), "{script}");
+        }
+        assert_eq!(shown(Path::new("out/a-1.csv")), "out/a-1.csv");
+    }
+
+    #[cfg(unix)]
+    #[test]
     fn links_are_followed_once() {
         use std::os::unix::fs::symlink;
 
