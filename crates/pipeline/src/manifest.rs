@@ -267,7 +267,9 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn a_shell_reads_the_argument_that_was_given() {
-        for argument in ["out/a b", "it's", "", "$HOME", "a\"b", "*", "~", "a;b", "--worlds=3", "é\n"] {
+        for argument in
+            ["out/a b", "it's", "", "$HOME", "a\"b", "*", "~", "a;b", "--worlds=3", "é\n"]
+        {
             let script = format!("printf %s {}", shown(Path::new(argument)));
             let output = std::process::Command::new("sh").args(["-c", &script]).output();
             assert_eq!(output.expect("a shell").stdout, argument.as_bytes(), "{script}");
