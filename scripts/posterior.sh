@@ -33,7 +33,7 @@ table() {
   is_there "$1" || "$xtask" evidence --quiet --seed "$1" "${@:2}" --out "$out/tables/$1"
 }
 
-for seed in $(seq 101 121); do table "$seed" --worlds 251 --nulls 149; done
+for seed in $(seq 101 128); do table "$seed" --worlds 251 --nulls 149; done
 for seed in $(seq 201 208); do table "$seed" --worlds 251 --nulls 149 --narrow; done
 # The worlds that the other hand can make of a seed: some ask for more real people than it has.
 is_made='

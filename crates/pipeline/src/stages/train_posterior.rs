@@ -28,7 +28,7 @@ pub struct Settings {
 
 /// Statistics that follow how a calibration states its uncertainty, not what a record holds.
 const NOT_READ: &str = "calibration/SD of ";
-/// Share of the cohorts of a hand in which nothing is missing of which a diagnosis may say that something is.
+/// Share of the cohorts in which nothing is missing of which a diagnosis may say that something is.
 const FALSE_ALARMS: f64 = 0.05;
 /// Factor of the cells that belong to one cohort alone.
 const PERSON: &str = "person";
@@ -56,36 +56,28 @@ pub fn run(args: &Settings) -> Result<()> {
         .flat_map(|(index, first)| hands.iter().skip(index + 1).map(move |second| [first, second]))
         .collect();
     let progress = Progress::begin("posteriors", pairs.len() + hands.len() + 1);
-    // A bar of each hand, set by posteriors that saw neither this hand nor the one that the file leaves out. The file
-    // takes the highest: whose hand the next cohort is of, nobody knows.
-    let mut bars: BTreeMap<Option<&String>, f64> = BTreeMap::new();
-    let mut raise = |file, judge: &Posterior, asked: &str| -> Result<()> {
-        let own = bar(said_of_nothing(judge, &table, asked)?);
-        bars.entry(file).and_modify(|highest| *highest = own.max(*highest)).or_insert(own);
-        Ok(())
-    };
+    // What is said of worlds in which nothing is missing, by posteriors that saw neither the hand of these worlds nor
+    // the one that the file leaves out.
+    let mut idle: BTreeMap<Option<&String>, Vec<f64>> = BTreeMap::new();
     for [first, second] in pairs {
         let seen = table.rows_where(|truth| truth.hand != *first && truth.hand != *second);
-        let judge = trained(&seen, &library, args.seed)?;
-        raise(Some(first), &judge, second)?;
-        raise(Some(second), &judge, first)?;
+        let trained = trained(&seen, &library, args.seed)?;
+        for (file, asked) in [(first, second), (second, first)] {
+            idle.entry(Some(file)).or_default().extend(said_of_nothing(&trained, &table, asked)?);
+        }
         progress.advance(&format!("neither {first} nor {second}, for their bars"));
     }
-    let mut files = Vec::new();
     for left_out in hands.iter().map(Some).chain([None]) {
         let seen = table.rows_where(|truth| Some(&truth.hand) != left_out);
-        let file = trained(&seen, &library, args.seed)?;
-        let name = left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"));
+        let mut trained = trained(&seen, &library, args.seed)?;
         if let Some(hand) = left_out {
-            raise(None, &file, hand)?;
+            idle.entry(None).or_default().extend(said_of_nothing(&trained, &table, hand)?);
         }
+        trained = trained.speaking_from(bar(&idle[&left_out]));
+        let name = left_out.map_or("working".to_owned(), |hand| format!("without-{hand}"));
+        output.write(&format!("{name}.safetensors"), &trained.bytes()?)?;
+        output.write_document_as(&format!("{name}.json"), trained.card())?;
         progress.advance(&name);
-        files.push((left_out, name, file));
-    }
-    for (left_out, name, file) in files {
-        let file = file.speaking_from(bars[&left_out]);
-        output.write(&format!("{name}.safetensors"), &file.bytes()?)?;
-        output.write_document_as(&format!("{name}.json"), file.card())?;
     }
     progress.finish(&format!("trained on {} worlds", table.len()));
     let place = output.finish()?;
@@ -104,7 +96,8 @@ fn said_of_nothing(posterior: &Posterior, table: &Table, hand: &str) -> Result<V
 }
 
 /// The lowest hundredth that at most [`FALSE_ALARMS`] of these probabilities reach; 1 where there is none.
-fn bar(mut said: Vec<f64>) -> f64 {
+fn bar(said: &[f64]) -> f64 {
+    let mut said = said.to_vec();
     said.sort_by(|a, b| b.total_cmp(a));
     let allowed = (FALSE_ALARMS * said.len() as f64) as usize;
     // The first that must stay below.
@@ -194,11 +187,11 @@ mod tests {
     #[test]
     fn one_in_twenty_is_at_or_above_the_bar() {
         let said: Vec<f64> = (0..1000).map(|k| f64::from(k) / 1000.0 + 0.0005).collect();
-        assert_eq!(bar(said.clone()), 0.95);
-        assert_eq!(said.iter().filter(|p| **p >= 0.95).count(), 50);
-        assert_eq!(bar(vec![0.2, 0.3]), 0.31);
-        assert_eq!(bar(vec![0.999; 30]), 1.0);
-        assert_eq!(bar(Vec::new()), 1.0);
+        assert_eq!(bar(&said), 0.95);
+        assert_eq!(said.iter().filter(|p| **p >= bar(&said)).count(), 50);
+        assert_eq!(bar(&[0.2, 0.3]), 0.31);
+        assert_eq!(bar(&[0.999; 30]), 1.0);
+        assert_eq!(bar(&[]), 1.0);
     }
 
     #[test]
