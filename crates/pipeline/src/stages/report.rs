@@ -77,17 +77,57 @@ fn gather_parts(folder: &Path) -> Result<Inputs> {
     folders.sort();
     folders.insert(0, folder.to_path_buf());
     let mut inputs = Inputs::default();
-    for folder in &folders {
-        for part in Part::ALL {
-            let path = folder.join(part.file_name());
-            if path.is_file() {
-                let file = File::open(&path)
-                    .with_context(|| format!("cannot open '{}'", path.display()))?;
-                inputs
-                    .read(part, BufReader::new(file))
-                    .with_context(|| format!("'{}'", path.display()))?;
-            }
-        }
+    for (part, path) in places(&folders)? {
+        let file =
+            File::open(&path).with_context(|| format!("cannot open '{}'", path.display()))?;
+        inputs.read(part, BufReader::new(file)).with_context(|| format!("'{}'", path.display()))?;
     }
     Ok(inputs)
+}
+
+/// The parts that folders hold. Every stage has a manifest; anything else of which there are two belongs to two runs.
+fn places(folders: &[PathBuf]) -> Result<Vec<(Part, PathBuf)>> {
+    let mut places: Vec<(Part, PathBuf)> = Vec::new();
+    for folder in folders {
+        for part in Part::ALL {
+            let path = folder.join(part.file_name());
+            if !path.is_file() {
+                continue;
+            }
+            let before =
+                places.iter().find(|(before, _)| *before == part && part != Part::Manifest);
+            if let Some((_, before)) = before {
+                bail!(
+                    "'{}' and '{}' are of two runs; give the folder of one of them",
+                    before.display(),
+                    path.display()
+                );
+            }
+            places.push((part, path));
+        }
+    }
+    Ok(places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_runs_under_one_folder_are_not_mixed() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let of = |run: &str, part: Part| {
+            fs::create_dir_all(parent.path().join(run)).expect("a folder");
+            fs::write(parent.path().join(run).join(part.file_name()), "{}").expect("written");
+        };
+        let found = || places(&[parent.path().join("a"), parent.path().join("b")]);
+        of("a", Part::Manifest);
+        of("a", Part::Diagnosis);
+        of("b", Part::Manifest);
+        of("b", Part::Training);
+        assert_eq!(found().expect("parts of one run").len(), 4);
+        of("b", Part::Diagnosis);
+        let error = gather(parent.path()).expect_err("two runs").to_string();
+        assert!(error.contains("diagnosis.json' are of two runs"), "{error}");
+    }
 }
