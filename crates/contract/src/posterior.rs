@@ -15,8 +15,8 @@ pub struct PosteriorCard {
     pub nothing: f64,
     /// Networks of the ensemble; the regressions are one more member.
     pub members: usize,
-    /// Probability from which on something is said to be missing: where nothing is, at most one in twenty worlds
-    /// reaches it. That holds for hands at large with 95 % confidence.
+    /// Probability from which on something is said to be missing: at most one in twenty worlds in which nothing is
+    /// missing reaches it, in the mean of hands left out.
     pub speaks_from: f64,
 }
 

@@ -73,16 +73,16 @@ fn a_planted_dawn_is_found_in_the_early_morning_with_its_sign() {
 
 #[test]
 fn worlds_without_a_gap_raise_few_alarms() {
-    let world = World { gap: Gap::None, days: 6, spread: 0.7 };
+    let world = World { gap: Gap::None, days: 14, spread: 0.7 };
     let worlds = 40;
     let alarms = (0..worlds)
         .filter(|seed| {
-            let cohort = cohort(&world, 3, 1000 + seed);
+            let cohort = cohort(&world, 5, 1000 + seed);
             diagnose(&cohort, &config(), *seed).expect("diagnosed").verdict != Verdict::None
         })
         .count();
-    // These people repeat the same day, unlike all on whom the posterior was trained (decision 0041). At one in ten, more
-    // than 9 of 40 happen in 0.5 % of such tests.
+    // These people are the plant and repeat the same day, unlike all on whom the posterior was trained (decision 0054:
+    // three of them over six days alarm more often). At one in ten, more than 9 of 40 happen in 0.5 % of such tests.
     assert!(alarms <= 9, "{alarms} alarms in {worlds} worlds");
 }
 
