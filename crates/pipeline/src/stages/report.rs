@@ -12,6 +12,9 @@ use crate::next_step::wrote;
 use crate::output::write_whole;
 use crate::progress::note;
 
+/// What several stages of one run write; of all but manifests the report shows the last.
+const OF_MANY_STAGES: [Part; 2] = [Part::Manifest, Part::DataInUse];
+
 /// Settings of `report`.
 #[derive(Debug, Clone)]
 pub struct Settings {
@@ -85,7 +88,7 @@ fn gather_parts(folder: &Path) -> Result<Inputs> {
     Ok(inputs)
 }
 
-/// The parts that folders hold. Every stage has a manifest; anything else of which there are two belongs to two runs.
+/// The parts that folders hold. What one stage alone writes and is there twice belongs to two runs.
 fn places(folders: &[PathBuf]) -> Result<Vec<(Part, PathBuf)>> {
     let mut places: Vec<(Part, PathBuf)> = Vec::new();
     for folder in folders {
@@ -94,9 +97,8 @@ fn places(folders: &[PathBuf]) -> Result<Vec<(Part, PathBuf)>> {
             if !path.is_file() {
                 continue;
             }
-            let before =
-                places.iter().find(|(before, _)| *before == part && part != Part::Manifest);
-            if let Some((_, before)) = before {
+            let before = places.iter().find(|(before, _)| *before == part);
+            if let Some((_, before)) = before.filter(|_| !OF_MANY_STAGES.contains(&part)) {
                 bail!(
                     "'{}' and '{}' are of two runs; give the folder of one of them",
                     before.display(),
@@ -121,11 +123,13 @@ mod tests {
             fs::write(parent.path().join(run).join(part.file_name()), "{}").expect("written");
         };
         let found = || places(&[parent.path().join("a"), parent.path().join("b")]);
-        of("a", Part::Manifest);
+        for part in OF_MANY_STAGES {
+            of("a", part);
+            of("b", part);
+        }
         of("a", Part::Diagnosis);
-        of("b", Part::Manifest);
         of("b", Part::Training);
-        assert_eq!(found().expect("parts of one run").len(), 4);
+        assert_eq!(found().expect("parts of one run").len(), 6);
         of("b", Part::Diagnosis);
         let error = gather(parent.path()).expect_err("two runs").to_string();
         assert!(error.contains("diagnosis.json' are of two runs"), "{error}");
