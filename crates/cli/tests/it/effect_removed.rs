@@ -39,7 +39,7 @@ const QUICK: [Case; 3] = [
     (Generator::Hovorka, Effect::MissedMeals, 12.0),
     (Generator::Padova, Effect::Dawn, 12.0),
 ];
-/// The other cases. Rescue carbohydrate is 4.5 mg/dL in these people if all of it is missing from the log; from 2.5 to 3.5
+/// The other cases. Rescue carbohydrate is 4.5 mg/dL in these people if all of it is missing from the log; at 2.5 and 3.5
 /// its finding rests on one person, and gets no name. Missed meals of 8 mg/dL are already as good as certain.
 const SLOW: [Case; 5] = [
     (Generator::Hovorka, Effect::Dawn, 12.0),
