@@ -28,8 +28,8 @@ pub struct Summand<'a> {
 pub struct SlopeBound {
     /// Outward-rounded bound on the largest slope against the property, scaled output per minute per scaled input.
     pub m_upper: f64,
-    /// Whether each summand is proved by itself: by the signs of its weights, or by a certificate.
-    pub proved: bool,
+    /// On what the bound rests if it is more than boxes: the signs of weights, or proofs of each summand by itself.
+    pub grounds: Option<Grounds>,
     /// Boxes bounded.
     pub nodes: u64,
     /// Why the search for the bound ended.
@@ -82,12 +82,11 @@ pub fn verify_recorded(
 ) -> Result<Row, ConformanceError> {
     let (m_lower, witness, failing) = attained(name, input, summands, upper)?;
     let violated = m_lower > 0.0;
-    let (verdict, grounds) = match () {
-        () if bound.proved && bound.m_upper <= 0.0 => {
-            (Verdict::Proved, Some(Grounds::Construction))
-        }
-        () if violated => (Verdict::Violated, Some(Grounds::Witness)),
-        () => (Verdict::Undecided, None),
+    let proved = bound.grounds.filter(|_| bound.m_upper <= 0.0);
+    let (verdict, grounds) = match proved {
+        Some(grounds) => (Verdict::Proved, Some(grounds)),
+        None if violated => (Verdict::Violated, Some(Grounds::Witness)),
+        None => (Verdict::Undecided, None),
     };
     Ok(Row {
         person_id: None,

@@ -110,9 +110,10 @@ pub enum Grounds {
     Bound,
     /// Proved: the independent checker accepts the certificate.
     Certificate,
-    /// Proved: every weight on the way has the sign that the property needs, whatever the region. Of a twin's sum: those
-    /// of its residual, and a certificate of the population's network over the box of the record, checked and not kept.
+    /// Proved: every weight on the way has the sign that the property needs, whatever the region.
     Construction,
+    /// Proved: of a sum of networks, each is proved by a row of its own.
+    Summands,
     /// Violated: a step that exact arithmetic replays goes against the property.
     Witness,
 }

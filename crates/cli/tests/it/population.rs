@@ -183,7 +183,7 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
     let found = out("found");
     run(&[of_twin.as_slice(), &["--limit", "1", "--out", text(&found)]].concat());
     let rows = json(&found.join("conformance.json"))["rows"].as_array().expect("rows").clone();
-    assert_eq!(rows.len(), 6, "residual and twin by X1, X3 and Q1");
+    assert_eq!(rows.len(), 9, "residual, population and twin by X1, X3 and Q1");
     for row in &rows {
         let number = |key: &str| row[key].as_f64().expect("a number");
         assert!(number("m_lower") <= number("m_upper"), "{row:#}");
@@ -201,9 +201,21 @@ fn a_twin_is_bracketed_over_the_box_of_its_person() {
     let rows = json(&found.join("conformance.json"))["rows"].as_array().expect("rows").clone();
     let residual = rows.iter().filter(|row| row["network"] == "residual");
     assert_eq!(residual.filter(|row| row["verdict"] == "proved").count(), 3, "{rows:#?}");
-    let proved = rows.iter().filter(|row| row["verdict"] == "proved");
-    assert!(proved.clone().all(|row| row["grounds"] == "construction"), "{rows:#?}");
-    assert_eq!(crate::outputs::checked(&found), 3, "rows, region, manifest");
+    // A twin is proved where both of its networks are, and what proves the population's is on file.
+    let file = json(&found.join("certificates.json"));
+    let certified = file["certificates"].as_array().expect("certificates");
+    assert!(!certified.is_empty(), "nothing of the population's network was certified");
+    for parts in rows.chunks(3) {
+        let names: Vec<_> = parts.iter().map(|row| row["network"].as_str()).collect();
+        assert_eq!(names, [Some("residual"), Some("Q1"), Some("twin")]);
+        let input = &parts[0]["input"];
+        assert!(parts.iter().all(|row| row["input"] == *input && row["person_id"] == "P02"));
+        assert_eq!(parts[0]["grounds"], "construction");
+        let is_certified = certified.iter().any(|certificate| certificate["input"] == *input);
+        assert_eq!(parts[1]["grounds"] == "certificate", is_certified, "{input}");
+        assert_eq!(parts[2]["grounds"] == "summands", is_certified, "{input}");
+    }
+    assert_eq!(crate::outputs::checked(&found), 4, "rows, certificates, region, manifest");
     // A twin that does not keep them is not judged as one that does.
     std::fs::copy(&twin, &kept).expect("writable");
     let asked = ["evaluate", "--cohort", text(&cohort), "--twins", text(&made)];

@@ -94,9 +94,9 @@ fn a_sum_is_proved_where_each_part_is_and_violated_where_a_step_shows_it() {
     let (down, up) = (falling(2.0), falling(-3.0));
     let own = Summand { network: &down, points: &points };
     let other = Summand { network: &up, points: &points };
-    let bound = |m_upper: f64, proved: bool| SlopeBound {
+    let bound = |m_upper: f64, grounds: Option<Grounds>| SlopeBound {
         m_upper,
-        proved,
+        grounds,
         nodes: 1,
         stop: Stop::Gap,
         seconds: 0.0,
@@ -105,16 +105,20 @@ fn a_sum_is_proved_where_each_part_is_and_violated_where_a_step_shows_it() {
         let row = verify_recorded("sum", "a", summands, 1.0, bound).expect("steps lie inside");
         (row.verdict, row.grounds)
     };
-    assert_eq!(decide(&[own], bound(-2.0, true)), (Verdict::Proved, Some(Grounds::Construction)));
+    for grounds in [Grounds::Construction, Grounds::Summands] {
+        assert_eq!(decide(&[own], bound(-2.0, Some(grounds))), (Verdict::Proved, Some(grounds)));
+        assert_eq!(decide(&[own], bound(0.5, Some(grounds))), (Verdict::Undecided, None));
+    }
     // A bound of boxes alone is no proof.
-    assert_eq!(decide(&[own], bound(-2.0, false)), (Verdict::Undecided, None));
+    assert_eq!(decide(&[own], bound(-2.0, None)), (Verdict::Undecided, None));
     let violated = (Verdict::Violated, Some(Grounds::Witness));
-    assert_eq!(decide(&[own, other], bound(1.5, false)), violated);
-    let row = verify_recorded("sum", "a", &[own, other], 1.0, bound(1.5, false)).expect("steps");
+    assert_eq!(decide(&[own, other], bound(1.5, None)), violated);
+    let row = verify_recorded("sum", "a", &[own, other], 1.0, bound(1.5, None)).expect("steps");
     assert!((row.m_lower - 1.0).abs() < 1e-9 && row.share_of_steps == Some(1.0), "{row:?}");
 
     // Steps that end beyond the box are not replayed.
-    let outside = verify_recorded("sum", "a", &[own], 0.05, bound(-2.0, true));
+    let outside =
+        verify_recorded("sum", "a", &[own], 0.05, bound(-2.0, Some(Grounds::Construction)));
     assert!(matches!(outside, Err(ConformanceError::NoStep { .. })), "{outside:?}");
 }
 
@@ -124,7 +128,7 @@ fn a_slope_from_a_step_is_not_above_the_networks() {
     let points = [vec![1e9]];
     let network = falling(-3.0);
     let own = Summand { network: &network, points: &points };
-    let bound = SlopeBound { m_upper: 3.0, proved: false, nodes: 1, stop: Stop::Gap, seconds: 0.0 };
+    let bound = SlopeBound { m_upper: 3.0, grounds: None, nodes: 1, stop: Stop::Gap, seconds: 0.0 };
     let row = verify_recorded("sum", "a", &[own], 2e9, bound).expect("a step lies inside");
     assert!(row.m_lower <= 3.0 && row.m_lower > 3.0 - 1e-12, "{row:?}");
 }

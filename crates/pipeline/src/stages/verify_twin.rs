@@ -1,4 +1,5 @@
 //! `verify --twin`: in which direction a person's twin moves with insulin action and with glucose, over the person's own box.
+//! A row each for the residual network, the population's network of Q1, and their sum.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use conformance::{
     CrossCheck, DeepLimits, DeepNetwork, Direction, Grounds, Limits, Property, PropertyKind,
     Region, Row, SlopeBound, Summand, Verdict, bounds_of_sum, extremes, verify, verify_recorded,
 };
-use contract::{Conformance, Document as _};
+use contract::{Certificates, Conformance, Document as _};
 use nn_statespace::{PopulationModel, ScaledStates};
 use physiology::{Compartment, StepInput};
 use twins::{INPUT_NAMES, ReplayStart, Twin, replay};
@@ -106,27 +107,23 @@ pub fn run(args: &Settings) -> Result<()> {
     let limit = Duration::from_secs_f64(args.limit);
     let progress = Progress::begin("verify", ASKED.len());
     let bytes = read_bytes(&args.model)?;
+    let properties = ASKED.map(|input| Property {
+        network: Compartment::Q1.name().to_owned(),
+        input: input.to_owned(),
+        direction: Direction::Decreasing,
+        kind: PropertyKind::Physical,
+    });
+    let still =
+        Limits { relative_gap: 1e-2, nodes: u64::MAX, time: limit, cross_check: CrossCheck::None };
+    let mut of_population = properties
+        .iter()
+        .map(|property| verify(&glucose, property, &region, &still, &|| clock.elapsed()))
+        .collect::<Result<Vec<Row>, _>>()?;
+    let mut took = Duration::ZERO;
+    let proofs = proved(&mut of_population, &properties, population, &bytes, &region, &mut took)?;
     let mut found: Vec<Row> = Vec::new();
-    for input in ASKED {
+    for (input, of_population) in ASKED.into_iter().zip(of_population) {
         let began = clock.elapsed();
-        let property = Property {
-            network: Compartment::Q1.name().to_owned(),
-            input: input.to_owned(),
-            direction: Direction::Decreasing,
-            kind: PropertyKind::Physical,
-        };
-        let still = Limits {
-            relative_gap: 1e-2,
-            nodes: u64::MAX,
-            time: limit,
-            cross_check: CrossCheck::None,
-        };
-        let mut of_population =
-            [verify(&glucose, &property, &region, &still, &|| clock.elapsed())?];
-        let properties = std::slice::from_ref(&property);
-        let mut took = Duration::ZERO;
-        proved(&mut of_population, properties, population, &bytes, &region, &mut took)?;
-        let [of_population] = of_population;
         // For the twin the residual may rise by what the population falls.
         let enough = (-of_population.m_upper).min(0.0);
         let limits = DeepLimits { enough, nodes: BOXES, time: limit };
@@ -141,19 +138,22 @@ pub fn run(args: &Settings) -> Result<()> {
         let keeps = twin.residual.keeps_signs();
         let (residual_upper, sum) =
             bounds_of_sum(of_residual.m_upper, of_population.m_upper, keeps);
-        let bound = |m_upper: f64, proved: bool| SlopeBound {
+        let bound = |m_upper: f64, grounds: Option<Grounds>| SlopeBound {
             m_upper,
-            proved,
+            grounds,
             nodes: of_residual.nodes,
             stop: of_residual.stop,
             seconds,
         };
         let certified = of_population.grounds == Some(Grounds::Certificate);
+        let by_signs = keeps.then_some(Grounds::Construction);
+        let by_both = (keeps && certified).then_some(Grounds::Summands);
         let index = INPUT_NAMES.iter().position(|name| *name == input);
         let end = upper[index.context("an input of the residual")?];
         for row in [
-            verify_recorded("residual", input, &[own], end, bound(residual_upper, keeps))?,
-            verify_recorded("twin", input, &[own, other], end, bound(sum, keeps && certified))?,
+            verify_recorded("residual", input, &[own], end, bound(residual_upper, by_signs))?,
+            of_population,
+            verify_recorded("twin", input, &[own, other], end, bound(sum, by_both))?,
         ] {
             found.push(Row { person_id: Some(id.clone()), ..row });
         }
@@ -162,8 +162,10 @@ pub fn run(args: &Settings) -> Result<()> {
     let table = table(&found);
     let count = |verdict| found.iter().filter(|row| row.verdict == verdict).count();
     let summary = format!(
-        "{} proved, {} violated, {} undecided of {} rows",
+        "{} proved ({} certificates checked in {:.1} s), {} violated, {} undecided of {} rows",
         count(Verdict::Proved),
+        proofs.accepted,
+        took.as_secs_f64(),
         count(Verdict::Violated),
         count(Verdict::Undecided),
         found.len()
@@ -171,6 +173,7 @@ pub fn run(args: &Settings) -> Result<()> {
     let schema = Conformance::SCHEMA.to_owned();
     output.write_document(&Conformance { rows: found, schema })?;
     output.write_document(&region.file())?;
+    output.write(Certificates::FILE, &proofs.file)?;
     output.write("conformance.txt", table.as_bytes())?;
     let place = output.finish()?;
     print_table(table);
@@ -234,16 +237,17 @@ fn table(rows: &[Row]) -> String {
         "seconds"
     );
     for row in rows {
+        let share = row.share_of_steps.map_or("-".to_owned(), |s| format!("{:.3}%", 100.0 * s));
         writeln!(
             text,
-            "{:<9} {:<6} {:<11} {:<10} {:>14.7} {:>14.7} {:>8.3}% {:>9}  {:.1}",
+            "{:<9} {:<6} {:<11} {:<10} {:>14.7} {:>14.7} {:>9} {:>9}  {:.1}",
             row.network,
             row.input,
             "decreasing",
             format!("{:?}", row.verdict).to_lowercase(),
             row.m_lower,
             row.m_upper,
-            100.0 * row.share_of_steps.unwrap_or(f64::NAN),
+            share,
             row.nodes,
             row.seconds,
         )

@@ -45,6 +45,7 @@ fn table(html: &mut Html, caption: &str, rows: &[&Row]) {
     let verdict = |row: &Row| match (row.verdict, row.grounds) {
         (Verdict::Proved, Some(Grounds::Certificate)) => "proved, certified",
         (Verdict::Proved, Some(Grounds::Construction)) => "proved by construction",
+        (Verdict::Proved, Some(Grounds::Summands)) => "proved by its parts",
         (Verdict::Proved, _) => "proved",
         (Verdict::Violated, _) => "violated",
         (Verdict::Undecided, _) => "undecided",
