@@ -48,6 +48,7 @@ pub(crate) fn reliability(worlds: &[ScoredWorld], seed: u64) -> Result<Reliabili
         expected_calibration_error: some.then(|| error(&all, |s| s.came_true)),
         lower: interval.map(|ends| ends.0),
         upper: interval.map(|ends| ends.1),
+        error_if_calibrated: some.then(|| error_if_calibrated(&all)),
         error_counting_sets: some.then(|| error(&all, |s| s.counting_sets)),
     })
 }
@@ -91,6 +92,35 @@ fn error(worlds: &[&Vec<Stated>], came_true: impl Fn(&Stated) -> bool) -> f64 {
         / f64::from(count.max(1))
 }
 
+/// The mean of [`error`] if each probability is true, independently of the others: in each bin, of the distance between
+/// a sum of Bernoulli variables and its mean, by their exact distribution.
+fn error_if_calibrated(worlds: &[&Vec<Stated>]) -> f64 {
+    let mut bins: [Vec<f64>; BINS] = Default::default();
+    for stated in worlds.iter().copied().flatten() {
+        bins[bin_of(stated.probability)].push(stated.probability);
+    }
+    let count: usize = bins.iter().map(Vec::len).sum();
+    let distance = |bin: &Vec<f64>| -> f64 {
+        let mean: f64 = bin.iter().sum();
+        let came_true = number_true(bin).into_iter().enumerate();
+        came_true.map(|(number, chance)| chance * (number as f64 - mean).abs()).sum()
+    };
+    bins.iter().map(distance).sum::<f64>() / count.max(1) as f64
+}
+
+/// The distribution of how many of some probabilities come true.
+fn number_true(probabilities: &[f64]) -> Vec<f64> {
+    let mut chances = vec![1.0];
+    for p in probabilities {
+        chances.push(0.0);
+        for number in (0..chances.len()).rev() {
+            let one_less = if number == 0 { 0.0 } else { chances[number - 1] };
+            chances[number] = (1.0 - p) * chances[number] + p * one_less;
+        }
+    }
+    chances
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +141,24 @@ mod tests {
         assert!((error - 0.25).abs() < 1e-12); // rounding
         assert_eq!(found.bins.len(), 2);
         assert_eq!((found.bins[1].came_true.count, found.bins[1].came_true.of), (3, 4));
+    }
+
+    #[test]
+    fn true_probabilities_have_an_error_by_chance() {
+        let stated = |p| Stated { probability: p, came_true: true, counting_sets: true };
+        // One of .5 is off by .5 either way; of two, by 1 in half of the cases; one of 1 never.
+        assert_eq!(error_if_calibrated(&[&vec![stated(0.5)]]), 0.5);
+        assert_eq!(error_if_calibrated(&[&vec![stated(0.5), stated(0.5)]]), 0.25);
+        assert_eq!(error_if_calibrated(&[&vec![stated(0.5)], &vec![stated(1.0)]]), 0.25);
+        assert_eq!(error_if_calibrated(&[]), 0.0);
+        let chances = number_true(&[0.2, 0.5]);
+        for (chance, expected) in chances.into_iter().zip([0.4, 0.5, 0.1]) {
+            assert!((chance - expected).abs() < 1e-15); // rounding
+        }
+        // Many are off by the mean absolute deviation of a normal variable.
+        let error = error_if_calibrated(&[&vec![stated(0.55); 400]]);
+        let normal = (2.0 / std::f64::consts::PI * 0.55 * 0.45 / 400.0).sqrt();
+        assert!((error / normal - 1.0).abs() < 0.01, "{error} {normal}");
     }
 
     #[test]

@@ -210,6 +210,9 @@ pub struct Reliability {
     pub lower: Option<f64>,
     /// Upper end of its 95 % bootstrap interval over worlds.
     pub upper: Option<f64>,
+    /// The mean error of as many probabilities that each come true as often as they say, independently of each other:
+    /// few probabilities are off by chance (Bröcker and Smith, Weather Forecast 2007;22:651).
+    pub error_if_calibrated: Option<f64>,
     /// The error if a name counts as true when its set of confusable effects holds one that acts.
     pub error_counting_sets: Option<f64>,
 }

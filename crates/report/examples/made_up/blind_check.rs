@@ -153,7 +153,7 @@ fn reliability() -> Value {
     })
     .collect();
     json!({"bins": bins, "probabilities": 334, "expected_calibration_error": 0.021,
-        "lower": 0.014, "upper": 0.043, "error_counting_sets": 0.019})
+        "lower": 0.014, "upper": 0.043, "error_if_calibrated": 0.031, "error_counting_sets": 0.019})
 }
 
 fn targets() -> Value {

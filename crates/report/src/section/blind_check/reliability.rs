@@ -20,8 +20,10 @@ pub(in super::super) fn body(check: &BlindCheck) -> Result<Html, ReportError> {
         _ => String::new(),
     };
     html.paragraph(&format!(
-        "Expected calibration error {error}{interval}, over {} stated probabilities.",
-        reliability.probabilities
+        "Expected calibration error {error}{interval}, over {} stated probabilities. As many that come true \
+         as often as they say would have {} in the mean.",
+        reliability.probabilities,
+        optional(reliability.error_if_calibrated, 3)
     ));
     html.figure(
         figure::reliability(&reliability.bins)?,
