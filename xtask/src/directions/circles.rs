@@ -103,7 +103,7 @@ fn read(folder: &Path, at: &mut Module, texts: &mut BTreeMap<Module, String>) ->
 /// Every path of a text that begins within its crate, groups in braces opened.
 fn named(text: &str, module: &Module) -> Vec<Module> {
     let code: String = text
-        .split("#[cfg(test)]")
+        .split("#[cfg(test)]\nmod tests {")
         .next()
         .unwrap_or_default()
         .lines()
@@ -200,9 +200,10 @@ mod tests {
     #[test]
     fn paths_are_read_with_their_groups() {
         let text = "use crate::a::{B, c::{D, e}};\nuse super::f::G;\n// use crate::no::N;\n\
+                    #[cfg(test)]\nmod sample;\nuse crate::j::K;\n\
                     fn x() { super::super::h::i() }\n#[cfg(test)]\nmod tests { use crate::t::T; }";
         let found = named(text, &module("m/n"));
-        for path in ["a/B", "a/c/D", "a/c/e", "m/f/G", "h/i"] {
+        for path in ["a/B", "a/c/D", "a/c/e", "m/f/G", "h/i", "j/K"] {
             assert!(found.contains(&module(path)), "{path}: {found:?}");
         }
         assert!(found.iter().all(|path| path[0] != "no" && path[0] != "t"), "{found:?}");
