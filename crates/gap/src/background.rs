@@ -13,17 +13,6 @@ use crate::filter::calibration::{FACTORS, Factor, PARAMETERS};
 use crate::filter::observations::Observations;
 use crate::filter::tangent::{Direction, Parameter};
 
-/// One direction of the background with the standard deviation of its prior.
-#[derive(Debug, Clone)]
-pub(crate) struct BackgroundDirection {
-    /// Which one.
-    pub(crate) which: Background,
-    /// The direction.
-    pub(crate) direction: Direction,
-    /// Standard deviation of its amplitude.
-    pub(crate) prior_sd: f64,
-}
-
 /// A direction that is allowed for: its column, and the mean and standard deviation of its amplitude's prior.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Allowed {
@@ -128,45 +117,32 @@ const GLUCOSE_SHAPES: [(Background, Shape); 3] = [
     (Background::Shedding, |g| -((g - 170.0) / 80.0).clamp(0.0, 2.0)),
 ];
 
-/// The background of a person.
+/// The background of a person: directions, each with the standard deviation of its amplitude's prior.
 ///
 /// `glucose` is the filtered plasma glucose, mg/dL.
 pub(crate) fn background(
     record: &Observations,
     hours: &[f64],
     glucose: &[f64],
-) -> Vec<BackgroundDirection> {
+) -> Vec<(Background, f64, Direction)> {
     let mut all = Vec::new();
     for (parameter, prior_sd) in PARAMETERS.into_iter().zip(LEFT_SD).chain(STRUCTURE) {
-        let which = Background::Parameter(parameter);
-        let direction = Direction::Parameter(parameter);
-        all.push(BackgroundDirection { which, direction, prior_sd });
+        all.push((Background::Parameter(parameter), prior_sd, Direction::Parameter(parameter)));
     }
     for (field, unit, prior_sd) in FIELDS {
-        let which = Background::Field(field);
         let direction = Direction::Course(vec![(field, vec![unit; record.len()])]);
-        all.push(BackgroundDirection { which, direction, prior_sd });
+        all.push((Background::Field(field), prior_sd, direction));
     }
-    let meals: Vec<f64> = record
-        .inputs
-        .iter()
-        .map(|i| MEAL_SHARE * glucose_dose(Grams(i.carbs.0), record.weight))
-        .collect();
+    let eaten = |grams: f64| glucose_dose(Grams(grams), record.weight);
+    let meals: Vec<f64> = record.inputs.iter().map(|i| MEAL_SHARE * eaten(i.carbs.0)).collect();
     all.extend(kernel(Background::MealKernel, &MEAL_PEAKS, &meals));
-    all.push(BackgroundDirection {
-        which: Background::GutTimeBySize,
-        direction: Direction::Course(vec![(Field::GutTime, by_size(record))]),
-        prior_sd: 0.3,
+    let by_size = Direction::Course(vec![(Field::GutTime, by_size(record))]);
+    all.push((Background::GutTimeBySize, 0.3, by_size));
+    let treatments = record.inputs.iter().zip(glucose).map(|(i, g)| {
+        let taken = if *g < TREATED_BELOW { i.carbs.0 } else { 0.0 };
+        RESCUE_SHARE * eaten(taken)
     });
-    let treatments: Vec<f64> = record
-        .inputs
-        .iter()
-        .zip(glucose)
-        .map(|(i, g)| {
-            let taken = if *g < TREATED_BELOW { i.carbs.0 } else { 0.0 };
-            RESCUE_SHARE * glucose_dose(Grams(taken), record.weight)
-        })
-        .collect();
+    let treatments: Vec<f64> = treatments.collect();
     all.extend(kernel(Background::RescueKernel, &RESCUE_PEAKS, &treatments));
     for (which, shape) in GLUCOSE_SHAPES {
         all.push(flux(which, glucose.iter().map(|g| CLOCK_FLUX * shape(*g)).collect()));
@@ -193,9 +169,8 @@ pub(crate) fn background(
 }
 
 /// A direction of the flux.
-fn flux(which: Background, course: Vec<f64>) -> BackgroundDirection {
-    let direction = Direction::Course(vec![(Field::Flux, course)]);
-    BackgroundDirection { which, direction, prior_sd: 1.0 }
+fn flux(which: Background, course: Vec<f64>) -> (Background, f64, Direction) {
+    (which, 1.0, Direction::Course(vec![(Field::Flux, course)]))
 }
 
 /// The flux after doses, a direction a bump.
@@ -203,7 +178,7 @@ fn kernel(
     which: Background,
     peaks: &[f64],
     doses: &[f64],
-) -> impl Iterator<Item = BackgroundDirection> {
+) -> impl Iterator<Item = (Background, f64, Direction)> {
     bumps(peaks).into_iter().map(move |bump| flux(which, filtered(doses, &bump)))
 }
 
@@ -224,9 +199,7 @@ fn bumps(peaks: &[f64]) -> Vec<Vec<f64>> {
                 })
                 .collect();
             let area: f64 = bump.iter().sum::<f64>() * STEP.0;
-            for value in &mut bump {
-                *value /= area;
-            }
+            bump.iter_mut().for_each(|value| *value /= area);
             bump
         })
         .collect()
@@ -235,21 +208,14 @@ fn bumps(peaks: &[f64]) -> Vec<Vec<f64>> {
 /// How much larger than usual the last meal was, as a share of the usual meal, while it is absorbed: large meals
 /// leave the stomach more slowly in some models and bodies than in others.
 fn by_size(record: &Observations) -> Vec<f64> {
-    let mut size = 0.0;
-    let mut left = 0;
-    record
-        .inputs
-        .iter()
-        .map(|input| {
-            if input.carbs.0 >= LEAST_MEAL {
-                size = (input.carbs.0 / USUAL_MEAL - 1.0).clamp(-1.0, 1.5);
-                left = MEAL_HOURS * STEPS_PER_HOUR;
-            }
-            let held = if left > 0 { size } else { 0.0 };
-            left = left.saturating_sub(1);
-            held
-        })
-        .collect()
+    let mut sizes = vec![0.0; record.len()];
+    for (step, input) in record.inputs.iter().enumerate() {
+        if input.carbs.0 >= LEAST_MEAL {
+            let end = (step + MEAL_HOURS * STEPS_PER_HOUR).min(sizes.len());
+            sizes[step..end].fill((input.carbs.0 / USUAL_MEAL - 1.0).clamp(-1.0, 1.5));
+        }
+    }
+    sizes
 }
 
 /// A series of doses through a kernel that starts with the dose.
@@ -266,7 +232,6 @@ fn filtered(doses: &[f64], kernel: &[f64]) -> Vec<f64> {
 /// Local hour at the start of each step of a record.
 pub(crate) fn hours(record: &cohort::Record) -> Vec<f64> {
     use chrono::Timelike;
-    let seconds = f64::from(record.start().time().num_seconds_from_midnight());
-    let first = seconds / 3600.0;
+    let first = f64::from(record.start().time().num_seconds_from_midnight()) / 3600.0;
     (0..record.len()).map(|k| (first + k as f64 / STEPS_PER_HOUR as f64) % 24.0).collect()
 }

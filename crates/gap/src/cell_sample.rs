@@ -75,11 +75,8 @@ impl Sample {
             residual.value /= n;
             within += residual.value * residual.value;
         }
-        let between = if means.len() > 1 {
-            means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0)
-        } else {
-            0.0
-        };
+        let squares: f64 = means.iter().map(|m| (m - mean).powi(2)).sum();
+        let between = squares / (n - 1.0).max(1.0);
         // `within` was summed for the mean over people; a person's own is n times that.
         (within > 0.0).then_some(Self {
             mean,
@@ -136,17 +133,13 @@ impl Tested {
     /// The standard normal quantile with the tail of the cell's |t|; infinite where that vanishes.
     pub(crate) fn normal_size(&self) -> f64 {
         let t = (self.sample.mean / self.error).abs();
-        match StudentsT::new(0.0, 1.0, self.degrees) {
-            Ok(student) => -Normal::standard().inverse_cdf(student.sf(t)),
-            Err(_) => t,
-        }
+        let student = StudentsT::new(0.0, 1.0, self.degrees);
+        student.map_or(t, |student| -Normal::standard().inverse_cdf(student.sf(t)))
     }
 
     /// The |t| with the tail of a standard normal `z`, at least 0.
     pub(crate) fn own_size(&self, z: f64) -> f64 {
-        match StudentsT::new(0.0, 1.0, self.degrees) {
-            Ok(student) => -student.inverse_cdf(Normal::standard().sf(z)),
-            Err(_) => z,
-        }
+        let student = StudentsT::new(0.0, 1.0, self.degrees);
+        student.map_or(z, |student| -student.inverse_cdf(Normal::standard().sf(z)))
     }
 }

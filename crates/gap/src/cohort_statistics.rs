@@ -1,45 +1,16 @@
-//! Everything that a posterior reads of a cohort, as numbers by name.
+//! What a posterior reads of a cohort whose first round is known, as numbers by name.
 
 use std::collections::BTreeMap;
 
-use cohort::{Channel, Cohort};
-use effects::Effect;
+use cohort::Channel;
 
 use crate::calibrated_person::CalibratedPerson;
-use crate::config::DiagnosisConfig;
-use crate::error::GapError;
-use crate::filter::plants::Ode;
-use crate::free_run_statistics::free_run_statistics;
-use crate::person::{all_calibrated, analyse_all};
 use crate::person_statistics::of_person;
-use crate::which::first_round;
 use contract::diagnosis::Evidence;
 
 /// Channels whose presence decides what a record can show.
 const CHANNELS: [Channel; 4] =
     [Channel::HeartRate, Channel::Steps, Channel::SleepEfficiency, Channel::SetChange];
-
-/// Reads the statistics of a cohort on the ODE plant: natural units, evidence by name, spreads, and what its people are
-/// like. `None` where everybody has to be excluded.
-///
-/// # Errors
-/// As [`Diagnoser::run`](crate::Diagnoser::run), exclusion aside.
-pub fn cohort_statistics(
-    cohort: &Cohort,
-    library: &[Box<dyn Effect>],
-    config: &DiagnosisConfig,
-) -> Result<Option<BTreeMap<String, f64>>, GapError> {
-    let outcomes = analyse_all(cohort, &Ode, config)?;
-    let included: Vec<CalibratedPerson<'_>> =
-        all_calibrated(cohort, &outcomes).map(|(_, person)| person).collect();
-    if included.is_empty() {
-        return Ok(None);
-    }
-    let analyses = outcomes.iter().filter_map(|outcome| outcome.analysis.as_ref());
-    let free_runs = free_run_statistics(analyses, config);
-    let found = first_round(&included, library, &config.calibration, free_runs)?;
-    Ok(Some(found.statistics))
-}
 
 /// How evidence, nats, is shared by people, who have so many days each: that of the person in the middle in a fortnight, the
 /// share of those who show any, and what is left of it without the one who shows most.
@@ -87,9 +58,7 @@ pub(crate) fn statistics(
         found.insert(format!("{name}/SD"), variance.sqrt());
     }
     for (group, values) in [("spread", spreads), ("evidence", &evidence.gains), ("units", units)] {
-        for (name, value) in values {
-            found.insert(format!("{group}/{name}"), *value);
-        }
+        found.extend(values.iter().map(|(name, value)| (format!("{group}/{name}"), *value)));
     }
     found
 }

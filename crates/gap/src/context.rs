@@ -117,13 +117,7 @@ pub fn hours_of_part(part: usize) -> String {
 /// Index of a glucose value, mg/dL, in [`BANDS`].
 #[must_use]
 pub fn band(glucose: f64) -> usize {
-    if glucose < 70.0 {
-        0
-    } else if glucose <= 180.0 {
-        1
-    } else {
-        2
-    }
+    usize::from(glucose >= 70.0) + usize::from(glucose > 180.0)
 }
 
 /// The situations of a person's steps.
@@ -140,40 +134,39 @@ impl Situations {
     /// recorded (around that step, for sleep and infusion sets: so far) does not hold anywhere.
     #[must_use]
     pub fn of(person: &Person, glucose: &[f64]) -> Self {
-        let n = person.record.len().min(glucose.len());
+        let record = &person.record;
+        let n = record.len().min(glucose.len());
         let mut flags = vec![0u16; n];
-        let mut mark = |situation: Situation, holds: &[bool]| {
+        let mut mark = |situation: Situation, holds: Vec<bool>| {
             for (flag, holds) in flags.iter_mut().zip(holds) {
-                *flag |= u16::from(*holds) << situation as u16;
+                *flag |= u16::from(holds) << situation as u16;
             }
         };
-        let record = &person.record;
         let carbs = |k: usize| record.carbs()[k].unwrap_or(0.0);
-        let meals: Vec<bool> = (0..n).map(|k| carbs(k) >= MEAL).collect();
-        mark(Situation::AfterMeal, &within(&meals, 3 * STEPS_PER_HOUR));
-        let dinners: Vec<bool> =
-            (0..n).map(|k| carbs(k) >= DINNER && (17..22).contains(&record.hour(k))).collect();
-        mark(Situation::AfterDinner, &within(&dinners, 5 * STEPS_PER_HOUR));
+        mark(Situation::AfterMeal, within((0..n).map(|k| carbs(k) >= MEAL), 3 * STEPS_PER_HOUR));
+        let dinner = |k: usize| carbs(k) >= DINNER && (17..22).contains(&record.hour(k));
+        mark(Situation::AfterDinner, within((0..n).map(dinner), 5 * STEPS_PER_HOUR));
 
         let exercise = exercise(person, n);
-        let recent = within(&exercise, 10 * STEPS_PER_HOUR);
-        let after: Vec<bool> = recent.iter().zip(&exercise).map(|(r, e)| *r && !e).collect();
-        mark(Situation::Exercise, &exercise);
-        mark(Situation::AfterExercise, &after);
+        let recent = within(exercise.iter().copied(), 10 * STEPS_PER_HOUR);
+        let after = recent.iter().zip(&exercise).map(|(r, e)| *r && !e).collect();
+        mark(Situation::AfterExercise, after);
+        mark(Situation::Exercise, exercise);
 
         let asleep: Vec<bool> =
             (0..n).map(|k| record.sleep_efficiency()[k].is_some_and(|s| s >= 0.5)).collect();
-        mark(Situation::Sleep, &asleep);
-        mark(Situation::DayAfterShortSleep, &after_short_sleep(person, &asleep));
+        mark(Situation::DayAfterShortSleep, after_short_sleep(person, &asleep));
+        mark(Situation::Sleep, asleep);
 
-        let low: Vec<bool> = glucose[..n].iter().map(|g| *g < 70.0).collect();
-        mark(Situation::AfterLow, &within(&low, 2 * STEPS_PER_HOUR));
-        let fast: Vec<bool> =
-            (0..n).map(|k| k >= 3 && (glucose[k] - glucose[k - 3]).abs() > 2.0 * 15.0).collect();
-        mark(Situation::FastChange, &fast);
-        mark(Situation::SetDay3Plus, &old_set(record.set_change(), n));
-        let weekend: Vec<bool> = (0..n).map(|k| record.weekend(k)).collect();
-        mark(Situation::Weekend, &weekend);
+        let low = glucose[..n].iter().map(|g| *g < 70.0);
+        mark(Situation::AfterLow, within(low, 2 * STEPS_PER_HOUR));
+        let fast = |k: usize| k >= 3 && (glucose[k] - glucose[k - 3]).abs() > 2.0 * 15.0;
+        mark(Situation::FastChange, (0..n).map(fast).collect());
+        // The age of a set is unknown before the first change.
+        let changed = record.set_change().iter().map(|change| change.is_some_and(|c| c >= 0.5));
+        let old = |steps: Option<usize>| steps.is_some_and(|steps| steps >= 2 * STEPS_PER_DAY);
+        mark(Situation::SetDay3Plus, since(changed).map(old).collect());
+        mark(Situation::Weekend, (0..n).map(|k| record.weekend(k)).collect());
         for flag in &mut flags {
             *flag |= u16::from(*flag == 0) << Situation::Other as u16;
         }
@@ -193,16 +186,17 @@ impl Situations {
 }
 
 /// Whether `event` holds at each step or held within the `span` steps before it.
-fn within(event: &[bool], span: usize) -> Vec<bool> {
-    let mut last = None;
-    event
-        .iter()
-        .enumerate()
-        .map(|(k, now)| {
-            last = if *now { Some(k) } else { last };
-            last.is_some_and(|last| k - last < span)
-        })
-        .collect()
+fn within(event: impl Iterator<Item = bool>, span: usize) -> Vec<bool> {
+    since(event).map(|steps| steps.is_some_and(|steps| steps < span)).collect()
+}
+
+/// Steps since something last held, at each step; `None` before it does first.
+pub(crate) fn since(holds: impl Iterator<Item = bool>) -> impl Iterator<Item = Option<usize>> {
+    let mut last: Option<usize> = None;
+    holds.map(move |now| {
+        last = if now { Some(0) } else { last.map(|steps| steps + 1) };
+        last
+    })
 }
 
 fn exercise(person: &Person, n: usize) -> Vec<bool> {
@@ -216,19 +210,6 @@ fn exercise(person: &Person, n: usize) -> Vec<bool> {
         })
         .collect();
     (0..n).map(|k| active[k.saturating_sub(2)..=k].iter().filter(|a| **a).count() >= 2).collect()
-}
-
-/// Age of the infusion set at least 48 h; unknown (and so `false`) before the first change.
-fn old_set(changes: &[Option<f64>], n: usize) -> Vec<bool> {
-    let mut changed = None;
-    (0..n)
-        .map(|k| {
-            if changes[k].is_some_and(|c| c >= 0.5) {
-                changed = Some(k);
-            }
-            changed.is_some_and(|changed| k - changed >= 2 * STEPS_PER_DAY)
-        })
-        .collect()
 }
 
 /// The day after a short night: sleep between 18:00 and noon below [`SHORT_SLEEP`], at least 1 h of

@@ -20,10 +20,9 @@ pub fn course(person: &Person, glucose: Vec<f64>) -> Course {
     let amounts = |channel: Channel| -> Vec<f64> {
         record.channel(channel).iter().map(|v| v.unwrap_or(0.0)).collect()
     };
-    let rest = person.resting_heart_rate().map(|rest| rest.0);
     let over_rest = known(Channel::HeartRate)
-        .zip(rest)
-        .map(|(rates, rest)| rates.into_iter().map(|r| r.map(|r| r - rest)).collect());
+        .zip(person.resting_heart_rate())
+        .map(|(rates, rest)| rates.into_iter().map(|r| r.map(|r| r - rest.0)).collect());
     Course {
         hour: hours(record),
         day: (0..record.len()).map(|k| record.day_index(k)).collect(),
@@ -43,31 +42,17 @@ pub fn course(person: &Person, glucose: Vec<f64>) -> Course {
 /// Days since the last gap that looks like a warm-up; before the first, counted back from it as if
 /// sensors were worn for ten days. `None` without such a gap.
 fn sensor_age(cgm: &[Option<f64>]) -> Option<Vec<f64>> {
-    let mut starts = Vec::new();
-    let mut gap = 0;
-    for (step, value) in cgm.iter().enumerate() {
-        if value.is_some() {
-            if WARM_UP.contains(&gap) && step > gap {
-                starts.push(step - gap);
-            }
-            gap = 0;
-        } else {
-            gap += 1;
-        }
-    }
+    let known: Vec<usize> = (0..cgm.len()).filter(|step| cgm[*step].is_some()).collect();
+    let gaps = known.windows(2).filter(|ends| WARM_UP.contains(&(ends[1] - ends[0] - 1)));
+    let starts: Vec<usize> = gaps.map(|ends| ends[0] + 1).collect();
     let first = *starts.first()?;
     let before = 10 * STEPS_PER_DAY;
-    let mut next = starts.iter().copied().peekable();
-    let mut start = first as f64 - (first.div_ceil(before) * before) as f64;
+    let counted_back = first as f64 - (first.div_ceil(before) * before) as f64;
     let days = 1.0 / (1440.0 / STEP.0);
-    Some(
-        (0..cgm.len())
-            .map(|step| {
-                while next.peek().is_some_and(|s| *s <= step) {
-                    start = next.next().unwrap_or(step) as f64;
-                }
-                (step as f64 - start) * days
-            })
-            .collect(),
-    )
+    let age = |step: usize| {
+        let begun = starts.partition_point(|start| *start <= step);
+        let start = begun.checked_sub(1).map_or(counted_back, |last| starts[last] as f64);
+        (step as f64 - start) * days
+    };
+    Some((0..cgm.len()).map(age).collect())
 }

@@ -89,15 +89,6 @@ pub struct Design {
     pub untried: Vec<EffectId>,
 }
 
-/// Directions of one random factor: units share a direction as long as their answers do not meet.
-struct UnitLanes {
-    effect: EffectId,
-    field: Field,
-    log_sd: f64,
-    /// Units of each lane.
-    lanes: Vec<Vec<Range<usize>>>,
-}
-
 /// The linear model of a calibrated person.
 ///
 /// # Errors
@@ -105,12 +96,11 @@ struct UnitLanes {
 pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<Design, GapError> {
     let CalibratedPerson { person: Person { record, .. }, observations, calibration } = *person;
     let course = person.course();
-    let glucose = &course.glucose;
     let mut columns = Vec::new();
     let mut directions = Vec::new();
-    for entry in background(observations, &hours(record), glucose) {
-        columns.push(Column::Background { which: entry.which, prior_sd: entry.prior_sd });
-        directions.push(entry.direction);
+    for (which, prior_sd, direction) in background(observations, &hours(record), &course.glucose) {
+        columns.push(Column::Background { which, prior_sd });
+        directions.push(direction);
     }
     let (mut events, mut random, mut untried) = (Vec::new(), Vec::new(), Vec::new());
     let mut steps = vec![Modulation::NEUTRAL; course.len()];
@@ -127,7 +117,7 @@ pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<
             Some(Form::Events(shape)) => events.push((id, shape)),
             Some(Form::Random { field, unit, log_sd }) => {
                 let units = unit_steps(unit, 0..course.len(), &course);
-                random.push(UnitLanes { effect: id, field, log_sd, lanes: in_lanes(&units) });
+                random.push((id, field, log_sd, units));
             }
         }
     }
@@ -135,9 +125,12 @@ pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<
     let mut events = HiddenEvents::of(events, course.len());
     directions.extend(events.directions());
     let events_end = directions.len();
-    for random in &random {
-        directions
-            .extend(random.lanes.iter().map(|units| factors(units, random.field, observations)));
+    // The direction of each unit of the random effects.
+    let mut lanes: Vec<Vec<usize>> = Vec::new();
+    for (_, field, _, units) in &random {
+        let (first, own) = (directions.len(), packed(units.iter().map(answered)));
+        directions.extend(factors(units, &own, *field, observations));
+        lanes.push(own.into_iter().map(|lane| first + lane).collect());
     }
     let whitener = Whitener::of(calibration);
     let mut whitened: Vec<Vec<f32>> = vec![Vec::new(); directions.len()];
@@ -147,19 +140,23 @@ pub fn design(person: &CalibratedPerson<'_>, library: &[&dyn Effect]) -> Result<
             whitened[*member] = column;
         }
     })?;
-    let mut factors = whitened.split_off(events_end).into_iter();
-    let random = random
-        .into_iter()
-        .map(|random| {
-            let answers: Vec<Vec<f32>> = factors.by_ref().take(random.lanes.len()).collect();
-            unit_bank(random, &answers)
-        })
-        .collect();
+    let mut banks = Vec::with_capacity(random.len());
+    for ((effect, field, log_sd, units), lanes) in random.into_iter().zip(lanes) {
+        let answer = |(unit, lane): (&Range<usize>, usize)| {
+            let end = answered(unit).end.min(course.len());
+            whitened[lane][unit.start..end].to_vec()
+        };
+        let answers = units.iter().zip(lanes).map(answer).collect();
+        let starts = units.iter().map(|unit| unit.start).collect();
+        banks.push(UnitBank { effect, field, log_sd, starts, answers });
+    }
+    whitened.truncate(events_end);
     events.answered(whitened.split_off(driven));
     let residuals: Vec<f64> = calibration.whitened.iter().map(|w| w.unwrap_or(0.0)).collect();
     let weights: Vec<f64> =
         calibration.whitened.iter().map(|w| w.map_or(0.0, |w| huber_weight(w, 1.0))).collect();
-    Ok(Design { residuals, weights, columns, signatures: whitened, events, random, untried })
+    let signatures = whitened;
+    Ok(Design { residuals, weights, columns, signatures, events, random: banks, untried })
 }
 
 /// Brings signatures into the units of the whitened innovations.
@@ -271,10 +268,9 @@ pub(crate) fn unit_steps(
     units
 }
 
-/// Steps from the start of a unit in which its answer is looked for: insulin of a whole day is still
-/// felt through the next.
-fn unit_reach(unit: &Range<usize>) -> usize {
-    (2 * unit.len()).max(unit.len() + ANSWER)
+/// Steps in which the answer of a unit is looked for: insulin of a whole day is still felt through the next.
+fn answered(unit: &Range<usize>) -> Range<usize> {
+    unit.start..unit.start + (2 * unit.len()).max(unit.len() + ANSWER)
 }
 
 /// The direction of each answer, whose steps are given by ascending start: answers that do not meet share one.
@@ -293,37 +289,22 @@ pub(crate) fn packed(answers: impl Iterator<Item = Range<usize>>) -> Vec<usize> 
         .collect()
 }
 
-/// Units by the direction that they share.
-fn in_lanes(units: &[Range<usize>]) -> Vec<Vec<Range<usize>>> {
-    let mut lanes: Vec<Vec<Range<usize>>> = Vec::new();
-    let answers = units.iter().map(|unit| unit.start..unit.start + unit_reach(unit));
-    for (lane, unit) in packed(answers).into_iter().zip(units.iter().cloned()) {
-        if lane == lanes.len() {
-            lanes.push(Vec::new());
+/// The slopes along the logarithm of the factor of each unit, which is the factor that is there. `lanes` are the
+/// directions of the units.
+fn factors(
+    units: &[Range<usize>],
+    lanes: &[usize],
+    field: Field,
+    observations: &Observations,
+) -> impl Iterator<Item = Direction> {
+    let mut courses: Vec<Vec<f64>> = Vec::new();
+    for (unit, lane) in units.iter().zip(lanes) {
+        if *lane == courses.len() {
+            courses.push(vec![0.0; observations.len()]);
         }
-        lanes[lane].push(unit);
-    }
-    lanes
-}
-
-/// The slope along the logarithm of the factor of each unit, which is the factor that is there.
-fn factors(units: &[Range<usize>], field: Field, observations: &Observations) -> Direction {
-    let mut course = vec![0.0; observations.len()];
-    for step in units.iter().cloned().flatten() {
-        course[step] = observations.modulation(step)[field];
-    }
-    Direction::Course(vec![(field, course)])
-}
-
-fn unit_bank(lanes: UnitLanes, answers: &[Vec<f32>]) -> UnitBank {
-    let mut found: Vec<(usize, Vec<f32>)> = Vec::new();
-    for (units, answer) in lanes.lanes.iter().zip(answers) {
-        for unit in units {
-            let end = (unit.start + unit_reach(unit)).min(answer.len());
-            found.push((unit.start, answer[unit.start..end].to_vec()));
+        for step in unit.clone() {
+            courses[*lane][step] = observations.modulation(step)[field];
         }
     }
-    found.sort_by_key(|(start, _)| *start);
-    let (starts, answers) = found.into_iter().unzip();
-    UnitBank { effect: lanes.effect, field: lanes.field, log_sd: lanes.log_sd, starts, answers }
+    courses.into_iter().map(move |course| Direction::Course(vec![(field, course)]))
 }

@@ -17,12 +17,11 @@ use crate::config::DiagnosisConfig;
 use crate::error::GapError;
 use crate::expected_gap::share_out;
 use crate::filter::plants::{Ode, Plants};
-use crate::free_run::FreeRunRule;
+use crate::free_run::{FreeRunRule, minutes};
 use crate::free_run_statistics::free_run_statistics;
 use crate::hourly::hourly_gap;
 use crate::how_far::{NamedEffect, Settings, how_far};
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
-use crate::one_person::others;
 use crate::person::{
     HORIZONS, HorizonSums, PersonAnalysis, PersonOutcome, all_calibrated, analyse, cells,
     main_horizon, nobody_left,
@@ -128,11 +127,11 @@ impl<'a> Diagnoser<'a> {
             })
             .collect::<Result<_, _>>()?;
 
-        let included: Vec<(&str, &PersonAnalysis)> = outcomes
+        let (ids, analyses): (Vec<&str>, Vec<&PersonAnalysis>) = outcomes
             .iter()
             .filter_map(|o| Some((o.summary.person_id.as_str(), o.analysis.as_ref()?)))
-            .collect();
-        if included.is_empty() {
+            .unzip();
+        if analyses.is_empty() {
             return Err(nobody_left(&outcomes));
         }
         let inputs: Vec<CalibratedPerson<'_>> =
@@ -142,19 +141,15 @@ impl<'a> Diagnoser<'a> {
         let ((mut gaps, hourly, baseline), which) = rayon::join(
             || {
                 let (rule, localisation) = (&config.free_run, &config.localisation);
-                let gaps = gaps(&included, rule, localisation, seed);
-                let days = included.iter().map(|(id, a)| (*id, a.hourly.as_slice()));
-                let days: Vec<_> = days.collect();
-                let hourly = hourly_gap(&gaps, &days, localisation, derived(seed, HOURLY));
-                (gaps, hourly, baseline(&included, rule, localisation, seed))
+                let gaps = gaps(&ids, &analyses, rule, localisation, seed);
+                let days: Vec<Vec<DayCells>> = analyses.iter().map(|a| a.hourly.clone()).collect();
+                let hourly = hourly_gap(&gaps, &ids, &days, localisation, derived(seed, HOURLY));
+                (gaps, hourly, baseline(&analyses, rule, localisation, seed))
             },
             || {
-                let analyses: Vec<&PersonAnalysis> = included.iter().map(|(_, own)| *own).collect();
-                let free_runs = |without: Option<usize>| match without {
-                    Some(person) => {
-                        free_run_statistics(others(&analyses, person).copied(), &config)
-                    }
-                    None => free_run_statistics(analyses.iter().copied(), &config),
+                let free_runs = |without: Option<usize>| {
+                    let kept = analyses.iter().enumerate().filter(|(k, _)| Some(*k) != without);
+                    free_run_statistics(kept.map(|(_, own)| *own), &config)
                 };
                 let people = (&inputs[..], outcomes.len());
                 which(people, library, posterior, &config.calibration, &free_runs)
@@ -162,7 +157,6 @@ impl<'a> Diagnoser<'a> {
         );
         let (baseline, which) = (baseline?, which?);
         share_out(&mut gaps, &which.belief.answer.gaps);
-        let ids: Vec<&str> = included.iter().map(|(id, _)| *id).collect();
         let answer = which.answer(library, &ids);
         let settings = Settings {
             calibration: &config.calibration,
@@ -170,10 +164,13 @@ impl<'a> Diagnoser<'a> {
             resampling: &config.localisation,
         };
         let how_far = held_out_change(&which, &inputs, library, settings, derived(seed, HOW_FAR))?;
+        let is_ode = plants.name() == Ode.name();
         let mut effects = answer.effects;
         for found in &mut effects {
-            found.questioned = doubts(found, &how_far, plants.name() == Ode.name());
+            found.questioned = doubts(found, &how_far, is_ode);
         }
+        // What the blind check says of diagnoses with this plant; it was asked of no other.
+        let known = is_ode.then(|| TrackRecord::measured().sentence());
         Ok(Diagnosis {
             schema: <Diagnosis as contract::Document>::SCHEMA.to_owned(),
             verdict: answer.verdict,
@@ -190,7 +187,7 @@ impl<'a> Diagnoser<'a> {
             data_quality: outcomes.iter().flat_map(|o| o.findings.clone()).collect(),
             people: outcomes.into_iter().map(|o| o.summary).collect(),
             plant: plants.name().to_owned(),
-            notes: known(plants).into_iter().chain(of_own(library, posterior)).collect(),
+            notes: known.into_iter().chain(of_own(library, posterior)).collect(),
             absorbed: None,
             seed,
             config,
@@ -222,25 +219,17 @@ fn distinct(library: &[Box<dyn Effect>]) -> Result<(), GapError> {
 /// What a posterior said, as it is written.
 fn said(belief: &Belief, posterior: &Posterior) -> PosteriorSaid {
     let Belief { answer, speaks_from } = belief;
+    let set = |(effects, probability): &(Vec<String>, f64)| ProbableSet {
+        effects: effects.clone(),
+        probability: *probability,
+    };
     PosteriorSaid {
         something: 1.0 - answer.nothing,
-        sets: answer
-            .sets
-            .iter()
-            .map(|(effects, probability)| ProbableSet {
-                effects: effects.clone(),
-                probability: *probability,
-            })
-            .collect(),
+        sets: answer.sets.iter().map(set).collect(),
         speaks_from: *speaks_from,
         names_from: NAMED_FROM,
         source: posterior.card().source.clone(),
     }
-}
-
-/// What the blind check says of diagnoses with this plant; nothing where it was never asked.
-fn known(plants: &dyn Plants) -> Option<String> {
-    (plants.name() == Ode.name()).then(|| TrackRecord::measured().sentence())
 }
 
 /// What is to be said of effects that the posterior does not know.
@@ -265,18 +254,14 @@ fn held_out_change(
     settings: Settings<'_>,
     seed: u64,
 ) -> Result<HowFar, GapError> {
-    let named: Vec<NamedEffect<'_>> = which
-        .named
-        .iter()
-        .filter_map(|named| {
-            let id = named.effect;
-            Some(NamedEffect {
-                effect: library.iter().find(|effect| effect.card().id == id)?.as_ref(),
-                variant: commonest(&named.variants),
-                amplitudes: named.personal.iter().map(|p| p.0).collect(),
-            })
+    let named = which.named.iter().filter_map(|named| {
+        Some(NamedEffect {
+            effect: library.iter().find(|effect| effect.card().id == named.effect)?.as_ref(),
+            variant: commonest(&named.variants),
+            amplitudes: named.personal.iter().map(|p| p.0).collect(),
         })
-        .collect();
+    });
+    let named: Vec<NamedEffect<'_>> = named.collect();
     if named.is_empty() {
         return Ok(HowFar::default());
     }
@@ -304,134 +289,92 @@ fn derived(seed: u64, purpose: u64) -> u64 {
 /// Two families share the error rate equally: cells of the cohort in both layers, and people.
 /// Adjusted p-values are doubled accordingly (Bonferroni over the two).
 fn gaps(
-    included: &[(&str, &PersonAnalysis)],
+    ids: &[&str],
+    analyses: &[&PersonAnalysis],
     free_run: &FreeRunRule,
     rule: &LocalisationRule,
     seed: u64,
 ) -> Vec<CellGap> {
     let half = 0.5 * rule.error_rate;
     let list = cells(free_run, rule);
-    let both: Vec<Vec<DayCells>> = included
+    let both: Vec<Vec<DayCells>> = analyses
         .iter()
-        .map(|(_, a)| a.free_runs.iter().zip(&a.innovations).map(joined).collect())
+        .map(|a| a.free_runs.iter().zip(&a.innovations).map(joined).collect())
         .collect();
     let estimates = over_people(&both, rule, half, derived(seed, COHORT_FAMILY));
-    let minutes =
-        |horizon: usize| u32::try_from(5 * free_run.horizons[horizon]).unwrap_or(u32::MAX);
-    let shares = Shares::of(included, free_run);
+    let mean_squares: Vec<f64> = (0..free_run.horizons.len())
+        .map(|horizon| mean_over_people(analyses, horizon, |_, all| all.squares / all.runs))
+        .collect();
+    let gap = |factor, level: &str, estimate: &CellEstimate, share_of_runs: f64, horizon: usize| {
+        let square = mean_squares[horizon];
+        let weight = if square > 0.0 { share_of_runs / square } else { 0.0 };
+        CellGap {
+            factor,
+            level: level.to_owned(),
+            mean_error_mg_dl: estimate.mean,
+            lower: estimate.lower,
+            upper: estimate.upper,
+            p_adjusted: (2.0 * estimate.p_adjusted).min(1.0),
+            share_of_gap: (weight * estimate.mean * estimate.mean).min(1.0),
+            expected_mg_dl: None,
+            horizon_minutes: minutes(free_run.horizons[horizon]),
+            people: estimate.people,
+            runs: estimate.errors,
+            innovation: None,
+        }
+    };
     let mut gaps = Vec::new();
     for (index, cell) in list.iter().enumerate() {
         let Some(free) = &estimates[index] else { continue };
-        let innovation =
-            (index < HORIZONS).then(|| estimates[list.len() + index]).flatten().map(|i| {
-                InnovationGap {
-                    mean_sd: i.mean,
-                    lower: i.lower,
-                    upper: i.upper,
-                    p_adjusted: (2.0 * i.p_adjusted).min(1.0),
-                }
-            });
-        let weight = shares.of_cell(included, index, cell.horizon);
-        gaps.push(CellGap {
-            innovation,
-            ..gap(cell.factor, cell.level.clone(), free, weight, minutes(cell.horizon))
+        let innovation = (index < HORIZONS).then(|| estimates[list.len() + index]).flatten();
+        let innovation = innovation.map(|i| InnovationGap {
+            mean_sd: i.mean,
+            lower: i.lower,
+            upper: i.upper,
+            p_adjusted: (2.0 * i.p_adjusted).min(1.0),
         });
+        let share = mean_over_people(analyses, cell.horizon, |a, all| {
+            a.free_runs.iter().map(|day| day.counts[index]).sum::<f64>() / all.runs
+        });
+        let free = gap(cell.factor, &cell.level, free, share, cell.horizon);
+        gaps.push(CellGap { innovation, ..free });
     }
     let main = main_horizon(free_run, rule);
-    let alone: Vec<Vec<DayCells>> = included.iter().map(|(_, a)| a.free_runs.clone()).collect();
+    let alone: Vec<Vec<DayCells>> = analyses.iter().map(|a| a.free_runs.clone()).collect();
     let people = of_each_person(&alone, HORIZONS + main, rule, half, derived(seed, PERSON_FAMILY));
-    for ((id, _), estimate) in included.iter().zip(&people) {
+    for (id, estimate) in ids.iter().zip(&people) {
         let Some(estimate) = estimate else { continue };
-        let weight = shares.of_person(included.len(), main);
-        gaps.push(gap(CellFactor::Person, (*id).to_owned(), estimate, weight, minutes(main)));
+        gaps.push(gap(CellFactor::Person, id, estimate, 1.0 / ids.len() as f64, main));
     }
     gaps.sort_by(|a, b| b.share_of_gap.total_cmp(&a.share_of_gap));
     gaps
 }
 
-/// `weight` is the cell's share of runs over the mean squared error.
-fn gap(
-    factor: CellFactor,
-    level: String,
-    estimate: &CellEstimate,
-    weight: f64,
-    horizon_minutes: u32,
-) -> CellGap {
-    CellGap {
-        factor,
-        level,
-        mean_error_mg_dl: estimate.mean,
-        lower: estimate.lower,
-        upper: estimate.upper,
-        p_adjusted: (2.0 * estimate.p_adjusted).min(1.0),
-        share_of_gap: (weight * estimate.mean * estimate.mean).min(1.0),
-        expected_mg_dl: None,
-        horizon_minutes,
-        people: estimate.people,
-        runs: estimate.errors,
-        innovation: None,
-    }
-}
-
 /// Both layers of a day side by side.
 fn joined((free, innovations): (&DayCells, &DayCells)) -> DayCells {
-    let join = |a: &[f64], b: &[f64]| a.iter().chain(b).copied().collect();
     DayCells {
-        counts: join(&free.counts, &innovations.counts),
-        sums: join(&free.sums, &innovations.sums),
+        counts: [&free.counts[..], &innovations.counts].concat(),
+        sums: [&free.sums[..], &innovations.sums].concat(),
     }
 }
 
-/// Mean squared errors by horizon, from which shares of the gap are taken.
-struct Shares {
-    mean_squares: Vec<f64>,
-}
-
-impl Shares {
-    fn of(included: &[(&str, &PersonAnalysis)], free_run: &FreeRunRule) -> Self {
-        let mean_squares = (0..free_run.horizons.len())
-            .map(|horizon| {
-                mean_over_people(included, |a| {
-                    let total = HorizonSums::total(a.horizons.iter(), horizon);
-                    (total.runs > 0.0).then(|| total.squares / total.runs)
-                })
-            })
-            .collect();
-        Self { mean_squares }
-    }
-
-    fn over(&self, share: f64, horizon: usize) -> f64 {
-        if self.mean_squares[horizon] > 0.0 { share / self.mean_squares[horizon] } else { 0.0 }
-    }
-
-    fn of_cell(&self, included: &[(&str, &PersonAnalysis)], index: usize, horizon: usize) -> f64 {
-        let share = mean_over_people(included, |a| {
-            let all = HorizonSums::total(a.horizons.iter(), horizon).runs;
-            let inside: f64 = a.free_runs.iter().map(|day| day.counts[index]).sum();
-            (all > 0.0).then(|| inside / all)
-        });
-        self.over(share, horizon)
-    }
-
-    fn of_person(&self, people: usize, horizon: usize) -> f64 {
-        self.over(1.0 / people as f64, horizon)
-    }
-}
-
+/// Mean over those who have a run at a horizon; 0 where nobody has.
 fn mean_over_people(
-    included: &[(&str, &PersonAnalysis)],
-    value: impl Fn(&PersonAnalysis) -> Option<f64>,
+    analyses: &[&PersonAnalysis],
+    horizon: usize,
+    value: impl Fn(&PersonAnalysis, HorizonSums) -> f64,
 ) -> f64 {
-    let values: Vec<f64> = included.iter().filter_map(|(_, a)| value(a)).collect();
+    let all = analyses.iter().map(|a| (a, a.total(horizon))).filter(|(_, all)| all.runs > 0.0);
+    let values: Vec<f64> = all.map(|(a, all)| value(a, all)).collect();
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }
 
-/// Mean absolute error, root mean squared error and bias of a horizon; zeros where nobody drawn has
+/// Mean absolute error, root mean squared error and bias of people's days at a horizon; zeros where nobody drawn has
 /// a run.
-fn horizon_statistics(people: &[Vec<&Vec<HorizonSums>>], horizon: usize) -> Vec<f64> {
+fn horizon_statistics(people: &[Vec<&HorizonSums>]) -> Vec<f64> {
     let (mut n, mut sizes, mut squares, mut errors) = (0.0, 0.0, 0.0, 0.0);
     for person in people {
-        let sum = HorizonSums::total(person.iter().copied(), horizon);
+        let sum = HorizonSums::total(person.iter().copied());
         if sum.runs > 0.0 {
             n += 1.0;
             sizes += sum.sizes / sum.runs;
@@ -445,7 +388,7 @@ fn horizon_statistics(people: &[Vec<&Vec<HorizonSums>>], horizon: usize) -> Vec<
 
 /// Errors by horizon with 95 % intervals over people and days; over days alone for a single person.
 fn baseline(
-    included: &[(&str, &PersonAnalysis)],
+    analyses: &[&PersonAnalysis],
     free_run: &FreeRunRule,
     rule: &LocalisationRule,
     seed: u64,
@@ -456,29 +399,25 @@ fn baseline(
     let mut found = Vec::new();
     for (horizon, steps) in free_run.horizons.iter().enumerate() {
         // Days without a run would make an empty statistic when drawn alone.
-        let people: Vec<Vec<Vec<HorizonSums>>> = included
-            .iter()
-            .map(|(_, a)| a.horizons.iter().filter(|d| d[horizon].runs > 0.0).cloned().collect())
-            .filter(|days: &Vec<_>| !days.is_empty())
-            .collect();
+        let days = |a: &&PersonAnalysis| -> Vec<HorizonSums> {
+            a.horizons.iter().map(|day| day[horizon]).filter(|day| day.runs > 0.0).collect()
+        };
+        let people: Vec<Vec<HorizonSums>> =
+            analyses.iter().map(days).filter(|days| !days.is_empty()).collect();
         let matrix: ReplicateMatrix = match people.as_slice() {
             [] => continue,
             [days] if days.len() < 2 => continue,
-            [days] => {
-                plan.people_matrix(days, |drawn| horizon_statistics(&[drawn.to_vec()], horizon))?
-            }
-            people => plan.people_and_days_matrix(people, block, |drawn| {
-                horizon_statistics(drawn, horizon)
-            })?,
+            [days] => plan.people_matrix(days, |drawn| horizon_statistics(&[drawn.to_vec()]))?,
+            people => plan.people_and_days_matrix(people, block, horizon_statistics)?,
         };
         let of = |index| -> Result<WithInterval, GapError> {
             let estimate = matrix.estimate(index, 0.95)?;
             let interval = estimate.percentile;
             Ok(WithInterval { value: estimate.value, lower: interval.lower, upper: interval.upper })
         };
-        let runs: f64 = people.iter().flatten().map(|day| day[horizon].runs).sum();
+        let runs: f64 = people.iter().flatten().map(|day| day.runs).sum();
         found.push(HorizonError {
-            minutes: u32::try_from(5 * steps).unwrap_or(u32::MAX),
+            minutes: minutes(*steps),
             mae: of(0)?,
             rmse: of(1)?,
             bias: of(2)?,

@@ -70,11 +70,8 @@ impl HiddenEvents {
     /// Takes the whitened answers to [`Self::directions`].
     pub(crate) fn answered(&mut self, answers: Vec<Vec<f32>>) {
         let mut answers = answers.into_iter();
-        self.answers = self
-            .fields
-            .iter()
-            .map(|field| answers.by_ref().take(field.count()).collect())
-            .collect();
+        let of_field = |field: &PulseLanes| answers.by_ref().take(field.count()).collect();
+        self.answers = self.fields.iter().map(of_field).collect();
     }
 
     /// Scores every event against what the background that `background_of` gives for its effect leaves of the residuals.
@@ -104,8 +101,8 @@ impl HiddenEvents {
                 let background = background_of(events.effect);
                 let known = against.iter().position(|(known, _)| std::ptr::eq(*known, background));
                 let index = known.unwrap_or_else(|| {
-                    against
-                        .push((background, PulseSums::of(lanes, &products, &touched, background)));
+                    let sums = PulseSums::of(lanes, answers, &products, &touched, background);
+                    against.push((background, sums));
                     against.len() - 1
                 });
                 banks.push(events.bank(lanes, &products, &against[index].1));
@@ -223,21 +220,20 @@ impl PulseLanes {
         start..(start + self.reach).min(self.steps)
     }
 
+    /// The answer to pulse `k`, from its start, of those by direction.
+    fn answer<'a>(&self, answers: &'a [Vec<f32>], k: usize) -> &'a [f32] {
+        &answers[k % self.count()][self.answered(k)]
+    }
+
     /// The answers by step from the start of their pulses, an entry a pulse; 0 beyond the end of the record.
     fn side_by_side(&self, answers: &[Vec<f32>]) -> Vec<Vec<f32>> {
         let mut rows = vec![vec![0.0; self.pulse_count()]; self.reach];
         for k in 0..self.pulse_count() {
-            let answer = &answers[k % self.count()][self.answered(k)];
-            for (row, value) in rows.iter_mut().zip(answer) {
+            for (row, value) in rows.iter_mut().zip(self.answer(answers, k)) {
                 row[k] = *value;
             }
         }
         rows
-    }
-
-    /// Whether the background answers to what this field changes: it does not to short errors of the sensor.
-    fn shared_with_background(&self) -> bool {
-        self.pulse > 1
     }
 
     /// The pulses that events of these shapes are made of.
@@ -268,20 +264,19 @@ impl PulseLanes {
     }
 }
 
-/// Answers to the pulses of one field and their weighted products with each other.
-struct PulseProducts<'a> {
-    answers: &'a [Vec<f32>],
+/// Weighted answers to the pulses of one field and their products with the answers.
+struct PulseProducts {
     /// Weighted answers, a list a direction; none where the products are not wanted.
     weighted: Vec<Vec<f32>>,
     /// By distance d below the number of directions: the products of the answers to pulses k and k + d, by k.
     grams: Vec<Vec<f32>>,
 }
 
-impl<'a> PulseProducts<'a> {
+impl PulseProducts {
     /// With the products where they are `wanted`.
-    fn of(lanes: &PulseLanes, answers: &'a [Vec<f32>], weights: &[f64], wanted: bool) -> Self {
+    fn of(lanes: &PulseLanes, answers: &[Vec<f32>], weights: &[f64], wanted: bool) -> Self {
         if !wanted {
-            return Self { answers, weighted: Vec::new(), grams: Vec::new() };
+            return Self { weighted: Vec::new(), grams: Vec::new() };
         }
         let weight = |column: &Vec<f32>| {
             column.iter().zip(weights).map(|(value, w)| *value * *w as f32).collect()
@@ -301,17 +296,7 @@ impl<'a> PulseProducts<'a> {
                 grams
             })
             .collect();
-        Self { answers, weighted, grams }
-    }
-
-    /// The answer to pulse `k`, from its start.
-    fn answer(&self, lanes: &PulseLanes, k: usize) -> &[f32] {
-        &self.answers[k % lanes.count()][lanes.answered(k)]
-    }
-
-    /// The same, weighted.
-    fn weighted(&self, lanes: &PulseLanes, k: usize) -> &[f32] {
-        &self.weighted[k % lanes.count()][lanes.answered(k)]
+        Self { weighted, grams }
     }
 
     /// The weighted squares of the answers to pulses of these heights from each pulse on. Pulses beyond the end
@@ -345,22 +330,25 @@ struct PulseSums {
 impl PulseSums {
     fn of(
         lanes: &PulseLanes,
-        products: &PulseProducts<'_>,
+        answers: &[Vec<f32>],
+        products: &PulseProducts,
         touched: &[bool],
         background: &FittedBackground<'_>,
     ) -> Self {
         let pulses = lanes.pulse_count();
-        let shared = lanes.shared_with_background() && touched.contains(&true);
+        // The background does not answer to short errors of the sensor.
+        let shared = lanes.pulse > 1 && touched.contains(&true);
         let width = if shared { background.width } else { 0 };
         let mut sums =
             Self { scores: Vec::with_capacity(pulses), shared: vec![0.0; width * pulses], width };
         for (k, touched) in touched.iter().enumerate() {
-            let answer = products.answer(lanes, k);
+            let answer = lanes.answer(answers, k);
             let start = lanes.answered(k).start;
             sums.scores.push(-product(answer, &background.residuals[start..]));
             if width > 0 && *touched {
                 let shared = &mut sums.shared[k * width..][..width];
-                combined(products.weighted(lanes, k), background.rows(start), shared);
+                let weighted = lanes.answer(&products.weighted, k);
+                combined(weighted, background.rows(start), shared);
             }
         }
         sums
@@ -416,12 +404,7 @@ impl<'a> Events<'a> {
     }
 
     /// Information and score of every event.
-    fn bank(
-        &self,
-        lanes: &PulseLanes,
-        products: &PulseProducts<'_>,
-        sums: &PulseSums,
-    ) -> EventBank {
+    fn bank(&self, lanes: &PulseLanes, products: &PulseProducts, sums: &PulseSums) -> EventBank {
         let profiles = &self.shape.profiles;
         let empty = |_: &usize| Vec::with_capacity(profiles.len());
         let mut known: Vec<Vec<EventScore>> = self.firsts.iter().map(empty).collect();
@@ -491,8 +474,8 @@ mod tests {
                 (0..steps).map(|k| if k % 50 == 3 { 0.0 } else { 1.0 }).collect();
             let background = FittedBackground::of(&residuals, &weights, Vec::new(), &[]);
             let products = PulseProducts::of(&lanes, &answers, &weights, true);
-            let sums =
-                PulseSums::of(&lanes, &products, &vec![true; lanes.pulse_count()], &background);
+            let touched = vec![true; lanes.pulse_count()];
+            let sums = PulseSums::of(&lanes, &answers, &products, &touched, &background);
             let bank =
                 Events::of(EffectId::DAWN, &shape, &lanes, &[]).bank(&lanes, &products, &sums);
             // A later round keeps the information of the same events, and of no others.

@@ -116,15 +116,9 @@ pub(crate) fn product(a: &[f32], b: &[f32]) -> f32 {
                     *register = sum;
                 }
             }
-            let mut total = 0.0;
-            for sum in sums {
-                total += sum;
-            }
-            let mut rest = 0.0;
-            for (x, y) in a_rest.iter().zip(b_rest) {
-                rest += x * y;
-            }
-            total + rest
+            // Too few to be worked on side by side.
+            let rest: f32 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+            sums.iter().sum::<f32>() + rest
         }
     }
     Arch::new().dispatch(Product(a, b))

@@ -34,13 +34,9 @@ impl FreeRunRule {
     }
 }
 
-/// Where a free run begins.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start<S> {
-    /// The plant's state at the start of the step.
-    pub state: S,
-    /// Interstitial glucose then.
-    pub interstitial: MgPerDl,
+/// Minutes of so many steps.
+pub(crate) fn minutes(steps: usize) -> u32 {
+    u32::try_from(5 * steps).unwrap_or(u32::MAX)
 }
 
 /// One error of a free run.
@@ -67,10 +63,10 @@ pub fn starts(record: &Observations, rule: &FreeRunRule) -> Vec<usize> {
 
 /// Runs `plant` from each start and compares it with the readings at the rule's horizons.
 ///
-/// `start_at` makes the plant's state at a step. `lag_decay` is the share of the distance between
-/// interstitial and plasma glucose left after one step. An error is counted where the target has a
-/// reading and every dose on the way is on record. Predictions beyond the sensor's range are
-/// reported as its end, as a sensor would.
+/// `start_at` makes the plant's state at the start of a step, and interstitial glucose then.
+/// `lag_decay` is the share of the distance between interstitial and plasma glucose left after one
+/// step. An error is counted where the target has a reading and every dose on the way is on record.
+/// Predictions beyond the sensor's range are reported as its end, as a sensor would.
 ///
 /// # Errors
 /// [`GapError::FreeRun`] with the start.
@@ -79,47 +75,41 @@ pub fn free_run_errors<P: Plant>(
     record: &Observations,
     rule: &FreeRunRule,
     lag_decay: f64,
-    start_at: impl Fn(usize) -> Start<P::State>,
+    start_at: impl Fn(usize) -> (P::State, MgPerDl),
 ) -> Result<Vec<FreeRunError>, GapError> {
     let longest = rule.horizons.iter().copied().max().unwrap_or(0);
     errors_of(record, rule, |start, horizons| {
-        let begin = start_at(start);
+        let (state, begin) = start_at(start);
         let steps = longest.min(record.len() - 1 - start);
-        let run = simulate(plant, begin.state, &mut OpenLoop::new(&record.inputs[start..]), steps)
+        let run = simulate(plant, state, &mut OpenLoop::new(&record.inputs[start..]), steps)
             .map_err(|source| GapError::FreeRun { person: record.person.clone(), start, source })?;
-        let mut interstitial = vec![begin.interstitial.0];
+        let mut interstitial = vec![begin.0];
         for ends in run.glucose(plant).windows(2) {
             let plasma = 0.5 * (ends[0].0 + ends[1].0);
             let before = interstitial[interstitial.len() - 1];
             interstitial.push(plasma + (before - plasma) * lag_decay);
         }
-        Ok(horizons.iter().map(|(steps, _)| interstitial[*steps]).collect())
+        Ok(horizons.iter().map(|steps| interstitial[*steps]).collect())
     })
 }
 
-/// The errors of runs from each start. `run` gives interstitial glucose, mg/dL, of the run from a start at horizons in
-/// steps, each with its index in the rule; they ascend and lie within the record.
+/// The errors of runs from each start. `run` gives interstitial glucose, mg/dL, of the run from a start at those of the
+/// rule's horizons that lie within the record.
 fn errors_of<E>(
     record: &Observations,
     rule: &FreeRunRule,
-    run: impl Fn(usize, &[(usize, usize)]) -> Result<Vec<f64>, E>,
+    run: impl Fn(usize, &[usize]) -> Result<Vec<f64>, E>,
 ) -> Result<Vec<FreeRunError>, E> {
-    let unrecorded = unrecorded(record);
-    let mut horizons: Vec<(usize, usize)> =
-        rule.horizons.iter().enumerate().map(|(index, steps)| (*steps, index)).collect();
-    horizons.sort_unstable();
-    horizons.dedup_by_key(|(steps, _)| *steps);
-    horizons.retain(|(steps, _)| *steps > 0);
     let mut errors = Vec::new();
     for start in starts(record, rule) {
-        let within = horizons.partition_point(|(steps, _)| start + steps < record.len());
-        let interstitial = run(start, &horizons[..within])?;
-        for ((steps, horizon), shown) in horizons.iter().zip(interstitial) {
+        let within = rule.horizons.partition_point(|steps| start + steps < record.len());
+        let interstitial = run(start, &rule.horizons[..within])?;
+        for (horizon, (steps, shown)) in rule.horizons.iter().zip(interstitial).enumerate() {
             let target = start + steps;
-            let complete = unrecorded[target] == unrecorded[start];
+            let complete = record.doses_recorded[start..target].iter().all(|recorded| *recorded);
             if let Some(observed) = record.readings[target].value().filter(|_| complete) {
                 let error = observed - within_sensor_range(shown);
-                errors.push(FreeRunError { start, horizon: *horizon, error });
+                errors.push(FreeRunError { start, horizon, error });
             }
         }
     }
@@ -160,7 +150,10 @@ pub(crate) fn free_run_errors_of(
         return Ok(errors);
     }
     let plant = ModulatedPlant::new(model, &[]);
-    free_run_errors(&plant, record, rule, model.lag_decay(), |step| start(states, flux, step))
+    free_run_errors(&plant, record, rule, model.lag_decay(), |step| {
+        let state = ModulatedState { step, state: flux.begin(&states[step]) };
+        (state, states[step].interstitial)
+    })
 }
 
 /// The same by the step worked out beforehand: nothing is kept of a run but its readings at the horizons.
@@ -182,32 +175,14 @@ fn plain_errors(
         let mut run = model.plain_run(euler, &flux.begin(&states[start]));
         let mut at = start;
         let mut interstitial = Vec::with_capacity(horizons.len());
-        for (steps, _) in horizons {
+        for steps in horizons {
             run.advance(&doses[at..start + steps]);
             at = start + steps;
             interstitial.push(run.interstitial);
         }
-        if run.is_finite() { Ok(interstitial) } else { Err(Broken) }
+        if run.is_finite() { Ok(interstitial) } else { Err(()) }
     });
     errors.ok()
-}
-
-/// A run left the finite numbers.
-struct Broken;
-
-/// Where a free run from the filtered state of a step begins.
-fn start(states: &[AugmentedState], flux: Flux, step: usize) -> Start<ModulatedState> {
-    let state = ModulatedState { step, state: flux.begin(&states[step]) };
-    Start { state, interstitial: states[step].interstitial }
-}
-
-/// Steps before each step, and before the end, whose doses are not on record.
-fn unrecorded(record: &Observations) -> Vec<usize> {
-    let mut unrecorded = vec![0usize];
-    for recorded in &record.doses_recorded {
-        unrecorded.push(unrecorded.last().copied().unwrap_or(0) + usize::from(!recorded));
-    }
-    unrecorded
 }
 
 #[cfg(test)]
@@ -253,8 +228,8 @@ mod tests {
         FreeRunRule { every: 4, burn_in: 2, horizons: vec![2, 5], dose_memory: 3 }
     }
 
-    fn from(glucose: f64) -> impl Fn(usize) -> Start<f64> {
-        move |_| Start { state: glucose, interstitial: MgPerDl(glucose) }
+    fn from(glucose: f64) -> impl Fn(usize) -> (f64, MgPerDl) {
+        move |_| (glucose, MgPerDl(glucose))
     }
 
     #[test]
@@ -322,7 +297,10 @@ mod tests {
         for flux in [Flux::Dropped, Flux::Kept] {
             let found = plain_errors(&model, &record, &rule, &states, flux).expect("covered");
             let plant = ModulatedPlant::new(&model, &[]);
-            let start = |step: usize| start(&states, flux, step);
+            let start = |step: usize| {
+                let state = ModulatedState { step, state: flux.begin(&states[step]) };
+                (state, states[step].interstitial)
+            };
             let expected =
                 free_run_errors(&plant, &record, &rule, noise.lag_decay(), start).expect("finite");
             assert!(expected.len() > 40 && expected.iter().any(|e| e.error.abs() > 20.0));

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::config::DiagnosisConfig;
+use crate::localisation::DayCells;
 use crate::person::{HorizonSums, PersonAnalysis, cells};
 use contract::diagnosis::CellFactor;
 
@@ -20,16 +21,13 @@ pub(crate) fn free_run_statistics<'a>(
         let biases: Vec<f64> =
             people.clone().filter_map(|person| bias(person, index, cell.horizon)).collect();
         let Some((mean, sd)) = mean_and_sd(&biases) else { continue };
-        let factor = match cell.factor {
-            CellFactor::Horizon => "horizon",
-            _ => "cell",
-        };
+        let factor = if cell.factor == CellFactor::Horizon { "horizon" } else { "cell" };
         found.insert(format!("free runs/{factor} {}/bias", cell.level), mean);
         found.insert(format!("free runs/{factor} {}/people differ", cell.level), sd);
     }
     let horizons = 0..config.free_run.horizons.len();
     let sizes: Vec<Vec<Option<f64>>> = people
-        .map(|person| horizons.clone().map(|index| log_size(total(person, index))).collect())
+        .map(|person| horizons.clone().map(|index| log_size(person.total(index))).collect())
         .collect();
     for (index, steps) in config.free_run.horizons.iter().enumerate() {
         let grown: Vec<f64> = sizes.iter().filter_map(|own| growth(own, index)).collect();
@@ -43,11 +41,11 @@ pub(crate) fn free_run_statistics<'a>(
 
 /// Mean error of a cell over the root mean squared error of all runs at its horizon.
 fn bias(person: &PersonAnalysis, cell: usize, horizon: usize) -> Option<f64> {
-    let of_days = |of: fn(&crate::localisation::DayCells) -> &Vec<f64>| {
+    let of_days = |of: fn(&DayCells) -> &Vec<f64>| {
         person.free_runs.iter().map(|day| of(day)[cell]).sum::<f64>()
     };
     let count = of_days(|day| &day.counts);
-    let rms = total(person, horizon).rms();
+    let rms = person.total(horizon).rms();
     (count >= FEWEST && rms > 0.0).then(|| of_days(|day| &day.sums) / count / rms)
 }
 
@@ -59,15 +57,8 @@ fn log_size(sums: HorizonSums) -> Option<f64> {
 
 /// How much the logarithm grows to a horizon from the one before; the first is given as it is.
 fn growth(sizes: &[Option<f64>], horizon: usize) -> Option<f64> {
-    let before = match horizon.checked_sub(1) {
-        Some(before) => sizes[before]?,
-        None => 0.0,
-    };
+    let before = horizon.checked_sub(1).map_or(Some(0.0), |before| sizes[before])?;
     Some(sizes[horizon]? - before)
-}
-
-fn total(person: &PersonAnalysis, horizon: usize) -> HorizonSums {
-    HorizonSums::total(person.horizons.iter(), horizon)
 }
 
 fn mean_and_sd(values: &[f64]) -> Option<(f64, f64)> {

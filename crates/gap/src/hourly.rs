@@ -4,6 +4,7 @@
 //! the verdict.
 
 use crate::context::{PARTS, Situation, hours_of_part, part_of_day};
+use crate::free_run::minutes;
 use crate::localisation::{CellEstimate, DayCells, LocalisationRule, of_each_person, over_people};
 use contract::diagnosis::{CellFactor, CellGap, HourlyCell, HourlyGap, HourlyRow};
 
@@ -21,18 +22,18 @@ pub(crate) fn count(day: &mut DayCells, hour: usize, situation: Option<Situation
     day.add(row * PARTS + part_of_day(hour), error);
 }
 
-/// The gap by part of the day; `people` are names with their days.
+/// The gap by part of the day; `names` are those of the people whose days these are.
 ///
 /// All runs are those of `gaps`, the cells of `where`, so that a part of the day has one interval. Two families beside them:
 /// situations over people, and the people themselves.
 pub(crate) fn hourly_gap(
     gaps: &[CellGap],
-    people: &[(&str, &[DayCells])],
+    names: &[&str],
+    days: &[Vec<DayCells>],
     rule: &LocalisationRule,
     seed: u64,
 ) -> HourlyGap {
-    let days: Vec<Vec<DayCells>> = people.iter().map(|(_, days)| days.to_vec()).collect();
-    let crossed = over_people(&days, rule, rule.error_rate, seed);
+    let crossed = over_people(days, rule, rule.error_rate, seed);
     let situations = Situation::ALL
         .iter()
         .zip(crossed.chunks(PARTS).skip(1))
@@ -44,19 +45,15 @@ pub(crate) fn hourly_gap(
     // The parts of the day share the error rate of the people equally.
     let of_part = |part: usize| {
         let seed = seed.wrapping_add(1 + part as u64);
-        of_each_person(&days, part, rule, rule.error_rate / PARTS as f64, seed)
+        of_each_person(days, part, rule, rule.error_rate / PARTS as f64, seed)
     };
     let by_part: Vec<_> = (0..PARTS).map(of_part).collect();
-    let people = people
-        .iter()
-        .enumerate()
-        .map(|(person, (name, _))| row(name, by_part.iter().map(|people| people[person])))
-        .collect();
+    let person = |(index, name): (usize, &&str)| row(name, by_part.iter().map(|all| all[index]));
     HourlyGap {
-        horizon_minutes: u32::try_from(5 * rule.horizon).unwrap_or(u32::MAX),
+        horizon_minutes: minutes(rule.horizon),
         parts: (0..PARTS).map(hours_of_part).collect(),
         situations,
-        people,
+        people: names.iter().enumerate().map(person).collect(),
     }
 }
 
@@ -115,7 +112,6 @@ mod tests {
     fn a_miss_in_the_morning_stands_in_its_part_with_its_sign() {
         let early = |hour: usize| if (3..6).contains(&hour) { 20.0 } else { 0.0 };
         let (own, other) = (days(early), days(|hour| 0.5 * early(hour)));
-        let people: [(&str, &[DayCells]); 2] = [("a", &own), ("b", &other)];
         let morning = CellGap {
             factor: CellFactor::Hour,
             level: "03-06".to_owned(),
@@ -130,7 +126,8 @@ mod tests {
             runs: 144,
             innovation: None,
         };
-        let found = hourly_gap(&[morning], &people, &LocalisationRule::working(), 1);
+        let rule = LocalisationRule::working();
+        let found = hourly_gap(&[morning], &["a", "b"], &[own, other], &rule, 1);
         assert_eq!(found.parts.first().map(String::as_str), Some("00-03"));
         assert_eq!(found.parts.last().map(String::as_str), Some("21-24"));
         assert_eq!(found.horizon_minutes, 60);

@@ -14,7 +14,6 @@ mod drivers;
 mod fitting;
 mod floor;
 mod folds;
-mod hidden;
 mod hierarchy;
 mod judge;
 mod person_fold;
@@ -23,29 +22,38 @@ mod reconstruction;
 mod refit;
 #[cfg(test)]
 mod sample;
-mod settings;
 mod shrinkage;
-mod small_sample;
-mod strengths;
-mod subject;
 mod summary;
 
-use effects::{Effect, Form};
+use effects::{Course, Effect, Form};
 use rayon::prelude::*;
+use stats::Bootstrap;
 
+use self::drivers::Driver;
 use self::fitting::{FoldFits, fitted};
+use self::folds::{FOLDS, Folds};
 use self::hierarchy::CohortAmplitudes;
-use self::person_fold::{Judged, PersonFold};
-use self::strengths::strengths;
-use self::subject::Subject;
 use self::summary::{Pair, Summary};
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
+use crate::filter::calibration::CalibrationRule;
+use crate::free_run::FreeRunRule;
+use crate::localisation::LocalisationRule;
 use contract::WithInterval;
 use contract::diagnosis::{AmplitudeChange, HowFar};
 
-pub use settings::Settings;
 pub use shrinkage::shrinkage;
+
+/// The rules of the stages that the held-out comparison repeats on training days and on days held out.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings<'a> {
+    /// How fits before and after are made.
+    pub calibration: &'a CalibrationRule,
+    /// How free runs are started and scored.
+    pub free_run: &'a FreeRunRule,
+    /// How people and days are resampled.
+    pub resampling: &'a LocalisationRule,
+}
 
 /// An effect that was found.
 #[derive(Debug, Clone)]
@@ -66,6 +74,37 @@ impl NamedEffect<'_> {
     }
 }
 
+/// A person as every fold needs her, with what her drivers look at.
+struct Subject<'a> {
+    index: usize,
+    input: &'a CalibratedPerson<'a>,
+    course: Course,
+    folds: Folds,
+    /// How each effect found acts for her.
+    forms: Vec<Option<Form>>,
+    /// The effects that have a driver in somebody's record, and the amplitudes at which fits start.
+    drivers: Vec<Driver<'a>>,
+    starts: Vec<f64>,
+}
+
+impl<'a> Subject<'a> {
+    fn new(index: usize, input: &'a CalibratedPerson<'a>, found: &[NamedEffect<'_>]) -> Self {
+        let course = input.course();
+        let folds = Folds::new(&course.day, FOLDS);
+        let forms = found.iter().map(|f| f.effect.form(&course)).collect();
+        Self { index, input, course, folds, forms, drivers: Vec::new(), starts: Vec::new() }
+    }
+
+    /// Gives the person the drivers of the effects that have one in somebody's record.
+    fn drive(&mut self, driven: &[&NamedEffect<'a>]) {
+        for found in driven {
+            self.drivers.push(Driver::new(found.effect, found.variant, &self.course));
+            let largest = found.effect.card().prior.largest;
+            self.starts.push(found.amplitude(self.index).clamp(0.0, largest));
+        }
+    }
+}
+
 /// What adding the effects found changes on days held out.
 ///
 /// `people` is everyone who was diagnosed and `found` the effects in the order in which they were found.
@@ -83,20 +122,19 @@ pub fn how_far(
     if people.is_empty() {
         return Err(GapError::EmptyCohort);
     }
+    let everyone = people.par_iter().enumerate();
     let mut subjects: Vec<Subject<'_>> =
-        people.par_iter().map(|input| Subject::new(input, found)).collect();
-    let is_driven = |index: &usize| subjects.iter().any(|s| s.forms[*index] == Some(Form::Driven));
-    let indices: Vec<usize> = (0..found.len()).filter(is_driven).collect();
-    let driven: Vec<&NamedEffect<'_>> = indices.iter().map(|index| &found[*index]).collect();
-    for (index, subject) in subjects.iter_mut().enumerate() {
-        subject.drive(index, &driven);
-    }
-    let is_hidden = |index: &usize| {
-        subjects.iter().any(|subject| {
-            matches!(subject.forms[*index], Some(Form::Events(_) | Form::Random { .. }))
-        })
+        everyone.map(|(index, input)| Subject::new(index, input, found)).collect();
+    let of_form = |wanted: fn(&Form) -> bool| -> Vec<usize> {
+        let acts = |s: &Subject<'_>, index: usize| s.forms[index].as_ref().is_some_and(wanted);
+        (0..found.len()).filter(|index| subjects.iter().any(|s| acts(s, *index))).collect()
     };
-    let hidden: Vec<usize> = (0..found.len()).filter(is_hidden).collect();
+    let hidden = of_form(|form| *form != Form::Driven);
+    let driven = of_form(|form| *form == Form::Driven);
+    let driven: Vec<&NamedEffect<'_>> = driven.iter().map(|index| &found[*index]).collect();
+    for subject in &mut subjects {
+        subject.drive(&driven);
+    }
     let mut notes = Vec::new();
     if driven.is_empty() && hidden.is_empty() {
         if !found.is_empty() {
@@ -109,19 +147,25 @@ pub fn how_far(
         format!("{}: fewer than two whole days, none can be held out", subject.input.person.id)
     }));
     notes.extend(driven.iter().enumerate().flat_map(|(k, found)| remarks(k, found, &subjects)));
-    let calibration = settings.calibration;
-    let fits = fitted(&subjects, &driven, calibration);
-    let strengths =
-        strengths(&subjects, &fits.person_folds, found, &hidden, calibration, &mut notes);
-    let judged: Vec<Result<Judged, GapError>> = fits
-        .person_folds
-        .par_iter()
-        .map(|person_fold| {
-            person_fold.judged(&subjects[person_fold.subject], &hidden, &strengths, settings)
-        })
-        .collect();
-    let (predicted, reconstructed) = gathered(&subjects, judged, &mut notes);
-    let summary = Summary { people: &predicted, settings, seed };
+    let fits = fitted(&subjects, &driven, settings.calibration);
+    let strengths = fits.strengths(&subjects, found, &hidden, settings.calibration, &mut notes);
+    let judged: Vec<_> =
+        fits.person_folds.par_iter().map(|fold| fold.judged(&strengths, settings)).collect();
+    let nobody = subjects.iter().map(|subject| (subject.input.person.id.clone(), Vec::new()));
+    let mut predicted: Vec<(String, Vec<Pair>)> = nobody.collect();
+    let mut reconstructed = predicted.clone();
+    // Folds come in the order of their days.
+    for (person_fold, judged) in fits.person_folds.iter().zip(judged) {
+        match judged {
+            Ok((days, known)) => {
+                predicted[person_fold.subject.index].1.extend(days);
+                reconstructed[person_fold.subject.index].1.extend(known);
+            }
+            Err(error) => notes.push(format!("some days could not be judged: {error}")),
+        }
+    }
+    let plan = Bootstrap { replicates: settings.resampling.replicates, level: 0.95, seed };
+    let summary = Summary { people: &predicted, settings, plan };
     let mut changed = HowFar {
         people: summary.people(if hidden.is_empty() { &[] } else { &reconstructed }),
         notes,
@@ -134,7 +178,7 @@ pub fn how_far(
         changed.amplitudes = amplitudes(&driven, &fits, subjects.len());
     }
     if !hidden.is_empty() {
-        let summary = Summary { people: &reconstructed, settings, seed };
+        let summary = Summary { people: &reconstructed, ..summary };
         changed.horizons.extend(summary.horizons(true)?);
         let names: Vec<&str> = hidden.iter().map(|k| found[*k].effect.card().id.name()).collect();
         changed.notes.push(format!(
@@ -148,57 +192,14 @@ pub fn how_far(
 /// What is to be said of a driven effect.
 fn remarks(index: usize, found: &NamedEffect<'_>, subjects: &[Subject<'_>]) -> Vec<String> {
     let name = found.effect.card().id.name();
-    let mut remarks = Vec::new();
+    let people = subjects.len();
     let unsignalled = subjects.iter().filter(|s| !s.drivers[index].signalled).count();
-    if unsignalled > 0 {
-        let people = subjects.len();
-        remarks.push(format!("{name}: {unsignalled} of {people} records do not signal it"));
-    }
-    if subjects.iter().any(|s| s.drivers[index].reads_glucose) {
-        remarks.push(format!("{name} depends on glucose: free runs drive it with their own"));
-    }
-    remarks
-}
-
-/// Everyone with their days.
-type People = Vec<(String, Vec<Pair>)>;
-
-/// Everyone's days in their order, predicted and reconstructed; who fails is named.
-fn gathered(
-    subjects: &[Subject<'_>],
-    judged: Vec<Result<Judged, GapError>>,
-    notes: &mut Vec<String>,
-) -> (People, People) {
-    let nobody = || -> Vec<(String, Vec<(usize, Pair)>)> {
-        subjects.iter().map(|s| (s.input.person.id.clone(), Vec::new())).collect()
-    };
-    let (mut predicted, mut reconstructed) = (nobody(), nobody());
-    for result in judged {
-        match result {
-            Ok(days) => {
-                predicted[days.subject].1.extend(days.predicted);
-                reconstructed[days.subject].1.extend(days.reconstructed);
-            }
-            Err(error) => notes.push(format!("some days could not be judged: {error}")),
-        }
-    }
-    let in_order = |(person, mut days): (String, Vec<(usize, Pair)>)| {
-        days.sort_by_key(|(day, _)| *day);
-        (person, days.into_iter().map(|(_, pair)| pair).collect())
-    };
-    let all = |people: Vec<_>| people.into_iter().map(in_order).collect();
-    (all(predicted), all(reconstructed))
-}
-
-/// A person's amplitude of an effect, mean over folds.
-fn of_person(person_folds: &[PersonFold<'_>], subject: usize, index: usize) -> Option<f64> {
-    let of = |person_fold: &PersonFold<'_>| person_fold.after.amplitudes.get(index).copied();
-    let values: Vec<f64> = person_folds
-        .iter()
-        .filter(|person_fold| person_fold.subject == subject)
-        .filter_map(of)
-        .collect();
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    let missing = (unsignalled > 0)
+        .then(|| format!("{name}: {unsignalled} of {people} records do not signal it"));
+    let reads_glucose = subjects.iter().any(|s| s.drivers[index].reads_glucose);
+    let own = reads_glucose
+        .then(|| format!("{name} depends on glucose: free runs drive it with their own"));
+    missing.into_iter().chain(own).collect()
 }
 
 /// Amplitudes of the cohort over the folds, and of its `people`.
@@ -213,23 +214,23 @@ fn amplitudes(
         return Vec::new();
     }
     let mean = |value: &dyn Fn(&CohortAmplitudes) -> f64| folds.iter().map(value).sum::<f64>() / n;
-    driven
-        .iter()
-        .enumerate()
-        .map(|(index, found)| {
-            let value = mean(&|fold| fold.mean[index]);
-            // Each fold trains on all blocks but one; together they use the data once.
-            let within = mean(&|fold| fold.within[index]) * (n - 1.0).max(1.0) / n;
-            let half = 1.96 * (within + mean(&|fold| fold.between[index])).sqrt();
-            AmplitudeChange {
-                effect: found.effect.card().id.name().to_owned(),
-                variants: fits.variants.iter().map(|of_fold| of_fold[index]).collect(),
-                mean: WithInterval { value, lower: (value - half).max(0.0), upper: value + half },
-                sd: mean(&|fold| fold.sd[index]),
-                people: (0..people)
-                    .map(|person| of_person(&fits.person_folds, person, index).unwrap_or(value))
-                    .collect(),
-            }
-        })
-        .collect()
+    let change = |(index, found): (usize, &&NamedEffect<'_>)| {
+        let value = mean(&|fold| fold.mean[index]);
+        // Each fold trains on all blocks but one; together they use the data once.
+        let within = mean(&|fold| fold.within[index]) * (n - 1.0).max(1.0) / n;
+        let half = 1.96 * (within + mean(&|fold| fold.between[index])).sqrt();
+        let of_person = |person: usize| {
+            let own = fits.person_folds.iter().filter(|fold| fold.subject.index == person);
+            let own: Vec<f64> = own.map(|fold| fold.after.amplitudes[index]).collect();
+            if own.is_empty() { value } else { own.iter().sum::<f64>() / own.len() as f64 }
+        };
+        AmplitudeChange {
+            effect: found.effect.card().id.name().to_owned(),
+            variants: fits.variants.iter().map(|of_fold| of_fold[index]).collect(),
+            mean: WithInterval { value, lower: (value - half).max(0.0), upper: value + half },
+            sd: mean(&|fold| fold.sd[index]),
+            people: (0..people).map(of_person).collect(),
+        }
+    };
+    driven.iter().enumerate().map(change).collect()
 }

@@ -53,7 +53,8 @@ pub fn over_people(
     seed: u64,
 ) -> Vec<Option<CellEstimate>> {
     let needed = people.len().min(2);
-    let samples: Vec<Option<Sample>> = (0..cell_count(people))
+    let cells = people.iter().flatten().map(|day| day.counts.len()).max().unwrap_or(0);
+    let samples: Vec<Option<Sample>> = (0..cells)
         .map(|cell| Sample::of(people, cell, rule).filter(|sample| sample.people >= needed))
         .collect();
     let ratios: Vec<(f64, f64)> =
@@ -95,10 +96,6 @@ pub fn of_each_person(
         })
         .collect();
     step_down(&tested, rule.replicates, error_rate, seed)
-}
-
-fn cell_count(people: &[Vec<DayCells>]) -> usize {
-    people.iter().flatten().map(|day| day.counts.len()).max().unwrap_or(0)
 }
 
 /// Absolute standard normal deviates of every cell, joint over cells, in one replicate.

@@ -1,4 +1,4 @@
-//! Sums and shares of exponentials, none of which overflows.
+//! Sums and shares of exponentials, none of which overflows, and moments under such shares.
 
 /// Logarithms further below the largest are left out of a sum: they add less than rounding does.
 const NEGLIGIBLE: f64 = -40.0;
@@ -31,6 +31,15 @@ pub(crate) fn softmax(logs: &[f64]) -> Vec<f64> {
     let raised = raised(logs);
     let sum: f64 = raised.iter().sum();
     raised.iter().map(|raised| raised / sum).collect()
+}
+
+/// Mean and standard deviation of values under some weights.
+pub(crate) fn moments<const N: usize>(weights: &[f64], values: [f64; N]) -> (f64, f64) {
+    let both = || weights.iter().zip(values);
+    let sum: f64 = weights.iter().sum();
+    let mean = both().map(|(w, x)| w * x).sum::<f64>() / sum;
+    let square = both().map(|(w, x)| w * (x - mean).powi(2)).sum::<f64>() / sum;
+    (mean, square.sqrt())
 }
 
 fn largest(logs: &[f64]) -> f64 {

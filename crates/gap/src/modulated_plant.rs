@@ -43,12 +43,8 @@ impl<'a> ModulatedPlant<'a> {
     /// cannot explain.
     #[must_use]
     pub fn start(step: usize, filtered: &AugmentedState) -> ModulatedState {
-        let state = AugmentedState {
-            flux: 0.0,
-            sensor: MgPerDl(0.0),
-            sensor_before: MgPerDl(0.0),
-            ..*filtered
-        };
+        let AugmentedState { body, interstitial, .. } = *filtered;
+        let state = AugmentedState { body, interstitial, ..AugmentedState::default() };
         ModulatedState { step, state }
     }
 

@@ -1,7 +1,5 @@
 //! The analysis of one person: filter, calibration, free runs, errors by cell.
 
-use std::sync::Arc;
-
 use cohort::{Cohort, Person};
 use ode_sim::OdeParameters;
 use physiology::STEPS_PER_DAY;
@@ -12,12 +10,10 @@ use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, PARTS, Situation, Situations, band, hours_of_part, part_of_day};
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
-use crate::filter::body::Body;
 use crate::filter::calibration::{Calibration, Factor, calibrate};
-use crate::filter::noise::NoiseModel;
 use crate::filter::observations::{MissingDosePolicy, Observations, Reading};
 use crate::filter::plants::Plants;
-use crate::free_run::{Flux, FreeRunRule, free_run_errors_of};
+use crate::free_run::{Flux, FreeRunRule, free_run_errors_of, minutes};
 use crate::hourly;
 use crate::localisation::{DayCells, LocalisationRule};
 use crate::misfit;
@@ -49,11 +45,8 @@ pub(crate) fn cells(rule: &FreeRunRule, localisation: &LocalisationRule) -> Vec<
     let hours = (0..PARTS).map(|part| of(CellFactor::Hour, &hours_of_part(part), main));
     let situations = Situation::ALL.iter().map(|s| of(CellFactor::Context, s.name(), main));
     let bands = BANDS.iter().map(|level| of(CellFactor::GlucoseBand, level, main));
-    let horizons = rule
-        .horizons
-        .iter()
-        .enumerate()
-        .map(|(index, steps)| of(CellFactor::Horizon, &format!("{}", 5 * steps), index));
+    let horizon = |(index, steps)| of(CellFactor::Horizon, &minutes(steps).to_string(), index);
+    let horizons = rule.horizons.iter().copied().enumerate().map(horizon);
     hours.chain(situations).chain(bands).chain(horizons).collect()
 }
 
@@ -72,13 +65,13 @@ pub(crate) struct HorizonSums {
 }
 
 impl HorizonSums {
-    /// Sums over days at one horizon.
-    pub(crate) fn total<'a>(days: impl Iterator<Item = &'a Vec<Self>>, horizon: usize) -> Self {
+    /// Sums over days.
+    pub(crate) fn total<'a>(days: impl Iterator<Item = &'a Self>) -> Self {
         days.fold(Self::default(), |sum, day| Self {
-            runs: sum.runs + day[horizon].runs,
-            errors: sum.errors + day[horizon].errors,
-            sizes: sum.sizes + day[horizon].sizes,
-            squares: sum.squares + day[horizon].squares,
+            runs: sum.runs + day.runs,
+            errors: sum.errors + day.errors,
+            sizes: sum.sizes + day.sizes,
+            squares: sum.squares + day.squares,
         })
     }
 
@@ -106,6 +99,13 @@ pub(crate) struct PersonAnalysis {
     pub(crate) observations: Observations,
     /// The person's calibration.
     pub(crate) calibration: Calibration,
+}
+
+impl PersonAnalysis {
+    /// Sums over all days at one horizon.
+    pub(crate) fn total(&self, horizon: usize) -> HorizonSums {
+        HorizonSums::total(self.horizons.iter().map(|day| &day[horizon]))
+    }
 }
 
 /// What becomes of a person: an analysis or an exclusion with its reason.
@@ -140,20 +140,25 @@ pub(crate) fn analyse(
     let days = read.record.len() / STEPS_PER_DAY;
     let observations = Observations::from_person(read)?;
     let unrecorded = unrecorded_doses(&observations, config.missing_doses);
-    let (excluded, analysis) = match used.table.left_out.clone().or(unrecorded) {
-        Some(reason) => (Some(reason), None),
-        None => match plants.body_of(read).and_then(|body| {
-            let model = population(&observations, body, config.noise);
-            calibrate(&model, &observations, &config.calibration)
-                .and_then(|calibration| errors_of(read, observations, calibration, config))
-                .map_err(|error| error.to_string())
-        }) {
-            Ok(analysis) if analysis.summary.runs == 0 => {
-                (Some("no free run could be scored".to_owned()), None)
-            }
-            Ok(analysis) => (None, Some(analysis)),
-            Err(reason) => (Some(reason), None),
-        },
+    let left_out = used.table.left_out.clone().or(unrecorded);
+    let body = left_out.map_or_else(|| plants.body_of(read), Err);
+    let analysed = body.and_then(|body| {
+        let parameters = OdeParameters::nominal();
+        let ode = AugmentedModel::new(parameters, observations.weight, config.noise);
+        let model = match body {
+            Some(body) => ode.with_body(body),
+            None => ode,
+        };
+        calibrate(&model, &observations, &config.calibration)
+            .and_then(|calibration| errors_of(read, observations, calibration, config))
+            .map_err(|error| error.to_string())
+    });
+    let (excluded, analysis) = match analysed {
+        Ok(analysis) if analysis.summary.runs == 0 => {
+            (Some("no free run could be scored".to_owned()), None)
+        }
+        Ok(analysis) => (None, Some(analysis)),
+        Err(reason) => (Some(reason), None),
     };
     let without = (!std::ptr::eq(read, person)).then(|| read.clone());
     let analysis = analysis.map(|analysis| PersonAnalysis { person: without, ..analysis });
@@ -208,20 +213,6 @@ fn unrecorded_doses(observations: &Observations, policy: MissingDosePolicy) -> O
         .then(|| format!("{unrecorded} steps with a dose that is not on record"))
 }
 
-/// The filter with the parameters of the population.
-fn population(
-    observations: &Observations,
-    body: Option<Arc<dyn Body>>,
-    noise: NoiseModel,
-) -> AugmentedModel {
-    let parameters = OdeParameters::nominal();
-    let ode = AugmentedModel::new(parameters, observations.weight, noise);
-    match body {
-        Some(body) => ode.with_body(body),
-        None => ode,
-    }
-}
-
 /// Where a calibrated plant misses a person.
 fn errors_of(
     person: &Person,
@@ -268,13 +259,12 @@ fn errors_of(
     let rule = FreeRunRule { horizons: vec![localisation.horizon], ..free_run.clone() };
     let kept_flux = free_run_errors_of(model, &observations, &rule, states, Flux::Kept)?;
     for error in &kept_flux {
-        let index = record.day_index(error.start);
-        let day = &mut free_runs[index];
-        day.add(GLUCOSE + band(glucose[error.start]), error.error);
+        let day = record.day_index(error.start);
+        free_runs[day].add(GLUCOSE + band(glucose[error.start]), error.error);
         let hour = usize::from(record.hour(error.start + half));
         for situation in situations.at(error.start).filter(|s| s.reads_glucose()) {
-            day.add(SITUATIONS + situation as usize, error.error);
-            hourly::count(&mut by_hour[index], hour, Some(situation), error.error);
+            free_runs[day].add(SITUATIONS + situation as usize, error.error);
+            hourly::count(&mut by_hour[day], hour, Some(situation), error.error);
         }
     }
     // An innovation belongs to the step before its reading: that is what was known.
@@ -282,12 +272,11 @@ fn errors_of(
         if let Some(value) = whitened {
             let day = record.day_index(step - 1);
             let hour = usize::from(record.hour(step));
-            let cells = &mut innovations[day];
-            cells.add(part_of_day(hour), *value);
+            innovations[day].add(part_of_day(hour), *value);
             for situation in situations.at(step - 1) {
-                cells.add(SITUATIONS + situation as usize, *value);
+                innovations[day].add(SITUATIONS + situation as usize, *value);
             }
-            cells.add(GLUCOSE + band(glucose[step - 1]), *value);
+            innovations[day].add(GLUCOSE + band(glucose[step - 1]), *value);
         }
     }
     let summary = summary(person, &observations, &calibration, errors.len());

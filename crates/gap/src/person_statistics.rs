@@ -1,8 +1,4 @@
-//! Every statistic that the diagnosis reads of one person, for holding made people against real ones.
-//!
-//! Posterior, priors and noise are chosen on made people. That says something of real people only where these
-//! numbers of theirs are no rarity among made ones (a posterior predictive check: Gelman, Meng and Stern, Stat Sin
-//! 1996;6:733).
+//! What a person's record, innovations and calibration show, as numbers by name.
 
 mod doses;
 mod readings;
@@ -10,66 +6,30 @@ mod readings;
 use std::collections::BTreeMap;
 
 use cohort::Person;
-use effects::Effect;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use crate::calibrated_person::CalibratedPerson;
-use crate::config::DiagnosisConfig;
 use crate::context::{BANDS, band};
-use crate::error::GapError;
 use crate::filter::calibration::{Calibration, Factor};
 use crate::filter::observations::{Observations, Reading};
-use crate::filter::plants::Ode;
-use crate::person::analyse;
-use crate::quality::UsedPerson;
-use crate::which::first_round;
 
 /// Quarters of the day: the levels of the statistics by hour.
 const QUARTERS: [&str; 4] = ["00-06", "06-12", "12-18", "18-24"];
 /// Steps between readings whose differences are taken: 15 min, which sensors of both usual spacings have.
 const DIFFERENCE: usize = STEPS_PER_HOUR / 4;
+/// Distances at which innovations are held against each other.
+const LAGS: [(&str, usize); 3] =
+    [("15 min", DIFFERENCE), ("1 h", STEPS_PER_HOUR), ("3 h", 3 * STEPS_PER_HOUR)];
 /// Fewest values of which a moment is taken.
 const FEWEST: usize = 100;
-/// Evidence is rounded to a tenth of a nat: smaller differences say nothing.
-const RESOLUTION: f64 = 0.1;
 /// Least carbohydrate of an entry that counts as a meal, g.
 const LEAST_MEAL: f64 = 10.0;
 
-/// What the diagnosis reads of one person.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PersonStatistics {
-    /// Why the person is not diagnosed, if that is so; there are statistics of the record alone then.
-    pub excluded: Option<String>,
-    /// Statistics by name: `record/...`, `innovations/...`, `calibration/...`, `spread/...` and `evidence/...`.
-    /// What the record does not tell is absent.
-    pub values: BTreeMap<String, f64>,
-}
-
-/// Reads the statistics of one person on the ODE plant, as if she were a cohort of her own.
-///
-/// # Errors
-/// As [`Diagnoser::run`](crate::Diagnoser::run), exclusion aside.
-pub fn person_statistics(
-    person: &Person,
-    library: &[Box<dyn Effect>],
-    config: &DiagnosisConfig,
-) -> Result<PersonStatistics, GapError> {
-    let outcome = analyse(person, &UsedPerson::of(person, &config.inclusion)?, &Ode, config)?;
+/// What the record alone shows.
+pub(crate) fn of_record(person: &Person, observations: &Observations) -> BTreeMap<String, f64> {
     let mut found = Values::default();
-    let Some(calibrated) = outcome.calibrated(person) else {
-        found.record(person, &Observations::from_person(person)?);
-        return Ok(PersonStatistics { excluded: outcome.summary.excluded, values: found.0 });
-    };
-    let people = [calibrated];
-    found.0 = of_person(&people[0]);
-    let answer = first_round(&people, library, &config.calibration, BTreeMap::new())?;
-    for (name, spread) in &answer.spreads {
-        found.set(&format!("spread/{name}"), Some(*spread));
-    }
-    for (name, gain) in &answer.evidence.gains {
-        found.set(&format!("evidence/{name}"), Some((gain / RESOLUTION).round() * RESOLUTION));
-    }
-    Ok(PersonStatistics { excluded: None, values: found.0 })
+    found.record(person, observations);
+    found.0
 }
 
 /// What a person's record, innovations and calibration show, without any question put to them.
@@ -80,14 +40,6 @@ pub(crate) fn of_person(person: &CalibratedPerson<'_>) -> BTreeMap<String, f64> 
     found.calibration(person.calibration);
     found.doses(person);
     found.0
-}
-
-/// The reading of a step, mg/dL, where the sensor gave one within its range.
-fn within(observations: &Observations, step: usize) -> Option<f64> {
-    match observations.readings[step] {
-        Reading::Within(glucose) => Some(glucose.0),
-        _ => None,
-    }
 }
 
 #[derive(Default)]
@@ -102,18 +54,22 @@ impl Values {
 
     fn record(&mut self, person: &Person, observations: &Observations) {
         let record = &person.record;
-        let within = |step: usize| within(observations, step);
         let glucose: Vec<f64> = observations.readings.iter().filter_map(|r| r.value()).collect();
-        let differences: Vec<Option<f64>> = (DIFFERENCE..record.len())
-            .map(|step| Some(within(step)? - within(step - DIFFERENCE)?))
-            .collect();
+        // Where the sensor gave a reading within its range.
+        let within = observations.readings.iter().map(|reading| match reading {
+            Reading::Within(glucose) => Some(glucose.0),
+            _ => None,
+        });
+        let within: Vec<Option<f64>> = within.collect();
+        let difference = |k: usize| Some(within[k]? - within[k - DIFFERENCE]?);
+        let differences: Vec<Option<f64>> = (DIFFERENCE..record.len()).map(difference).collect();
         let known: Vec<f64> = differences.iter().flatten().copied().collect();
         self.set("record/glucose mean, mg/dL", moment(&glucose, mean));
         self.set("record/glucose SD, mg/dL", moment(&glucose, sd));
         self.set("record/difference SD, mg/dL in 15 min", moment(&known, sd));
         self.set("record/difference kurtosis", moment(&known, excess_kurtosis));
         self.set("record/difference autocorrelation", autocorrelation(&differences, DIFFERENCE));
-        self.readings(record, observations);
+        self.readings(record, &within);
         let carbs = |grams: f64| grams;
         let meal = |grams: f64| f64::from(u8::from(grams >= LEAST_MEAL));
         let given = |units: f64| f64::from(u8::from(units > 0.0));
@@ -132,14 +88,9 @@ impl Values {
         self.set("innovations/scale", Some(calibration.scale));
         self.set("innovations/kurtosis", moment(&all, excess_kurtosis));
         let spacing = calibration.autoregression.spacing;
-        for (name, lag) in
-            [("15 min", DIFFERENCE), ("1 h", STEPS_PER_HOUR), ("3 h", 3 * STEPS_PER_HOUR)]
-        {
-            let lag = lag.div_ceil(spacing) * spacing;
-            self.set(
-                &format!("innovations/autocorrelation {name}"),
-                autocorrelation(whitened, lag),
-            );
+        for (name, lag) in LAGS {
+            let name = format!("innovations/autocorrelation {name}");
+            self.set(&name, autocorrelation(whitened, lag.div_ceil(spacing) * spacing));
         }
         self.set("innovations/a1", Some(calibration.autoregression.a1));
         self.set("innovations/a2", Some(calibration.autoregression.a2));

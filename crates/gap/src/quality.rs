@@ -72,27 +72,21 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A finding that `check` made about `person`, to be noted; text without an estimate.
-    fn note(check: &str, person: &Person, text: impl Into<String>) -> Self {
+    /// A finding that `check` made about `person`, without an estimate.
+    fn new(check: &str, person: &Person, consequence: Consequence, text: String) -> Self {
         let reported = DataQualityFinding {
             check: check.to_owned(),
             person_id: person.id.clone(),
-            finding: text.into(),
+            finding: text,
             estimate: None,
         };
-        Self { reported, consequence: Consequence::Note }
+        Self { reported, consequence }
     }
 
-    /// `estimate` is a value with the lower and the upper end of its interval.
-    fn with_estimate(mut self, estimate: (f64, f64, f64), unit: &str) -> Self {
-        let (value, lower, upper) = estimate;
+    /// The finding with a value, the lower and the upper end of its interval, and their unit.
+    fn with_estimate(mut self, (value, lower, upper): (f64, f64, f64), unit: &str) -> Self {
         let unit = unit.to_owned();
         self.reported.estimate = Some(FindingEstimate { value, lower, upper, unit });
-        self
-    }
-
-    fn with_consequence(mut self, consequence: Consequence) -> Self {
-        self.consequence = consequence;
         self
     }
 }
@@ -116,11 +110,8 @@ fn findings_under(
     let mut found = missing_channel::findings(person);
     found.extend(interpolated_cgm::finding(person, observations, rule.least_cgm_share));
     found.extend(flat_cgm::finding(person));
-    let mixed_up = discontinuous_cgm::finding(person);
     // Rows out of order alternate by chance.
-    let two = mixed_up.is_none().then(|| interleaved_cgm::finding(person)).flatten();
-    found.extend(mixed_up);
-    found.extend(two);
+    found.extend(discontinuous_cgm::finding(person).or_else(|| interleaved_cgm::finding(person)));
     found.extend(capillary_in_cgm::finding(person));
     found.extend(insulin_incomplete::finding(person));
     found.extend(dose_is_flag::findings(person));
@@ -181,12 +172,13 @@ mod tests {
     #[test]
     fn consequences_are_gathered() {
         let person = person_with(Channel::Bolus, &[]);
-        let note = Finding::note("carb_unit", &person, "servings");
+        let found =
+            |consequence| Finding::new("carb_unit", &person, consequence, "servings".to_owned());
         let ignored = Consequence::IgnoreChannel(Channel::HeartRate);
-        let list = [note.clone(), note.clone().with_consequence(ignored)];
+        let list = [found(Consequence::Note), found(ignored)];
         assert_eq!(exclusion(&list), None);
         assert_eq!(ignored_channels(&list), [Channel::HeartRate]);
-        let excluded = [note.clone(), note.with_consequence(Consequence::ExcludePerson)];
+        let excluded = [found(Consequence::Note), found(Consequence::ExcludePerson)];
         assert_eq!(exclusion(&excluded).as_deref(), Some("carb_unit: servings"));
     }
 }

@@ -21,10 +21,10 @@ pub(crate) use self::doses::Doses;
 pub(crate) use self::port_course::PortCourse;
 pub(crate) use self::tally::power;
 
-use self::kinds::{KINDS, Unit, units};
+use self::kinds::{Covariate, KINDS, Life};
 use self::port_course::CourseSums;
-use self::scores::{DATA, FIELDS, Scores};
-use self::tally::{OF_TALLIES, OF_TOTALS, Tally, Total, of_tallies, of_totals};
+use self::scores::{FIELDS, Scores};
+use self::tally::{DATA, OF_TALLIES, OF_TOTALS, Tally, Total, of_tallies, of_totals};
 use crate::background::Allowed;
 use crate::calibrated_person::CalibratedPerson;
 use crate::context::Situations;
@@ -75,13 +75,20 @@ impl PersonUnits {
             courses: port_course::of_person(&less, &course.hour),
         };
         let doses = Doses::of_person(person);
-        for units in units(&course, &situations, &doses, &person.observations.doses_recorded) {
-            let kind = KINDS[units.kind];
+        let life = Life::of(&course, &situations, &doses, &person.observations.doses_recorded);
+        for (index, kind) in KINDS.iter().enumerate() {
+            let units = (kind.units)(&life);
+            if units.is_empty() {
+                continue;
+            }
             let scores = if kind.plain { &less } else { &usual };
-            let covariates = standardised(&units.units, kind.covariates.len());
+            let over_units = |(_, of): &Covariate| {
+                standardised(&units.iter().map(|unit| of(&life, unit)).collect::<Vec<_>>())
+            };
+            let covariates: Vec<Vec<f64>> = kind.covariates.iter().map(over_units).collect();
             for field in 0..FIELDS.len() {
                 let of_units: Vec<[f64; LANES]> =
-                    units.units.iter().map(|unit| scores.over(field, &unit.steps)).collect();
+                    units.iter().map(|unit| scores.over(field, &unit.steps)).collect();
                 let data: Vec<f64> = of_units.iter().map(|scores| scores[DATA]).collect();
                 let trend =
                     |values: &Vec<f64>| Total::of(of_units.iter().zip(values.iter().copied()));
@@ -90,30 +97,24 @@ impl PersonUnits {
                     rhythms: kind.rhythms.iter().map(|(_, n)| power(&data, *n)).collect(),
                     trends: covariates.iter().map(trend).collect(),
                 };
-                found.fields.insert((units.kind, field), of_field);
+                found.fields.insert((index, field), of_field);
             }
         }
-        for (scores, plain) in [(&usual, false), (&less, true)] {
-            found.effects.extend(scores.effects.iter().map(|of| {
-                let total = Total::of(of.days.iter().map(|day| (day, 1.0)));
-                ((of.effect, of.variant, plain), total)
-            }));
+        for (scores, plain) in [(usual, false), (less, true)] {
+            let of = scores.effects.into_iter();
+            let of = of.map(|(effect, variant, total)| ((effect, variant, plain), total));
+            found.effects.extend(of);
         }
         Ok(found)
     }
 }
 
-/// Each covariate with mean 0 and standard deviation 1 over the units; 0 where it does not vary.
-fn standardised(units: &[Unit], covariates: usize) -> Vec<Vec<f64>> {
-    let n = units.len() as f64;
-    (0..covariates)
-        .map(|index| {
-            let values = || units.iter().map(|unit| unit.covariates[index]);
-            let mean = values().sum::<f64>() / n;
-            let sd = (values().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt();
-            values().map(|x| if sd > 1e-9 { (x - mean) / sd } else { 0.0 }).collect()
-        })
-        .collect()
+/// With mean 0 and standard deviation 1; 0 where values do not vary.
+fn standardised(values: &[f64]) -> Vec<f64> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let sd = (values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt();
+    values.iter().map(|x| if sd > 1e-9 { (x - mean) / sd } else { 0.0 }).collect()
 }
 
 /// What a cohort lacks at every port through the day.
@@ -124,6 +125,10 @@ pub(crate) fn courses(people: &[&PersonUnits]) -> Vec<PortCourse> {
 /// The statistics of a cohort, by name; what no record shows is absent.
 pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
     let mut found = BTreeMap::new();
+    let mut add = |of: &str, names: &[&str], values: &[f64]| {
+        let named = names.iter().zip(values);
+        found.extend(named.map(|(name, value)| (format!("{of}/{name}"), *value)));
+    };
     for (index, kind) in KINDS.iter().enumerate() {
         for (field, of) in FIELDS.iter().enumerate() {
             let shown: Vec<&OfField> =
@@ -133,24 +138,18 @@ pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
             }
             let tallies: Vec<Tally> = shown.iter().map(|of| of.tally).collect();
             let totals: Vec<Total> = tallies.iter().map(|tally| tally.total).collect();
-            let name = |statistic: &str| format!("{}/{of:?}/{statistic}", kind.name);
-            for (statistic, value) in OF_TOTALS.iter().zip(of_totals(&totals)) {
-                found.insert(name(statistic), value);
-            }
-            for (statistic, value) in OF_TALLIES.iter().zip(of_tallies(&tallies)) {
-                found.insert(name(statistic), value);
-            }
+            let units = format!("{}/{of:?}", kind.name);
+            add(&units, &OF_TOTALS, &of_totals(&totals));
+            add(&units, &OF_TALLIES, &of_tallies(&tallies));
             for (rhythm_index, (rhythm, _)) in kind.rhythms.iter().enumerate() {
                 let powers = shown.iter().map(|of| of.rhythms[rhythm_index]);
                 let mean = powers.sum::<f64>() / shown.len() as f64;
-                found.insert(name(&format!("power at {rhythm}")), (mean + 0.01).ln());
+                add(&units, &[&format!("power at {rhythm}")], &[(mean + 0.01).ln()]);
             }
-            for (covariate_index, covariate) in kind.covariates.iter().enumerate() {
+            for (covariate_index, (covariate, _)) in kind.covariates.iter().enumerate() {
                 let totals: Vec<Total> =
                     shown.iter().map(|of| of.trends[covariate_index]).collect();
-                for (statistic, value) in OF_TOTALS.iter().zip(of_totals(&totals)).take(4) {
-                    found.insert(name(&format!("by {covariate}/{statistic}")), value);
-                }
+                add(&format!("{units}/by {covariate}"), &OF_TOTALS[..4], &of_totals(&totals));
             }
         }
     }
@@ -162,9 +161,7 @@ pub(crate) fn of_cohort(people: &[&PersonUnits]) -> BTreeMap<String, f64> {
     }
     for ((effect, variant, plain), totals) in drivers {
         let background = if plain { "plain" } else { "usual" };
-        for (statistic, value) in OF_TOTALS.iter().zip(of_totals(&totals)) {
-            found.insert(format!("{effect}/{variant}/{background}/{statistic}"), value);
-        }
+        add(&format!("{effect}/{variant}/{background}"), &OF_TOTALS, &of_totals(&totals));
     }
     found
 }

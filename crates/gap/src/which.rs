@@ -15,11 +15,10 @@ mod events;
 mod folds;
 mod held_out;
 mod lag;
-mod naming;
+mod one_person;
 mod own_effects;
 mod random_effects;
 mod round;
-mod round_person;
 #[cfg(test)]
 mod sample;
 mod scores;
@@ -34,13 +33,13 @@ use effects::{Effect, EffectId};
 use physiology::STEPS_PER_DAY;
 use posterior::Posterior;
 
-use self::round::{Round, Score, ScoreOf};
+use self::one_person::{OnOne, on_one, others};
+use self::round::Round;
 use self::tried::Tried;
 use crate::calibrated_person::CalibratedPerson;
 use crate::cohort_statistics::{evidence_of_people, statistics};
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
-use crate::one_person::{OnOne, ReadAgain};
 use crate::units::{self, PortCourse};
 
 pub(crate) use self::answer::is_free;
@@ -50,7 +49,7 @@ pub use self::events::FoundEvent;
 #[derive(Debug, Clone)]
 pub struct FirstRound {
     /// Every effect that was tried, the largest evidence first.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<Score>,
     /// Effects that no record could show.
     pub untried: Vec<EffectId>,
     /// The evidence by name.
@@ -67,7 +66,7 @@ pub struct FirstRound {
 #[derive(Debug, Clone)]
 pub struct Which {
     /// The effects named, in the order of conditioning.
-    pub named: Vec<Named>,
+    pub named: Vec<Score>,
     /// Those that are probable enough to be named and rest on one person.
     pub(crate) withheld: Vec<OnOne>,
     /// What the first round showed.
@@ -93,7 +92,7 @@ pub struct Belief {
 impl Belief {
     /// The most probable of the effects that may be named next: those that the posterior knows, and the user's own by
     /// their odds beside the library. The user's own come first.
-    fn next<'a>(&self, candidates: &'a [Candidate], withheld: &[OnOne]) -> Option<&'a Candidate> {
+    fn next<'a>(&self, candidates: &'a [Score], withheld: &[OnOne]) -> Option<&'a Score> {
         let best = |own: bool| {
             let open = candidates.iter().filter(|c| c.own.is_some() == own);
             let probable = open.filter(|c| self.of(c) >= NAMED_FROM && (own || self.alarms()));
@@ -104,8 +103,8 @@ impl Belief {
     }
 
     /// The probability of an effect that was tried.
-    pub(crate) fn of(&self, candidate: &Candidate) -> f64 {
-        candidate.own.unwrap_or_else(|| self.of_known(candidate.effect))
+    pub(crate) fn of(&self, score: &Score) -> f64 {
+        score.own.unwrap_or_else(|| self.of_known(score.effect))
     }
 
     /// The probability of an effect; 0 of one that the posterior does not know.
@@ -120,36 +119,52 @@ impl Belief {
     }
 }
 
-/// What was tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
-    /// Which effect.
-    pub effect: EffectId,
-    /// Held-out evidence, nats.
-    pub gain: f64,
-    /// Of an effect that no posterior knows: its probability beside the effects of the library.
-    pub own: Option<f64>,
+/// How an effect is tested.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Test {
+    /// By its course, which follows from the record.
+    Driven,
+    /// By hidden events.
+    Events,
+    /// By the likelihoods of other lags of the sensor.
+    Lag,
+    /// By a factor that is drawn for every unit.
+    Random,
 }
 
-/// What was named.
+/// What the test of an effect shows.
 #[derive(Debug, Clone)]
-pub struct Named {
+pub struct Score {
     /// Which effect.
     pub effect: EffectId,
-    /// Held-out evidence in the round in which it was named, nats.
-    pub gain: f64,
-    /// Its probability.
-    pub probability: f64,
+    /// How it is tested.
+    pub(crate) test: Test,
+    /// Each person's held-out evidence, nats.
+    pub gains: Vec<f64>,
+    /// Of an effect that no posterior knows: its probability beside the effects of the library.
+    pub own: Option<f64>,
     /// Mean amplitude over people and its standard error.
     pub amplitude: (f64, f64),
     /// Each person's amplitude and its standard deviation.
     pub personal: Vec<(f64, f64)>,
-    /// Each person's gain, nats.
-    pub gains: Vec<f64>,
-    /// Each person's variant.
+    /// Each person's variant; the first where the test of the effect tries one alone.
     pub variants: Vec<usize>,
     /// Hidden events.
     pub events: Vec<FoundEvent>,
+}
+
+impl Score {
+    /// Evidence alone: the size, other variants than the first and events are the test's to fill in.
+    pub(crate) fn of(effect: EffectId, test: Test, gains: Vec<f64>) -> Self {
+        let variants = vec![0; gains.len()];
+        let (personal, events) = (Vec::new(), Vec::new());
+        Self { effect, test, gains, own: None, amplitude: (0.0, 0.0), personal, variants, events }
+    }
+
+    /// Held-out evidence of all people, nats.
+    pub(crate) fn gain(&self) -> f64 {
+        self.gains.iter().sum()
+    }
 }
 
 /// Reads what people show before anything is named. `calibration` says which innovations are scored, and `free_runs` is
@@ -165,9 +180,9 @@ pub fn first_round(
 ) -> Result<FirstRound, GapError> {
     let tried = Tried::of(library);
     let round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
-    let scores = round.scores(&tried, &[]);
-    let candidates = own_effects::beside_the_library(&scores, |_| true, |_| false);
-    Ok(FirstRound::of(people, &tried, &round, &scores, candidates, free_runs))
+    let candidates =
+        own_effects::beside_the_library(round.scores(&tried, &[]), |_| true, |_| false);
+    Ok(FirstRound::of(people, &tried, &round, candidates, free_runs))
 }
 
 /// Names the effects that are missing, by the probabilities of a posterior.
@@ -187,38 +202,29 @@ pub fn which(
     free_runs: &dyn Fn(Option<usize>) -> BTreeMap<String, f64>,
 ) -> Result<Which, GapError> {
     let tried = Tried::of(library);
-    let mut round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
-    let mut scores = round.scores(&tried, &[]);
     let known = |id: EffectId| posterior.effects().iter().any(|name| name == id.name());
-    let weighed =
-        |scores: &[Score]| own_effects::beside_the_library(scores, known, |id| tried.is_guard(id));
-    let mut candidates = weighed(&scores);
-    let first =
-        FirstRound::of(people, &tried, &round, &scores, candidates.clone(), free_runs(None));
+    let weighed = |scores| own_effects::beside_the_library(scores, known, |id| tried.is_guard(id));
+    let mut round = Round::of(people, &tried, &[], vec![Vec::new(); people.len()], calibration)?;
+    let mut candidates = weighed(round.scores(&tried, &[]));
+    let first = FirstRound::of(people, &tried, &round, candidates.clone(), free_runs(None));
     let belief = believed(posterior, &first.statistics)?;
-    let probable: Vec<(EffectId, &[f64])> = scores
-        .iter()
-        .filter(|score| belief.alarms() && belief.of_known(score.effect) >= NAMED_FROM)
-        .map(|score| (score.effect, score.gains()))
-        .collect();
-    let withheld = ReadAgain { people, asked, library, posterior, calibration, free_runs }
-        .on_one(&belief, &probable)?;
-    let mut named: Vec<Named> = Vec::new();
-    while let Some(best) = belief.next(&candidates, &withheld) {
-        let score = scores
-            .iter()
-            .find(|score| score.effect == best.effect)
-            .expect("a candidate comes from a score");
-        named.push(round.named(score, belief.of(best)));
+    let without = |person: usize| {
+        let others: Vec<CalibratedPerson<'_>> = others(people, person).copied().collect();
+        let rest = first_round(&others, library, calibration, free_runs(Some(person)))?;
+        believed(posterior, &rest.statistics)
+    };
+    let withheld = on_one(&candidates, &belief, posterior, (people.len(), asked), without)?;
+    let mut named: Vec<Score> = Vec::new();
+    while let Some(best) = belief.next(&candidates, &withheld).cloned() {
         // Hidden events that are named change what readings weigh, and with it the information of others.
-        let banks = if matches!(score.evidence, ScoreOf::Driven(_)) {
+        let banks = if best.test == Test::Driven {
             round.subjects.into_iter().map(|subject| subject.events).collect()
         } else {
             vec![Vec::new(); people.len()]
         };
+        named.push(best);
         round = Round::of(people, &tried, &named, banks, calibration)?;
-        scores = round.scores(&tried, &named);
-        candidates = weighed(&scores);
+        candidates = weighed(round.scores(&tried, &named));
     }
     let ports = round.estimated.beyond_usual.by_name();
     Ok(Which { named, withheld, first, belief, ports })
@@ -229,15 +235,14 @@ impl FirstRound {
         people: &[CalibratedPerson<'_>],
         tried: &Tried<'_>,
         round: &Round,
-        scores: &[Score],
-        candidates: Vec<Candidate>,
+        candidates: Vec<Score>,
         free_runs: BTreeMap<String, f64>,
     ) -> Self {
         let days: Vec<f64> =
             people.iter().map(|p| p.observations.len() as f64 / STEPS_PER_DAY as f64).collect();
         let nobodys = |id: &EffectId| round.subjects.iter().all(|s| s.untried.contains(id));
         let untried: Vec<EffectId> = tried.ids().into_iter().filter(nobodys).collect();
-        let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain));
+        let gains = candidates.iter().map(|c| (c.effect.name().to_owned(), c.gain()));
         let gains = gains.chain(round.estimated.beyond_usual.by_name());
         let evidence = Evidence { person_days: days.iter().sum(), gains: gains.collect() };
         let spreads = round.estimated.spreads.by_name();
@@ -246,11 +251,9 @@ impl FirstRound {
         let of_units = units::of_cohort(&natural);
         let mut statistics = statistics(people, &evidence, &spreads, &of_units);
         statistics.extend(free_runs);
-        statistics.extend(
-            scores
-                .iter()
-                .flat_map(|score| evidence_of_people(score.effect.name(), score.gains(), &days)),
-        );
+        for score in &candidates {
+            statistics.extend(evidence_of_people(score.effect.name(), &score.gains, &days));
+        }
         let courses = units::courses(&natural);
         Self { candidates, untried, evidence, spreads, statistics, courses }
     }
@@ -286,14 +289,10 @@ mod tests {
             gaps: BTreeMap::new(),
         };
         let belief = Belief { answer, speaks_from: 0.7 };
-        let candidates = [EffectId::EXERCISE, EffectId::DAWN].map(|effect| Candidate {
-            effect,
-            gain: 9.0,
-            own: None,
-        });
-        let named = |withheld: &[OnOne]| {
-            belief.next(&candidates, withheld).map(|candidate| candidate.effect)
-        };
+        let candidates = [EffectId::EXERCISE, EffectId::DAWN]
+            .map(|effect| Score::of(effect, Test::Driven, vec![9.0]));
+        let named =
+            |withheld: &[OnOne]| belief.next(&candidates, withheld).map(|score| score.effect);
         let one = |effect| OnOne { effect, person: 0, without: 0.1 };
         assert_eq!(named(&[]), Some(EffectId::EXERCISE));
         assert_eq!(named(&[one(EffectId::EXERCISE)]), Some(EffectId::DAWN));

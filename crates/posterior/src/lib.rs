@@ -31,7 +31,6 @@ mod posterior;
 mod reading;
 mod regression;
 mod table;
-mod things;
 mod training;
 
 pub use contract::posterior::PosteriorCard;

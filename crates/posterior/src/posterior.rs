@@ -54,6 +54,16 @@ impl Described {
             cells: self.cells.len(),
         }
     }
+
+    /// Names and shapes of the weights in a file: those of each network, and then those of the regressions.
+    fn weights(&self) -> impl Iterator<Item = (String, Vec<usize>)> {
+        let shape = self.shape();
+        let networks = (0..self.card.members).flat_map(move |member| {
+            shape.weights().map(|(name, shape)| (format!("{member}.{name}"), shape))
+        });
+        let regression = Regression::shapes(self.regression.names.len(), shape.odds);
+        networks.chain(regression.map(|(name, shape)| (format!("{REGRESSION}.{name}"), shape)))
+    }
 }
 
 /// What a posterior says of a cohort.
@@ -181,17 +191,12 @@ impl Posterior {
     /// # Errors
     /// [`PosteriorError::Tensor`] and [`PosteriorError::File`].
     pub fn bytes(&self) -> Result<Vec<u8>, PosteriorError> {
-        let shape = self.described.shape();
-        let mut tensors: Vec<(String, Tensor)> = Vec::new();
-        for (index, network) in self.networks.iter().enumerate() {
-            for ((name, _), weights) in shape.weights().iter().zip(&network.weights) {
-                tensors.push((format!("{index}.{name}"), weights.to_dtype(DType::F16)?));
-            }
-        }
-        let shapes = Regression::shapes(self.described.regression.names.len(), shape.odds);
-        for ((name, _), weights) in shapes.iter().zip(&self.regression.weights) {
-            tensors.push((format!("{REGRESSION}.{name}"), weights.to_dtype(DType::F16)?));
-        }
+        let networks = self.networks.iter().flat_map(|network| &network.weights);
+        let weights = networks.chain(&self.regression.weights);
+        let named = self.described.weights().zip(weights);
+        let tensors = named
+            .map(|((name, _), weights)| Ok((name, weights.to_dtype(DType::F16)?)))
+            .collect::<Result<Vec<(String, Tensor)>, PosteriorError>>()?;
         let description = serde_json::to_string(&self.described).map_err(file)?;
         let metadata = HashMap::from([(DESCRIPTION.to_owned(), description)]);
         safetensors::serialize(tensors, Some(metadata)).map_err(file)
@@ -213,28 +218,23 @@ impl Posterior {
             return Err(file(fault));
         }
         let tensors = candle_core::safetensors::load_buffer(bytes, &Device::Cpu)?;
-        let shape = described.shape();
-        let weights_of = |member: &str, shapes: &[(&'static str, Vec<usize>)]| {
-            let one = |(name, shape): &(&'static str, Vec<usize>)| {
-                let key = format!("{member}.{name}");
-                let found = tensors.get(&key).filter(|tensor| tensor.dims() == *shape);
-                let found =
-                    found.ok_or_else(|| file(format!("`{key}` is absent or of another shape")))?;
-                let found = found.to_dtype(DType::F32)?;
-                if found.flatten_all()?.to_vec1::<f32>()?.iter().any(|weight| !weight.is_finite()) {
-                    return Err(file(format!("`{key}` holds a weight that is not finite")));
-                }
-                Ok(found)
-            };
-            shapes.iter().map(one).collect::<Result<Vec<Tensor>, PosteriorError>>()
+        let read = |(name, shape): (String, Vec<usize>)| {
+            let found = tensors.get(&name).filter(|tensor| tensor.dims() == shape);
+            let found =
+                found.ok_or_else(|| file(format!("`{name}` is absent or of another shape")))?;
+            let found = found.to_dtype(DType::F32)?;
+            if found.flatten_all()?.to_vec1::<f32>()?.iter().any(|weight| !weight.is_finite()) {
+                return Err(file(format!("`{name}` holds a weight that is not finite")));
+            }
+            Ok(found)
         };
-        let networks = (0..described.card.members)
-            .map(|member| {
-                Ok(Network { weights: weights_of(&member.to_string(), &shape.weights())? })
-            })
-            .collect::<Result<Vec<Network>, PosteriorError>>()?;
-        let shapes = Regression::shapes(described.regression.names.len(), shape.odds);
-        let regression = Regression { weights: weights_of(REGRESSION, &shapes)? };
+        let mut weights =
+            described.weights().map(read).collect::<Result<Vec<Tensor>, PosteriorError>>()?;
+        let of_network = described.shape().weights().len();
+        let of_regression = weights.split_off(described.card.members * of_network);
+        let regression = Regression { weights: of_regression };
+        let networks: Vec<Network> =
+            weights.chunks(of_network).map(|own| Network { weights: own.to_vec() }).collect();
         if networks.is_empty() {
             return Err(file("it has no members"));
         }

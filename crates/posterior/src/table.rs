@@ -80,13 +80,9 @@ impl Table {
     #[must_use]
     pub fn rows_where(&self, holds: impl Fn(&Truth) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.len()).filter(|row| holds(&self.truths[*row])).collect();
-        let width = self.names.len();
         Self {
             names: self.names.clone(),
-            values: kept
-                .iter()
-                .flat_map(|row| self.values[row * width..(row + 1) * width].iter().copied())
-                .collect(),
+            values: kept.iter().flat_map(|row| self.values_of(*row)).copied().collect(),
             truths: kept.iter().map(|row| self.truths[*row].clone()).collect(),
         }
     }
@@ -94,23 +90,21 @@ impl Table {
     /// The statistics of a row by name.
     #[must_use]
     pub fn row(&self, row: usize) -> BTreeMap<String, f64> {
-        let width = self.names.len();
-        let values = &self.values[row * width..(row + 1) * width];
-        let known = self.names.iter().zip(values).filter(|(_, value)| !value.is_nan());
+        let known = self.names.iter().zip(self.values_of(row)).filter(|(_, value)| !value.is_nan());
         known.map(|(name, value)| (name.clone(), f64::from(*value))).collect()
     }
 
+    fn values_of(&self, row: usize) -> &[f32] {
+        let width = self.names.len();
+        &self.values[row * width..(row + 1) * width]
+    }
+
     pub(crate) fn checked(&self) -> Result<(), PosteriorError> {
-        let expected = self.names.len() * self.truths.len();
-        if self.values.len() == expected {
+        let (values, rows, names) = (self.values.len(), self.len(), self.names.len());
+        if values == rows * names {
             return Ok(());
         }
-        Err(PosteriorError::Table(format!(
-            "{} values of {} rows with {} names",
-            self.values.len(),
-            self.truths.len(),
-            self.names.len()
-        )))
+        Err(PosteriorError::Table(format!("{values} values of {rows} rows with {names} names")))
     }
 }
 

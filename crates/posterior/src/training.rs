@@ -17,39 +17,38 @@ use crate::posterior::{Described, Posterior};
 use crate::reading::Reading;
 use crate::regression::Regression;
 use crate::table::{Table, Truth};
-use crate::things::Things;
 
+/// Largest gap that networks are shown, in units of [`GAP_UNIT`].
 const LARGEST_GAP: f64 = 5.0;
 /// Fewest worlds of one kind, and of all others, by which a hand is asked what a statistic tells.
 const FEWEST: f64 = 5.0;
+/// Statistics that networks read: those that tell most of anything.
+const STATISTICS: usize = 2000;
+/// Statistics that the regression of one effect reads: those that tell most of it.
+const OF_ONE_EFFECT: usize = 100;
+/// Penalty on squared weights of the regressions, in units of worlds.
+const RIDGE: f64 = 60.0;
+/// First size of steps; it falls to 0 as a cosine.
+const RATE: f64 = 1e-3;
+/// Decay of weights.
+const DECAY: f64 = 0.2;
+/// Share of the statistics and of the hidden units that a step does not see.
+const DROPPED: f64 = 0.5;
+/// Weights of the losses of ports and of gaps; that of what is missing has weight 1.
+const PORT_WEIGHT: f64 = 0.3;
+const GAP_WEIGHT: f64 = 0.5;
 
 /// How networks are trained.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Training {
     /// Networks of the ensemble; one member more is a regression.
     pub networks: usize,
-    /// Statistics that networks read: those that tell most of anything.
-    pub statistics: usize,
-    /// Statistics that the regression of one effect reads: those that tell most of it.
-    pub of_one_effect: usize,
-    /// Penalty on squared weights of the regressions, in units of worlds.
-    pub ridge: f64,
     /// Hidden units in each of two layers.
     pub hidden: usize,
     /// Passes over the table.
     pub epochs: usize,
     /// Rows of a step.
     pub batch: usize,
-    /// First size of steps; it falls to 0 as a cosine.
-    pub rate: f64,
-    /// Decay of weights.
-    pub decay: f64,
-    /// Share of the statistics and of the hidden units that a step does not see.
-    pub dropped: f64,
-    /// Weight of the loss of ports; that of what is missing has weight 1.
-    pub port_weight: f64,
-    /// Weight of the loss of gaps.
-    pub gap_weight: f64,
     /// Seed of everything that is drawn.
     pub seed: u64,
 }
@@ -58,21 +57,7 @@ impl Training {
     /// The settings in use.
     #[must_use]
     pub const fn working(seed: u64) -> Self {
-        Self {
-            networks: 2,
-            statistics: 2000,
-            of_one_effect: 100,
-            ridge: 60.0,
-            hidden: 192,
-            epochs: 20,
-            batch: 64,
-            rate: 1e-3,
-            decay: 0.2,
-            dropped: 0.5,
-            port_weight: 0.3,
-            gap_weight: 0.5,
-            seed,
-        }
+        Self { networks: 2, hidden: 192, epochs: 20, batch: 64, seed }
     }
 }
 
@@ -88,23 +73,55 @@ pub fn train(
     settings: &Training,
     source: &str,
 ) -> Result<Posterior, PosteriorError> {
-    let things = Things::of(table, effects);
-    let prepared = Prepared::of(table, &things)?;
-    let (regressed, regression) = prepared.regression(settings)?;
-    let of_any: Vec<f64> = (0..prepared.all.names.len())
-        .map(|column| prepared.told.iter().map(|one| one[column]).fold(0.0, f64::max))
-        .collect();
-    let (reading, read) = prepared.only(&largest(&of_any, settings.statistics));
-    let cells: Vec<String> = {
-        let of_truths = table.truths.iter().flat_map(|truth| truth.gaps.keys().cloned());
-        of_truths.collect::<BTreeSet<_>>().into_iter().collect()
+    let refused = |why: &str| Err(PosteriorError::Table(why.to_owned()));
+    table.checked()?;
+    if table.is_empty() {
+        return refused("it has no rows");
+    }
+    // Each kind outside the library has odds of its own: what is unknown is many things, of which no two look alike
+    // (decision 0044).
+    let outside = distinct(table.truths.iter().filter_map(|truth| truth.outside.clone()));
+    let missing = table
+        .truths
+        .iter()
+        .map(|truth| missing(truth, effects, &outside))
+        .collect::<Result<Vec<Vec<bool>>, _>>()?;
+    let all = Reading::of(table);
+    if all.names.is_empty() {
+        return refused("none of its statistics varies");
+    }
+    let read = all.of_table(table);
+    let hands: Vec<&str> = table.truths.iter().map(|truth| truth.hand.as_str()).collect();
+    let told = telling(&read, all.names.len(), &missing, &hands);
+    if told.iter().flatten().all(|tells| *tells == 0.0) {
+        return refused("none of its statistics tells anything");
+    }
+    let only = |columns: &[usize]| -> (Reading, Vec<f32>) {
+        let rows = read.chunks(all.names.len());
+        let read = rows.flat_map(|row| columns.iter().map(|column| row[*column])).collect();
+        (all.only(columns), read)
     };
-    let nothing = prepared.missing.iter().filter(|row| !row.contains(&true)).count();
+    // The regressions, each on the statistics that tell most of its effect.
+    let of_things = &told[..effects.len() + outside.len()];
+    let columns: Vec<Vec<usize>> =
+        of_things.iter().map(|one| largest(one, OF_ONE_EFFECT)).collect();
+    let kept = distinct(columns.iter().flatten().copied());
+    let place = |column: &usize| kept.binary_search(column).expect("it is kept");
+    let columns: Vec<Vec<usize>> =
+        columns.iter().map(|columns| columns.iter().map(place).collect()).collect();
+    let (regressed, of_regressions) = only(&kept);
+    let regression = Regression::fitted(&of_regressions, &missing, &columns, effects.len(), RIDGE)?;
+    // The networks, on those that tell most of anything.
+    let of_any: Vec<f64> = (0..all.names.len())
+        .map(|column| told.iter().map(|one| one[column]).fold(0.0, f64::max))
+        .collect();
+    let (reading, of_networks) = only(&largest(&of_any, STATISTICS));
+    let nothing = missing.iter().filter(|row| !row.contains(&true)).count();
     let described = Described {
-        effects: things.effects,
-        outside: things.outside,
+        effects: effects.to_vec(),
+        outside,
         ports: ports.to_vec(),
-        cells,
+        cells: distinct(table.truths.iter().flat_map(|truth| truth.gaps.keys().cloned())),
         hidden: settings.hidden,
         reading,
         regression: regressed,
@@ -117,8 +134,8 @@ pub fn train(
         },
     };
     let examples = Examples {
-        read,
-        missing: &prepared.missing,
+        read: of_networks,
+        missing,
         effects: effects.len(),
         ports: table.truths.iter().flat_map(|truth| shares(truth, ports)).collect(),
         gaps: table.truths.iter().flat_map(|truth| gaps(truth, &described.cells)).collect(),
@@ -131,6 +148,30 @@ pub fn train(
     Ok(Posterior { described, networks, regression })
 }
 
+/// Each of some values once, in order.
+fn distinct<T: Ord>(values: impl Iterator<Item = T>) -> Vec<T> {
+    values.collect::<BTreeSet<T>>().into_iter().collect()
+}
+
+/// Which of the effects, and then of the kinds outside the library, a world lacks.
+fn missing(
+    truth: &Truth,
+    effects: &[String],
+    outside: &[String],
+) -> Result<Vec<bool>, PosteriorError> {
+    if let Some(strange) = truth.effects.iter().find(|name| !effects.contains(name)) {
+        return Err(PosteriorError::Table(format!("it has a world with `{strange}`")));
+    }
+    let known = effects.iter().map(|effect| truth.effects.contains(effect));
+    let kinds = outside.iter().map(|kind| truth.outside.as_ref() == Some(kind));
+    let missing: Vec<bool> = known.chain(kinds).collect();
+    let count = missing.iter().filter(|is| **is).count();
+    if count > 2 || truth.outside.is_some() && count > 1 {
+        return Err(PosteriorError::Table(format!("a world lacks {:?} and more", truth.effects)));
+    }
+    Ok(missing)
+}
+
 /// Numbers of worlds by the hand that made them.
 fn by_hand(table: &Table) -> Vec<(String, usize)> {
     let mut hands: BTreeMap<&str, usize> = BTreeMap::new();
@@ -138,65 +179,6 @@ fn by_hand(table: &Table) -> Vec<(String, usize)> {
         *hands.entry(&truth.hand).or_default() += 1;
     }
     hands.into_iter().map(|(hand, worlds)| (hand.to_owned(), worlds)).collect()
-}
-
-/// A table as it is read, with what is missing in its worlds and what its statistics tell of it.
-struct Prepared {
-    all: Reading,
-    /// (rows, statistics)
-    read: Vec<f32>,
-    /// By row and thing.
-    missing: Vec<Vec<bool>>,
-    /// By thing, and last for nothing: what each statistic tells.
-    told: Vec<Vec<f64>>,
-    effects: usize,
-}
-
-impl Prepared {
-    fn of(table: &Table, things: &Things) -> Result<Self, PosteriorError> {
-        table.checked()?;
-        if table.is_empty() {
-            return Err(PosteriorError::Table("it has no rows".to_owned()));
-        }
-        let missing = table
-            .truths
-            .iter()
-            .map(|truth| things.missing(truth))
-            .collect::<Result<Vec<Vec<bool>>, _>>()?;
-        let all = Reading::of(table);
-        if all.names.is_empty() {
-            return Err(PosteriorError::Table("none of its statistics varies".to_owned()));
-        }
-        let read = all.of_table(table);
-        let hands: Vec<&str> = table.truths.iter().map(|truth| truth.hand.as_str()).collect();
-        let told = telling(&read, all.names.len(), &missing, &hands);
-        if told.iter().flatten().all(|tells| *tells == 0.0) {
-            return Err(PosteriorError::Table("none of its statistics tells anything".to_owned()));
-        }
-        Ok(Self { all, read, missing, told, effects: things.effects.len() })
-    }
-
-    /// Some of the statistics.
-    fn only(&self, columns: &[usize]) -> (Reading, Vec<f32>) {
-        let rows = self.read.chunks(self.all.names.len());
-        let read = rows.flat_map(|row| columns.iter().map(|column| row[*column])).collect();
-        (self.all.only(columns), read)
-    }
-
-    /// The regressions, each on the statistics that tell most of its effect, and what they read.
-    fn regression(&self, settings: &Training) -> Result<(Reading, Regression), PosteriorError> {
-        let things = self.told.len() - 1;
-        let by_thing: Vec<Vec<usize>> =
-            self.told[..things].iter().map(|one| largest(one, settings.of_one_effect)).collect();
-        let kept: Vec<usize> =
-            by_thing.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
-        let place = |column: &usize| kept.binary_search(column).expect("it is kept");
-        let columns: Vec<Vec<usize>> =
-            by_thing.iter().map(|columns| columns.iter().map(place).collect()).collect();
-        let (reading, read) = self.only(&kept);
-        let (missing, ridge) = (&self.missing, settings.ridge);
-        Ok((reading, Regression::fitted(&read, missing, &columns, self.effects, ridge)?))
-    }
 }
 
 /// What each statistic tells of each thing, and last of nothing being missing: the standardised difference between the
@@ -210,9 +192,7 @@ fn telling(read: &[f32], width: usize, missing: &[Vec<bool>], hands: &[&str]) ->
         .map(|thing| missing.iter().map(|row| row[thing]).collect())
         .chain([missing.iter().map(|row| !row.contains(&true)).collect()])
         .collect();
-    let rows_of: Vec<Vec<usize>> = hands
-        .iter()
-        .collect::<BTreeSet<_>>()
+    let rows_of: Vec<Vec<usize>> = distinct(hands.iter())
         .into_iter()
         .map(|hand| (0..hands.len()).filter(|row| hands[*row] == *hand).collect())
         .collect();
@@ -258,7 +238,7 @@ fn shares(truth: &Truth, ports: &[String]) -> Vec<f32> {
     ports.iter().map(|port| share * count(port)).collect()
 }
 
-/// The gap by cell in units of [`GAP_UNIT`]; not a number where the truth does not state it.
+/// The gap by cell in units of [`GAP_UNIT`], and then its sizes; not a number where the truth does not state it.
 fn gaps(truth: &Truth, cells: &[String]) -> Vec<f32> {
     let nothing = truth.effects.is_empty() && truth.outside.is_none();
     let of_cell = |cell: &String| match truth.gaps.get(cell) {
@@ -266,21 +246,23 @@ fn gaps(truth: &Truth, cells: &[String]) -> Vec<f32> {
         None if nothing => 0.0,
         None => f32::NAN,
     };
-    cells.iter().map(of_cell).collect()
+    let gaps: Vec<f32> = cells.iter().map(of_cell).collect();
+    gaps.iter().copied().chain(gaps.iter().map(|gap| gap.abs())).collect()
 }
 
 /// Rows ready for networks.
-struct Examples<'a> {
+struct Examples {
     read: Vec<f32>,
     /// By row and thing.
-    missing: &'a [Vec<bool>],
+    missing: Vec<Vec<bool>>,
     effects: usize,
     ports: Vec<f32>,
+    /// Gaps, and their sizes beside them.
     gaps: Vec<f32>,
     shape: Shape,
 }
 
-impl Examples<'_> {
+impl Examples {
     fn fitted(&self, settings: &Training, member: u64) -> Result<Network, PosteriorError> {
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
         rng.set_stream(member + 1);
@@ -294,11 +276,7 @@ impl Examples<'_> {
             Network { weights: variables.iter().map(|v| v.as_tensor().clone()).collect() };
         let batch = settings.batch.clamp(1, self.missing.len());
         let steps = settings.epochs * (self.missing.len() / batch);
-        let parameters = ParamsAdamW {
-            lr: settings.rate,
-            weight_decay: settings.decay,
-            ..ParamsAdamW::default()
-        };
+        let parameters = ParamsAdamW { lr: RATE, weight_decay: DECAY, ..ParamsAdamW::default() };
         let mut optimiser = AdamW::new(variables, parameters)?;
         let mut order: Vec<usize> = (0..self.missing.len()).collect();
         let mut step = 0;
@@ -306,12 +284,10 @@ impl Examples<'_> {
             order.shuffle(&mut rng);
             for rows in order.chunks_exact(batch) {
                 let share = step as f64 / steps.max(1) as f64;
-                optimiser.set_learning_rate(
-                    settings.rate * 0.5 * (1.0 + (std::f64::consts::PI * share).cos()),
-                );
-                let kept = self.kept(rows.len(), settings.dropped, &mut rng)?;
-                let loss = self.loss(&network, rows, &kept, settings)?;
-                optimiser.backward_step(&loss)?;
+                let turn = (std::f64::consts::PI * share).cos();
+                optimiser.set_learning_rate(RATE * 0.5 * (1.0 + turn));
+                let kept = self.kept(rows.len(), &mut rng)?;
+                optimiser.backward_step(&self.loss(&network, rows, &kept)?)?;
                 step += 1;
             }
         }
@@ -320,15 +296,10 @@ impl Examples<'_> {
     }
 
     /// Which numbers a step sees.
-    fn kept(
-        &self,
-        rows: usize,
-        dropped: f64,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<Kept, PosteriorError> {
+    fn kept(&self, rows: usize, rng: &mut ChaCha8Rng) -> Result<Kept, PosteriorError> {
         let mut of = |width: usize| -> Result<Tensor, PosteriorError> {
-            let over = (1.0 - dropped).recip() as f32;
-            let mut one = || if rng.random_bool(dropped) { 0.0 } else { over };
+            let over = (1.0 - DROPPED).recip() as f32;
+            let mut one = || if rng.random_bool(DROPPED) { 0.0 } else { over };
             let kept: Vec<f32> = (0..rows * width).map(|_| one()).collect();
             Ok(Tensor::from_vec(kept, (rows, width), &Device::Cpu)?)
         };
@@ -341,38 +312,25 @@ impl Examples<'_> {
         network: &Network,
         rows: &[usize],
         kept: &Kept,
-        settings: &Training,
     ) -> Result<Tensor, PosteriorError> {
         let Shape { statistics, ports, cells, .. } = self.shape;
-        let pick = |values: &[f32], width: usize| -> Result<Tensor, PosteriorError> {
-            let picked: Vec<f32> = rows
-                .iter()
-                .flat_map(|row| values[row * width..(row + 1) * width].iter().copied())
-                .collect();
-            Ok(Tensor::from_vec(picked, (rows.len(), width), &Device::Cpu)?)
+        let pick = |values: &[f32], width: usize, of: fn(f32) -> f32| {
+            let of_row = |row: &usize| values[row * width..(row + 1) * width].iter().copied();
+            let picked: Vec<f32> = rows.iter().flat_map(of_row).map(of).collect();
+            Tensor::from_vec(picked, (rows.len(), width), &Device::Cpu)
         };
-        // Gaps, and their sizes beside them.
-        let gaps = |of: fn(f32) -> f32| -> Result<Tensor, PosteriorError> {
-            let picked: Vec<f32> = rows
-                .iter()
-                .flat_map(|row| {
-                    let own = &self.gaps[row * cells..(row + 1) * cells];
-                    own.iter().copied().chain(own.iter().map(|gap| gap.abs())).map(of)
-                })
-                .collect();
-            Ok(Tensor::from_vec(picked, (rows.len(), 2 * cells), &Device::Cpu)?)
-        };
+        let gaps = |of: fn(f32) -> f32| pick(&self.gaps, 2 * cells, of);
         let known = |gap: f32| f32::from(u8::from(!gap.is_nan()));
         let or_zero = |gap: f32| if gap.is_nan() { 0.0 } else { gap };
-        let found = network.answer(&pick(&self.read, statistics)?, Some(kept))?;
+        let read = pick(&self.read, statistics, |value| value)?;
+        let found = network.answer(&read, Some(kept))?;
         let of_missing = self.loss_of_missing(&found.odds, network.pair(), rows)?;
         let count = rows.len() as f64;
-        let Training { port_weight, gap_weight, .. } = *settings;
-        let ports = found.ports.mul(&pick(&self.ports, ports)?)?;
-        let of_ports = (ports.sum_all()? * (-port_weight / count))?;
+        let ports = found.ports.mul(&pick(&self.ports, ports, |share| share)?)?;
+        let of_ports = (ports.sum_all()? * (-PORT_WEIGHT / count))?;
         let apart = found.gaps.sub(&gaps(or_zero)?)?.mul(&gaps(known)?)?;
         let of_gaps =
-            (apart.sqr()?.sum_all()? * (gap_weight / (count * 2.0 * cells.max(1) as f64)))?;
+            (apart.sqr()?.sum_all()? * (GAP_WEIGHT / (count * 2.0 * cells.max(1) as f64)))?;
         Ok(((of_missing + of_ports)? + of_gaps)?)
     }
 

@@ -9,7 +9,6 @@
 //! white noise.
 
 mod euler;
-mod stepper;
 
 use std::sync::Arc;
 
@@ -25,12 +24,11 @@ use physiology::{
 
 use self::euler::COMPARTMENTS;
 pub(crate) use self::euler::{Euler, PlainRun};
-pub(crate) use self::stepper::Stepper;
-use crate::filter::body::{Body, OtherBody};
+use crate::filter::body::{Body, OtherBody, Slopes};
 use crate::filter::covariance::Covariance;
 use crate::filter::noise::NoiseModel;
 use crate::filter::state::{AugmentedState, FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
-use crate::filter::transition::{BodySlopes, Surroundings, Transition};
+use crate::filter::transition::{BodySlopes, Transition};
 
 /// Glucose below which a correction by the filter is cut off; sensors end at 40 mg/dL.
 pub const GLUCOSE_FLOOR: MgPerDl = MgPerDl(30.0);
@@ -42,6 +40,69 @@ const LOW_DEPTH: f64 = 20.0;
 
 /// Standard deviation of what each gut compartment may hold before the first reading, mmol/kg.
 const GUT_SD: f64 = 0.3;
+
+/// Which body moves, and what it needs for a step.
+#[derive(Debug, Clone)]
+pub(crate) enum Stepper {
+    /// The ODE, with everything that does not change between steps.
+    Ode(Euler),
+    /// Another body.
+    Other(Arc<OtherBody>),
+}
+
+impl Stepper {
+    /// The body alone one step later; `flux` is added to dQ1/dt, mmol/kg/min.
+    #[inline(always)]
+    fn advance(
+        &self,
+        person: &OdePlant,
+        body: &OdeState,
+        input: &StepInput,
+        flux: f64,
+    ) -> Result<OdeState, OdeError> {
+        let euler = match self {
+            Self::Ode(euler) => euler,
+            Self::Other(other) => {
+                return Ok(other.step(person, body, input, flux, Slopes::Skip)?.0);
+            }
+        };
+        if Euler::covers(body, input) {
+            let x = OdeVector(euler.step(&body.vector().0, euler.doses(input), flux));
+            if x.first_non_finite().is_none() {
+                return Ok(body.with_vector(&x));
+            }
+        }
+        person.advance(body, input, flux)
+    }
+
+    /// The body alone one step later and the derivative by its compartments; that of the ODE is without exercise and
+    /// rescue carbohydrate.
+    #[inline]
+    fn linearised(
+        &self,
+        person: &OdePlant,
+        body: &OdeState,
+        input: &StepInput,
+        flux: f64,
+    ) -> Result<(OdeState, BodySlopes), OdeError> {
+        match self {
+            Self::Ode(euler) => {
+                let following = self.advance(person, body, input, flux)?;
+                Ok((following, euler.slopes(&body.vector().0)))
+            }
+            Self::Other(other) => other.step(person, body, input, flux, Slopes::Take),
+        }
+    }
+
+    /// What comes into S1 and into C1 in a step.
+    #[inline(always)]
+    fn doses(&self, person: &OdePlant, input: &StepInput) -> [f64; 2] {
+        match self {
+            Self::Ode(euler) => euler.doses(input),
+            Self::Other(other) => other.doses(person, input),
+        }
+    }
+}
 
 /// What acts in one step under a modulation.
 pub(crate) struct Acting {
@@ -143,16 +204,13 @@ impl AugmentedModel {
     }
 
     /// A free run from a state. `euler` is the model's step.
-    pub(crate) fn plain_run<'a>(&self, euler: &'a Euler, state: &AugmentedState) -> PlainRun<'a> {
-        PlainRun {
-            euler,
-            body: state.body.vector().0,
-            flux: state.flux,
-            interstitial: state.interstitial.0,
-            flux_decay: self.flux_decay,
-            lag_decay: self.lag_decay,
-            glucose_per_q1: self.glucose_per_q1(),
-        }
+    pub(crate) fn plain_run<'a>(
+        &'a self,
+        euler: &'a Euler,
+        state: &AugmentedState,
+    ) -> PlainRun<'a> {
+        let (body, interstitial) = (state.body.vector().0, state.interstitial.0);
+        PlainRun { model: self, euler, body, flux: state.flux, interstitial }
     }
 
     /// The noise settings.
@@ -264,13 +322,8 @@ impl AugmentedModel {
     /// The body's derivative with those of the flux, the lag and the sensor around it.
     #[inline]
     fn transition(&self, slopes: &BodySlopes, lag_decay: f64) -> Transition {
-        let around = Surroundings {
-            flux_decay: self.flux_decay,
-            lag_decay,
-            share: self.share_at(lag_decay),
-            sensor: self.sensor_coefficients,
-        };
-        Transition::of(slopes, &around)
+        let share = self.share_at(lag_decay);
+        Transition::of(slopes, self.flux_decay, lag_decay, share, self.sensor_coefficients)
     }
 
     /// The state corrected by `gain` times `innovation`, cut off at [`GLUCOSE_FLOOR`].
@@ -299,11 +352,8 @@ impl AugmentedModel {
     /// Uncertainty of what is eaten at the start of a step; enters before it is propagated.
     #[inline(always)]
     pub fn add_meal_noise(&self, p: &mut Covariance, input: &StepInput) {
-        let cv = self.noise.carb_count_cv;
-        let sd = match &self.stepper {
-            Stepper::Ode(euler) => cv * euler.doses(input)[1],
-            Stepper::Other(body) => cv * body.meal_in_c1(&self.person, input.carbs),
-        };
+        let [_, eaten] = self.stepper.doses(&self.person, input);
+        let sd = self.noise.carb_count_cv * eaten;
         p.add(slot(C1), sd * sd);
     }
 
@@ -316,11 +366,8 @@ impl AugmentedModel {
         following: &AugmentedState,
     ) {
         let noise = &self.noise;
-        let sd = match &self.stepper {
-            Stepper::Ode(euler) => noise.insulin_cv * euler.doses(input)[0],
-            Stepper::Other(body) => noise.insulin_cv * body.insulin_in_s1(input.insulin()),
-        };
-        p.add(slot(S1), sd.powi(2));
+        let [infused, _] = self.stepper.doses(&self.person, input);
+        p.add(slot(S1), (noise.insulin_cv * infused).powi(2));
         let x = following.body.vector();
         for effect in [X1, X2, X3] {
             p.add(slot(effect), (noise.effect_cv * x[effect]).powi(2));
@@ -357,14 +404,8 @@ impl AugmentedModel {
         let mut covariance = Covariance::diagonal(&sd);
         let linked = self.noise.sensor_sd.powi(2) * self.noise.sensor_correlation;
         covariance.link(SENSOR, SENSOR_BEFORE, linked);
-        let state = AugmentedState {
-            body: OdeState::default().with_vector(&x),
-            flux: 0.0,
-            interstitial: glucose,
-            sensor: MgPerDl(0.0),
-            sensor_before: MgPerDl(0.0),
-        };
-        (state, covariance)
+        let body = OdeState::default().with_vector(&x);
+        (AugmentedState { body, interstitial: glucose, ..AugmentedState::default() }, covariance)
     }
 
     /// mg/dL that interstitial glucose gains in a step per mmol/kg of Q1 at both of its ends, halved, where a share

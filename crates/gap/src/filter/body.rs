@@ -69,14 +69,11 @@ pub fn sees(compartment: Compartment) -> impl Iterator<Item = Compartment> {
 /// Usual size of a state, in its unit.
 fn usual(state: Compartment) -> f64 {
     match state {
-        S1 | S2 => 10.0,
-        I => 10.0,
-        X1 | X2 => 0.01,
+        S1 | S2 | I => 10.0,
+        X1 | X2 | C2 => 0.01,
         X3 => 0.5,
         Q1 => 100.0,
-        Q2 => 1.0,
-        C1 => 1.0,
-        C2 => 0.01,
+        Q2 | C1 => 1.0,
     }
 }
 
@@ -108,16 +105,11 @@ struct Ports {
     gut_time: f64,
     carbs: f64,
     return_flow: f64,
-    /// Production and uptake beyond those of the nominal parameters, mmol/kg/min.
-    egp_0: f64,
-    f_01: f64,
-    /// Volume that makes a concentration of an amount of glucose, L/kg.
-    v_g: f64,
 }
 
 /// Whether slopes are wanted too; they cost as much again.
-#[derive(Clone, Copy, PartialEq)]
-enum Slopes {
+#[derive(Clone, Copy)]
+pub(crate) enum Slopes {
     Skip,
     Take,
 }
@@ -131,8 +123,7 @@ impl OtherBody {
         let guess = OdePlant::reproduction(nominal, Kilograms(70.0));
         let infused = infusion(resting.basal.0, guess.weight.0);
         let start = held_by(&nominal, guess.q1_at(MgPerDl(120.0)), infused);
-        let ports = other.ports(&guess);
-        let mut x = other.settled(&ports, start, resting.basal);
+        let mut x = other.at_rest(&guess, start, resting.basal);
         let gained = |compartment: Compartment, input: &StepInput| {
             let physical = other.states(&x);
             let of = |input: &StepInput| other.body.rate(compartment, &physical, input);
@@ -158,78 +149,52 @@ impl OtherBody {
         other
     }
 
-    /// The ten compartments one step later. `flux` is added to dQ1/dt, mmol/kg/min.
+    /// The ten compartments one step later, and the derivative of the step by them where it is wanted. `flux` is added to
+    /// dQ1/dt, mmol/kg/min.
     ///
     /// # Errors
     /// [`OdeError::NonFinite`] with the compartment.
-    pub(crate) fn advance(
+    pub(crate) fn step(
         &self,
         person: &OdePlant,
         state: &OdeState,
         input: &StepInput,
         flux: f64,
-    ) -> Result<OdeState, OdeError> {
-        let x = state.vector();
-        let (rates, _) = self.rates(&self.ports(person), &x, input, flux, Slopes::Skip);
-        self.after(state, &x, &rates).map(|(following, _)| following)
-    }
-
-    /// As [`advance`](Self::advance), with the derivative of the step by the compartments.
-    pub(crate) fn linearised(
-        &self,
-        person: &OdePlant,
-        state: &OdeState,
-        input: &StepInput,
-        flux: f64,
+        wanted: Slopes,
     ) -> Result<(OdeState, BodySlopes), OdeError> {
-        let x = state.vector();
-        let (rates, slopes) = self.rates(&self.ports(person), &x, input, flux, Slopes::Take);
-        let (following, confined) = self.after(state, &x, &rates)?;
+        let mut x = state.vector();
+        let (rates, slopes) = self.rates(person, &x, input, flux, wanted);
         let mut slopes = slopes.of_a_step();
-        if confined {
-            slopes.glucose = [0.0; 6];
-        }
-        Ok((following, slopes))
-    }
-
-    fn after(
-        &self,
-        state: &OdeState,
-        x: &OdeVector,
-        rates: &OdeVector,
-    ) -> Result<(OdeState, bool), OdeError> {
-        let mut following = *x;
-        for (value, rate) in following.0.iter_mut().zip(rates.0) {
+        for (value, rate) in x.0.iter_mut().zip(rates.0) {
             *value += STEP.0 * rate;
         }
-        if let Some(compartment) = following.first_non_finite() {
+        if let Some(compartment) = x.first_non_finite() {
             return Err(OdeError::NonFinite { compartment });
         }
-        let free = following[Q1];
         if let Some((lowest, highest)) = self.body.glucose_range() {
-            following[Q1] = free.clamp(self.amount(lowest), self.amount(highest));
+            let amount = |glucose: MgPerDl| glucose.0 / MG_PER_DL_PER_MMOL_PER_L * self.nominal.v_g;
+            let confined = x[Q1].clamp(amount(lowest), amount(highest));
+            if confined != x[Q1] {
+                x[Q1] = confined;
+                slopes.glucose = [0.0; 6];
+            }
         }
-        Ok((state.with_vector(&following), following[Q1] != free))
+        Ok((state.with_vector(&x), slopes))
     }
 
-    /// The body after a day of `basal` with glucose held as it stands in `start`; the gut empties.
+    /// The body after a day of `basal` with glucose held as it stands in `start`; the gut empties. The loop is no
+    /// simulation: [`simulate`](physiology::simulate) would move glucose.
     pub(crate) fn at_rest(
         &self,
         person: &OdePlant,
         start: OdeVector,
         basal: UnitsPerHour,
     ) -> OdeVector {
-        self.settled(&self.ports(person), start, basal)
-    }
-
-    /// The loop is no simulation: it holds glucose, which [`simulate`](physiology::simulate) would move.
-    fn settled(&self, ports: &Ports, start: OdeVector, basal: UnitsPerHour) -> OdeVector {
+        let (ports, mut x) = (self.ports(person), start);
         let input = StepInput { basal, ..StepInput::default() };
-        let mut x = start;
         for _ in 0..SETTLING {
             let physical = self.states(&x);
-            let rates = self.rates_around_glucose(ports, &physical, &input);
-            for (compartment, rate) in rates {
+            for (compartment, rate) in self.rates_around_glucose(&ports, &physical, &input) {
                 x[compartment] += STEP.0 * rate;
             }
         }
@@ -242,14 +207,10 @@ impl OtherBody {
         [self.c1_per_gram, self.c2_per_gram].map(|gain| gain * amount / per_gram)
     }
 
-    /// What C1 gains from a meal.
-    pub(crate) fn meal_in_c1(&self, person: &OdePlant, carbs: Grams) -> f64 {
-        self.c1_per_gram * carbs.0 * person.parameters.a_g / self.nominal.a_g
-    }
-
-    /// What S1 gains from a step of insulin, mU/kg.
-    pub(crate) fn insulin_in_s1(&self, rate: UnitsPerHour) -> f64 {
-        self.s1_per_rate * rate.0
+    /// What comes into S1 and into C1 in a step.
+    pub(crate) fn doses(&self, person: &OdePlant, input: &StepInput) -> [f64; 2] {
+        let eaten = self.c1_per_gram * input.carbs.0 * person.parameters.a_g / self.nominal.a_g;
+        [self.s1_per_rate * input.insulin().0, eaten]
     }
 
     /// The state in reporting units; glucose as the person's volume dilutes it.
@@ -257,10 +218,6 @@ impl OtherBody {
         let mut states = self.states(&state.vector());
         states[Q1] = state.q1 / person.parameters.v_g * MG_PER_DL_PER_MMOL_PER_L;
         states
-    }
-
-    fn amount(&self, glucose: MgPerDl) -> f64 {
-        glucose.0 / MG_PER_DL_PER_MMOL_PER_L * self.nominal.v_g
     }
 
     fn states(&self, x: &OdeVector) -> States {
@@ -285,48 +242,43 @@ impl OtherBody {
             gut_time: p.t_max_g / n.t_max_g,
             carbs: p.a_g / n.a_g,
             return_flow: p.k_12 / n.k_12,
-            egp_0: p.egp_0 - n.egp_0,
-            f_01: p.f_01 - n.f_01,
-            v_g: p.v_g,
         }
     }
 
     /// Rates at the ports, in physical units, glucose as an amount; and their slopes.
     fn rates(
         &self,
-        ports: &Ports,
+        person: &OdePlant,
         x: &OdeVector,
         input: &StepInput,
         flux: f64,
         wanted: Slopes,
     ) -> (OdeVector, BodySlopes) {
-        let input = StepInput {
-            carbs: input.carbs * ports.carbs,
-            rescue: physiology::FastCarbs {
-                amount: input.rescue.amount * ports.carbs,
-                ..input.rescue
-            },
-            ..*input
-        };
+        let (ports, p) = (self.ports(person), &person.parameters);
+        // Production and uptake beyond those of the nominal parameters, mmol/kg/min.
+        let (egp_0, f_01) = (p.egp_0 - self.nominal.egp_0, p.f_01 - self.nominal.f_01);
+        let mut input = *input;
+        input.carbs.0 *= ports.carbs;
+        input.rescue.amount.0 *= ports.carbs;
         let physical = self.states(x);
         let mut values = OdeVector::default();
-        for (compartment, rate) in self.rates_around_glucose(ports, &physical, &input) {
+        for (compartment, rate) in self.rates_around_glucose(&ports, &physical, &input) {
             values[compartment] = rate;
         }
         let into_amount = self.nominal.v_g / MG_PER_DL_PER_MMOL_PER_L;
         let at_glucose = ports.at_glucose(&physical);
-        let g = x[Q1] / ports.v_g;
+        let g = x[Q1] / p.v_g;
         let (own, slopes) = match wanted {
             Slopes::Skip => (self.body.rate(Q1, &at_glucose, &input), BodySlopes::default()),
             Slopes::Take => {
                 let (own, by) = self.body.slopes(Q1, &at_glucose, &input);
-                let mut slopes = self.slopes_around_glucose(ports, &physical, &input);
+                let mut slopes = self.slopes_around_glucose(&ports, &physical, &input);
                 let open = x[X3] <= 1.0;
-                let defended = non_insulin_uptake(1.0, ports.f_01) / ports.v_g;
+                let defended = non_insulin_uptake(1.0, f_01) / p.v_g;
                 let low = g < ode_sim::equations::UPTAKE_SATURATION;
                 slopes.glucose = [
                     into_amount * by[X1],
-                    into_amount * by[X3] - if open { ports.egp_0 } else { 0.0 },
+                    into_amount * by[X3] - if open { egp_0 } else { 0.0 },
                     by[Q1] - if low { defended } else { 0.0 },
                     into_amount * by[Q2] * ports.return_flow,
                     into_amount * by[C2] / ports.gut_time,
@@ -335,8 +287,8 @@ impl OtherBody {
                 (own, slopes)
             }
         };
-        let produced = endogenous_production(x[X3], ports.egp_0, EgpMode::NonNegative);
-        values[Q1] = into_amount * own + produced + flux - non_insulin_uptake(g, ports.f_01);
+        let produced = endogenous_production(x[X3], egp_0, EgpMode::NonNegative);
+        values[Q1] = into_amount * own + produced + flux - non_insulin_uptake(g, f_01);
         if ports.return_flow != 1.0 {
             // What returns faster leaves Q2 faster.
             let mut nominal = at_glucose;
@@ -393,36 +345,24 @@ impl OtherBody {
             let leaving = by(c, physical, empty)[c];
             full - leaving + leaving / time
         };
-        let s2 = by(S2, physical, input);
-        let i = by(I, &ports.at_insulin(physical), input);
         let [x1, x2, x3] = [(X1, ports.action[0]), (X2, ports.action[1]), (X3, ports.action[2])]
             .map(|(effect, (with, speed))| {
                 let slopes = by(effect, &acting(physical, with), input);
                 (speed * with * slopes[I], speed * slopes[effect])
             });
-        let q2 = by(Q2, physical, input);
-        let c2 = by(C2, physical, input);
+        let (s2, i) = (by(S2, physical, input), by(I, &ports.at_insulin(physical), input));
+        let (q2, c2) = (by(Q2, physical, input), by(C2, physical, input));
+        let time = ports.insulin_time;
+        let s1 = slowed(S1, &without_insulin(input), time);
+        let (s2_s1, s2_s2, i_s2) = (s2[S1] / time, s2[S2] / time, i[S2] / time);
+        let i_i = ports.insulin_clearance * i[I];
+        let time = ports.gut_time;
+        let c1 = slowed(C1, &without_carbs(input), time);
         BodySlopes {
-            insulin: [
-                slowed(S1, &without_insulin(input), ports.insulin_time),
-                s2[S1] / ports.insulin_time,
-                s2[S2] / ports.insulin_time,
-                i[S2] / ports.insulin_time,
-                ports.insulin_clearance * i[I],
-                x1.0,
-                x1.1,
-                x2.0,
-                x2.1,
-                x3.0,
-                x3.1,
-            ],
+            insulin: [s1, s2_s1, s2_s2, i_s2, i_i, x1.0, x1.1, x2.0, x2.1, x3.0, x3.1],
             glucose: [0.0; 6],
             distant: [q2[X1], q2[X2], q2[Q1] / self.nominal.v_g * MG_PER_DL_PER_MMOL_PER_L, q2[Q2]],
-            gut: [
-                slowed(C1, &without_carbs(input), ports.gut_time),
-                c2[C1] / ports.gut_time,
-                c2[C2] / ports.gut_time,
-            ],
+            gut: [c1, c2[C1] / time, c2[C2] / time],
         }
     }
 }

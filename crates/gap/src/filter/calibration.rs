@@ -9,7 +9,6 @@
 //! The data's loss is divided by how much more the gradient varies from day to day than independent steps
 //! would make it, and the posterior covariance is that of days, not of steps ([`Calibration::covariance`]).
 
-mod equations;
 mod information;
 mod point;
 pub(crate) mod rule;
@@ -105,8 +104,6 @@ pub(crate) fn directions() -> [Direction; FACTORS] {
     PARAMETERS.map(Direction::Parameter)
 }
 
-/// Longest move of a log factor in one iteration.
-const LONGEST_MOVE: f64 = 0.3;
 /// A move of the log factors.
 type Factors = [f64; FACTORS];
 /// A matrix over the factors, row by row.

@@ -78,6 +78,14 @@ pub(crate) struct Begin {
     pub(crate) covariance: Covariance,
 }
 
+impl Begin {
+    /// At the start of a record.
+    pub(crate) fn of(model: &AugmentedModel, record: &Observations) -> Self {
+        let (state, covariance) = start(model, record);
+        Self { step: 0, state, covariance }
+    }
+}
+
 /// Runs the filter.
 ///
 /// A missing or interpolated reading is predicted through. A reading at an end of the sensor's range corrects the
@@ -87,13 +95,7 @@ pub(crate) struct Begin {
 /// # Errors
 /// [`GapError::FilterNotFinite`] with the step.
 pub fn filter(model: &AugmentedModel, record: &Observations) -> Result<Filtered, GapError> {
-    let n = record.len();
-    let mut filtered = Filtered::with_capacity(n);
-    run(model, record, n, |step| {
-        filtered.push(&step);
-        Ok(())
-    })?;
-    Ok(filtered)
+    filtered_until(model, record, record.len())
 }
 
 /// The innovations of [`filter`] at the steps before `end`, and nothing else.
@@ -102,28 +104,25 @@ pub(crate) fn innovations(
     record: &Observations,
     end: usize,
 ) -> Result<Vec<Option<Innovation>>, GapError> {
-    let mut innovations = Vec::with_capacity(end.min(record.len()));
-    run(model, record, end, |step| {
-        innovations.push(step.innovation);
-        Ok(())
-    })?;
-    Ok(innovations)
+    Ok(filtered_until(model, record, end)?.innovations)
 }
 
-/// Runs the filter over the steps before `end` and gives each to `visit`.
-pub(crate) fn run(
+/// As [`filter`], the steps before `end` alone.
+fn filtered_until(
     model: &AugmentedModel,
     record: &Observations,
     end: usize,
-    mut visit: impl FnMut(FilterStep<'_>) -> Result<(), GapError>,
-) -> Result<(), GapError> {
-    let (state, covariance) = start(model, record);
-    let begin = Begin { step: 0, state, covariance };
-    run_from(model, record, begin, None, end, |step, _| visit(step))
+) -> Result<Filtered, GapError> {
+    let mut filtered = Filtered::with_capacity(end.min(record.len()));
+    run_from(model, record, Begin::of(model, record), None, end, |step, _| {
+        filtered.push(&step);
+        Ok(())
+    })?;
+    Ok(filtered)
 }
 
-/// As [`run`], from some step on; `first` replaces the input of that step. `visit` also gets the covariance expected one
-/// step later.
+/// Runs the filter from some step on, over the steps before `end`; `first` replaces the input of the step at which it
+/// begins. `visit` gets each step, and the covariance expected one step later.
 pub(crate) fn run_from(
     model: &AugmentedModel,
     record: &Observations,
@@ -158,32 +157,28 @@ impl<F: FnMut(FilterStep<'_>, &Covariance) -> Result<(), GapError>> pulp::Nullar
         let variance = model.noise().reading_sd.powi(2);
         let mut transition = Transition::default();
         for step in begin..end.min(record.len()) {
-            let failed = || GapError::FilterNotFinite { person: record.person.clone(), step };
+            let modulation = record.modulation(step);
+            let (mut gain, mut innovation) = (None, None);
             let expected = state.interstitial.0;
-            let reading = model.reading(&state, record.modulation(step));
-            let difference = correction(record.readings[step], reading);
-            let mut gain = None;
-            if let Some(value) = difference {
+            let reading = record.readings[step];
+            if let Some(value) = correction(reading, model.reading(&state, modulation)) {
                 let update = covariance.update(variance);
                 state = model.corrected(&state, &update.gain, value);
                 gain = Some(update);
+                innovation = matches!(reading, Reading::Within(_))
+                    .then_some(Innovation { value, variance: update.innovation_variance });
             }
-            let scored = matches!(record.readings[step], Reading::Within(_));
-            let innovation = gain
-                .filter(|_| scored)
-                .zip(difference)
-                .map(|(update, value)| Innovation { value, variance: update.innovation_variance });
             let replaced = first.as_ref().filter(|_| step == begin);
             let input = replaced.unwrap_or(&record.inputs[step]);
             model.add_meal_noise(&mut covariance, input);
             let following = model
-                .linearised_into(&state, input, record.modulation(step), &mut transition)
-                .map_err(|_| failed())?;
+                .linearised_into(&state, input, modulation, &mut transition)
+                .map_err(|_| record.not_finite(step))?;
             covariance.propagate(&transition);
             model.add_process_noise(&mut covariance, input, &following);
             let finite = gain.is_none_or(|g| g.innovation_variance.is_finite());
             if !(finite && following.flux.is_finite() && following.interstitial.0.is_finite()) {
-                return Err(failed());
+                return Err(record.not_finite(step));
             }
             let made = FilterStep {
                 step,
@@ -217,9 +212,9 @@ pub fn replayed(
     let (mut state, _) = start(model, record);
     let mut filtered = Filtered::with_capacity(record.len());
     for (step, gain) in frozen.gains.iter().enumerate() {
-        let difference = record.readings[step]
-            .value()
-            .map(|value| value - model.reading(&state, record.modulation(step)));
+        let modulation = record.modulation(step);
+        let reading = record.readings[step].value();
+        let difference = reading.map(|value| value - model.reading(&state, modulation));
         if let (Some(gain), Some(difference)) = (gain, difference) {
             state = model.corrected(&state, &gain.gain, difference);
         }
@@ -228,8 +223,8 @@ pub fn replayed(
         let innovation = frozen.innovations[step].zip(difference);
         filtered.innovations.push(innovation.map(|(held, value)| Innovation { value, ..held }));
         state = model
-            .step(&state, &record.inputs[step], record.modulation(step))
-            .map_err(|_| GapError::FilterNotFinite { person: record.person.clone(), step })?;
+            .step(&state, &record.inputs[step], modulation)
+            .map_err(|_| record.not_finite(step))?;
     }
     Ok(filtered)
 }

@@ -76,13 +76,12 @@ impl NoiseModel {
             ("reading_sd", self.reading_sd),
         ];
         for (name, value) in named {
-            let positive = matches!(name, "flux_time" | "interstitial_lag" | "reading_sd");
-            let (accepted, requirement) = if positive {
-                (value > 0.0, "positive and finite")
-            } else if name == "sensor_partial_correlation" {
-                (value.abs() < 1.0, "between -1 and 1")
-            } else {
-                (value >= 0.0, "finite and not negative")
+            let (accepted, requirement) = match name {
+                "flux_time" | "interstitial_lag" | "reading_sd" => {
+                    (value > 0.0, "positive and finite")
+                }
+                "sensor_partial_correlation" => (value.abs() < 1.0, "between -1 and 1"),
+                _ => (value >= 0.0, "finite and not negative"),
             };
             require(value.is_finite() && accepted, name, value, requirement)?;
         }

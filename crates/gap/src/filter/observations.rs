@@ -109,19 +109,12 @@ impl Observations {
     pub fn from_person(person: &Person) -> Result<Self, GapError> {
         let record = &person.record;
         for channel in [Channel::Cgm, Channel::Basal, Channel::Bolus, Channel::Carbs] {
-            let negative_allowed = channel == Channel::Cgm;
-            let wrong = record.channel(channel).iter().enumerate().find_map(|(step, value)| {
-                value
-                    .filter(|v| !v.is_finite() || (*v < 0.0 && !negative_allowed))
-                    .map(|v| (step, v))
-            });
-            if let Some((step, value)) = wrong {
-                return Err(GapError::Value {
-                    person: person.id.clone(),
-                    step,
-                    channel: channel.column(),
-                    value,
-                });
+            let wrong = |v: f64| !v.is_finite() || (v < 0.0 && channel != Channel::Cgm);
+            for (step, value) in record.channel(channel).iter().enumerate() {
+                if let Some(value) = value.filter(|v| wrong(*v)) {
+                    let (person, channel) = (person.id.clone(), channel.column());
+                    return Err(GapError::Value { person, step, channel, value });
+                }
             }
         }
         let resting = person.resting_heart_rate().map(|resting| resting.0);
@@ -152,14 +145,14 @@ impl Observations {
         }
         let mut readings: Vec<Reading> = record.cgm().iter().map(|v| reading(*v)).collect();
         let lines = StraightLines::find(record.cgm());
+        let drawn = lines.share > INTERPOLATED_SHARE;
         for line in &lines.inside {
             for reading in &mut readings[line.clone()] {
-                let drawn = reading.value().map(|value| Reading::Interpolated(MgPerDl(value)));
-                *reading = match drawn {
-                    _ if line.len() > LONGEST_INTERPOLATION => Reading::Missing,
-                    Some(drawn) if lines.share > INTERPOLATED_SHARE => drawn,
-                    _ => *reading,
-                };
+                if line.len() > LONGEST_INTERPOLATION {
+                    *reading = Reading::Missing;
+                } else if let Some(value) = reading.value().filter(|_| drawn) {
+                    *reading = Reading::Interpolated(MgPerDl(value));
+                }
             }
         }
         for (step, instead) in unusable(record) {
@@ -180,6 +173,11 @@ impl Observations {
     #[must_use]
     pub fn modulation(&self, step: usize) -> &Modulation {
         self.modulations.get(step).unwrap_or(Modulation::unchanged())
+    }
+
+    /// The error of a filter that leaves the finite numbers in a step.
+    pub(crate) fn not_finite(&self, step: usize) -> GapError {
+        GapError::FilterNotFinite { person: self.person.clone(), step }
     }
 
     /// Number of steps.

@@ -54,11 +54,8 @@ impl Whitening {
 /// inflate it; 1 where nothing is scored.
 pub(crate) fn clipped_scale(whitened: &[Option<f64>]) -> f64 {
     let limit = HUBER_THRESHOLD * robust_scale(whitened);
-    let (mut sum, mut n) = (0.0, 0.0);
-    for w in whitened.iter().flatten() {
-        sum += w.clamp(-limit, limit).powi(2);
-        n += 1.0;
-    }
+    let squares = whitened.iter().flatten().map(|w| w.clamp(-limit, limit).powi(2));
+    let (n, sum) = (squares.clone().count() as f64, squares.sum::<f64>());
     if sum > 0.0 { f64::sqrt(sum / n) } else { 1.0 }
 }
 

@@ -15,7 +15,7 @@ pub const SENSOR: usize = 12;
 pub const SENSOR_BEFORE: usize = 13;
 
 /// The augmented state.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AugmentedState {
     /// The plant's state.
     pub body: OdeState,

@@ -20,11 +20,11 @@ use effects::Field;
 use ode_sim::{OdeParameters, Scalar};
 
 pub(crate) use self::adjoint::course_scores;
-use self::pass::{LaneBlock, Pass};
+use self::pass::passes;
 use self::steps::Steps;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
-use crate::filter::kalman::{Begin, Filtered, Innovation, run_from, start};
+use crate::filter::kalman::{Begin, Filtered, Innovation, run_from};
 use crate::filter::observations::Observations;
 use crate::filter::state::STATES;
 
@@ -48,14 +48,23 @@ pub enum Direction {
     Parameter(Parameter),
 }
 
-/// The steps of pulses within a record of `n` steps, in which they follow each other `every` so many.
-fn pulses(
-    first: usize,
-    every: usize,
-    length: usize,
-    n: usize,
-) -> impl Iterator<Item = std::ops::Range<usize>> {
-    (first..n).step_by(every.max(1)).map(move |start| start..(start + length).min(n))
+impl Direction {
+    /// Visits what is added to fields in a record of `n` steps: a field, a first step, and a value for each step from there
+    /// on. A parameter adds nothing.
+    fn additions(&self, n: usize, mut visit: impl FnMut(Field, usize, &[f64])) {
+        match self {
+            Self::Course(courses) => {
+                courses.iter().for_each(|(field, course)| visit(*field, 0, course));
+            }
+            Self::Pulses { field, first, every, length } => {
+                let pulse = vec![1.0; *length];
+                for start in (*first..n).step_by((*every).max(1)) {
+                    visit(*field, start, &pulse[..pulse.len().min(n - start)]);
+                }
+            }
+            Self::Parameter(_) => {}
+        }
+    }
 }
 
 /// A parameter of the plant as a direction.
@@ -144,14 +153,12 @@ pub(crate) fn few_at_a_time(
     directions: &[Direction],
     mut taken: impl FnMut(&[usize], &[Lanes]),
 ) -> Result<(), GapError> {
-    let n = record.len();
     let steps = Steps::of_run(model, record, frozen, directions)?;
-    let mut rows = Vec::with_capacity(n);
-    for (index, members) in in_order(directions).chunks(LANES).enumerate() {
-        let block = LaneBlock::of(&steps, index, members, directions, n);
+    let mut rows = Vec::with_capacity(record.len());
+    for mut pass in passes(&steps, directions) {
         rows.clear();
-        Pass::new(&block).over(&steps, &mut rows);
-        taken(members, &rows);
+        pass.over(&steps, &mut rows);
+        taken(&pass.members, &rows);
     }
     Ok(())
 }
@@ -185,20 +192,12 @@ pub(crate) fn filtered_along(
 ) -> Result<Along, GapError> {
     let n = record.len();
     let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
-    let order = in_order(directions);
-    let blocks: Vec<LaneBlock> = order
-        .chunks(LANES)
-        .enumerate()
-        .map(|(index, members)| LaneBlock::of(&steps, index, members, directions, n))
-        .collect();
-    let mut passes: Vec<(Pass<'_>, Vec<Lanes>)> =
-        blocks.iter().map(|block| (Pass::new(block), Vec::with_capacity(n))).collect();
+    let mut passes: Vec<_> =
+        passes(&steps, directions).map(|pass| (pass, Vec::with_capacity(n))).collect();
     let mut filtered = Filtered::with_capacity(n);
     let mut forks = Vec::with_capacity(at.len());
     let mut at = at.iter().copied().skip_while(|step| *step == 0).peekable();
-    let (state, covariance) = start(model, record);
-    let begin = Begin { step: 0, state, covariance };
-    run_from(model, record, begin, None, n, |step, covariance| {
+    run_from(model, record, Begin::of(model, record), None, n, |step, covariance| {
         filtered.push(&step);
         steps.push(&step)?;
         let next = step.step + 1;
@@ -215,8 +214,7 @@ pub(crate) fn filtered_along(
         }
         Ok(())
     })?;
-    let members = order.chunks(LANES).map(<[usize]>::to_vec);
-    let blocks = members.zip(passes.into_iter().map(|(_, rows)| rows)).collect();
+    let blocks = passes.into_iter().map(|(pass, rows)| (pass.members, rows)).collect();
     Ok(Along { filtered, blocks, forks })
 }
 
@@ -233,14 +231,14 @@ pub(crate) fn without_meals(
 ) {
     let n = record.len();
     let mut steps = Steps::new(model, record, directions, AT_ONCE.min(n));
-    let block = LaneBlock::of(&steps, 0, &in_order(directions), directions, n);
+    let Some(mut pass) = passes(&steps, directions).next() else { return };
     let (mut innovations, mut rows) = (Vec::with_capacity(reach), Vec::with_capacity(reach));
     for Fork { begin, x } in forks {
         let (step, end) = (begin.step, n.min(begin.step + reach));
         innovations.clear();
         rows.clear();
         steps.clear_before(step);
-        let mut pass = Pass { block: &block, x: *x };
+        pass.x = *x;
         let mut input = record.inputs[step];
         input.carbs.0 = 0.0;
         let run = run_from(model, record, begin.clone(), Some(input), end, |step, _| {
@@ -256,19 +254,6 @@ pub(crate) fn without_meals(
             taken(step, &innovations, &rows);
         }
     }
-}
-
-/// Parameters first, as they were asked for; then courses, those of the same fields beside each other.
-fn in_order(directions: &[Direction]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..directions.len()).collect();
-    order.sort_by_key(|index| match &directions[*index] {
-        Direction::Parameter(_) => Vec::new(),
-        Direction::Pulses { field, .. } => vec![1, 2 + *field as usize],
-        Direction::Course(fields) => {
-            std::iter::once(1).chain(fields.iter().map(|(field, _)| 2 + *field as usize)).collect()
-        }
-    });
-    order
 }
 
 /// Whether a field changes the reading and not the state.

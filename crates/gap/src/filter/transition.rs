@@ -6,9 +6,10 @@ use physiology::STEP;
 
 use crate::filter::state::{FLUX, INTERSTITIAL, SENSOR, SENSOR_BEFORE, STATES};
 
-/// A 14 x 14 matrix d(state after)/d(state before) with the zeros of the model's structure, which are not stored.
+/// A 14 x 14 matrix d(state after)/d(state before) with the zeros of the model's structure, which are not stored. It is
+/// in double precision, but in single precision where directions are carried along.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transition([f64; ENTRIES]);
+pub struct Transition<T = f64>([T; ENTRIES]);
 
 /// Entries that may differ from zero.
 const ENTRIES: usize = 35;
@@ -26,33 +27,31 @@ impl Default for Transition {
     }
 }
 
-/// What surrounds a body in the filter's model, as its derivative needs it.
-pub(crate) struct Surroundings {
-    /// Share of the flux that is left after one step.
-    pub(crate) flux_decay: f64,
-    /// Share of the distance between interstitial and plasma glucose that is left after one step.
-    pub(crate) lag_decay: f64,
-    /// mg/dL that interstitial glucose gains per mmol/kg of Q1 at both ends of the step, halved.
-    pub(crate) share: f64,
-    /// How much of the sensor error of this step and of the one before is in that of the next.
-    pub(crate) sensor: [f64; 2],
-}
-
 impl Transition {
     /// That of a body with the flux, the lag and the sensor around it.
+    ///
+    /// The decays are the shares of the flux, and of the distance between interstitial and plasma glucose, that are left
+    /// after one step. `share` is what interstitial glucose gains per mmol/kg of Q1 at both ends of the step, halved,
+    /// mg/dL. `now` and `before` say how much of the sensor error of this step and of the one before is in that of the
+    /// next.
     #[inline(always)]
-    pub(crate) fn of(slopes: &BodySlopes, around: &Surroundings) -> Self {
+    pub(crate) fn of(
+        slopes: &BodySlopes,
+        flux_decay: f64,
+        lag_decay: f64,
+        share: f64,
+        [now, before]: [f64; 2],
+    ) -> Self {
         let BodySlopes { insulin, glucose, distant, gut } = *slopes;
         // Interstitial glucose follows the mean of Q1 before and after.
-        let [x1, x3, q1, q2, c2, flux] = glucose.map(|value| around.share * value);
-        let interstitial = [x1, x3, q1 + around.share, q2, c2, flux, around.lag_decay];
-        let [now, before] = around.sensor;
+        let [x1, x3, q1, q2, c2, flux] = glucose.map(|value| share * value);
+        let interstitial = [x1, x3, q1 + share, q2, c2, flux, lag_decay];
         let mut entries = [0.0; ENTRIES];
         entries[..FIRST_OF_Q1].copy_from_slice(&insulin);
         entries[FIRST_OF_Q1..FIRST_OF_Q2].copy_from_slice(&glucose);
         entries[FIRST_OF_Q2..FIRST_OF_GUT].copy_from_slice(&distant);
         entries[FIRST_OF_GUT..FIRST_OF_FLUX].copy_from_slice(&gut);
-        entries[FIRST_OF_FLUX] = around.flux_decay;
+        entries[FIRST_OF_FLUX] = flux_decay;
         entries[FIRST_OF_INTERSTITIAL..FIRST_OF_SENSOR].copy_from_slice(&interstitial);
         entries[FIRST_OF_SENSOR..].copy_from_slice(&[now, before, 1.0]);
         Self(entries)
@@ -108,13 +107,6 @@ impl Transition {
         self.0[FIRST_OF_INTERSTITIAL + 2] = share * by_q1 + share;
     }
 
-    /// Multiplies vectors by the matrix, all rows but those of the sensor error: `x[state][vector]` becomes
-    /// `A x`.
-    #[inline(always)]
-    pub(crate) fn carry_body<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]; SENSOR]) {
-        carry_body(&self.0, x);
-    }
-
     /// How much of the sensor error of this step and of the one before is in that of the next, and how much of
     /// this step's is kept beside it.
     #[inline(always)]
@@ -125,26 +117,16 @@ impl Transition {
 
     /// The same matrix in single precision.
     #[inline(always)]
-    pub(crate) fn narrowed(&self) -> Narrow {
+    pub(crate) fn narrowed(&self) -> Transition<f32> {
         let mut narrow = [0.0; ENTRIES];
         for (narrow, entry) in narrow.iter_mut().zip(&self.0) {
             *narrow = *entry as f32;
         }
-        Narrow(narrow)
+        Transition(narrow)
     }
 }
 
-/// A [`Transition`] in single precision.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Narrow([f32; ENTRIES]);
-
-impl Narrow {
-    /// Multiplies vectors by the matrix: `x[state][vector]` becomes `A x`.
-    #[inline(always)]
-    pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[f32; WIDTH]; STATES]) {
-        carry(&self.0, x);
-    }
-
+impl Transition<f32> {
     /// Multiplies vectors by the transposed matrix: `x[state][vector]` becomes `A' x`.
     #[inline(always)]
     pub(crate) fn carry_back<const WIDTH: usize>(&self, x: &mut [[f32; WIDTH]; STATES]) {
@@ -161,90 +143,48 @@ impl Narrow {
     }
 }
 
-/// Multiplies vectors, side by side, by the transition with these entries. Inlined always, so that it is
-/// compiled for the instructions of whoever calls it.
-#[inline(always)]
-fn carry<T, const WIDTH: usize>(entries: &[T; ENTRIES], x: &mut [[T; WIDTH]; STATES])
-where
-    T: Copy + Add<Output = T> + Mul<Output = T>,
-{
-    let Some((body, [sensor, before])) = x.split_first_chunk_mut::<SENSOR>() else { return };
-    carry_body(entries, body);
-    let [.., sensor_sensor, sensor_before, before_sensor] = *entries;
-    for k in 0..WIDTH {
-        let error = sensor_sensor * sensor[k] + sensor_before * before[k];
-        before[k] = before_sensor * sensor[k];
-        sensor[k] = error;
+/// Products with vectors that lie side by side. They are inlined always, so that they are compiled for the instructions
+/// of whoever calls them.
+impl<T: Copy + Add<Output = T> + Mul<Output = T>> Transition<T> {
+    /// Multiplies vectors by the matrix: `x[state][vector]` becomes `A x`.
+    #[inline(always)]
+    pub(crate) fn carry<const WIDTH: usize>(&self, x: &mut [[T; WIDTH]; STATES]) {
+        let Some((body, [sensor, before])) = x.split_first_chunk_mut::<SENSOR>() else { return };
+        self.carry_body(body);
+        let [.., sensor_sensor, sensor_before, before_sensor] = self.0;
+        for k in 0..WIDTH {
+            let error = sensor_sensor * sensor[k] + sensor_before * before[k];
+            before[k] = before_sensor * sensor[k];
+            sensor[k] = error;
+        }
     }
-}
 
-/// As [`carry`], but for the sensor error.
-#[inline(always)]
-fn carry_body<T, const WIDTH: usize>(entries: &[T; ENTRIES], x: &mut [[T; WIDTH]; SENSOR])
-where
-    T: Copy + Add<Output = T> + Mul<Output = T>,
-{
-    let [
-        s1_s1,
-        s2_s1,
-        s2_s2,
-        i_s2,
-        i_i,
-        x1_i,
-        x1_x1,
-        x2_i,
-        x2_x2,
-        x3_i,
-        x3_x3,
-        q1_x1,
-        q1_x3,
-        q1_q1,
-        q1_q2,
-        q1_c2,
-        q1_flux,
-        q2_x1,
-        q2_x2,
-        q2_q1,
-        q2_q2,
-        c1_c1,
-        c2_c1,
-        c2_c2,
-        flux_flux,
-        g_x1,
-        g_x3,
-        g_q1,
-        g_q2,
-        g_c2,
-        g_flux,
-        g_g,
-        ..,
-    ] = *entries;
-    let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g] = x;
-    for k in 0..WIDTH {
-        let glucose = q1_x1 * x1[k]
-            + q1_x3 * x3[k]
-            + q1_q1 * q1[k]
-            + q1_q2 * q2[k]
-            + q1_c2 * c2[k]
-            + q1_flux * flux[k];
-        g[k] = g_x1 * x1[k]
-            + g_x3 * x3[k]
-            + g_q1 * q1[k]
-            + g_q2 * q2[k]
-            + g_c2 * c2[k]
-            + g_flux * flux[k]
-            + g_g * g[k];
-        q2[k] = q2_x1 * x1[k] + q2_x2 * x2[k] + q2_q1 * q1[k] + q2_q2 * q2[k];
-        q1[k] = glucose;
-        x1[k] = x1_i * i[k] + x1_x1 * x1[k];
-        x2[k] = x2_i * i[k] + x2_x2 * x2[k];
-        x3[k] = x3_i * i[k] + x3_x3 * x3[k];
-        i[k] = i_s2 * s2[k] + i_i * i[k];
-        s2[k] = s2_s1 * s1[k] + s2_s2 * s2[k];
-        s1[k] = s1[k] * s1_s1;
-        c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
-        c1[k] = c1[k] * c1_c1;
-        flux[k] = flux[k] * flux_flux;
+    /// As [`carry`](Self::carry), all rows but those of the sensor error.
+    #[inline(always)]
+    pub(crate) fn carry_body<const WIDTH: usize>(&self, x: &mut [[T; WIDTH]; SENSOR]) {
+        let [s1_s1, s2_s1, s2_s2, i_s2, i_i, ref rest @ ..] = self.0;
+        let [x1_i, x1_x1, x2_i, x2_x2, x3_i, x3_x3, ref rest @ ..] = *rest;
+        let [q1_x1, q1_x3, q1_q1, q1_q2, q1_c2, q1_flux, ref rest @ ..] = *rest;
+        let [q2_x1, q2_x2, q2_q1, q2_q2, c1_c1, c2_c1, c2_c2, ref rest @ ..] = *rest;
+        let [flux_flux, g_x1, g_x3, g_q1, g_q2, g_c2, g_flux, g_g, ..] = *rest;
+        let [s1, s2, i, x1, x2, x3, q1, q2, c1, c2, flux, g] = x;
+        for k in 0..WIDTH {
+            let from_body = q1_x1 * x1[k] + q1_x3 * x3[k] + q1_q1 * q1[k] + q1_q2 * q2[k];
+            let glucose = from_body + q1_c2 * c2[k] + q1_flux * flux[k];
+            let from_body = g_x1 * x1[k] + g_x3 * x3[k] + g_q1 * q1[k] + g_q2 * q2[k];
+            g[k] = from_body + g_c2 * c2[k] + g_flux * flux[k] + g_g * g[k];
+            q2[k] = q2_x1 * x1[k] + q2_x2 * x2[k] + q2_q1 * q1[k] + q2_q2 * q2[k];
+            q1[k] = glucose;
+            x1[k] = x1_i * i[k] + x1_x1 * x1[k];
+            x2[k] = x2_i * i[k] + x2_x2 * x2[k];
+            x3[k] = x3_i * i[k] + x3_x3 * x3[k];
+            i[k] = i_s2 * s2[k] + i_i * i[k];
+            s2[k] = s2_s1 * s1[k] + s2_s2 * s2[k];
+            s1[k] = s1[k] * s1_s1;
+            c2[k] = c2_c1 * c1[k] + c2_c2 * c2[k];
+            c1[k] = c1[k] * c1_c1;
+            flux[k] = flux[k] * flux_flux;
+        }
     }
 }
 

@@ -72,14 +72,11 @@ impl Autoregression {
 /// this keeps all days: whoever reads every five minutes reads every fifteen.
 fn commonest_spacing(z: &[Option<f64>]) -> usize {
     let mut counts = [0usize; 13];
-    let mut last = None;
-    for (k, _) in z.iter().enumerate().filter(|(_, value)| value.is_some()) {
-        if let Some(distance) = last.map(|last| k - last)
-            && distance < counts.len()
-        {
-            counts[distance] += 1;
+    let entries = || (0..z.len()).filter(move |k| z[*k].is_some());
+    for (earlier, later) in entries().zip(entries().skip(1)) {
+        if let Some(count) = counts.get_mut(later - earlier) {
+            *count += 1;
         }
-        last = Some(k);
     }
     (1..counts.len()).rev().max_by_key(|distance| distance * counts[*distance]).unwrap_or(1)
 }

@@ -2,8 +2,6 @@
 
 use effects::{Course, Effect, Field, Form, Modulation};
 
-use crate::filter::tangent::Direction;
-
 /// Half the distance of amplitudes over which a modulation's slope is taken. Modulations are linear or
 /// exponential in the amplitude.
 const SPACING: f64 = 0.05;
@@ -22,17 +20,13 @@ pub(super) struct Driver<'a> {
 impl<'a> Driver<'a> {
     pub(super) fn new(effect: &'a dyn Effect, variant: usize, course: &Course) -> Self {
         let signalled = effect.form(course) == Some(Form::Driven);
-        let under = |course: &Course| {
-            let mut steps = vec![Modulation::NEUTRAL; course.len()];
-            effect.modulate(variant, 1.0, course, &mut steps);
-            steps
-        };
+        let driver = Self { effect, variant, signalled, reads_glucose: false };
+        let under = |course: &Course| modulations(&[driver], &[1.0], course, |_| true);
         let at = |glucose: f64| {
             under(&Course { glucose: vec![glucose; course.len()], ..course.clone() })
         };
         let as_is = under(course);
-        let reads_glucose = signalled && [60.0, 240.0].into_iter().any(|g| at(g) != as_is);
-        Self { effect, variant, signalled, reads_glucose }
+        Self { reads_glucose: [60.0, 240.0].into_iter().any(|g| at(g) != as_is), ..driver }
     }
 }
 
@@ -64,41 +58,29 @@ pub(super) fn add(
     }
 }
 
-/// The slope of the modulations along each amplitude; `acting` are those at the amplitudes themselves.
-pub(super) fn directions(
+/// The slopes of the modulations along each amplitude: time courses of the fields that it changes.
+pub(super) fn slopes(
     drivers: &[Driver<'_>],
     amplitudes: &[f64],
     course: &Course,
-    acting: &[Modulation],
-) -> Vec<Direction> {
-    let (mut above, mut beneath) = (Vec::new(), Vec::new());
-    (0..drivers.len())
-        .map(|index| {
-            let at = |by: f64, steps: &mut Vec<Modulation>| {
-                let mut moved = amplitudes.to_vec();
-                moved[index] += by;
-                steps.clear();
-                steps.resize(course.len(), Modulation::NEUTRAL);
-                add(drivers, &moved, course, |_| true, steps);
-            };
-            // Amplitudes are never negative.
-            let below = SPACING.min(amplitudes[index]);
-            at(SPACING, &mut above);
-            let (low, high) = if below > 0.0 {
-                at(-below, &mut beneath);
-                (beneath.as_slice(), above.as_slice())
-            } else {
-                (acting, above.as_slice())
-            };
-            let width = SPACING + below;
-            let slope = |field: Field| {
-                let differences = high.iter().zip(low).map(|(h, l)| h[field] - l[field]);
-                (field, differences.map(|d| d / width).collect())
-            };
-            let changed = Modulation::differing(high.iter().zip(low));
-            Direction::Course(changed.into_iter().map(slope).collect())
-        })
-        .collect()
+) -> Vec<Vec<(Field, Vec<f64>)>> {
+    let moved = |index: usize, by: f64| {
+        let mut amplitudes = amplitudes.to_vec();
+        amplitudes[index] += by;
+        modulations(drivers, &amplitudes, course, |_| true)
+    };
+    let slope = |(index, amplitude): (usize, &f64)| {
+        // Amplitudes are never negative.
+        let below = SPACING.min(*amplitude);
+        let (low, high) = (moved(index, -below), moved(index, SPACING));
+        let width = SPACING + below;
+        let of = |field: Field| -> (Field, Vec<f64>) {
+            let differences = high.iter().zip(&low).map(|(h, l)| h[field] - l[field]);
+            (field, differences.map(|d| d / width).collect())
+        };
+        Modulation::differing(high.iter().zip(&low)).into_iter().map(of).collect()
+    };
+    amplitudes.iter().enumerate().map(slope).collect()
 }
 
 #[cfg(test)]
@@ -141,9 +123,8 @@ mod tests {
             found.iter().map(|effect| Driver::new(effect.as_ref(), 0, &course)).collect();
         let at = [0.0, 0.8];
         let here = modulations(&drivers, &at, &course, |_| true);
-        let slopes = directions(&drivers, &at, &course, &here);
-        let Direction::Course(fields) = &slopes[1] else { panic!("a course") };
-        let (_, carbs) = fields.iter().find(|(f, _)| *f == Field::CarbAmount).expect("carbs");
+        let slopes = slopes(&drivers, &at, &course);
+        let (_, carbs) = slopes[1].iter().find(|(f, _)| *f == Field::CarbAmount).expect("carbs");
         assert!(carbs.iter().any(|slope| slope.abs() > 0.01));
         for (step, slope) in carbs.iter().enumerate().filter(|(_, s)| **s != 0.0) {
             // d/da e^(ca) is c times the value, which tells c; central differences err by (0.05 c)^2 / 6.

@@ -1,20 +1,17 @@
-//! The fits before and after, all people of a fold together.
+//! What training days give: the fits before and after, and the strength of hidden effects, all people of a fold together.
 
+use effects::Form;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::NamedEffect;
 use super::folds::FOLDS;
 use super::hierarchy::{CohortAmplitudes, empirical_bayes};
-use super::person_fold::PersonFold;
+use super::person_fold::{ITERATIONS, PersonFold};
+use super::reconstruction::{Strength, StrengthSums, published};
 use super::refit::{Equations, Fit};
-use super::subject::Subject;
+use super::{NamedEffect, Subject};
 use crate::filter::calibration::CalibrationRule;
-
-/// Most Gauss-Newton iterations of the fits before and after alike; a fit ends earlier where the next step is
-/// expected to be within the tolerance of the calibration.
-const ITERATIONS: usize = 3;
 
 /// What training days gave.
 pub(super) struct FoldFits<'a> {
@@ -35,49 +32,88 @@ pub(super) fn fitted<'a>(
     calibration: &CalibrationRule,
 ) -> FoldFits<'a> {
     let mut person_folds: Vec<PersonFold<'_>> = (0..FOLDS)
-        .flat_map(|fold| subjects.iter().enumerate().map(move |(index, s)| (fold, index, s)))
-        .filter(|(fold, _, subject)| subject.folds.held_out(*fold).is_some())
-        .map(|(fold, index, subject)| PersonFold::new(index, fold, subject))
+        .into_par_iter()
+        .flat_map(|fold| {
+            subjects.par_iter().filter_map(move |s| PersonFold::new(s, fold, calibration))
+        })
         .collect();
-    let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
-    person_folds
-        .par_iter_mut()
-        .for_each(|person_fold| person_fold.fit_before(ITERATIONS, calibration));
     let mut hierarchies: Vec<CohortAmplitudes> = Vec::new();
     if driven.is_empty() {
         return FoldFits { person_folds, hierarchies, variants: Vec::new() };
     }
     let variants = (0..FOLDS)
         .map(|fold| {
-            let mut of_fold: Vec<&mut PersonFold<'_>> =
-                person_folds.iter_mut().filter(|person_fold| person_fold.fold == fold).collect();
+            let of_fold = person_folds.iter_mut().filter(|person_fold| person_fold.fold == fold);
+            let mut of_fold: Vec<&mut PersonFold<'_>> = of_fold.collect();
             (0..driven.len())
                 .map(|index| choose_variant(&mut of_fold, subjects, driven, index, calibration))
                 .collect()
         })
         .collect();
+    let priors: Vec<_> = driven.iter().map(|found| found.effect.card().prior).collect();
     for _ in 0..ITERATIONS {
         person_folds.par_iter_mut().for_each(|person_fold| person_fold.take_equations(calibration));
         hierarchies.clear();
         for fold in 0..FOLDS {
-            let members: Vec<usize> = (0..person_folds.len())
-                .filter(|k| person_folds[*k].fold == fold && person_folds[*k].equations().is_some())
+            let mut members: Vec<&mut PersonFold<'_>> = person_folds
+                .iter_mut()
+                .filter(|member| member.fold == fold && member.equations().is_some())
                 .collect();
-            let known: Vec<&Equations> =
-                members.iter().filter_map(|k| person_folds[*k].equations()).collect();
-            if known.is_empty() {
+            if members.is_empty() {
                 continue;
             }
+            let known: Vec<&Equations> = members.iter().filter_map(|m| m.equations()).collect();
             let inflation = inflation(&known, priors.len());
             let evidence: Vec<_> = known.iter().map(|e| e.evidence(&inflation)).collect();
             let hierarchy = empirical_bayes(&evidence, &priors);
-            for (member, amplitudes) in members.iter().zip(&hierarchy.people) {
-                person_folds[*member].move_after(amplitudes.clone(), calibration);
+            for (member, amplitudes) in members.iter_mut().zip(&hierarchy.people) {
+                member.move_after(amplitudes.clone(), calibration);
             }
             hierarchies.push(hierarchy);
         }
     }
     FoldFits { person_folds, hierarchies, variants }
+}
+
+impl FoldFits<'_> {
+    /// How frequent and strong each hidden effect, by its number, is in the training days of each fold, over all people:
+    /// one list a fold. Who cannot be counted is left to a note.
+    pub(super) fn strengths(
+        &self,
+        subjects: &[Subject<'_>],
+        found: &[NamedEffect<'_>],
+        hidden: &[usize],
+        calibration: &CalibrationRule,
+        notes: &mut Vec<String>,
+    ) -> Vec<Vec<(usize, Strength)>> {
+        let first = hidden.iter().filter_map(|index| {
+            let mut forms = subjects.iter().filter_map(|s| s.forms[*index].as_ref());
+            let form = forms.find(|form| **form != Form::Driven)?;
+            let amplitudes = (0..subjects.len()).map(|person| found[*index].amplitude(person));
+            let mean = amplitudes.sum::<f64>() / subjects.len() as f64;
+            Some((*index, published(form, mean)))
+        });
+        let first: Vec<(usize, Strength)> = first.collect();
+        let tallies: Vec<Option<Vec<StrengthSums>>> = self
+            .person_folds
+            .par_iter()
+            .map(|person_fold| person_fold.tallies(&first, calibration).ok())
+            .collect();
+        let lost = tallies.iter().filter(|tally| tally.is_none()).count();
+        if lost > 0 {
+            notes.push(format!("hidden events of {lost} fits could not be counted"));
+        }
+        let mut sums = vec![vec![StrengthSums::default(); first.len()]; FOLDS];
+        for (person_fold, tallies) in self.person_folds.iter().zip(&tallies) {
+            for (sum, tally) in sums[person_fold.fold].iter_mut().zip(tallies.iter().flatten()) {
+                *sum = sum.plus(*tally);
+            }
+        }
+        let strength = |(sum, (index, before)): (&StrengthSums, &(usize, Strength))| {
+            (*index, sum.strength(*before))
+        };
+        sums.iter().map(|sums| sums.iter().zip(&first).map(strength).collect()).collect()
+    }
 }
 
 /// By how much the information on each amplitude is overstated because steps of a day are not independent:
@@ -103,14 +139,13 @@ fn choose_variant(
     index: usize,
     calibration: &CalibrationRule,
 ) -> usize {
-    let effect = driven[index].effect;
-    let given = driven[index].variant;
+    let NamedEffect { effect, variant: given, .. } = *driven[index];
     let tried = subjects.iter().map(|s| effect.variants_for(&s.course)).max().unwrap_or(1);
     if tried < 2 {
         return given;
     }
     let found: Vec<Option<(Fit, Equations)>> = person_folds
-        .par_iter_mut()
+        .par_iter()
         .map(|person_fold| person_fold.equations_of_variants(index, tried, calibration))
         .collect();
     let known: Vec<&Equations> = found.iter().flatten().map(|(_, equations)| equations).collect();
@@ -126,39 +161,36 @@ fn choose_variant(
         let gain = 0.5 * weighted.max(0.0).powi(2) / information;
         if information > 0.0 { gain / inflation[variant] } else { 0.0 }
     };
-    let mut best = (given, if given < tried { gain(given) } else { 0.0 });
-    for variant in 0..tried {
-        let gain = gain(variant);
-        if gain > best.1 {
-            best = (variant, gain);
-        }
-    }
+    let of_given = if given < tried { gain(given) } else { 0.0 };
+    let all = (0..tried).map(|variant| (variant, gain(variant)));
+    let better = |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
+    let (best, _) = all.fold((given, of_given), better);
     for (person_fold, about) in person_folds.iter_mut().zip(found) {
-        person_fold.set_variant(index, best.0, tried, about);
+        person_fold.set_variant(index, best, tried, about);
     }
-    best.0
+    best
 }
 
 /// Information on a variant and its product with the estimate, with the effects after the first `tried`
 /// columns profiled out and the other variants left out.
 fn profiled(equations: &Equations, variant: usize, tried: usize) -> (f64, f64) {
-    let all = equations.weighted.len();
-    let mut own = equations.information[(variant, variant)];
-    let mut product = equations.weighted[variant];
-    if all == tried {
+    let Equations { information, weighted, .. } = equations;
+    let mut own = information[(variant, variant)];
+    let mut product = weighted[variant];
+    let others = weighted.len() - tried;
+    if others == 0 {
         return (own, product);
     }
-    let others = all - tried;
     let inner = Mat::from_fn(others, others, |a, b| {
         let ridge = if a == b { 1.0 } else { 0.0 };
-        equations.information[(tried + a, tried + b)] + ridge
+        information[(tried + a, tried + b)] + ridge
     });
-    let mixed = Mat::from_fn(others, 1, |a, _| equations.information[(tried + a, variant)]);
+    let mixed = Mat::from_fn(others, 1, |a, _| information[(tried + a, variant)]);
     let Ok(factor) = inner.llt(Side::Lower) else { return (own, product) };
     let answer = factor.solve(&mixed);
     for a in 0..others {
         own -= answer[(a, 0)] * mixed[(a, 0)];
-        product -= answer[(a, 0)] * equations.weighted[tried + a];
+        product -= answer[(a, 0)] * weighted[tried + a];
     }
     (own, product)
 }

@@ -4,7 +4,6 @@
 //! under the noise model and not a measurement: real noise may be smaller or larger.
 
 use effects::{Field, Modulation};
-use physiology::StepInput;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::error::GapError;
@@ -45,27 +44,6 @@ impl<'a> Rollouts<'a> {
         Self { model, record, filtered, at: 0, covariance, points }
     }
 
-    /// Expected absolute errors of a free run that is right but for noise, mg/dL, at some horizons: `None`
-    /// beyond the run's end.
-    ///
-    /// `offset` is the run's start in the filtered record, not before that of the last call; `inputs` begin
-    /// there, `modulations` belong to the steps of `states`. The run leaves out the filter's flux and
-    /// sensor error, so that their size counts as error.
-    ///
-    /// # Errors
-    /// [`GapError::FilterNotFinite`].
-    pub(super) fn expected_errors(
-        &mut self,
-        offset: usize,
-        states: &[ModulatedState],
-        inputs: &[StepInput],
-        modulations: &[Modulation],
-        horizons: &[usize],
-    ) -> Result<Vec<Option<f64>>, GapError> {
-        let free = Expecting { rollouts: self, offset, states, inputs, modulations, horizons };
-        pulp::Arch::new().dispatch(free)
-    }
-
     /// Expected distance of a reading from its prediction, both within the sensor's range.
     fn absolute(&self, prediction: f64, sd: f64) -> f64 {
         let shown = within_sensor_range(prediction);
@@ -82,15 +60,16 @@ impl<'a> Rollouts<'a> {
         covariance
     }
 
+    /// From after the reading of a step to before that of the next.
     #[inline(always)]
     fn onward(
         &self,
         covariance: &mut Covariance,
         state: &AugmentedState,
-        input: &StepInput,
         modulation: &Modulation,
         step: usize,
     ) -> Result<(), GapError> {
+        let input = &self.record.inputs[step];
         self.model.add_meal_noise(covariance, input);
         let mut transition = Transition::default();
         let following = self
@@ -103,29 +82,33 @@ impl<'a> Rollouts<'a> {
     }
 }
 
-/// A free run whose errors are expected ([`Rollouts::expected_errors`]), compiled for the instructions of the machine it
-/// runs on, with the same rounding on all of them.
-struct Expecting<'a, 'b> {
-    rollouts: &'a mut Rollouts<'b>,
-    offset: usize,
-    states: &'a [ModulatedState],
-    inputs: &'a [StepInput],
-    modulations: &'a [Modulation],
-    horizons: &'a [usize],
+/// Expected absolute errors of a free run that is right but for noise, mg/dL: one a horizon that lies within the run.
+///
+/// The run leaves out the filter's flux and sensor error, so that their size counts as error. Dispatched by
+/// [`pulp::Arch`], it is compiled for the instructions of the machine it runs on, with the same rounding on all of them.
+/// Fails with [`GapError::FilterNotFinite`].
+pub(super) struct ExpectedErrors<'a, 'b> {
+    pub(super) rollouts: &'a mut Rollouts<'b>,
+    /// The run's start in the filtered record, not before that of the last run.
+    pub(super) offset: usize,
+    pub(super) states: &'a [ModulatedState],
+    /// What acts in each step of the whole record.
+    pub(super) modulations: &'a [Modulation],
+    /// Steps, ascending.
+    pub(super) horizons: &'a [usize],
 }
 
-impl pulp::NullaryFnOnce for Expecting<'_, '_> {
-    type Output = Result<Vec<Option<f64>>, GapError>;
+impl pulp::NullaryFnOnce for ExpectedErrors<'_, '_> {
+    type Output = Result<Vec<f64>, GapError>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let Self { rollouts, offset, states, inputs, modulations, horizons } = self;
+        let Self { rollouts, offset, states, modulations, horizons } = self;
         while rollouts.at < offset {
             let mut covariance = rollouts.after_reading(rollouts.at);
             let state = &rollouts.filtered.states[rollouts.at];
-            let input = &rollouts.record.inputs[rollouts.at];
             let modulation = rollouts.record.modulation(rollouts.at);
-            rollouts.onward(&mut covariance, state, input, modulation, rollouts.at)?;
+            rollouts.onward(&mut covariance, state, modulation, rollouts.at)?;
             rollouts.covariance = covariance;
             rollouts.at += 1;
         }
@@ -136,10 +119,10 @@ impl pulp::NullaryFnOnce for Expecting<'_, '_> {
         covariance.add(SENSOR, sensor.powi(2));
         covariance.add(SENSOR_BEFORE, before.powi(2));
         covariance.link(SENSOR, SENSOR_BEFORE, sensor * before);
-        let mut expected = vec![None; horizons.len()];
+        let mut expected = Vec::new();
         let last = horizons.iter().copied().filter(|steps| *steps < states.len()).max();
         for (index, state) in states.iter().enumerate().take(last.map_or(0, |last| last + 1)) {
-            let modulation = modulations.get(state.step).unwrap_or(&Modulation::NEUTRAL);
+            let modulation = &modulations[state.step];
             if horizons.contains(&index) {
                 let gain = modulation[Field::SensorGain];
                 let variance = gain * gain * covariance.get(INTERSTITIAL, INTERSTITIAL)
@@ -147,16 +130,10 @@ impl pulp::NullaryFnOnce for Expecting<'_, '_> {
                     + covariance.get(SENSOR, SENSOR)
                     + rollouts.model.noise().reading_sd.powi(2);
                 let reading = rollouts.model.reading(&state.state, modulation);
-                let error = rollouts.absolute(reading, variance.max(0.0).sqrt());
-                for (expected, _) in
-                    expected.iter_mut().zip(horizons).filter(|(_, steps)| **steps == index)
-                {
-                    *expected = Some(error);
-                }
+                expected.push(rollouts.absolute(reading, variance.max(0.0).sqrt()));
             }
-            if let Some(input) = inputs.get(index).filter(|_| Some(index) < last) {
-                let step = offset + index;
-                rollouts.onward(&mut covariance, &state.state, input, modulation, step)?;
+            if Some(index) < last {
+                rollouts.onward(&mut covariance, &state.state, modulation, offset + index)?;
             }
         }
         Ok(expected)

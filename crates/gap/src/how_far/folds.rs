@@ -1,5 +1,6 @@
 //! Folds of contiguous days.
 
+use std::iter::once;
 use std::ops::Range;
 
 use physiology::STEPS_PER_DAY;
@@ -21,24 +22,16 @@ impl Folds {
     /// whole go with the nearest block. `days` is the calendar day of each step. There are fewer blocks
     /// where there are fewer days.
     pub(super) fn new(days: &[usize], folds: usize) -> Self {
-        let mut whole_days = Vec::new();
-        let mut first = 0;
-        for (step, day) in days.iter().enumerate() {
-            if *day != days[first] {
-                first = step;
-            }
-            if step + 1 - first == STEPS_PER_DAY {
+        let (mut whole_days, mut first) = (Vec::new(), 0);
+        for day in days.chunk_by(|one, next| one == next) {
+            if day.len() >= STEPS_PER_DAY {
                 whole_days.push(first);
             }
+            first += day.len();
         }
         let count = folds.min(whole_days.len());
-        let cuts: Vec<usize> = (0..=count)
-            .map(|fold| match fold {
-                0 => 0,
-                _ if fold == count => days.len(),
-                _ => whole_days[fold * whole_days.len() / count],
-            })
-            .collect();
+        let between = (1..count).map(|fold| whole_days[fold * whole_days.len() / count]);
+        let cuts: Vec<usize> = once(0).chain(between).chain(once(days.len())).collect();
         let blocks = cuts.windows(2).map(|pair| pair[0]..pair[1]).collect();
         Self { blocks, whole_days }
     }

@@ -55,10 +55,10 @@ pub(super) fn empirical_bayes(
     let mut mean: Vec<f64> = priors.iter().map(|prior| prior.median).collect();
     let mut variance: Vec<f64> =
         priors.iter().map(|prior| (prior.log_sd * prior.median).powi(2)).collect();
-    let informed = |person: &AmplitudeEvidence, effect: usize| {
-        person.information[(effect, effect)] > NO_INFORMATION
+    let informed = |effect: usize| {
+        evidence.iter().filter(move |own| own.information[(effect, effect)] > NO_INFORMATION)
     };
-    let mut mean_variance = vec![0.0; effects];
+    let mut covariance = Mat::<f64>::zeros(effects, effects);
     for _ in 0..ROUNDS {
         // Generalised least squares: (sum M) mean = sum M x with M = (1/J + T)^-1.
         let mut precision = Mat::<f64>::from_fn(effects, effects, |row, column| {
@@ -66,7 +66,7 @@ pub(super) fn empirical_bayes(
         });
         let mut right = Mat::<f64>::zeros(effects, 1);
         for person in evidence {
-            let inner = posterior_covariance(person, &variance);
+            let inner = person.posterior_covariance(&variance);
             for row in 0..effects {
                 let mut value = 0.0;
                 for column in 0..effects {
@@ -78,86 +78,65 @@ pub(super) fn empirical_bayes(
                 right[(row, 0)] += value;
             }
         }
-        let solved = inverse(&precision);
+        covariance = inverse(&precision);
         for (effect, (prior, mean)) in priors.iter().zip(&mut mean).enumerate() {
-            let value: f64 = (0..effects).map(|k| solved[(effect, k)] * right[(k, 0)]).sum();
+            let value: f64 = (0..effects).map(|k| covariance[(effect, k)] * right[(k, 0)]).sum();
             *mean = value.clamp(0.0, prior.largest);
         }
-        mean_variance = (0..effects).map(|effect| solved[(effect, effect)]).collect();
         for (effect, prior) in priors.iter().enumerate() {
-            let (mut squares, mut people) = (0.0, 0.0);
-            for person in evidence.iter().filter(|person| informed(person, effect)) {
-                let inner = posterior_covariance(person, &variance);
-                let posterior = posterior_mean(&inner, person, &mean, &variance);
+            let mut squares = 0.0;
+            for person in informed(effect) {
+                let inner = person.posterior_covariance(&variance);
+                let posterior = person.posterior_mean(&inner, &mean, &variance);
                 squares += (posterior[effect] - mean[effect]).powi(2) + inner[(effect, effect)];
-                people += 1.0;
             }
+            let people = informed(effect).count() as f64;
             let usual = prior.log_sd * mean[effect].max(LEAST_MEAN);
             variance[effect] = (squares + PRIOR_PEOPLE * usual * usual) / (people + PRIOR_PEOPLE);
         }
     }
-    let people =
-        evidence.iter().map(|person| amplitudes(person, &mean, &variance, priors)).collect();
-    let count = |effect: usize| {
-        evidence.iter().filter(|person| informed(person, effect)).count().max(1) as f64
-    };
+    let count = |effect: usize| informed(effect).count().max(1) as f64;
     let between: Vec<f64> = (0..effects).map(|k| variance[k] / count(k)).collect();
-    let within =
-        mean_variance.iter().zip(&between).map(|(all, between)| (all - between).max(0.0)).collect();
     CohortAmplitudes {
-        mean,
         sd: variance.iter().map(|v| v.sqrt()).collect(),
-        within,
+        within: (0..effects).map(|k| (covariance[(k, k)] - between[k]).max(0.0)).collect(),
         between,
-        people,
+        people: evidence.iter().map(|own| own.amplitudes(&mean, &variance, priors)).collect(),
+        mean,
     }
 }
 
-/// Covariance of a person's amplitudes given the spread between people.
-fn posterior_covariance(person: &AmplitudeEvidence, variance: &[f64]) -> Mat<f64> {
-    let effects = variance.len();
-    inverse(&Mat::from_fn(effects, effects, |row, column| {
-        let prior = if row == column { 1.0 / variance[row] } else { 0.0 };
-        person.information[(row, column)] + prior
-    }))
-}
+impl AmplitudeEvidence {
+    /// Covariance of the person's amplitudes given the spread between people.
+    fn posterior_covariance(&self, variance: &[f64]) -> Mat<f64> {
+        let effects = variance.len();
+        inverse(&Mat::from_fn(effects, effects, |row, column| {
+            let prior = if row == column { 1.0 / variance[row] } else { 0.0 };
+            self.information[(row, column)] + prior
+        }))
+    }
 
-fn posterior_mean(
-    covariance: &Mat<f64>,
-    person: &AmplitudeEvidence,
-    mean: &[f64],
-    variance: &[f64],
-) -> Vec<f64> {
-    (0..mean.len())
-        .map(|row| {
-            (0..mean.len())
-                .map(|k| covariance[(row, k)] * (person.weighted[k] + mean[k] / variance[k]))
-                .sum()
-        })
-        .collect()
-}
+    fn posterior_mean(&self, covariance: &Mat<f64>, mean: &[f64], variance: &[f64]) -> Vec<f64> {
+        let effects = mean.len();
+        let right = |k: usize| self.weighted[k] + mean[k] / variance[k];
+        let of = |row: usize| (0..effects).map(|k| covariance[(row, k)] * right(k)).sum();
+        (0..effects).map(of).collect()
+    }
 
-/// The most probable amplitudes of a person that are not negative: those that would be are held at zero, the
-/// most negative first, and the others are found given that.
-fn amplitudes(
-    person: &AmplitudeEvidence,
-    mean: &[f64],
-    variance: &[f64],
-    priors: &[Prior],
-) -> Vec<f64> {
-    let mut variance = variance.to_vec();
-    let mut mean = mean.to_vec();
-    loop {
-        let covariance = posterior_covariance(person, &variance);
-        let found = posterior_mean(&covariance, person, &mean, &variance);
-        let worst = (0..found.len())
-            .filter(|k| found[*k] < 0.0 && mean[*k] != HELD.0)
-            .min_by(|a, b| found[*a].total_cmp(&found[*b]));
-        match worst {
-            Some(effect) => (mean[effect], variance[effect]) = HELD,
-            None => {
+    /// The most probable amplitudes of the person that are not negative: those that would be are held at zero, the
+    /// most negative first, and the others are found given that.
+    fn amplitudes(&self, mean: &[f64], variance: &[f64], priors: &[Prior]) -> Vec<f64> {
+        let (mut mean, mut variance) = (mean.to_vec(), variance.to_vec());
+        loop {
+            let covariance = self.posterior_covariance(&variance);
+            let found = self.posterior_mean(&covariance, &mean, &variance);
+            let worst = (0..found.len())
+                .filter(|k| found[*k] < 0.0 && mean[*k] != HELD.0)
+                .min_by(|a, b| found[*a].total_cmp(&found[*b]));
+            let Some(effect) = worst else {
                 return found.iter().zip(priors).map(|(v, p)| v.clamp(0.0, p.largest)).collect();
-            }
+            };
+            (mean[effect], variance[effect]) = HELD;
         }
     }
 }
@@ -229,7 +208,7 @@ mod tests {
         let information = Mat::from_fn(2, 2, |r, c| if r == c { 100.0 } else { 95.0 });
         let weighted = vec![100.0 * 2.0 - 95.0, 95.0 * 2.0 - 100.0];
         let person = AmplitudeEvidence { information, weighted };
-        let found = amplitudes(&person, &[0.5, 0.5], &[100.0, 100.0], &[PRIOR, PRIOR]);
+        let found = person.amplitudes(&[0.5, 0.5], &[100.0, 100.0], &[PRIOR, PRIOR]);
         assert!(found[1].abs() < 1e-9, "{found:?}");
         // Alone the first is 105 / 100, with a prior that is worth a ten-thousandth of the data.
         assert!((found[0] - 1.05).abs() < 1e-3, "{found:?}");

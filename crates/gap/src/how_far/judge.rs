@@ -2,22 +2,21 @@
 //!
 //! A free run goes through [`simulate`], or through [`PreparedSteps`] where nothing that acts depends on the run.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use effects::{Course, Modulation};
 use physiology::{MgPerDl, OpenLoop, Plant as _, STEPS_PER_DAY, STEPS_PER_HOUR, simulate};
 use stats::Outcomes;
 
+use super::Settings;
 use super::drivers::{self, Driver};
-use super::floor;
-use super::hidden::{self, Hidden};
+use super::floor::{ExpectedErrors, Rollouts};
 use super::prepared_steps::PreparedSteps;
+use super::reconstruction::{self, Hidden};
 use super::refit::{Fit, model, stretch};
-use super::settings::Settings;
 use crate::error::GapError;
 use crate::filter::augmented::AugmentedModel;
-use crate::filter::kalman::{Filtered, filter};
+use crate::filter::kalman::filter;
 use crate::filter::observations::{Observations, Reading};
 use crate::filter::scored::normalised;
 use crate::filter::state::AugmentedState;
@@ -25,7 +24,10 @@ use crate::filter::whitening::huber_loss;
 use crate::modulated_plant::{ModulatedPlant, ModulatedState};
 
 /// Steps from one start of a free run to the next: two hours.
-pub(super) const EVERY: usize = 2 * STEPS_PER_HOUR;
+const EVERY: usize = 2 * STEPS_PER_HOUR;
+/// One start in so many has its floor taken: at two hours between starts, every twenty hours, so that all
+/// parts of the day come up.
+const FLOOR_EVERY: usize = 10;
 /// Smallest share of readings in a day whose outcomes are compared (Battelino et al., Diabetes Care 2019;42:1593).
 const LEAST_READINGS: f64 = 0.7;
 /// Steps of record that the filter sees before the first day held out: a day, twice the burn-in.
@@ -39,32 +41,26 @@ const AGREED: f64 = 0.5;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct HeldOutDay {
     /// Free runs by horizon.
-    pub(super) runs: Vec<f64>,
-    /// Sums of absolute errors by horizon, mg/dL.
-    pub(super) sizes: Vec<f64>,
+    pub(super) horizons: Vec<HeldOutHorizon>,
     /// Log-likelihood of the readings, nats.
     pub(super) log_likelihood: f64,
     /// Readings that it counts.
     pub(super) innovations: f64,
     /// Outcomes of the readings and of the free run through the day.
     pub(super) outcomes: Option<(Outcomes, Outcomes)>,
-    /// Free runs by horizon whose floor was taken.
-    pub(super) floor_runs: Vec<f64>,
-    /// Sums of expected absolute errors of a perfect model by horizon, mg/dL.
-    pub(super) floors: Vec<f64>,
 }
 
-impl HeldOutDay {
-    fn new(horizons: usize) -> Self {
-        let none = vec![0.0; horizons];
-        Self {
-            runs: none.clone(),
-            sizes: none.clone(),
-            floor_runs: none.clone(),
-            floors: none,
-            ..Self::default()
-        }
-    }
+/// Free runs that start on one day, at one horizon.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct HeldOutHorizon {
+    /// Their number.
+    pub(super) runs: f64,
+    /// Sum of absolute errors, mg/dL.
+    pub(super) sizes: f64,
+    /// Number of those whose floor was taken.
+    pub(super) floor_runs: f64,
+    /// Sum of expected absolute errors of a perfect model, mg/dL.
+    pub(super) floors: f64,
 }
 
 /// What is judged: a fit, under drivers or none.
@@ -74,13 +70,18 @@ pub(super) struct CandidateFit<'a> {
     pub(super) drivers: &'a [Driver<'a>],
     /// What was reconstructed.
     pub(super) hidden: &'a [Hidden],
+    /// Whether the error floor is wanted as well.
+    pub(super) floor: bool,
 }
 
-/// Whether the error floor is wanted as well.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Floor {
-    Skip,
-    Take,
+impl CandidateFit<'_> {
+    /// What some drivers do in each step, and what was reconstructed.
+    fn modulations(&self, course: &Course, only: impl Fn(&Driver<'_>) -> bool) -> Vec<Modulation> {
+        let amplitudes = &self.fit.amplitudes;
+        let mut modulations = drivers::modulations(self.drivers, amplitudes, course, only);
+        reconstruction::add(self.hidden, &mut modulations);
+        modulations
+    }
 }
 
 /// A person's record with one block of days held out.
@@ -92,13 +93,11 @@ pub(super) struct HeldOutBlock<'a> {
     pub(super) block: &'a Range<usize>,
     /// First steps of the whole days in the block.
     pub(super) whole_days: &'a [usize],
-    /// Steps from one start of a free run to the next.
-    pub(super) every: usize,
     pub(super) settings: Settings<'a>,
 }
 
 impl HeldOutBlock<'_> {
-    /// Judges a candidate; one entry a calendar day of the block, with its number.
+    /// Judges a candidate; one entry a calendar day of the block, in their order.
     ///
     /// `course` is what drivers look at. Its glucose up to each start is that of a filter that has seen the
     /// readings up to there; it is replaced by this candidate's.
@@ -109,60 +108,64 @@ impl HeldOutBlock<'_> {
         &self,
         candidate: &CandidateFit<'_>,
         course: &mut Course,
-        floor: Floor,
-    ) -> Result<Vec<(usize, HeldOutDay)>, GapError> {
+    ) -> Result<Vec<HeldOutDay>, GapError> {
         let model = model(self.model, &candidate.fit.factors);
-        let amplitudes = &candidate.fit.amplitudes;
         let span = self.filtered_steps();
-        let mut modulations = drivers::modulations(candidate.drivers, amplitudes, course, |_| true);
-        hidden::add(candidate.hidden, &mut modulations);
+        let modulations = candidate.modulations(course, |_| true);
         let record = stretch(self.observations, &span, &modulations);
         let filtered = filter(&model, &record)?;
-        for (offset, state) in filtered.states.iter().enumerate() {
-            course.glucose[span.start + offset] = model.person().glucose(&state.body).0;
+        for (glucose, state) in course.glucose[span.clone()].iter_mut().zip(&filtered.states) {
+            *glucose = model.person().glucose(&state.body).0;
         }
         let horizons = &self.settings.free_run.horizons;
-        let mut days = BTreeMap::new();
-        for day in &course.day[self.block.clone()] {
-            days.entry(*day).or_insert_with(|| HeldOutDay::new(horizons.len()));
-        }
-        self.score_innovations(&filtered, &span, candidate.fit, &course.day, &mut days);
+        let first_day = course.day[self.block.start];
+        let horizon = HeldOutHorizon::default();
+        let empty = HeldOutDay { horizons: vec![horizon; horizons.len()], ..HeldOutDay::default() };
+        let mut days = vec![empty; course.day[self.block.end - 1] - first_day + 1];
 
-        let mut known =
-            drivers::modulations(candidate.drivers, amplitudes, course, |d| !d.reads_glucose);
-        hidden::add(candidate.hidden, &mut known);
+        let scored = self.settings.calibration.scored(self.observations, &span);
+        let whitening = &candidate.fit.whitening;
+        let standardised = whitening.standardised(&normalised(&filtered.innovations, &scored));
+        for step in self.block.clone() {
+            let offset = step - span.start;
+            let innovation = standardised[offset].zip(filtered.innovations[offset]);
+            let Some((value, innovation)) = innovation else { continue };
+            let spread = whitening.scale * (std::f64::consts::TAU * innovation.variance).sqrt();
+            let day = &mut days[course.day[step] - first_day];
+            day.log_likelihood -= huber_loss(value, 1.0) + spread.ln();
+            day.innovations += 1.0;
+        }
+
+        let known = candidate.modulations(course, |driver| !driver.reads_glucose);
         let inputs = &self.observations.inputs;
         let prepared = PreparedSteps::of(&model, inputs, &known, self.block.clone());
         let runner = Runner { held_out: self, candidate, model: &model, course, known: &known };
-        let starts = self.starts(&course.day, span.start);
-        let mut rollouts = floor::Rollouts::new(&model, &record, &filtered);
-        for (index, start) in starts.iter().enumerate() {
-            let begin = &filtered.states[*start - span.start];
-            let Some(day) = days.get_mut(&course.day[*start]) else { continue };
-            let takes_floor = floor == Floor::Take && index % FLOOR_EVERY == 0;
+        let mut rollouts = Rollouts::new(&model, &record, &filtered);
+        for (index, start) in self.starts(&course.day, span.start).into_iter().enumerate() {
+            let offset = start - span.start;
+            let begin = &filtered.states[offset];
+            let day = &mut days[course.day[start] - first_day];
+            let takes_floor = candidate.floor && index % FLOOR_EVERY == 0;
             let quick = prepared.as_ref().filter(|_| !takes_floor && !runner.feeds_back());
-            let quick = quick.and_then(|p| p.readings(*start, begin, runner.steps(*start)));
+            let quick = quick.and_then(|steps| steps.readings(start, begin, runner.steps(start)));
             if let Some(readings) = quick {
-                self.score_run(*start, &readings, day);
+                self.score_run(start, &readings, day);
                 continue;
             }
-            let run = runner.run(*start, begin)?;
-            self.score_run(*start, &run.readings, day);
+            let run = runner.run(start, begin)?;
+            self.score_run(start, &run.readings, day);
             if takes_floor {
-                let offset = *start - span.start;
-                let inputs = &self.observations.inputs[*start..];
-                let acting = run.own.as_deref().unwrap_or(&known);
-                let expected =
-                    rollouts.expected_errors(offset, &run.states, inputs, acting, horizons)?;
-                for (horizon, error) in expected.into_iter().enumerate() {
-                    if let Some(error) = error {
-                        day.floor_runs[horizon] += 1.0;
-                        day.floors[horizon] += error;
-                    }
+                let (rollouts, states) = (&mut rollouts, &run.states);
+                let modulations = run.own.as_deref().unwrap_or(&known);
+                let errors = ExpectedErrors { rollouts, offset, states, modulations, horizons };
+                let expected = pulp::Arch::new().dispatch(errors)?;
+                for (horizon, error) in day.horizons.iter_mut().zip(expected) {
+                    horizon.floor_runs += 1.0;
+                    horizon.floors += error;
                 }
             }
         }
-        Ok(days.into_iter().collect())
+        Ok(days)
     }
 
     /// Steps that the filter sees: the block and the day before it.
@@ -183,77 +186,40 @@ impl HeldOutBlock<'_> {
                     first_of_day = *step;
                 }
                 *step >= earliest
-                    && (step - first_of_day).is_multiple_of(self.every)
+                    && (step - first_of_day).is_multiple_of(EVERY)
                     && trusted[*step]
                     && self.observations.readings[*step] != Reading::Missing
             })
             .collect()
     }
 
-    /// `of_step` is the calendar day of each step of the record.
-    fn score_innovations(
-        &self,
-        filtered: &Filtered,
-        span: &Range<usize>,
-        fit: &Fit,
-        of_step: &[usize],
-        days: &mut BTreeMap<usize, HeldOutDay>,
-    ) {
-        let scored = self.settings.calibration.scored(self.observations, span);
-        let normalised = normalised(&filtered.innovations, &scored);
-        let standardised = fit.whitening.standardised(&normalised);
-        for (offset, value) in standardised.iter().enumerate() {
-            let step = span.start + offset;
-            let (Some(value), Some(innovation)) = (value, filtered.innovations[offset]) else {
-                continue;
-            };
-            let in_block = self.block.contains(&step);
-            if let Some(day) = days.get_mut(&of_step[step]).filter(|_| in_block) {
-                let spread =
-                    fit.whitening.scale * (std::f64::consts::TAU * innovation.variance).sqrt();
-                day.log_likelihood -= huber_loss(*value, 1.0) + spread.ln();
-                day.innovations += 1.0;
-            }
-        }
-    }
-
     /// `shown` is what a sensor would show in the run, mg/dL, an entry a step.
     fn score_run(&self, start: usize, shown: &[f64], day: &mut HeldOutDay) {
-        let readings = &self.observations.readings;
-        for (horizon, steps) in self.settings.free_run.horizons.iter().enumerate() {
-            let target = start + steps;
-            if *steps >= shown.len() {
-                continue;
-            }
-            let complete =
-                self.observations.doses_recorded[start..target].iter().all(|recorded| *recorded);
-            if let Some(observed) = readings[target].value().filter(|_| complete) {
-                day.runs[horizon] += 1.0;
-                day.sizes[horizon] += (observed - shown[*steps]).abs();
+        let Observations { readings, doses_recorded, .. } = self.observations;
+        // What the sensor read so many steps on, and what the run shows.
+        let both = |steps: usize| {
+            let shown = *shown.get(steps)?;
+            Some((readings[start + steps].value()?, shown))
+        };
+        let complete =
+            |steps: usize| doses_recorded[start..start + steps].iter().all(|recorded| *recorded);
+        for (horizon, steps) in day.horizons.iter_mut().zip(&self.settings.free_run.horizons) {
+            if let Some((observed, shown)) = both(*steps).filter(|_| complete(*steps)) {
+                horizon.runs += 1.0;
+                horizon.sizes += (observed - shown).abs();
             }
         }
-        let through_the_day = self.whole_days.contains(&start)
-            && shown.len() >= STEPS_PER_DAY
-            && self.observations.doses_recorded[start..start + STEPS_PER_DAY].iter().all(|r| *r);
-        if through_the_day {
+        let whole = self.whole_days.contains(&start) && shown.len() >= STEPS_PER_DAY;
+        if whole && complete(STEPS_PER_DAY) {
             // The first reading is where the run starts.
-            let pairs: Vec<(f64, f64)> = (1..STEPS_PER_DAY)
-                .filter_map(|k| Some((readings[start + k].value()?, shown[k])))
-                .collect();
-            let enough = LEAST_READINGS * (STEPS_PER_DAY - 1) as f64;
-            if pairs.len() as f64 >= enough {
-                let real = Outcomes::of(pairs.iter().map(|(observed, _)| MgPerDl(*observed)));
-                let simulated =
-                    Outcomes::of(pairs.iter().map(|(_, predicted)| MgPerDl(*predicted)));
-                day.outcomes = real.ok().zip(simulated.ok());
+            let pairs = (1..STEPS_PER_DAY).filter_map(both).map(|(o, s)| (MgPerDl(o), MgPerDl(s)));
+            let (real, simulated): (Vec<MgPerDl>, Vec<MgPerDl>) = pairs.unzip();
+            if real.len() as f64 >= LEAST_READINGS * (STEPS_PER_DAY - 1) as f64 {
+                day.outcomes = Outcomes::of(real).ok().zip(Outcomes::of(simulated).ok());
             }
         }
     }
 }
-
-/// One start in so many has its floor taken: at two hours between starts, every twenty hours, so that all
-/// parts of the day come up.
-const FLOOR_EVERY: usize = 10;
 
 /// A free run.
 struct FreeRun {
@@ -294,30 +260,25 @@ impl Runner<'_> {
     /// What reads glucose is driven by the run's own: the run is repeated with the glucose of the round
     /// before until they agree. Effects look only back, so that each round is right for longer.
     fn run(&self, start: usize, filtered: &AugmentedState) -> Result<FreeRun, GapError> {
-        let steps = self.steps(start);
-        let drivers = self.candidate.drivers;
-        let amplitudes = &self.candidate.fit.amplitudes;
         if !self.feeds_back() {
-            return self.simulated(start, filtered, steps, None);
+            return self.simulated(start, filtered, None);
         }
+        let CandidateFit { drivers, fit, .. } = self.candidate;
+        let glucose = |state: &AugmentedState| self.model.person().glucose(&state.body).0;
         let mut course = self.course.clone();
-        let now = self.model.person().glucose(&filtered.body).0;
-        course.glucose[start..].fill(now);
+        course.glucose[start..].fill(glucose(filtered));
         let mut rounds = 0;
         loop {
-            let mut modulations = self.known.to_vec();
-            drivers::add(drivers, amplitudes, &course, |d| d.reads_glucose, &mut modulations);
-            let found = self.simulated(start, filtered, steps, Some(modulations))?;
-            let mut change = 0.0f64;
-            for (offset, state) in found.states.iter().enumerate() {
-                let glucose = self.model.person().glucose(&state.state.body).0;
-                let held = &mut course.glucose[start + offset];
-                change = change.max((glucose - *held).abs());
-                *held = glucose;
+            let mut own = self.known.to_vec();
+            drivers::add(drivers, &fit.amplitudes, &course, |d| d.reads_glucose, &mut own);
+            let found = self.simulated(start, filtered, Some(own))?;
+            let (mut change, mut end) = (0.0f64, 0.0);
+            for (held, state) in course.glucose[start..].iter_mut().zip(&found.states) {
+                end = glucose(&state.state);
+                change = change.max((end - *held).abs());
+                *held = end;
             }
-            let last = found.states.len() - 1;
-            let end = course.glucose[start + last];
-            course.glucose[start + last..].fill(end);
+            course.glucose[start + found.states.len()..].fill(end);
             rounds += 1;
             if change < AGREED || rounds == ROUNDS {
                 return Ok(found);
@@ -329,21 +290,15 @@ impl Runner<'_> {
         &self,
         start: usize,
         filtered: &AugmentedState,
-        steps: usize,
         own: Option<Vec<Modulation>>,
     ) -> Result<FreeRun, GapError> {
-        let observations = self.held_out.observations;
+        let Observations { person, inputs, .. } = self.held_out.observations;
         let plant = ModulatedPlant::new(self.model, own.as_deref().unwrap_or(self.known));
-        let mut inputs = OpenLoop::new(&observations.inputs[start..]);
-        let states = simulate(&plant, ModulatedPlant::start(start, filtered), &mut inputs, steps)
-            .map_err(|source| GapError::FreeRun {
-                person: observations.person.clone(),
-                start,
-                source,
-            })?
-            .states;
-        let readings = states.iter().map(|state| plant.reading(state)).collect();
-        Ok(FreeRun { states, readings, own })
+        let (begin, steps) = (ModulatedPlant::start(start, filtered), self.steps(start));
+        let run = simulate(&plant, begin, &mut OpenLoop::new(&inputs[start..]), steps)
+            .map_err(|source| GapError::FreeRun { person: person.clone(), start, source })?;
+        let readings = run.states.iter().map(|state| plant.reading(state)).collect();
+        Ok(FreeRun { states: run.states, readings, own })
     }
 }
 
@@ -363,7 +318,11 @@ mod tests {
 
     /// Absolute errors of the run that starts with the block, by horizon, under an effect that reads glucose.
     fn errors(person: &Person) -> Vec<f64> {
-        let observations = Observations::from_person(person).expect("a good record");
+        let mut observations = Observations::from_person(person).expect("a good record");
+        // No run starts but the first.
+        for step in BLOCK.step_by(EVERY).skip(1) {
+            observations.readings[step] = Reading::Missing;
+        }
         let mut course = course(person, vec![100.0; person.record.len()]);
         let found = ["exercise"].map(|n| effects::find(n).expect("in the library"));
         let drivers: Vec<Driver<'_>> =
@@ -386,14 +345,12 @@ mod tests {
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
-            every: STEPS_PER_DAY,
             settings,
         };
-        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[] };
-        let days = held_out.judge(&candidate, &mut course, Floor::Skip).expect("runs");
-        let (_, day) = &days[0];
-        assert_eq!(day.runs, [1.0; HORIZONS.len()]);
-        day.sizes.clone()
+        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[], floor: false };
+        let days = held_out.judge(&candidate, &mut course).expect("runs");
+        assert!(days[0].horizons.iter().all(|horizon| horizon.runs == 1.0));
+        days[0].horizons.iter().map(|horizon| horizon.sizes).collect()
     }
 
     fn with_readings(from: usize, value: impl Fn(usize) -> f64) -> Person {
@@ -480,10 +437,9 @@ mod tests {
             model: &person_model,
             block: &BLOCK,
             whole_days: &[],
-            every: EVERY,
             settings,
         };
-        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[] };
+        let candidate = CandidateFit { fit: &fit, drivers: &drivers, hidden: &[], floor: false };
         let model = model(&person_model, &fit.factors);
         let known = vec![Modulation::NEUTRAL; person.record.len()];
         let runner = Runner {

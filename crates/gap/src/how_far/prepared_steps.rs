@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use effects::{Field, Modulation};
-use ode_sim::{OdeVector, slot};
-use physiology::{Compartment, Plant as _, StepInput};
+use ode_sim::OdeVector;
+use physiology::{MgPerDl, Plant as _, StepInput, UnitsPerHour};
 
 use crate::filter::augmented::{AugmentedModel, Euler, Stepper};
 use crate::filter::observations::within_sensor_range;
@@ -39,52 +39,35 @@ struct PreparedStep {
 }
 
 impl<'a> PreparedSteps<'a> {
-    /// `None` for a body other than the ODE, and where a modulation acts by glucose. Beyond the ends of `inputs` and
-    /// `modulations` nothing is given or changed.
+    /// `None` for a body other than the ODE, and where a modulation acts by glucose. Beyond the end of `modulations`
+    /// nothing is changed.
     pub(super) fn of(
         model: &'a AugmentedModel,
         inputs: &[StepInput],
         modulations: &[Modulation],
         range: Range<usize>,
     ) -> Option<Self> {
-        let own = model.euler()?;
-        let anywhere = model.start(physiology::UnitsPerHour(0.0), physiology::MgPerDl(120.0)).0;
-        let mut prepared = Self {
-            model,
-            first: range.start,
-            steps: Vec::with_capacity(range.len()),
-            bodies: vec![*own],
-        };
-        let mut last = Modulation::NEUTRAL;
+        let (anywhere, _) = model.start(UnitsPerHour(0.0), MgPerDl(120.0));
+        let steps = Vec::with_capacity(range.len());
+        let mut prepared = Self { model, first: range.start, steps, bodies: Vec::new() };
         for step in range {
-            let input = inputs.get(step).copied().unwrap_or_default();
-            let modulation = modulations.get(step).unwrap_or(&Modulation::NEUTRAL);
-            let (flux, lag_decay, doses);
-            if modulation.is_neutral() {
-                (flux, lag_decay, doses) = (0.0, model.lag_decay(), own.doses(&input));
-                if !last.is_neutral() {
-                    prepared.bodies.push(*own);
-                }
-            } else {
-                if BY_GLUCOSE.iter().any(|field| modulation[*field] != field.neutral()) {
-                    return None;
-                }
-                let acting = model.acting(&anywhere, &input, modulation);
-                let Stepper::Ode(euler) = acting.stepper else { return None };
-                if *modulation != last {
-                    prepared.bodies.push(euler);
-                }
-                (flux, lag_decay) = (modulation[Field::Flux], acting.lag_decay);
-                doses = euler.doses(&acting.input);
+            let input = &inputs[step];
+            let modulation = modulations.get(step).unwrap_or(Modulation::unchanged());
+            if BY_GLUCOSE.iter().any(|field| modulation[*field] != field.neutral()) {
+                return None;
             }
-            last = *modulation;
+            let acting = model.acting(&anywhere, input, modulation);
+            let Stepper::Ode(euler) = acting.stepper else { return None };
+            if prepared.bodies.last() != Some(&euler) {
+                prepared.bodies.push(euler);
+            }
             prepared.steps.push(PreparedStep {
                 body: prepared.bodies.len() - 1,
-                doses,
-                flux,
-                lag_decay,
+                doses: euler.doses(&acting.input),
+                flux: modulation[Field::Flux],
+                lag_decay: acting.lag_decay,
                 shown: (modulation[Field::SensorGain], modulation[Field::SensorOffset]),
-                covered: Euler::covers(&anywhere.body, &input),
+                covered: Euler::covers(&anywhere.body, input),
             });
         }
         Some(prepared)
@@ -100,21 +83,16 @@ impl<'a> PreparedSteps<'a> {
         filtered: &AugmentedState,
         steps: usize,
     ) -> Option<Vec<f64>> {
-        const Q1: usize = slot(Compartment::Q1);
         let from = start.checked_sub(self.first)?;
         // The reading at the end belongs to the step after the last.
         let on_the_way = self.steps.get(from..=from + steps)?;
-        let person = self.model.person();
         if !Euler::covers(&filtered.body, &StepInput::default()) {
             return None;
         }
-        let glucose = |q1: f64| {
-            let mut x = OdeVector::default();
-            x.0[Q1] = q1;
-            person.glucose(&filtered.body.with_vector(&x)).0
-        };
-        let mut x = filtered.body.vector().0;
-        let (mut before, mut interstitial) = (glucose(x[Q1]), filtered.interstitial.0);
+        let person = self.model.person();
+        let glucose = |x: &OdeVector| person.glucose(&filtered.body.with_vector(x)).0;
+        let mut x = filtered.body.vector();
+        let (mut before, mut interstitial) = (glucose(&x), filtered.interstitial.0);
         let mut readings = Vec::with_capacity(steps + 1);
         for (index, step) in on_the_way.iter().enumerate() {
             let (gain, offset) = step.shown;
@@ -125,13 +103,13 @@ impl<'a> PreparedSteps<'a> {
             if !step.covered {
                 return None;
             }
-            x = self.bodies[step.body].step(&x, step.doses, step.flux);
-            let after = glucose(x[Q1]);
+            x = OdeVector(self.bodies[step.body].step(&x.0, step.doses, step.flux));
+            let after = glucose(&x);
             let plasma = 0.5 * (before + after);
             interstitial = plasma + (interstitial - plasma) * step.lag_decay;
             before = after;
         }
-        let finite = x.iter().chain([&interstitial]).all(|value| value.is_finite());
+        let finite = x.first_non_finite().is_none() && interstitial.is_finite();
         finite.then_some(readings)
     }
 }
@@ -142,7 +120,7 @@ const BY_GLUCOSE: [Field; 3] =
 
 #[cfg(test)]
 mod tests {
-    use physiology::{Grams, Kilograms, MgPerDl, Units, UnitsPerHour};
+    use physiology::{Grams, Kilograms, Units};
 
     use super::super::sample;
     use super::*;

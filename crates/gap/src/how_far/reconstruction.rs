@@ -8,12 +8,11 @@
 
 use std::ops::Range;
 
-use effects::{Course, EventShape, Field, Form, Modulation, RandomUnit};
+use effects::{Course, EventShape, Field, Form, Modulation};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::hidden::{Change, Hidden};
 use super::refit::{Fit, model, stretch};
 use crate::design::{packed, unit_steps};
 use crate::error::GapError;
@@ -37,14 +36,35 @@ const PRIOR_DAYS: f64 = 7.0;
 /// Events or units that the strength found on the whole record counts for.
 const PRIOR_UNITS: f64 = 5.0;
 
+/// An event or a factor that was reconstructed: what it does to a field in one step of the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hidden {
+    step: usize,
+    field: Field,
+    /// What the field is multiplied by, and what is added then.
+    factor: f64,
+    added: f64,
+}
+
+/// Adds hidden changes to modulations of the whole record. A factor does not turn negative.
+pub(super) fn add(hidden: &[Hidden], modulations: &mut [Modulation]) {
+    for Hidden { step, field, factor, added } in hidden {
+        let Some(modulation) = modulations.get_mut(*step) else { continue };
+        modulation[*field] = modulation[*field] * factor + added;
+        if field.neutral() > 0.0 {
+            modulation[*field] = modulation[*field].max(0.0);
+        }
+    }
+}
+
 /// How frequent and how strong an effect's hidden changes are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Strength {
     /// Events a day; of no meaning for random factors.
-    pub(super) per_day: f64,
-    /// Size of events over the published one; standard deviation of the logarithm of random factors over
-    /// the published one.
-    pub(super) amplitude: f64,
+    per_day: f64,
+    /// Size of events over the published one; variance of the logarithm of random factors over the published
+    /// one.
+    size: f64,
 }
 
 /// What training days say about [`Strength`].
@@ -53,7 +73,7 @@ pub(super) struct StrengthSums {
     days: f64,
     /// Events, each by its probability, or units of a random factor.
     count: f64,
-    /// Sum of relative sizes of events, or of their squares for random factors.
+    /// Sum of relative sizes of events, or of relative squares for random factors.
     sum: f64,
 }
 
@@ -67,26 +87,20 @@ impl StrengthSums {
     }
 
     /// The strength after these days when it was `before` them.
-    pub(super) fn strength(&self, form: &Form, before: Strength) -> Strength {
-        let n = self.count + PRIOR_UNITS;
-        let amplitude = match form {
-            Form::Random { .. } => ((self.sum + PRIOR_UNITS * before.amplitude.powi(2)) / n).sqrt(),
-            _ => (self.sum + PRIOR_UNITS * before.amplitude) / n,
-        };
-        let per_day = (self.count + PRIOR_DAYS * before.per_day) / (self.days + PRIOR_DAYS);
-        Strength { per_day, amplitude }
+    pub(super) fn strength(&self, before: Strength) -> Strength {
+        Strength {
+            per_day: (self.count + PRIOR_DAYS * before.per_day) / (self.days + PRIOR_DAYS),
+            size: (self.sum + PRIOR_UNITS * before.size) / (self.count + PRIOR_UNITS),
+        }
     }
 }
 
-/// The strength of an effect of amplitude `amplitude`, which is the frequency of events, or the spread of a random
-/// factor, over the published one; `None` for a driven one.
-pub(super) fn published(form: &Form, amplitude: f64) -> Option<Strength> {
+/// The strength of a hidden effect of amplitude `amplitude`, which is the frequency of events, or the spread of a
+/// random factor, over the published one.
+pub(super) fn published(form: &Form, amplitude: f64) -> Strength {
     match form {
-        Form::Driven => None,
-        Form::Events(shape) => {
-            Some(Strength { per_day: shape.per_day * amplitude, amplitude: 1.0 })
-        }
-        Form::Random { .. } => Some(Strength { per_day: 0.0, amplitude }),
+        Form::Events(shape) => Strength { per_day: shape.per_day * amplitude, size: 1.0 },
+        _ => Strength { per_day: 0.0, size: amplitude.powi(2) },
     }
 }
 
@@ -134,53 +148,58 @@ impl<'a> Linear<'a> {
         })
     }
 
-    /// Changes of the innovations, mg/dL, in units of whitened ones; `None` where not scored.
-    fn whitened(&self, values: &[f64]) -> Vec<Option<f64>> {
+    /// Changes of the innovations, mg/dL, in units of whitened ones; 0 where not scored.
+    fn whitened(&self, values: &[f64]) -> Vec<f64> {
         let change = |(own, value): (&Option<Innovation>, &f64)| {
             own.map(|own| Innovation { value: *value, ..own })
         };
         let changes: Vec<_> = self.filtered.innovations.iter().zip(values).map(change).collect();
-        self.fit.whitening.standardised(&normalised(&changes, &self.scored))
+        let whitened = self.fit.whitening.standardised(&normalised(&changes, &self.scored));
+        whitened.into_iter().map(|w| w.unwrap_or(0.0)).collect()
     }
 
     /// Answers to changes of one field; changes whose answers do not meet share a pass.
     fn answers(&self, field: Field, changes: &[Pulse]) -> Result<Vec<Response>, GapError> {
         let n = self.range.len();
-        let reach =
-            |change: &Pulse| change.start..(change.start + change.course.len() + ANSWER).min(n);
+        let reach = |change: &Pulse| {
+            let start = change.start - self.range.start;
+            start..(start + change.course.len() + ANSWER).min(n)
+        };
         let lanes = packed(changes.iter().map(reach));
         let mut courses = vec![vec![0.0; n]; lanes.iter().max().map_or(0, |last| last + 1)];
         for (lane, change) in lanes.iter().zip(changes) {
-            for (value, add) in courses[*lane][change.start..].iter_mut().zip(&change.course) {
+            for (value, add) in courses[*lane][reach(change)].iter_mut().zip(&change.course) {
                 *value += add;
             }
         }
         let directions: Vec<Direction> =
             courses.into_iter().map(|course| Direction::Course(vec![(field, course)])).collect();
         let raw = signatures(&self.model, &self.record, &self.filtered, &directions)?;
-        let whitened: Vec<Vec<Option<f64>>> =
-            raw.iter().map(|values| self.whitened(values)).collect();
-        let answer = |(lane, change): (&usize, &Pulse)| Response {
-            start: change.start,
-            values: whitened[*lane][reach(change)].iter().map(|w| w.unwrap_or(0.0)).collect(),
+        let whitened: Vec<Vec<f64>> = raw.iter().map(|values| self.whitened(values)).collect();
+        let answer = |(lane, change): (&usize, &Pulse)| {
+            let steps = reach(change);
+            Response { values: whitened[*lane][steps.clone()].to_vec(), steps }
         };
         Ok(lanes.iter().zip(changes).map(answer).collect())
     }
 
-    /// Weighted square of an answer, and minus its weighted product with the residuals.
-    fn information_and_score(&self, answer: &Response) -> (f64, f64) {
-        let (mut information, mut score) = (0.0, 0.0);
-        for (offset, value) in answer.values.iter().enumerate() {
-            let step = answer.start + offset;
-            information += self.weights[step] * value * value;
-            score -= self.weights[step] * value * self.residuals[step];
-        }
-        (information, score)
+    /// Weighted product of two answers.
+    fn shared(&self, a: &Response, b: &Response) -> f64 {
+        let both = a.steps.start.max(b.steps.start)..a.steps.end.min(b.steps.end);
+        let value = |of: &Response, step: usize| of.values[step - of.steps.start];
+        both.map(|step| self.weights[step] * value(a, step) * value(b, step)).sum()
+    }
+
+    /// Minus the weighted product of an answer with the residuals.
+    fn score(&self, answer: &Response) -> f64 {
+        let steps = answer.steps.clone().zip(&answer.values);
+        steps.map(|(step, value)| -self.weights[step] * value * self.residuals[step]).sum()
     }
 
     /// Takes a change into the residuals.
     fn explain(&mut self, answer: &Response, amount: f64) {
-        for (residual, value) in self.residuals[answer.start..].iter_mut().zip(&answer.values) {
+        let residuals = &mut self.residuals[answer.steps.clone()];
+        for (residual, value) in residuals.iter_mut().zip(&answer.values) {
             *residual += amount * value;
         }
     }
@@ -197,13 +216,17 @@ impl<'a> Linear<'a> {
         within: &Range<usize>,
         course: &Course,
     ) -> Result<(Vec<Hidden>, StrengthSums), GapError> {
-        match form {
-            Form::Driven => Ok((Vec::new(), StrengthSums::default())),
-            Form::Events(shape) => self.events(shape, strength, within),
+        let days = within.len() as f64 / STEPS_PER_DAY as f64;
+        let mut sums = StrengthSums { days, ..StrengthSums::default() };
+        let hidden = match form {
+            Form::Driven => return Ok((Vec::new(), StrengthSums::default())),
+            Form::Events(shape) => self.events(shape, strength, within, &mut sums)?,
             Form::Random { field, unit, log_sd } => {
-                self.factors(*field, *unit, log_sd * strength.amplitude, *log_sd, within, course)
+                let units = unit_steps(*unit, within.clone(), course);
+                self.factors(*field, &units, *log_sd, strength, &mut sums)?
             }
-        }
+        };
+        Ok((hidden, sums))
     }
 
     fn events(
@@ -211,111 +234,100 @@ impl<'a> Linear<'a> {
         shape: &EventShape,
         strength: Strength,
         within: &Range<usize>,
-    ) -> Result<(Vec<Hidden>, StrengthSums), GapError> {
+        sums: &mut StrengthSums,
+    ) -> Result<Vec<Hidden>, GapError> {
         let longest = shape.profiles.iter().map(Vec::len).max().unwrap_or(0);
         let grid = (longest + ANSWER).div_ceil(MOST_LANES).max(GRID);
-        let mut onsets: Vec<usize> = Vec::new();
-        for onset in shape.onsets.iter().filter(|o| within.contains(*o)) {
-            if onsets.last().is_none_or(|last| onset / grid != last / grid) {
-                onsets.push(*onset);
-            }
-        }
-        let days = within.len() as f64 / STEPS_PER_DAY as f64;
-        let mut tally = StrengthSums { days, ..StrengthSums::default() };
+        let mut onsets: Vec<usize> =
+            shape.onsets.iter().copied().filter(|onset| within.contains(onset)).collect();
+        onsets.dedup_by_key(|onset| *onset / grid);
         let mut hidden = Vec::new();
-        if onsets.is_empty() || strength.per_day <= 0.0 || strength.amplitude <= 0.0 {
-            return Ok((hidden, tally));
+        if onsets.is_empty() || strength.per_day <= 0.0 || strength.size <= 0.0 {
+            return Ok(hidden);
         }
         // Every profile at every onset.
-        let places: Vec<(usize, &Vec<f64>)> = onsets
+        let pulses: Vec<Pulse> = onsets
             .iter()
-            .flat_map(|onset| shape.profiles.iter().map(move |profile| (*onset, profile)))
+            .flat_map(|start| shape.profiles.iter().map(move |profile| (*start, profile)))
+            .map(|(start, profile)| Pulse { start, course: profile.clone() })
             .collect();
-        let pulses: Vec<Pulse> = places
-            .iter()
-            .map(|(onset, profile)| Pulse {
-                start: onset - self.range.start,
-                course: (*profile).clone(),
-            })
-            .collect();
-        let answers = self.answers(shape.field, &pulses)?;
-        let chance = (strength.per_day * days / places.len() as f64).clamp(1e-6, 0.5);
+        let field = shape.field;
+        let answers = self.answers(field, &pulses)?;
+        let chance = (strength.per_day * sums.days / pulses.len() as f64).clamp(1e-6, 0.5);
         let prior_odds = (chance / (1.0 - chance)).ln();
         let usual: f64 = shape.sizes.iter().map(|(size, weight)| size * weight).sum();
-        let mut state: Vec<Event> = answers
-            .iter()
-            .map(|answer| Event::of(self, answer, shape, strength.amplitude))
-            .collect();
+        let sizes: Vec<(f64, f64)> =
+            shape.sizes.iter().map(|(size, weight)| (size * strength.size, weight.ln())).collect();
+        // `None` where one was found at the same onset.
+        let mut events: Vec<Option<Event>> =
+            answers.iter().map(|answer| Some(self.event(answer, &sizes))).collect();
         for _ in &onsets {
-            let best = (0..state.len())
-                .filter(|k| !state[*k].taken)
-                .max_by(|a, b| state[*a].log_odds.total_cmp(&state[*b].log_odds));
-            let Some(best) = best.filter(|k| state[*k].log_odds + prior_odds > 0.0) else { break };
-            let probability = 1.0 / (1.0 + (-state[best].log_odds - prior_odds).exp());
-            let amount = probability * state[best].size;
-            let (onset, profile) = places[best];
-            for (event, place) in state.iter_mut().zip(&places) {
-                event.taken |= place.0 == onset;
+            let open = (0..events.len()).filter_map(|k| Some((k, events[k]?)));
+            let best = open.max_by(|(_, a), (_, b)| a.log_odds.total_cmp(&b.log_odds));
+            let likely = best.filter(|(_, event)| event.log_odds + prior_odds > 0.0);
+            let Some((best, Event { log_odds, size })) = likely else { break };
+            let probability = 1.0 / (1.0 + (-log_odds - prior_odds).exp());
+            let amount = probability * size;
+            let Pulse { start, course } = &pulses[best];
+            for (step, value) in (*start..).zip(course) {
+                hidden.push(Hidden { step, field, factor: 1.0, added: amount * value });
             }
-            for (offset, value) in profile.iter().enumerate() {
-                hidden.push((onset + offset, shape.field, Change::Added(amount * value)));
-            }
-            tally.count += probability;
-            tally.sum += amount / usual;
-            self.explain(&answers[best], amount);
-            let touched = answers[best].start..answers[best].start + answers[best].values.len();
-            for (event, answer) in state.iter_mut().zip(&answers) {
-                let meets = answer.start < touched.end
-                    && touched.start < answer.start + answer.values.len();
-                if meets && !event.taken {
-                    *event = Event::of(self, answer, shape, strength.amplitude);
+            sums.count += probability;
+            sums.sum += amount / usual;
+            let found = &answers[best];
+            self.explain(found, amount);
+            for ((event, pulse), answer) in events.iter_mut().zip(&pulses).zip(&answers) {
+                let meets =
+                    answer.steps.start < found.steps.end && found.steps.start < answer.steps.end;
+                if pulse.start == *start {
+                    *event = None;
+                } else if meets && event.is_some() {
+                    *event = Some(self.event(answer, &sizes));
                 }
             }
         }
-        Ok((hidden, tally))
+        Ok(hidden)
+    }
+
+    /// The evidence for an event with this answer. `sizes` are those it could have, each with the logarithm of its
+    /// prior weight.
+    fn event(&self, answer: &Response, sizes: &[(f64, f64)]) -> Event {
+        let (information, score) = (self.shared(answer, answer), self.score(answer));
+        let log = |(size, log): &(f64, f64)| log + size * score - 0.5 * size * size * information;
+        let logs: Vec<f64> = sizes.iter().map(log).collect();
+        let weights = raised(&logs);
+        let total: f64 = weights.iter().sum();
+        let size = sizes.iter().zip(&weights).map(|((size, _), w)| size * w).sum::<f64>() / total;
+        Event { log_odds: log_sum(&logs), size }
     }
 
     fn factors(
         &mut self,
         field: Field,
-        unit: RandomUnit,
-        sd: f64,
-        published_sd: f64,
-        within: &Range<usize>,
-        course: &Course,
-    ) -> Result<(Vec<Hidden>, StrengthSums), GapError> {
-        let units = unit_steps(unit, within.clone(), course);
-        let days = within.len() as f64 / STEPS_PER_DAY as f64;
-        let mut tally = StrengthSums { days, ..StrengthSums::default() };
+        units: &[Range<usize>],
+        log_sd: f64,
+        strength: Strength,
+        sums: &mut StrengthSums,
+    ) -> Result<Vec<Hidden>, GapError> {
+        let sd = log_sd * strength.size.sqrt();
         let mut hidden = Vec::new();
         if units.is_empty() || sd <= 0.0 {
-            return Ok((hidden, tally));
+            return Ok(hidden);
         }
-        let pulses: Vec<Pulse> = units
-            .iter()
-            .map(|steps| Pulse {
-                start: steps.start - self.range.start,
-                // The slope along the logarithm of a factor is the factor that is there.
-                course: steps
-                    .clone()
-                    .map(|step| self.record.modulation(step - self.range.start)[field])
-                    .collect(),
-            })
-            .collect();
+        // The slope along the logarithm of a factor is the factor that is there.
+        let there = |step: usize| self.record.modulation(step - self.range.start)[field];
+        let pulse = |steps: &Range<usize>| Pulse {
+            start: steps.start,
+            course: steps.clone().map(there).collect(),
+        };
+        let pulses: Vec<Pulse> = units.iter().map(pulse).collect();
         let answers = self.answers(field, &pulses)?;
         let n = units.len();
-        let mut precision = Mat::<f64>::zeros(n, n);
-        let mut right = Mat::<f64>::zeros(n, 1);
-        for (row, answer) in answers.iter().enumerate() {
-            let (information, score) = self.information_and_score(answer);
-            precision[(row, row)] = information + sd.powi(-2);
-            right[(row, 0)] = score;
-            for (column, other) in answers.iter().enumerate().take(row) {
-                let shared = self.shared(answer, other);
-                precision[(row, column)] = shared;
-                precision[(column, row)] = shared;
-            }
-        }
+        let precision = Mat::from_fn(n, n, |row, column| {
+            let prior = if row == column { sd.powi(-2) } else { 0.0 };
+            self.shared(&answers[row], &answers[column]) + prior
+        });
+        let right = Mat::from_fn(n, 1, |row, _| self.score(&answers[row]));
         let factor = precision
             .llt(Side::Lower)
             .map_err(|_| GapError::Singular { person: self.record.person.clone() })?;
@@ -323,67 +335,41 @@ impl<'a> Linear<'a> {
         let covariance = factor.solve(&Mat::<f64>::identity(n, n));
         for (row, steps) in units.iter().enumerate() {
             let log = mean[(row, 0)];
-            for step in steps.clone() {
-                hidden.push((step, field, Change::Factor(log.exp())));
-            }
+            let factor = log.exp();
+            hidden.extend(steps.clone().map(|step| Hidden { step, field, factor, added: 0.0 }));
             self.explain(&answers[row], log);
-            tally.count += 1.0;
-            tally.sum += (log * log + covariance[(row, row)]) / published_sd.powi(2);
+            sums.count += 1.0;
+            sums.sum += (log * log + covariance[(row, row)]) / log_sd.powi(2);
         }
-        Ok((hidden, tally))
-    }
-
-    /// Weighted product of two answers.
-    fn shared(&self, a: &Response, b: &Response) -> f64 {
-        let from = a.start.max(b.start);
-        let to = (a.start + a.values.len()).min(b.start + b.values.len());
-        (from..to)
-            .map(|step| self.weights[step] * a.values[step - a.start] * b.values[step - b.start])
-            .sum()
+        Ok(hidden)
     }
 }
 
-/// A change of one field over some steps, from an offset in the stretch.
+/// A change of one field over some steps of the record, from its start on.
 struct Pulse {
     start: usize,
     course: Vec<f64>,
 }
 
-/// What a change does to the whitened innovations from its start on.
+/// What a change does to the whitened innovations in some steps of the stretch.
 struct Response {
-    start: usize,
+    steps: Range<usize>,
     values: Vec<f64>,
 }
 
-/// A place where an event could be.
+/// An event that could be at a place.
+#[derive(Clone, Copy)]
 struct Event {
     /// Log of the evidence for an event there over none.
     log_odds: f64,
     /// Posterior mean size if there is one.
     size: f64,
-    taken: bool,
-}
-
-impl Event {
-    fn of(linear: &Linear<'_>, answer: &Response, shape: &EventShape, amplitude: f64) -> Self {
-        let (information, score) = linear.information_and_score(answer);
-        let (sizes, logs): (Vec<f64>, Vec<f64>) = shape
-            .sizes
-            .iter()
-            .map(|(size, weight)| {
-                let size = size * amplitude;
-                (size, weight.ln() + size * score - 0.5 * size * size * information)
-            })
-            .unzip();
-        let weights = raised(&logs);
-        let total: f64 = weights.iter().sum();
-        let size = sizes.iter().zip(&weights).map(|(size, w)| size * w).sum::<f64>() / total;
-        Self { log_odds: log_sum(&logs), size, taken: false }
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use effects::RandomUnit;
+
     use super::*;
 
     #[test]
@@ -393,9 +379,7 @@ mod tests {
         let events =
             Form::Events(EventShape { field, profiles, onsets: Vec::new(), per_day: 0.4, sizes });
         let random = Form::Random { field: Field::GutTime, unit: RandomUnit::Day, log_sd: 0.2 };
-        let strength = |per_day, amplitude| Some(Strength { per_day, amplitude });
-        assert_eq!(published(&events, 0.25), strength(0.1, 1.0));
-        assert_eq!(published(&random, 0.25), strength(0.0, 0.25));
-        assert_eq!(published(&Form::Driven, 0.25), None);
+        assert_eq!(published(&events, 0.25), Strength { per_day: 0.1, size: 1.0 });
+        assert_eq!(published(&random, 0.25), Strength { per_day: 0.0, size: 0.0625 });
     }
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use effects::{Course, Modulation};
+use effects::{Course, Field, Modulation};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use ode_sim::OdeParameters;
@@ -113,24 +113,20 @@ impl Training<'_> {
         rule: &CalibrationRule,
     ) -> Result<Equations, GapError> {
         let steps = self.observations.len();
-        let effects = fit.amplitudes.len();
-        let columns = FACTORS + effects;
+        let columns = FACTORS + fit.amplitudes.len();
         let model = model(self.model, &fit.factors);
-        let (modulations, slopes) = if effects == 0 {
-            (Vec::new(), Vec::new())
-        } else {
-            let course = self.driving();
-            let all = drivers::modulations(&self.drivers, &fit.amplitudes, &course, |_| true);
-            let slopes = drivers::directions(&self.drivers, &fit.amplitudes, &course, &all);
-            (all, slopes)
-        };
+        let course = self.driving();
+        let modulations = drivers::modulations(&self.drivers, &fit.amplitudes, &course, |_| true);
+        let slopes = drivers::slopes(&self.drivers, &fit.amplitudes, &course);
         let mut innovations = vec![None; steps];
         // A row a step, in standard deviations of its innovation.
         let mut derivatives = vec![0.0; steps * columns];
         for range in &self.stretches {
             let record = stretch(self.observations, range, &modulations);
+            let within = |(field, all): &(Field, Vec<f64>)| (*field, all[range.clone()].to_vec());
+            let part = |slope: &Vec<_>| Direction::Course(slope.iter().map(within).collect());
             let mut directions = calibration::directions().to_vec();
-            directions.extend(slopes.iter().map(|slope| part(slope, range)));
+            directions.extend(slopes.iter().map(part));
             let Along { filtered: run, blocks, .. } =
                 filtered_along(&model, &record, &directions, &[])?;
             for (glucose, state) in self.glucose[range.clone()].iter_mut().zip(&run.states) {
@@ -151,82 +147,69 @@ impl Training<'_> {
         }
         let (whitening, residuals) = Whitening::fitted(&innovations, cautious_scale);
         fit.whitening = whitening;
-        let rows = EquationRows::of(&residuals, &derivatives, whitening, &self.whole.day);
-        rows.equations(fit, effects)
+        let Whitening { autoregression, scale } = whitening;
+        let row = |(step, residual): (usize, &Option<f64>)| {
+            let residual = (*residual)?;
+            // What is whitened has both of the entries before it.
+            let at = |entries: usize| {
+                &derivatives[(step - entries * autoregression.spacing) * columns..][..columns]
+            };
+            let entries = at(0).iter().zip(at(1)).zip(at(2));
+            let left = entries.map(|((now, before), earlier)| {
+                autoregression.left(*now, *before, *earlier) / scale
+            });
+            Some(EquationRow {
+                residual: residual / scale,
+                weight: huber_weight(residual, scale),
+                day: self.whole.day[step],
+                derivatives: left.collect(),
+            })
+        };
+        let rows: Vec<EquationRow> = residuals.iter().enumerate().filter_map(row).collect();
+        Equations::of(&rows, fit)
             .ok_or_else(|| GapError::Singular { person: self.observations.person.clone() })
     }
 }
 
-/// The part of a direction that lies in a range.
-fn part(direction: &Direction, range: &Range<usize>) -> Direction {
-    match direction {
-        Direction::Course(fields) => Direction::Course(
-            fields.iter().map(|(field, course)| (*field, course[range.clone()].to_vec())).collect(),
-        ),
-        other => other.clone(),
-    }
-}
-
-/// Whitened rows in units of their scale: residual, weight, derivatives, day.
-struct EquationRows {
-    residuals: Vec<f64>,
-    weights: Vec<f64>,
-    days: Vec<usize>,
-    /// Derivatives row by row.
+/// A whitened row in units of the scale.
+struct EquationRow {
+    residual: f64,
+    weight: f64,
+    day: usize,
     derivatives: Vec<f64>,
-    columns: usize,
 }
 
-impl EquationRows {
-    /// `residuals` are whitened, an entry a step; `derivatives` are not, and hold a row a step.
-    fn of(residuals: &[Option<f64>], derivatives: &[f64], by: Whitening, days: &[usize]) -> Self {
-        let columns = derivatives.len() / residuals.len().max(1);
-        let Whitening { autoregression, scale } = by;
-        let spacing = autoregression.spacing;
-        let mut rows = Self {
-            residuals: Vec::new(),
-            weights: Vec::new(),
-            days: Vec::new(),
-            derivatives: Vec::with_capacity(derivatives.len()),
-            columns,
-        };
-        for (step, residual) in residuals.iter().enumerate() {
-            let Some(residual) = residual else { continue };
-            rows.residuals.push(residual / scale);
-            rows.weights.push(huber_weight(*residual, scale));
-            rows.days.push(days[step]);
-            // What is whitened has both of the entries before it.
-            let at = |step: usize| &derivatives[step * columns..][..columns];
-            let first = rows.derivatives.len();
-            rows.derivatives.extend_from_slice(at(step));
-            let entries = rows.derivatives[first..].iter_mut();
-            for ((entry, before), earlier) in
-                entries.zip(at(step - spacing)).zip(at(step - 2 * spacing))
-            {
-                *entry = autoregression.left(*entry, *before, *earlier) / scale;
-            }
-        }
-        rows
+/// Sum over days of the squared distance of the day's score from the mean day's, along an amplitude
+/// that the factors answer to.
+fn by_day(rows: &[EquationRow], effect: usize, answer: &Mat<f64>) -> f64 {
+    let score = |row: &EquationRow| {
+        let carried: f64 = (0..FACTORS).map(|k| answer[(k, effect)] * row.derivatives[k]).sum();
+        row.weight * (row.derivatives[FACTORS + effect] - carried) * row.residual
+    };
+    let days = rows.chunk_by(|one, next| one.day == next.day);
+    let scores: Vec<f64> = days.map(|day| day.iter().map(score).sum()).collect();
+    let n = scores.len() as f64;
+    if n < 2.0 {
+        return 0.0;
     }
+    let mean = scores.iter().sum::<f64>() / n;
+    n / (n - 1.0) * scores.iter().map(|score| (score - mean).powi(2)).sum::<f64>()
+}
 
-    fn derivatives(&self) -> impl Iterator<Item = &[f64]> {
-        self.derivatives.chunks_exact(self.columns)
-    }
-
+impl Equations {
     /// `None` where the factors' curvature is not positive definite.
-    fn equations(&self, fit: &Fit, effects: usize) -> Option<Equations> {
+    fn of(rows: &[EquationRow], fit: &Fit) -> Option<Self> {
+        let effects = fit.amplitudes.len();
         let columns = FACTORS + effects;
         // The lower triangle, row by row.
         let mut curvature = vec![0.0; columns * columns];
         let mut gradient = vec![0.0; columns];
-        for ((residual, weight), row) in
-            self.residuals.iter().zip(&self.weights).zip(self.derivatives())
-        {
+        for EquationRow { residual, weight, derivatives, .. } in rows {
             let sums = gradient.iter_mut().zip(curvature.chunks_exact_mut(columns));
             for (a, (gradient, curvature)) in sums.enumerate() {
-                let weighted = weight * row[a];
+                let weighted = weight * derivatives[a];
                 *gradient += weighted * residual;
-                for (sum, value) in curvature[..=a].iter_mut().zip(row) {
+                for (sum, value) in curvature[..=a].iter_mut().zip(derivatives) {
                     *sum += weighted * value;
                 }
             }
@@ -238,11 +221,11 @@ impl EquationRows {
             of_factors[(index, index)] += precision;
             gradient[index] += precision * fit.factors.0[index];
         }
-        let covariance =
+        let factors =
             of_factors.llt(Side::Lower).ok()?.solve(&Mat::<f64>::identity(FACTORS, FACTORS));
         let mixed = Mat::from_fn(FACTORS, effects, |a, b| symmetric(a, FACTORS + b));
         // How the factors answer to each amplitude.
-        let answer = &covariance * &mixed;
+        let answer = &factors * &mixed;
         let explained = mixed.transpose() * &answer;
         let information = Mat::from_fn(effects, effects, |a, b| {
             symmetric(FACTORS + a, FACTORS + b) - explained[(a, b)]
@@ -254,34 +237,11 @@ impl EquationRows {
                 here - gradient[FACTORS + a] + carried
             })
             .collect();
-        let by_day = (0..effects).map(|a| self.by_day(a, &answer)).collect();
+        let by_day = (0..effects).map(|effect| by_day(rows, effect, &answer)).collect();
         gradient.truncate(FACTORS);
-        Some(Equations { factors: covariance, gradient, mixed, information, weighted, by_day })
+        Some(Self { factors, gradient, mixed, information, weighted, by_day })
     }
 
-    /// Sum over days of the squared distance of the day's score from the mean day's, along an amplitude
-    /// that the factors answer to.
-    fn by_day(&self, effect: usize, answer: &Mat<f64>) -> f64 {
-        let mut scores: Vec<(usize, f64)> = Vec::new();
-        for (index, row) in self.derivatives().enumerate() {
-            let carried: f64 = (0..FACTORS).map(|k| answer[(k, effect)] * row[k]).sum();
-            let along = row[FACTORS + effect] - carried;
-            let score = self.weights[index] * along * self.residuals[index];
-            match scores.last_mut() {
-                Some((day, sum)) if *day == self.days[index] => *sum += score,
-                _ => scores.push((self.days[index], score)),
-            }
-        }
-        let n = scores.len() as f64;
-        if n < 2.0 {
-            return 0.0;
-        }
-        let mean = scores.iter().map(|(_, s)| s).sum::<f64>() / n;
-        n / (n - 1.0) * scores.iter().map(|(_, s)| (s - mean).powi(2)).sum::<f64>()
-    }
-}
-
-impl Equations {
     /// Those of some of the amplitudes, where the others stay at zero.
     pub(super) fn restricted(&self, kept: &[usize]) -> Self {
         let n = kept.len();
@@ -300,30 +260,27 @@ impl Equations {
     /// What the person says about the amplitudes, when the information on each has to be divided by
     /// `inflation`.
     pub(super) fn evidence(&self, inflation: &[f64]) -> AmplitudeEvidence {
-        let n = self.weighted.len();
-        let shrunk =
-            |a: usize, b: usize| self.information[(a, b)] / (inflation[a] * inflation[b]).sqrt();
+        let Self { information, weighted, .. } = self;
         if inflation.iter().all(|factor| *factor == 1.0) {
-            return AmplitudeEvidence {
-                information: self.information.clone(),
-                weighted: self.weighted.clone(),
-            };
+            let (information, weighted) = (information.clone(), weighted.clone());
+            return AmplitudeEvidence { information, weighted };
         }
-        let information = Mat::from_fn(n, n, shrunk);
+        let n = weighted.len();
+        let shrunk =
+            Mat::from_fn(n, n, |a, b| information[(a, b)] / (inflation[a] * inflation[b]).sqrt());
         // The estimate stays where it is: weighted = shrunk information x (information^-1 weighted).
-        let right = Mat::from_fn(n, 1, |row, _| self.weighted[row]);
+        let right = Mat::from_fn(n, 1, |row, _| weighted[row]);
         let ridge =
-            Mat::from_fn(n, n, |a, b| self.information[(a, b)] + if a == b { RIDGE } else { 0.0 });
+            Mat::from_fn(n, n, |a, b| information[(a, b)] + if a == b { RIDGE } else { 0.0 });
         let weighted = match ridge.llt(Side::Lower) {
             Ok(factor) => {
                 let estimate = factor.solve(&right);
-                (0..n)
-                    .map(|a| (0..n).map(|b| information[(a, b)] * estimate[(b, 0)]).sum())
-                    .collect()
+                let of = |a: usize| (0..n).map(|b| shrunk[(a, b)] * estimate[(b, 0)]).sum();
+                (0..n).map(of).collect()
             }
-            Err(_) => (0..n).map(|a| self.weighted[a] / inflation[a]).collect(),
+            Err(_) => weighted.iter().zip(inflation).map(|(weighted, by)| weighted / by).collect(),
         };
-        AmplitudeEvidence { information, weighted }
+        AmplitudeEvidence { information: shrunk, weighted }
     }
 
     /// Moves the factors, and the amplitudes to `amplitudes`; returns the length of the move in posterior

@@ -4,10 +4,9 @@ use std::num::NonZeroUsize;
 
 use stats::{Bootstrap, Outcomes, compare_outcomes};
 
+use super::Settings;
 use super::judge::HeldOutDay;
-use super::settings::Settings;
-use super::shrinkage::shrinkage;
-use super::small_sample::over_people;
+use super::shrinkage::{over_people, shrinkage};
 use crate::error::GapError;
 use contract::WithInterval;
 use contract::diagnosis::{HorizonChange, InnovationChange, OutcomeChange, PersonChange};
@@ -31,7 +30,7 @@ pub(super) struct Summary<'a> {
     /// Name and days of each person.
     pub(super) people: &'a [(String, Vec<Pair>)],
     pub(super) settings: Settings<'a>,
-    pub(super) seed: u64,
+    pub(super) plan: Bootstrap,
 }
 
 /// Sums over one person's days: count, before, after.
@@ -45,13 +44,15 @@ impl Summary<'_> {
     pub(super) fn horizons(&self, reconstructed: bool) -> Result<Vec<HorizonChange>, GapError> {
         let mut rows = Vec::new();
         for (index, steps) in self.settings.free_run.horizons.iter().enumerate() {
-            let of = |pair: &Pair| {
-                // Both have the same starts.
-                [pair.before.runs[index], pair.before.sizes[index], pair.after.sizes[index]]
+            // Both have the same starts.
+            let of = |Pair { before, after }: &Pair| {
+                let (before, after) = (&before.horizons[index], &after.horizons[index]);
+                [before.runs, before.sizes, after.sizes]
             };
             let people = self.sums(of);
             let Some((means, difference)) = self.change(&people)? else { continue };
-            let (floor, share_above_floor) = self.floor(index, reconstructed)?;
+            let (floor, share_above_floor) =
+                if reconstructed { (None, None) } else { self.floor(index)? };
             rows.push(HorizonChange {
                 minutes: u32::try_from(5 * steps).unwrap_or(u32::MAX),
                 mae_before: means[0],
@@ -96,12 +97,10 @@ impl Summary<'_> {
                 Some([real, before, after])
             });
             let windows: Vec<[Outcomes; 3]> = both.collect();
-            if windows.is_empty() {
-                continue;
-            }
             for (index, column) in columns.iter_mut().enumerate() {
                 let of_person: Vec<Outcomes> = windows.iter().map(|w| w[index]).collect();
-                column.push(Outcomes::average(&of_person)?);
+                // There is no average without a day.
+                column.extend(Outcomes::average(&of_person));
             }
         }
         let [real, before, after] = columns;
@@ -110,74 +109,55 @@ impl Summary<'_> {
         }
         let before = compare_outcomes(&real, &before, ALPHA)?;
         let after = compare_outcomes(&real, &after, ALPHA)?;
-        let row =
-            |(b, a): (&stats::OutcomeEquivalence, &stats::OutcomeEquivalence)| OutcomeChange {
-                metric: b.metric.key().to_owned(),
-                margin: b.margin,
-                p_before: b.p,
-                p_after: a.p,
-                difference_before: b.difference.value,
-                difference_after: a.difference.value,
-                people: real.len(),
-            };
-        Ok(before.iter().zip(&after).map(row).collect())
+        let rows = before.iter().zip(&after).map(|(before, after)| OutcomeChange {
+            metric: before.metric.key().to_owned(),
+            margin: before.margin,
+            p_before: before.p,
+            p_after: after.p,
+            difference_before: before.difference.value,
+            difference_after: after.difference.value,
+            people: real.len(),
+        });
+        Ok(rows.collect())
     }
 
     /// Everyone's errors; `reconstructed` holds days of the same people with hidden changes reconstructed, or
     /// is empty.
     pub(super) fn people(&self, reconstructed: &[(String, Vec<Pair>)]) -> Vec<PersonChange> {
-        let horizons = self.settings.free_run.horizons.len();
-        self.people
-            .iter()
-            .enumerate()
-            .map(|(index, (person, days))| {
-                let of_days = |days: &[Pair], of: fn(&Pair) -> &HeldOutDay| -> Vec<Option<f64>> {
-                    (0..horizons).map(|horizon| mean_error(days, horizon, of)).collect()
-                };
-                let errors = |of: fn(&Pair) -> &HeldOutDay| of_days(days, of);
-                let known = reconstructed.get(index);
-                let judged = |pair: &&Pair| pair.before.runs.iter().any(|runs| *runs > 0.0);
-                PersonChange {
-                    person_id: person.clone(),
-                    days: days.iter().filter(judged).count(),
-                    mae_before: errors(|pair| &pair.before),
-                    mae_after: errors(|pair| &pair.after),
-                    mae_reconstructed: known
-                        .map(|(_, days)| of_days(days, |pair| &pair.after))
-                        .unwrap_or_default(),
-                }
-            })
-            .collect()
+        let errors = |days: &[Pair], of: fn(&Pair) -> &HeldOutDay| -> Vec<Option<f64>> {
+            let horizons = 0..self.settings.free_run.horizons.len();
+            horizons.map(|horizon| mean_error(days, horizon, of)).collect()
+        };
+        let judged = |pair: &&Pair| pair.before.horizons.iter().any(|horizon| horizon.runs > 0.0);
+        let change = |(index, (person, days)): (usize, &(String, Vec<Pair>))| PersonChange {
+            person_id: person.clone(),
+            days: days.iter().filter(judged).count(),
+            mae_before: errors(days, |pair| &pair.before),
+            mae_after: errors(days, |pair| &pair.after),
+            mae_reconstructed: reconstructed
+                .get(index)
+                .map_or_else(Vec::new, |(_, days)| errors(days, |pair| &pair.after)),
+        };
+        self.people.iter().enumerate().map(change).collect()
     }
 
     /// The floor at a horizon and the share of the error above it that was removed.
-    fn floor(
-        &self,
-        index: usize,
-        reconstructed: bool,
-    ) -> Result<(Option<f64>, Option<WithInterval>), GapError> {
-        let (mut before, mut after, mut floors) = (Vec::new(), Vec::new(), Vec::new());
-        for (_, days) in self.people {
-            let runs: f64 = days.iter().map(|pair| pair.after.floor_runs[index]).sum();
-            let sum: f64 = days.iter().map(|pair| pair.after.floors[index]).sum();
-            let errors =
-                mean_error(days, index, |pair| &pair.before)
-                    .zip(mean_error(days, index, |pair| &pair.after));
-            if let Some((b, a)) = errors.filter(|_| runs > 0.0) {
-                before.push(b);
-                after.push(a);
-                floors.push(sum / runs);
-            }
-        }
-        if floors.is_empty() || reconstructed {
-            return Ok((None, None));
-        }
-        let floor = floors.iter().sum::<f64>() / floors.len() as f64;
-        if floors.len() < 2 {
-            return Ok((Some(floor), None));
-        }
-        let share = shrinkage(&before, &after, &floors, LEAST_GAP, &self.plan())?;
-        Ok((Some(floor), share))
+    fn floor(&self, index: usize) -> Result<(Option<f64>, Option<WithInterval>), GapError> {
+        let errors = self.people.iter().filter_map(|(_, days)| {
+            let runs: f64 = days.iter().map(|pair| pair.after.horizons[index].floor_runs).sum();
+            let sum: f64 = days.iter().map(|pair| pair.after.horizons[index].floors).sum();
+            let before = mean_error(days, index, |pair| &pair.before)?;
+            let after = mean_error(days, index, |pair| &pair.after)?;
+            (runs > 0.0).then(|| (before, after, sum / runs))
+        });
+        let (before, after, floors): (Vec<f64>, Vec<f64>, Vec<f64>) = errors.collect();
+        let n = floors.len();
+        let floor = (n > 0).then(|| floors.iter().sum::<f64>() / n as f64);
+        let share = match n {
+            0 | 1 => None,
+            _ => shrinkage(&before, &after, &floors, LEAST_GAP, &self.plan)?,
+        };
+        Ok((floor, share))
     }
 
     /// Days that count, by person; people without one are left out.
@@ -196,7 +176,7 @@ impl Summary<'_> {
         &self,
         people: &[Vec<DaySums>],
     ) -> Result<Option<([f64; 2], WithInterval)>, GapError> {
-        let plan = self.plan();
+        let plan = &self.plan;
         let block =
             NonZeroUsize::new(self.settings.resampling.block_days).unwrap_or(NonZeroUsize::MIN);
         let matrix = match people {
@@ -219,16 +199,11 @@ impl Summary<'_> {
         };
         Ok(Some((means, difference)))
     }
-
-    fn plan(&self) -> Bootstrap {
-        let replicates = self.settings.resampling.replicates;
-        Bootstrap { replicates, level: 0.95, seed: self.seed }
-    }
 }
 
 fn mean_error(days: &[Pair], horizon: usize, of: fn(&Pair) -> &HeldOutDay) -> Option<f64> {
-    let runs: f64 = days.iter().map(|pair| of(pair).runs[horizon]).sum();
-    let sizes: f64 = days.iter().map(|pair| of(pair).sizes[horizon]).sum();
+    let runs: f64 = days.iter().map(|pair| of(pair).horizons[horizon].runs).sum();
+    let sizes: f64 = days.iter().map(|pair| of(pair).horizons[horizon].sizes).sum();
     (runs > 0.0).then(|| sizes / runs)
 }
 

@@ -3,8 +3,7 @@
 use cohort::Record;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
-use super::{DIFFERENCE, Values, excess_kurtosis, mean, moment, sd, skewness, within};
-use crate::filter::observations::Observations;
+use super::{DIFFERENCE, Values, excess_kurtosis, mean, moment, sd, skewness};
 use crate::units::power;
 
 /// Steps between readings whose differences are held against those of [`DIFFERENCE`].
@@ -16,9 +15,9 @@ const WIDTHS: [(&str, usize); 2] = [("30 min", STEPS_PER_HOUR / 2), ("45 min", 9
 const TIMES: [(&str, std::ops::Range<u8>); 2] = [("night", 0..6), ("day", 9..21)];
 
 impl Values {
-    pub(super) fn readings(&mut self, record: &Record, observations: &Observations) {
+    /// `glucose` is what the sensor read within its range, mg/dL, by step.
+    pub(super) fn readings(&mut self, record: &Record, glucose: &[Option<f64>]) {
         let n = record.len();
-        let glucose: Vec<Option<f64>> = (0..n).map(|step| within(observations, step)).collect();
         let differences = |lag: usize| -> Vec<f64> {
             (lag..n).filter_map(|k| Some(glucose[k]? - glucose[k - lag]?)).collect()
         };
@@ -47,7 +46,7 @@ impl Values {
             let known: Vec<f64> = readings.iter().flatten().copied().collect();
             (!known.is_empty()).then(|| mean(&known))
         };
-        let usual = mean_of(&glucose).unwrap_or_default();
+        let usual = mean_of(glucose).unwrap_or_default();
         let days: Vec<f64> =
             glucose.chunks(STEPS_PER_DAY).map(|day| mean_of(day).unwrap_or(usual)).collect();
         for period in [7, 10] {

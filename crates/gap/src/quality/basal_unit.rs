@@ -7,6 +7,8 @@
 //! typical, ADA Standards of Care). A unit is doubted where the record as it stands is outside and
 //! the record with the other unit is inside.
 
+use std::collections::BTreeMap;
+
 use cohort::{Person, Therapy};
 use physiology::STEPS_PER_HOUR;
 
@@ -36,14 +38,17 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     let days = days(person);
     let basal: Vec<f64> = days.iter().map(|day| day.basal).collect();
     let estimate = mean_with_interval(&basal)?;
-    let mean = estimate.0;
-    if mean <= 0.0 {
+    if estimate.0 <= 0.0 {
         return None;
     }
+    let text = mixed(person, &days).or_else(|| throughout(person, &days, estimate.0))?;
+    let found = Finding::new("basal_unit", person, Consequence::ExcludePerson, text);
+    Some(found.with_estimate(estimate, "U/day"))
+}
+
+/// Basal insulin, `mean` U a day, that is plausible in the other unit alone.
+fn throughout(person: &Person, days: &[DayDoses], mean: f64) -> Option<String> {
     let weight = person.weight.unwrap_or(DEFAULT_WEIGHT).0;
-    if let Some(text) = mixed(person, &days) {
-        return Some(excluding(person, text, estimate));
-    }
     let bolus = days.iter().map(|day| day.bolus).sum::<f64>() / days.len() as f64;
     let fits = |basal: f64| {
         let insulin = basal + bolus;
@@ -58,52 +63,39 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     // Controllers may give nearly all insulin as boluses, but then they give them at night as well.
     let bare = night_insulin(person) < NIGHT_U_KG * weight;
     let programmed = share < LEAST_PROGRAMMED && person.therapy == Therapy::OpenLoopPump;
-    let text = if (mean / (mean + bolus) < BASAL_SHARE.0 || bolus == 0.0)
+    if (mean / (mean + bolus) < BASAL_SHARE.0 || bolus == 0.0)
         && fits(FACTOR * mean)
         && (bare || programmed)
     {
-        format!(
+        Some(format!(
             "basal insulin of {mean:.1} U a day is {share:.0} % of all insulin, less than a body \
              without meals needs: amounts per 5 min recorded as U/h; multiply basal_u_h by 12"
-        )
+        ))
     } else if (mean + bolus) / weight > INSULIN_U_KG.1 && fits(mean / FACTOR) {
-        format!(
+        Some(format!(
             "basal insulin of {mean:.0} U a day is {share:.0} % of all insulin: rates in U/h taken for \
              amounts per 5 min; divide basal_u_h by 12"
-        )
+        ))
     } else {
-        return None;
-    };
-    Some(excluding(person, text, estimate))
+        None
+    }
 }
 
 fn within(value: f64, (low, high): (f64, f64)) -> bool {
     (low..=high).contains(&value)
 }
 
-fn excluding(person: &Person, text: String, estimate: (f64, f64, f64)) -> Finding {
-    Finding::note("basal_unit", person, text)
-        .with_estimate(estimate, "U/day")
-        .with_consequence(Consequence::ExcludePerson)
-}
-
 /// Insulin from midnight to six as a daily rate, U/day: the median over nights.
 fn night_insulin(person: &Person) -> f64 {
     let record = &person.record;
-    let mut nights: Vec<(usize, f64, f64)> = Vec::new();
+    let mut nights: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
     for k in (0..record.len()).filter(|k| record.hour(*k) < 6) {
         let (Some(basal), Some(bolus)) = (record.basal()[k], record.bolus()[k]) else { continue };
-        let day = record.day_index(k);
-        let dose = basal / FACTOR + bolus;
-        match nights.last_mut() {
-            Some(night) if night.0 == day => {
-                night.1 += dose;
-                night.2 += 1.0;
-            }
-            _ => nights.push((day, dose, 1.0)),
-        }
+        let (sum, count) = nights.entry(record.day_index(k)).or_default();
+        *sum += basal / FACTOR + bolus;
+        *count += 1.0;
     }
-    let mut rates: Vec<f64> = nights.iter().map(|(_, sum, n)| sum / n * 24.0 * FACTOR).collect();
+    let mut rates: Vec<f64> = nights.values().map(|(sum, n)| sum / n * 24.0 * FACTOR).collect();
     median(&mut rates)
 }
 

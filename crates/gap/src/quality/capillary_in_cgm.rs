@@ -15,8 +15,10 @@ use std::ops::Range;
 use cohort::{Person, Record, SensorCadence};
 use stats::proportion::clopper_pearson;
 
-use super::Finding;
-use super::daily_doses::median;
+use super::daily_doses::median_with_range;
+use super::interleaved_cgm::triples;
+use super::{Consequence, Finding};
+use crate::filter::whitening::robust_scale;
 
 /// Steps between a finger stick and the dose that it was for: 10 min.
 const NEAR_DOSE: usize = 2;
@@ -27,8 +29,6 @@ const SMALLEST_JUMP: f64 = 15.0;
 const SMALLEST_JUMP_SD: f64 = 8.0;
 /// Largest step between the two neighbours, over the jump.
 const NEIGHBOURS_AGREE: f64 = 0.5;
-/// Standard deviation over median absolute value, normal distribution.
-const SD_OVER_MEDIAN: f64 = 1.4826;
 /// Two-sided level of the interval of the share at doses whose lower end must exceed chance.
 const LEVEL: f64 = 0.998;
 
@@ -54,19 +54,14 @@ impl Capillary {
 /// The finger-stick readings of a record, ascending.
 pub(super) fn find(record: &Record) -> Vec<Capillary> {
     let values = record.cgm();
-    match SensorCadence::find(values) {
-        Some(cadence) if cadence.steps > 1 => {
-            let off_phase = cadence.strangers.iter();
-            off_phase.filter_map(|step| between_readings(values, &cadence, *step)).collect()
-        }
-        _ => {
-            let isolated = isolated(values);
-            let (count, chance) = at_doses(record, &isolated);
-            let exceeds_chance = clopper_pearson(count, isolated.len(), LEVEL)
-                .is_ok_and(|share| !isolated.is_empty() && share.lower > chance);
-            if exceeds_chance { isolated } else { Vec::new() }
-        }
+    if let Some(cadence) = SensorCadence::find(values).filter(|cadence| cadence.steps > 1) {
+        let off_phase = cadence.strangers.iter();
+        return off_phase.filter_map(|step| between_readings(values, &cadence, *step)).collect();
     }
+    let isolated = isolated(values);
+    let (count, chance) = at_doses(record, &isolated);
+    let share = clopper_pearson(count, isolated.len(), LEVEL);
+    if share.is_ok_and(|share| share.lower > chance) { isolated } else { Vec::new() }
 }
 
 fn between_readings(
@@ -86,27 +81,17 @@ fn between_readings(
 
 /// Values that jump from both neighbours and back.
 fn isolated(values: &[Option<f64>]) -> Vec<Capillary> {
-    let triples: Vec<(usize, f64, f64, f64)> = values
-        .windows(3)
-        .enumerate()
-        .filter_map(|(k, triple)| match triple {
-            &[Some(a), Some(b), Some(c)] => Some((k + 1, a, b, c)),
-            _ => None,
-        })
-        .collect();
-    let mut heights: Vec<f64> =
-        triples.iter().map(|(_, a, b, c)| (b - 0.5 * (a + c)).abs()).collect();
-    let least = SMALLEST_JUMP.max(SMALLEST_JUMP_SD * SD_OVER_MEDIAN * median(&mut heights));
-    let stands_out = |a: f64, b: f64, c: f64| {
+    let triples = triples(values, 1);
+    let height = |(_, [a, b, c]): &(usize, [f64; 3])| Some(b - 0.5 * (a + c));
+    let heights: Vec<Option<f64>> = triples.iter().map(height).collect();
+    let least = SMALLEST_JUMP.max(SMALLEST_JUMP_SD * robust_scale(&heights));
+    let standing_out = triples.into_iter().filter(|(_, [a, b, c])| {
         let (from, back) = (b - a, b - c);
-        from * back > 0.0
-            && from.abs().min(back.abs()) >= least
-            && (c - a).abs() <= NEIGHBOURS_AGREE * from.abs().min(back.abs())
-    };
-    triples
-        .into_iter()
-        .filter(|(_, a, b, c)| stands_out(*a, *b, *c))
-        .map(|(step, a, _, c)| Capillary { step, between: step..step + 1, ends: (a, c) })
+        let jump = from.abs().min(back.abs());
+        from * back > 0.0 && jump >= least && (c - a).abs() <= NEIGHBOURS_AGREE * jump
+    });
+    standing_out
+        .map(|(k, [a, _, c])| Capillary { step: k + 1, between: k + 1..k + 2, ends: (a, c) })
         .collect()
 }
 
@@ -126,27 +111,18 @@ fn at_doses(record: &Record, readings: &[Capillary]) -> (usize, f64) {
 pub(super) fn finding(person: &Person) -> Option<Finding> {
     let record = &person.record;
     let readings = find(record);
-    let mut differences: Vec<f64> = readings
-        .iter()
-        .filter_map(|reading| {
-            Some((record.cgm()[reading.step]? - reading.line(reading.step)).abs())
-        })
-        .collect();
-    differences.sort_by(f64::total_cmp);
-    let last = differences.len().checked_sub(1)?;
+    let off_line = readings.iter().filter_map(|reading| {
+        Some((record.cgm()[reading.step]? - reading.line(reading.step)).abs())
+    });
+    let estimate = median_with_range(off_line.collect())?;
     let (count, chance) = at_doses(record, &readings);
     let text = format!(
-        "{} readings stand between the sensor's, {} of them within {} min of a bolus or a meal (by chance {:.0}): \
+        "{} readings stand between the sensor's, {count} of them within {} min of a bolus or a meal (by chance {:.0}): \
          finger-stick readings in the CGM column; the filter does not use them",
         readings.len(),
-        count,
         5 * NEAR_DOSE,
         chance * readings.len() as f64,
     );
-    let at = |place: usize| differences[place];
-    let estimate = (at(differences.len() / 2), at(last * 5 / 100), at(last * 95 / 100));
-    Some(
-        Finding::note("capillary_in_cgm", person, text)
-            .with_estimate(estimate, "mg/dL from the sensor's line"),
-    )
+    let found = Finding::new("capillary_in_cgm", person, Consequence::Note, text);
+    Some(found.with_estimate(estimate, "mg/dL from the sensor's line"))
 }

@@ -62,7 +62,7 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
                 "entries of {middle:.1} in the middle and {a_day:.0} a day, with no boluses to compare: \
                  carbohydrate in servings, or hardly logged; convert it to grams"
             );
-            Finding::note("carb_unit", person, text).with_consequence(Consequence::ExcludePerson)
+            Finding::new("carb_unit", person, Consequence::ExcludePerson, text)
         });
     }
     let weight = person.weight.unwrap_or(DEFAULT_WEIGHT).0;
@@ -95,9 +95,6 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
             1.0 / grams
         )
     };
-    Some(
-        Finding::note("carb_unit", person, text)
-            .with_estimate((grams, grams / SPREAD, grams * SPREAD), "g per recorded gram")
-            .with_consequence(Consequence::ExcludePerson),
-    )
+    let found = Finding::new("carb_unit", person, Consequence::ExcludePerson, text);
+    Some(found.with_estimate((grams, grams / SPREAD, grams * SPREAD), "g per recorded gram"))
 }

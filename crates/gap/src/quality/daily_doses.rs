@@ -32,10 +32,8 @@ pub(super) fn days(person: &Person) -> Vec<DayDoses> {
     let record = &person.record;
     let total = |channel: Channel, start: usize| {
         let values = record.channel(channel)[start..start + STEPS_PER_DAY].iter().flatten();
-        let (sum, count) =
-            values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-        let share = count / STEPS_PER_DAY as f64;
-        (share >= RECORDED).then(|| sum / share)
+        let share = values.clone().count() as f64 / STEPS_PER_DAY as f64;
+        (share >= RECORDED).then(|| values.sum::<f64>() / share)
     };
     let never = |channel| record.channel(channel).iter().all(Option::is_none);
     let (no_basal, no_bolus) = (never(Channel::Basal), never(Channel::Bolus));
@@ -77,6 +75,13 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     }
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The median with the 5th and the 95th percentile; `None` for no value.
+pub(super) fn median_with_range(mut values: Vec<f64>) -> Option<(f64, f64, f64)> {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    Some((values[values.len() / 2], values[last * 5 / 100], values[last * 95 / 100]))
 }
 
 #[cfg(test)]

@@ -45,9 +45,8 @@ fn finding(person: &Person, channel: Channel, name: &str) -> Option<Finding> {
             channel.column()
         );
         let share = 100.0 * share;
-        Finding::note("dose_is_flag", person, text)
+        Finding::new("dose_is_flag", person, Consequence::ExcludePerson, text)
             .with_estimate((share, share, share), "% of entries")
-            .with_consequence(Consequence::ExcludePerson)
     })
 }
 

@@ -42,5 +42,5 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     } else {
         return None;
     };
-    Some(Finding::note("flat_cgm", person, text).with_consequence(Consequence::ExcludePerson))
+    Some(Finding::new("flat_cgm", person, Consequence::ExcludePerson, text))
 }

@@ -23,7 +23,7 @@ const RECORDED: f64 = 0.5;
 /// Length of a bin of the comparison with steps, steps of the record: 15 min.
 const BIN: usize = 3;
 /// Largest offset of the heart rate against the step count, bins: 12 h.
-const LARGEST: usize = 12 * STEPS_PER_HOUR / BIN;
+const LARGEST: isize = (12 * STEPS_PER_HOUR / BIN) as isize;
 /// Smallest offset that is reported, bins: 45 min. Smoothing moves a peak by less.
 const SMALLEST_OFFSET: usize = 3;
 /// Smallest correlation at the offset, and the smallest gain over none.
@@ -32,12 +32,7 @@ const GAIN: f64 = 0.15;
 
 pub(super) fn finding(person: &Person) -> Option<Finding> {
     let differences = day_minus_night(person);
-    let ignored = |text: String, estimate: (f64, f64, f64), unit: &str| {
-        Finding::note("heart_rate_alignment", person, text)
-            .with_estimate(estimate, unit)
-            .with_consequence(Consequence::IgnoreChannel(Channel::HeartRate))
-    };
-    if differences.len() >= FEWEST_DAYS
+    let (text, estimate, unit) = if differences.len() >= FEWEST_DAYS
         && let Some(mean) = mean_with_interval(&differences)
         && mean.2 < SMALLEST_DIFFERENCE
     {
@@ -46,16 +41,19 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
              makes 10 or more: its times are not this record's; align it or leave it out",
             mean.0
         );
-        return Some(ignored(text, mean, "1/min"));
-    }
-    let minutes = behind_steps(person)?;
-    let text = format!(
-        "heart rate follows the step count by {minutes:+.0} min: the two lie on different clocks; move \
-         the heart rate by {:+.0} min or leave it out",
-        -minutes
-    );
-    let half_bin = 2.5 * BIN as f64;
-    Some(ignored(text, (minutes, minutes - half_bin, minutes + half_bin), "min"))
+        (text, mean, "1/min")
+    } else {
+        let minutes = behind_steps(person)?;
+        let text = format!(
+            "heart rate follows the step count by {minutes:+.0} min: the two lie on different clocks; move \
+             the heart rate by {:+.0} min or leave it out",
+            -minutes
+        );
+        let half_bin = 2.5 * BIN as f64;
+        (text, (minutes, minutes - half_bin, minutes + half_bin), "min")
+    };
+    let ignored = Consequence::IgnoreChannel(Channel::HeartRate);
+    Some(Finding::new("heart_rate_alignment", person, ignored, text).with_estimate(estimate, unit))
 }
 
 /// Mean heart rate of each day's day hours minus that of its night hours, 1/min.
@@ -65,10 +63,8 @@ fn day_minus_night(person: &Person) -> Vec<f64> {
     let mut sums = vec![[(0.0, 0usize); 2]; days];
     for (k, rate) in record.heart_rate().iter().enumerate() {
         let hour = record.hour(k);
-        let Some(part) = [&NIGHT, &DAY].iter().position(|hours| hours.contains(&hour)) else {
-            continue;
-        };
-        if let Some(rate) = rate {
+        let part = [NIGHT, DAY].iter().position(|hours| hours.contains(&hour));
+        if let (Some(part), Some(rate)) = (part, rate) {
             let sum = &mut sums[record.day_index(k)][part];
             *sum = (sum.0 + rate, sum.1 + 1);
         }
@@ -86,11 +82,8 @@ fn day_minus_night(person: &Person) -> Vec<f64> {
 fn behind_steps(person: &Person) -> Option<f64> {
     let record = &person.record;
     let binned = |values: &[Option<f64>]| -> Vec<Option<f64>> {
-        let mean = |bin: &[Option<f64>]| {
-            let known: Vec<f64> = bin.iter().flatten().copied().collect();
-            (known.len() == bin.len()).then(|| known.iter().sum::<f64>() / known.len() as f64)
-        };
-        values.chunks_exact(BIN).map(mean).collect()
+        let sums = values.chunks_exact(BIN).map(|bin| bin.iter().copied().sum::<Option<f64>>());
+        sums.map(|sum| Some(sum? / BIN as f64)).collect()
     };
     let (heart, steps) = (binned(record.heart_rate()), binned(record.steps()));
     let walked: Vec<Option<f64>> = steps.iter().map(|s| s.map(|s| s.max(0.0).sqrt())).collect();
@@ -113,8 +106,7 @@ fn behind_steps(person: &Person) -> Option<f64> {
         if n > 0.0 && spread > 0.0 { (xy - x * y / n) / spread.sqrt() } else { 0.0 }
     };
     let none = at(0);
-    let largest = LARGEST as isize;
-    let (offset, best) = (-largest..=largest)
+    let (offset, best) = (-LARGEST..=LARGEST)
         .map(|offset| (offset, at(offset)))
         .fold((0, none), |best, next| if next.1 > best.1 { next } else { best });
     let clear = best >= CORRELATION && best - none >= GAIN;

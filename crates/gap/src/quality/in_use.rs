@@ -22,8 +22,6 @@ use crate::filter::observations::{INTERPOLATED_SHARE, LONGEST_INTERPOLATION, Obs
 
 /// The check that is none of [`CHECKS`]: whether there is enough of a record.
 const ENOUGH: &str = "enough_data";
-/// Why a day is left out on which nothing was read.
-const NO_READING: &str = "no CGM reading";
 /// Most values on one line where nobody draws lines, 1 h: whole mg/dL lie on the line between their neighbours in one case
 /// of five at most (reference people and made ones), on twelve lines in a row in 0.2^12 = 4e-9.
 const LONGEST_BY_CHANCE: usize = 12;
@@ -67,9 +65,8 @@ impl InUse {
     pub fn without_those_of(mut self, other: &Self) -> Self {
         for person in &mut self.people {
             let other = other.of_person(&person.table.person_id);
-            if let Some(left_out) = other.and_then(|other| other.table.left_out.clone()) {
-                person.table.left_out = Some(left_out);
-            }
+            let reason = other.and_then(|other| other.table.left_out.clone());
+            person.table.left_out = reason.or(person.table.left_out.take());
         }
         self
     }
@@ -114,7 +111,11 @@ impl UsedPerson {
         let recorded = Observations::from_person(person)?;
         let findings = findings_under(person, &recorded, rule);
         let ignored = ignored_channels(&findings);
-        let without = without_channels(person, &ignored);
+        let without = (!ignored.is_empty()).then(|| {
+            let mut without = person.clone();
+            ignored.iter().for_each(|channel| without.record.channel_mut(*channel).fill(None));
+            without
+        });
         let read = without.as_ref().unwrap_or(person);
         let observations =
             if without.is_some() { Observations::from_person(read)? } else { recorded };
@@ -167,7 +168,7 @@ fn days(
         let reason = match (recorded, used) {
             (_, true) => return None,
             (true, false) => not_read(findings),
-            (false, false) => NO_READING.to_owned(),
+            (false, false) => "no CGM reading".to_owned(),
         };
         Some(DayLeftOut { date: date.to_string(), reason })
     });
@@ -176,11 +177,9 @@ fn days(
 
 /// The checks because of which readings are not used.
 fn not_read(findings: &[Finding]) -> String {
+    let found = |check: &&str| findings.iter().any(|finding| finding.reported.check == **check);
     let of_readings = ["interpolated_cgm", "interleaved_cgm", "capillary_in_cgm"];
-    let found = of_readings
-        .iter()
-        .filter(|check| findings.iter().any(|finding| finding.reported.check == **check));
-    let named: Vec<&str> = found.copied().collect();
+    let named: Vec<&str> = of_readings.into_iter().filter(found).collect();
     // A single line too long to stand for glucose is no finding.
     if named.is_empty() { "interpolated_cgm".to_owned() } else { named.join(", ") }
 }
@@ -191,26 +190,23 @@ fn channels(
     cgm: Option<&[Option<f64>]>,
     findings: &[Finding],
 ) -> Vec<ChannelLeftOut> {
-    let mut left_out: Vec<ChannelLeftOut> = Vec::new();
-    for finding in findings {
-        if let Consequence::IgnoreChannel(channel) = finding.consequence {
-            left_out.push(ChannelLeftOut {
-                channel: channel.column().to_owned(),
-                share: 1.0,
-                reason: finding.reported.check.clone(),
-            });
+    let row = |channel: Channel, share: f64, reason: String| {
+        let channel = channel.column().to_owned();
+        ChannelLeftOut { channel, share, reason }
+    };
+    let ignored = findings.iter().filter_map(|finding| match finding.consequence {
+        Consequence::IgnoreChannel(channel) => {
+            Some(row(channel, 1.0, finding.reported.check.clone()))
         }
-    }
-    if let Some(used) = cgm {
+        _ => None,
+    });
+    let partly = cgm.map(|used| {
         let recorded = record.cgm();
         let changed = recorded.iter().zip(used).filter(|(a, b)| a != b).count();
-        left_out.push(ChannelLeftOut {
-            channel: Channel::Cgm.column().to_owned(),
-            share: changed as f64 / recorded.iter().flatten().count().max(1) as f64,
-            reason: not_read(findings),
-        });
-    }
-    left_out
+        let share = changed as f64 / recorded.iter().flatten().count().max(1) as f64;
+        row(Channel::Cgm, share, not_read(findings))
+    });
+    ignored.chain(partly).collect()
 }
 
 /// What one check said.
@@ -243,15 +239,6 @@ fn used_readings(person: &Person, observations: &Observations) -> Vec<Option<f64
         used[step] = instead.map(|glucose| glucose.0);
     }
     used
-}
-
-/// The person without some channels; `None` where none is to be left out.
-fn without_channels(person: &Person, ignored: &[Channel]) -> Option<Person> {
-    let mut without = (!ignored.is_empty()).then(|| person.clone())?;
-    for channel in ignored {
-        without.record.channel_mut(*channel).fill(None);
-    }
-    Some(without)
 }
 
 /// What a record lacks to be used.

@@ -53,10 +53,7 @@ pub(super) fn finding(person: &Person) -> Option<Finding> {
     } else {
         return None;
     };
-    Some(
-        Finding::note("insulin_incomplete", person, text)
-            .with_consequence(Consequence::ExcludePerson),
-    )
+    Some(Finding::new("insulin_incomplete", person, Consequence::ExcludePerson, text.to_owned()))
 }
 
 /// Insulin of a step, U; what is not on record counts as none.

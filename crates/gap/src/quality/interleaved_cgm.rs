@@ -12,6 +12,7 @@ use std::ops::Range;
 
 use cohort::{Person, SensorCadence};
 
+use super::daily_doses::median_with_range;
 use super::{Consequence, Finding};
 
 /// Length of a block, steps: 6 h.
@@ -48,15 +49,14 @@ impl Interleaved {
             let phases = (0..apart).map(|phase| triples(&cgm[start + phase..start + BLOCK], apart));
             // The sensor's own phase: on the others lie values drawn between its readings, whose
             // second differences are smaller.
-            let Some(triples) = phases.max_by(|a, b| roughness(a).total_cmp(&roughness(b))) else {
-                continue;
-            };
+            let roughest = phases.max_by(|a, b| roughness(a).total_cmp(&roughness(b)));
+            let triples = roughest.unwrap_or_default();
             if (triples.len() as f64) < RECORDED * (BLOCK / apart) as f64 {
                 continue;
             }
             found.judged += 1;
             let (mut one, mut two) = (0.0, 0.0);
-            for [a, b, c] in &triples {
+            for (_, [a, b, c]) in &triples {
                 one += 0.5 * ((b - a).powi(2) + (c - b).powi(2));
                 two += (c - a).powi(2);
             }
@@ -70,42 +70,29 @@ impl Interleaved {
     }
 }
 
-/// Recorded values `apart` steps from each other, three at a time.
-fn triples(values: &[Option<f64>], apart: usize) -> Vec<[f64; 3]> {
-    let every: Vec<Option<f64>> = values.iter().step_by(apart).copied().collect();
-    let triples = every.windows(3);
-    triples
-        .filter_map(|triple| match triple {
-            &[Some(a), Some(b), Some(c)] => Some([a, b, c]),
-            _ => None,
-        })
-        .collect()
+/// Recorded values `apart` steps from each other, three at a time, with the step of the first.
+pub(super) fn triples(values: &[Option<f64>], apart: usize) -> Vec<(usize, [f64; 3])> {
+    let spans = values.windows(2 * apart + 1).enumerate().step_by(apart);
+    spans.filter_map(|(k, v)| Some((k, [v[0]?, v[apart]?, v[2 * apart]?]))).collect()
 }
 
 /// Sum of the distances of the middle values from their neighbours' line, mg/dL: half of a disagreement
 /// of two alternating sensors is above it and half below, so that the whole of it shows.
-fn roughness(triples: &[[f64; 3]]) -> f64 {
-    triples.iter().map(|[a, b, c]| (b - 0.5 * (a + c)).abs()).sum()
+fn roughness(triples: &[(usize, [f64; 3])]) -> f64 {
+    triples.iter().map(|(_, [a, b, c])| (b - 0.5 * (a + c)).abs()).sum()
 }
 
 pub(super) fn finding(person: &Person) -> Option<Finding> {
-    let Interleaved { judged, blocks, mut disagreements } = Interleaved::find(person.record.cgm())?;
-    disagreements.sort_by(f64::total_cmp);
-    let (count, last) = (disagreements.len(), disagreements.len() - 1);
-    let share = count as f64 / judged as f64;
+    let Interleaved { judged, blocks, disagreements } = Interleaved::find(person.record.cgm())?;
     let text = format!(
         "in {} h of {}, first on {}, neighbouring readings disagree and every other one agrees: two \
          sensors in one column; the filter uses none of these hours; keep the readings of one sensor",
-        count * BLOCK / 12,
+        blocks.len() * BLOCK / 12,
         judged * BLOCK / 12,
         person.record.time(blocks[0].start).date()
     );
+    let share = blocks.len() as f64 / judged as f64;
     let consequence = if share > EXCLUDED { Consequence::ExcludePerson } else { Consequence::Note };
-    let at = |place: usize| disagreements[place];
-    let estimate = (at(count / 2), at(last * 5 / 100), at(last * 95 / 100));
-    Some(
-        Finding::note("interleaved_cgm", person, text)
-            .with_estimate(estimate, "mg/dL between neighbours")
-            .with_consequence(consequence),
-    )
+    let found = Finding::new("interleaved_cgm", person, consequence, text);
+    Some(found.with_estimate(median_with_range(disagreements)?, "mg/dL between neighbours"))
 }

@@ -33,9 +33,6 @@ pub(super) fn finding(person: &Person, observations: &Observations, least: f64) 
                     readings alone";
         (text.to_owned(), Consequence::Note)
     };
-    Some(
-        Finding::note("interpolated_cgm", person, text)
-            .with_estimate((share, share, share), "% of values")
-            .with_consequence(consequence),
-    )
+    let found = Finding::new("interpolated_cgm", person, consequence, text);
+    Some(found.with_estimate((share, share, share), "% of values"))
 }

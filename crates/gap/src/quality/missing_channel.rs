@@ -2,7 +2,7 @@
 
 use cohort::{Channel, Person};
 
-use super::Finding;
+use super::{Consequence, Finding};
 use crate::filter::observations::DEFAULT_WEIGHT;
 
 pub(super) fn findings(person: &Person) -> Vec<Finding> {
@@ -28,5 +28,6 @@ pub(super) fn findings(person: &Person) -> Vec<Finding> {
     if person.weight.is_none() {
         missing.push(format!("no body weight on record; {DEFAULT_WEIGHT} assumed"));
     }
-    missing.into_iter().map(|text| Finding::note("missing_channel", person, text)).collect()
+    let noted = |text| Finding::new("missing_channel", person, Consequence::Note, text);
+    missing.into_iter().map(noted).collect()
 }

@@ -24,22 +24,6 @@ const GRAMS_PER_UNIT: (f64, f64) = (1.5, 60.0);
 /// From this daily insulin on, per kg, units are likely thousandths.
 const THOUSANDTHS_U_KG: f64 = 30.0;
 
-/// A point of the day.
-struct DailyMean {
-    name: &'static str,
-    unit: &'static str,
-    /// Mean and its interval.
-    mean: (f64, f64, f64),
-    plausible: (f64, f64),
-}
-
-impl DailyMean {
-    /// Whether the interval lies wholly outside.
-    fn outside(&self) -> bool {
-        self.mean.2 < self.plausible.0 || self.mean.1 > self.plausible.1
-    }
-}
-
 /// The findings; none where an earlier finding about a unit or a flag (in `before`) says why.
 pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
     let explained = before.iter().any(|finding| {
@@ -59,55 +43,50 @@ pub(super) fn findings(person: &Person, before: &[Finding]) -> Vec<Finding> {
         Some(weight) => ("U/kg/day", weight.0, INSULIN_U_KG),
         None => ("U/day", 1.0, INSULIN_U),
     };
-    let insulin = DailyMean {
-        name: "insulin",
-        unit,
-        mean: (mean / over, lower / over, upper / over),
-        plausible: (if whole { low } else { 0.0 }, high),
+    let insulin = (mean / over, lower / over, upper / over);
+    let plausible = (if whole { low } else { 0.0 }, high);
+    let cure = if mean / person.weight.unwrap_or(DEFAULT_WEIGHT).0 > THOUSANDTHS_U_KG {
+        "doses in thousandths of a unit; divide them by 1000"
+    } else if insulin.0 > high {
+        "check the units of basal_u_h and bolus_u"
+    } else {
+        "doses are missing or their unit is larger than U; check basal_u_h and bolus_u"
     };
-    if insulin.outside() {
-        let per_kg = mean / person.weight.unwrap_or(DEFAULT_WEIGHT).0;
-        let cure = if per_kg > THOUSANDTHS_U_KG {
-            "doses in thousandths of a unit; divide them by 1000"
-        } else if insulin.mean.0 > insulin.plausible.1 {
-            "check the units of basal_u_h and bolus_u"
-        } else {
-            "doses are missing or their unit is larger than U; check basal_u_h and bolus_u"
-        };
-        return vec![report(person, &insulin, cure, Consequence::ExcludePerson)];
+    if let Some(found) = outside(person, "insulin", Some(insulin), unit, plausible, cure) {
+        return vec![Finding { consequence: Consequence::ExcludePerson, ..found }];
     }
-    let mut points: Vec<(DailyMean, &str)> = Vec::new();
-    let mut add = |name, unit, mean, plausible, cure| {
-        let point = DailyMean { name, unit, mean, plausible };
-        if point.outside() {
-            points.push((point, cure));
-        }
-    };
-    if whole && let Some(mean) = of(|day| (day.insulin() > 0.0).then(|| day.basal / day.insulin()))
-    {
-        let cure = "check whether boluses or basal rates are missing";
-        add("basal share of insulin", "of all insulin", mean, BASAL_SHARE, cure);
-    }
-    if let Some(mean) = of(|day| day.carbs) {
-        let cure = "check its unit and whether meals are logged";
-        add("carbohydrate", "g/day", mean, CARBS_G, cure);
-    }
+    let share = of(|day| (day.insulin() > 0.0).then(|| day.basal / day.insulin()));
+    let share = share.filter(|_| whole);
     let total = |value: fn(&DayDoses) -> f64| days.iter().map(value).sum::<f64>();
     let (carbs, bolus) = (total(|day| day.carbs.unwrap_or(0.0)), total(|day| day.bolus));
-    if carbs > 0.0 && bolus > 0.0 {
-        let mean = (carbs / bolus, carbs / bolus, carbs / bolus);
-        let cure = "check the units of carbs_g and bolus_u";
-        add("carbohydrate per bolus", "g/U", mean, GRAMS_PER_UNIT, cure);
+    let ratio = carbs / bolus;
+    let ratio = (carbs > 0.0 && bolus > 0.0).then_some((ratio, ratio, ratio));
+    let missing = "check whether boluses or basal rates are missing";
+    let logged = "check its unit and whether meals are logged";
+    let units = "check the units of carbs_g and bolus_u";
+    let points = [
+        outside(person, "basal share of insulin", share, "of all insulin", BASAL_SHARE, missing),
+        outside(person, "carbohydrate", of(|day| day.carbs), "g/day", CARBS_G, logged),
+        outside(person, "carbohydrate per bolus", ratio, "g/U", GRAMS_PER_UNIT, units),
+    ];
+    let mut found: Vec<Finding> = points.into_iter().flatten().collect();
+    if found.len() > 1 {
+        found.iter_mut().for_each(|point| point.consequence = Consequence::ExcludePerson);
     }
-    let consequence = if points.len() > 1 { Consequence::ExcludePerson } else { Consequence::Note };
-    points.iter().map(|(point, cure)| report(person, point, cure, consequence)).collect()
+    found
 }
 
-fn report(person: &Person, point: &DailyMean, cure: &str, consequence: Consequence) -> Finding {
-    let DailyMean { name, unit, mean, plausible: (low, high) } = *point;
-    let value = mean.0;
+/// A point of the day, to be noted where its interval lies wholly outside what is plausible.
+fn outside(
+    person: &Person,
+    name: &str,
+    mean: Option<(f64, f64, f64)>,
+    unit: &str,
+    (low, high): (f64, f64),
+    cure: &str,
+) -> Option<Finding> {
+    let (value, lower, upper) = mean.filter(|(_, lower, upper)| *upper < low || *lower > high)?;
     let text = format!("{name} of {value:.2} {unit} is outside {low} to {high}; {cure}");
-    Finding::note("plausible_day", person, text)
-        .with_estimate(mean, unit)
-        .with_consequence(consequence)
+    let found = Finding::new("plausible_day", person, Consequence::Note, text);
+    Some(found.with_estimate((value, lower, upper), unit))
 }

@@ -9,9 +9,10 @@ use effects::{Field, Port};
 use faer::{Mat, Side};
 use physiology::STEPS_PER_HOUR;
 
+use super::scores::{FIELDS, Scores};
+use super::tally::{DATA, DRAWS};
 use crate::context::{HOURS_OF_PART, PARTS, part_of_day};
-
-use super::scores::{DATA, DRAWS, FIELDS, Scores};
+use crate::log_sum::raised;
 
 /// Parts of which neighbours may share steps: a day (weights fall to 0 there; Newey and West, Econometrica 1987;55:703).
 const REACH: usize = PARTS;
@@ -57,21 +58,14 @@ pub(super) fn of_person(scores: &Scores, hours: &[f64]) -> Vec<CourseSums> {
     let length = HOURS_OF_PART * STEPS_PER_HOUR;
     let first =
         (0..hours.len()).find(|k| hours[*k].rem_euclid(HOURS_OF_PART as f64) < 1e-6).unwrap_or(0);
-    let blocks: Vec<std::ops::Range<usize>> = (first..hours.len())
-        .step_by(length)
-        .map(|start| start..start + length)
-        .take_while(|steps| steps.end <= hours.len())
-        .collect();
-    let part = |steps: &std::ops::Range<usize>| part_of_day(hours[steps.start] as usize);
-    OF_PORTS
-        .iter()
-        .map(|(_, field, ..)| {
-            let field = FIELDS.iter().position(|of| of == field).expect("a field that is scored");
-            let of_blocks: Vec<_> =
-                blocks.iter().map(|steps| (part(steps), scores.over(field, steps))).collect();
-            CourseSums::of(&of_blocks)
-        })
-        .collect()
+    let of_port = |(_, field, ..): &(Port, Field, &str, f64)| {
+        let field = FIELDS.iter().position(|of| of == field).expect("a field that is scored");
+        let whole = (first..hours.len()).step_by(length).filter(|k| k + length <= hours.len());
+        let of_block =
+            |k: usize| (part_of_day(hours[k] as usize), scores.over(field, &(k..k + length)));
+        CourseSums::of(&whole.map(of_block).collect::<Vec<_>>())
+    };
+    OF_PORTS.iter().map(of_port).collect()
 }
 
 impl CourseSums {
@@ -109,8 +103,7 @@ pub(super) fn of_cohort(people: &[&[CourseSums]]) -> Vec<PortCourse> {
         .enumerate()
         .filter_map(|(index, (port, _, unit, scale))| {
             let own: Vec<&CourseSums> = people.iter().filter_map(|p| p.get(index)).collect();
-            let parts = course(&own)?;
-            let parts = parts.map(|(value, half)| (scale * value, scale * half));
+            let parts = course(&own)?.map(|(value, half)| (scale * value, scale * half));
             Some(PortCourse { port: *port, unit, parts })
         })
         .collect()
@@ -119,13 +112,9 @@ pub(super) fn of_cohort(people: &[&[CourseSums]]) -> Vec<PortCourse> {
 /// Estimate and half width by part.
 fn course(people: &[&CourseSums]) -> Option<[(f64, f64); PARTS]> {
     let mut information = Mat::<f64>::zeros(PARTS, PARTS);
-    let mut score = [0.0; PARTS];
-    for person in people {
-        information += &person.information;
-        for (sum, value) in score.iter_mut().zip(person.score) {
-            *sum += value;
-        }
-    }
+    people.iter().for_each(|person| information += &person.information);
+    let score: [f64; PARTS] =
+        std::array::from_fn(|part| people.iter().map(|person| person.score[part]).sum());
     let eigen = information.self_adjoint_eigen(Side::Lower).ok()?;
     let (values, vectors) = (eigen.S().column_vector(), eigen.U());
     let largest = values[PARTS - 1];
@@ -139,7 +128,7 @@ fn course(people: &[&CourseSums]) -> Option<[(f64, f64); PARTS]> {
     let excess = scatter_over_model(people);
     let unit = (excess * PARTS as f64 / bounded.iter().sum::<f64>()).sqrt();
     // Log likelihood of every size, and the estimate and covariance that it gives, in the eigenvectors.
-    let of_sizes: Vec<(f64, Vec<(f64, f64)>)> = SIZES
+    let (likelihoods, of_sizes): (Vec<f64>, Vec<Vec<(f64, f64)>>) = SIZES
         .iter()
         .map(|size| {
             let prior = (size * unit).powi(2);
@@ -152,23 +141,19 @@ fn course(people: &[&CourseSums]) -> Option<[(f64, f64); PARTS]> {
                 let posterior = prior / (1.0 + precision * prior);
                 (posterior * scaled, posterior)
             });
-            let each = each.collect();
+            let each: Vec<(f64, f64)> = each.collect();
             (likelihood, each)
         })
-        .collect();
-    let best = of_sizes.iter().map(|(l, _)| *l).fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = of_sizes.iter().map(|(l, _)| (l - best).exp()).collect();
+        .unzip();
+    let weights = raised(&likelihoods);
     let total: f64 = weights.iter().sum();
-    let mean: Vec<f64> = (0..PARTS)
-        .map(|k| of_sizes.iter().zip(&weights).map(|((_, e), w)| w * e[k].0).sum::<f64>() / total)
-        .collect();
+    let averaged = |k: usize, of: &dyn Fn((f64, f64)) -> f64| {
+        of_sizes.iter().zip(&weights).map(|(each, w)| w * of(each[k])).sum::<f64>() / total
+    };
+    let mean: Vec<f64> = (0..PARTS).map(|k| averaged(k, &|(mean, _)| mean)).collect();
     // Within sizes and between them.
-    let variance: Vec<f64> = (0..PARTS)
-        .map(|k| {
-            let of = |(_, each): &(f64, Vec<(f64, f64)>)| each[k].1 + (each[k].0 - mean[k]).powi(2);
-            of_sizes.iter().zip(&weights).map(|(size, w)| w * of(size)).sum::<f64>() / total
-        })
-        .collect();
+    let spread = |k: usize| averaged(k, &|(own, within)| within + (own - mean[k]).powi(2));
+    let variance: Vec<f64> = (0..PARTS).map(spread).collect();
     // Beyond the mean of the day.
     let centred = Mat::from_fn(PARTS, PARTS, |i, k| {
         let mean = (0..PARTS).map(|j| vectors[(j, k)]).sum::<f64>() / PARTS as f64;
@@ -191,13 +176,12 @@ fn scatter_over_model(people: &[&CourseSums]) -> f64 {
     // About what each person's own information would share of the cohort's score.
     let mut apart = 0.0;
     for part in 0..PARTS {
-        let at = |p: &CourseSums| (p.score[part], p.information[(part, part)]);
-        let (score, information) = people
-            .iter()
-            .map(|p| at(p))
-            .fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+        let score: f64 = people.iter().map(|p| p.score[part]).sum();
+        let of_person = |p: &&CourseSums| p.information[(part, part)];
+        let information: f64 = people.iter().map(of_person).sum();
         if information > 0.0 {
-            let own = |p: &&CourseSums| (at(p).0 - score * at(p).1 / information).powi(2);
+            let own =
+                |p: &&CourseSums| (p.score[part] - score * of_person(p) / information).powi(2);
             apart += people.iter().map(own).sum::<f64>();
         }
     }

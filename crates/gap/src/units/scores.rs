@@ -9,6 +9,7 @@ use physiology::STEPS_PER_DAY;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
+use super::tally::{DATA, Total};
 use crate::background::Allowed;
 use crate::calibrated_person::CalibratedPerson;
 use crate::design::{Column, Design, Whitener};
@@ -32,26 +33,12 @@ pub(super) const FIELDS: [Field; 13] = [
     Field::RenalRate,
 ];
 
-/// Index of the innovations themselves among what is scored side by side; the others are drawn.
-pub(super) const DATA: usize = 0;
-/// Innovations that are drawn as the model says where nothing is missing: the mean of their squared scores is the
-/// information (Hutchinson, Commun Stat Simul Comput 1989;18:1059).
-pub(super) const DRAWS: usize = LANES - 1;
-
 /// Scores with the background taken out.
 pub(super) struct Scores {
     /// Sums from the start of the record, by field: an entry a step, and one before the first.
     sums: Vec<Vec<[f64; LANES]>>,
-    /// Scores of effects by day of the record.
-    pub(super) effects: Vec<EffectScores>,
-}
-
-/// Scores of one variant of a driven effect.
-pub(super) struct EffectScores {
-    pub(super) effect: EffectId,
-    pub(super) variant: usize,
-    /// By day of 24 h from the start of the record.
-    pub(super) days: Vec<[f64; LANES]>,
+    /// Driven effects, each with its variant; days of 24 h from the start of the record as units.
+    pub(super) effects: Vec<(EffectId, usize, Total)>,
 }
 
 impl Scores {
@@ -82,25 +69,8 @@ impl Scores {
         let mut all = by_field.into_iter().zip(effects);
         Ok(std::array::from_fn(|_| {
             let (by_field, effects) = all.next().unwrap_or_default();
-            Self::summed(by_field, effects)
+            Self { sums: by_field.iter().map(|rows| summed(rows)).collect(), effects }
         }))
-    }
-
-    fn summed(by_field: Vec<Vec<Lanes>>, effects: Vec<EffectScores>) -> Self {
-        let sums = by_field
-            .into_iter()
-            .map(|rows| {
-                let mut sum = [0.0; LANES];
-                let mut sums = Vec::with_capacity(rows.len() + 1);
-                sums.push(sum);
-                for row in rows {
-                    sum = std::array::from_fn(|lane| sum[lane] + f64::from(row[lane]));
-                    sums.push(sum);
-                }
-                sums
-            })
-            .collect();
-        Self { sums, effects }
     }
 
     /// The scores of a factor on a field over some steps; `field` is an index in [`FIELDS`].
@@ -108,6 +78,17 @@ impl Scores {
         let (start, end) = (&self.sums[field][steps.start], &self.sums[field][steps.end]);
         std::array::from_fn(|lane| end[lane] - start[lane])
     }
+}
+
+/// Sums up to each row, and of all.
+fn summed(rows: &[Lanes]) -> Vec<[f64; LANES]> {
+    let mut sum = [0.0; LANES];
+    let mut sums = vec![sum];
+    for row in rows {
+        sum = std::array::from_fn(|lane| sum[lane] + f64::from(row[lane]));
+        sums.push(sum);
+    }
+    sums
 }
 
 /// The innovations, and beside them draws of what they are where nothing is missing: noise, and a background from
@@ -118,21 +99,16 @@ fn drawn(design: &Design, nuisances: &[Allowed]) -> Vec<Lanes> {
     let of_record = design.residuals.iter().fold(0_u64, |sum, r| sum.rotate_left(1) ^ r.to_bits());
     let mut rng = ChaCha8Rng::seed_from_u64(of_record);
     let mut sign = || if rng.random_bool(0.5) { 1.0f32 } else { -1.0 };
-    let weights = design.weights.iter();
-    let mut lanes: Vec<Lanes> = weights
-        .zip(&design.residuals)
-        .map(|(weight, residual)| {
-            let sd = if *weight > 0.0 { weight.sqrt().recip() as f32 } else { 0.0 };
-            std::array::from_fn(|lane| if lane == DATA { *residual as f32 } else { sd * sign() })
-        })
-        .collect();
+    let mut side_by_side = |data: f64, sd: f32| -> Lanes {
+        std::array::from_fn(|lane| if lane == DATA { data as f32 } else { sd * sign() })
+    };
+    let mut lanes: Vec<Lanes> = Vec::with_capacity(design.residuals.len());
+    for (weight, residual) in design.weights.iter().zip(&design.residuals) {
+        let sd = if *weight > 0.0 { weight.sqrt().recip() as f32 } else { 0.0 };
+        lanes.push(side_by_side(*residual, sd));
+    }
     for direction in nuisances {
-        let sizes: Lanes =
-            std::array::from_fn(
-                |lane| {
-                    if lane == DATA { 0.0 } else { direction.sd as f32 * sign() }
-                },
-            );
+        let sizes = side_by_side(0.0, direction.sd as f32);
         add(&mut lanes, &design.signatures[direction.column], &sizes);
     }
     lanes
@@ -144,8 +120,7 @@ fn take_out(design: &Design, information: &Mat<f64>, nuisances: &[Allowed], lane
         let prior = if row == column { nuisances[row].sd.powi(-2) } else { 0.0 };
         prior + information[(nuisances[row].column, nuisances[column].column)]
     });
-    let mut scores = Mat::zeros(nuisances.len(), LANES);
-    for (index, direction) in nuisances.iter().enumerate() {
+    let of_direction = |direction: &Allowed| {
         let steps = design.signatures[direction.column].iter().zip(&design.weights);
         let mut sum = [0.0; LANES];
         for ((signature, weight), row) in steps.zip(&*lanes) {
@@ -153,10 +128,10 @@ fn take_out(design: &Design, information: &Mat<f64>, nuisances: &[Allowed], lane
             sum = std::array::from_fn(|lane| sum[lane] - factor * f64::from(row[lane]));
         }
         sum[DATA] += direction.mean * direction.sd.powi(-2);
-        for (lane, value) in sum.into_iter().enumerate() {
-            scores[(index, lane)] = value;
-        }
-    }
+        sum
+    };
+    let scores: Vec<[f64; LANES]> = nuisances.iter().map(of_direction).collect();
+    let scores = Mat::from_fn(scores.len(), LANES, |index, lane| scores[index][lane]);
     // A Gram matrix plus the precision of a proper prior.
     let Ok(factor) = system.llt(Side::Lower) else { return };
     let found = factor.solve(&scores);
@@ -172,8 +147,8 @@ fn add(lanes: &mut [Lanes], signature: &[f32], sizes: &Lanes) {
     }
 }
 
-/// Scores of the driven effects, by day.
-fn of_effects(design: &Design, weighted: &[Lanes]) -> Vec<EffectScores> {
+/// Scores of the driven effects.
+fn of_effects(design: &Design, weighted: &[Lanes]) -> Vec<(EffectId, usize, Total)> {
     let columns = design.columns.iter().zip(&design.signatures);
     columns
         .filter_map(|(column, signature)| {
@@ -186,7 +161,8 @@ fn of_effects(design: &Design, weighted: &[Lanes]) -> Vec<EffectScores> {
                 }
                 sum
             };
-            Some(EffectScores { effect, variant, days: days.map(of_day).collect() })
+            let days: Vec<[f64; LANES]> = days.map(of_day).collect();
+            Some((effect, variant, Total::of(days.iter().map(|day| (day, 1.0)))))
         })
         .collect()
 }

@@ -1,7 +1,12 @@
 //! Sums over a person's units of one kind, from which a cohort's statistics are made.
 
-use super::scores::{DATA, DRAWS};
 use crate::filter::tangent::LANES;
+
+/// Index of the innovations themselves among what is scored side by side; the others are drawn.
+pub(super) const DATA: usize = 0;
+/// Innovations that are drawn as the model says where nothing is missing: the mean of their squared scores is the
+/// information (Hutchinson, Commun Stat Simul Comput 1989;18:1059).
+pub(super) const DRAWS: usize = LANES - 1;
 
 /// Least information of a score: below it the record says nothing of the factor.
 const LEAST_INFORMATION: f64 = 1e-9;

@@ -3,7 +3,7 @@
 use effects::{Card, Effect, EffectId};
 
 use super::variance::SCALES;
-use super::{NAMED_FROM, Named, Which};
+use super::{NAMED_FROM, Score, Which};
 use crate::context::hours_of_part;
 use crate::units::PortCourse;
 use contract::WithInterval;
@@ -38,7 +38,7 @@ pub(crate) struct Answer {
 impl Which {
     /// The answer in words and numbers. `people` names the people in the order of the analysis.
     pub(crate) fn answer(&self, library: &[Box<dyn Effect>], people: &[&str]) -> Answer {
-        let known: Vec<(&Named, Card)> =
+        let known: Vec<(&Score, Card)> =
             self.named.iter().filter_map(|n| Some((n, card(library, n.effect)?))).collect();
         let verdict = match (known.is_empty(), self.belief.alarms()) {
             (false, _) => Verdict::Effect,
@@ -51,22 +51,25 @@ impl Which {
             .iter()
             .map(|candidate| CandidateEffect {
                 effect: candidate.effect.name().to_owned(),
-                gain_nats: candidate.gain,
+                gain_nats: candidate.gain(),
                 probability: self.belief.of(candidate),
                 not_named: self.why_not(candidate.effect, people),
             })
             .collect();
         let effects = known
             .iter()
-            .map(|(named, card)| FoundEffect {
-                effect: card.id.name().to_owned(),
-                port: card.port.name().to_owned(),
-                gain_nats: named.gain,
-                probability: named.probability,
-                amplitude: interval(named.amplitude),
-                confusable_with: rivals(&candidates, named.probability),
-                people: amplitudes(named, people),
-                questioned: Vec::new(),
+            .map(|(named, card)| {
+                let probability = self.belief.of(named);
+                FoundEffect {
+                    effect: card.id.name().to_owned(),
+                    port: card.port.name().to_owned(),
+                    gain_nats: named.gain(),
+                    probability,
+                    amplitude: interval(named.amplitude),
+                    confusable_with: rivals(&candidates, probability),
+                    people: amplitudes(named, people),
+                    questioned: Vec::new(),
+                }
             })
             .collect();
         // Effects that the posterior does not know may act beside those of the library, but where one acts something is
@@ -85,22 +88,13 @@ impl Which {
         candidates.sort_by(|a, b| {
             b.probability.total_cmp(&a.probability).then(b.gain_nats.total_cmp(&a.gain_nats))
         });
-        let untried = self
-            .first
-            .untried
-            .iter()
-            .filter_map(|id| card(library, *id))
-            .map(|card| {
-                let channels: Vec<&str> = card.channels.iter().map(|c| c.words()).collect();
-                UntriedEffect {
-                    effect: card.id.name().to_owned(),
-                    reason: format!(
-                        "nobody's record holds what signals it: {}",
-                        channels.join(", ")
-                    ),
-                }
-            })
-            .collect();
+        let cards = self.first.untried.iter().filter_map(|id| card(library, *id));
+        let untried = cards.map(|card| {
+            let channels: Vec<&str> = card.channels.iter().map(|c| c.words()).collect();
+            let reason = format!("nobody's record holds what signals it: {}", channels.join(", "));
+            UntriedEffect { effect: card.id.name().to_owned(), reason }
+        });
+        let untried = untried.collect();
         Answer { verdict, effects, candidates, ports: self.by_port(), untried }
     }
 
@@ -168,20 +162,15 @@ fn interval((value, error): (f64, f64)) -> WithInterval {
     WithInterval { value, lower: (value - Z * error).max(0.0), upper: value + Z * error }
 }
 
-fn amplitudes(named: &Named, people: &[&str]) -> Vec<PersonAmplitude> {
+fn amplitudes(named: &Score, people: &[&str]) -> Vec<PersonAmplitude> {
     people
         .iter()
         .zip(&named.personal)
         .zip(&named.gains)
         .map(|((id, amplitude), gain)| {
-            let with_interval = interval(*amplitude);
-            PersonAmplitude {
-                person_id: (*id).to_owned(),
-                amplitude: with_interval.value,
-                lower: with_interval.lower,
-                upper: with_interval.upper,
-                gain_nats: *gain,
-            }
+            let WithInterval { value, lower, upper } = interval(*amplitude);
+            let (person_id, gain_nats) = ((*id).to_owned(), *gain);
+            PersonAmplitude { person_id, amplitude: value, lower, upper, gain_nats }
         })
         .collect()
 }

@@ -1,51 +1,39 @@
 //! The background of a hidden event's test: constant directions.
 
-use effects::{Card, EffectId};
+use std::collections::BTreeMap;
+
+use effects::{Allowance, Card, EffectId};
 
 use super::held_out;
 use super::statistics::TestStatistics;
 use super::tried::Tried;
 use crate::background::Allowed;
-use crate::design::{Background, Column, Design, HiddenEvents};
+use crate::design::{Column, Design, EventBank, HiddenEvents};
 use crate::event_bank::FittedBackground;
 
-/// The constant directions that are fitted before hidden events are scored: events must not be made of what every
-/// meal or every low of a person shows.
-pub(super) struct Backgrounds<'a> {
-    each: Vec<FittedBackground<'a>>,
-    /// Each effect with the index of its background in `each`.
-    indices: Vec<(EffectId, usize)>,
-}
-
-impl<'a> Backgrounds<'a> {
-    /// Directions that are what an effect itself would change are left out for it. `hidden` are the design's.
-    pub(super) fn of(
-        design: &'a Design,
-        statistics: &TestStatistics,
-        hidden: &HiddenEvents,
-        tried: &Tried<'_>,
-    ) -> Self {
-        let mut sets: Vec<Vec<usize>> = Vec::new();
-        let mut found = Self { each: Vec::new(), indices: Vec::new() };
-        for effect in hidden.effects() {
-            let card = tried.get(effect).card();
-            let directions = allowed(&statistics.columns, &[], 0, Some(&card));
-            let columns: Vec<usize> = directions.iter().map(|a| a.column).collect();
-            let known = sets.iter().position(|set| *set == columns);
-            found.indices.push((effect, known.unwrap_or(sets.len())));
-            if known.is_none() {
-                sets.push(columns);
-                found.each.push(fitted(design, statistics, &directions));
-            }
-        }
-        found
+/// The hidden events of a design, scored beside constant directions: events must not be made of what every meal or every
+/// low of a person shows. `before` are the banks of an earlier round.
+///
+/// Directions that are what an effect itself would change are left out for it; effects with the same directions share what
+/// is fitted.
+pub(super) fn banks(
+    design: &Design,
+    statistics: &TestStatistics,
+    hidden: HiddenEvents,
+    tried: &Tried<'_>,
+    before: &[EventBank],
+) -> Vec<EventBank> {
+    let beside = |effect: EffectId| -> Vec<Allowed> {
+        allowed(&statistics.columns, &[], 0, Some(&tried.get(effect).card()))
+    };
+    let columns =
+        |allowed: &[Allowed]| -> Vec<usize> { allowed.iter().map(|a| a.column).collect() };
+    let mut each = BTreeMap::new();
+    for effect in hidden.effects() {
+        let allowed = beside(effect);
+        each.entry(columns(&allowed)).or_insert_with(|| fitted(design, statistics, &allowed));
     }
-
-    /// The background of an effect that acts by hidden events.
-    pub(super) fn for_effect(&self, effect: EffectId) -> &FittedBackground<'a> {
-        let entry = self.indices.iter().find(|(known, _)| *known == effect);
-        &self.each[entry.map_or(0, |(_, index)| *index)]
-    }
+    hidden.banks(|effect| &each[&columns(&beside(effect))], &design.weights, before)
 }
 
 /// Standard deviation of the amplitude of a guard that was not named.
@@ -82,7 +70,8 @@ pub(super) fn allowed(
         .enumerate()
         .filter_map(|(column, stands_for)| match stands_for {
             Column::Background { which, prior_sd } => {
-                let own = tested.is_some_and(|card| is_itself(card, *which));
+                let holds = |allowance: &Allowance| which.is(*allowance);
+                let own = tested.is_some_and(|card| card.relations.is_itself.iter().any(holds));
                 (!own).then_some(Allowed { column, mean: 0.0, sd: *prior_sd })
             }
             Column::Effect { effect, variant } => {
@@ -114,9 +103,4 @@ fn fitted<'a>(
     }
     let of = |allowed: &Allowed| design.signatures[allowed.column].as_slice();
     FittedBackground::of(&residuals, &design.weights, allowed.iter().map(of).collect(), &factor)
-}
-
-/// Whether a direction of the background is what an effect itself would change.
-fn is_itself(effect: &Card, direction: Background) -> bool {
-    effect.relations.is_itself.iter().any(|allowance| direction.is(*allowance))
 }

@@ -8,15 +8,15 @@
 //! for it. What the library loses by its form is then the distance between an effect's power and the share
 //! of worlds in which its exact course shows more than courses of effects that do not act.
 
+use std::iter;
+
 use cohort::Cohort;
 use effects::{Card, Course, Effect, EffectId, Field, Form, Modulation, Structure};
 use rayon::prelude::*;
 
 use super::backgrounds::Guard;
 use super::held_out::held_out;
-use super::round::Round;
-use super::round_person::RoundPerson;
-use super::statistics::TestStatistics;
+use super::round::{Round, RoundPerson};
 use crate::calibrated_person::CalibratedPerson;
 use crate::config::DiagnosisConfig;
 use crate::design::design;
@@ -38,7 +38,7 @@ impl ExactCourse {
     fn lies_along(&self, cohort: &Cohort) -> Result<(), GapError> {
         let entries = self.people.iter().zip(&cohort.people);
         let lengths = entries.map(|(own, person)| (own.len(), person.record.len()));
-        let lists = std::iter::once((self.people.len(), cohort.people.len()));
+        let lists = iter::once((self.people.len(), cohort.people.len()));
         match lists.chain(lengths).find(|(found, needed)| found != needed) {
             None => Ok(()),
             Some((found, needed)) => Err(GapError::Course { effect: self.card.id, found, needed }),
@@ -84,51 +84,32 @@ pub fn exact_course_evidence(
     courses
         .par_iter()
         .map(|course| {
+            let is_guard = |card: &Card| card.relations.structure == Structure::Guard;
             let guards: Vec<&dyn Effect> = library
                 .iter()
                 .map(AsRef::as_ref)
-                .filter(|effect| is_guard_beside(&effect.card(), &course.card))
+                .filter(|effect| is_guard(&effect.card()) && effect.card().id != course.card.id)
                 .collect();
+            // The linear model of each person: the background, the course, and the guards.
             let subjects = people
                 .par_iter()
-                .map(|(index, person)| subject(person, course, *index, &guards))
+                .map(|(index, person)| {
+                    let template = Template { card: &course.card, course: &course.people[*index] };
+                    let exact: &dyn Effect = &template;
+                    let tried: Vec<_> = iter::once(exact).chain(guards.iter().copied()).collect();
+                    Ok(RoundPerson::of(&design(person, &tried)?))
+                })
                 .collect::<Result<Vec<_>, GapError>>()?;
             let spreads = guards.iter().map(|guard| Guard::usual(guard.card().id)).collect();
-            let found = held_out(&Round::estimated(subjects, spreads).trials(&course.card));
+            let round = Round::estimated(subjects, spreads);
+            let found = held_out(course.card.id, &round.trials(&course.card));
             Ok(ExactEvidence {
-                effect: course.card.id,
+                effect: found.effect,
                 gain: found.gain(),
-                amplitude: found.hierarchy.mean,
+                amplitude: found.amplitude.0,
             })
         })
         .collect()
-}
-
-/// Whether an effect is allowed for beside the course of another.
-fn is_guard_beside(effect: &Card, course: &Card) -> bool {
-    effect.relations.structure == Structure::Guard && effect.id != course.id
-}
-
-/// The linear model of one person: the background, the course, and the guards.
-fn subject(
-    person: &CalibratedPerson<'_>,
-    course: &ExactCourse,
-    index: usize,
-    guards: &[&dyn Effect],
-) -> Result<RoundPerson, GapError> {
-    let template = Template { card: &course.card, course: &course.people[index] };
-    let library: Vec<&dyn Effect> =
-        std::iter::once(&template as &dyn Effect).chain(guards.iter().copied()).collect();
-    let design = design(person, &library)?;
-    let statistics = TestStatistics::of(&design);
-    Ok(RoundPerson {
-        untried: design.untried,
-        statistics,
-        units: Vec::new(),
-        events: Vec::new(),
-        lags: None,
-        natural: None,
-    })
 }
 
 /// An offset of the sensor that follows a course.

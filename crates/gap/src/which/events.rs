@@ -4,10 +4,13 @@
 //! onsets are averaged over. The frequency is chosen on training days. The same score for events of the opposite
 //! sign is subtracted: a background that is rough in both directions is no evidence for either.
 
+use std::ops::Range;
+
+use effects::EffectId;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
 use super::folds::{FOLDS, inside, outside};
-use super::index_of_largest;
+use super::{Score, Test, index_of_largest};
 use crate::design::EventBank;
 use crate::log_sum::{log_sum, log_with_probability};
 
@@ -16,15 +19,6 @@ use crate::log_sum::{log_sum, log_with_probability};
 const SHORTEST_STRETCH: usize = 2 * STEPS_PER_HOUR;
 /// Probabilities of an event in a stretch that are tried.
 const FREQUENCIES: [f64; 8] = [0.0005, 0.002, 0.01, 0.03, 0.06, 0.12, 0.25, 0.5];
-
-/// The answer for one effect.
-#[derive(Debug, Clone)]
-pub(super) struct EventEvidence {
-    /// Gain of each person, nats, after subtraction of the mirror image.
-    pub(super) gains: Vec<f64>,
-    /// Events that are more likely than not.
-    pub(super) found: Vec<FoundEvent>,
-}
 
 /// A hidden event that is more likely than not: its onset, profile and size are those that explain most.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,24 +80,17 @@ fn ratios(bank: &EventBank) -> [Ratios; 2] {
 
 /// Held-out gain of each person for events of one sign.
 fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
-    // gains[person][frequency][day]
-    let gains: Vec<Vec<Vec<f64>>> = people
-        .iter()
-        .zip(days)
-        .map(|(ratios, days)| {
-            FREQUENCIES
-                .iter()
-                .map(|p| {
-                    let mut by_day = vec![0.0; *days];
-                    for (stretch, ratio) in ratios {
-                        let day = (stretch / STEPS_PER_DAY).min(days - 1);
-                        by_day[day] += log_with_probability(*ratio, *p);
-                    }
-                    by_day
-                })
-                .collect()
+    let of_person = |(ratios, days): (&Ratios, &usize)| {
+        FREQUENCIES.map(|p| {
+            let mut by_day = vec![0.0; *days];
+            for (stretch, ratio) in ratios {
+                by_day[(stretch / STEPS_PER_DAY).min(days - 1)] += log_with_probability(*ratio, p);
+            }
+            by_day
         })
-        .collect();
+    };
+    // By person, frequency and day.
+    let gains: Vec<_> = people.iter().zip(days).map(of_person).collect();
     let mut out = vec![0.0; people.len()];
     for index in 0..FOLDS {
         let trained = |frequency: usize| -> f64 {
@@ -121,18 +108,34 @@ fn held_out(people: &[Ratios], days: &[usize]) -> Vec<f64> {
 }
 
 /// Scores the events of one effect. `banks` has an entry a person, `None` where the record cannot show them; `days` the
-/// length of each person's record.
-pub(super) fn score(banks: &[Option<&EventBank>], days: &[usize]) -> EventEvidence {
-    let (mut up, mut down) = (Vec::new(), Vec::new());
-    for bank in banks {
-        let [forward, backward] = bank.map_or_else(Default::default, ratios);
-        up.push(forward);
-        down.push(backward);
-    }
+/// length of each person's record. The amplitude is the frequency.
+pub(super) fn score(effect: EffectId, banks: &[Option<&EventBank>], days: &[usize]) -> Score {
+    let both = banks.iter().map(|bank| bank.map_or_else(Default::default, ratios));
+    let (up, down): (Vec<Ratios>, Vec<Ratios>) = both.map(<(Ratios, Ratios)>::from).unzip();
     let (gains, mirror) = (held_out(&up, days), held_out(&down, days));
     let mirrored = mirror.iter().sum::<f64>() > 0.0;
     let net = |(gain, mirror): (&f64, &f64)| if mirrored { gain - mirror } else { *gain };
-    EventEvidence { gains: gains.iter().zip(&mirror).map(net).collect(), found: found(banks, &up) }
+    let gains: Vec<f64> = gains.iter().zip(&mirror).map(net).collect();
+    let events = found(banks, &up);
+    let published = banks.iter().flatten().next().map_or(1.0, |bank| bank.shape.per_day);
+    let of = |people: Range<usize>| frequency(&events, people, days, published);
+    let (amplitude, personal) =
+        (of(0..days.len()), (0..days.len()).map(|person| of(person..person + 1)).collect());
+    Score { amplitude, personal, events, ..Score::of(effect, Test::Events, gains) }
+}
+
+/// Frequency of events of some people over the published one, and its standard error.
+fn frequency(
+    events: &[FoundEvent],
+    people: Range<usize>,
+    days: &[usize],
+    published: f64,
+) -> (f64, f64) {
+    let expected = published * days[people.clone()].iter().sum::<usize>() as f64;
+    let theirs = events.iter().filter(|event| people.contains(&event.person));
+    // An empty sum is -0.
+    let count = theirs.map(|e| e.probability * e.size).sum::<f64>() + 0.0;
+    (count / expected, (count.sqrt() + 1.0) / expected)
 }
 
 /// Events that are more likely than not.
@@ -140,11 +143,7 @@ fn found(banks: &[Option<&EventBank>], ratios: &[Ratios]) -> Vec<FoundEvent> {
     let total = |p: f64| -> f64 {
         ratios.iter().flatten().map(|(_, ratio)| log_with_probability(*ratio, p)).sum()
     };
-    let frequency = FREQUENCIES
-        .into_iter()
-        .map(|p| (p, total(p)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map_or(FREQUENCIES[0], |(p, _)| p);
+    let frequency = FREQUENCIES[index_of_largest(&FREQUENCIES.map(total))];
     let mut found = Vec::new();
     for (person, (bank, ratios)) in banks.iter().zip(ratios).enumerate() {
         let Some(bank) = bank else { continue };
@@ -213,5 +212,23 @@ mod tests {
         // of the six loses by it.
         let lost = 6.0 * log_with_probability(-3.0, FREQUENCIES[5]);
         assert!((gain - lost).abs() < 1e-12, "{gain} for {lost}");
+    }
+
+    #[test]
+    fn the_frequency_is_what_events_add_up_to_over_what_was_published() {
+        let event = |onset, size, probability| FoundEvent {
+            person: 0,
+            onset,
+            profile: 0,
+            size,
+            probability,
+        };
+        let events = [event(10, 2.0, 1.0), event(500, 4.0, 0.5)];
+        let of = |people| frequency(&events, people, &[7, 7], 0.5);
+        // Two and half of four where 3.5 a week are usual; of both people 7.
+        let (all, error) = of(0..2);
+        assert!((all - 4.0 / 7.0).abs() < 1e-12 && (error - 3.0 / 7.0).abs() < 1e-12);
+        assert!((of(0..1).0 - 4.0 / 3.5).abs() < 1e-12);
+        assert_eq!(of(1..2).0.to_bits(), 0.0f64.to_bits(), "not minus zero");
     }
 }

@@ -6,15 +6,15 @@
 
 use std::sync::OnceLock;
 
-use faer::Mat;
-use faer::Side;
+use effects::EffectId;
 use faer::linalg::solvers::{Llt, Solve};
+use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::amplitude::{Hierarchy, Information};
 use super::folds::{FOLDS, fold};
-use super::index_of_largest;
 use super::statistics::Sums;
+use super::{Score, Test, index_of_largest};
 use crate::background::Allowed;
 use crate::log_sum::{log_sum, softmax};
 
@@ -26,20 +26,14 @@ const SHARED: f64 = 0.5;
 /// One person's A and b, random factors integrated out.
 pub(super) struct FoldSums {
     /// Number of days.
-    pub(super) days: usize,
+    days: usize,
     /// Sums over the days of each fold.
     pub(super) tests: Vec<Sums>,
     /// What most effects are tested beside.
     usual: Vec<Allowed>,
-    /// The days of all folds but each, and those of all; computed at the first use.
-    training: Vec<OnceLock<TrainingSums>>,
-}
-
-/// Days that are fitted.
-struct TrainingSums {
-    sums: Sums,
-    /// The factor of the information about what is usually allowed for, its prior included.
-    usual: OnceLock<Llt<f64>>,
+    /// The days of all folds but each, and those of all, with the factor of the information about what is usually
+    /// allowed for; computed at the first use.
+    training: Vec<OnceLock<(Sums, Llt<f64>)>>,
 }
 
 /// The factor of the information about some directions, their prior included.
@@ -53,14 +47,10 @@ fn factored(sums: &Sums, allowed: &[Allowed]) -> Llt<f64> {
 }
 
 impl FoldSums {
-    pub(super) fn new(days: usize, tests: Vec<Sums>) -> Self {
+    /// `usual` are the directions that most effects' tests allow for.
+    pub(super) fn new(days: usize, tests: Vec<Sums>, usual: Vec<Allowed>) -> Self {
         let training = (0..=tests.len()).map(|_| OnceLock::new()).collect();
-        Self { days, tests, usual: Vec::new(), training }
-    }
-
-    /// With the directions that most effects' tests allow for.
-    pub(super) fn allowing_for(self, usual: Vec<Allowed>) -> Self {
-        Self { usual, ..self }
+        Self { days, tests, usual, training }
     }
 
     /// Whether a fold has days, and there are others to train on.
@@ -70,10 +60,11 @@ impl FoldSums {
     }
 
     /// The days of every fold but one.
-    fn training(&self, without: Option<usize>) -> &TrainingSums {
+    fn training(&self, without: Option<usize>) -> &(Sums, Llt<f64>) {
         self.training[without.unwrap_or(self.tests.len())].get_or_init(|| {
             let sums = Sums::over(&self.tests, without);
-            TrainingSums { sums, usual: OnceLock::new() }
+            let usual = factored(&sums, &self.usual);
+            (sums, usual)
         })
     }
 }
@@ -88,26 +79,6 @@ pub(super) struct Trial<'a> {
     pub(super) variants: Vec<usize>,
 }
 
-/// The answer for one effect.
-#[derive(Debug, Clone)]
-pub(super) struct HeldOutEvidence {
-    /// Gain of each person, nats.
-    pub(super) gains: Vec<f64>,
-    /// The hierarchy on all days.
-    pub(super) hierarchy: Hierarchy,
-    /// Each person's amplitude and its standard deviation on all days.
-    pub(super) personal: Vec<(f64, f64)>,
-    /// Each person's best variant on all days.
-    pub(super) variants: Vec<usize>,
-}
-
-impl HeldOutEvidence {
-    /// Gain over all people, nats.
-    pub(super) fn gain(&self) -> f64 {
-        self.gains.iter().sum()
-    }
-}
-
 /// The background of one person fitted to some days.
 struct TrainedFit {
     /// Allowed directions without the effect.
@@ -119,11 +90,14 @@ struct TrainedFit {
 }
 
 impl Trial<'_> {
-    /// The background on every fold but one.
-    fn fitted(&self, without: Option<usize>) -> TrainedFit {
+    /// The background on every fold but one; `None` where the fold is not tested, or the record cannot show the effect.
+    fn fitted(&self, without: Option<usize>) -> Option<TrainedFit> {
+        if self.variants.is_empty() || without.is_some_and(|fold| !self.folds.is_tested(fold)) {
+            return None;
+        }
         let n = self.allowed.len();
-        let training = self.folds.training(without);
-        let Sums { a, b } = &training.sums;
+        let (sums, usual) = self.folds.training(without);
+        let Sums { a, b } = sums;
         let right = Mat::from_fn(n, 1 + self.variants.len(), |i, k| {
             let allowed = &self.allowed[i];
             match k.checked_sub(1) {
@@ -131,14 +105,8 @@ impl Trial<'_> {
                 Some(variant) => a[(allowed.column, self.variants[variant])],
             }
         });
-        let own;
-        let factor = if self.allowed == self.folds.usual {
-            training.usual.get_or_init(|| factored(&training.sums, &self.allowed))
-        } else {
-            own = factored(&training.sums, &self.allowed);
-            &own
-        };
-        let solved = factor.solve(&right);
+        let own = (self.allowed != self.folds.usual).then(|| factored(sums, &self.allowed));
+        let solved = own.as_ref().unwrap_or(usual).solve(&right);
         let background: Vec<f64> = (0..n).map(|i| solved[(i, 0)]).collect();
         let shared = Mat::from_fn(self.variants.len(), self.variants.len(), |v, w| {
             let taken: f64 = (0..n).map(|i| right[(i, v + 1)] * solved[(i, w + 1)]).sum();
@@ -156,30 +124,19 @@ impl Trial<'_> {
                 (Information { information: information.max(1e-9), score }, answer)
             })
             .collect();
-        TrainedFit { background, variants, shared }
+        Some(TrainedFit { background, variants, shared })
     }
 
-    /// Log likelihood of a fold at amplitude `theta` of a variant over that of the background alone.
-    fn gain(&self, fitted: &TrainedFit, variant: usize, theta: f64, test: usize) -> f64 {
-        let amplitude = |v: usize| if v == variant { theta } else { 0.0 };
-        self.gain_of_sum(fitted, &(0..self.variants.len()).map(amplitude).collect::<Vec<_>>(), test)
-    }
-
-    /// The same for a sum of variants with an amplitude each.
-    fn gain_of_sum(&self, fitted: &TrainedFit, amplitudes: &[f64], test: usize) -> f64 {
+    /// Log likelihood of a fold with these amplitudes of variants over that of the background alone.
+    fn gain(&self, fitted: &TrainedFit, acting: &[(usize, f64)], test: usize) -> f64 {
         let Sums { a, b } = &self.folds.tests[test];
-        let acting = || amplitudes.iter().enumerate().filter(|(_, theta)| **theta != 0.0);
         // The change of the amplitudes from one explanation to the other, and the state it starts from.
-        let change: Vec<(usize, f64)> = self
-            .allowed
-            .iter()
-            .enumerate()
-            .map(|(i, allowed)| {
-                let taken = acting().map(|(v, theta)| theta * fitted.variants[v].1[i]);
-                (allowed.column, -taken.sum::<f64>())
-            })
-            .chain(acting().map(|(v, theta)| (self.variants[v], *theta)))
-            .collect();
+        let taken = |i: usize| -> f64 {
+            acting.iter().map(|(v, theta)| theta * fitted.variants[*v].1[i]).sum()
+        };
+        let background = self.allowed.iter().enumerate().map(|(i, own)| (own.column, -taken(i)));
+        let effect = acting.iter().map(|(v, theta)| (self.variants[*v], *theta));
+        let change: Vec<(usize, f64)> = background.chain(effect).collect();
         let mut gain = 0.0;
         for (column, by) in &change {
             let mut slope = b[*column];
@@ -215,8 +172,7 @@ const SWEEPS: usize = 60;
 impl Blend {
     /// The shape that all people together show most, where their variants are the same and there are several.
     fn of(fits: &[Option<TrainedFit>], one_variant: &Hierarchy) -> Option<Self> {
-        let known: Vec<&TrainedFit> =
-            fits.iter().flatten().filter(|fit| !fit.variants.is_empty()).collect();
+        let known: Vec<&TrainedFit> = fits.iter().flatten().collect();
         let count = known.first()?.variants.len();
         if count < 2 || known.iter().any(|fit| fit.variants.len() != count) {
             return None;
@@ -307,15 +263,11 @@ fn weigh(fits: &[Option<TrainedFit>]) -> (Vec<Vec<f64>>, Hierarchy) {
 /// Each person's weights of the variants from the evidence for them, that of the others counted in part where
 /// everybody has the same variants.
 fn weights_of(evidence: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    // The number of variants where everybody has as many, otherwise none.
     let mut counts = evidence.iter().map(Vec::len).filter(|n| *n > 0);
-    let count = counts.next().unwrap_or(0);
-    let shared = counts.all(|other| other == count);
-    let everyones: Vec<f64> = if shared {
-        let of_variant = |v: usize| evidence.iter().filter_map(|own| own.get(v)).sum();
-        (0..count).map(of_variant).collect()
-    } else {
-        Vec::new()
-    };
+    let count = counts.next().filter(|own| counts.all(|other| other == *own)).unwrap_or(0);
+    let of_variant = |v: usize| evidence.iter().filter_map(|own| own.get(v)).sum();
+    let everyones: Vec<f64> = (0..count).map(of_variant).collect();
     evidence
         .iter()
         .map(|own| {
@@ -330,17 +282,11 @@ fn weights_of(evidence: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Tests an effect. A person without variants of it (a channel is missing) gains nothing.
-pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOutEvidence {
+pub(super) fn held_out(effect: EffectId, trials: &[Trial<'_>]) -> Score {
     let gains: Vec<Vec<f64>> = (0..FOLDS)
         .into_par_iter()
         .map(|f| {
-            let fits: Vec<Option<TrainedFit>> = trials
-                .iter()
-                .map(|trial| {
-                    let tested = !trial.variants.is_empty() && trial.folds.is_tested(f);
-                    tested.then(|| trial.fitted(Some(f)))
-                })
-                .collect();
+            let fits: Vec<_> = trials.iter().map(|trial| trial.fitted(Some(f))).collect();
             let (weights, hierarchy) = weigh(&fits);
             let blend = Blend::of(&fits, &hierarchy);
             trials
@@ -360,10 +306,7 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOutEvidence {
                 .collect()
         })
         .collect();
-    let fits: Vec<Option<TrainedFit>> = trials
-        .par_iter()
-        .map(|trial| (!trial.variants.is_empty()).then(|| trial.fitted(None)))
-        .collect();
+    let fits: Vec<_> = trials.par_iter().map(|trial| trial.fitted(None)).collect();
     let (weights, hierarchy) = weigh(&fits);
     let variants: Vec<usize> = weights.iter().map(|w| index_of_largest(w)).collect();
     let personal = fits
@@ -374,19 +317,16 @@ pub(super) fn held_out(trials: &[Trial<'_>]) -> HeldOutEvidence {
             None => (hierarchy.mean, hierarchy.spread),
         })
         .collect();
-    HeldOutEvidence {
-        gains: (0..trials.len()).map(|person| gains.iter().map(|g| g[person]).sum()).collect(),
-        hierarchy,
-        personal,
-        variants,
-    }
+    let gains = (0..trials.len()).map(|person| gains.iter().map(|g| g[person]).sum()).collect();
+    let amplitude = (hierarchy.mean, hierarchy.error);
+    Score { amplitude, personal, variants, ..Score::of(effect, Test::Driven, gains) }
 }
 
 /// Log likelihood ratio of a fold under a sum of variants.
 fn blended(trial: &Trial<'_>, fit: &TrainedFit, blend: &Blend, test: usize) -> f64 {
     let (theta, _) = blend.hierarchy.personal(Blend::information(&blend.parts, fit));
-    let amplitudes: Vec<f64> = blend.parts.iter().map(|part| theta * part).collect();
-    trial.gain_of_sum(fit, &amplitudes, test)
+    let parts = blend.parts.iter().enumerate().filter(|(_, part)| **part > 0.0);
+    trial.gain(fit, &parts.map(|(v, part)| (v, theta * part)).collect::<Vec<_>>(), test)
 }
 
 /// Log of the mean of two likelihood ratios, the second weighed by its odds.
@@ -411,7 +351,7 @@ fn mixture(
         .filter(|(_, weight)| **weight > 1e-3)
         .map(|(variant, weight)| {
             let (theta, _) = hierarchy.personal(fit.variants[variant].0);
-            weight.ln() + trial.gain(fit, variant, theta, test)
+            weight.ln() + trial.gain(fit, &[(variant, theta)], test)
         })
         .collect();
     log_sum(&logs)
@@ -458,12 +398,15 @@ mod tests {
                 Sums { a, b }
             })
             .collect();
-        FoldSums::new(days, tests)
+        FoldSums::new(days, tests, allowed(2))
+    }
+
+    fn allowed(columns: usize) -> Vec<Allowed> {
+        (0..columns).map(|column| Allowed { column, mean: 0.0, sd: 1.0 }).collect()
     }
 
     fn trial(folds: &FoldSums) -> Trial<'_> {
-        let allowed = (0..2).map(|column| Allowed { column, mean: 0.0, sd: 1.0 }).collect();
-        Trial { folds, allowed, variants: vec![2] }
+        Trial { folds, allowed: allowed(2), variants: vec![2] }
     }
 
     #[test]
@@ -478,7 +421,7 @@ mod tests {
         let folds = folds(14);
         let trial = trial(&folds);
         for test in 0..FOLDS {
-            let fitted = trial.fitted(Some(test));
+            let fitted = trial.fitted(Some(test)).expect("tested");
             let Sums { a, b } = &folds.tests[test];
             let likelihood = |x: [f64; 3]| -> f64 {
                 let linear: f64 = (0..3).map(|i| b[i] * x[i]).sum();
@@ -495,7 +438,7 @@ mod tests {
             assert!((theta - 0.8).abs() < 0.02, "{theta}");
             let with = [without[0] - theta * answer[0], without[1] - theta * answer[1], theta];
             let expected = likelihood(with) - likelihood(without);
-            let found = trial.gain(&fitted, 0, theta, test);
+            let found = trial.gain(&fitted, &[(0, theta)], test);
             assert!((found - expected).abs() < 1e-9 * expected.abs(), "{found} {expected}"); // rounding
         }
     }
@@ -515,7 +458,7 @@ mod tests {
             sums.a = wider;
         }
         let trial = Trial { variants: vec![2, 3], ..trial(&both) };
-        assert!(held_out(&[trial]).gain() > 10.0);
+        assert!(held_out(EffectId::DAWN, &[trial]).gain() > 10.0);
     }
 
     #[test]
@@ -541,10 +484,11 @@ mod tests {
                 Sums { a, b }
             })
             .collect();
-        let folds = FoldSums::new(days, tests);
+        let folds = FoldSums::new(days, tests, allowed(1));
         let of = |variants: &[usize]| {
-            let allowed = vec![Allowed { column: 0, mean: 0.0, sd: 1.0 }];
-            held_out(&[Trial { folds: &folds, allowed, variants: variants.to_vec() }]).gain()
+            let variants = variants.to_vec();
+            let trial = Trial { folds: &folds, allowed: allowed(1), variants };
+            held_out(EffectId::DAWN, &[trial]).gain()
         };
         let (first, second, both) = (of(&[1]), of(&[2]), of(&[1, 2]));
         assert!(both > first.max(second) + 5.0, "{first} {second} {both}");
@@ -554,7 +498,8 @@ mod tests {
     fn what_is_left_out_does_not_train() {
         let (all, mut other) = (folds(14), folds(14));
         other.tests[2] = Sums { a: Mat::zeros(3, 3), b: vec![1e6; 3] };
-        let background = |folds: &FoldSums, without| trial(folds).fitted(without).background;
+        let background =
+            |folds: &FoldSums, without| trial(folds).fitted(without).expect("tested").background;
         assert_eq!(background(&all, Some(2)), background(&other, Some(2)));
         assert_ne!(background(&all, Some(3)), background(&other, Some(3)));
     }
@@ -563,10 +508,10 @@ mod tests {
     fn an_effect_is_found_in_those_who_have_it_and_nobody_gains_without_a_record() {
         let folds = folds(14);
         let without = Trial { variants: Vec::new(), ..trial(&folds) };
-        let found = held_out(&[trial(&folds), trial(&folds), without]);
+        let found = held_out(EffectId::DAWN, &[trial(&folds), trial(&folds), without]);
         assert!(found.gains[0] > 10.0, "{:?}", found.gains);
         assert_eq!(found.gains[2], 0.0);
         assert_eq!(found.gains[0], found.gains[1]);
-        assert!((found.hierarchy.mean - 0.8).abs() < 0.2, "{:?}", found.hierarchy);
+        assert!((found.amplitude.0 - 0.8).abs() < 0.2, "{:?}", found.amplitude);
     }
 }

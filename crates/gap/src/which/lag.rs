@@ -7,21 +7,25 @@
 //! beyond the usual ones, which are tried as well: bodies and sensors below it are no finding. The likelihood has one
 //! top along the lag: where a cohort likes the first longer lag less than the usual one next to it, no other is run.
 
-use effects::{Course, Effect, Field, Modulation};
+use effects::{Course, Effect, EffectId, Field, Modulation};
+use rayon::prelude::*;
 
+use super::conditioned::conditioned;
 use super::folds::{FOLDS, inside, outside};
+use super::tried::Tried;
+use super::{Score, Test};
 use crate::calibrated_person::CalibratedPerson;
 use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
 use crate::filter::kalman::innovations;
 use crate::filter::scored::{Whitening, normalised};
 use crate::filter::whitening::{huber_loss, robust_scale};
-use crate::log_sum::raised;
+use crate::log_sum::{moments, raised};
 
 /// Amplitudes in the order in which they are run: 8 and 10 min, then 6, 12, 16, 22 and 32 min.
-pub(super) const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
+const AMPLITUDES: [f64; 7] = [0.0, 0.55, -0.71, 1.0, 1.7, 2.5, 3.4];
 /// How many of them are run for everybody, the others where these call for it.
-pub(super) const FIRST: usize = 2;
+const FIRST: usize = 2;
 /// Indices of those that are usual, and of those beyond.
 const USUAL: [usize; 2] = [0, 2];
 const LONGER: [usize; 5] = [1, 3, 4, 5, 6];
@@ -34,32 +38,44 @@ const LEAST_ERROR: f64 = 0.2;
 /// nats.
 pub(super) type Likelihoods = Vec<Vec<f64>>;
 
-/// Whether a cohort likes the first longer lag better than the usual one next to it.
-pub(super) fn calls_for_longer(people: &[&Likelihoods]) -> bool {
-    total(people, USUAL[0]) < total(people, LONGER[0])
-}
-
-/// Log likelihood of all days of everybody at an amplitude.
-fn total(people: &[&Likelihoods], amplitude: usize) -> f64 {
-    people.iter().map(|person| person[amplitude].iter().sum::<f64>()).sum()
-}
-
-/// The answer.
-#[derive(Debug, Clone)]
-pub(super) struct LagEvidence {
-    /// Gain of each person, nats.
-    pub(super) gains: Vec<f64>,
-    /// Mean amplitude and its standard error.
-    pub(super) mean: (f64, f64),
-    /// Each person's amplitude and its standard deviation.
-    pub(super) personal: Vec<(f64, f64)>,
-}
-
-/// Log likelihoods of one person's days at some amplitudes of the lag.
+/// Everybody's log likelihoods under the effects that have been named; of nobody once the lag is named.
 ///
 /// # Errors
 /// As [`filter`](crate::filter::kalman::filter).
 pub(super) fn likelihoods(
+    people: &[CalibratedPerson<'_>],
+    tried: &Tried<'_>,
+    named: &[Score],
+    rule: &CalibrationRule,
+) -> Result<Vec<Likelihoods>, GapError> {
+    let open = |lag: &&dyn Effect| named.iter().all(|n| n.effect != lag.card().id);
+    let Some(effect) = tried.lag().filter(open) else { return Ok(Vec::new()) };
+    let at = |amplitudes: &[f64]| -> Result<Vec<Likelihoods>, GapError> {
+        let people = people.par_iter().enumerate();
+        let of = |person: &CalibratedPerson<'_>| of_person(person, rule, effect, amplitudes);
+        people.map(|(index, input)| conditioned(input, index, tried, named, rule, of)).collect()
+    };
+    let mut found = at(&AMPLITUDES[..FIRST])?;
+    if calls_for_longer(&found) {
+        for (first, rest) in found.iter_mut().zip(at(&AMPLITUDES[FIRST..])?) {
+            first.extend(rest);
+        }
+    }
+    Ok(found)
+}
+
+/// Whether a cohort likes the first longer lag better than the usual one next to it.
+fn calls_for_longer(people: &[Likelihoods]) -> bool {
+    total(people, USUAL[0]) < total(people, LONGER[0])
+}
+
+/// Log likelihood of all days of everybody at an amplitude.
+fn total(people: &[Likelihoods], amplitude: usize) -> f64 {
+    people.iter().map(|person| person[amplitude].iter().sum::<f64>()).sum()
+}
+
+/// Log likelihoods of one person's days at some amplitudes of the lag.
+fn of_person(
     person: &CalibratedPerson<'_>,
     rule: &CalibrationRule,
     effect: &dyn Effect,
@@ -93,14 +109,12 @@ pub(super) fn likelihoods(
 }
 
 /// Held-out evidence for a longer lag than usual, none where the cohort does not call for one. One entry a person.
-pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
-    let known = people.iter().map(|person| person.len()).min().unwrap_or(0);
-    if !calls_for_longer(people) || known < AMPLITUDES.len() {
-        let none = vec![0.0; people.len()];
-        let nobody = vec![(0.0, LEAST_ERROR); people.len()];
-        return LagEvidence { gains: none, mean: (0.0, LEAST_ERROR), personal: nobody };
-    }
+pub(super) fn score(effect: EffectId, people: &[Likelihoods]) -> Score {
     let mut gains = vec![0.0; people.len()];
+    if !calls_for_longer(people) {
+        let (amplitude, personal) = ((0.0, LEAST_ERROR), vec![(0.0, LEAST_ERROR); people.len()]);
+        return Score { amplitude, personal, ..Score::of(effect, Test::Lag, gains) };
+    }
     for index in 0..FOLDS {
         let trained = |amplitude: usize| -> f64 {
             people.iter().map(|person| outside(&person[amplitude], index)).sum()
@@ -118,29 +132,18 @@ pub(super) fn score(people: &[&Likelihoods]) -> LagEvidence {
         }
     }
     let totals = LONGER.map(|amplitude| total(people, amplitude));
-    let (mean, spread) = moments(&totals);
-    let personal = people
-        .iter()
-        .map(|person| {
-            let own = LONGER.into_iter().map(|a| person[a].iter().sum::<f64>());
-            let logs: Vec<f64> =
-                own.zip(&totals).map(|(own, all)| own + SHARED * (all - own)).collect();
-            let (mean, spread) = moments(&logs);
-            (mean, spread.hypot(LEAST_ERROR))
-        })
-        .collect();
-    LagEvidence { gains, mean: (mean, spread.hypot(LEAST_ERROR)), personal }
-}
-
-/// Mean and standard deviation of the amplitude under these log likelihoods of [`LONGER`].
-fn moments(logs: &[f64]) -> (f64, f64) {
-    let weights = raised(logs);
-    let sum: f64 = weights.iter().sum();
-    let amplitudes = || LONGER.map(|index| AMPLITUDES[index]);
-    let mean = weights.iter().zip(amplitudes()).map(|(w, a)| w * a).sum::<f64>() / sum;
-    let squares = weights.iter().zip(amplitudes()).map(|(w, a)| w * (a - mean).powi(2));
-    let square = squares.sum::<f64>() / sum;
-    (mean, square.sqrt())
+    // Mean and standard deviation of the amplitude under these log likelihoods.
+    let size = |logs: &[f64]| {
+        let (mean, spread) = moments(&raised(logs), LONGER.map(|index| AMPLITUDES[index]));
+        (mean, spread.hypot(LEAST_ERROR))
+    };
+    let personal = people.iter().map(|person| {
+        let own = LONGER.into_iter().map(|a| person[a].iter().sum::<f64>());
+        let logs = own.zip(&totals).map(|(own, all)| own + SHARED * (all - own));
+        size(&logs.collect::<Vec<f64>>())
+    });
+    let (amplitude, personal) = (size(&totals), personal.collect());
+    Score { amplitude, personal, ..Score::of(effect, Test::Lag, gains) }
 }
 
 #[cfg(test)]
@@ -156,13 +159,15 @@ mod tests {
     #[test]
     fn a_longer_lag_gains_by_the_days_that_like_it_and_a_usual_one_does_not() {
         let people = [person(1.0, 2.0), person(1.0, 1.0)];
-        let found = score(&people.iter().collect::<Vec<_>>());
+        let found = score(EffectId::SENSOR_LAG, &people);
         // 12 against 8 min, 14 days of 2 and of 1 nats; rounding.
         assert!((found.gains[0] - 28.0).abs() < 1e-9 && (found.gains[1] - 14.0).abs() < 1e-9);
-        assert!((found.mean.0 - 1.0).abs() < 0.05, "{:?}", found.mean);
+        assert!((found.amplitude.0 - 1.0).abs() < 0.05, "{:?}", found.amplitude);
+        // A named lag drives the filter of later rounds, which asks for everybody's variant.
+        assert_eq!((found.personal.len(), found.variants.len()), (2, 2));
         for liked in [-2.0, -0.5, 0.0, 0.2] {
             let usual = [person(liked, 2.0), person(liked, 1.0)];
-            assert_eq!(score(&usual.iter().collect::<Vec<_>>()).gains, [0.0, 0.0], "{liked}");
+            assert_eq!(score(EffectId::SENSOR_LAG, &usual).gains, [0.0, 0.0], "{liked}");
         }
     }
 }

@@ -6,66 +6,54 @@
 //! every effect of the library that is tested in the same way, by their held-out evidence and equal odds before any data.
 //! (Searches of spectra count false matches in the same way, by decoys: Elias and Gygi, Nat Methods 2007;4:207.)
 
-use std::mem::discriminant;
-
 use effects::EffectId;
 
-use super::Candidate;
-use super::round::Score;
+use super::Score;
 use crate::log_sum::log_sum;
 
 /// Odds against an effect before any data: about those against each effect of the library.
 const ODDS_AGAINST: f64 = 50.0;
 
-/// Every effect that was scored, the largest evidence first. Those that are not `known` get the probability
-/// that they have beside the others. A guard is no measure: it belongs to the background of every effect that is tested.
+/// The scores, the largest evidence first. Effects that are not `known` get the probability that they have beside the
+/// others. A guard is no measure: it belongs to the background of every effect that is tested.
 pub(super) fn beside_the_library(
-    scores: &[Score],
+    mut scores: Vec<Score>,
     known: impl Fn(EffectId) -> bool,
     is_guard: impl Fn(EffectId) -> bool,
-) -> Vec<Candidate> {
+) -> Vec<Score> {
     let own = |score: &Score| {
-        let decoys = scores.iter().filter(|other| {
-            let alike = discriminant(&other.evidence) == discriminant(&score.evidence);
-            alike && known(other.effect) && !is_guard(other.effect)
-        });
+        let alike = scores.iter().filter(|other| other.test == score.test);
+        let decoys = alike.filter(|other| known(other.effect) && !is_guard(other.effect));
         let against: Vec<f64> = decoys.map(Score::gain).chain([ODDS_AGAINST.ln()]).collect();
-        1.0 / (1.0 + (log_sum(&against) - score.gain()).exp())
+        let probability = 1.0 / (1.0 + (log_sum(&against) - score.gain()).exp());
+        (!known(score.effect)).then_some(probability)
     };
-    let mut candidates: Vec<Candidate> = scores
-        .iter()
-        .map(|score| Candidate {
-            effect: score.effect,
-            gain: score.gain(),
-            own: (!known(score.effect)).then(|| own(score)),
-        })
-        .collect();
-    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    candidates
+    let own: Vec<Option<f64>> = scores.iter().map(own).collect();
+    for (score, own) in scores.iter_mut().zip(own) {
+        score.own = own;
+    }
+    scores.sort_by(|a, b| b.gain().total_cmp(&a.gain()));
+    scores
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::events::EventEvidence;
-    use super::super::random_effects::UnitEvidence;
-    use super::super::round::ScoreOf;
+    use super::super::Test;
     use super::*;
 
     const OWN: EffectId = EffectId::new("coffee");
 
     fn events(effect: EffectId, gain: f64) -> Score {
-        let found = EventEvidence { gains: vec![gain], found: Vec::new() };
-        Score { effect, evidence: ScoreOf::Events(found) }
+        Score::of(effect, Test::Events, vec![gain])
     }
 
     fn probability(others: &[Score], own: f64) -> f64 {
-        let known = |id| id != OWN;
         let mut scores = vec![events(OWN, own)];
-        scores.extend(others.iter().map(|other| events(other.effect, other.gain())));
-        let found = beside_the_library(&scores, known, |_| false);
+        scores.extend_from_slice(others);
+        let found = beside_the_library(scores, |id| id != OWN, |_| false);
         assert!(found.iter().all(|c| c.own.is_some() == (c.effect == OWN)), "{found:?}");
-        assert!(found.is_sorted_by(|a, b| a.gain >= b.gain));
-        found.iter().find_map(|candidate| candidate.own).expect("one of its own")
+        assert!(found.is_sorted_by(|a, b| a.gain() >= b.gain()));
+        found.iter().find_map(|score| score.own).expect("one of its own")
     }
 
     #[test]
@@ -81,11 +69,8 @@ mod tests {
 
     #[test]
     fn what_is_tested_in_another_way_is_no_measure() {
-        let spread = UnitEvidence { gains: vec![90.0], spread: (0.2, 0.1) };
-        let spread = ScoreOf::Random(spread, 0.18);
-        let scores =
-            [events(OWN, 20.0), Score { effect: EffectId::INSULIN_ABSORPTION, evidence: spread }];
-        let found = beside_the_library(&scores, |id| id != OWN, |_| false);
+        let spread = Score::of(EffectId::INSULIN_ABSORPTION, Test::Random, vec![90.0]);
+        let found = beside_the_library(vec![events(OWN, 20.0), spread], |id| id != OWN, |_| false);
         assert!(found[1].own.is_some_and(|p| p > 0.99), "{found:?}");
     }
 }

@@ -21,12 +21,12 @@ use physiology::STEPS_PER_DAY;
 use rayon::prelude::*;
 
 use super::folds::{FOLDS, fold};
-use super::index_of_largest;
 use super::statistics::{BLOCK, Sums, TestStatistics};
 use super::variance::{Spreads, active, crossed, factored};
+use super::{Score, Test, index_of_largest};
 use crate::background::Allowed;
 use crate::design::{Design, UnitBank};
-use crate::log_sum::raised;
+use crate::log_sum::{moments, raised};
 
 /// Spreads that are tried, of the logarithm of the factor.
 const GRID: [f64; 16] =
@@ -58,15 +58,6 @@ pub(super) struct UnitSums {
     pub(super) log_sd: f64,
     count: usize,
     days: Vec<UnitDay>,
-}
-
-/// The answer for one random effect.
-#[derive(Debug, Clone)]
-pub(super) struct UnitEvidence {
-    /// Gain of each person, nats.
-    pub(super) gains: Vec<f64>,
-    /// Spread on all days: mean and standard deviation of its posterior.
-    pub(super) spread: (f64, f64),
 }
 
 /// A person for the test of a random effect; `units` is `None` where the record cannot show it.
@@ -218,14 +209,8 @@ impl UnitTrial<'_> {
         let n = self.allowed.len();
         let units = joint.b.len() - n;
         let mut system = joint.a.get(..n, ..n).to_owned();
-        let mut right =
-            Mat::from_fn(
-                n,
-                units + 1,
-                |i, k| {
-                    if k < units { joint.a[(i, n + k)] } else { joint.b[i] }
-                },
-            );
+        let shared = |i: usize, k: usize| if k < units { joint.a[(i, n + k)] } else { joint.b[i] };
+        let mut right = Mat::from_fn(n, units + 1, shared);
         for (i, allowed) in self.allowed.iter().enumerate() {
             system[(i, i)] += allowed.sd.powi(-2);
             right[(i, units)] += allowed.mean * allowed.sd.powi(-2);
@@ -255,8 +240,9 @@ fn likelihood(gram: &Mat<f64>, score: &Mat<f64>, spread: f64) -> f64 {
 /// Log likelihoods of the spreads of [`GRID`] on all days of a person, and without each fold.
 type GridLikelihoods = (Vec<f64>, Vec<Vec<f64>>);
 
-/// Tests a random effect. `spreads` are those of the background, without the factor that is tested.
-pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence {
+/// Tests a random effect. `shown` is what somebody's record holds of it; `spreads` are those of the background, without the
+/// factor that is tested.
+pub(super) fn score(shown: &UnitSums, trials: &[UnitTrial<'_>], spreads: &Spreads) -> Score {
     let found: Vec<Option<GridLikelihoods>> = trials
         .par_iter()
         .map(|trial| {
@@ -287,24 +273,19 @@ pub(super) fn score(trials: &[UnitTrial<'_>], spreads: &Spreads) -> UnitEvidence
     }
     let total: Vec<f64> =
         (0..GRID.len()).map(|k| found.iter().flatten().map(|(all, _)| all[k]).sum()).collect();
-    UnitEvidence { gains, spread: posterior(&total) }
+    let (spread, error) = posterior(&total);
+    let amplitude = (spread / shown.log_sd, error / shown.log_sd);
+    let personal = vec![amplitude; trials.len()];
+    Score { amplitude, personal, ..Score::of(shown.effect, Test::Random, gains) }
 }
 
 /// Mean and standard deviation of the spread under an even prior.
 fn posterior(likelihoods: &[f64]) -> (f64, f64) {
     let last = GRID.len() - 1;
-    let weights: Vec<f64> = raised(likelihoods)
-        .iter()
-        .enumerate()
-        .map(|(k, raised)| {
-            let width = GRID[(k + 1).min(last)] - GRID[k.saturating_sub(1)];
-            width * raised
-        })
-        .collect();
-    let sum: f64 = weights.iter().sum();
-    let mean = weights.iter().zip(GRID).map(|(w, s)| w * s).sum::<f64>() / sum;
-    let square = weights.iter().zip(GRID).map(|(w, s)| w * (s - mean).powi(2)).sum::<f64>() / sum;
-    (mean, square.sqrt())
+    let width = |k: usize| GRID[(k + 1).min(last)] - GRID[k.saturating_sub(1)];
+    let raised = raised(likelihoods);
+    let weights: Vec<f64> = raised.iter().enumerate().map(|(k, r)| width(k) * r).collect();
+    moments(&weights, GRID)
 }
 
 #[cfg(test)]
@@ -381,7 +362,7 @@ mod tests {
         spreads
     }
 
-    fn scored(people: &[(TestStatistics, UnitSums, Vec<Allowed>)]) -> UnitEvidence {
+    fn scored(people: &[(TestStatistics, UnitSums, Vec<Allowed>)]) -> Score {
         let trials: Vec<UnitTrial<'_>> = people
             .iter()
             .map(|(person, units, allowed)| UnitTrial {
@@ -390,23 +371,20 @@ mod tests {
                 allowed: allowed.clone(),
             })
             .collect();
-        score(&trials, &usual())
-    }
-
-    fn gain(found: &UnitEvidence) -> f64 {
-        found.gains.iter().sum()
+        score(&people[0].1, &trials, &usual())
     }
 
     #[test]
     fn a_planted_spread_is_found_and_none_gains_nothing() {
         let people = |sd| (0..4).map(|stream| planted(sd, stream)).collect::<Vec<_>>();
         let found = scored(&people(0.25));
-        let (spread, error) = found.spread;
+        // Over the published 0.18.
+        let (spread, error) = (0.18 * found.amplitude.0, 0.18 * found.amplitude.1);
         assert!((spread - 0.25).abs() < 3.0 * error && error < 0.05, "{spread} {error}");
-        assert!(gain(&found) > 10.0, "{:?}", found.gains);
+        assert!(found.gain() > 10.0, "{:?}", found.gains);
         let none = scored(&people(0.0));
         // What a spread that is not there may gain by chance: well below a floor of 4 nats.
-        assert!(gain(&none) < 2.0 && none.spread.0 < 0.1, "{:?} {:?}", none.gains, none.spread);
+        assert!(none.gain() < 2.0 && 0.18 * none.amplitude.0 < 0.1, "{none:?}");
     }
 
     #[test]
@@ -481,6 +459,6 @@ mod tests {
                 }
             }
         }
-        assert!(gain(&scored(&loud)) < gain(&scored(&quiet)) + 1.0);
+        assert!(scored(&loud).gain() < scored(&quiet).gain() + 1.0);
     }
 }

@@ -1,16 +1,14 @@
 //! One round: everybody's linear model with what has been named so far, and the evidence of every effect.
 
-use effects::{Allowance, Card, EffectId};
+use effects::{Card, EffectId};
 use rayon::prelude::*;
 
-use super::Named;
-use super::backgrounds::{Backgrounds, Guard, allowed};
-use super::conditioned::{conditioned, longer_lags};
-use super::events::EventEvidence;
-use super::held_out::{FoldSums, HeldOutEvidence, Trial, fitted_to_all};
-use super::lag::{self, LagEvidence};
-use super::random_effects::{UnitEvidence, UnitSums};
-use super::round_person::RoundPerson;
+use super::Score;
+use super::backgrounds::{self, Guard, allowed};
+use super::conditioned::conditioned;
+use super::held_out::{FoldSums, Trial, fitted_to_all};
+use super::lag;
+use super::random_effects::UnitSums;
 use super::statistics::{Sums, TestStatistics};
 use super::tried::Tried;
 use super::variance::{self, Estimated};
@@ -21,45 +19,38 @@ use crate::error::GapError;
 use crate::filter::calibration::CalibrationRule;
 use crate::units::PersonUnits;
 
+/// One person in one round: the model with what has been named so far.
+pub(super) struct RoundPerson {
+    /// Effects that the record cannot show.
+    pub(super) untried: Vec<EffectId>,
+    pub(super) statistics: TestStatistics,
+    pub(super) units: Vec<UnitSums>,
+    pub(super) events: Vec<EventBank>,
+    /// What natural units show, until something is named.
+    pub(super) natural: Option<PersonUnits>,
+}
+
+impl RoundPerson {
+    /// The person of a design; hidden events and natural units are yet to come.
+    pub(super) fn of(design: &Design) -> Self {
+        let statistics = TestStatistics::of(design);
+        let of = |bank| UnitSums::of(design, &statistics, bank);
+        let units = design.random.iter().map(of).collect();
+        let untried = design.untried.clone();
+        Self { untried, statistics, units, events: Vec::new(), natural: None }
+    }
+}
+
 /// Everything that is known in one round.
 pub(super) struct Round {
     pub(super) subjects: Vec<RoundPerson>,
+    /// Likelihoods of sensor lags, one entry a person; none once the lag is named.
+    pub(super) lags: Vec<lag::Likelihoods>,
     /// Each person's folds of days, random differences integrated out.
     pub(super) marginal: Vec<FoldSums>,
     pub(super) estimated: Estimated,
     /// Guards that are not themselves named, and named driven effects with their spread.
     pub(super) guards: Vec<Guard>,
-}
-
-/// Evidence of one effect.
-pub(super) struct Score {
-    pub(super) effect: EffectId,
-    pub(super) evidence: ScoreOf,
-}
-
-pub(super) enum ScoreOf {
-    Driven(HeldOutEvidence),
-    Events(EventEvidence),
-    Lag(LagEvidence),
-    /// With the spread at amplitude 1.
-    Random(UnitEvidence, f64),
-}
-
-impl Score {
-    /// Gain of the cohort, nats.
-    pub(super) fn gain(&self) -> f64 {
-        self.gains().iter().sum()
-    }
-
-    /// Gain of each person, nats.
-    pub(super) fn gains(&self) -> &[f64] {
-        match &self.evidence {
-            ScoreOf::Driven(found) => &found.gains,
-            ScoreOf::Events(found) => &found.gains,
-            ScoreOf::Lag(found) => &found.gains,
-            ScoreOf::Random(found, _) => &found.gains,
-        }
-    }
 }
 
 impl Round {
@@ -68,59 +59,40 @@ impl Round {
     pub(super) fn of(
         people: &[CalibratedPerson<'_>],
         tried: &Tried<'_>,
-        named: &[Named],
+        named: &[Score],
         before: Vec<Vec<EventBank>>,
         rule: &CalibrationRule,
     ) -> Result<Self, GapError> {
-        let mut guards: Vec<Guard> = Vec::new();
-        for effect in tried.ids() {
-            let known = named.iter().find(|n| n.effect == effect);
-            if let Some(known) = known {
+        let guard = |effect: EffectId| match named.iter().find(|n| n.effect == effect) {
+            Some(known) => {
                 let sd = (0.5 * known.amplitude.0).hypot(0.1);
-                guards.push(Guard { effect, sd, variants: known.variants.clone() });
-            } else if tried.is_guard(effect) {
-                guards.push(Guard::usual(effect));
+                Some(Guard { effect, sd, variants: known.variants.clone() })
             }
-        }
-        let mut subjects: Vec<RoundPerson> = people
-            .par_iter()
-            .zip(before)
-            .enumerate()
-            .map(|(index, (input, before))| {
-                let about = conditioned(input, index, tried, named, rule)?;
-                let person = about.as_ref().map_or(*input, |(observations, calibration)| {
-                    CalibratedPerson { observations, calibration, ..*input }
-                });
-                let mut design = design(&person, tried.effects())?;
-                let lags = tried
-                    .lag()
-                    .filter(|lag| named.iter().all(|n| n.effect != lag.card().id))
-                    .map(|lag| lag::likelihoods(&person, rule, lag, &lag::AMPLITUDES[..lag::FIRST]))
-                    .transpose()?;
-                let statistics = TestStatistics::of(&design);
-                let of = |bank| UnitSums::of(&design, &statistics, bank);
-                let units = design.random.iter().map(of).collect();
+            None => tried.is_guard(effect).then(|| Guard::usual(effect)),
+        };
+        let guards: Vec<Guard> = tried.ids().into_iter().filter_map(guard).collect();
+        let subjects = people.par_iter().zip(before).enumerate().map(|(index, (input, before))| {
+            conditioned(input, index, tried, named, rule, |person| {
+                let mut design = design(person, &tried.effects)?;
                 let hidden = std::mem::take(&mut design.events);
-                let backgrounds = Backgrounds::of(&design, &statistics, &hidden, tried);
-                let events =
-                    hidden.banks(|effect| backgrounds.for_effect(effect), &design.weights, &before);
-                drop(backgrounds);
-                let natural = named
-                    .is_empty()
-                    .then(|| natural(&person, index, &design, &statistics, &guards))
-                    .transpose()?;
-                let untried = design.untried;
-                Ok(RoundPerson { untried, statistics, units, events, lags, natural })
+                let mut found = RoundPerson::of(&design);
+                let statistics = &found.statistics;
+                if named.is_empty() {
+                    found.natural = Some(natural(person, index, &design, statistics, &guards)?);
+                }
+                found.events = backgrounds::banks(&design, statistics, hidden, tried, &before);
+                Ok(found)
             })
-            .collect::<Result<_, GapError>>()?;
-        longer_lags(&mut subjects, people, tried, named, rule)?;
-        Ok(Self::estimated(subjects, guards))
+        });
+        let subjects = subjects.collect::<Result<Vec<_>, GapError>>()?;
+        let lags = lag::likelihoods(people, tried, named, rule)?;
+        Ok(Self { lags, ..Self::estimated(subjects, guards) })
     }
 
     /// The round of these linear models: random differences between days are estimated and integrated out.
     pub(super) fn estimated(subjects: Vec<RoundPerson>, guards: Vec<Guard>) -> Self {
-        let mut round =
-            Self { subjects, marginal: Vec::new(), estimated: Estimated::default(), guards };
+        let (lags, marginal, estimated) = (Vec::new(), Vec::new(), Estimated::default());
+        let mut round = Self { subjects, lags, marginal, estimated, guards };
         // Constant directions, then spreads given them, twice: each needs the other.
         for _ in 0..2 {
             round.marginal = round.marginals();
@@ -138,14 +110,11 @@ impl Round {
 
     /// Each person's folds, random differences of the estimated spreads integrated out.
     fn marginals(&self) -> Vec<FoldSums> {
-        self.subjects
-            .par_iter()
-            .enumerate()
-            .map(|(person, s)| {
-                variance::marginal(&s.statistics, &self.estimated.spreads)
-                    .allowing_for(self.allowed(person, None))
-            })
-            .collect()
+        let of = |(person, s): (usize, &RoundPerson)| {
+            let tests = variance::marginal(&s.statistics, &self.estimated.spreads);
+            FoldSums::new(s.statistics.days.len(), tests, self.allowed(person, None))
+        };
+        self.subjects.par_iter().enumerate().map(of).collect()
     }
 
     /// What is allowed for when an effect is tested in a person; `None` for no effect in particular.
@@ -165,20 +134,19 @@ impl Round {
         out
     }
 
+    /// The test of a driven effect.
     pub(super) fn trials(&self, card: &Card) -> Vec<Trial<'_>> {
+        let is_variant =
+            |column: &Column| matches!(column, Column::Effect { effect, .. } if *effect == card.id);
         (0..self.subjects.len())
-            .map(|person| Trial {
-                folds: &self.marginal[person],
-                allowed: self.allowed(person, Some(card)),
-                variants: self.variants(person, card.id),
+            .map(|person| {
+                let columns = &self.subjects[person].statistics.columns;
+                Trial {
+                    folds: &self.marginal[person],
+                    allowed: self.allowed(person, Some(card)),
+                    variants: (0..columns.len()).filter(|c| is_variant(&columns[*c])).collect(),
+                }
             })
-            .collect()
-    }
-
-    pub(super) fn variants(&self, person: usize, wanted: EffectId) -> Vec<usize> {
-        let columns = &self.subjects[person].statistics.columns;
-        (0..columns.len())
-            .filter(|c| matches!(columns[*c], Column::Effect { effect, .. } if effect == wanted))
             .collect()
     }
 }
@@ -192,6 +160,7 @@ fn natural(
     statistics: &TestStatistics,
     guards: &[Guard],
 ) -> Result<PersonUnits, GapError> {
+    use Background::{Clock, Defence, Effectiveness, Shedding};
     let information = Sums::over(&statistics.folds, None).a;
     let mut usual = allowed(&statistics.columns, guards, index, None);
     let mut plain = Vec::new();
@@ -199,33 +168,25 @@ fn natural(
         let Column::Background { which, .. } = statistics.columns[nuisance.column] else {
             continue;
         };
-        if let Some(prior) = of_calibration(which, person) {
-            (nuisance.mean, nuisance.sd) = prior;
+        // What a calibrated factor still lacks has the calibration's own prior, in logarithms, seen from where it ended:
+        // the innovations are the same that the calibration saw, and are counted once.
+        if let Background::Parameter(parameter) = which
+            && let Some(factor) = calibrated_factor(parameter)
+        {
+            nuisance.mean = -person.calibration.factors.get(factor);
+            nuisance.sd = factor.prior_sd();
         }
-        let asks = [Allowance::Clock, Allowance::Defence, Allowance::Shedding];
-        let is_allowance = asks.into_iter().any(|allowance| which.is(allowance));
-        if !is_allowance && which != Background::Effectiveness {
+        if !matches!(which, Clock | Defence | Shedding | Effectiveness) {
             plain.push(*nuisance);
         }
     }
     PersonUnits::of(person, design, &information, &usual, &plain)
 }
 
-/// The prior of what a calibrated factor still lacks, in logarithms: its own, seen from where the calibration ended.
-///
-/// The innovations are the same that the calibration saw; with the calibration's own prior they are counted once.
-fn of_calibration(which: Background, person: &CalibratedPerson<'_>) -> Option<(f64, f64)> {
-    let Background::Parameter(parameter) = which else { return None };
-    let factor = calibrated_factor(parameter)?;
-    Some((-person.calibration.factors.get(factor), factor.prior_sd()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::held_out::held_out;
-    use super::super::sample::{
-        A_DAY, CLOCK, COLUMNS, DAWN, PRIOR_SD, RENAL, design, only, subject, week,
-    };
+    use super::super::sample::{A_DAY, CLOCK, COLUMNS, DAWN, PRIOR_SD, RENAL, design, only, week};
     use super::*;
 
     fn card(name: &str) -> Card {
@@ -262,12 +223,8 @@ mod tests {
     #[test]
     fn a_constant_direction_is_shrunk_by_its_prior() {
         let subjects = vec![week(CLOCK, 0.4), week(CLOCK, 0.8)];
-        let of = |subject: &RoundPerson| {
-            variance::marginal(&subject.statistics, &variance::Spreads::default())
-        };
-        let marginal = subjects.iter().map(of).collect();
-        let round =
-            Round { subjects, marginal, estimated: Estimated::default(), guards: Vec::new() };
+        let mut round = Round { subjects, ..Round::estimated(Vec::new(), Vec::new()) };
+        round.marginal = round.marginals();
         let n = (7 * A_DAY) as f64;
         for (person, amplitude) in [0.4, 0.8].into_iter().enumerate() {
             let expected = only(CLOCK, n * amplitude / (n + PRIOR_SD.powi(-2)));
@@ -282,9 +239,9 @@ mod tests {
         let nobody = Round::estimated(Vec::new(), Vec::new());
         assert!(nobody.estimated.spreads.day.iter().all(|spread| *spread == 0.0));
         assert!(nobody.trials(&card("dawn")).is_empty());
-        let day = subject(design(only(DAWN[0], 1.0), &[0.0]));
+        let day = RoundPerson::of(&design(only(DAWN[0], 1.0), &[0.0]));
         let round = Round::estimated(vec![day], Vec::new());
-        assert_eq!(held_out(&round.trials(&card("dawn"))).gains, [0.0]);
+        assert_eq!(held_out(EffectId::DAWN, &round.trials(&card("dawn"))).gains, [0.0]);
         assert_eq!(round.constant(0).len(), COLUMNS);
     }
 }

@@ -4,9 +4,8 @@
 use effects::{EffectId, Field};
 use physiology::STEPS_PER_DAY;
 
-use super::random_effects::UnitSums;
-use super::round_person::RoundPerson;
-use super::statistics::{RANDOM, TestStatistics};
+use super::round::RoundPerson;
+use super::statistics::RANDOM;
 use super::tried::Tried;
 use crate::design::{Background, Column, Design, HiddenEvents, UnitBank};
 
@@ -61,15 +60,6 @@ pub(super) fn design(amplitudes: [f64; COLUMNS], by_day: &[f64]) -> Design {
     }
 }
 
-/// The person of a design.
-pub(super) fn subject(design: Design) -> RoundPerson {
-    let statistics = TestStatistics::of(&design);
-    let of = |bank| UnitSums::of(&design, &statistics, bank);
-    let units = design.random.iter().map(of).collect();
-    let untried = design.untried;
-    RoundPerson { untried, statistics, units, events: Vec::new(), lags: None, natural: None }
-}
-
 /// Amplitudes of which one is not 0.
 pub(super) fn only(column: usize, amplitude: f64) -> [f64; COLUMNS] {
     std::array::from_fn(|c| if c == column { amplitude } else { 0.0 })
@@ -77,7 +67,7 @@ pub(super) fn only(column: usize, amplitude: f64) -> [f64; COLUMNS] {
 
 /// A week of a person in whom one column acts.
 pub(super) fn week(column: usize, amplitude: f64) -> RoundPerson {
-    subject(design(only(column, amplitude), &[0.0; 7]))
+    RoundPerson::of(&design(only(column, amplitude), &[0.0; 7]))
 }
 
 /// Does something with a list of effects of the library.

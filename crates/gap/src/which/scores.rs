@@ -3,52 +3,44 @@
 use effects::{Card, EffectId, ShownBy};
 use rayon::prelude::*;
 
-use super::Named;
+use super::Score;
 use super::events;
 use super::held_out::held_out;
 use super::lag;
 use super::random_effects::{self, UnitSums, UnitTrial};
-use super::round::{Round, Score, ScoreOf};
+use super::round::Round;
 use super::statistics::RANDOM;
 use super::tried::Tried;
 use crate::design::EventBank;
 
 impl Round {
     /// Evidence of every effect that is not named yet.
-    pub(super) fn scores(&self, tried: &Tried<'_>, named: &[Named]) -> Vec<Score> {
-        let days: Vec<usize> = self.subjects.iter().map(|s| s.statistics.days.len()).collect();
-        tried
-            .effects()
-            .par_iter()
-            .map(|effect| effect.card())
-            .filter(|card| named.iter().all(|n| n.effect != card.id))
-            .filter_map(|card| {
-                Some(Score { effect: card.id, evidence: self.evidence(&card, &days)? })
-            })
-            .collect()
+    pub(super) fn scores(&self, tried: &Tried<'_>, named: &[Score]) -> Vec<Score> {
+        let cards = tried.effects.par_iter().map(|effect| effect.card());
+        let open = cards.filter(|card| named.iter().all(|n| n.effect != card.id));
+        open.filter_map(|card| self.score(&card)).collect()
     }
 
-    /// Evidence of one effect, `None` where no record can show it. `days` is the length of each person's record.
-    fn evidence(&self, card: &Card, days: &[usize]) -> Option<ScoreOf> {
+    /// Evidence of one effect, `None` where no record can show it.
+    fn score(&self, card: &Card) -> Option<Score> {
         if card.relations.shown_by == ShownBy::SensorLag {
-            let lags: Vec<&lag::Likelihoods> =
-                self.subjects.iter().filter_map(|s| s.lags.as_ref()).collect();
-            return Some(ScoreOf::Lag(lag::score(&lags)));
+            return Some(lag::score(card.id, &self.lags));
         }
         let trials = self.trials(card);
         if trials.iter().any(|trial| !trial.variants.is_empty()) {
-            return Some(ScoreOf::Driven(held_out(&trials)));
+            return Some(held_out(card.id, &trials));
         }
         let banks = self.subjects.iter().map(|s| s.events.iter().find(|b| b.effect == card.id));
         let banks: Vec<Option<&EventBank>> = banks.collect();
         if banks.iter().any(Option::is_some) {
-            return Some(ScoreOf::Events(events::score(&banks, days)));
+            let days = self.subjects.iter().map(|s| s.statistics.days.len());
+            return Some(events::score(card.id, &banks, &days.collect::<Vec<_>>()));
         }
         self.random(card.id)
     }
 
     /// Evidence of a random effect: a factor that is drawn for every unit.
-    pub(super) fn random(&self, effect: EffectId) -> Option<ScoreOf> {
+    pub(super) fn random(&self, effect: EffectId) -> Option<Score> {
         let known = |units: &&UnitSums| units.effect == effect;
         let units = self.subjects.iter().flat_map(|s| &s.units).find(known)?;
         let mut spreads = self.estimated.spreads;
@@ -66,16 +58,15 @@ impl Round {
                 allowed: self.allowed(person, None),
             })
             .collect();
-        Some(ScoreOf::Random(random_effects::score(&trials, &spreads), units.log_sd))
+        Some(random_effects::score(units, &trials, &spreads))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::round_person::RoundPerson;
-    use super::super::sample::{
-        DAWN, EXERCISE, INSULIN_TIME, design, only, subject, week, with_tried,
-    };
+    use super::super::Test;
+    use super::super::round::RoundPerson;
+    use super::super::sample::{DAWN, EXERCISE, INSULIN_TIME, design, only, week, with_tried};
     use super::*;
 
     const NAMES: [&str; 3] = ["dawn", "exercise", "insulin_absorption"];
@@ -88,15 +79,13 @@ mod tests {
     fn a_planted_effect_scores_what_its_design_says() {
         for scale in [1.0, 2.0] {
             let found = scores([0.3, 0.5].map(|size| week(DAWN[1], scale * size)).into());
-            let ScoreOf::Driven(dawn) = &found[0].evidence else { panic!("dawn is driven") };
+            let dawn = &found[0];
             // People's own amplitudes lie between what they show and the mean of both.
             for (own, shown) in dawn.personal.iter().zip([0.3, 0.5]) {
                 assert!((own.0 / scale - shown).abs() < 0.1, "{:?}", dawn.personal);
             }
-            assert!(
-                dawn.personal[0].0 < dawn.hierarchy.mean
-                    && dawn.hierarchy.mean < dawn.personal[1].0
-            );
+            let mean = dawn.amplitude.0;
+            assert!(dawn.personal[0].0 < mean && mean < dawn.personal[1].0);
             assert_eq!(dawn.variants, [1, 1]);
             assert!(found[0].gain() > 4.0 && found[0].gain() > found[1].gain());
         }
@@ -108,7 +97,7 @@ mod tests {
         let mut other = people();
         other.reverse();
         for (one, other) in scores(people()).iter().zip(scores(other)) {
-            for (a, b) in one.gains().iter().zip(other.gains().iter().rev()) {
+            for (a, b) in one.gains.iter().zip(other.gains.iter().rev()) {
                 assert!((a - b).abs() < 1e-9, "{}: {a} {b}", one.effect); // rounding of sums
             }
         }
@@ -117,20 +106,33 @@ mod tests {
     #[test]
     fn a_factor_of_every_day_is_scored_without_its_like_in_the_background() {
         let by_day = [0.5, -0.4, 0.3, -0.5, 0.4, -0.2, 0.1];
-        let varied = || vec![subject(design(only(0, 0.0), &by_day))];
-        let of = |round: &Round| match round.random(EffectId::INSULIN_ABSORPTION) {
-            Some(ScoreOf::Random(found, log_sd)) => (found.gains[0], found.spread.0, log_sd),
-            _ => panic!("a bank of units is there"),
+        let varied = || vec![RoundPerson::of(&design(only(0, 0.0), &by_day))];
+        let of = |round: &Round| {
+            let found = round.random(EffectId::INSULIN_ABSORPTION).expect("a bank of units");
+            (found.gains[0], found.amplitude.0)
         };
         let mut round = Round::estimated(varied(), Vec::new());
         round.estimated.spreads.day = [0.0; RANDOM.len()];
-        let (gain, spread, log_sd) = of(&round);
-        // Root mean square 0.37; a spread of seven numbers has a relative error of a quarter.
-        assert!(gain > 1.0 && (spread - 0.37).abs() < 0.1 && log_sd == 0.18, "{gain} {spread}");
+        let (gain, size) = of(&round);
+        // Root mean square 0.37 where 0.18 is published; a spread of seven numbers has a relative error of a quarter.
+        assert!(gain > 1.0 && (0.18 * size - 0.37).abs() < 0.1, "{gain} {size}");
         round.estimated.spreads.day[INSULIN_TIME] = 0.3;
-        assert_eq!(of(&round), (gain, spread, log_sd));
+        assert_eq!(of(&round), (gain, size));
         let even = Round::estimated(vec![week(0, 0.0)], Vec::new());
-        assert!(of(&even).0 <= 0.0 && of(&even).1 < 0.5 * spread);
+        assert!(of(&even).0 <= 0.0 && of(&even).1 < 0.5 * size);
+    }
+
+    #[test]
+    fn a_spread_is_everybodys_and_not_tried_again() {
+        let round = Round::estimated(vec![week(0, 0.0), week(0, 0.0)], Vec::new());
+        let scored = |named: &[Score]| {
+            with_tried(&["dawn", "insulin_absorption"], |tried| round.scores(tried, named))
+        };
+        let found = scored(&[]);
+        assert_eq!([found[0].test, found[1].test], [Test::Driven, Test::Random]);
+        assert_eq!(found[1].personal, [found[1].amplitude; 2]);
+        let left = scored(&found[1..]);
+        assert_eq!((left.len(), left[0].effect), (1, EffectId::DAWN));
     }
 
     #[test]

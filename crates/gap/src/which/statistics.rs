@@ -181,16 +181,16 @@ impl DayRows {
 
     /// What random factors see of the day that starts at step `first` of a record of `steps`.
     fn day(&self, random: &[usize], first: usize, steps: usize) -> DayStatistics {
-        let mut of_day = DayStatistics { za: Vec::new(), zb: Vec::new() };
         let at = |step: usize| self.steps.partition_point(|scored| *scored < step);
-        for block in (first..(first + STEPS_PER_DAY).min(steps)).step_by(BLOCK) {
+        let blocks = (first..(first + STEPS_PER_DAY).min(steps)).step_by(BLOCK).map(|block| {
             let rows = at(block)..at(block + BLOCK);
             let signatures = self.signatures.as_ref().subrows(rows.start, rows.len());
             let z = Mat::from_fn(rows.len(), random.len(), |row, k| signatures[(row, random[k])]);
-            of_day.za.push(z.transpose() * signatures);
             let b = z.transpose() * self.residuals.as_ref().subrows(rows.start, rows.len());
-            of_day.zb.push(b.col(0).iter().map(|value| -value).collect());
-        }
-        of_day
+            let b: Vec<f64> = b.col(0).iter().map(|value| -value).collect();
+            (z.transpose() * signatures, b)
+        });
+        let (za, zb) = blocks.unzip();
+        DayStatistics { za, zb }
     }
 }

@@ -5,17 +5,12 @@ use effects::{Effect, EffectId, ShownBy, Structure};
 /// The effects that are tried.
 #[derive(Debug, Clone)]
 pub(super) struct Tried<'a> {
-    effects: Vec<&'a dyn Effect>,
+    pub(super) effects: Vec<&'a dyn Effect>,
 }
 
 impl<'a> Tried<'a> {
     pub(super) fn of(library: &'a [Box<dyn Effect>]) -> Self {
         Self { effects: library.iter().map(AsRef::as_ref).collect() }
-    }
-
-    /// All of them.
-    pub(super) fn effects(&self) -> &[&'a dyn Effect] {
-        &self.effects
     }
 
     /// The identities of all of them.

@@ -14,13 +14,12 @@ use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
 use super::folds::{FOLDS, fold};
-use super::held_out::FoldSums;
-use super::statistics::{DayStatistics, RANDOM, TestStatistics, add_gram, mirror};
+use super::statistics::{DayStatistics, RANDOM, Sums, TestStatistics, add_gram, mirror};
 
 /// Number of random factors.
 const COUNT: usize = RANDOM.len();
 /// Spreads that are tried; a spread of the flux is in units of 0.016 mmol/kg/min, nominal production.
-pub(super) const GRID: [f64; 9] = [0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.45];
+const GRID: [f64; 9] = [0.0, 0.02, 0.04, 0.07, 0.1, 0.15, 0.2, 0.3, 0.45];
 /// Names of the scales of days and of blocks within them.
 pub(super) const SCALES: [&str; 2] = ["day", "block"];
 /// Sweeps over the spreads.
@@ -35,30 +34,21 @@ pub(super) struct Spreads {
     pub(super) block: [f64; COUNT],
 }
 
-/// One of the spreads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scale {
-    Day,
-    Block,
-}
-
 impl Spreads {
     /// Every spread under the name of its port and its scale.
     pub(super) fn by_name(&self) -> BTreeMap<String, f64> {
-        let of = |scale: &'static str, spreads: [f64; COUNT]| {
-            RANDOM
-                .into_iter()
-                .zip(spreads)
-                .map(move |(random, s)| (format!("{}/{scale}", random.port.name()), s))
+        let of_scale = |(scale, spreads): (&'static str, [f64; COUNT])| {
+            let both = RANDOM.into_iter().zip(spreads);
+            both.map(move |(random, s)| (format!("{}/{scale}", random.port.name()), s))
         };
-        let [day, block] = SCALES;
-        of(day, self.day).chain(of(block, self.block)).collect()
+        SCALES.into_iter().zip([self.day, self.block]).flat_map(of_scale).collect()
     }
 
-    fn get_mut(&mut self, scale: Scale, factor: usize) -> &mut f64 {
-        match scale {
-            Scale::Day => &mut self.day[factor],
-            Scale::Block => &mut self.block[factor],
+    /// One of them: those from day to day come first.
+    fn get_mut(&mut self, index: usize) -> &mut f64 {
+        match index.checked_sub(COUNT) {
+            None => &mut self.day[index],
+            Some(factor) => &mut self.block[factor],
         }
     }
 }
@@ -111,12 +101,11 @@ pub(super) fn crossed(
 }
 
 /// A person's A and b by fold, with the random factors of every day integrated out.
-pub(super) fn marginal(person: &TestStatistics, spreads: &Spreads) -> FoldSums {
-    let count = person.days.len();
-    let tests = (0..FOLDS)
+pub(super) fn marginal(person: &TestStatistics, spreads: &Spreads) -> Vec<Sums> {
+    (0..FOLDS)
         .map(|index| {
             let mut sums = person.folds[index].clone();
-            for day in &person.days[fold(count, index)] {
+            for day in &person.days[fold(person.days.len(), index)] {
                 let active = active(spreads, day.za.len());
                 if active.is_empty() {
                     continue;
@@ -135,8 +124,7 @@ pub(super) fn marginal(person: &TestStatistics, spreads: &Spreads) -> FoldSums {
             mirror(&mut sums.a);
             sums
         })
-        .collect();
-    FoldSums::new(count, tests)
+        .collect()
 }
 
 /// What a likelihood of the spreads needs of a day: Grams of the random factors' signatures, and what is left
@@ -150,28 +138,20 @@ struct DayLikelihood {
 
 impl DayLikelihood {
     fn of(day: &DayStatistics, random: &[usize; COUNT], fixed: &[f64]) -> Self {
-        let mut left = Self {
-            grams: Vec::with_capacity(day.za.len()),
-            scores: Vec::with_capacity(day.za.len()),
-            whole_gram: [[0.0; COUNT]; COUNT],
-            whole_score: [0.0; COUNT],
+        let gram = |za: &Mat<f64>| -> [[f64; COUNT]; COUNT] {
+            std::array::from_fn(|a| std::array::from_fn(|b| za[(a, random[b])]))
         };
-        for (za, zb) in day.za.iter().zip(&day.zb) {
-            let gram: [[f64; COUNT]; COUNT] =
-                std::array::from_fn(|a| std::array::from_fn(|b| za[(a, random[b])]));
-            let score: [f64; COUNT] = std::array::from_fn(|row| {
+        let left = |(za, zb): (&Mat<f64>, &Vec<f64>)| -> [f64; COUNT] {
+            std::array::from_fn(|row| {
                 zb[row] - fixed.iter().enumerate().map(|(k, x)| za[(row, k)] * x).sum::<f64>()
-            });
-            for (whole, part) in left.whole_score.iter_mut().zip(score) {
-                *whole += part;
-            }
-            for (whole, part) in left.whole_gram.iter_mut().flatten().zip(gram.iter().flatten()) {
-                *whole += part;
-            }
-            left.grams.push(gram);
-            left.scores.push(score);
-        }
-        left
+            })
+        };
+        let grams: Vec<_> = day.za.iter().map(gram).collect();
+        let scores: Vec<_> = day.za.iter().zip(&day.zb).map(left).collect();
+        let whole = |a: usize, b: usize| -> f64 { grams.iter().map(|gram| gram[a][b]).sum() };
+        let whole_gram = std::array::from_fn(|a| std::array::from_fn(|b| whole(a, b)));
+        let whole_score = std::array::from_fn(|row| scores.iter().map(|score| score[row]).sum());
+        Self { grams, scores, whole_gram, whole_score }
     }
 
     /// Log likelihood of the spreads, nats, up to a constant: with M = I + D Z'WZ D = LL' and scores z, half the
@@ -283,33 +263,31 @@ pub(super) fn estimate(
     let mut spreads = start;
     let mut best = of(&spreads);
     for sweep in 0..SWEEPS {
-        for scale in [Scale::Day, Scale::Block] {
-            for factor in 0..COUNT {
-                let here = *spreads.get_mut(scale, factor);
-                let at = GRID.iter().position(|g| *g >= here).unwrap_or(0);
-                for (index, value) in GRID.into_iter().enumerate() {
-                    if value == here || sweep > 0 && index.abs_diff(at) > 1 {
-                        continue;
-                    }
-                    let mut tried = spreads;
-                    *tried.get_mut(scale, factor) = value;
-                    let found = of(&tried);
-                    if found > best {
-                        (best, spreads) = (found, tried);
-                    }
+        for index in 0..2 * COUNT {
+            let here = *spreads.get_mut(index);
+            let at = GRID.iter().position(|g| *g >= here).unwrap_or(0);
+            for (k, value) in GRID.into_iter().enumerate() {
+                if value == here || sweep > 0 && k.abs_diff(at) > 1 {
+                    continue;
+                }
+                let mut tried = spreads;
+                *tried.get_mut(index) = value;
+                let found = of(&tried);
+                if found > best {
+                    (best, spreads) = (found, tried);
                 }
             }
         }
     }
-    let beyond_usual = |scale: Scale| {
-        std::array::from_fn(|factor| {
-            let (mut without, mut usual) = (spreads, USUAL);
-            let usually = *usual.get_mut(scale, factor);
-            let spread = std::mem::replace(without.get_mut(scale, factor), usually);
-            if spread > usually { best - of(&without) } else { 0.0 }
-        })
-    };
-    let beyond_usual = Spreads { day: beyond_usual(Scale::Day), block: beyond_usual(Scale::Block) };
+    let mut beyond_usual = Spreads::default();
+    for index in 0..2 * COUNT {
+        let (mut without, mut usual) = (spreads, USUAL);
+        let usually = *usual.get_mut(index);
+        let spread = std::mem::replace(without.get_mut(index), usually);
+        if spread > usually {
+            *beyond_usual.get_mut(index) = best - of(&without);
+        }
+    }
     Estimated { spreads, beyond_usual }
 }
 

@@ -7,8 +7,7 @@
 use ode_sim::equations::{RENAL_RATE, RENAL_THRESHOLD, UPTAKE_SATURATION, infusion};
 use ode_sim::gut::glucose_dose;
 use ode_sim::{ExerciseMemory, OdePlant, OdeState, slot};
-use physiology::Compartment;
-use physiology::{Grams, STEP, StepInput};
+use physiology::{Compartment, Grams, STEP, StepInput};
 
 use crate::filter::transition::BodySlopes;
 
@@ -145,23 +144,11 @@ impl Euler {
     /// [`jacobian`](ode_sim::equations::jacobian).
     pub(crate) fn slopes(&self, x: &[f64; COMPARTMENTS]) -> BodySlopes {
         let ([by_x1, by_x3, by_q1], distant) = self.varying_slopes(x);
-        let [e1, e2, e3] = self.effect_on;
-        let [l1, l2, l3] = self.effect_left;
+        let Self { depot_left: stays, depot_on: moves, plasma_on, plasma_left, .. } = *self;
+        let ([e1, e2, e3], [l1, l2, l3]) = (self.effect_on, self.effect_left);
         let (left, on) = (self.gut_left, self.gut_on);
         BodySlopes {
-            insulin: [
-                self.depot_left,
-                self.depot_on,
-                self.depot_left,
-                self.plasma_on,
-                self.plasma_left,
-                e1,
-                l1,
-                e2,
-                l2,
-                e3,
-                l3,
-            ],
+            insulin: [stays, moves, stays, plasma_on, plasma_left, e1, l1, e2, l2, e3, l3],
             glucose: [by_x1, by_x3, by_q1, self.returning, on, STEP.0],
             distant,
             gut: [left, left * on, left],
@@ -185,29 +172,27 @@ impl Euler {
 
 /// A body let loose, with the flux and interstitial glucose that go with it.
 pub(crate) struct PlainRun<'a> {
+    pub(super) model: &'a super::AugmentedModel,
     pub(super) euler: &'a Euler,
     pub(super) body: [f64; COMPARTMENTS],
     /// mmol/kg/min.
     pub(super) flux: f64,
     /// mg/dL.
     pub(crate) interstitial: f64,
-    pub(super) flux_decay: f64,
-    pub(super) lag_decay: f64,
-    /// mg/dL in a mmol/kg of Q1.
-    pub(super) glucose_per_q1: f64,
 }
 
 impl PlainRun<'_> {
     /// Carries the run through a step for each of the [`doses`](Euler::doses).
     pub(crate) fn advance(&mut self, doses: &[[f64; 2]]) {
         const Q1: usize = slot(Compartment::Q1);
-        let half = 0.5 * self.glucose_per_q1;
+        let model = self.model;
+        let half = 0.5 * model.glucose_per_q1();
         let (mut x, mut flux, mut interstitial) = (self.body, self.flux, self.interstitial);
         for doses in doses {
             let following = self.euler.step(&x, *doses, flux);
             let plasma = half * (x[Q1] + following[Q1]);
-            interstitial = plasma + (interstitial - plasma) * self.lag_decay;
-            flux *= self.flux_decay;
+            interstitial = plasma + (interstitial - plasma) * model.lag_decay;
+            flux *= model.flux_decay;
             x = following;
         }
         (self.body, self.flux, self.interstitial) = (x, flux, interstitial);

@@ -4,11 +4,18 @@
 //! reads low. A curvature that takes steps for independent promises more than the record holds. Leaving out one
 //! day after the other shows what it holds (the jackknife; Tukey, Ann Math Stat 1958;29:614).
 
+use std::ops::Range;
+
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::{FACTORS, Factor, Factors, Square};
+use super::{FACTORS, Factor, Factors, PersonalFactors, Setting, Square};
+use crate::error::GapError;
+use crate::filter::scored::Whitening;
+use crate::filter::whitening::huber_weight;
 
+/// Longest move of a log factor in one step of the search.
+const LONGEST_MOVE: f64 = 0.3;
 /// Days of independent steps that a person's own days are drawn towards: squares of a few days scatter.
 const PRIOR_DAYS: f64 = 4.0;
 
@@ -31,14 +38,30 @@ pub(super) struct Information {
 }
 
 impl DayInformation {
-    /// Adds what one whitened innovation says, given its weight and its derivative.
-    #[inline]
-    pub(super) fn add(&mut self, weight: f64, w: f64, signature: &Factors) {
-        for row in 0..FACTORS {
-            let weighted = weight * signature[row];
-            self.gradient[row] += weighted * w;
-            for (entry, value) in self.curvature[row].iter_mut().zip(signature) {
-                *entry += weighted * value;
+    /// Adds `sign` times what the steps of a range say: `z` are normalised innovations, `signatures` their derivatives.
+    pub(super) fn add(
+        &mut self,
+        whitening: &Whitening,
+        z: &[Option<f64>],
+        signatures: &[Factors],
+        steps: Range<usize>,
+        sign: f64,
+    ) {
+        let Whitening { autoregression, scale } = *whitening;
+        for step in steps {
+            // What is whitened has both of the entries before it.
+            let Some(w) = autoregression.whitened_at(z, step) else { continue };
+            let (now, before) = (&signatures[step], &signatures[step - autoregression.spacing]);
+            let earlier = &signatures[step - 2 * autoregression.spacing];
+            let signature: Factors =
+                std::array::from_fn(|k| autoregression.left(now[k], before[k], earlier[k]));
+            let weight = sign * huber_weight(w, scale) * scale.powi(-2);
+            for row in 0..FACTORS {
+                let weighted = weight * signature[row];
+                self.gradient[row] += weighted * w;
+                for (entry, value) in self.curvature[row].iter_mut().zip(&signature) {
+                    *entry += weighted * value;
+                }
             }
         }
     }
@@ -65,10 +88,40 @@ impl Information {
         Self { days: Vec::new(), curvature, gradient }
     }
 
-    /// The gradient of the day with an index of the record; `None` where it has no scored step.
-    pub(super) fn gradient_at(&self, index: usize) -> Option<&Factors> {
-        let found = self.days.binary_search_by_key(&index, |day| day.index).ok()?;
-        Some(&self.days[found].gradient)
+    /// The step of the search from `factors`: the solution of the normal equations of the data's loss divided by
+    /// `dependence`, and the prior.
+    pub(super) fn step(
+        &self,
+        dependence: f64,
+        factors: &PersonalFactors,
+        setting: &Setting<'_>,
+    ) -> Result<Factors, GapError> {
+        let bound = setting.rule.bound;
+        let prior = |k: usize| factors.0[k] * Factor::ALL[k].prior_sd().powi(-2);
+        let gradient: Factors = std::array::from_fn(|k| self.gradient[k] / dependence + prior(k));
+        let curvature = with_prior(&self.curvature, dependence);
+        // A factor at its bound that the gradient pushes outwards stays there.
+        let held: [bool; FACTORS] = std::array::from_fn(|k| {
+            factors.0[k].abs() >= bound && -gradient[k] * factors.0[k] > 0.0
+        });
+        let matrix = Mat::from_fn(FACTORS, FACTORS, |row, column| {
+            let apart = row != column && (held[row] || held[column]);
+            if apart { 0.0 } else { curvature[row][column] }
+        });
+        let right = Mat::from_fn(FACTORS, 1, |row, _| if held[row] { 0.0 } else { -gradient[row] });
+        let solution = matrix.llt(Side::Lower).map_err(|_| setting.singular())?.solve(&right);
+        let longest = (0..FACTORS).map(|k| solution[(k, 0)].abs()).fold(LONGEST_MOVE, f64::max);
+        // No further than the bound, so that what leads beyond it does not count as a way to go.
+        let step: Factors = std::array::from_fn(|k| {
+            let step = solution[(k, 0)] * LONGEST_MOVE / longest;
+            (factors.0[k] + step).clamp(-bound, bound) - factors.0[k]
+        });
+        if step.iter().any(|v| !v.is_finite()) { Err(setting.singular()) } else { Ok(step) }
+    }
+
+    /// Length of a step, posterior standard deviations: no factor moves by more of its own.
+    pub(super) fn length(&self, dependence: f64, step: &Factors) -> f64 {
+        dot(&times(&with_prior(&self.curvature, dependence), step), step).sqrt()
     }
 
     /// How many times the variance of the gradient is what independent steps would make it, at least 1.
@@ -159,7 +212,7 @@ fn dot(a: &Factors, b: &Factors) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-pub(super) fn times(matrix: &Square, vector: &Factors) -> Factors {
+fn times(matrix: &Square, vector: &Factors) -> Factors {
     std::array::from_fn(|row| dot(&matrix[row], vector))
 }
 
@@ -170,7 +223,7 @@ fn sandwich(outer: &Square, inner: &Square) -> Square {
 }
 
 /// A curvature of the data over `dependence`, and the prior's precision.
-pub(super) fn with_prior(data: &Square, dependence: f64) -> Square {
+fn with_prior(data: &Square, dependence: f64) -> Square {
     square(|row, column| {
         let prior = if row == column { Factor::ALL[row].prior_sd().powi(-2) } else { 0.0 };
         data[row][column] / dependence + prior

@@ -1,7 +1,5 @@
 //! The record under some factors: innovations, their derivatives, and what days say of the factors.
 
-use std::ops::Range;
-
 use physiology::STEPS_PER_DAY;
 
 use super::information::{DayInformation, Information};
@@ -11,7 +9,7 @@ use crate::filter::augmented::AugmentedModel;
 use crate::filter::kalman::{Filtered, Innovation, filter, replayed};
 use crate::filter::scored::{Whitening, cautious_scale, normalised};
 use crate::filter::tangent::{Along, Fork, Lanes, few_at_a_time, filtered_along};
-use crate::filter::whitening::{huber_loss, huber_weight};
+use crate::filter::whitening::huber_loss;
 
 /// What is held while the factors are searched: gains and variances of the filter with some parameters, and the
 /// whitening of its innovations.
@@ -67,7 +65,13 @@ impl Point {
     ) -> Self {
         let z = normalised(innovations, &setting.scored);
         let whitened = held.whitening.autoregression.whitened(&z);
-        let information = information(&held.whitening, &z, &signatures);
+        let information = Information::of((0..z.len().div_ceil(STEPS_PER_DAY)).map(|index| {
+            let mut day = DayInformation { index, ..DayInformation::default() };
+            let first = index * STEPS_PER_DAY;
+            let steps = first..z.len().min(first + STEPS_PER_DAY);
+            day.add(&held.whitening, &z, &signatures, steps, 1.0);
+            day
+        }));
         Self { factors, z, signatures, whitened, information }
     }
 
@@ -114,36 +118,5 @@ impl OwnGains {
         let signatures = blocks.iter().flat_map(|(_, rows)| scaled(innovations, rows)).collect();
         let point = Point::of(setting, &held, factors, innovations, signatures);
         Ok(Self { model, held, point, forks })
-    }
-}
-
-/// What whitened innovations say, by days of the record.
-fn information(whitening: &Whitening, z: &[Option<f64>], signatures: &[Factors]) -> Information {
-    Information::of((0..z.len().div_ceil(STEPS_PER_DAY)).map(|index| {
-        let mut day = DayInformation { index, ..DayInformation::default() };
-        let first = index * STEPS_PER_DAY;
-        let steps = first..z.len().min(first + STEPS_PER_DAY);
-        add(&mut day, whitening, z, signatures, steps, 1.0);
-        day
-    }))
-}
-
-/// Adds `sign` times what the steps of a range say: `z` are normalised innovations, `signatures` their derivatives.
-pub(super) fn add(
-    day: &mut DayInformation,
-    whitening: &Whitening,
-    z: &[Option<f64>],
-    signatures: &[Factors],
-    steps: Range<usize>,
-    sign: f64,
-) {
-    let Whitening { autoregression, scale } = *whitening;
-    for step in steps {
-        // What is whitened has both of the entries before it.
-        let Some(w) = autoregression.whitened_at(z, step) else { continue };
-        let (now, before) = (&signatures[step], &signatures[step - autoregression.spacing]);
-        let earlier = &signatures[step - 2 * autoregression.spacing];
-        let signature = std::array::from_fn(|k| autoregression.left(now[k], before[k], earlier[k]));
-        day.add(sign * huber_weight(w, scale) * scale.powi(-2), w, &signature);
     }
 }

@@ -1,6 +1,5 @@
 //! The search: the minimum of the loss under the gains of everybody's parameters.
 
-use super::equations::NormalEquations;
 use super::information::square;
 use super::point::{FixedGains, OwnGains, Point};
 use super::unlogged::{meals, unlogged};
@@ -12,8 +11,8 @@ use crate::filter::scored::Whitening;
 const FOLLOWED: usize = 4;
 /// The step, posterior standard deviations, with which the first descent ends.
 const FIRST_TOLERANCE: f64 = 1.0;
-/// Shortest share of a step that is tried.
-const SHORTEST_SHARE: f64 = 1.0 / 16.0;
+/// Shares of a step that are tried.
+const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// Descends twice: under the gains of everybody's parameters, which one minimum follows from, and under the gains of
 /// what was found, which are nearer to the person's.
@@ -35,8 +34,7 @@ pub(super) fn solved(setting: &Setting<'_>) -> Result<Calibration, GapError> {
     let complete = covariance(&by_gauss, &Square::default())?;
     let sd = std::array::from_fn(|k| complete[k][k].sqrt());
     let own = OwnGains::of(setting, point.factors, &meals(setting.record))?;
-    let left = NormalEquations::of(&own.point.information, dependence, &point.factors)
-        .step(&point.factors, setting)?;
+    let left = own.point.information.step(dependence, &point.factors, setting)?;
     let unlogged = unlogged(setting, &own, dependence, &left);
     let covariance = covariance(&observed(setting, &held, &point, &sd)?, &unlogged)
         .or_else(|_| covariance(&by_gauss, &unlogged))?;
@@ -82,9 +80,8 @@ fn descended(
         if iterations < FOLLOWED {
             dependence = point.information.dependence().ok_or_else(|| setting.singular())?;
         }
-        let equations = NormalEquations::of(&point.information, dependence, &point.factors);
-        let step = equations.step(&point.factors, setting)?;
-        if equations.length(&step) < tolerance {
+        let step = point.information.step(dependence, &point.factors, setting)?;
+        if point.information.length(dependence, &step) < tolerance {
             break true;
         }
         if iterations >= setting.rule.max_iterations {
@@ -116,10 +113,9 @@ fn observed(
         moved.0[k] += by;
         let moved = Point::at(setting, held, moved)?;
         for (own, day) in slopes.iter_mut().zip(days) {
-            let Some(there) = moved.information.gradient_at(day.index) else { continue };
-            for (slope, (there, here)) in own[k].iter_mut().zip(there.iter().zip(day.gradient)) {
-                *slope = (there - here) / by;
-            }
+            let mut there = moved.information.days.iter();
+            let Some(there) = there.find(|there| there.index == day.index) else { continue };
+            own[k] = std::array::from_fn(|j| (there.gradient[j] - day.gradient[j]) / by);
         }
     }
     let symmetric =
@@ -136,14 +132,12 @@ fn better(
     dependence: f64,
 ) -> Result<Option<Point>, GapError> {
     let before = point.loss(held, dependence);
-    let mut share = 1.0;
-    while share >= SHORTEST_SHARE {
+    for share in SHARES {
         let factors = std::array::from_fn(|k| point.factors.0[k] + share * step[k]);
         let trial = Point::at(setting, held, PersonalFactors(factors))?;
         if trial.loss(held, dependence) < before {
             return Ok(Some(trial));
         }
-        share *= 0.5;
     }
     Ok(None)
 }

@@ -3,9 +3,8 @@
 //! A day left out takes its evidence along. A meal left out does not: its glucose stays, and is taken for that of other
 //! factors. How far factors go is seen where logged meals are struck, a share of them at a time.
 
-use super::equations::NormalEquations;
 use super::information::{DayInformation, square};
-use super::point::{OwnGains, add, scaled};
+use super::point::{OwnGains, scaled};
 use super::{Factors, Setting, Square, directions};
 use crate::filter::observations::Observations;
 use crate::filter::scored::normalised;
@@ -57,20 +56,18 @@ pub(super) fn unlogged(
         let tail = window.end + 2 * whitening.autoregression.spacing;
         let all = window.start..tail.min(z.len());
         let mut change = DayInformation::default();
-        add(&mut change, whitening, &z, &signatures, all.clone(), -1.0);
+        change.add(whitening, &z, &signatures, all.clone(), -1.0);
         let scored = &setting.scored[window.clone()];
         z[window.clone()].copy_from_slice(&normalised(innovations, scored));
         for (k, row) in window.clone().zip(scaled(innovations, rows)) {
             signatures[k] = row;
         }
-        add(&mut change, whitening, &z, &signatures, all, 1.0);
+        change.add(whitening, &z, &signatures, all, 1.0);
         z[window.clone()].copy_from_slice(&point.z[window.clone()]);
         signatures[window.clone()].copy_from_slice(&point.signatures[window]);
         let information = point.information.changed(&change);
-        let step = NormalEquations::of(&information, dependence, &point.factors)
-            .step(&point.factors, setting);
         // A meal without which the equations have no solution says nothing.
-        if let Ok(step) = step {
+        if let Ok(step) = information.step(dependence, &point.factors, setting) {
             moves.push(std::array::from_fn(|k| step[k] - left[k]));
         }
     });

@@ -39,31 +39,21 @@ pub(crate) fn course_scores(
     let steps = Steps::of_run(model, record, frozen, &everywhere)?;
     let back = |factors: &Vec<Lanes>| {
         let mut scores = vec![vec![[0.0; LANES]; n]; fields.len()];
-        pulp::Arch::new().dispatch(AdjointKernel {
-            steps: &steps,
-            fields,
-            factors,
-            scores: &mut scores,
-        });
+        pulp::Arch::new().dispatch(AdjointKernel(&steps, fields, factors, &mut scores));
         scores
     };
     Ok(factors.iter().map(back).collect())
 }
 
 /// The way back, compiled for the instructions of the machine it runs on.
-struct AdjointKernel<'a> {
-    steps: &'a Steps<'a>,
-    fields: &'a [Field],
-    factors: &'a [Lanes],
-    scores: &'a mut [Vec<Lanes>],
-}
+struct AdjointKernel<'a>(&'a Steps<'a>, &'a [Field], &'a [Lanes], &'a mut [Vec<Lanes>]);
 
 impl pulp::NullaryFnOnce for AdjointKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { steps, fields, factors, scores } = self;
+        let Self(steps, fields, factors, scores) = self;
         // Derivatives of the sum by the state before a step's reading.
         let mut by_state = [[0.0; LANES]; STATES];
         for (step, of) in steps.each.iter().enumerate().rev() {

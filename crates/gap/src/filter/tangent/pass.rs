@@ -6,107 +6,79 @@ use physiology::Compartment;
 
 use super::step_slopes::reached;
 use super::steps::Steps;
-use super::{Direction, LANES, Lanes, States, pulses, reads_only};
+use super::{Direction, LANES, Lanes, States, reads_only};
 use crate::filter::state::{INTERSTITIAL, SENSOR, STATES};
 
-/// Courses of one field, side by side.
-struct Courses {
-    field: Field,
-    /// One row a step of the record.
-    rows: Vec<Lanes>,
-}
-
-/// What feeds at most [`LANES`] directions.
-pub(super) struct LaneBlock {
-    /// Index of their parameters among those of [`Steps`], and the derivative of the start by them.
-    parameters: Option<(usize, States)>,
-    /// Courses that change the state.
-    feeding: Vec<Courses>,
+/// At most [`LANES`] directions, as far as they have come.
+pub(super) struct Pass {
+    /// Their indices among all directions.
+    pub(super) members: Vec<usize>,
+    /// Index of their parameters among those of [`Steps`].
+    parameters: Option<usize>,
+    /// Courses that change the state, by field; a row a step of the record.
+    feeding: Vec<(Field, Vec<Lanes>)>,
     /// Courses that change the reading.
-    read: Vec<Courses>,
-}
-
-impl LaneBlock {
-    /// The block at `index` of the directions in their order; `n` steps of record.
-    pub(super) fn of(
-        steps: &Steps<'_>,
-        index: usize,
-        members: &[usize],
-        directions: &[Direction],
-        n: usize,
-    ) -> Self {
-        let parameters = steps.parameters.get(index).map(|some| (index, some.begin));
-        let mut block = Self { parameters, feeding: Vec::new(), read: Vec::new() };
-        for (lane, member) in members.iter().enumerate() {
-            match &directions[*member] {
-                Direction::Course(courses) => {
-                    for (field, course) in courses {
-                        for (row, value) in block.rows(*field, n).iter_mut().zip(course) {
-                            row[lane] += *value as f32;
-                        }
-                    }
-                }
-                Direction::Pulses { field, first, every, length } => {
-                    let rows = block.rows(*field, n);
-                    for row in pulses(*first, *every, *length, n).flatten() {
-                        rows[row][lane] += 1.0;
-                    }
-                }
-                Direction::Parameter(_) => {}
-            }
-        }
-        block
-    }
-
-    /// The courses of a field, a row a step.
-    fn rows(&mut self, field: Field, n: usize) -> &mut [Lanes] {
-        let all = if reads_only(field) { &mut self.read } else { &mut self.feeding };
-        let known = all.iter().position(|courses| courses.field == field);
-        let known = known.unwrap_or_else(|| {
-            all.push(Courses { field, rows: vec![[0.0; LANES]; n] });
-            all.len() - 1
-        });
-        &mut all[known].rows
-    }
-}
-
-/// The directions of a block, as far as they have come.
-pub(super) struct Pass<'a> {
-    pub(super) block: &'a LaneBlock,
-    /// Where the directions have come to.
+    read: Vec<(Field, Vec<Lanes>)>,
+    /// Where they have come to.
     pub(super) x: States,
 }
 
-impl<'a> Pass<'a> {
-    /// At the start of the record.
-    pub(super) fn new(block: &'a LaneBlock) -> Self {
-        let x = block.parameters.map_or([[0.0; LANES]; STATES], |(_, begin)| begin);
-        Self { block, x }
+/// Directions at the start of the record, a few at a time: parameters first, as they were asked for; then courses, those
+/// of the same fields beside each other.
+pub(super) fn passes(steps: &Steps<'_>, directions: &[Direction]) -> impl Iterator<Item = Pass> {
+    let mut order: Vec<usize> = (0..directions.len()).collect();
+    order.sort_by_key(|index| match &directions[*index] {
+        Direction::Parameter(_) => None,
+        Direction::Pulses { field, .. } => Some(vec![*field as usize]),
+        Direction::Course(courses) => Some(courses.iter().map(|(f, _)| *f as usize).collect()),
+    });
+    (0..order.len().div_ceil(LANES)).map(move |index| {
+        let members = order.iter().copied().skip(LANES * index).take(LANES).collect();
+        Pass::of(steps, index, members, directions)
+    })
+}
+
+impl Pass {
+    /// The directions that are `members`; `index` is their place among those that are carried along together.
+    fn of(steps: &Steps<'_>, index: usize, members: Vec<usize>, directions: &[Direction]) -> Self {
+        let n = steps.record.len();
+        let (mut feeding, mut read) = (Vec::<(Field, Vec<Lanes>)>::new(), Vec::new());
+        for (lane, member) in members.iter().enumerate() {
+            directions[*member].additions(n, |field, first, values| {
+                let courses = if reads_only(field) { &mut read } else { &mut feeding };
+                let known = courses.iter().position(|(known, _)| *known == field);
+                let known = known.unwrap_or_else(|| {
+                    courses.push((field, vec![[0.0; LANES]; n]));
+                    courses.len() - 1
+                });
+                for (row, value) in courses[known].1[first..].iter_mut().zip(values) {
+                    row[lane] += *value as f32;
+                }
+            });
+        }
+        let parameters = steps.parameters.get(index);
+        let x = parameters.map_or([[0.0; LANES]; STATES], |some| some.begin);
+        Self { members, parameters: parameters.map(|_| index), feeding, read, x }
     }
 
     /// Carries the directions over the steps held, which are the next: the derivatives of their innovations
     /// are appended to `rows`.
     pub(super) fn over(&mut self, steps: &Steps<'_>, rows: &mut Vec<Lanes>) {
-        pulp::Arch::new().dispatch(PassKernel { steps, pass: self, rows });
+        pulp::Arch::new().dispatch(PassKernel(steps, self, rows));
     }
 }
 
 /// [`Pass::over`], compiled for the instructions of the machine it runs on. Products and sums are rounded one
 /// by one on all of them, so that they agree bit for bit.
-struct PassKernel<'a, 'b> {
-    steps: &'a Steps<'a>,
-    pass: &'a mut Pass<'b>,
-    rows: &'a mut Vec<Lanes>,
-}
+struct PassKernel<'a>(&'a Steps<'a>, &'a mut Pass, &'a mut Vec<Lanes>);
 
-impl pulp::NullaryFnOnce for PassKernel<'_, '_> {
+impl pulp::NullaryFnOnce for PassKernel<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { steps, pass, rows } = self;
-        let block = pass.block;
-        let parameters = block.parameters.map(|(index, _)| &steps.parameters[index]);
+        let Self(steps, pass, rows) = self;
+        let parameters = pass.parameters.map(|index| &steps.parameters[index]);
         let mut x = pass.x;
         for (index, of) in steps.each.iter().enumerate() {
             let step = steps.first + index;
@@ -114,9 +86,9 @@ impl pulp::NullaryFnOnce for PassKernel<'_, '_> {
             for lane in 0..LANES {
                 change[lane] = -of.sensor_gain * x[INTERSTITIAL][lane] - x[SENSOR][lane];
             }
-            for read in &block.read {
-                let factor = if read.field == Field::SensorGain { of.expected } else { 1.0 };
-                let course = read.rows[step];
+            for (field, courses) in &pass.read {
+                let factor = if *field == Field::SensorGain { of.expected } else { 1.0 };
+                let course = courses[step];
                 for lane in 0..LANES {
                     change[lane] -= factor * course[lane];
                 }
@@ -129,10 +101,10 @@ impl pulp::NullaryFnOnce for PassKernel<'_, '_> {
                 x[slot(Compartment::Q1)] = [0.0; LANES];
             }
             of.transition.carry(&mut x);
-            for courses in &block.feeding {
-                let reached = reached(courses.field);
-                let slopes = &steps.fields[courses.field as usize][index * reached.len()..];
-                let course = courses.rows[step];
+            for (field, courses) in &pass.feeding {
+                let reached = reached(*field);
+                let slopes = &steps.fields[*field as usize][index * reached.len()..];
+                let course = courses[step];
                 for (state, slope) in reached.iter().zip(slopes) {
                     let row = &mut x[*state];
                     *row = std::array::from_fn(|lane| row[lane] + slope * course[lane]);

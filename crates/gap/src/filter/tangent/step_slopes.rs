@@ -9,14 +9,14 @@ use ode_sim::equations::{
     non_insulin_uptake,
 };
 use ode_sim::{OdeParameters, slot};
-use physiology::Compartment;
-use physiology::{MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
+use physiology::{Compartment, MG_PER_DL_PER_MMOL_PER_L, Plant as _, STEP, StepInput};
 
 use super::Parameter;
 use crate::filter::augmented::{Acting, AugmentedModel, Euler, Stepper, low_depth};
 use crate::filter::state::{AugmentedState, INTERSTITIAL};
 
-/// The derivative of some states after a step, in the order of [`changed`] or [`reached`]; 0 after their last.
+/// The derivative of some states after a step, in the order of [`changed`] or [`reached`]; what comes after their last
+/// is not read.
 type Slope = [f64; 4];
 
 const S1: usize = slot(Compartment::S1);
@@ -127,10 +127,7 @@ impl<'a> StepSlopes<'a> {
     pub(super) fn by_parameter(&self, parameter: Parameter) -> Slope {
         let (p, x) = (self.p, &self.state.body);
         match parameter {
-            Parameter::Action => {
-                let [x1, x2, x3] = self.action(self.euler);
-                [x1, x2, x3, 0.0]
-            }
+            Parameter::Action => self.action(self.euler),
             Parameter::Egp0 => self.glucose(self.production(p.egp_0)),
             Parameter::F01 => self.glucose(-non_insulin_uptake(self.concentration(), p.f_01)),
             Parameter::TMaxI => self.insulin_time(),
@@ -168,14 +165,11 @@ impl<'a> StepSlopes<'a> {
         match field {
             Field::InsulinInput => one(STEP.0 * infusion(self.input.insulin().0, plain.weight.0)),
             Field::InsulinTime => self.insulin_time().map(|value| value / factor),
-            Field::Action => {
-                let [x1, x2, _] = self.action(self.own);
-                [x1, x2, 0.0, 0.0]
-            }
+            Field::Action => self.action(self.own),
             Field::LiverAction => one(self.action(self.own)[2]),
             Field::Production => {
-                let low = self.modulation[Field::LowGlucoseProduction];
-                let counter = if low == 0.0 { 1.0 } else { 1.0 + low * self.depth() };
+                let depth = low_depth(self.state.interstitial);
+                let counter = 1.0 + self.modulation[Field::LowGlucoseProduction] * depth;
                 self.glucose(self.production(plain.parameters.egp_0 * counter))
             }
             Field::GutTime => self.gut_time().map(|value| value / factor),
@@ -184,12 +178,11 @@ impl<'a> StepSlopes<'a> {
             Field::Flux => self.glucose(1.0),
             Field::LowGlucoseProduction => {
                 let full = plain.parameters.egp_0 * self.modulation[Field::Production];
-                self.glucose(self.production(full * self.depth()))
+                self.glucose(self.production(full * low_depth(self.state.interstitial)))
             }
             Field::RenalRate => self.glucose(-RENAL_RATE * self.over_threshold() * p.v_g),
             Field::RenalThreshold => {
-                let cleared = self.over_threshold() > 0.0;
-                let rate = if cleared { self.renal_rate() } else { 0.0 };
+                let rate = if self.over_threshold() > 0.0 { self.renal_rate() } else { 0.0 };
                 self.glucose(rate * p.v_g / MG_PER_DL_PER_MMOL_PER_L)
             }
             Field::SensorLag => {
@@ -221,11 +214,6 @@ impl<'a> StepSlopes<'a> {
         0.5 * (person.glucose(&self.state.body).0 + person.glucose(&self.following.body).0)
     }
 
-    /// Share of counter-regulation that is called up.
-    fn depth(&self) -> f64 {
-        low_depth(self.state.interstitial)
-    }
-
     /// Endogenous production, mmol/kg/min.
     #[inline(always)]
     fn production(&self, egp_0: f64) -> f64 {
@@ -234,9 +222,9 @@ impl<'a> StepSlopes<'a> {
 
     /// By a common factor on the three sensitivities, on X1, X2 and X3.
     #[inline(always)]
-    fn action(&self, euler: &Euler) -> [f64; 3] {
+    fn action(&self, euler: &Euler) -> Slope {
         let (i, [first, second, third]) = (self.state.body.i, euler.effect_on);
-        [first * i, second * i, third * i]
+        [first * i, second * i, third * i, 0.0]
     }
 
     /// By the logarithm of the time of insulin absorption.

@@ -3,13 +3,13 @@
 use effects::{FIELDS, Field};
 
 use super::step_slopes::{StepSlopes, changed, reached};
-use super::{Direction, LANES, Parameter, States, pulses, reads_only};
+use super::{Direction, LANES, Parameter, States, reads_only};
 use crate::error::GapError;
 use crate::filter::augmented::{AugmentedModel, GLUCOSE_FLOOR};
 use crate::filter::kalman::{FilterStep, Filtered, start};
 use crate::filter::observations::Observations;
 use crate::filter::state::STATES;
-use crate::filter::transition::Narrow;
+use crate::filter::transition::Transition;
 
 /// Size of the differences along a field and along a parameter's logarithm where slopes are not written down:
 /// far above rounding, far below the curvature of a step.
@@ -17,7 +17,7 @@ const SPACING: f64 = 1e-4;
 
 /// What one step does to perturbations, whatever their direction.
 pub(super) struct Step {
-    pub(super) transition: Narrow,
+    pub(super) transition: Transition<f32>,
     /// 0 where the filter only predicted.
     pub(super) gain: [f32; STATES],
     /// What a reading gains per mg/dL of interstitial glucose.
@@ -32,9 +32,7 @@ pub(super) struct Step {
 /// What successive steps of a record do.
 pub(super) struct Steps<'a> {
     model: &'a AugmentedModel,
-    record: &'a Observations,
-    /// Amount of Q1 at which corrections are cut off, mmol/kg.
-    floor: f64,
+    pub(super) record: &'a Observations,
     /// For each field, the steps in which a course asks for it; empty where none does.
     nonzero: [Vec<bool>; FIELDS],
     /// Number of the first step that is held.
@@ -67,26 +65,18 @@ impl<'a> Steps<'a> {
         let mut nonzero: [Vec<bool>; FIELDS] = std::array::from_fn(|_| Vec::new());
         let mut asked_parameters = Vec::new();
         for direction in directions {
-            match direction {
-                Direction::Course(courses) => {
-                    for (field, course) in courses.iter().filter(|(field, _)| !reads_only(*field)) {
-                        let nonzero = &mut nonzero[*field as usize];
-                        nonzero.resize(n, false);
-                        for (nonzero, value) in nonzero.iter_mut().zip(course) {
-                            *nonzero |= *value != 0.0;
-                        }
-                    }
-                }
-                Direction::Pulses { field, first, every, length } if !reads_only(*field) => {
-                    let nonzero = &mut nonzero[*field as usize];
-                    nonzero.resize(n, false);
-                    for steps in pulses(*first, *every, *length, n) {
-                        nonzero[steps].fill(true);
-                    }
-                }
-                Direction::Pulses { .. } => {}
-                Direction::Parameter(parameter) => asked_parameters.push(*parameter),
+            if let Direction::Parameter(parameter) = direction {
+                asked_parameters.push(*parameter);
             }
+            direction.additions(n, |field, first, values| {
+                if !reads_only(field) {
+                    let nonzero = &mut nonzero[field as usize];
+                    nonzero.resize(n, false);
+                    for (nonzero, value) in nonzero[first..].iter_mut().zip(values) {
+                        *nonzero |= *value != 0.0;
+                    }
+                }
+            });
         }
         let fields = std::array::from_fn(|field| {
             let reached =
@@ -100,7 +90,6 @@ impl<'a> Steps<'a> {
         Self {
             model,
             record,
-            floor: model.person().q1_at(GLUCOSE_FLOOR),
             nonzero,
             first: 0,
             each: Vec::with_capacity(capacity),
@@ -124,10 +113,9 @@ impl<'a> Steps<'a> {
         let mut expected = start(model, record).0.interstitial.0;
         for step in 0..n {
             let (state, input) = (&frozen.states[step], &record.inputs[step]);
-            let (following, transition) =
-                model.linearised(state, input, record.modulation(step)).map_err(|_| {
-                    GapError::FilterNotFinite { person: record.person.clone(), step }
-                })?;
+            let (following, transition) = model
+                .linearised(state, input, record.modulation(step))
+                .map_err(|_| record.not_finite(step))?;
             steps.push(&FilterStep {
                 step,
                 input,
@@ -165,31 +153,23 @@ impl<'a> Steps<'a> {
         let Self { model, record, .. } = *self;
         let (step, state) = (made.step, made.state);
         let (input, modulation) = (made.input, record.modulation(step));
-        let failed = |_| GapError::FilterNotFinite { person: record.person.clone(), step };
-        let mut gain = [0.0; STATES];
-        if let Some(applied) = &made.gain {
-            for (narrow, k) in gain.iter_mut().zip(&applied.gain) {
-                *narrow = *k as f32;
-            }
-        }
+        let failed = |_| record.not_finite(step);
+        let floor = model.person().q1_at(GLUCOSE_FLOOR);
         self.each.push(Step {
             transition: made.transition.narrowed(),
-            gain,
+            gain: made.gain.map_or([0.0; STATES], |applied| applied.gain.map(|k| k as f32)),
             sensor_gain: modulation[Field::SensorGain] as f32,
             expected: made.expected as f32,
             scored: made.innovation.is_some(),
-            floored: made.gain.is_some() && state.body.q1 <= self.floor,
+            floored: made.gain.is_some() && state.body.q1 <= floor,
         });
         let mut scratch = None;
         let known = StepSlopes::of(model, state, input, modulation, made.following, &mut scratch);
         for field in Field::ALL {
-            let nonzero = &self.nonzero[field as usize];
-            if nonzero.is_empty() {
-                continue;
-            }
+            let Some(nonzero) = self.nonzero[field as usize].get(step) else { continue };
             let slopes = &mut self.fields[field as usize];
             let reached = reached(field);
-            if !nonzero[step] {
+            if !nonzero {
                 slopes.extend(reached.iter().map(|_| 0.0));
             } else if let Some(known) = &known {
                 slopes.extend(known.by_field(field)[..reached.len()].iter().map(|s| *s as f32));
@@ -206,18 +186,14 @@ impl<'a> Steps<'a> {
             parameters.steps.resize(index + 1, [[0.0; LANES]; STATES]);
             let lanes = &mut parameters.steps[index];
             for (lane, (parameter, neighbour)) in parameters.members.iter().enumerate() {
-                match &known {
-                    Some(known) => {
-                        for (k, slope) in
-                            changed(*parameter).iter().zip(known.by_parameter(*parameter))
-                        {
-                            lanes[*k][lane] = slope as f32;
-                        }
+                if let Some(known) = &known {
+                    let slopes = known.by_parameter(*parameter);
+                    for (k, slope) in changed(*parameter).iter().zip(slopes) {
+                        lanes[*k][lane] = slope as f32;
                     }
-                    None => {
-                        let moved = neighbour.step(state, input, modulation).map_err(failed)?;
-                        set(lanes, lane, &slope(&moved.vector(), &made.following.vector()));
-                    }
+                } else {
+                    let moved = neighbour.step(state, input, modulation).map_err(failed)?;
+                    set(lanes, lane, &slope(&moved.vector(), &made.following.vector()));
                 }
             }
         }

@@ -7,7 +7,7 @@
 
 use physiology::STEPS_PER_DAY;
 
-use super::{Minutes95, redrawn};
+use super::{Minutes95, highest, total};
 
 /// Largest delay that is searched, steps: 3 h.
 const SEARCHED: usize = 36;
@@ -26,16 +26,16 @@ const GRID: f64 = 5.0;
 
 /// Sums for a correlation of rises of glucose with changes of the rate: their number, both, the squares of both, and
 /// their product.
-type LagSums = [f64; 6];
+const SUMS: usize = 6;
 
-/// The sums of one day, by the steps from a reading to a change: from -[`SEARCHED`] to [`SEARCHED`].
-type DaySums = [LagSums; 2 * SEARCHED + 1];
-
-const NO_SUMS: DaySums = [[0.0; 6]; 2 * SEARCHED + 1];
+/// The sums of one day, one after the other by the steps from a reading to a change: from -[`SEARCHED`] to
+/// [`SEARCHED`].
+type DaySums = [f64; ALL_SUMS];
+const ALL_SUMS: usize = SUMS * (2 * SEARCHED + 1);
 
 /// Share of the variance that the two have in common; 0 where the rate goes down as glucose
 /// goes up, which is no controller's answer.
-fn explained([n, rise, change, rise_rise, change_change, rise_change]: LagSums) -> f64 {
+fn explained([n, rise, change, rise_rise, change_change, rise_change]: &[f64; SUMS]) -> f64 {
     let product = rise_change - rise * change / n;
     let rises = rise_rise - rise * rise / n;
     let changes = change_change - change * change / n;
@@ -46,24 +46,23 @@ fn explained([n, rise, change, rise_rise, change_change, rise_change]: LagSums) 
 /// The delay of rate changes behind the sensor, recorded minus actual; `None` where no controller's
 /// answer is seen.
 pub(super) fn delay(basal: &[Option<f64>], cgm: &[Option<f64>]) -> Option<Minutes95> {
-    let n = basal.len().min(cgm.len());
-    let change = |k: usize| Some(basal[k]? - basal[k.checked_sub(1)?]?);
-    let changes: Vec<Option<f64>> = (0..n).map(change).collect();
-    let days = n as f64 / STEPS_PER_DAY as f64;
+    let differences = |values: &[Option<f64>]| -> Vec<Option<f64>> {
+        (0..values.len()).map(|k| Some(values[k]? - values[k.checked_sub(1)?]?)).collect()
+    };
+    let (changes, rises) = (differences(basal), differences(cgm));
+    let days = changes.len() as f64 / STEPS_PER_DAY as f64;
     let moved = changes.iter().flatten().filter(|change| change.abs() > 1e-9).count();
     if days < 2.0 || (moved as f64) < CHANGES_A_DAY * days {
         return None;
     }
-    let rise = |k: usize| Some(cgm[k]? - cgm[k.checked_sub(1)?]?);
-    let rises: Vec<Option<f64>> = (0..n).map(rise).collect();
-    let mut days = vec![NO_SUMS; n.div_ceil(STEPS_PER_DAY)];
+    let mut days: Vec<DaySums> = vec![[0.0; ALL_SUMS]; changes.len().div_ceil(STEPS_PER_DAY)];
     for (k, change) in changes.iter().enumerate() {
         let Some(change) = *change else { continue };
-        let day = &mut days[k / STEPS_PER_DAY];
+        let (day, _) = days[k / STEPS_PER_DAY].as_chunks_mut::<SUMS>();
         for (index, sums) in day.iter_mut().enumerate() {
             // At index SEARCHED + m, the rate changed m steps after the reading.
-            let reading = (k + SEARCHED).checked_sub(index).filter(|reading| *reading < n);
-            if let Some(rise) = reading.and_then(|reading| rises[reading]) {
+            let reading = (k + SEARCHED).checked_sub(index);
+            if let Some(rise) = reading.and_then(|reading| *rises.get(reading)?) {
                 let own = [1.0, rise, change, rise * rise, change * change, rise * change];
                 for (sum, value) in sums.iter_mut().zip(own) {
                     *sum += value;
@@ -71,33 +70,22 @@ pub(super) fn delay(basal: &[Option<f64>], cgm: &[Option<f64>]) -> Option<Minute
             }
         }
     }
-    let (index, share, median) = peak(&days);
+    let (_, share, median) = peak(&days);
     if share < SMALLEST_SHARE || share < PROMINENCE * median {
         return None;
     }
     let minutes = |index: usize| 5.0 * (index as f64 - SEARCHED as f64);
-    let value = minutes(index);
-    let drawn = redrawn(&days, REPLICATES, |sample| Some(minutes(peak(sample).0)));
-    // 2.5 % of 50 on each side: the second from each end.
-    let (lower, upper) = (value.min(drawn[1]) - GRID, value.max(drawn[REPLICATES - 2]) + GRID);
-    Some(Minutes95 { value, lower, upper })
+    let found = Minutes95::bootstrapped(&days, REPLICATES, |drawn| Some(minutes(peak(drawn).0)))?;
+    Some(found.widened(GRID))
 }
 
 /// Index of the largest explained share, that share, and the median share over all indices.
 fn peak<'a>(days: impl IntoIterator<Item = &'a DaySums>) -> (usize, f64, f64) {
-    let mut total = NO_SUMS;
-    for day in days {
-        for (total, sum) in total.iter_mut().flatten().zip(day.iter().flatten()) {
-            *total += sum;
-        }
-    }
-    let shares = total.map(explained);
-    let (index, share) = shares.iter().enumerate().fold((0, 0.0), |best, (index, share)| {
-        if *share > best.1 { (index, *share) } else { best }
-    });
-    let mut sorted = shares;
-    sorted.sort_by(f64::total_cmp);
-    (index, share, sorted[SEARCHED])
+    let total = total(days);
+    let mut shares: Vec<f64> = total.as_chunks::<SUMS>().0.iter().map(explained).collect();
+    let (index, share) = highest(0..shares.len(), |index| shares[index]);
+    shares.sort_by(f64::total_cmp);
+    (index, share, shares[SEARCHED])
 }
 
 #[cfg(test)]

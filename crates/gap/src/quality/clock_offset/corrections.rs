@@ -7,7 +7,7 @@
 
 use physiology::STEPS_PER_DAY;
 
-use super::{Minutes95, redrawn, total};
+use super::{DoseSteps, Minutes95, highest, total, under_triangle, z_over_days};
 
 /// Largest offset that is searched, steps: 3 h.
 const SEARCHED: i32 = 36;
@@ -42,41 +42,28 @@ pub(super) struct Corrections {
 impl Corrections {
     /// Collects the corrections of a record: boluses without a meal, when meals lie `apart` steps
     /// before boluses in the record. `None` where there are too few.
-    pub(super) fn of(
-        carbs: &[f64],
-        bolus: &[f64],
-        cgm: &[Option<f64>],
-        apart: i32,
-    ) -> Option<Self> {
-        let n = cgm.len();
-        let inside = |k: i64| usize::try_from(k).ok().filter(|k| *k < n);
-        let smooth: Vec<Option<f64>> = (0..n)
-            .map(|k| {
-                let near = &cgm[k.saturating_sub(1)..(k + 2).min(n)];
-                let (sum, count) = near
-                    .iter()
-                    .flatten()
-                    .fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
-                (count > 0.0).then(|| sum / count)
-            })
-            .collect();
-        let at = |k: i64| inside(k).and_then(|k| smooth[k]);
-        let mut days = vec![[0.0; BINS]; n.div_ceil(STEPS_PER_DAY)];
+    pub(super) fn of(doses: &DoseSteps<'_>, apart: i32) -> Option<Self> {
+        let cgm = doses.person.record.cgm();
+        let inside = |k: i32| usize::try_from(k).ok().filter(|k| *k < cgm.len());
+        // The mean of a reading and those beside it.
+        let at = |k: i32| {
+            let k = inside(k)?;
+            let near = cgm[k.saturating_sub(1)..(k + 2).min(cgm.len())].iter().flatten();
+            let count = near.clone().count();
+            (count > 0).then(|| near.sum::<f64>() / count as f64)
+        };
+        let mut days = vec![[0.0; BINS]; cgm.len().div_ceil(STEPS_PER_DAY)];
         let mut count = 0;
-        for (k, _) in bolus.iter().enumerate().filter(|(_, dose)| **dose > SMALLEST_BOLUS) {
-            let step = k as i64;
-            let mut near = (-ALONE..=ALONE).map(|d| step - i64::from(apart + d));
-            if near.any(|k| inside(k).is_some_and(|k| carbs[k] > 0.0)) {
+        for (k, _) in doses.bolus.iter().enumerate().filter(|(_, dose)| **dose > SMALLEST_BOLUS) {
+            let step = k as i32;
+            let mut near = (-ALONE..=ALONE).map(|d| step - apart - d);
+            if near.any(|k| inside(k).is_some_and(|k| doses.carbs[k] > 0.0)) {
                 continue;
             }
             count += 1;
-            let day = &mut days[k / STEPS_PER_DAY];
-            for (index, sum) in (-REACH..=REACH).zip(day.iter_mut()) {
-                let turn = step + i64::from(index);
-                let width = i64::from(HALF_WIDTH);
-                if let (Some(before), Some(peak), Some(after)) =
-                    (at(turn - width), at(turn), at(turn + width))
-                {
+            for (turn, sum) in (step - REACH..).zip(&mut days[k / STEPS_PER_DAY]) {
+                let tent = (at(turn - HALF_WIDTH), at(turn), at(turn + HALF_WIDTH));
+                if let (Some(before), Some(peak), Some(after)) = tent {
                     *sum += (peak - 0.5 * (before + after)).clamp(-CAP, CAP);
                 }
             }
@@ -87,13 +74,9 @@ impl Corrections {
     /// By how many standard errors over days the corrections prefer one offset of the insulin clock,
     /// steps, to another.
     pub(super) fn preference(&self, first: i32, second: i32) -> f64 {
-        let index = |offset: i32| usize::try_from((TURN - offset).clamp(-REACH, REACH) + REACH);
-        let (Ok(first), Ok(second)) = (index(first), index(second)) else { return 0.0 };
-        let (sum, squares) = self.days.iter().fold((0.0, 0.0), |(sum, squares), day| {
-            let difference = day[first] - day[second];
-            (sum + difference, squares + difference * difference)
-        });
-        if squares > 0.0 { sum / f64::sqrt(squares) } else { 0.0 }
+        let place = |offset: i32| ((TURN - offset).clamp(-REACH, REACH) + REACH) as usize;
+        let (first, second) = (place(first), place(second));
+        z_over_days(self.days.iter().map(|day| day[first] - day[second]))
     }
 
     /// The insulin clock's offset, with a 95 % interval over days and over people's turns; `None`
@@ -102,59 +85,47 @@ impl Corrections {
         if self.count < FEWEST_FOR_ESTIMATE {
             return None;
         }
-        let value = delay(&total(&self.days));
-        let drawn = redrawn(&self.days, REPLICATES, |sample| Some(delay(&total(sample))));
-        let at = |share: f64| drawn[(share * (REPLICATES - 1) as f64).round() as usize];
-        let (below, above) = ((value - at(0.025)).max(0.0), (at(0.975) - value).max(0.0));
-        let people = 2.0 * TURN_SD;
-        Some(Minutes95 {
-            value,
-            lower: value - below.hypot(people),
-            upper: value + above.hypot(people),
-        })
+        let found =
+            Minutes95::bootstrapped(&self.days, REPLICATES, |drawn| Some(delay(&total(drawn))))?;
+        Some(found.with_error(TURN_SD))
     }
 }
 
 /// The offset at which the turn is sharpest, min.
 fn delay(table: &[f64; BINS]) -> f64 {
-    let weights = [1.0, 2.0, 3.0, 2.0, 1.0];
-    let (index, _) = table
-        .windows(weights.len())
-        .map(|near| near.iter().zip(weights).map(|(value, weight)| value * weight).sum::<f64>())
-        .enumerate()
-        .fold(
-            (0, f64::NEG_INFINITY),
-            |best, (index, height)| {
-                if height > best.1 { (index + 2, height) } else { best }
-            },
-        );
-    5.0 * (f64::from(TURN + REACH) - index as f64)
+    let (place, _) = highest(2..BINS - 2, |place| under_triangle(table, place, 2));
+    5.0 * (f64::from(TURN + REACH) - place as f64)
 }
 
 #[cfg(test)]
 mod tests {
+    use cohort::{Channel, Person};
+
     use super::*;
+    use crate::quality::tests::person_with;
 
     /// A fortnight in which glucose rises and falls in tents, a bolus 20 min before each peak but
     /// recorded `steps` late, and a meal with a bolus in every valley.
-    fn tents(steps: usize) -> (Vec<f64>, Vec<f64>, Vec<Option<f64>>) {
-        let n = 14 * STEPS_PER_DAY;
-        let cgm = (0..n).map(|k| Some(220.0 - 2.0 * (k % 96).abs_diff(48) as f64)).collect();
-        let (mut carbs, mut bolus) = (vec![0.0; n], vec![0.0; n]);
+    fn tents(steps: usize) -> Person {
+        let mut person = person_with(Channel::Bolus, &[]);
+        let n = person.record.len();
+        let cgm = person.record.channel_mut(Channel::Cgm).iter_mut().enumerate();
+        cgm.for_each(|(k, value)| *value = Some(220.0 - 2.0 * (k % 96).abs_diff(48) as f64));
         for start in (0..n - 96).step_by(96) {
-            bolus[start + 44 + steps] = 2.0;
-            carbs[start + 4] = 40.0;
-            bolus[start + 4 + steps] = 4.0;
+            let bolus = person.record.channel_mut(Channel::Bolus);
+            bolus[start + 44 + steps] = Some(2.0);
+            bolus[start + 4 + steps] = Some(4.0);
+            person.record.channel_mut(Channel::Carbs)[start + 4] = Some(40.0);
         }
-        (carbs, bolus, cgm)
+        person
     }
 
     #[test]
     fn the_turn_tells_the_offset_and_meals_are_left_aside() {
         for steps in [0, 6, 12] {
-            let (carbs, bolus, cgm) = tents(steps);
+            let person = tents(steps);
             let apart = i32::try_from(steps).expect("small");
-            let found = Corrections::of(&carbs, &bolus, &cgm, apart).expect("corrections");
+            let found = Corrections::of(&DoseSteps::of(&person), apart).expect("corrections");
             assert_eq!(found.count, 41);
             let delay = found.delay().expect("many");
             assert_eq!(delay.value, 5.0 * steps as f64);
@@ -166,9 +137,8 @@ mod tests {
 
     #[test]
     fn few_corrections_tell_nothing() {
-        let (carbs, bolus, cgm) = tents(0);
-        let short = 300;
-        let cgm = &cgm[..short];
-        assert!(Corrections::of(&carbs[..short], &bolus[..short], cgm, 0).is_none());
+        let mut person = tents(0);
+        person.record = person.record.slice(0..300).expect("inside the record");
+        assert!(Corrections::of(&DoseSteps::of(&person), 0).is_none());
     }
 }

@@ -5,11 +5,9 @@
 //! their distance; the position of the peak is the offset between the two clocks. Sizes are capped, so
 //! that a few large doses do not decide.
 
-use std::ops::Range;
-
 use physiology::STEPS_PER_DAY;
 
-use super::{Minutes95, redrawn, total};
+use super::{Minutes95, highest, total, under_triangle, z_over_days};
 
 /// Largest distance between a bolus and a meal that is counted, steps: 4 h.
 const REACH: usize = 48;
@@ -34,61 +32,39 @@ const PREFERENCE: f64 = 3.0;
 /// Standard errors, over days, by which each side of a change must prefer its own distance.
 const PREFERENCE_Z: f64 = 1.9;
 
-/// Weighted counts of the distances from meals to boluses, one table a day of the record.
-#[derive(Debug, Clone)]
-pub(super) struct DoseDistances {
-    days: Vec<[f64; BINS]>,
+/// Weighted counts of the distances from the meals of one day of the record to boluses.
+pub(super) type DayTable = [f64; BINS];
+
+/// Counts the pairs of a record's channels by day; `None` with fewer than [`FEWEST_DOSES`] of either.
+pub(super) fn count(carbs: &[f64], bolus: &[f64]) -> Option<Vec<DayTable>> {
+    let mut days = vec![[0.0; BINS]; carbs.len().div_ceil(STEPS_PER_DAY)];
+    pairs(carbs, bolus, REACH, |meal, place, sizes| days[meal / STEPS_PER_DAY][place] += sizes)?;
+    Some(days)
 }
 
-impl DoseDistances {
-    /// Counts the pairs of a record's channels; `None` with fewer than [`FEWEST_DOSES`] of either.
-    pub(super) fn count(carbs: &[f64], bolus: &[f64]) -> Option<Self> {
-        let mut days = vec![[0.0; BINS]; carbs.len().div_ceil(STEPS_PER_DAY)];
-        pairs(carbs, bolus, REACH, |meal, index, sizes| {
-            days[meal / STEPS_PER_DAY][index] += sizes;
-        })?;
-        Some(Self { days })
-    }
+/// The distance at the peak over some days, bolus after meal, with a 95 % interval over days,
+/// widened by the grid; `None` if nothing was counted.
+pub(super) fn peak(days: &[DayTable]) -> Option<Minutes95> {
+    let found = Minutes95::bootstrapped(days, REPLICATES, |drawn| centroid(&total(drawn)))?;
+    Some(found.widened(GRID))
+}
 
-    /// Number of days.
-    pub(super) fn days(&self) -> usize {
-        self.days.len()
-    }
-
-    /// The distance at the peak over some days, bolus after meal, with a 95 % interval over days,
-    /// widened by the grid; `None` if nothing was counted.
-    pub(super) fn peak(&self, days: Range<usize>) -> Option<Minutes95> {
-        let days = &self.days[days];
-        let value = centroid(&total(days))?;
-        let drawn = redrawn(days, REPLICATES, |sample| centroid(&total(sample)));
-        let last = drawn.len().checked_sub(1)?;
-        let at = |share: f64| drawn[(share * last as f64).round() as usize];
-        let (lower, upper) = (at(0.025).min(value) - GRID, at(0.975).max(value) + GRID);
-        Some(Minutes95 { value, lower, upper })
-    }
-
-    /// The first day of another distance than before, if the record has one.
-    ///
-    /// Both sides must have at least [`FEWEST_DAYS`] days and a peak of their own that stands out
-    /// against the other side's distance.
-    pub(super) fn change(&self) -> Option<usize> {
-        let mut best: Option<(f64, usize)> = None;
-        for day in FEWEST_DAYS..(self.days.len() + 1).saturating_sub(FEWEST_DAYS) {
-            let (before, after) = self.days.split_at(day);
-            let peaks = (peak_index(&total(before)), peak_index(&total(after)));
-            let (Some(first), Some(second)) = peaks else { continue };
-            if first.abs_diff(second) < SMALLEST_CHANGE {
-                continue;
-            }
-            let z = preference(before, first, second).zip(preference(after, second, first));
-            if let Some((before, after)) = z
-                && best.is_none_or(|(most, _)| before + after > most)
-            {
-                best = Some((before + after, day));
-            }
+/// The first day of another distance than before, if the record has one.
+///
+/// Both sides must have at least [`FEWEST_DAYS`] days and a peak of their own that stands out
+/// against the other side's distance.
+pub(super) fn change(days: &[DayTable]) -> Option<usize> {
+    let parted = FEWEST_DAYS..(days.len() + 1).saturating_sub(FEWEST_DAYS);
+    let scored = parted.filter_map(|day| {
+        let (before, after) = days.split_at(day);
+        let (first, second) = (peak_place(&total(before))?, peak_place(&total(after))?);
+        if first.abs_diff(second) < SMALLEST_CHANGE {
+            return None;
         }
-        best.map(|(_, day)| day)
-    }
+        Some((preference(before, first, second)? + preference(after, second, first)?, day))
+    });
+    let clearest = scored.reduce(|best, next| if next.0 > best.0 { next } else { best });
+    clearest.map(|(_, day)| day)
 }
 
 /// Steps and capped sizes of the doses above zero.
@@ -114,60 +90,36 @@ pub(super) fn pairs(
     // A meal counts in full from twice the median on, a bolus from the upper quartile on.
     let meals = sized(carbs, |sorted| 2.0 * sorted[sorted.len() / 2])?;
     let boluses = sized(bolus, |sorted| sorted[sorted.len() * 3 / 4])?;
-    let mut first = 0;
     for (meal, size) in meals {
-        while boluses.get(first).is_some_and(|(bolus, _)| bolus + reach < meal) {
-            first += 1;
-        }
-        for (bolus, units) in &boluses[first..] {
-            let place = bolus + reach - meal;
-            if place > 2 * reach {
-                break;
-            }
-            count(meal, place, size * units);
-        }
+        let first = boluses.partition_point(|(bolus, _)| bolus + reach < meal);
+        let near = boluses[first..].iter().take_while(|(bolus, _)| *bolus <= meal + reach);
+        near.for_each(|(bolus, units)| count(meal, bolus + reach - meal, size * units));
     }
     Some(())
 }
 
-/// The table under a triangle of [`HALF_WIDTH`] steps on each side of a bin.
-fn smoothed(table: &[f64; BINS], index: usize) -> f64 {
-    let weight = |at: usize| (HALF_WIDTH + 1 - at.abs_diff(index)) as f64;
-    let around = index - HALF_WIDTH..=index + HALF_WIDTH;
-    around.map(|at| table[at] * weight(at)).sum::<f64>() / ((HALF_WIDTH + 1).pow(2)) as f64
-}
-
-/// Bin of the highest smoothed value within the searched distances; `None` if all are zero.
-fn peak_index(table: &[f64; BINS]) -> Option<usize> {
+/// Place of the highest smoothed value within the searched distances; `None` if all are zero.
+fn peak_place(table: &DayTable) -> Option<usize> {
     let searched = REACH - SEARCHED..=REACH + SEARCHED;
-    let (index, height) = searched
-        .map(|index| (index, smoothed(table, index)))
-        .fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
-    (height > 0.0).then_some(index)
+    let (place, height) = highest(searched, |place| under_triangle(table, place, HALF_WIDTH));
+    (height > 0.0).then_some(place)
 }
 
 /// Centroid around the peak, min.
-fn centroid(table: &[f64; BINS]) -> Option<f64> {
-    let index = peak_index(table)?;
-    let around = index - HALF_WIDTH..=index + HALF_WIDTH;
-    let (weight, moment) = around.fold((0.0, 0.0), |(weight, moment), at| {
-        (weight + table[at], moment + table[at] * (at as f64 - REACH as f64))
-    });
+fn centroid(table: &DayTable) -> Option<f64> {
+    let place = peak_place(table)?;
+    let around = place - HALF_WIDTH..=place + HALF_WIDTH;
+    let weight: f64 = table[around.clone()].iter().sum();
+    let moment: f64 = around.map(|at| table[at] * (at as f64 - REACH as f64)).sum();
     Some(5.0 * moment / weight)
 }
 
 /// By how many standard errors the days prefer one distance to another; `None` if not clearly.
-fn preference(days: &[[f64; BINS]], own: usize, other: usize) -> Option<f64> {
-    let (mut at_own, mut at_other, mut sum, mut squares) = (0.0, 0.0, 0.0, 0.0);
-    for day in days {
-        let values = (smoothed(day, own), smoothed(day, other));
-        at_own += values.0;
-        at_other += values.1;
-        sum += values.0 - values.1;
-        squares += (values.0 - values.1).powi(2);
-    }
-    let z = sum / f64::max(squares, f64::MIN_POSITIVE).sqrt();
-    (at_own >= PREFERENCE * at_other && z >= PREFERENCE_Z).then_some(z)
+fn preference(days: &[DayTable], own: usize, other: usize) -> Option<f64> {
+    let at = |place: usize| days.iter().map(move |day| under_triangle(day, place, HALF_WIDTH));
+    let z = z_over_days(at(own).zip(at(other)).map(|(own, other)| own - other));
+    let clear = at(own).sum::<f64>() >= PREFERENCE * at(other).sum::<f64>() && z >= PREFERENCE_Z;
+    clear.then_some(z)
 }
 
 #[cfg(test)]
@@ -194,29 +146,29 @@ mod tests {
     fn the_peak_lies_at_the_planted_distance() {
         for distance in [0, 6, 24] {
             let (carbs, bolus) = doses(0, distance);
-            let table = DoseDistances::count(&carbs, &bolus).expect("30 meals");
-            let found = table.peak(0..table.days()).expect("a peak");
+            let table = count(&carbs, &bolus).expect("30 meals");
+            let found = peak(&table).expect("a peak");
             let planted = 5.0 * distance as f64;
             // All pairs lie at one distance: the interval is the grid alone.
             assert_eq!(found.value, planted);
             assert_eq!((found.lower, found.upper), (planted - 5.0, planted + 5.0));
-            assert_eq!(table.change(), None);
+            assert_eq!(change(&table), None);
         }
     }
 
     #[test]
     fn a_change_of_distance_is_dated() {
         let (carbs, bolus) = doses(6, 12);
-        let table = DoseDistances::count(&carbs, &bolus).expect("30 meals");
-        assert_eq!(table.change(), Some(6));
-        assert_eq!(table.peak(0..6).map(|m| m.value), Some(0.0));
-        assert_eq!(table.peak(6..10).map(|m| m.value), Some(60.0));
+        let table = count(&carbs, &bolus).expect("30 meals");
+        assert_eq!(change(&table), Some(6));
+        assert_eq!(peak(&table[..6]).map(|m| m.value), Some(0.0));
+        assert_eq!(peak(&table[6..]).map(|m| m.value), Some(60.0));
     }
 
     #[test]
     fn few_doses_give_no_table() {
         let (carbs, bolus) = doses(0, 0);
-        assert!(DoseDistances::count(&carbs[..2 * STEPS_PER_DAY], &bolus).is_none());
-        assert!(DoseDistances::count(&carbs, &vec![0.0; bolus.len()]).is_none());
+        assert!(count(&carbs[..2 * STEPS_PER_DAY], &bolus).is_none());
+        assert!(count(&carbs, &vec![0.0; bolus.len()]).is_none());
     }
 }

@@ -1,6 +1,6 @@
 //! Clocks that are many hours off: a log that confuses morning and evening.
 //!
-//! Within three hours the distance of boluses from meals is searched by [`DoseDistances`](super::dose_distance).
+//! Within three hours the distance of boluses from meals is searched by [`dose_distance`](super::dose_distance).
 //! Further away people's habits answer: lunch lies five hours after every breakfast's bolus. Habit repeats from day to
 //! day, a clock's error ties a bolus to the meal of one day. So doses at each distance are compared with doses at
 //! the same hours of the day, some days before and after.
@@ -8,8 +8,8 @@
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 use statrs::distribution::{ContinuousCDF as _, Normal};
 
-use super::Minutes95;
 use super::dose_distance::{HALF_WIDTH, SEARCHED, pairs, sized};
+use super::{DoseSteps, Minutes95, under_triangle};
 
 /// Largest distance, steps: 12 h; a larger one is a smaller one of the other sign on another day.
 const FARTHEST: usize = STEPS_PER_DAY / 2;
@@ -33,97 +33,73 @@ pub(super) fn distance(carbs: &[f64], bolus: &[f64]) -> Option<Minutes95> {
     if days < FEWEST_DAYS {
         return None;
     }
-    let table = Table::count(carbs, bolus, days)?;
+    let reach = days * STEPS_PER_DAY + FARTHEST + HALF_WIDTH;
+    let mut table = vec![0.0; 2 * reach + 1];
+    pairs(carbs, bolus, reach, |_, place, sizes| table[place] += sizes)?;
+    let beyond_habit = |distance: i64| beyond_habit(&table, distance, days as i64, whole);
     let (far, near) = (FARTHEST as i64, SEARCHED as i64);
     let searched: Vec<(i64, (f64, f64))> = (-far..=far)
         .step_by(STEP_OF_CLOCKS)
         .filter(|distance| distance.abs() > near)
-        .map(|distance| (distance, table.beyond_habit(distance, whole)))
+        .map(|distance| (distance, beyond_habit(distance)))
         .collect();
     let (best, (weight, z)) = searched.iter().max_by(|(_, a), (_, b)| a.1.total_cmp(&b.1))?;
-    let nearby =
-        (-near..=near).map(|distance| table.beyond_habit(distance, whole).0).fold(0.0, f64::max);
+    let nearby = (-near..=near).map(|distance| beyond_habit(distance).0).fold(0.0, f64::max);
     let least = Normal::standard().inverse_cdf(1.0 - FALSE_ALARM / searched.len() as f64);
-    (*z > least && *weight > PREFERENCE * nearby).then(|| {
-        let value = 5.0 * *best as f64;
-        let width = 5.0 * HALF_WIDTH as f64;
-        Minutes95 { value, lower: value - width, upper: value + width }
-    })
+    let value = 5.0 * *best as f64;
+    let found = Minutes95 { value, lower: value, upper: value }.widened(5.0 * HALF_WIDTH as f64);
+    (*z > least && *weight > PREFERENCE * nearby).then_some(found)
 }
 
-/// Products of capped sizes of every meal and every bolus by their distance, within some days.
-struct Table {
-    days: i64,
-    weights: Vec<f64>,
+/// What a distance has beyond habit, the mean of other days, within so many `days`; and the same in standard deviations
+/// of a count about that mean. The variance of a count is its mean; products are at most 1.
+///
+/// `table` has the products of capped sizes of every meal and every bolus by their distance. `whole` is the number of
+/// days of the record: fewer pairs of days lie further apart.
+fn beyond_habit(table: &[f64], distance: i64, days: i64, whole: usize) -> (f64, f64) {
+    let at = |distance: i64| {
+        let place = (table.len() / 2) as i64 + distance;
+        under_triangle(table, place as usize, HALF_WIDTH) / (HALF_WIDTH + 1) as f64
+    };
+    let other_days = (-days..=days).filter(|day| *day != 0).map(|day| {
+        let pairs = 1.0 - day.abs() as f64 / whole as f64;
+        at(distance + day * STEPS_PER_DAY as i64) / pairs
+    });
+    let mut other_days: Vec<f64> = other_days.collect();
+    // A log that confuses morning and evening moves half of its meals one way and half the other, which is the
+    // same distance on another day.
+    other_days.sort_by(f64::total_cmp);
+    other_days.pop();
+    let count = other_days.len() as f64;
+    let habit = other_days.iter().sum::<f64>() / count;
+    let weight = at(distance) - habit;
+    (weight, weight / ((habit + 1.0) * (1.0 + 1.0 / count)).sqrt())
 }
 
-impl Table {
-    fn count(carbs: &[f64], bolus: &[f64], days: usize) -> Option<Self> {
-        let reach = days * STEPS_PER_DAY + FARTHEST + HALF_WIDTH;
-        let mut weights = vec![0.0; 2 * reach + 1];
-        pairs(carbs, bolus, reach, |_, place, sizes| weights[place] += sizes)?;
-        Some(Self { days: days as i64, weights })
-    }
-
-    /// The table around a distance under a triangle.
-    fn at(&self, distance: i64) -> f64 {
-        let (middle, half) = ((self.weights.len() / 2) as i64, HALF_WIDTH as i64);
-        (-half..=half)
-            .filter_map(|off| {
-                let place = usize::try_from(middle + distance + off).ok()?;
-                Some(self.weights.get(place)? * (half + 1 - off.abs()) as f64)
-            })
-            .sum::<f64>()
-            / (half + 1) as f64
-    }
-
-    /// What a distance has beyond habit, the mean of other days; and the same in standard deviations of a count about
-    /// that mean. The variance of a count is its mean; products are at most 1.
-    ///
-    /// `whole` is the number of days of the record: fewer pairs of days lie further apart.
-    fn beyond_habit(&self, distance: i64, whole: usize) -> (f64, f64) {
-        let other_days = (-self.days..=self.days).filter(|day| *day != 0).map(|day| {
-            let pairs = 1.0 - day.abs() as f64 / whole as f64;
-            self.at(distance + day * STEPS_PER_DAY as i64) / pairs
-        });
-        let mut other_days: Vec<f64> = other_days.collect();
-        // A log that confuses morning and evening moves half of its meals one way and half the other, which is the
-        // same distance on another day.
-        other_days.sort_by(f64::total_cmp);
-        other_days.pop();
-        let count = other_days.len() as f64;
-        let habit = other_days.iter().sum::<f64>() / count;
-        let weight = self.at(distance) - habit;
-        (weight, weight / ((habit + 1.0) * (1.0 + 1.0 / count)).sqrt())
-    }
-}
-
-/// By how many standard errors glucose rises more after boluses than after meals as they are logged: people dose for what
+/// By how many standard errors glucose rises more after meals than after boluses as they are logged: people dose for what
 /// they eat, so that glucose rises after whichever of the two has the sensor's clock. `None` without enough readings.
-pub(super) fn rises_after_boluses(
-    carbs: &[f64],
-    bolus: &[f64],
-    cgm: &[Option<f64>],
-) -> Option<f64> {
+pub(super) fn rises_after_meals(doses: &DoseSteps<'_>) -> Option<f64> {
     /// Time from a meal to its peak, steps: 90 min.
     const TO_PEAK: usize = 18;
-    let rises = |doses: &[f64]| -> Option<(f64, f64)> {
-        let large = sized(doses, |sorted| sorted[sorted.len() / 2])?;
+    let cgm = doses.person.record.cgm();
+    // The mean rise after large doses, and its variance.
+    let rise = |amounts: &[f64]| -> Option<(f64, f64)> {
+        let large = sized(amounts, |sorted| sorted[sorted.len() / 2])?;
         let rises: Vec<f64> = large
             .into_iter()
             .filter(|(_, size)| *size >= 1.0)
             .filter_map(|(k, _)| Some((*cgm.get(k + TO_PEAK)?)? - (*cgm.get(k)?)?))
             .collect();
-        let count = rises.len() as f64;
         if rises.len() < 5 {
             return None;
         }
+        let count = rises.len() as f64;
         let mean = rises.iter().sum::<f64>() / count;
         let spread = rises.iter().map(|rise| (rise - mean).powi(2)).sum::<f64>() / (count - 1.0);
         Some((mean, spread / count))
     };
-    let ((meals, of_meals), (boluses, of_boluses)) = (rises(carbs)?, rises(bolus)?);
-    Some((boluses - meals) / f64::max(of_meals + of_boluses, f64::MIN_POSITIVE).sqrt())
+    let ((meals, of_meals), (boluses, of_boluses)) = (rise(&doses.carbs)?, rise(&doses.bolus)?);
+    Some((meals - boluses) / f64::max(of_meals + of_boluses, f64::MIN_POSITIVE).sqrt())
 }
 
 #[cfg(test)]

@@ -13,9 +13,9 @@
 use std::f64::consts::TAU;
 
 use chrono::Timelike as _;
-use cohort::Person;
 use physiology::{STEPS_PER_DAY, STEPS_PER_HOUR};
 
+use super::{DoseSteps, z_over_days};
 use crate::filter::whitening::robust_scale;
 
 /// Length of the rises, steps.
@@ -83,9 +83,9 @@ pub(super) struct SensorFit {
     /// Day of each.
     days: Vec<usize>,
     /// Carbohydrate taken up in each rise, by speed of the gut.
-    gut: Vec<Predictors>,
+    gut: [Predictors; GUT.len()],
     /// Insulin action in each rise, by speed of the depot.
-    depot: Vec<Predictors>,
+    depot: [Predictors; DEPOT.len()],
     /// Prior means of the rise per gram and of the fall per unit.
     priors: (f64, f64),
 }
@@ -99,8 +99,8 @@ struct OffsetFit {
 
 impl SensorFit {
     /// Prepares the regression; `None` with fewer than two days of rises or no insulin.
-    pub(super) fn new(person: &Person, carbs: &[f64], bolus: &[f64]) -> Option<Self> {
-        let record = &person.record;
+    pub(super) fn new(doses: &DoseSteps<'_>) -> Option<Self> {
+        let record = &doses.person.record;
         let cgm = record.cgm();
         let n = record.len();
         let reach = LARGEST as usize;
@@ -110,48 +110,38 @@ impl SensorFit {
         if rises.iter().flatten().count() < 2 * STEPS_PER_DAY / RISE {
             return None;
         }
-        let mean = {
-            let values = cgm.iter().flatten();
-            values.clone().sum::<f64>() / values.count() as f64
-        };
+        let mean = cgm.iter().flatten().sum::<f64>() / cgm.iter().flatten().count() as f64;
         let start = (record.time(0).time().num_seconds_from_midnight() / 60) as usize;
-        let base: [Vec<f64>; BASE] = {
-            let wave = |k: usize| TAU * ((start + 5 * k) % 1440) as f64 / 1440.0;
-            [
-                vec![1.0; steps.len()],
-                steps.iter().map(|k| cgm[*k].map_or(0.0, |glucose| glucose - mean)).collect(),
-                steps.iter().map(|k| wave(*k).cos()).collect(),
-                steps.iter().map(|k| wave(*k).sin()).collect(),
-            ]
-        };
+        let wave = |k: usize| TAU * ((start + 5 * k) % 1440) as f64 / 1440.0;
+        let base: [Vec<f64>; BASE] = [
+            vec![1.0; steps.len()],
+            steps.iter().map(|k| cgm[*k].map_or(0.0, |glucose| glucose - mean)).collect(),
+            steps.iter().map(|k| wave(*k).cos()).collect(),
+            steps.iter().map(|k| wave(*k).sin()).collect(),
+        ];
         let whitening = RiseWhitening::of(&rises, &base)?;
-        let kept = whitening.rows.iter().map(|row| steps[*row] / STEPS_PER_DAY).collect();
-        let mut rises: Vec<f64> = rises.iter().map(|rise| rise.unwrap_or(0.0)).collect();
-        rises = whitening.column(&rises);
+        let days = whitening.rows.iter().map(|row| steps[*row] / STEPS_PER_DAY).collect();
+        let rises: Vec<f64> = rises.iter().map(|rise| rise.unwrap_or(0.0)).collect();
 
-        let column = |curve: &[f64], offset: i32| -> Vec<f64> {
-            let at = |k: usize| curve[(k as i32 + offset) as usize];
-            let values: Vec<f64> = steps.iter().map(|k| at(k + RISE) - at(*k)).collect();
-            whitening.column(&values)
+        let columns = |amounts: &[f64], times: &[f64]| -> Predictors {
+            let curve = taken_up(amounts, times);
+            let column = |offset: i32| -> Vec<f64> {
+                let at = |k: usize| curve[(k as i32 + offset) as usize];
+                let values: Vec<f64> = steps.iter().map(|k| at(k + RISE) - at(*k)).collect();
+                whitening.column(&values)
+            };
+            (-LARGEST..=LARGEST).step_by(SPACING as usize).map(column).collect()
         };
-        let columns = |doses: &[f64], times: &[f64]| -> Predictors {
-            let curve = taken_up(doses, times);
-            let offsets = (-LARGEST..=LARGEST).step_by(SPACING as usize);
-            offsets.map(|offset| column(&curve, offset)).collect()
-        };
-        let gut = GUT.map(|time| columns(carbs, &[time, time, SENSOR_LAG]));
-        let depot = DEPOT.map(|time| columns(bolus, &[time, time, PLASMA, REMOTE, SENSOR_LAG]));
+        let gut = GUT.map(|time| columns(&doses.carbs, &[time, time, SENSOR_LAG]));
+        let depot =
+            DEPOT.map(|time| columns(&doses.bolus, &[time, time, PLASMA, REMOTE, SENSOR_LAG]));
 
         let basal: Vec<f64> = record.basal().iter().flatten().copied().collect();
         let basal = basal.iter().sum::<f64>() / basal.len().max(1) as f64 * 24.0;
-        let daily = basal + bolus.iter().sum::<f64>() * STEPS_PER_DAY as f64 / n as f64;
-        (daily > 0.0).then_some(Self {
-            rises,
-            days: kept,
-            gut: gut.into(),
-            depot: depot.into(),
-            priors: (RISE_PER_GRAM, CORRECTION_RULE / daily),
-        })
+        let daily = basal + doses.bolus.iter().sum::<f64>() * STEPS_PER_DAY as f64 / n as f64;
+        let priors = (RISE_PER_GRAM, CORRECTION_RULE / daily);
+        let rises = whitening.column(&rises);
+        (daily > 0.0).then_some(Self { rises, days, gut, depot, priors })
     }
 
     /// How much better the first offsets explain the sensor than the second, over some days. Each is
@@ -165,9 +155,7 @@ impl SensorFit {
         for ((day, first), second) in self.days.iter().zip(&first.losses).zip(&second.losses) {
             gains[*day] += second - first;
         }
-        let squares: f64 = gains.iter().map(|gain| gain * gain).sum();
-        let z = gains.iter().sum::<f64>() / f64::max(squares.sqrt(), f64::MIN_POSITIVE);
-        Comparison { gain: first.evidence - second.evidence, z }
+        Comparison { gain: first.evidence - second.evidence, z: z_over_days(gains.into_iter()) }
     }
 
     /// The shift of both channels together that suits best, among those at least `beyond` steps from
@@ -270,21 +258,14 @@ struct RiseWhitening {
 
 impl RiseWhitening {
     fn of(rises: &[Option<f64>], base: &[Vec<f64>; BASE]) -> Option<Self> {
-        let known = |row: usize| rises[row].is_some();
-        let rows: Vec<usize> =
-            (ORDER..rises.len()).filter(|row| (0..=ORDER).all(|back| known(row - back))).collect();
-        let all: Vec<usize> = (0..rises.len()).filter(|row| known(*row)).collect();
-        let plain =
-            Self { phi: [0.0; ORDER], weights: vec![1.0; all.len()], rows: all, base: vec![] };
-        let residual = plain.residual(rises, base);
-        let mut by_row = vec![None; rises.len()];
-        for (row, value) in plain.rows.iter().zip(residual) {
-            by_row[*row] = Some(value);
-        }
+        let filled: Vec<f64> = rises.iter().map(|rise| rise.unwrap_or(0.0)).collect();
+        // Without a weight, a rise that is not known adds nothing to a sum.
+        let known = rises.iter().map(|rise| f64::from(rise.is_some())).collect();
+        let plain = Self::with([0.0; ORDER], (0..rises.len()).collect(), known, base);
+        let residual = plain.column(&filled);
         let lagged = |lag: usize| {
-            let pairs = by_row.iter().zip(&by_row[lag..]).filter_map(|(a, b)| Some((*a)? * (*b)?));
-            let (sum, count) = pairs.fold((0.0, 0.0), |(s, n), product| (s + product, n + 1.0));
-            sum / f64::max(count, 1.0)
+            let products = |of: &[f64]| of.iter().zip(&of[lag..]).map(|(a, b)| a * b).sum::<f64>();
+            products(&residual) / products(&plain.weights).max(1.0)
         };
         let (c_0, c_1, c_2) = (lagged(0), lagged(1), lagged(2));
         let determinant = c_0 * c_0 - c_1 * c_1;
@@ -292,70 +273,48 @@ impl RiseWhitening {
             return None;
         }
         let phi = [(c_0 * c_1 - c_1 * c_2) / determinant, (c_0 * c_2 - c_1 * c_1) / determinant];
-        let mut found = Self { phi, weights: vec![1.0; rows.len()], rows, base: vec![] };
-        let residual = found.residual(rises, base);
-        let scored: Vec<Option<f64>> = residual.iter().copied().map(Some).collect();
-        let scale = robust_scale(&scored).max(SMALLEST_SD);
-        found.weights =
-            residual.iter().map(|e| (BEND * scale / e.abs()).min(1.0).sqrt() / scale).collect();
-        found.base = found.orthonormal(base);
-        Some(found)
+        let known = |row: usize| (0..=ORDER).all(|back| rises[row - back].is_some());
+        let rows: Vec<usize> = (ORDER..rises.len()).filter(|row| known(*row)).collect();
+        let even = Self::with(phi, rows.clone(), vec![1.0; rows.len()], base);
+        let residual: Vec<Option<f64>> = even.column(&filled).into_iter().map(Some).collect();
+        let scale = robust_scale(&residual).max(SMALLEST_SD);
+        let weight = |e: &f64| (BEND * scale / e.abs()).min(1.0).sqrt() / scale;
+        Some(Self::with(phi, rows, residual.iter().flatten().map(weight).collect(), base))
     }
 
-    /// Residuals of the rises after the base.
-    fn residual(&self, rises: &[Option<f64>], base: &[Vec<f64>; BASE]) -> Vec<f64> {
-        let filled: Vec<f64> = rises.iter().map(|rise| rise.unwrap_or(0.0)).collect();
-        let mut values = self.white(&filled);
-        for column in self.orthonormal(base) {
-            take_out(&mut values, &column);
-        }
-        values
-    }
-
-    fn orthonormal(&self, base: &[Vec<f64>; BASE]) -> Vec<Vec<f64>> {
-        let mut found: Vec<Vec<f64>> = Vec::with_capacity(BASE);
+    /// With these coefficients, rows and weights, and the base whitened by them.
+    fn with(
+        phi: [f64; ORDER],
+        rows: Vec<usize>,
+        weights: Vec<f64>,
+        base: &[Vec<f64>; BASE],
+    ) -> Self {
+        let mut found = Self { phi, rows, weights, base: Vec::with_capacity(BASE) };
         for column in base {
-            let mut values = self.white(column);
-            for earlier in &found {
-                take_out(&mut values, earlier);
-            }
+            let mut values = found.column(column);
             let norm = values.iter().map(|v| v * v).sum::<f64>().sqrt();
             if norm > 1e-9 {
                 values.iter_mut().for_each(|value| *value /= norm);
-                found.push(values);
+                found.base.push(values);
             }
         }
         found
     }
 
-    /// A column, whitened and weighted.
-    fn white(&self, column: &[f64]) -> Vec<f64> {
-        let [first, second] = self.phi;
-        let plain = first == 0.0 && second == 0.0;
-        let at = |row: usize| {
-            if plain {
-                column[row]
-            } else {
-                column[row] - first * column[row - 1] - second * column[row - 2]
-            }
-        };
-        self.rows.iter().zip(&self.weights).map(|(row, weight)| weight * at(*row)).collect()
-    }
-
     /// A column, whitened, weighted and without the base.
     fn column(&self, column: &[f64]) -> Vec<f64> {
-        let mut values = self.white(column);
-        for base in &self.base {
-            take_out(&mut values, base);
+        let [first, second] = self.phi;
+        // A rise without two before it is kept only where `phi` is zero.
+        let before = |row: usize, back: usize| row.checked_sub(back).map_or(0.0, |row| column[row]);
+        let white = |row: usize| column[row] - first * before(row, 1) - second * before(row, 2);
+        let rows = self.rows.iter().zip(&self.weights);
+        let mut values: Vec<f64> = rows.map(|(row, weight)| weight * white(*row)).collect();
+        for direction in &self.base {
+            let product: f64 = values.iter().zip(direction).map(|(v, d)| v * d).sum();
+            for (value, direction) in values.iter_mut().zip(direction) {
+                *value -= product * direction;
+            }
         }
         values
-    }
-}
-
-/// Takes a direction of length one out of a column.
-fn take_out(values: &mut [f64], direction: &[f64]) {
-    let product: f64 = values.iter().zip(direction).map(|(v, d)| v * d).sum();
-    for (value, direction) in values.iter_mut().zip(direction) {
-        *value -= product * direction;
     }
 }
